@@ -1,0 +1,58 @@
+"""What can go wrong at the door: one base class, final subclasses, data as attributes.
+
+Every message is one sentence that says what, where, and what to do. Bad input raises; a fit that does
+not converge or cannot see a parameter is an `Outcome` in the result, never an exception.
+"""
+
+
+class WorkbenchError(Exception):
+    """Base of all errors that a user can cause and mend."""
+
+
+class ShapeError(WorkbenchError):
+    """An array has another shape than the robot or its companion arrays ask for."""
+
+    def __init__(self, message: str, *, expected: int, found: int):
+        super().__init__(message)
+        self.expected = expected
+        self.found = found
+
+
+class FileError(WorkbenchError):
+    """A file can't be read as what it should be; carries the place where reading stopped."""
+
+    def __init__(self, message: str, *, path: str, line: int | None = None, column: str | None = None):
+        where = path + (f", line {line}" if line is not None else "")
+        where += f", column '{column}'" if column is not None else ""
+        super().__init__(f"{where}: {message}")
+        self.path = path
+        self.line = line
+        self.column = column
+
+
+class UnitError(WorkbenchError):
+    """A unit is missing, unknown, or of another quantity than the column needs."""
+
+    def __init__(self, message: str, *, unit: str):
+        super().__init__(message)
+        self.unit = unit
+
+
+class RobotError(WorkbenchError):
+    """A robot description is incomplete or contradicts itself."""
+
+
+class DataError(WorkbenchError):
+    """Measurements that can't be what they claim (too few rows, impossible values, wrong robot)."""
+
+
+class OptionError(WorkbenchError):
+    """An option or argument that the command or function does not take; names what it does take."""
+
+
+class MissingExtraError(WorkbenchError):
+    """An optional library is needed; carries the extra that installs it."""
+
+    def __init__(self, what: str, *, extra: str):
+        super().__init__(f"{what} needs an optional library: pip install 'workbench[{extra}]'")
+        self.extra = extra

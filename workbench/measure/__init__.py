@@ -1,0 +1,1 @@
+"""Measurements: the table of rows, its readers, its observations, and simulated instruments."""
