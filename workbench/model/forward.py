@@ -1,0 +1,98 @@
+"""Forward kinematics: where the tool and the links are."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench import chain as chains
+from workbench.robots.robot import Robot
+
+BLOCK = 4096
+"""Rows per block of a long computation: its Jacobian stays in the processor's cache."""
+
+
+def tool_poses(robot: Robot, q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows 4 4"]:
+    """Poses of the tool in the measuring frame, T_b^0 T_0^n(q) T_n^e (ARIA eq. 6).
+
+    Args:
+        robot: Geometry with base and tool.
+        q: Joint positions [rad or m].
+
+    Raises:
+        ShapeError: q has another number of joints than the robot.
+    """
+    robot.check_joints(q)
+    return chains.poses(robot.chain, q)
+
+
+def link_frames(robot: Robot, q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows frames 4 4"]:
+    """Poses of the arm's first frame, of every joint entry's link frame, and of the tool.
+
+    Args:
+        robot: Geometry with L joint entries.
+        q: Joint positions [rad or m].
+
+    Returns:
+        L + 2 poses a row in the measuring frame.
+    """
+    robot.check_joints(q)
+    offset = len(robot.base.elements("base", -1))
+    ends = np.array([offset - 1, *(offset + e for e in robot.link_ends), len(robot.chain.elements) - 1])
+    return chains.frames(robot.chain, q, ends)
+
+
+def sensitivity_blocks(
+    robot: Robot, q: Float[np.ndarray, "rows n"], names: tuple[str, ...], *, block: int = BLOCK
+) -> Iterator[tuple[slice, np.ndarray, np.ndarray]]:
+    """Poses and identification Jacobians block by block, in memory that does not grow with the rows.
+
+    Args:
+        robot: Geometry with base and tool.
+        q: Joint positions [rad or m].
+        names: Constants to differentiate by, P of them.
+        block: Rows per block.
+
+    Yields:
+        The rows, their poses (b, 4, 4) and their twists [v; w] per constant (b, 6, P). The arrays are
+        written anew by the next block: copy what you keep.
+    """
+    robot.check_joints(q)
+    columns = robot.chain.indices(names)
+    block = min(block, max(len(q), 1))
+    poses, twists = np.empty((block, 4, 4)), np.empty((block, 6, len(columns)))
+    for start in range(0, len(q), block):
+        rows = slice(start, min(start + block, len(q)))
+        size = rows.stop - rows.start
+        out = (poses[:size], twists[:size])
+        yield (rows, *chains.twists(robot.chain, q[rows], columns, out=out))
+
+
+def sensitivity(
+    robot: Robot, q: Float[np.ndarray, "rows n"], names: tuple[str, ...] | None = None
+) -> tuple[Float[np.ndarray, "rows 4 4"], Float[np.ndarray, "rows 6 p"]]:
+    """Tool poses and the identification Jacobian: the tool's twist per constant.
+
+    Args:
+        robot: Geometry with base and tool.
+        q: Joint positions [rad or m].
+        names: Constants to differentiate by; the robot's default free ones if None.
+
+    Returns:
+        Poses, and twists [v; w] at the tool's origin in base axes (ARIA eqs. 11–13).
+    """
+    robot.check_joints(q)
+    names = robot.default_free if names is None else names
+    return chains.twists(robot.chain, q, robot.chain.indices(names))
+
+
+def geometric_jacobian(robot: Robot, q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows 6 n"]:
+    """Twist of the tool per joint coordinate, base axes at the tool's origin."""
+    robot.check_joints(q)
+    return chains.twists(robot.chain, q, joint_elements(robot))[1]
+
+
+def joint_elements(robot: Robot) -> np.ndarray:
+    """Element of the full chain that each joint coordinate drives, in the order of q."""
+    drivers = robot.chain.drivers
+    return np.array([int(np.flatnonzero(drivers == j)[0]) for j in range(robot.dof)], np.int64)

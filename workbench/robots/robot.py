@@ -1,0 +1,263 @@
+"""A robot: the elements of its arm, what is known of its joints, and its base and tool frames.
+
+The full chain is always T_b^0 · arm · T_n^e (ARIA eq. 6). A frame is written as a translation, a constant
+rotation, and three small rotations about its own axes (`roll`, `pitch`, `yaw`, zero until identified), so
+that no base or tool orientation is singular.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench import se3
+from workbench.chain import Axis, Chain, Element
+from workbench.errors import RobotError, ShapeError
+from workbench.types import Freedom, Matrix3, Matrix4, Vector3, frozen
+
+BASE, TOOL = -1, -2
+"""Link numbers of the elements of the base and of the tool."""
+FRAME_PARTS = ("x", "y", "z", "roll", "pitch", "yaw")
+"""The six constants of a frame, in the order of the chain."""
+
+
+class JointKind(StrEnum):
+    """What a joint does."""
+
+    REVOLUTE = "revolute"
+    PRISMATIC = "prismatic"
+    FIXED = "fixed"
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Joint:
+    """What is known of one joint and the link after it, apart from the geometry.
+
+    Args:
+        name: `joint1` … for moving joints, `fixed1` … for the others.
+        kind: Revolute, prismatic or fixed.
+        limits: Least and greatest coordinate [rad or m]; infinite where there is none.
+        mass: Mass of the link [kg]; None if unknown.
+        com: Its centre of mass in the link frame [m].
+        max_moment: Greatest moment about the axis [N m].
+    """
+
+    name: str
+    kind: JointKind = JointKind.REVOLUTE
+    limits: tuple[float, float] = (-np.inf, np.inf)
+    mass: float | None = None
+    com: Vector3 = field(default_factory=lambda: np.zeros(3))
+    max_moment: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """Pose of a frame, and whether it is to be identified.
+
+    Args:
+        xyz: Position [m].
+        rotation: Rotation matrix.
+        free: Fixed, free, or decided from the data.
+    """
+
+    xyz: Vector3 = field(default_factory=lambda: np.zeros(3))
+    rotation: Matrix3 = field(default_factory=lambda: np.eye(3))
+    free: Freedom = Freedom.FIXED
+
+    @classmethod
+    def from_pose(cls, pose: Matrix4, free: Freedom = Freedom.FIXED) -> "Frame":
+        """The frame at a 4×4 pose."""
+        return cls(frozen(pose[:3, 3].copy()), frozen(pose[:3, :3].copy()), free)
+
+    @cached_property
+    def pose(self) -> Matrix4:
+        """The 4×4 pose."""
+        return frozen(se3.pose(self.rotation, self.xyz))
+
+    @property
+    def rpy(self) -> Vector3:
+        """Roll, pitch, yaw [rad]."""
+        return se3.matrix_to_rpy(self.rotation)
+
+    def elements(self, name: str, link: int) -> tuple[Element, ...]:
+        """The frame as elements `name.x` … `name.yaw`."""
+        turn = se3.pose(self.rotation, np.zeros(3))
+        return (
+            *(
+                Element(Axis(Axis.TX + i), f"{name}.{part}", float(self.xyz[i]), link=link)
+                for i, part in enumerate(FRAME_PARTS[:3])
+            ),
+            Element(Axis.CONSTANT, f"{name}.rotation", link=link, matrix=frozen(turn)),
+            *(Element(Axis(i), f"{name}.{part}", link=link) for i, part in enumerate(FRAME_PARTS[3:])),
+        )
+
+    def moved(self, parts: Float[np.ndarray, "6"]) -> "Frame":
+        """The frame with position parts[:3] and turned by the small rotations parts[3:]."""
+        turn = np.eye(3)
+        for axis in range(3):
+            turn = turn @ se3.rotvec_to_matrix(np.eye(3)[axis] * parts[3 + axis])
+        return replace(self, xyz=frozen(np.array(parts[:3])), rotation=frozen(self.rotation @ turn))
+
+
+@dataclass(frozen=True)
+class UrdfSource:
+    """The file that a robot came from: for its meshes, and for writing a calibrated copy.
+
+    Args:
+        path: The URDF.
+        joints: Names in the file of the robot's joint entries, in order.
+        root: First link of the chain.
+        tip: Last link of the chain.
+    """
+
+    path: Path
+    joints: tuple[str, ...]
+    root: str
+    tip: str
+
+
+@dataclass(frozen=True, eq=False)
+class SessionFrames:
+    """Base and tool of one session of measurements."""
+
+    name: str
+    base: Frame
+    tool: Frame
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Robot:
+    """A serial arm: geometry, joints, base and tool.
+
+    Args:
+        name: For people.
+        convention: Which front door it came through (`hayati`, `craig`, `urdf`, …).
+        elements: The arm's elements, without base and tool.
+        joints: One per joint entry, moving or fixed.
+        link_ends: Element of the arm after which each joint entry's link frame lies.
+        base: Pose of the arm's first frame in the measuring frame.
+        tool: Pose of the tool in the arm's last frame.
+        sessions: Base and tool of single sessions, where they differ.
+        gravity: Acceleration in the robot's base frame [m/s²].
+        urdf: The URDF file that it came from, if any.
+        notes: Decisions that its reader took, one sentence each.
+    """
+
+    name: str
+    convention: str
+    elements: tuple[Element, ...]
+    joints: tuple[Joint, ...]
+    link_ends: tuple[int, ...]
+    base: Frame = field(default_factory=Frame)
+    tool: Frame = field(default_factory=Frame)
+    sessions: tuple[SessionFrames, ...] = ()
+    gravity: Vector3 = field(default_factory=lambda: np.array([0.0, 0.0, -9.81]))
+    urdf: UrdfSource | None = None
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self):
+        if not any(e.joint is not None for e in self.elements):
+            raise RobotError(f"robot '{self.name}' has no joint that moves; give at least one")
+        names = [e.name for e in self.elements]
+        if len(set(names)) != len(names):
+            double = next(n for n in names if names.count(n) > 1)
+            raise RobotError(f"robot '{self.name}' has two elements called '{double}'; rename one")
+
+    @cached_property
+    def chain(self) -> Chain:
+        """Base, arm and tool as one chain."""
+        base, tool = self.base.elements("base", BASE), self.tool.elements("tool", TOOL)
+        return Chain((*base, *self.elements, *tool), self.dof)
+
+    @cached_property
+    def moving(self) -> tuple[Joint, ...]:
+        """The joints that have a coordinate, in the order of q."""
+        return tuple(j for j in self.joints if j.kind is not JointKind.FIXED)
+
+    @property
+    def dof(self) -> int:
+        """Number of joint coordinates."""
+        return len(self.moving)
+
+    @cached_property
+    def limits(self) -> Float[np.ndarray, "n 2"]:
+        """Least and greatest coordinate of every moving joint [rad or m]."""
+        return frozen(np.array([j.limits for j in self.moving], float))
+
+    @cached_property
+    def search_limits(self) -> Float[np.ndarray, "n 2"]:
+        """The limits, with one turn either way (or 1 m) where a joint has none: for searches."""
+        spans = np.array([1.0 if j.kind is JointKind.PRISMATIC else np.pi for j in self.moving])[:, None]
+        assumed = np.where(np.isfinite(self.limits), 0.0, np.array([-1.0, 1.0]) * spans)
+        return frozen(np.where(np.isfinite(self.limits), self.limits, assumed))
+
+    @property
+    def has_masses(self) -> bool:
+        """Whether every link after a moving joint has a mass."""
+        return all(j.mass is not None for j in self.moving)
+
+    @cached_property
+    def reach(self) -> float:
+        """Length of the stretched arm from its first frame to the tool [m]; bounds any distance."""
+        reach = float(np.linalg.norm(self.tool.xyz))
+        for e in self.elements:
+            if e.axis is Axis.CONSTANT:
+                reach += float(np.linalg.norm(e.matrix[:3, 3]))
+            elif not e.axis.turns:
+                reach += abs(e.value)
+        for joint in self.moving:
+            if joint.kind is JointKind.PRISMATIC:
+                reach += float(np.nanmax(np.abs(np.where(np.isfinite(joint.limits), joint.limits, 0.0))))
+        return reach
+
+    @cached_property
+    def default_free(self) -> tuple[str, ...]:
+        """Names of the arm's constants that are identified unless the user says otherwise."""
+        return tuple(e.name for e in self.elements if e.free)
+
+    def values(self, names: tuple[str, ...]) -> Float[np.ndarray, "p"]:
+        """Present values of the named constants."""
+        return self.chain.values[self.chain.indices(names)]
+
+    def with_values(self, values: Mapping[str, float]) -> "Robot":
+        """The same robot with other constants; `base.…` and `tool.…` move the frames."""
+        chain = self.chain
+        if unknown := set(values) - set(chain.index):
+            raise RobotError(f"robot '{self.name}' has no constant '{sorted(unknown)[0]}'")
+        elements = tuple(
+            replace(e, value=float(values[e.name])) if e.name in values else e for e in self.elements
+        )
+
+        def moved(frame: Frame, name: str) -> Frame:
+            keys = [f"{name}.{part}" for part in FRAME_PARTS]
+            if not any(k in values for k in keys):
+                return frame
+            return frame.moved(np.array([values.get(k, chain.values[chain.index[k]]) for k in keys]))
+
+        return replace(self, elements=elements, base=moved(self.base, "base"), tool=moved(self.tool, "tool"))
+
+    def with_frames(self, *, base: Frame | None = None, tool: Frame | None = None) -> "Robot":
+        """The same arm on another base or with another tool."""
+        return replace(self, base=base or self.base, tool=tool or self.tool)
+
+    def session_frames(self, session: str) -> SessionFrames:
+        """Base and tool of a session: its own where the robot has them, else the common ones."""
+        for frames in self.sessions:
+            if frames.name == session:
+                return frames
+        return SessionFrames(session, self.base, self.tool)
+
+    def check_joints(self, q: np.ndarray, source: str = "joint positions") -> None:
+        """Refuse rows with another number of joints than the robot has."""
+        if q.ndim != 2 or q.shape[1] != self.dof:
+            found = q.shape[-1] if q.ndim else 0
+            raise ShapeError(
+                f"{source}: rows have {found} joints, robot '{self.name}' has {self.dof}; "
+                "choose the robot that was measured",
+                expected=self.dof,
+                found=found,
+            )

@@ -1,0 +1,301 @@
+"""Robots as TOML files: the tables of `formats.md`, read with one clear sentence for each mistake."""
+
+import tomllib
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tomli_w
+
+from workbench import se3
+from workbench.chain import Axis, Element
+from workbench.errors import FileError, RobotError
+from workbench.files import write_text
+from workbench.robots.conventions import (
+    CONSTANTS,
+    ORDERS,
+    THREE_ROTATION,
+    JointEntry,
+    build_elements,
+    joint_names,
+)
+from workbench.robots.robot import Frame, Joint, JointKind, Robot, SessionFrames
+from workbench.types import Freedom, frozen
+
+CONVENTIONS = (*ORDERS, "three-rotation", "elementary")
+ROBOT_KEYS = {"name", "convention", "gravity", "joint", "element", "base", "tool", "session", "effect"}
+JOINT_KEYS = {"type", "free", "limits", "mass", "com", "max_moment", "order", "name", *CONSTANTS}
+ELEMENT_KEYS = {"axis", "value", "joint", "free", "name"}
+FREEDOMS = {False: Freedom.FIXED, True: Freedom.FREE, "auto": Freedom.AUTO}
+
+
+class _Reader:
+    """One file being read: knows its path for messages, and how numbers must look."""
+
+    def __init__(self, path: str):
+        self.path = path
+
+    def fail(self, message: str) -> FileError:
+        return FileError(message, path=self.path)
+
+    def number(self, value: Any, what: str) -> float:
+        if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
+            raise self.fail(f"{what} must be a finite number, not {value!r}")
+        return float(value)
+
+    def numbers(self, value: Any, count: int, what: str) -> np.ndarray:
+        if not isinstance(value, list) or len(value) != count:
+            raise self.fail(f"{what} must be a list of {count} numbers, not {value!r}")
+        return np.array([self.number(v, what) for v in value])
+
+    def keys(self, table: dict, known: set[str], what: str) -> None:
+        if unknown := sorted(set(table) - known):
+            raise self.fail(
+                f"{what} has the unknown key '{unknown[0]}'; known are {', '.join(sorted(known))}"
+            )
+
+    def frame(self, table: dict, what: str, default: Freedom) -> Frame:
+        self.keys(table, {"xyz", "rpy", "free"}, f"[{what}]")
+        free = table.get("free", None)
+        if free is not None and free not in FREEDOMS:
+            raise self.fail(f'[{what}] free must be true, false or "auto", not {free!r}')
+        xyz = self.numbers(table.get("xyz", [0, 0, 0]), 3, f"[{what}] xyz")
+        rpy = self.numbers(table.get("rpy", [0, 0, 0]), 3, f"[{what}] rpy")
+        freedom = default if free is None else FREEDOMS[free]
+        return Frame(frozen(xyz), frozen(se3.rpy_to_matrix(rpy)), freedom)
+
+    def joint(self, table: dict, name: str) -> Joint:
+        limits = (-np.inf, np.inf)
+        if "limits" in table:
+            low, high = self.numbers(table["limits"], 2, f"{name} limits")
+            if low >= high:
+                raise self.fail(f"{name} limits [{low:g}, {high:g}] are empty; give the smaller one first")
+            limits = (float(low), float(high))
+        mass = self.number(table["mass"], f"{name} mass") if "mass" in table else None
+        if mass is not None and mass < 0:
+            raise self.fail(f"{name} mass is {mass:g} kg; a mass can't be negative")
+        moment = self.number(table["max_moment"], f"{name} max_moment") if "max_moment" in table else None
+        com = frozen(self.numbers(table.get("com", [0, 0, 0]), 3, f"{name} com"))
+        return Joint(
+            name=name, kind=self.kind(table, name), limits=limits, mass=mass, com=com, max_moment=moment
+        )
+
+    def kind(self, table: dict, name: str) -> JointKind:
+        try:
+            return JointKind(table.get("type", "revolute"))
+        except ValueError:
+            raise self.fail(
+                f"{name} has type {table['type']!r}; known are revolute, prismatic and fixed"
+            ) from None
+
+    def entry(self, table: dict, name: str) -> JointEntry:
+        self.keys(table, JOINT_KEYS, name)
+        constants = {c: self.number(table[c], f"{name} {c}") for c in CONSTANTS if c in table}
+        order = table.get("order", "xyz")
+        if order not in THREE_ROTATION:
+            raise self.fail(f'{name} order must be "xyz" or "zyx", not {order!r}')
+        free = table.get("free")
+        if free is not None and not (isinstance(free, list) and all(isinstance(f, str) for f in free)):
+            raise self.fail(f'{name} free must be a list of names, such as ["theta", "a"], not {free!r}')
+        return JointEntry(self.kind(table, name), constants, None if free is None else tuple(free), order)
+
+
+def read_toml(path: Path | str) -> Robot:
+    """Read a robot.
+
+    Raises:
+        FileError: the file is missing, no TOML, or says something that a robot can't be.
+    """
+    reader = _Reader(str(path))
+    try:
+        data = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise reader.fail("there is no such file; give a robot TOML, a URDF, or a built-in name") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise reader.fail(f"can't be read as a text file ({error}); give a robot TOML") from None
+    except tomllib.TOMLDecodeError as error:
+        raise reader.fail(f"is no valid TOML: {error}") from None
+    return robot_from_table(data, reader)
+
+
+def robot_from_table(data: dict[str, Any], reader: _Reader) -> Robot:
+    """A robot from the parsed tables of its file."""
+    reader.keys(data, ROBOT_KEYS, "the robot")
+    convention = data.get("convention")
+    if convention not in CONVENTIONS:
+        raise reader.fail(f"convention is {convention!r}; known are {', '.join(CONVENTIONS)}")
+    if data.get("effect"):
+        raise reader.fail("it carries [[effect]] tables, which can't be applied here; remove them to go on")
+    tables = data.get("joint", [])
+    base = reader.frame(data.get("base", {}), "base", Freedom.AUTO)
+    tool = reader.frame(data.get("tool", {}), "tool", Freedom.AUTO)
+    kinds = [reader.kind(t, f"[[joint]] {i + 1}") for i, t in enumerate(tables)]
+    names = joint_names([JointEntry(k) for k in kinds])
+    joints = tuple(reader.joint(t, n) for t, n in zip(tables, names, strict=True))
+    try:
+        if convention == "elementary":
+            elements, ends, joints = _elementary(data, joints, reader)
+        else:
+            if "element" in data:
+                raise reader.fail(f'[[element]] belongs to convention "elementary", not to "{convention}"')
+            entries = [reader.entry(t, n) for t, n in zip(tables, names, strict=True)]
+            elements, ends = build_elements(convention, entries)
+        robot = Robot(
+            name=str(data.get("name", Path(reader.path).stem)),
+            convention=convention,
+            elements=elements,
+            joints=joints,
+            link_ends=ends,
+            base=base,
+            tool=tool,
+            gravity=frozen(reader.numbers(data.get("gravity", [0.0, 0.0, -9.81]), 3, "gravity")),
+        )
+    except RobotError as error:
+        raise reader.fail(str(error)) from None
+    return replace(robot, sessions=_sessions(data.get("session", []), robot, reader))
+
+
+def _elementary(data: dict, joints: tuple[Joint, ...], reader: _Reader):
+    """Elements of an `elementary` robot; the link frame of a joint lies right after what it drives."""
+    tables = data.get("element", [])
+    drivers = [t["joint"] for t in tables if t.get("joint") is not None]
+    count = len(drivers)
+    if sorted(drivers, key=str) != list(range(1, count + 1)) or drivers != sorted(drivers):
+        raise reader.fail(f"[[element]] joints must be 1, 2, … in order, once each; found {drivers}")
+    elements, ends = [], []
+    for i, table in enumerate(tables):
+        what = f"[[element]] {i + 1}"
+        reader.keys(table, ELEMENT_KEYS, what)
+        try:
+            axis = Axis[str(table.get("axis")).upper()]
+            if axis is Axis.CONSTANT:
+                raise KeyError
+        except KeyError:
+            raise reader.fail(
+                f"{what} axis is {table.get('axis')!r}; known are rx, ry, rz, tx, ty, tz"
+            ) from None
+        joint = table.get("joint")
+        if joint is not None:
+            ends.append(i)
+        name = str(table.get("name", f"element{i + 1}.{axis.name.lower()}"))
+        value = reader.number(table.get("value", 0.0), f"{what} value")
+        elements.append(
+            Element(
+                axis,
+                name,
+                value,
+                joint=None if joint is None else joint - 1,
+                free=bool(table.get("free", False)),
+                link=max(len(ends) - 1, 0),
+            )
+        )
+    kinds = [JointKind.REVOLUTE if elements[i].axis.turns else JointKind.PRISMATIC for i in ends]
+    if not joints:
+        joints = tuple(Joint(name=f"joint{k + 1}", kind=kind) for k, kind in enumerate(kinds))
+    if len(joints) != count:
+        raise reader.fail(f"{len(joints)} [[joint]] tables but {count} driven elements; give one for each")
+    return (
+        tuple(elements),
+        tuple(ends),
+        tuple(replace(j, name=f"joint{k + 1}", kind=kinds[k]) for k, j in enumerate(joints)),
+    )
+
+
+def _sessions(tables: list[dict], robot: Robot, reader: _Reader) -> tuple[SessionFrames, ...]:
+    sessions = []
+    for i, table in enumerate(tables):
+        what = f"[[session]] {i + 1}"
+        reader.keys(table, {"name", "base", "tool"}, what)
+        if not isinstance(table.get("name"), str):
+            raise reader.fail(f"{what} needs a name, as in the measurements' session column")
+        sessions.append(
+            SessionFrames(
+                table["name"],
+                reader.frame(table["base"], f"{what} base", Freedom.FIXED) if "base" in table else robot.base,
+                reader.frame(table["tool"], f"{what} tool", Freedom.FIXED) if "tool" in table else robot.tool,
+            )
+        )
+    return tuple(sessions)
+
+
+def robot_to_table(robot: Robot) -> dict[str, Any]:
+    """The tables of a robot's file. A robot from a URDF becomes `elementary`."""
+    family = robot.convention in ORDERS or robot.convention == "three-rotation"
+    table: dict[str, Any] = {
+        "name": robot.name,
+        "convention": robot.convention if family else "elementary",
+        "gravity": robot.gravity.tolist(),
+    }
+    if family:
+        table["joint"] = _joint_tables(robot)
+    else:
+        table["element"] = _element_tables(robot)
+        table["joint"] = [_joint_facts(j) for j in robot.moving]
+    table["base"], table["tool"] = _frame_table(robot.base), _frame_table(robot.tool)
+    if robot.sessions:
+        table["session"] = [
+            {"name": s.name, "base": _frame_table(s.base, False), "tool": _frame_table(s.tool, False)}
+            for s in robot.sessions
+        ]
+    return table
+
+
+def write_toml(robot: Robot, path: Path | str) -> Path:
+    """Write a robot's file, whole or not at all."""
+    return write_text(path, tomli_w.dumps(robot_to_table(robot)))
+
+
+def _joint_facts(joint: Joint) -> dict[str, Any]:
+    facts: dict[str, Any] = {} if joint.kind is JointKind.REVOLUTE else {"type": str(joint.kind)}
+    if np.isfinite(joint.limits).all():
+        facts["limits"] = [float(v) for v in joint.limits]
+    if joint.mass is not None:
+        facts["mass"] = joint.mass
+        facts["com"] = joint.com.tolist()
+    if joint.max_moment is not None:
+        facts["max_moment"] = joint.max_moment
+    return facts
+
+
+def _joint_tables(robot: Robot) -> list[dict[str, Any]]:
+    tables = []
+    for link, joint in enumerate(robot.joints):
+        mine = {e.name.split(".")[1]: e for e in robot.elements if e.link == link}
+        table: dict[str, Any] = {c: mine[c].value for c in CONSTANTS}
+        table["free"] = [c for c in CONSTANTS if mine[c].free]
+        if robot.convention == "three-rotation" and next(iter(mine)) == "theta":
+            table["order"] = "zyx"
+        tables.append(table | _joint_facts(joint))
+    return tables
+
+
+def _element_tables(robot: Robot) -> list[dict[str, Any]]:
+    tables: list[dict[str, Any]] = []
+    for e in robot.elements:
+        if e.axis is Axis.CONSTANT:
+            parts = zip(
+                ("tx", "ty", "tz", "rz", "ry", "rx"),
+                (*e.matrix[:3, 3], *se3.matrix_to_rpy(e.matrix[:3, :3])[::-1]),
+                strict=True,
+            )
+            tables += [
+                {"axis": axis, "value": float(value), "name": f"{e.name}.{axis}"}
+                for axis, value in parts
+                if value != 0.0
+            ]
+        else:
+            table: dict[str, Any] = {"axis": e.axis.name.lower(), "value": e.value, "name": e.name}
+            if e.joint is not None:
+                table["joint"] = e.joint + 1
+            if e.free:
+                table["free"] = True
+            tables.append(table)
+    return tables
+
+
+def _frame_table(frame: Frame, with_free: bool = True) -> dict[str, Any]:
+    table: dict[str, Any] = {"xyz": frame.xyz.tolist(), "rpy": frame.rpy.tolist()}
+    if with_free:
+        table["free"] = {v: k for k, v in FREEDOMS.items()}[frame.free]
+    return table
