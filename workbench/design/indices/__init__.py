@@ -1,0 +1,38 @@
+"""Observability indices: O of single poses, O1 … O5 of a whole set; a new one is one file and one line here."""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from workbench.design.indices.index import AbstractIndex, AbstractSetIndex
+from workbench.design.indices.o import O
+from workbench.design.indices.o1 import O1
+from workbench.design.indices.o2 import O2
+from workbench.design.indices.o3 import O3
+from workbench.design.indices.o4 import O4
+from workbench.design.indices.o5 import O5
+from workbench.errors import OptionError
+from workbench.model.linearisation import Linearisation
+
+INDICES: Mapping[str, AbstractIndex] = MappingProxyType(
+    {index.name: index for index in (O(), O1(), O2(), O3(), O4(), O5())}
+)
+"""Every built-in index by name."""
+
+
+def index_named(name: str, indices: Mapping[str, AbstractIndex] = INDICES) -> AbstractIndex:
+    """The index of that name.
+
+    Raises:
+        OptionError: there is none.
+    """
+    if name not in indices:
+        raise OptionError(f"there is no index '{name}'; known are {', '.join(indices)}")
+    return indices[name]
+
+
+def evaluate(linearisation: Linearisation, indices: Mapping[str, AbstractIndex] = INDICES) -> dict[str, float]:
+    """Every index of a linearisation, by name; the singular values are computed once."""
+    return {name: index.value(linearisation) for name, index in indices.items()}
+
+
+__all__ = ["INDICES", "O1", "O2", "O3", "O4", "O5", "AbstractIndex", "AbstractSetIndex", "O", "evaluate", "index_named"]

@@ -1,0 +1,66 @@
+"""O, the paper's index of one pose: how evenly that pose alone shows the parameters it can show.
+
+    O(q) = σmin(J(q)) / σmax(J(q))                                          ARIA eq. (17)
+
+A pose has six rows, so of its p > 6 parameters it shows six combinations, and σ1 … σ6 are meant. As in
+the paper J is unscaled: metres and radians stand side by side, and the value depends on that unit. For a
+set this package takes the mean over its poses: O says nothing about the set as a whole (ten identical
+poses of high O see six combinations only), for which O1 … O5 are there.
+"""
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.design.indices.index import AbstractIndex
+from workbench.model.linearisation import Linearisation
+
+
+def of_poses(jacobians: Float[np.ndarray, "rows r p"]) -> Float[np.ndarray, "rows"]:
+    """O of each pose from its unscaled Jacobian; zero where all singular values are."""
+    values = np.linalg.svd(jacobians, compute_uv=False)
+    return values[:, -1] / np.maximum(values[:, 0], np.finfo(float).tiny)
+
+
+def gradient_of_poses(
+    jacobians: Float[np.ndarray, "rows r p"],
+) -> tuple[Float[np.ndarray, "rows"], Float[np.ndarray, "rows r p"]]:
+    """O of each pose, and its derivative by each entry of the pose's Jacobian."""
+    u, values, vt = np.linalg.svd(jacobians, full_matrices=False)
+    least, most = values[:, -1], np.maximum(values[:, 0], np.finfo(float).tiny)
+    by_least = u[:, :, -1, None] * vt[:, None, -1] / most[:, None, None]
+    by_most = u[:, :, 0, None] * vt[:, None, 0] * (least / most**2)[:, None, None]
+    return least / most, by_least - by_most
+
+
+class O(AbstractIndex):  # noqa: E742 - the paper's name
+    """Inverse condition number of single poses, unscaled; for a set their mean."""
+
+    name = "O"
+    meaning = "inverse condition number of each pose alone, mean over the poses, unscaled"
+    source = "ARIA eq. (17), after Borm & Menq, Int. J. Robotics Research 10(1), 1991"
+
+    def value(self, linearisation: Linearisation) -> float:
+        """Mean of the poses' O."""
+        values = self.per_pose(linearisation)
+        return float(values.mean()) if len(values) else 0.0
+
+    def per_pose(self, linearisation: Linearisation) -> Float[np.ndarray, "measurements"]:
+        """O of each pose."""
+        return of_poses(self._blocks(linearisation))
+
+    def gradient(self, linearisation: Linearisation) -> Float[np.ndarray, "m p"]:
+        """Derivative of the mean by each entry of the whitened Jacobian."""
+        _, gradient = gradient_of_poses(self._blocks(linearisation))
+        return gradient.reshape(linearisation.jacobian.shape) * (
+            linearisation.sigma[:, None] / linearisation.measurements
+        )
+
+    def contributions(self, linearisation: Linearisation) -> Float[np.ndarray, "measurements"]:
+        """What the mean loses without each pose."""
+        values = self.per_pose(linearisation)
+        rest = (values.sum() - values) / max(len(values) - 1, 1)
+        return values.mean() - rest
+
+    def _blocks(self, linearisation: Linearisation) -> Float[np.ndarray, "measurements r p"]:
+        count = max(linearisation.measurements, 1)
+        return linearisation.unwhitened.reshape(count, -1, len(linearisation.names))

@@ -1,0 +1,1 @@
+"""Identification: one problem for all arms and observations, one file per algorithm."""

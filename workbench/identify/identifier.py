@@ -1,0 +1,72 @@
+"""The contract of an identification algorithm, and what it hands back.
+
+An algorithm takes a `Problem` and searches from its start. What is computed at the answer (covariance,
+rank, row residuals) is the same for all and stands in `result.py`.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.identify.linear import Factor
+from workbench.identify.problem import Problem
+from workbench.types import Outcome
+
+OnStep = Callable[[int, float], bool]
+"""Called with the iteration and the present cost; returning True cancels the search."""
+
+GRADIENT_TOLERANCE = 1e-9
+"""A step that would change the whitened residual by less than this part of itself ends the search."""
+RESIDUAL_FLOOR = 1e-10
+"""… or by less than this many standard deviations a component: rounding, where there is no noise."""
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """How a search went.
+
+    Args:
+        x: Best unknowns found [rad or m].
+        outcome: How it ended.
+        history: Cost ½|r|² after every iteration, the start's first.
+    """
+
+    x: Float[np.ndarray, "p"]
+    outcome: Outcome
+    history: tuple[float, ...]
+
+    @property
+    def iterations(self) -> int:
+        """Iterations done."""
+        return len(self.history) - 1
+
+
+class AbstractIdentifier(ABC):
+    """One algorithm. Final subclasses hold its settings."""
+
+    name: ClassVar[str]
+    """As in files and commands."""
+    title: ClassVar[str]
+    """As in tables and figures."""
+
+    @abstractmethod
+    def search(self, problem: Problem, *, on_step: OnStep | None = None) -> Search:
+        """Minimise the problem's cost from its start."""
+
+
+def settled(factor: Factor, decrease: float) -> bool:
+    """Whether the promised decrease of |r|² is nothing but rounding."""
+    floor = RESIDUAL_FLOOR**2 * max(len(factor.scale), 1)
+    return decrease <= max(GRADIENT_TOLERANCE**2 * factor.residual_square, floor)
+
+
+def gauge_step(
+    factor: Factor, step: Float[np.ndarray, "p"], from_nominal: Float[np.ndarray, "p"]
+) -> Float[np.ndarray, "p"]:
+    """The step, moved along what can't be seen so that the parameters end as near to nominal as they can."""
+    n = factor.null_space
+    return step - n @ (n.T @ (from_nominal + step)) if n.shape[1] else step

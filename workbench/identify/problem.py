@@ -1,0 +1,444 @@
+"""One problem for all identifications: whitened residuals and their derivative in the unknowns.
+
+Rows are split into blocks that share a session and an observation. In every block the chain is evaluated
+once; its twists times the observation's derivative give the block's part of the identification Jacobian.
+Unknowns x are absolute values [rad or m]: constants of the arm, of the frames (per session where they
+differ), and of the instrument (anchors, contacts, markers).
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench import chain as chains
+from workbench.chain import Chain
+from workbench.errors import DataError, OptionError
+from workbench.measure.dataset import Dataset
+from workbench.measure.observations import OBSERVATIONS, AbstractObservation, Channel
+from workbench.parameters import Parameter, default_bounds
+from workbench.robots.robot import FRAME_PARTS, Frame, Robot, SessionFrames
+from workbench.types import frozen
+
+
+class Noise(NamedTuple):
+    """Standard deviations that whiten the residuals.
+
+    Args:
+        position: Of a position or a distance [m].
+        rotation: Of an orientation about each axis [rad].
+    """
+
+    position: float = 1e-4
+    rotation: float = np.deg2rad(0.02)
+
+
+class Evaluation(NamedTuple):
+    """A problem at one x.
+
+    Args:
+        residual: Whitened, measured minus predicted.
+        jacobian: Whitened, of the prediction: the residual's derivative is its negative.
+    """
+
+    residual: Float[np.ndarray, "m"]
+    jacobian: Float[np.ndarray, "m p"]
+
+
+@dataclass(frozen=True, eq=False)
+class FrameFreedom:
+    """What of the base and tool is unknown, and whether each session has its own.
+
+    Args:
+        base: Parts of the base that are unknown, from `FRAME_PARTS`; empty if it is known.
+        tool: Likewise of the tool.
+        base_per_session: Whether every session has its own base.
+        tool_per_session: Whether every session has its own tool.
+    """
+
+    base: tuple[str, ...] = ()
+    tool: tuple[str, ...] = ()
+    base_per_session: bool = False
+    tool_per_session: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class _Block:
+    """Rows of one session seen by one observation."""
+
+    session: str
+    rows: np.ndarray
+    q: np.ndarray
+    observation: AbstractObservation
+    chain: Chain
+    elements: np.ndarray
+    places: np.ndarray
+    unknowns: np.ndarray
+    known: np.ndarray
+    inverse_sigma: np.ndarray
+    start: int
+
+    @property
+    def stop(self) -> int:
+        return self.start + self.inverse_sigma.size
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Problem:
+    """Unknowns and measured rows; algorithms need nothing else.
+
+    Args:
+        robot: Nominal arm with the frames from which the search begins.
+        data: Rows that are used.
+        parameters: The unknowns.
+        noise: Standard deviations where a row brings none of its own.
+        frames: What of base and tool is unknown.
+        prior: Whitening matrix W of prior knowledge: W (x − nominal) joins the residuals.
+        row_weights: Factors of each row's residuals, from a robust loss.
+    """
+
+    robot: Robot
+    data: Dataset
+    parameters: tuple[Parameter, ...]
+    noise: Noise
+    frames: FrameFreedom
+    blocks: tuple[_Block, ...]
+    prior: Float[np.ndarray, "k p"] | None = None
+    row_weights: Float[np.ndarray, "rows"] | None = None
+
+    @classmethod
+    def build(
+        cls,
+        robot: Robot,
+        data: Dataset,
+        *,
+        free: Sequence[str] | None = None,
+        frames: FrameFreedom | None = None,
+        noise: Noise | None = None,
+        bounds: Mapping[str, tuple[float, float]] | None = None,
+        known: Mapping[str, float] | None = None,
+    ) -> "Problem":
+        """Set up the problem of some rows.
+
+        Args:
+            robot: Nominal arm; its session frames are where the search begins.
+            data: Rows to use, all of them.
+            free: Constants of the arm that are unknown; the robot's default ones if None.
+            frames: What of base and tool is unknown; nothing if None.
+            noise: Standard deviations [m], [rad] where a row brings none.
+            bounds: Least and greatest value by name, for bounded algorithms.
+            known: Values of instrument unknowns that are known, such as `anchor[A].x` [m].
+
+        Raises:
+            DataError: a row carries nothing that can be compared with a pose.
+            OptionError: free or bounds name what the robot does not have.
+        """
+        robot.check_joints(data.q, data.source)
+        frames = frames or FrameFreedom()
+        noise = noise or Noise()
+        names = tuple(robot.default_free if free is None else free)
+        arm = {e.name: e for e in robot.elements}
+        if missing := [n for n in names if n not in arm]:
+            raise OptionError(f"robot '{robot.name}' has no constant '{missing[0]}' to free; it has "
+                              f"{', '.join(n for n in arm if arm[n].matrix is None)}")
+        kinds = _kinds(data)
+        parameters = [_parameter(n, arm[n].unit, arm[n].value, bounds) for n in names]
+        parameters += _frame_parameters(robot, data.sessions, frames, bounds)
+        unknown_start = _instrument_start(robot, data, kinds)
+        parameters += [
+            _parameter(n, "m", v, bounds) for n, v in unknown_start.items() if n not in (known or {})
+        ]
+        if bounds and (stray := set(bounds) - {p.name for p in parameters}):
+            raise OptionError(f"bounds name '{sorted(stray)[0]}', which is not identified here")
+        index = {p.name: i for i, p in enumerate(parameters)}
+        values = {**unknown_start, **(known or {})}
+        blocks = _blocks(robot, data, kinds, names, frames, noise, index, values)
+        return cls(
+            robot=robot, data=data, parameters=tuple(parameters), noise=noise, frames=frames, blocks=blocks
+        )
+
+    @cached_property
+    def start(self) -> Float[np.ndarray, "p"]:
+        """Nominal values, where every search begins."""
+        return frozen(np.array([p.nominal for p in self.parameters]))
+
+    @cached_property
+    def bounds(self) -> tuple[Float[np.ndarray, "p"], Float[np.ndarray, "p"]]:
+        """Least and greatest values."""
+        return (
+            frozen(np.array([p.lower for p in self.parameters])),
+            frozen(np.array([p.upper for p in self.parameters])),
+        )
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Names of the unknowns, in the order of x."""
+        return tuple(p.name for p in self.parameters)
+
+    @property
+    def size(self) -> int:
+        """Number of measured residual components."""
+        return self.blocks[-1].stop if self.blocks else 0
+
+    @cached_property
+    def component_rows(self) -> np.ndarray:
+        """Row of the data that each residual component belongs to."""
+        return frozen(
+            np.concatenate([np.repeat(b.rows, b.inverse_sigma.shape[1]) for b in self.blocks])
+        )
+
+    @cached_property
+    def component_channels(self) -> np.ndarray:
+        """True for rotation components, false for positions."""
+        return frozen(
+            np.concatenate(
+                [
+                    np.tile([c is Channel.ROTATION for c in b.observation.channels], len(b.rows))
+                    for b in self.blocks
+                ]
+            )
+        )
+
+    @cached_property
+    def inverse_sigma(self) -> Float[np.ndarray, "m"]:
+        """Reciprocal standard deviation of each residual component [1/m or 1/rad]."""
+        return frozen(np.concatenate([b.inverse_sigma.ravel() for b in self.blocks]))
+
+    def evaluate(self, x: Float[np.ndarray, "p"]) -> Evaluation:
+        """Whitened residual and Jacobian."""
+        extra = 0 if self.prior is None else len(self.prior)
+        residual = np.empty(self.size + extra)
+        jacobian = np.zeros((self.size + extra, len(x)))
+        for block in self.blocks:
+            poses, twists = chains.twists(block.chain, block.q, block.elements, values=self._values(block, x))
+            part = block.observation.see(poses, self._unknown(block, x))
+            rows = slice(block.start, block.stop)
+            weight = self._weight(block)
+            residual[rows] = (part.residual * weight).ravel()
+            if len(block.elements):
+                product = (part.by_twist @ twists) * weight[..., None]
+                jacobian[rows, block.places] = product.reshape(-1, len(block.elements))
+            if len(block.unknowns):
+                mine = block.unknowns >= 0
+                product = (part.by_unknown * weight[..., None]).reshape(rows.stop - rows.start, -1)
+                jacobian[rows, block.unknowns[mine]] = product[:, mine]
+        if self.prior is not None:
+            residual[self.size :] = -self.prior @ (x - self.start)
+            jacobian[self.size :] = self.prior
+        return Evaluation(residual, jacobian)
+
+    def residual(self, x: Float[np.ndarray, "p"]) -> Float[np.ndarray, "m"]:
+        """Whitened residual alone."""
+        parts = []
+        for block in self.blocks:
+            poses = chains.poses(block.chain, block.q, values=self._values(block, x))
+            part = block.observation.see(poses, self._unknown(block, x))
+            parts.append((part.residual * self._weight(block)).ravel())
+        if self.prior is not None:
+            parts.append(-self.prior @ (x - self.start))
+        return np.concatenate(parts)
+
+    def jacobian(self, x: Float[np.ndarray, "p"]) -> Float[np.ndarray, "m p"]:
+        """Whitened identification Jacobian alone."""
+        return self.evaluate(x).jacobian
+
+    def physical(self, whitened: Float[np.ndarray, "m"]) -> Float[np.ndarray, "m"]:
+        """Measured residual components in m and rad from whitened ones, without robust weights."""
+        weights = 1.0 if self.row_weights is None else self.row_weights[self.component_rows]
+        return whitened[: self.size] / (self.inverse_sigma * weights)
+
+    def with_noise(self, noise: Noise) -> "Problem":
+        """The same problem whitened by other standard deviations."""
+        blocks = tuple(
+            replace(b, inverse_sigma=_inverse_sigma(self.data.take(b.rows), b.observation, noise))
+            for b in self.blocks
+        )
+        return replace(self, noise=noise, blocks=blocks)
+
+    def with_row_weights(self, weights: Float[np.ndarray, "rows"] | None) -> "Problem":
+        """The same problem with rows weighted, as a robust loss does."""
+        return replace(self, row_weights=weights)
+
+    def with_prior(self, names: Sequence[str], covariance: Float[np.ndarray, "k k"]) -> "Problem":
+        """The same problem with an older calibration's knowledge of some unknowns.
+
+        Args:
+            names: Unknowns that it speaks of; others of its names are passed over by the caller.
+            covariance: Their covariance [rad, m].
+        """
+        if missing := [n for n in names if n not in self.names]:
+            raise OptionError(f"the prior speaks of '{missing[0]}', which is not identified here")
+        eigenvalue, vectors = np.linalg.eigh(np.atleast_2d(covariance))
+        if eigenvalue.min(initial=0.0) < -1e-12 * max(eigenvalue.max(initial=0.0), 1e-300):
+            raise OptionError("the prior's covariance matrix has a negative eigenvalue; give a valid one")
+        floor = 1e-12 * eigenvalue.max()
+        whitening = np.zeros((len(names), len(self.names)))
+        columns = [self.names.index(n) for n in names]
+        whitening[:, columns] = (vectors / np.sqrt(np.maximum(eigenvalue, floor))).T
+        return replace(self, prior=frozen(whitening))
+
+    def robot_at(self, x: Float[np.ndarray, "p"]) -> Robot:
+        """The robot with the unknowns set, its session frames included."""
+        values = dict(zip(self.names, x.tolist(), strict=True))
+        arm = {n: v for n, v in values.items() if "[" not in n}
+        robot = self.robot.with_values(arm)
+        if self.frames.base_per_session or self.frames.tool_per_session or self.robot.sessions:
+            sessions = []
+            for name in self.data.sessions:
+                old = self.robot.session_frames(name)
+                own_base, own_tool = self.frames.base_per_session, self.frames.tool_per_session
+                base = _moved(old.base, "base", name, values) if own_base else robot.base
+                tool = _moved(old.tool, "tool", name, values) if own_tool else robot.tool
+                sessions.append(SessionFrames(name, base, tool))
+            others = tuple(s for s in self.robot.sessions if s.name not in self.data.sessions)
+            robot = replace(robot, sessions=(*others, *sessions))
+        return robot
+
+    def _values(self, block: _Block, x: np.ndarray) -> np.ndarray:
+        values = block.chain.values.copy()
+        values[block.elements] = x[block.places]
+        return values
+
+    def _unknown(self, block: _Block, x: np.ndarray) -> np.ndarray:
+        if not len(block.unknowns):
+            return block.known
+        return np.where(block.unknowns >= 0, x[block.unknowns], block.known)
+
+    def _weight(self, block: _Block) -> np.ndarray:
+        if self.row_weights is None:
+            return block.inverse_sigma
+        return block.inverse_sigma * self.row_weights[block.rows, None]
+
+
+def _parameter(
+    name: str, unit: str, nominal: float, bounds: Mapping[str, tuple[float, float]] | None
+) -> Parameter:
+    lower, upper = (bounds or {}).get(name) or default_bounds(name, unit, nominal)
+    if not lower <= nominal <= upper:
+        raise OptionError(
+            f"the bounds [{lower:g}, {upper:g}] of {name} leave its nominal value {nominal:g} out; widen them"
+        )
+    return Parameter(name, unit, nominal, lower, upper)
+
+
+def _frame_names(frame: str, per_session: bool, session: str) -> str:
+    """`base`, or `base[front]` where every session has its own."""
+    return f"{frame}[{session}]" if per_session else frame
+
+
+def _frame_parameters(
+    robot: Robot, sessions: Sequence[str], frames: FrameFreedom, bounds: Mapping | None
+) -> list[Parameter]:
+    parameters = []
+    for kind, parts, own in (
+        ("base", frames.base, frames.base_per_session),
+        ("tool", frames.tool, frames.tool_per_session),
+    ):
+        for session in sessions if own else sessions[:1]:
+            frame: Frame = getattr(robot.session_frames(session) if own else robot, kind)
+            for part in sorted(parts, key=FRAME_PARTS.index):
+                place = FRAME_PARTS.index(part)
+                nominal, unit = (float(frame.xyz[place]), "m") if place < 3 else (0.0, "rad")
+                name = f"{_frame_names(kind, own, session)}.{part}"
+                parameters.append(_parameter(name, unit, nominal, bounds))
+    return parameters
+
+
+def _kinds(data: Dataset) -> list[tuple[type[AbstractObservation], np.ndarray]]:
+    """Every row with the first observation that fits it."""
+    left = np.ones(len(data), bool)
+    kinds = []
+    for kind in OBSERVATIONS:
+        mine = kind.applies(data) & left
+        left &= ~mine
+        if mine.any():
+            kinds.append((kind, np.flatnonzero(mine)))
+    if left.any():
+        raise DataError(
+            f"{data.source}, data row {data.row[left][0]}: nothing was measured that can be compared with a "
+            "pose (position, orientation, markers, distance or contact); exclude the row"
+        )
+    return kinds
+
+
+def _session_chain(robot: Robot, session: str) -> Chain:
+    frames = robot.session_frames(session)
+    return robot.with_frames(base=frames.base, tool=frames.tool).chain
+
+
+def _instrument_start(robot: Robot, data: Dataset, kinds) -> dict[str, float]:
+    """First guesses of anchors, contacts and markers from the nominal poses."""
+    start: dict[str, float] = {}
+    for kind, rows in kinds:
+        mine = data.take(rows)
+        observation = kind.of(mine)
+        if observation.unknowns:
+            poses = np.empty((len(rows), 4, 4))
+            for session in mine.sessions:
+                chosen = _in_session(mine, session)
+                poses[chosen] = chains.poses(_session_chain(robot, session), mine.q[chosen])
+            start |= zip(observation.unknowns, observation.start(poses).tolist(), strict=True)
+    return start
+
+
+def _in_session(data: Dataset, session: str) -> np.ndarray:
+    return np.ones(len(data), bool) if data.session is None else data.session == session
+
+
+def _blocks(robot, data, kinds, names, frames, noise, index, values) -> tuple[_Block, ...]:
+    blocks, start = [], 0
+    for session in data.sessions:
+        in_session = _in_session(data, session)
+        full = _session_chain(robot, session)
+        elements, places = list(full.indices(names)), [index[n] for n in names]
+        for kind, parts, own in (
+            ("base", frames.base, frames.base_per_session),
+            ("tool", frames.tool, frames.tool_per_session),
+        ):
+            for part in parts:
+                elements.append(full.index[f"{kind}.{part}"])
+                places.append(index[f"{_frame_names(kind, own, session)}.{part}"])
+        for observed, rows in kinds:
+            rows = rows[in_session[rows]]
+            if not len(rows):
+                continue
+            observation = observed.of(data.take(rows))
+            inverse = _inverse_sigma(data.take(rows), observation, noise)
+            blocks.append(
+                _Block(
+                    session=session,
+                    rows=rows,
+                    q=np.ascontiguousarray(data.q[rows]),
+                    observation=observation,
+                    chain=full,
+                    elements=np.array(elements, np.int64),
+                    places=np.array(places, np.int64),
+                    unknowns=np.array([index.get(n, -1) for n in observation.unknowns], np.int64),
+                    known=np.array([values[n] for n in observation.unknowns], float),
+                    inverse_sigma=inverse,
+                    start=start,
+                )
+            )
+            start += inverse.size
+    return tuple(blocks)
+
+
+def _inverse_sigma(data: Dataset, observation: AbstractObservation, noise: Noise) -> np.ndarray:
+    """Reciprocal standard deviation of every residual component; a row's own where it brings one."""
+    rotation = np.array([c is Channel.ROTATION for c in observation.channels])
+    sigma = np.where(rotation, noise.rotation, noise.position) * np.ones((len(data), 1))
+    if data.sigma is not None and len(observation.channels) in (3, 6):
+        own = data.sigma[:, : len(observation.channels)]
+        sigma = np.where(np.isfinite(own), own, sigma)
+    return 1.0 / sigma
+
+
+def _moved(frame: Frame, kind: str, session: str, values: Mapping[str, float]) -> Frame:
+    parts = [
+        values.get(f"{kind}[{session}].{part}", float(frame.xyz[i]) if i < 3 else 0.0)
+        for i, part in enumerate(FRAME_PARTS)
+    ]
+    return frame.moved(np.array(parts))

@@ -1,0 +1,29 @@
+"""What an instrument can see: one file per observation, all with the same three answers."""
+
+from workbench.measure.observations.contact import ContactObservation
+from workbench.measure.observations.distance import DistanceObservation
+from workbench.measure.observations.markers import MarkerObservation
+from workbench.measure.observations.observation import AbstractObservation, Channel, Seen
+from workbench.measure.observations.point import PointObservation
+from workbench.measure.observations.pose import PoseObservation
+
+OBSERVATIONS: tuple[type[AbstractObservation], ...] = (
+    PoseObservation,
+    PointObservation,
+    MarkerObservation,
+    DistanceObservation,
+    ContactObservation,
+)
+"""All kinds, in the order in which a row is asked; each row is seen by the first that fits it."""
+
+__all__ = [
+    "OBSERVATIONS",
+    "AbstractObservation",
+    "Channel",
+    "ContactObservation",
+    "DistanceObservation",
+    "MarkerObservation",
+    "PointObservation",
+    "PoseObservation",
+    "Seen",
+]

@@ -1,0 +1,51 @@
+"""Parameters of an identification: what each number is called, means, and may become."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+MAX_ANGLE, MAX_LENGTH = 1.0, 0.1
+"""Default bounds of a geometric constant about its nominal value [rad], [m]: wide enough for an arm whose
+joint was mounted 45° off, narrow enough to keep a bounded search on this side of its mirror images."""
+
+FRAME_WORDS = {"base": "base", "tool": "tool"}
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One unknown of an identification.
+
+    Args:
+        name: `joint2.alpha`, `base.x`, `base[front].yaw`, `anchor[A].z` …
+        unit: `rad` or `m`.
+        nominal: Where the search begins, in that unit.
+        lower: Least value for bounded algorithms.
+        upper: Greatest value for bounded algorithms.
+        prior: Standard deviation of the nominal value, where it is known; infinite where it is not.
+    """
+
+    name: str
+    unit: str
+    nominal: float
+    lower: float = -np.inf
+    upper: float = np.inf
+    prior: float = np.inf
+
+    @property
+    def words(self) -> str:
+        """The name as people say it: frames without the dot."""
+        owner, _, part = self.name.rpartition(".")
+        return f"{owner} {part}" if owner.split("[")[0] in FRAME_WORDS else self.name
+
+    @property
+    def is_geometry(self) -> bool:
+        """True for a constant of the arm, false for frames and the instrument's unknowns."""
+        return "[" not in self.name and self.name.split(".")[0] not in FRAME_WORDS
+
+
+def default_bounds(name: str, unit: str, nominal: float) -> tuple[float, float]:
+    """Bounds of a parameter that nobody bounded: none for frames, `MAX_…` about nominal for the arm."""
+    if not Parameter(name, unit, nominal).is_geometry:
+        return (-np.inf, np.inf)
+    width = MAX_ANGLE if unit == "rad" else MAX_LENGTH
+    return (nominal - width, nominal + width)
