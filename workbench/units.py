@@ -183,7 +183,9 @@ def _parsed(unit: str):
             return _registry().parse_units(text.replace("⋅", "*"))
         except Exception:  # the registry's parser answers odd text with nearly any exception
             pass
-    raise UnitError(f"the unit '{unit}' is unknown: write e.g. rad, deg, m, mm, s, degC, kg or N*m", unit=unit)
+    raise UnitError(
+        f"the unit '{unit}' is unknown: write e.g. rad, deg, m, mm, s, degC, kg or N*m", unit=unit
+    )
 
 
 def _as_quantity(parsed, quantity: Quantity) -> Conversion | None:

@@ -19,7 +19,7 @@ from workbench.types import Outcome
 OnStep = Callable[[int, float], bool]
 """Called with the iteration and the present cost; returning True cancels the search."""
 
-GRADIENT_TOLERANCE = 1e-9
+GRADIENT_TOLERANCE = 1e-7
 """A step that would change the whitened residual by less than this part of itself ends the search."""
 RESIDUAL_FLOOR = 1e-10
 """… or by less than this many standard deviations a component: rounding, where there is no noise."""

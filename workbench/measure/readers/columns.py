@@ -10,7 +10,25 @@ from workbench.measure.readers.vocabulary import is_commanded, meaning, quantiti
 from workbench.measure.readers.wording import listed, span
 from workbench.units import EXAMPLES, REMARKS, Conversion, conversion, parse_heading
 
-_UNIT_ENDINGS = ("mm", "cm", "um", "µm", "m", "in", "deg", "°", "rad", "mrad", "degC", "°C", "K", "s", "ms", "kg", "Nm")
+_UNIT_ENDINGS = (
+    "mm",
+    "cm",
+    "um",
+    "µm",
+    "m",
+    "in",
+    "deg",
+    "°",
+    "rad",
+    "mrad",
+    "degC",
+    "°C",
+    "K",
+    "s",
+    "ms",
+    "kg",
+    "Nm",
+)
 _DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d.*")
 
 
@@ -86,7 +104,9 @@ def _with_unit(column: Column, table: Table, unit: str | None) -> Column:
     wanted = EXAMPLES[quantities[0]]
     if unit is None and wanted != EXAMPLES[_NUMBER]:
         if column.key == "time" and table.rows and _DATE.fullmatch(table.columns[column.index][0]):
-            return replace(column, remark=f"'{column.heading}' holds dates, read as seconds from the first row")
+            return replace(
+                column, remark=f"'{column.heading}' holds dates, read as seconds from the first row"
+            )
         first = wanted.split(" or ")[0]
         message = (
             f"{where}: the unit is missing: write '{column.heading}[{first}]' in the header ({wanted}, as it is), "
@@ -160,7 +180,9 @@ def problems(columns: tuple[Column, ...]) -> list[WorkbenchError]:
 def decisions(columns: tuple[Column, ...]) -> tuple[str, ...]:
     """Everything decided about the columns, in few sentences."""
     notes: list[str] = []
-    renamed = [column for column in columns if column.remark and column.remark.endswith(f"read as {column.key}")]
+    renamed = [
+        column for column in columns if column.remark and column.remark.endswith(f"read as {column.key}")
+    ]
     if len(renamed) > 3:
         keys, headings = [str(column.key) for column in renamed], [column.heading for column in renamed]
         notes.append(f"headings {span([repr(h) for h in headings])} are read as {span(keys)}")
@@ -177,7 +199,11 @@ def decisions(columns: tuple[Column, ...]) -> tuple[str, ...]:
         for (unit, si), keys in units.items()
         if unit != si and si != str(_NUMBER)
     ]
-    left_out = [column.heading for column in columns if column.key is None and column.remark is None and column.heading]
+    left_out = [
+        column.heading
+        for column in columns
+        if column.key is None and column.remark is None and column.heading
+    ]
     if left_out:
         notes.append(f"unknown columns are left out: {listed(left_out)}")
     nameless = sum(column.key is None and not column.heading for column in columns)

@@ -65,7 +65,9 @@ def kind_of(data: bytes, path: Path) -> Kind:
         return Kind.PARQUET
     for magic, sentence in _REFUSED:
         if data.startswith(magic):
-            raise FileError(f"{sentence}; {_TABLE}" if "not a table" in sentence else sentence, path=str(path))
+            raise FileError(
+                f"{sentence}; {_TABLE}" if "not a table" in sentence else sentence, path=str(path)
+            )
     if data.startswith(b"MATLAB 5.0 MAT-file") or path.suffix.lower() == ".mat":
         return Kind.MATLAB
     return Kind.TEXT
@@ -81,7 +83,11 @@ def refuse_other_text(text: str, path: Path) -> None:
     found = None
     if start.startswith("<"):
         robot = "<robot" in start
-        found = "this is a robot description (URDF): give it as --robot" if robot else "this is an XML or HTML file"
+        found = (
+            "this is a robot description (URDF): give it as --robot"
+            if robot
+            else "this is an XML or HTML file"
+        )
     elif start.startswith(("{", "[{")) and ":" in start:
         found = "this is JSON, not a table"
     elif _is_toml(text, path):

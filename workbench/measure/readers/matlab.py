@@ -78,7 +78,9 @@ def _contents(variables: dict[str, np.ndarray]) -> str:
     return ", ".join(f"{name} ({' x '.join(map(str, value.shape))})" for name, value in variables.items())
 
 
-def _file_side(pair: Pair, variables: dict[str, np.ndarray], path: Path) -> tuple[str, Item, tuple[Item, ...]]:
+def _file_side(
+    pair: Pair, variables: dict[str, np.ndarray], path: Path
+) -> tuple[str, Item, tuple[Item, ...]]:
     """The name in the file, the item that carries it, and what it means.
 
     Raises:
@@ -154,7 +156,9 @@ def _headings(wanted: tuple[Item, ...], width: int, name: str, path: Path) -> li
         many = item.name.lower() in ("q", "torque", "direction")
         keys = [f"{item.name.lower()}{i}" for i in range(1, width + 1)] if many else group_keys(item.name)
         if keys is None and meaning(item.name) is None:
-            raise OptionError(f"{path}: '{item.name}' is no column that is known: write q, xyz, quat, rpy, x, time, …")
+            raise OptionError(
+                f"{path}: '{item.name}' is no column that is known: write q, xyz, quat, rpy, x, time, …"
+            )
         for key in keys or (item.name,):
             plain = re.fullmatch(r"r\d\d|q[wxyz]|direction\d+", key)
             headings.append(key if plain else item.heading(key))

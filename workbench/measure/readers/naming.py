@@ -140,7 +140,9 @@ def _counted_on(items: tuple[Item, ...], whole: str) -> tuple[Item, ...]:
         first = re.fullmatch(r"(\D*)(\d+)", result[-1].name) if result else None
         last = re.fullmatch(r"(\D*)(\d+)", items[i + 1].name) if i + 1 < len(items) else None
         if first is None or last is None or first[1] != last[1] or int(last[2]) <= int(first[2]):
-            raise OptionError(f"columns='{whole}': '…' must stand between numbered names, as in q1[deg],…,q6[deg]")
+            raise OptionError(
+                f"columns='{whole}': '…' must stand between numbered names, as in q1[deg],…,q6[deg]"
+            )
         unit = result[-1].unit if result[-1].unit is not None else items[i + 1].unit
         result[-1] = Item(result[-1].name, unit)
         result += [Item(f"{first[1]}{n}", unit) for n in range(int(first[2]) + 1, int(last[2]))]

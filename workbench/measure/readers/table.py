@@ -66,8 +66,10 @@ def with_headings(grid: Grid) -> Table:
         )
     head = max(range(start), key=lambda i: (_known(grid.rows[i]), i))
     if not _known(grid.rows[head]):
-        if start == len(grid.rows) and len(grid.rows) > 1 and max(map(len, grid.rows)) == 1:
-            raise FileError("this is text, not a table of measurements", path=grid.source)
+        if start == len(grid.rows) > 1:
+            raise FileError(
+                "no row of numbers is in it: this is not a table of measurements", path=grid.source
+            )
         raise FileError(
             f"none of the headings {listed(grid.rows[head])} is known: name the columns q1[rad], …, x[m], "
             "y[m], z[m], or say what they are with columns='q1[deg]=…' (--columns)",
@@ -240,7 +242,9 @@ def with_pairs(grid: Grid, naming: Naming) -> Grid:
                 break
         else:
             cells = [cell for row in rows for cell in row if cell]
-            raise OptionError(f"{grid.source}: there is no column '{pair.right[0].name}': it has {listed(cells)}")
+            raise OptionError(
+                f"{grid.source}: there is no column '{pair.right[0].name}': it has {listed(cells)}"
+            )
         _rename(rows[place[0]], place[1], item)
         notes += (f"the caller reads '{name}' as {item.heading()}",)
     return replace(grid, rows=rows + grid.rows[end:], notes=notes)

@@ -71,7 +71,8 @@ def _strictly(data: bytes, name: str, path: Path) -> str:
         return data.decode(name)
     except UnicodeDecodeError as error:
         raise FileError(
-            f"it begins like {name} text but is broken at byte {error.start}: save it as UTF-8", path=str(path)
+            f"it begins like {name} text but is broken at byte {error.start}: save it as UTF-8",
+            path=str(path),
         ) from None
 
 
@@ -130,5 +131,7 @@ def _fields(
             places.append(numbers[start])
             start = reader.line_num
     except csv.Error as error:
-        raise FileError(f"the fields can't be parted ({error})", path=str(path), line=numbers[start]) from None
+        raise FileError(
+            f"the fields can't be parted ({error})", path=str(path), line=numbers[start]
+        ) from None
     return rows, places

@@ -17,7 +17,9 @@ _JOINT_WORDS = "q|j|a|ax|joint|axis|achse|gelenk|theta|th|θ|joint_angle|joint_p
 _JOINT_WORDS += "|gelenkwinkel|achswinkel|winkel|axe|articulation|eje|giunto|asse"
 _ROBOTS = "panda|fr3|fer|iiwa|lbr|lbr_iiwa|kuka|robot|arm|measured|actual|ist"
 _MEASURED = "pos|position|p|t|measured|measurement|meas|actual|ist|mess|messwert"
-_COMMANDED = re.compile(r"(^|_)(goal|target|cmd|command|commanded|desired|nominal|soll|setpoint|ref|reference)(_|$)")
+_COMMANDED = re.compile(
+    r"(^|_)(goal|target|cmd|command|commanded|desired|nominal|soll|setpoint|ref|reference)(_|$)"
+)
 
 # (pattern of the normalised name, key). Ours come first; {0}, {1} are the pattern's groups.
 _PATTERNS: tuple[tuple[re.Pattern[str], str], ...] = tuple(
@@ -95,7 +97,9 @@ def meaning(name: str) -> Meaning | None:
         return Meaning(_SYNONYMS[plain], plain == _SYNONYMS[plain])
     for pattern, template in _PATTERNS:
         if match := pattern.fullmatch(plain):
-            key = template.format(*(group.lstrip("0") or "0" for group in match.groups() if group is not None))
+            key = template.format(
+                *(group.lstrip("0") or "0" for group in match.groups() if group is not None)
+            )
             key = _ANGLES.get(key, key)
             return Meaning(key, plain == key)
     return None

@@ -1,0 +1,185 @@
+"""What a fit hands back: parameters with standard errors, and what the rows could not see.
+
+Everything here is computed at the answer from one factorisation, whichever algorithm found it.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.identify.linear import Factor, factorise
+from workbench.identify.problem import Problem
+from workbench.parameters import Parameter
+from workbench.robots.robot import Robot
+from workbench.types import Outcome
+
+NOTICEABLE = 0.05
+"""Weights below this part of the largest do not enter the words for an unidentifiable combination."""
+SUSPICIOUS = 5.0
+"""Rows whose residual is this many times what the others lead one to expect are listed."""
+POOR_ANGLE, POOR_LENGTH = np.deg2rad(1.0), 5e-3
+"""Standard errors above which a seen parameter is called poorly determined [rad], [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Combination:
+    """Parameters that can't be told apart: moving them together changes no row.
+
+    Args:
+        names: The parameters, the heaviest first.
+        weights: Their shares [rad or m], the largest 1.
+        words: For people, such as `base yaw with joint1.theta`.
+    """
+
+    names: tuple[str, ...]
+    weights: tuple[float, ...]
+    words: str
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Fit:
+    """One algorithm's answer to a problem.
+
+    Args:
+        algorithm: Its name.
+        title: Its name in tables and figures.
+        problem: What it was asked.
+        x: Unknowns [rad or m].
+        outcome: How the search ended.
+        history: Cost after every iteration.
+        seconds: Time of the search.
+        warnings: What a user should know, one sentence each.
+    """
+
+    algorithm: str
+    title: str
+    problem: Problem
+    x: Float[np.ndarray, "p"]
+    outcome: Outcome
+    history: tuple[float, ...]
+    seconds: float
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def iterations(self) -> int:
+        """Iterations of the search."""
+        return len(self.history) - 1
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """The unknowns, in the order of x."""
+        return self.problem.parameters
+
+    @cached_property
+    def calibrated(self) -> Robot:
+        """The robot with the identified values."""
+        return self.problem.robot_at(self.x)
+
+    @cached_property
+    def factor(self) -> Factor:
+        """Factorisation of the whitened Jacobian at the answer."""
+        at = self.problem.evaluate(self.x)
+        return factorise(at.jacobian, at.residual)
+
+    @cached_property
+    def whitened(self) -> Float[np.ndarray, "m"]:
+        """Whitened residual components at the answer."""
+        return self.problem.residual(self.x)[: self.problem.size]
+
+    @cached_property
+    def variance_factor(self) -> float:
+        """Residual variance per degree of freedom; 1 when the noise is as stated."""
+        freedom = max(self.problem.size - self.factor.rank, 1)
+        return float(self.whitened @ self.whitened) / freedom
+
+    @cached_property
+    def covariance(self) -> Float[np.ndarray, "p p"]:
+        """Covariance of x [rad, m] for the residuals that were left; zero along what can't be seen."""
+        return self.factor.covariance() * self.variance_factor
+
+    @cached_property
+    def std(self) -> Float[np.ndarray, "p"]:
+        """Standard errors [rad or m]."""
+        return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+
+    @property
+    def condition(self) -> float:
+        """Condition number of what can be seen, columns scaled to unit length."""
+        return self.factor.condition
+
+    @cached_property
+    def unidentifiable(self) -> tuple[Combination, ...]:
+        """Combinations that no row shows; they stayed as near to nominal as the rest allowed."""
+        return combinations(self.factor.null_space, self.parameters)
+
+    @cached_property
+    def poorly_determined(self) -> tuple[str, ...]:
+        """Parameters that are seen, but only within more than a degree or 5 mm."""
+        limits = [POOR_ANGLE if p.unit == "rad" else POOR_LENGTH for p in self.parameters]
+        return tuple(
+            p.words for p, s, limit in zip(self.parameters, self.std, limits, strict=True) if s > limit
+        )
+
+    @cached_property
+    def at_bounds(self) -> tuple[str, ...]:
+        """Parameters that ended on a bound."""
+        lower, upper = self.problem.bounds
+        on = (self.x <= lower + 1e-12) | (self.x >= upper - 1e-12)
+        return tuple(p.words for p, b in zip(self.parameters, on, strict=True) if b)
+
+    @cached_property
+    def row_residuals(self) -> Float[np.ndarray, "rows"]:
+        """Standardised residual of every row: root of its mean squared whitened components."""
+        rows = self.problem.component_rows
+        size = len(self.problem.data)
+        square = np.bincount(rows, self.whitened**2, size) / np.bincount(rows, minlength=size)
+        return np.sqrt(square / max(self.variance_factor, 1e-300))
+
+    @cached_property
+    def suspicious(self) -> np.ndarray:
+        """Rows (of the problem's data) that stand out from the others, the worst first."""
+        residuals = self.row_residuals
+        typical = max(float(np.median(residuals)), 1e-12)
+        found = np.flatnonzero(residuals > SUSPICIOUS * typical)
+        return found[np.argsort(-residuals[found])]
+
+
+def combinations(
+    null_space: Float[np.ndarray, "p n"], parameters: tuple[Parameter, ...]
+) -> tuple[Combination, ...]:
+    """Words for a null space: its basis is reduced until every vector involves few parameters.
+
+    Gauss–Jordan elimination with the largest pivots gives one parameter to each combination alone; the
+    others that must move with it are named after it.
+    """
+    rows = null_space.T.copy()
+    used: list[int] = []
+    for k in range(len(rows)):
+        free = np.abs(rows[k:])
+        free[:, used] = 0.0
+        row, column = divmod(int(np.argmax(free)), rows.shape[1])
+        rows[[k, k + row]] = rows[[k + row, k]]
+        rows[k] /= rows[k, column]
+        others = np.arange(len(rows)) != k
+        rows[others] -= np.outer(rows[others, column], rows[k])
+        used.append(column)
+    found = []
+    for row, column in zip(rows, used, strict=True):
+        weights = row / np.abs(row).max()
+        chosen = np.flatnonzero(np.abs(weights) > NOTICEABLE)
+        chosen = chosen[np.argsort(-np.abs(weights[chosen]), kind="stable")]
+        found.append(_combination([parameters[i] for i in chosen], weights[chosen], used.index(column)))
+    return tuple(found)
+
+
+def _combination(parameters: list[Parameter], weights: np.ndarray, _: int) -> Combination:
+    ordered = sorted(zip(parameters, weights, strict=True), key=lambda pair: pair[0].is_geometry)
+    words = [p.words for p, _ in ordered]
+    text = " with ".join(words) if len(words) > 1 else f"{words[0]} alone (no row shows it)"
+    if len(words) > 3:
+        text = f"{words[0]} with a combination of {', '.join(words[1:-1])} and {words[-1]}"
+    return Combination(
+        tuple(p.name for p, _ in ordered), tuple(float(w) for _, w in ordered), text
+    )

@@ -1,0 +1,74 @@
+"""Layouts: files of a known origin whose columns need more than names and units to be understood."""
+
+from abc import ABC, abstractmethod
+from pathlib import Path
+
+from workbench.errors import FileError
+from workbench.measure.readers.fields import Fields
+from workbench.measure.readers.numbers import decimal_of, to_numbers
+from workbench.measure.readers.table import Table
+from workbench.units import Quantity, to_si
+
+
+class AbstractTableLayout(ABC):
+    """A table that is recognised by its headings."""
+
+    name: str
+
+    @abstractmethod
+    def matches(self, headings: list[str]) -> bool:
+        """Whether a table with these headings is of this layout."""
+
+    @abstractmethod
+    def read(self, table: Table) -> Fields:
+        """The measurements in it, in SI."""
+
+
+class AbstractFolderLayout(ABC):
+    """A folder of files, or one file of it."""
+
+    name: str
+
+    @abstractmethod
+    def matches(self, path: Path) -> bool:
+        """Whether a folder or file is of this layout."""
+
+    @abstractmethod
+    def refuses(self, path: Path) -> bool:
+        """Whether a file comes from such a folder but holds no measurements."""
+
+    @abstractmethod
+    def read(self, path: Path) -> Fields:
+        """The measurements in it, in SI."""
+
+
+class Picker:
+    """Columns of a table by their exact heading, in SI."""
+
+    def __init__(self, table: Table):
+        self.table = table
+
+    def index(self, heading: str) -> int:
+        """Place of a column.
+
+        Raises:
+            FileError: There is none of that heading.
+        """
+        if heading not in self.table.headings:
+            raise FileError(
+                f"this layout needs a column '{heading}'",
+                path=self.table.source,
+                line=self.table.heading_line,
+            )
+        return self.table.headings.index(heading)
+
+    def numbers(self, headings: list[str], unit: str, quantity: Quantity):
+        """Columns as one array (rows, columns) in SI."""
+        indices = [self.index(heading) for heading in headings]
+        decimal = decimal_of(self.table, indices)
+        values = [to_si(to_numbers(self.table, i, decimal), unit, quantity) for i in indices]
+        return list(values)
+
+    def text(self, heading: str) -> tuple[str, ...]:
+        """Cells of a column as they stand."""
+        return self.table.columns[self.index(heading)]
