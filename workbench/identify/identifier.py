@@ -19,10 +19,10 @@ from workbench.types import Outcome
 OnStep = Callable[[int, float], bool]
 """Called with the iteration and the present cost; returning True cancels the search."""
 
-GRADIENT_TOLERANCE = 1e-7
-"""A step that would change the whitened residual by less than this part of itself ends the search."""
+STEP_TOLERANCE = 1e-4
+"""A step that promises to move the answer by less than this many standard errors ends the search."""
 RESIDUAL_FLOOR = 1e-10
-"""… or by less than this many standard deviations a component: rounding, where there is no noise."""
+"""… or one that changes the residuals by less than this many of the stated standard deviations: rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,15 +58,18 @@ class AbstractIdentifier(ABC):
         """Minimise the problem's cost from its start."""
 
 
-def settled(factor: Factor, decrease: float) -> bool:
-    """Whether the promised decrease of |r|² is nothing but rounding."""
-    floor = RESIDUAL_FLOOR**2 * max(len(factor.scale), 1)
-    return decrease <= max(GRADIENT_TOLERANCE**2 * factor.residual_square, floor)
+def settled(factor: Factor, decrease: float, size: int) -> bool:
+    """Whether the promised decrease of |r|² is far below what noise can carry.
+
+    A step of s standard errors promises a decrease of s² times the residual variance.
+    """
+    variance = factor.residual_square / max(size - factor.rank, 1)
+    return decrease <= max(STEP_TOLERANCE**2 * variance, RESIDUAL_FLOOR**2 * size)
 
 
 def gauge_step(
     factor: Factor, step: Float[np.ndarray, "p"], from_nominal: Float[np.ndarray, "p"]
 ) -> Float[np.ndarray, "p"]:
     """The step, moved along what can't be seen so that the parameters end as near to nominal as they can."""
-    n = factor.null_space
+    n = factor.held
     return step - n @ (n.T @ (from_nominal + step)) if n.shape[1] else step

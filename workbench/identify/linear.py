@@ -1,19 +1,23 @@
 """The linear algebra that every algorithm shares: one factorisation, its rank, and what it can't see.
 
 The whitened Jacobian is compressed to its triangular factor and its columns are scaled to unit length, so
-that neither the number of rows nor the choice of metres or degrees matters. Directions whose singular
-value is below `RANK_TOLERANCE` of the largest can't be seen; steps along them are chosen so that the
-parameters stay as close to their nominal values as the data allow (minimum norm, as `lsqminnorm`).
+that neither the number of rows nor the choice of metres or degrees matters. A direction in parameter space
+is *unseen* when its singular value is rounding (`RANK_TOLERANCE`), and *hardly seen* when the stated noise
+leaves it uncertain by more than `HARDLY` rad or m: beyond that the model is no longer linear, and a search
+along it wanders without fitting anything. Along both the parameters stay as close to their nominal values
+as the rest allows (minimum norm, as `lsqminnorm`), and both are named in the result.
 """
 
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
-RANK_TOLERANCE = 1e-8
+RANK_TOLERANCE = 1e-10
 """Relative singular value below which a combination of parameters counts as not seen at all."""
+HARDLY = 0.2
+"""Standard error [rad or m] above which a combination of parameters counts as hardly seen."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,73 +25,92 @@ class Factor:
     """J = Q R, R D⁻¹ = U S Vᵀ with D the column lengths, and the compressed residual Qᵀr.
 
     Args:
-        u: Left vectors of the compressed, scaled Jacobian.
-        s: Singular values of the scaled Jacobian, largest first.
-        vt: Right vectors.
+        s: Singular values of the scaled Jacobian, largest first; zeros where rows are fewer than columns.
+        vt: Right vectors, one for every parameter.
         scale: Column lengths D; 1 for columns of zeros.
-        compressed: Qᵀ r.
+        along: Uᵀ Qᵀ r, the residual along each left vector.
         residual_square: |r|².
     """
 
-    u: Float[np.ndarray, "k k"]
-    s: Float[np.ndarray, "k"]
-    vt: Float[np.ndarray, "k p"]
+    s: Float[np.ndarray, "p"]
+    vt: Float[np.ndarray, "p p"]
     scale: Float[np.ndarray, "p"]
-    compressed: Float[np.ndarray, "k"]
+    along: Float[np.ndarray, "p"]
     residual_square: float
 
     @cached_property
+    def visible(self) -> Bool[np.ndarray, "p"]:
+        """Directions that the rows show at all, however faintly."""
+        return self.s > RANK_TOLERANCE * max(float(self.s.max(initial=0.0)), 1e-300)
+
+    @cached_property
+    def uncertainty(self) -> Float[np.ndarray, "p"]:
+        """Standard error along every direction [rad, m] for the stated noise."""
+        length = np.linalg.norm(self.vt / self.scale, axis=1)
+        return np.where(self.visible, length / np.where(self.visible, self.s, 1.0), np.inf)
+
+    @cached_property
+    def seen(self) -> Bool[np.ndarray, "p"]:
+        """Directions that are identified."""
+        return self.visible & (self.uncertainty < HARDLY)
+
+    @property
     def rank(self) -> int:
-        """Number of combinations of parameters that the rows can see."""
-        return int((self.s > RANK_TOLERANCE * max(self.s[0], 1e-300)).sum()) if len(self.s) else 0
+        """Number of directions that are identified."""
+        return int(self.seen.sum())
 
     @cached_property
     def null_space(self) -> Float[np.ndarray, "p n"]:
         """Directions in parameter space [rad, m] that change no row, orthonormal."""
-        p = len(self.scale)
-        if self.rank == p:
-            return np.zeros((p, 0))
-        _, _, vt = np.linalg.svd(self.vt[: self.rank], full_matrices=True)
-        basis, _ = np.linalg.qr(vt[self.rank :].T / self.scale[:, None])
-        return basis
+        return self._basis(~self.visible)
+
+    @cached_property
+    def hardly(self) -> Float[np.ndarray, "p n"]:
+        """Directions that the rows show, but too faintly to identify; columns of length one."""
+        basis = (self.vt[self.visible & ~self.seen] / self.scale).T
+        return basis / np.linalg.norm(basis, axis=0)
+
+    @cached_property
+    def held(self) -> Float[np.ndarray, "p n"]:
+        """All directions that are not identified, orthonormal."""
+        return self._basis(~self.seen)
 
     def step(self, damping: float = 0.0) -> Float[np.ndarray, "p"]:
         """Step that reduces the residual most: Gauss–Newton, or Levenberg–Marquardt if damped."""
-        s = self.s[: self.rank]
-        return self.vt[: self.rank].T @ (self._seen * (s / (s**2 + damping))) / self.scale
+        s = self.s[self.seen]
+        return self.vt[self.seen].T @ (self.along[self.seen] * (s / (s**2 + damping))) / self.scale
 
     def predicted_decrease(self, damping: float = 0.0) -> float:
         """Decrease of |r|² that the linear model promises for that step."""
-        s2 = self.s[: self.rank] ** 2
+        s2 = self.s[self.seen] ** 2
         shrink = s2 / (s2 + damping)
-        return float(np.sum(self._seen**2 * shrink * (2.0 - shrink)))
+        return float(np.sum(self.along[self.seen] ** 2 * shrink * (2.0 - shrink)))
 
     def covariance(self) -> Float[np.ndarray, "p p"]:
         """Covariance of the minimum-norm solution for unit noise."""
-        half = self.vt[: self.rank].T / self.s[: self.rank] / self.scale[:, None]
-        if self.rank < len(self.scale):
-            n = self.null_space
-            half = half - n @ (n.T @ half)
+        half = (self.vt[self.seen] / self.s[self.seen, None] / self.scale).T
+        half = half - self.held @ (self.held.T @ half)
         return half @ half.T
 
-    @cached_property
+    @property
     def condition(self) -> float:
         """Ratio of the largest to the smallest singular value that counts, columns scaled."""
-        return float(self.s[0] / self.s[self.rank - 1]) if self.rank else np.inf
+        return float(self.s.max() / self.s[self.seen].min()) if self.rank else np.inf
 
-    @cached_property
-    def _seen(self) -> Float[np.ndarray, "r"]:
-        return self.u[:, : self.rank].T @ self.compressed
+    def _basis(self, chosen: Bool[np.ndarray, "p"]) -> Float[np.ndarray, "p n"]:
+        if not chosen.any():
+            return np.zeros((len(self.scale), 0))
+        return np.linalg.qr((self.vt[chosen] / self.scale).T)[0]
 
 
 def factorise(jacobian: Float[np.ndarray, "m p"], residual: Float[np.ndarray, "m"]) -> Factor:
     """Compress and decompose a whitened Jacobian and its residual."""
+    p = jacobian.shape[1]
     scale = np.sqrt(np.einsum("ij,ij->j", jacobian, jacobian))
     scale = np.where(scale > 0.0, scale, 1.0)
-    work = np.concatenate([jacobian / scale, residual[:, None]], axis=1)
-    p = jacobian.shape[1]
-    r = np.linalg.qr(work, mode="r")
+    r = np.linalg.qr(np.concatenate([jacobian / scale, residual[:, None]], axis=1), mode="r")
     size = min(p, len(r))
     u, s, vt = np.linalg.svd(r[:size, :p])
-    k = len(s)
-    return Factor(u[:, :k], s, vt[:k], scale, r[:size, p].copy(), float(residual @ residual))
+    along = np.zeros(p)
+    along[: len(s)] = (u.T @ r[:size, p])[: len(s)]
+    return Factor(np.pad(s, (0, p - len(s))), vt, scale, along, float(residual @ residual))
