@@ -34,8 +34,8 @@ def check_plausible(
     """
     if len(limits) != dataset.joints:
         raise ShapeError(
-            f"{dataset.source}: the data have {dataset.joints} joints, the robot {len(limits)}: choose the robot "
-            "that was measured",
+            f"{dataset.source}: the data have {dataset.joints} joints, the robot {len(limits)}: "
+            "choose the robot that was measured",
             expected=len(limits),
             found=dataset.joints,
         )
@@ -88,7 +88,8 @@ def _refuse_joint_units(dataset: Dataset, limits: Float[np.ndarray, "n 2"]) -> N
     else:
         guess = "check the units and the order of the joint columns"
     raise DataError(
-        f"{dataset.source}: joint {joint + 1} reaches {largest[joint]:.4g} where its limit is {bound[joint]:.4g}: {guess}"
+        f"{dataset.source}: joint {joint + 1} reaches {largest[joint]:.4g} "
+        f"where its limit is {bound[joint]:.4g}: {guess}"
     )
 
 
@@ -113,8 +114,8 @@ def _refuse_length_units(dataset: Dataset, reach: float) -> None:
                 else "correct the row, or set its 'exclude' to true"
             )
             raise DataError(
-                f"{dataset.source}: data row {dataset.row[rows[worst]]} lies {away[worst]:.4g} m from the others, "
-                f"where the arm reaches {reach:.3g} m: {guess}"
+                f"{dataset.source}: data row {dataset.row[rows[worst]]} lies {away[worst]:.4g} m "
+                f"from the others, where the arm reaches {reach:.3g} m: {guess}"
             )
 
 

@@ -84,8 +84,8 @@ def joint_columns(fields: Fields, joints: int | None) -> Float[np.ndarray, "rows
         )
     if joints is not None and len(numbers) != joints:
         raise ShapeError(
-            f"{fields.source}: the file has {counted(len(numbers), 'joint column')} (q1 … q{numbers[-1]}), the "
-            f"robot {counted(joints, 'joint')}: choose the robot that was measured",
+            f"{fields.source}: the file has {counted(len(numbers), 'joint column')} (q1 … q{numbers[-1]}), "
+            f"the robot {counted(joints, 'joint')}: choose the robot that was measured",
             expected=joints,
             found=len(numbers),
         )
@@ -110,7 +110,8 @@ def _observations(fields: Fields, position, rotation, markers, tilt) -> dict[str
     observed |= {f"tilt {link}": values for link, values in (tilt or {}).items()}
     if not observed and "contact" not in fields.values and "point" not in fields.values:
         raise DataError(
-            f"{fields.source}: nothing was observed: add x[m], y[m], z[m], or distance, contact, markers or tilt"
+            f"{fields.source}: nothing was observed: "
+            "add x[m], y[m], z[m], or distance, contact, markers or tilt"
         )
     return observed
 

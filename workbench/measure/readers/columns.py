@@ -29,6 +29,8 @@ _UNIT_ENDINGS = (
     "kg",
     "Nm",
 )
+_JOINT = re.compile(r"q\d+")
+_NUMBER = quantities_of("qw")[0]
 _DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d.*")
 
 
@@ -109,8 +111,8 @@ def _with_unit(column: Column, table: Table, unit: str | None) -> Column:
             )
         first = wanted.split(" or ")[0]
         message = (
-            f"{where}: the unit is missing: write '{column.heading}[{first}]' in the header ({wanted}, as it is), "
-            f"or say columns='{column.key}[{first}]={column.heading}'"
+            f"{where}: the unit is missing: write '{column.heading}[{first}]' in the header "
+            f"({wanted}, as it is), or say columns='{column.key}[{first}]={column.heading}'"
         )
         return replace(column, problem=UnitError(message, unit=""))
     try:
@@ -120,9 +122,6 @@ def _with_unit(column: Column, table: Table, unit: str | None) -> Column:
     remark = REMARKS.get(unit or "")
     remark = "; ".join(part for part in (column.remark, remark) if part) or None
     return replace(column, unit=unit, conversion=found, remark=remark)
-
-
-_NUMBER = quantities_of("qw")[0]
 
 
 def place(table: Table, heading: str) -> str:
@@ -181,7 +180,10 @@ def decisions(columns: tuple[Column, ...]) -> tuple[str, ...]:
     """Everything decided about the columns, in few sentences."""
     notes: list[str] = []
     renamed = [
-        column for column in columns if column.remark and column.remark.endswith(f"read as {column.key}")
+        column
+        for column in columns
+        if column.remark == f"'{column.heading}' is read as {column.key}"
+        and _JOINT.fullmatch(str(column.key))
     ]
     if len(renamed) > 3:
         keys, headings = [str(column.key) for column in renamed], [column.heading for column in renamed]

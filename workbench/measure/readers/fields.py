@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from datetime import datetime
 
 import numpy as np
+from jaxtyping import Float
 
 from workbench.errors import DataError, FileError
 from workbench.measure.readers.columns import Column, decisions, problems, understand
@@ -21,6 +22,7 @@ class Fields:
         lines: Line of each row in the file.
         values: Numbers in SI (NaN: missing) or labels, by the column's name in formats.md.
         headings: The file's text over each of them.
+        rotation: Orientations that a layout has already made, in place of columns; NaN where missing.
         notes: Decisions taken so far.
     """
 
@@ -28,6 +30,7 @@ class Fields:
     lines: tuple[int, ...]
     values: Mapping[str, np.ndarray]
     headings: Mapping[str, str] = field(default_factory=dict)
+    rotation: Float[np.ndarray, "rows 3 3"] | None = None
     notes: tuple[str, ...] = ()
 
     @property

@@ -42,7 +42,7 @@ def read_bytes(path: Path) -> bytes:
     """
     try:
         if path.is_dir():
-            raise FileError("this is a folder: give the file with the measurements", path=str(path))
+            raise FileError("this is a folder: give one file with measurements", path=str(path))
         data = path.read_bytes()
     except FileNotFoundError:
         raise FileError("there is no such file: check the path", path=str(path)) from None

@@ -2,6 +2,7 @@
 
 import re
 import warnings
+from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 
@@ -25,8 +26,9 @@ def read_matlab(data: bytes, path: Path, *, naming: Naming | None) -> Grid:
     variables = _variables(data, path)
     if naming is None or not naming.pairs:
         raise OptionError(
-            f"{path}: a MATLAB file says not which matrix is what; it holds {_contents(variables)}: write e.g. "
-            "columns='q[rad|column]=Q,xyz[mm|column]=P' (--columns; 'column': one measurement a column)"
+            f"{path}: a MATLAB file says not which matrix is what; it holds {_contents(variables)}: "
+            "write e.g. columns='q[rad|column]=Q,xyz[mm|column]=P' (--columns), 'column' where one "
+            "measurement is a column"
         )
     headings: list[str] = []
     columns: list[list[str]] = []
@@ -53,7 +55,8 @@ def _variables(data: bytes, path: Path) -> dict[str, np.ndarray]:
             contents = loadmat(BytesIO(data))
         except Exception as error:  # a broken file raises nearly anything
             raise FileError(
-                f"this is no MATLAB v5 file that can be read ({type(error).__name__}): save it with -v7, or as CSV",
+                f"this is no MATLAB v5 file that can be read ({type(error).__name__}): "
+                "save it with -v7, or as CSV",
                 path=str(path),
             ) from None
     result: dict[str, np.ndarray] = {}
@@ -87,9 +90,11 @@ def _file_side(
         OptionError: Neither side is in the file.
     """
     if len(pair.right) == 1 and pair.right[0].name in variables:
-        return pair.right[0].name, pair.right[0], (pair.left,)
+        side, item = pair.right[0], pair.left
+        return side.name, side, (replace(item, unit=side.unit) if item.unit is None else item,)
     if pair.left.name in variables:
-        return pair.left.name, pair.left, pair.right
+        wanted = (replace(i, unit=pair.left.unit) if i.unit is None else i for i in pair.right)
+        return pair.left.name, pair.left, tuple(wanted)
     raise OptionError(
         f"{path}: neither '{pair.left.name}' nor '{pair.right[0].name}' is in the file, "
         f"which holds {_contents(variables)}"

@@ -4,9 +4,9 @@ Two forms. A list in the order of the columns, for files without a header:
 
     q1[deg],q2[deg],…,q6[deg],xyz[mm],quat
 
-where '…' or '..' counts on, '-' leaves a column out, and a group (q, xyz, rpy, quat, rotvec, matrix) stands for
-its columns. Or pairs 'meaning[unit|row|column]=name', the name being a heading of the file or a variable of a
-MATLAB file ('data.joints_deg' for a struct's field):
+where '…' or '..' counts on, '-' leaves a column out, and a group (q, xyz, rpy, quat, rotvec, matrix)
+stands for its columns. Or pairs 'meaning[unit|row|column]=name', the name being a heading of the file or
+a variable of a MATLAB file ('data.joints_deg' for a struct's field):
 
     q[rad|column]=Q, xyz[mm|column]=P
 
@@ -91,7 +91,8 @@ def parse_columns(text: str) -> Naming:
             items.append(_item(part, text))
     if bool(items) == bool(pairs):
         raise OptionError(
-            f"columns='{text}' is neither a list ('q1[deg],…,x[mm],y[mm],z[mm]') nor pairs ('q[rad|column]=Q')"
+            f"columns='{text}' is neither a list ('q1[deg],…,x[mm],y[mm],z[mm]') "
+            "nor pairs ('q[rad|column]=Q')"
         )
     pairs = [Pair(pair.left, _counted_on(pair.right, text)) for pair in pairs]
     return Naming(text, _counted_on(tuple(items), text), tuple(pairs))

@@ -81,7 +81,7 @@ def _first(table: Table, indices: Sequence[int], pattern: re.Pattern[str]) -> tu
     return min(places, key=lambda found: found[1], default=None)
 
 
-def to_numbers(table: Table, index: int, decimal: Decimal) -> Float[np.ndarray, "rows"]:
+def to_numbers(table: Table, index: int, decimal: Decimal) -> Float[np.ndarray, " rows"]:
     """One column as numbers; NaN where a cell is blank or says so.
 
     Raises:

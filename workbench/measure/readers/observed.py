@@ -35,8 +35,8 @@ def gaps(fields: Fields, numbers: dict[str, np.ndarray]) -> list[str]:
 
     Args:
         fields: Columns in SI.
-        numbers: Observations that hold numbers, each (rows, …): 'position', 'orientation', 'marker 1', 'distance',
-            'tilt 2', …; NaN where missing.
+        numbers: Observations that hold numbers, each (rows, …), NaN where missing: 'position',
+            'orientation', 'marker 1', 'distance', 'tilt 2', …
     """
     blank = {name: np.isnan(v.reshape(fields.rows, -1)) for name, v in numbers.items()}
     empty = {name: b.all(1) for name, b in blank.items()}
@@ -53,7 +53,7 @@ def gaps(fields: Fields, numbers: dict[str, np.ndarray]) -> list[str]:
     gone = np.any([none, *(empty[name] for name in pose)], axis=0) & ~other
     unseen = ~other if not pose else none
     reasons = [""] * fields.rows
-    for row in np.flatnonzero(np.any([gone, unseen, *torn.values()], axis=0)):
+    for row in np.flatnonzero(np.any([gone, unseen, *torn.values()], axis=0)).tolist():
         parts = [name for name in blank if torn[name][row]]
         lost = [name for name in pose if empty[name][row]]
         if parts:

@@ -47,6 +47,8 @@ def read_orientation(
     Raises:
         FileError: A form lacks a column, a value is no rotation, or two forms disagree.
     """
+    if fields.rotation is not None:
+        return fields.rotation, ()
     forms = [form for form in FORMS if any(key in fields.values for key in form.keys)]
     result, notes = None, ()
     for form in forms:
@@ -107,8 +109,8 @@ def _agree(
         row = int(rows[np.argmax(between > AGREEMENT)])
         angle = np.degrees(between[np.argmax(between > AGREEMENT)])
         raise fields.error(
-            f"{forms[0].name} and {forms[1].name} are {angle:.3g}° apart: give one of them, or correct the order "
-            "of rotations",
+            f"{forms[0].name} and {forms[1].name} are {angle:.3g}° apart: give one of them, "
+            "or correct the order of rotations",
             row,
             forms[1].keys[0],
         )
@@ -127,7 +129,8 @@ def _from_quaternion(raw: np.ndarray, fields: Fields, rows: np.ndarray) -> tuple
     if off.max() > NORM_TOLERANCE:
         worst = int(np.argmax(off > NORM_TOLERANCE))
         raise fields.error(
-            f"the quaternion's norm is {np.linalg.norm(raw[worst]):.4g}, not 1: correct it, or exclude the row",
+            f"the quaternion's norm is {np.linalg.norm(raw[worst]):.4g}, not 1: "
+            "correct it, or exclude the row",
             int(rows[worst]),
             "qw",
         )

@@ -15,7 +15,7 @@ from workbench.measure.readers.table import Table
 
 @dataclass(frozen=True)
 class PreviewColumn:
-    """One column: the file's heading, what it means (None: left out), its unit, and the unit it turns into."""
+    """One column: the file's heading, what it means (None: left out), its unit, and ours."""
 
     heading: str
     key: str | None = None

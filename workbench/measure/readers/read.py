@@ -1,4 +1,4 @@
-"""From a file to a `Dataset`: kind, grid, table or layout, fields, dataset; each step in a file of its own."""
+"""From a file to a `Dataset`: kind, grid, table or layout, fields, dataset; each step has its own file."""
 
 from pathlib import Path
 

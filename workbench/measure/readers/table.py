@@ -236,16 +236,15 @@ def with_pairs(grid: Grid, naming: Naming) -> Grid:
     rows = [list(row) for row in grid.rows[:end]]
     notes = grid.notes
     for pair in naming.pairs:
-        for name, item in ((pair.right[0].name, pair.left), (pair.left.name, pair.right[0])):
-            place = next(((i, j) for i, row in enumerate(rows) for j in _places(row, name)), None)
-            if place is not None:
-                break
-        else:
+        sides = ((pair.right[0].name, pair.left), (pair.left.name, pair.right[0]))
+        found = [(i, j, *side) for side in sides for i, row in enumerate(rows) for j in _places(row, side[0])]
+        if not found:
             cells = [cell for row in rows for cell in row if cell]
             raise OptionError(
                 f"{grid.source}: there is no column '{pair.right[0].name}': it has {listed(cells)}"
             )
-        _rename(rows[place[0]], place[1], item)
+        i, j, name, item = found[0]
+        _rename(rows[i], j, item)
         notes += (f"the caller reads '{name}' as {item.heading()}",)
     return replace(grid, rows=rows + grid.rows[end:], notes=notes)
 

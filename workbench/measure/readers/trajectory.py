@@ -27,7 +27,7 @@ class Trajectory:
         notes: Each decision that the reader took.
     """
 
-    time: Float[np.ndarray, "rows"] | None
+    time: Float[np.ndarray, " rows"] | None
     q: Float[np.ndarray, "rows n"] | None
     position: Float[np.ndarray, "rows 3"] | None
     rotation: Float[np.ndarray, "rows 3 3"] | None

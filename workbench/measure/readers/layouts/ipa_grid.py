@@ -26,7 +26,7 @@ _ANGLES = ["measurement_rx", "measurement_ry", "measurement_rz"]
 
 @final
 class IpaGrid(AbstractTableLayout):
-    """`Timestamp; Goal x …; shoulder_pan_joint …; measurement_temperature; measurement_x …; measurement_rx …`."""
+    """`Timestamp; Goal x …; shoulder_pan_joint …; measurement_x …; measurement_rx …`."""
 
     name = "ipa-grid"
 
@@ -36,19 +36,18 @@ class IpaGrid(AbstractTableLayout):
 
     def read(self, table: Table) -> Fields:
         """Joints, measured pose, time from the first row, temperature, and the goal as group."""
-        pick = Picker(table)
+        pick = Picker(table, [*_JOINTS, *_POSITION, *_ANGLES])
         values = dict(
             zip([f"q{i}" for i in range(1, 7)], pick.numbers(_JOINTS, "rad", Quantity.ANGLE), strict=True)
         )
         values |= dict(zip("xyz", pick.numbers(_POSITION, "mm", Quantity.LENGTH), strict=True))
         rotation = _intrinsic_xyz(pick.numbers(_ANGLES, "deg", Quantity.ANGLE))
-        values |= {f"r{i + 1}{j + 1}": rotation[:, i, j] for i in range(3) for j in range(3)}
         values["time"] = _seconds(table, pick.text("Timestamp"))
         if "measurement_temperature" in table.headings:
             (values["temperature"],) = pick.numbers(["measurement_temperature"], "degC", Quantity.TEMPERATURE)
         values["group"] = _numbered(list(zip(*(pick.text(goal) for goal in _GOAL), strict=True)))
         headings = dict(zip([*values][:6], _JOINTS, strict=True)) | dict(zip("xyz", _POSITION, strict=True))
-        headings |= {"r11": "measurement_rx", "time": "Timestamp"}
+        headings["time"] = "Timestamp"
         notes = (
             f"layout '{self.name}': joints in rad, measured position in mm, measured angles in deg with "
             "R = Rx(rx) Ry(ry) Rz(rz)",
@@ -60,7 +59,8 @@ class IpaGrid(AbstractTableLayout):
             lines=table.lines,
             values=values,
             headings=headings,
-            notes=table.notes + notes,
+            rotation=rotation,
+            notes=pick.notes + notes,
         )
 
 

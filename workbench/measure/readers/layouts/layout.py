@@ -3,9 +3,11 @@
 from abc import ABC, abstractmethod
 from pathlib import Path
 
+import numpy as np
+
 from workbench.errors import FileError
 from workbench.measure.readers.fields import Fields
-from workbench.measure.readers.numbers import decimal_of, to_numbers
+from workbench.measure.readers.numbers import Decimal, decimal_of, to_numbers
 from workbench.measure.readers.table import Table
 from workbench.units import Quantity, to_si
 
@@ -43,10 +45,16 @@ class AbstractFolderLayout(ABC):
 
 
 class Picker:
-    """Columns of a table by their exact heading, in SI."""
+    """Columns of a table by their exact heading, in SI.
 
-    def __init__(self, table: Table):
+    Args:
+        table: The table.
+        numeric: Headings of all columns that will be asked for as numbers; decimal marks are decided by them.
+    """
+
+    def __init__(self, table: Table, numeric: list[str]):
         self.table = table
+        self.decimal = decimal_of(table, [self.index(heading) for heading in numeric])
 
     def index(self, heading: str) -> int:
         """Place of a column.
@@ -62,13 +70,18 @@ class Picker:
             )
         return self.table.headings.index(heading)
 
-    def numbers(self, headings: list[str], unit: str, quantity: Quantity):
-        """Columns as one array (rows, columns) in SI."""
-        indices = [self.index(heading) for heading in headings]
-        decimal = decimal_of(self.table, indices)
-        values = [to_si(to_numbers(self.table, i, decimal), unit, quantity) for i in indices]
-        return list(values)
+    def numbers(self, headings: list[str], unit: str, quantity: Quantity) -> list[np.ndarray]:
+        """One array (rows,) a column, in SI."""
+        return [
+            to_si(to_numbers(self.table, self.index(heading), self.decimal), unit, quantity)
+            for heading in headings
+        ]
 
     def text(self, heading: str) -> tuple[str, ...]:
         """Cells of a column as they stand."""
         return self.table.columns[self.index(heading)]
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was decided about the table's text."""
+        return self.table.notes + (("decimal commas",) if self.decimal is Decimal.COMMA else ())

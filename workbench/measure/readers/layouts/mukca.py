@@ -45,8 +45,8 @@ class Mukca(AbstractFolderLayout):
         """All rows of all placements, in the order of their names, socket 0 first."""
         if self.refuses(path):
             raise FileError(
-                "these poses are the controller's own forward kinematics, not measurements: read the folder with "
-                "hole_0.csv and hole_1.csv",
+                "these poses are the controller's own forward kinematics, not measurements: read the "
+                "folder with hole_0.csv and hole_1.csv",
                 path=str(path),
             )
         placements = {path.parent: [path]} if path.is_file() else _placements(path)
@@ -61,7 +61,8 @@ class Mukca(AbstractFolderLayout):
         for _, _, table in tables:
             if len(table.headings) != width:
                 raise FileError(
-                    f"it has {len(table.headings)} joints where the first file has {width}: read one robot at a time",
+                    f"it has {len(table.headings)} joints where the first file has {width}: "
+                    "read one robot at a time",
                     path=table.source,
                 )
         return _joined(tables, width, path)
@@ -95,8 +96,8 @@ def _joined(tables: list[tuple[str, int, Table]], width: int, path: Path) -> Fie
     values["point"] = np.array([f"socket{s}" for s in socket], dtype=str)
     notes = (
         "layout 'mukca': joint angles in rad, one session a placement",
-        f"positions are no readings: socket 0 is at (0, 0, 0), socket 1 at ({SPACING}, 0, 0) m in a frame of each "
-        "session's own, so base frames must be free per session",
+        f"positions are no readings: socket 0 is at (0, 0, 0), socket 1 at ({SPACING}, 0, 0) m in a frame "
+        "of each session's own, so base frames must be free per session",
     )
     lines = tuple(line for _, _, t in tables for line in t.lines)
     return Fields(source=str(path), lines=lines, values=values, notes=notes)

@@ -29,10 +29,10 @@ class TargetDeviation(AbstractTableLayout):
 
     def read(self, table: Table) -> Fields:
         """Joints, and measured position = target + deviation."""
-        pick = Picker(table)
         joints = sorted(
             (h for h in table.headings if re.fullmatch(r"joint_\d+", h)), key=lambda h: int(h[6:])
         )
+        pick = Picker(table, [*joints, *_TARGET, *_DEVIATION])
         keys = [f"q{heading[6:]}" for heading in joints]
         values = dict(zip(keys, pick.numbers(joints, "deg", Quantity.ANGLE), strict=True))
         target = pick.numbers(_TARGET, "mm", Quantity.LENGTH)
@@ -48,5 +48,5 @@ class TargetDeviation(AbstractTableLayout):
             lines=table.lines,
             values=values,
             headings=dict(zip(keys, joints, strict=True)) | dict(zip("xyz", _DEVIATION, strict=True)),
-            notes=table.notes + notes,
+            notes=pick.notes + notes,
         )
