@@ -71,5 +71,5 @@ def gauge_step(
     factor: Factor, step: Float[np.ndarray, "p"], from_nominal: Float[np.ndarray, "p"]
 ) -> Float[np.ndarray, "p"]:
     """The step, moved along what can't be seen so that the parameters end as near to nominal as they can."""
-    n = factor.held
+    n = factor.null_space
     return step - n @ (n.T @ (from_nominal + step)) if n.shape[1] else step

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
+from numba import njit
 
 from workbench import chain as chains
 from workbench.chain import Chain
@@ -142,8 +143,10 @@ class Problem:
         names = tuple(robot.default_free if free is None else free)
         arm = {e.name: e for e in robot.elements}
         if missing := [n for n in names if n not in arm]:
-            raise OptionError(f"robot '{robot.name}' has no constant '{missing[0]}' to free; it has "
-                              f"{', '.join(n for n in arm if arm[n].matrix is None)}")
+            raise OptionError(
+                f"robot '{robot.name}' has no constant '{missing[0]}' to free; it has "
+                f"{', '.join(n for n in arm if arm[n].matrix is None)}"
+            )
         kinds = _kinds(data)
         parameters = [_parameter(n, arm[n].unit, arm[n].value, bounds) for n in names]
         parameters += _frame_parameters(robot, data.sessions, frames, bounds)
@@ -186,9 +189,7 @@ class Problem:
     @cached_property
     def component_rows(self) -> np.ndarray:
         """Row of the data that each residual component belongs to."""
-        return frozen(
-            np.concatenate([np.repeat(b.rows, b.inverse_sigma.shape[1]) for b in self.blocks])
-        )
+        return frozen(np.concatenate([np.repeat(b.rows, b.inverse_sigma.shape[1]) for b in self.blocks]))
 
     @cached_property
     def component_channels(self) -> np.ndarray:
@@ -218,9 +219,7 @@ class Problem:
             rows = slice(block.start, block.stop)
             weight = self._weight(block)
             residual[rows] = (part.residual * weight).ravel()
-            if len(block.elements):
-                product = (part.by_twist @ twists) * weight[..., None]
-                jacobian[rows, block.places] = product.reshape(-1, len(block.elements))
+            _whitened(part.by_twist, twists, weight, block.places, jacobian[rows])
             if len(block.unknowns):
                 mine = block.unknowns >= 0
                 product = (part.by_unknown * weight[..., None]).reshape(rows.stop - rows.start, -1)
@@ -311,6 +310,20 @@ class Problem:
         if self.row_weights is None:
             return block.inverse_sigma
         return block.inverse_sigma * self.row_weights[block.rows, None]
+
+
+@njit(cache=True)
+def _whitened(by_twist, twists, weight, places, out):
+    """out[(row, component), place] = weight · by_twist · twist, written into the block's rows."""
+    rows, components = weight.shape
+    for i in range(rows):
+        for a in range(components):
+            line = out[i * components + a]
+            for c in range(6):
+                factor = weight[i, a] * by_twist[i, a, c]
+                if factor != 0.0:
+                    for k in range(places.shape[0]):
+                        line[places[k]] += factor * twists[i, c, k]
 
 
 def _parameter(

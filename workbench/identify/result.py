@@ -115,6 +115,11 @@ class Fit:
         return combinations(self.factor.null_space, self.parameters)
 
     @cached_property
+    def hardly_seen(self) -> tuple[Combination, ...]:
+        """Combinations that the rows show too faintly to identify; they too stayed near nominal."""
+        return combinations(self.factor.hardly, self.parameters)
+
+    @cached_property
     def poorly_determined(self) -> tuple[str, ...]:
         """Parameters that are seen, but only within more than a degree or 5 mm."""
         limits = [POOR_ANGLE if p.unit == "rad" else POOR_LENGTH for p in self.parameters]
@@ -170,16 +175,14 @@ def combinations(
         weights = row / np.abs(row).max()
         chosen = np.flatnonzero(np.abs(weights) > NOTICEABLE)
         chosen = chosen[np.argsort(-np.abs(weights[chosen]), kind="stable")]
-        found.append(_combination([parameters[i] for i in chosen], weights[chosen], used.index(column)))
+        found.append(_combination([parameters[i] for i in chosen], weights[chosen]))
     return tuple(found)
 
 
-def _combination(parameters: list[Parameter], weights: np.ndarray, _: int) -> Combination:
+def _combination(parameters: list[Parameter], weights: np.ndarray) -> Combination:
     ordered = sorted(zip(parameters, weights, strict=True), key=lambda pair: pair[0].is_geometry)
     words = [p.words for p, _ in ordered]
     text = " with ".join(words) if len(words) > 1 else f"{words[0]} alone (no row shows it)"
     if len(words) > 3:
         text = f"{words[0]} with a combination of {', '.join(words[1:-1])} and {words[-1]}"
-    return Combination(
-        tuple(p.name for p, _ in ordered), tuple(float(w) for _, w in ordered), text
-    )
+    return Combination(tuple(p.name for p, _ in ordered), tuple(float(w) for _, w in ordered), text)

@@ -42,9 +42,7 @@ class ContactObservation(AbstractObservation):
 
     def start(self, poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, "u"]:
         """Mean predicted tool point of every contact."""
-        return np.concatenate(
-            [poses[self.contact == k, :3, 3].mean(0) for k in range(len(self.names))]
-        )
+        return np.concatenate([poses[self.contact == k, :3, 3].mean(0) for k in range(len(self.names))])
 
     def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, "u"]) -> Seen:
         """Three residuals a row; the prediction is p̂ − c, the measurement zero."""

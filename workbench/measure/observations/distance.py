@@ -58,6 +58,4 @@ class DistanceObservation(AbstractObservation):
         by_unknown = np.zeros((len(poses), 1, len(self.names), 3))
         by_unknown[rows, 0, self.anchor] = -direction
         by_twist = np.concatenate([direction, np.zeros_like(direction)], axis=1)[:, None]
-        return Seen(
-            (self.distance - length)[:, None], by_twist, by_unknown.reshape(len(poses), 1, -1)
-        )
+        return Seen((self.distance - length)[:, None], by_twist, by_unknown.reshape(len(poses), 1, -1))

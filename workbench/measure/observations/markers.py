@@ -107,9 +107,7 @@ def marker_poses(
         off = measured[seen] - se3.apply(fit, layout[seen])
         residual[i] = np.sqrt((off**2).sum(-1).mean())
     note = f"poses from {len(layout)} markers at known places: rms residual {1e3 * residual.mean():.3f} mm"
-    poses = replace(
-        data, markers=None, position=position, rotation=rotation, notes=(*data.notes, note)
-    )
+    poses = replace(data, markers=None, position=position, rotation=rotation, notes=(*data.notes, note))
     return poses, frozen(residual)
 
 

@@ -1,0 +1,198 @@
+"""What of base and tool is unknown: as the robot's file says, or decided from the data and said.
+
+Where the file says `auto`, models of growing freedom are fitted (frames as given, base free, tool free too,
+base or tool of every session its own) and the simplest one is taken that no freer one beats by more than
+chance (F test of the residuals). What the observations can't show is never offered.
+"""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from scipy import stats
+
+from workbench import se3
+from workbench.errors import DataError
+from workbench.identify.alignment import align
+from workbench.identify.linear import factorise
+from workbench.identify.opt2 import Opt2
+from workbench.identify.problem import FrameFreedom, Noise, Problem
+from workbench.measure.dataset import Dataset
+from workbench.measure.observations import OBSERVATIONS, MarkerObservation
+from workbench.robots.robot import FRAME_PARTS, Robot
+from workbench.types import Freedom
+
+SIGNIFICANCE = 1e-4
+"""A freer model must be better than chance by this level to be taken."""
+TRIAL_ROWS = 500
+"""Rows used to decide; more add nothing to the decision."""
+FAR_OFF = 10.0
+"""A base that is declared known but leaves this many times the error of a free one is refused …"""
+FAR = 0.05
+"""… if that error is more than this part of the arm's reach."""
+
+
+class Sessions(StrEnum):
+    """Whether base and tool may differ between sessions."""
+
+    SHARED = "shared"
+    PER_SESSION = "per-session"
+    AUTO = "auto"
+
+
+@dataclass(frozen=True, eq=False)
+class FrameChoice:
+    """The decision.
+
+    Args:
+        robot: The nominal arm with its frames aligned to the rows.
+        freedom: What is identified with it.
+        notes: The decisions in words.
+    """
+
+    robot: Robot
+    freedom: FrameFreedom
+    notes: tuple[str, ...]
+
+
+def choose_frames(
+    robot: Robot,
+    data: Dataset,
+    *,
+    sessions: Sessions = Sessions.AUTO,
+    noise: Noise | None = None,
+    free: tuple[str, ...] | None = None,
+) -> FrameChoice:
+    """Decide what of base and tool is identified, and align the nominal arm.
+
+    Args:
+        robot: Nominal arm, whose frames say fixed, free or auto.
+        data: Rows to be used for identification.
+        sessions: Whether sessions share their frames.
+        noise: Weighs positions against rotations.
+        free: Constants of the arm that will be identified.
+
+    Raises:
+        DataError: the base is declared known, and the data contradict that beyond any doubt.
+    """
+    candidates = _candidates(robot, data, sessions)
+    trial = data.take(_trial_rows(data))
+    chosen, chosen_words = candidates[0]
+    if len(candidates) > 1:
+        chosen, chosen_words = _decide(robot, trial, candidates, noise, free)
+    aligned = align(robot, data, chosen, noise=noise)
+    notes = [chosen_words]
+    if chosen.base:
+        notes += _where_the_base_is(robot, aligned)
+    else:
+        _check_known_base(robot, trial, noise)
+    return FrameChoice(aligned, chosen, tuple(notes))
+
+
+def visible_parts(data: Dataset) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Parts of the base and of the tool that the rows' observations can show."""
+    kinds = [kind for kind in OBSERVATIONS if kind.applies(data).any()]
+    base = FRAME_PARTS if any(kind.sees_base for kind in kinds) else ()
+    if any(kind.sees_tool_rotation for kind in kinds):
+        return base, FRAME_PARTS
+    return base, () if all(kind is MarkerObservation for kind in kinds) else FRAME_PARTS[:3]
+
+
+def _candidates(robot: Robot, data: Dataset, sessions: Sessions) -> list[tuple[FrameFreedom, str]]:
+    """Models of growing freedom that the robot's file and the user allow."""
+    base_parts, tool_parts = visible_parts(data)
+    several = len(data.sessions) > 1
+
+    def levels(freedom: Freedom, parts: tuple[str, ...]) -> list[int]:
+        """0 known, 1 free, 2 free per session."""
+        if freedom is Freedom.FIXED or not parts:
+            return [0]
+        low = 0 if freedom is Freedom.AUTO else 1
+        high = 2 if several and sessions is not Sessions.SHARED else 1
+        return list(range(low, high + 1))
+
+    base_levels, tool_levels = levels(robot.base.free, base_parts), levels(robot.tool.free, tool_parts)
+    if several and sessions is Sessions.PER_SESSION:
+        base_levels = base_levels[-1:]
+    pairs = [(b, t) for b in base_levels for t in tool_levels if t < 2 or b == 2 or b == base_levels[-1]]
+    pairs.sort(key=lambda pair: (pair[0] + pair[1], pair[1]))
+    words = ("as given", "identified", "identified for every session")
+    return [
+        (
+            FrameFreedom(
+                base_parts if b else (),
+                tool_parts if t else (),
+                base_per_session=b == 2,
+                tool_per_session=t == 2,
+            ),
+            f"base {words[b]}, tool {words[t]}",
+        )
+        for b, t in pairs
+    ]
+
+
+def _decide(robot, data, candidates, noise, free) -> tuple[FrameFreedom, str]:
+    fits = [(_goodness(robot, data, freedom, noise, free), freedom, words) for freedom, words in candidates]
+    (square, rank, size), freedom, words = fits[0]
+    taken = fits[0]
+    for (new_square, new_rank, _), new_freedom, new_words in fits[1:]:
+        (square, rank, size), freedom, words = taken
+        gained, left = new_rank - rank, size - new_rank
+        if gained <= 0 or left <= 0:
+            continue
+        floor = 1e-16 * size
+        ratio = (max(square - new_square, 0.0) / gained) / max(new_square / left, floor)
+        if square > floor and stats.f.sf(ratio, gained, left) < SIGNIFICANCE:
+            taken = ((new_square, new_rank, size), new_freedom, f"{new_words} (decided from the data)")
+    return taken[1], taken[2] if "decided" in taken[2] else f"{taken[2]} (decided from the data)"
+
+
+def _goodness(robot, data, freedom, noise, free) -> tuple[float, int, int]:
+    """Sum of squares, rank and number of components of a geometric fit with these frames."""
+    aligned = align(robot, data, freedom, noise=noise)
+    problem = Problem.build(aligned, data, free=free, frames=freedom, noise=noise)
+    search = Opt2(limit=40).search(problem)
+    factor = factorise(*reversed(problem.evaluate(search.x)))
+    return 2.0 * search.history[-1], factor.rank, problem.size
+
+
+def _trial_rows(data: Dataset) -> np.ndarray:
+    if len(data) <= TRIAL_ROWS:
+        return np.arange(len(data))
+    return np.unique(np.linspace(0, len(data) - 1, TRIAL_ROWS).astype(int))
+
+
+def _check_known_base(robot: Robot, data: Dataset, noise: Noise | None) -> None:
+    """Refuse a base that is declared known but stands elsewhere, and say where it stands."""
+    base, tool = visible_parts(data)
+    if not base:
+        return
+    freedom = FrameFreedom(base, tool if robot.tool.free is not Freedom.FIXED else ())
+    aligned = align(robot, data, freedom, noise=noise)
+    found = []
+    for arm in (robot, aligned):
+        problem = Problem.build(arm, data, free=())
+        components = problem.physical(problem.residual(problem.start))[~problem.component_channels]
+        found.append(float(np.sqrt((components**2).mean())))
+    if found[0] > max(FAR_OFF * found[1], FAR * robot.reach):
+        where = "; ".join(_where_the_base_is(robot, aligned)) or "elsewhere"
+        raise DataError(
+            f"{data.source}: with the base as given the nominal arm is off by {1e3 * found[0]:.0f} mm, with a "
+            f"free base by {1e3 * found[1]:.1f} mm ({where}); mend [base] in the robot's file or set its "
+            "free = true"
+        )
+
+
+def _where_the_base_is(robot: Robot, aligned: Robot) -> list[str]:
+    """Words for a base that was found far from where the file has it."""
+    given, found = robot.base, aligned.sessions[0].base if aligned.sessions else aligned.base
+    turn = se3.matrix_to_rotvec(found.rotation @ given.rotation.T)
+    angle, moved = float(np.linalg.norm(turn)), float(np.linalg.norm(found.xyz - given.xyz))
+    if angle < np.deg2rad(2.0) and moved < 0.02:
+        return []
+    axis = int(np.argmax(np.abs(turn)))
+    about = f" about {'xyz'[axis]}" if angle and abs(turn[axis]) > 0.99 * angle else ""
+    return [
+        f"the measuring frame sees the base turned by {np.rad2deg(angle):.1f}°{about} and moved by "
+        f"{moved:.3f} m from its nominal place"
+    ]

@@ -1,0 +1,53 @@
+"""Standard deviations of the measurements: as given, from repeated rows, or from what a fit leaves."""
+
+import numpy as np
+
+from workbench import se3
+from workbench.identify.identifier import Search
+from workbench.identify.problem import Noise, Problem
+from workbench.measure.dataset import Dataset
+
+SAME_JOINTS = 1e-7
+"""Rows whose joints agree within this [rad or m] are repeats."""
+ENOUGH_REPEATS = 8
+"""Degrees of freedom that repeats must have to be believed."""
+SMALLEST = Noise(1e-8, 1e-8)
+"""Below this a fit leaves only rounding, and the stated values are kept."""
+
+
+def from_repeats(data: Dataset) -> Noise | None:
+    """Pooled scatter of positions and rotations measured several times at the same joints.
+
+    Rows that are copies of each other to the last digit say nothing of the noise and are passed over.
+    """
+    if data.position is None or data.rotation is None:
+        return None
+    session = np.zeros(len(data)) if data.session is None else np.unique(data.session, return_inverse=True)[1]
+    key = np.column_stack([session, np.round(data.q / SAME_JOINTS)])
+    _, place = np.unique(key, axis=0, return_inverse=True)
+    squares, freedom = np.zeros(2), 0
+    for k in np.flatnonzero(np.bincount(place) > 1):
+        rows = np.flatnonzero(place == k)
+        _, once = np.unique(data.position[rows], axis=0, return_index=True)
+        rows = rows[once]
+        if len(rows) < 2:
+            continue
+        off = data.position[rows] - data.position[rows].mean(0)
+        turn = se3.matrix_to_rotvec(data.rotation[rows] @ data.rotation[rows[0]].T)
+        squares += [(off**2).sum() / 3.0, ((turn - turn.mean(0)) ** 2).sum() / 3.0]
+        freedom += len(rows) - 1
+    if freedom < ENOUGH_REPEATS or not np.isfinite(squares).all() or squares.min() == 0.0:
+        return None
+    return Noise(*np.sqrt(squares / freedom))
+
+
+def from_fit(problem: Problem, search: Search, rank: int) -> Noise | None:
+    """Root mean square of what a fit leaves, per channel; None where that is rounding."""
+    components = problem.physical(problem.residual(search.x))
+    turned = problem.component_channels
+    share = max(1.0 - rank / max(problem.size, 1), 0.05)
+    position = np.sqrt((components[~turned] ** 2).mean() / share) if (~turned).any() else np.nan
+    rotation = np.sqrt((components[turned] ** 2).mean() / share) if turned.any() else problem.noise.rotation
+    if position < SMALLEST.position or rotation < SMALLEST.rotation:
+        return None
+    return Noise(float(position), float(rotation))
