@@ -49,13 +49,12 @@ class Opt1(AbstractIdentifier):
 
         def cost(y: np.ndarray) -> tuple[float, np.ndarray]:
             x = start + scale * y
-            at = problem.evaluate(x)
-            value = 0.5 * float(at.residual @ at.residual)
+            value, gradient = problem.cost_and_gradient(x)
             if value < best[0]:
                 best[:] = [value, x]
             if not history:
                 history.append(value)
-            return value, -scale * (at.jacobian.T @ at.residual)
+            return value, scale * gradient
 
         def after_iteration(_: np.ndarray) -> None:
             history.append(best[0])

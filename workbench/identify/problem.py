@@ -25,6 +25,10 @@ from workbench.robots.robot import FRAME_PARTS, Frame, Robot, SessionFrames
 from workbench.types import frozen
 
 
+PIECE = 1024
+"""Rows that are evaluated at once: their twists stay in the processor's cache."""
+
+
 class Noise(NamedTuple):
     """Standard deviations that whiten the residuals.
 
@@ -229,6 +233,26 @@ class Problem:
             jacobian[self.size :] = self.prior
         return Evaluation(residual, jacobian)
 
+    def cost_and_gradient(self, x: Float[np.ndarray, "p"]) -> tuple[float, Float[np.ndarray, "p"]]:
+        """½|r|² and its gradient −Jᵀr, without the Jacobian: each row's residual acts as a wrench."""
+        cost, gradient = 0.0, np.zeros(len(x))
+        for block in self.blocks:
+            poses, twists = chains.twists(block.chain, block.q, block.elements, values=self._values(block, x))
+            part = block.observation.see(poses, self._unknown(block, x))
+            pull = part.residual * self._weight(block) ** 2
+            cost += 0.5 * float((part.residual * pull).sum())
+            wrench = (pull[:, None] @ part.by_twist)[:, 0]
+            gradient[block.places] -= wrench.ravel() @ twists.reshape(-1, len(block.elements))
+            if len(block.unknowns):
+                mine = block.unknowns >= 0
+                by_unknown = np.einsum("rm,rmu->u", pull, part.by_unknown)
+                np.subtract.at(gradient, block.unknowns[mine], by_unknown[mine])
+        if self.prior is not None:
+            off = self.prior @ (x - self.start)
+            cost += 0.5 * float(off @ off)
+            gradient += self.prior.T @ off
+        return cost, gradient
+
     def residual(self, x: Float[np.ndarray, "p"]) -> Float[np.ndarray, "m"]:
         """Whitened residual alone."""
         parts = []
@@ -414,10 +438,7 @@ def _blocks(robot, data, kinds, names, frames, noise, index, values) -> tuple[_B
             for part in parts:
                 elements.append(full.index[f"{kind}.{part}"])
                 places.append(index[f"{_frame_names(kind, own, session)}.{part}"])
-        for observed, rows in kinds:
-            rows = rows[in_session[rows]]
-            if not len(rows):
-                continue
+        for observed, rows in _pieces(kinds, in_session):
             observation = observed.of(data.take(rows))
             inverse = _inverse_sigma(data.take(rows), observation, noise)
             blocks.append(
@@ -437,6 +458,14 @@ def _blocks(robot, data, kinds, names, frames, noise, index, values) -> tuple[_B
             )
             start += inverse.size
     return tuple(blocks)
+
+
+def _pieces(kinds, in_session):
+    """The session's rows of every observation, at most `PIECE` at a time."""
+    for observed, rows in kinds:
+        rows = rows[in_session[rows]]
+        for start in range(0, len(rows), PIECE):
+            yield observed, rows[start : start + PIECE]
 
 
 def _inverse_sigma(data: Dataset, observation: AbstractObservation, noise: Noise) -> np.ndarray:
