@@ -64,7 +64,7 @@ _TORQUE = re.compile(r"([mkµμu]?)N[ ·.*⋅-]?([mc]?m)")
 _UNIT_TEXT = re.compile(r"[A-Za-zµμ°Ωπ℃%·⋅*/^ .()_-]{0,24}(?:[\^*]-?\d)?[A-Za-zµμ·⋅*/ ]{0,12}")
 _BRACKETED = re.compile(r"(?P<name>.*?)\s*\[(?P<unit>[^\[\]]*)\]\s*")
 _SPOKEN = re.compile(r"(?P<name>.+?)\s*(?:\((?P<a>[^()]+)\)|\s/\s*(?P<b>\S+)|\s+in\s+(?P<c>\S+))\s*")
-_LARGEST = {Quantity.ANGLE: 7.0, Quantity.LENGTH: 1e3}
+_LARGEST = {Quantity.ANGLE: 7.0, Quantity.LENGTH: 1.0}
 
 
 class Heading(NamedTuple):

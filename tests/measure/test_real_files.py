@@ -57,11 +57,10 @@ def test_targets_with_deviations(shared_data, arm, folder):
     assert any("target + deviation" in note for note in parts[0].notes)
 
 
-@pytest.mark.parametrize(
-    "robot",
-    ["kuka_14", "panda_1", "panda_2", "panda_2_clean", "panda_3", "panda_3_bis", "panda_4", "panda_4_clean"]
-    + ["panda_6", "panda_7"],
-)
+PANDAS = [f"panda_{n}" for n in ("1", "2", "2_clean", "3", "3_bis", "4", "4_clean", "6", "7")]
+
+
+@pytest.mark.parametrize("robot", ["kuka_14", *PANDAS])
 def test_ball_in_two_sockets(shared_data, robot):
     folder = read_measurements(shared_data / "mukca" / "original" / robot)
     converted = read_measurements(shared_data / "mukca" / robot / "measurements.csv", joints=7)
@@ -159,7 +158,7 @@ def test_matlab(shared_data, name, columns):
 def test_matlab_says_what_it_holds(shared_data):
     with pytest.raises(OptionError, match=r"Q \(7 x 20\)"):
         read_measurements(shared_data / "importer_variants" / "wam_matrices.mat")
-    with pytest.raises(OptionError, match="7 values a measurement|20 values a measurement|row or a column"):
+    with pytest.raises(OptionError, match=r"20 values a measurement|has 20|says not"):
         read_measurements(
             shared_data / "importer_variants" / "wam_matrices.mat", columns="q[rad|row]=Q,xyz[mm|row]=P"
         )

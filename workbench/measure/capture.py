@@ -155,7 +155,7 @@ class Capture:
         seen = [sample.rotation for sample in kept if sample.rotation is not None]
         partly = 0 < len(seen) < len(kept)
         left = self.remaining
-        notes = (f"{len(kept)} of {len(self.wanted)} targets were taken",) if left else ()
+        notes: tuple[str, ...] = (f"{len(kept)} of {len(self.wanted)} targets were taken",) if left else ()
         notes += ("orientations are left out, as some rows have none",) if partly else ()
         return Dataset(
             q=np.stack([sample.q for sample in kept]),

@@ -11,7 +11,7 @@ import socket
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Self, TextIO, final
+from typing import TextIO, final
 
 import numpy as np
 from jaxtyping import Float
@@ -109,9 +109,9 @@ def _is_number(value) -> bool:
 
 def _time(record: dict, source: str, line: int) -> float:
     value = record.get("time")
-    if not _is_number(value) or not np.isfinite(value):
-        raise FileError("it is not a number of seconds", path=source, line=line, column="time")
-    return float(value)
+    if isinstance(value, float | int) and _is_number(value) and np.isfinite(value):
+        return float(value)
+    raise FileError("it is not a number of seconds", path=source, line=line, column="time")
 
 
 def _rotation(record: dict, source: str, line: int) -> np.ndarray | None:
@@ -196,7 +196,7 @@ class SocketLines:
                 return
             yield line
 
-    def __enter__(self) -> Self:
+    def __enter__(self) -> "SocketLines":
         return self
 
     def __exit__(self, *_: object) -> None:

@@ -6,29 +6,10 @@ from dataclasses import dataclass, replace
 
 from workbench.errors import FileError, UnitError, WorkbenchError
 from workbench.measure.readers.table import Table
-from workbench.measure.readers.vocabulary import is_commanded, meaning, quantities_of
+from workbench.measure.readers.vocabulary import is_commanded, meaning, quantities_of, split_ending
 from workbench.measure.readers.wording import listed, span
 from workbench.units import EXAMPLES, REMARKS, Conversion, conversion, parse_heading
 
-_UNIT_ENDINGS = (
-    "mm",
-    "cm",
-    "um",
-    "µm",
-    "m",
-    "in",
-    "deg",
-    "°",
-    "rad",
-    "mrad",
-    "degC",
-    "°C",
-    "K",
-    "s",
-    "ms",
-    "kg",
-    "Nm",
-)
 _JOINT = re.compile(r"q\d+")
 _NUMBER = quantities_of("qw")[0]
 _DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d.*")
@@ -69,7 +50,7 @@ def _column(table: Table, index: int) -> Column:
     name, unit = parse_heading(text)
     found = meaning(name)
     remark = None
-    if found is None and unit is None and (split := _split_ending(name)) is not None:
+    if found is None and unit is None and (split := split_ending(name)) is not None:
         name, unit = split
         found = meaning(name)
         remark = f"the unit of '{text}' is taken from its name"
@@ -80,20 +61,6 @@ def _column(table: Table, index: int) -> Column:
         remark = f"'{text}' is read as {found.key}"
     column = Column(index=index, heading=text, key=found.key, remark=remark)
     return _with_unit(column, table, unit if unit is not None else table.units[index] or None)
-
-
-def _split_ending(name: str) -> tuple[str, str] | None:
-    """Name and unit of 'x_mm' or 'q1 deg', where the unit suits the name."""
-    for ending in _UNIT_ENDINGS:
-        if match := re.fullmatch(rf"(.+?)[_ ]{re.escape(ending)}", name):
-            found = meaning(match[1])
-            if found is not None and (quantities := quantities_of(found.key)):
-                try:
-                    conversion(ending, *quantities)
-                except UnitError:
-                    continue
-                return match[1], ending
-    return None
 
 
 def _with_unit(column: Column, table: Table, unit: str | None) -> Column:

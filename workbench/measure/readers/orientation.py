@@ -50,7 +50,7 @@ def read_orientation(
     if fields.rotation is not None:
         return fields.rotation, ()
     forms = [form for form in FORMS if any(key in fields.values for key in form.keys)]
-    result, notes = None, ()
+    result, notes = None, tuple[str, ...]()
     for form in forms:
         _complete(form, fields)
         matrices, said = _matrices(form, fields, usable)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from workbench.errors import FileError, OptionError
 from workbench.measure.readers.grid import Grid, Separator
 from workbench.measure.readers.naming import Item, Naming
-from workbench.measure.readers.vocabulary import meaning
+from workbench.measure.readers.vocabulary import is_known, meaning
 from workbench.measure.readers.wording import listed
 from workbench.units import is_unit, parse_heading
 
@@ -44,8 +44,9 @@ class Table:
 
 
 def recognised_headings(grid: Grid) -> int:
-    """How many columns the best heading row of a grid names; 0 when there is none."""
-    return max((_known(row) for row in grid.rows[: _first_data_row(grid.rows)]), default=0)
+    """How many columns the best heading row of a grid names; a lone one is chance, and counts as none."""
+    known = max((_known(row) for row in grid.rows[: _first_data_row(grid.rows)]), default=0)
+    return known if known > 1 else 0
 
 
 def with_headings(grid: Grid) -> Table:
@@ -86,7 +87,7 @@ def with_names(grid: Grid, names: tuple[str, ...]) -> Table:
         FileError: The rows have another number of fields than names.
     """
     start = _first_data_row(grid.rows)
-    notes = (f"the columns are named by the caller: {', '.join(names)}",)
+    notes: tuple[str, ...] = (f"the columns are named by the caller: {', '.join(names)}",)
     if start:
         notes += (f"{start} row(s) above the data are passed over, as the caller names the columns",)
     return _table(grid, start, names, ("",) * len(names), None, notes)
@@ -97,7 +98,7 @@ def _below(grid: Grid, *, head: int, start: int) -> Table:
     headings = list(grid.rows[head])
     while headings and not headings[-1]:
         headings.pop()
-    units, notes = ("",) * len(headings), ()
+    units, notes = ("",) * len(headings), tuple[str, ...]()
     body = head + 1
     if body < len(grid.rows) and _are_units(grid.rows[body]):
         units = tuple(_bare_unit(cell) for cell in _padded(grid.rows[body], len(headings)))
@@ -196,7 +197,7 @@ def _first_data_row(rows: list[list[str]]) -> int:
     for i, row in enumerate(rows):
         filled = [cell for cell in row if cell]
         numbers = sum(bool(NUMBER.fullmatch(cell)) for cell in filled)
-        if numbers and (2 * numbers >= len(filled)) and not _known(row):
+        if numbers and 2 * numbers >= len(filled):
             return i
     return len(rows)
 
@@ -207,9 +208,8 @@ def _is_data_like(row: list[str], width: int) -> bool:
 
 
 def _known(row: list[str]) -> int:
-    """How many cells are headings that we know; a lone one is chance."""
-    known = sum(bool(cell) and meaning(parse_heading(cell).name) is not None for cell in row)
-    return known if known > 1 or len(row) == 1 else 0
+    """How many cells are headings that we know."""
+    return sum(bool(cell) and is_known(cell) for cell in row)
 
 
 def _are_units(row: list[str]) -> bool:
@@ -230,18 +230,20 @@ def with_pairs(grid: Grid, naming: Naming) -> Grid:
     """The grid with the headings that the caller's pairs replace; other columns of that meaning are let go.
 
     Raises:
-        OptionError: There is no column of either name.
+        OptionError: There is no column of that name, or its meaning is none that is known.
     """
     end = _first_data_row(grid.rows)
     rows = [list(row) for row in grid.rows[:end]]
     notes = grid.notes
     for pair in naming.pairs:
-        sides = ((pair.right[0].name, pair.left), (pair.left.name, pair.right[0]))
+        both = ((pair.right[0].name, pair.left), (pair.left.name, pair.right[0]))
+        sides = [(name, item) for name, item in both if meaning(item.name) is not None]
         found = [(i, j, *side) for side in sides for i, row in enumerate(rows) for j in _places(row, side[0])]
         if not found:
             cells = [cell for row in rows for cell in row if cell]
             raise OptionError(
-                f"{grid.source}: there is no column '{pair.right[0].name}': it has {listed(cells)}"
+                f"{grid.source}: '{pair.left.name}={pair.right[0].name}' names no column of the file "
+                f"with a meaning that is known: the headings are {listed(cells)}"
             )
         i, j, name, item = found[0]
         _rename(rows[i], j, item)

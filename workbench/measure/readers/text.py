@@ -78,7 +78,9 @@ def _strictly(data: bytes, name: str, path: Path) -> str:
 
 def _significant(text: str) -> tuple[list[str], list[int], tuple[str, ...]]:
     """Lines that are neither blank nor comment, their numbers, and the comments before the first of them."""
-    lines, numbers, comments = [], [], []
+    lines: list[str] = []
+    numbers: list[int] = []
+    comments: list[str] = []
     for number, line in enumerate(re.split(r"\r\n|\r|\n", text), start=1):
         bare = line.strip(" \ufeff\x1a")
         if bare.startswith("#"):

@@ -7,7 +7,8 @@ recognised only where it can't mean anything else; commanded values are never ta
 import re
 from typing import NamedTuple
 
-from workbench.units import Quantity
+from workbench.errors import UnitError
+from workbench.units import Quantity, conversion, parse_heading
 
 JOINT = (Quantity.ANGLE, Quantity.LENGTH)
 LABELS = ("session", "group", "point", "anchor", "contact", "reason", "exclude")
@@ -16,7 +17,7 @@ _UR_JOINTS = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "w
 _JOINT_WORDS = "q|j|a|ax|joint|axis|achse|gelenk|theta|th|θ|joint_angle|joint_position|joint_pos|angle"
 _JOINT_WORDS += "|gelenkwinkel|achswinkel|winkel|axe|articulation|eje|giunto|asse"
 _ROBOTS = "panda|fr3|fer|iiwa|lbr|lbr_iiwa|kuka|robot|arm|measured|actual|ist"
-_MEASURED = "pos|position|p|t|measured|measurement|meas|actual|ist|mess|messwert"
+_MEASURED = "pos|position|p|measured|measurement|meas|actual|ist|mess|messwert"
 _COMMANDED = re.compile(
     r"(^|_)(goal|target|cmd|command|commanded|desired|nominal|soll|setpoint|ref|reference)(_|$)"
 )
@@ -73,6 +74,27 @@ _SYNONYMS |= {f"{name}{end}": f"q{i}" for i, name in enumerate(_UR_JOINTS, 1) fo
 _ANGLES = {"sigma_roll": "sigma_rx", "sigma_pitch": "sigma_ry", "sigma_yaw": "sigma_rz"}
 
 
+_UNIT_ENDINGS = (
+    "mm",
+    "cm",
+    "um",
+    "µm",
+    "m",
+    "in",
+    "deg",
+    "°",
+    "rad",
+    "mrad",
+    "degC",
+    "°C",
+    "K",
+    "s",
+    "ms",
+    "kg",
+    "Nm",
+)
+
+
 class Meaning(NamedTuple):
     """What a heading stands for.
 
@@ -127,3 +149,23 @@ def quantities_of(key: str) -> tuple[Quantity, ...]:
         "temperature": (Quantity.TEMPERATURE,),
         "payload": (Quantity.MASS,),
     }.get(key, (Quantity.NUMBER,))
+
+
+def split_ending(name: str) -> tuple[str, str] | None:
+    """Name and unit of 'x_mm' or 'q1 deg', where the unit suits the name."""
+    for ending in _UNIT_ENDINGS:
+        if match := re.fullmatch(rf"(.+?)[_ ]{re.escape(ending)}", name):
+            found = meaning(match[1])
+            if found is not None and (quantities := quantities_of(found.key)):
+                try:
+                    conversion(ending, *quantities)
+                except UnitError:
+                    continue
+                return match[1], ending
+    return None
+
+
+def is_known(heading: str) -> bool:
+    """Whether a heading, with or without its unit, names a column that we read."""
+    name, unit = parse_heading(heading)
+    return meaning(name) is not None or (unit is None and split_ending(name) is not None)

@@ -9,4 +9,4 @@ TABLE_LAYOUTS: tuple[AbstractTableLayout, ...] = (IpaGrid(), TargetDeviation())
 FOLDER_LAYOUTS: tuple[AbstractFolderLayout, ...] = (Mukca(),)
 PLAIN = "plain"
 """The layout of formats.md, for tables that would else be taken for one of the others."""
-NAMES = (PLAIN, *(layout.name for layout in (*TABLE_LAYOUTS, *FOLDER_LAYOUTS)))
+NAMES = (PLAIN, *(layout.name for layout in TABLE_LAYOUTS), *(layout.name for layout in FOLDER_LAYOUTS))
