@@ -9,6 +9,7 @@ those of the frames right before each Z.
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import no_type_check
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -22,9 +23,7 @@ from workbench.errors import RobotError
 from workbench.robots.robot import Robot
 from workbench.types import frozen
 
-ONTO_Z = tuple(
-    frozen(se3.pose(np.roll(np.eye(3), -(axis + 1), axis=1), np.zeros(3))) for axis in range(3)
-)
+ONTO_Z = tuple(frozen(se3.pose(np.roll(np.eye(3), -(axis + 1), axis=1), np.zeros(3))) for axis in range(3))
 """Frames whose z axis is the x, y or z axis of their parent."""
 
 
@@ -66,7 +65,7 @@ class Arm:
         """
         rows, n = x.shape
         out = np.empty((rows, 3, 4)), np.empty((rows, n, 3)), np.empty((rows, n, 3))
-        _geometry(self.constants, self.slides, np.ascontiguousarray(x), *out)
+        _geometry(self.constants, self.slides, np.array(x, float, order="C"), *out)
         return out
 
     def jacobian(self, x: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows 6 n"]:
@@ -122,6 +121,7 @@ def _compile(robot: Robot) -> Arm:
 
 
 @njit(cache=True)
+@no_type_check
 def forward(constants, slides, x, tool, axes, points):
     """Tool pose, axes and points of one configuration, into the arrays given."""
     n = slides.shape[0]
@@ -150,6 +150,7 @@ def forward(constants, slides, x, tool, axes, points):
 
 
 @njit(cache=True)
+@no_type_check
 def _geometry(constants, slides, x, tools, axes, points):
     for row in range(x.shape[0]):
         forward(constants, slides, x[row], tools[row], axes[row], points[row])

@@ -33,6 +33,7 @@ ORIGIN = 0.3
 """Where tan((q₃ − origin)/2) is counted from [rad]: away from the right angles of usual arms."""
 ANGLES = np.arange(3) * (2.0 * np.pi / 3.0)
 TO_HARMONICS = np.linalg.inv(np.stack([np.ones(3), np.cos(ANGLES), np.sin(ANGLES)], 1))
+PATH = ["einsum_path", (2, 3), (1, 2), (0, 1)]
 HALF_ANGLES = np.zeros((2, 3, 4))
 """(cos, sin)(q/2) · (1, cos q, sin q) in terms of (cos q/2, sin q/2, cos 3q/2, sin 3q/2)."""
 HALF_ANGLES[0, 0, 0] = HALF_ANGLES[1, 0, 1] = 1.0
@@ -41,30 +42,49 @@ HALF_ANGLES[1, 1, [3, 1]] = HALF_ANGLES[1, 2, [0, 2]] = 0.5, -0.5
 
 
 def closure_starts(
-    constants: Float[np.ndarray, "7 4 4"], targets: Float[np.ndarray, "rows 4 4"], length: float
+    constants: Float[np.ndarray, "7 4 4"],
+    targets: Float[np.ndarray, "rows 4 4"],
+    *,
+    length: float,
+    first: int = 0,
+    shift: float = SHIFT,
 ) -> Float[np.ndarray, "rows 24 6"]:
-    """Joint angles near every solution, among others that are none; NaN where elimination breaks down.
+    """Joint angles near every solution, among others that are none.
 
     Args:
         constants: C₀ … C₆ of `model.arm.Arm`, six revolute joints.
         targets: Poses of the tool.
         length: Unit of length that brings positions near 1 [m].
+        first: Joint that plays the part of joint 1 (from 0): the closed loop may be entered anywhere, and
+            what is special for one entry is not for another.
+        shift: Random change of the constants [rad, and share of `length`].
     """
-    fixed = constants.copy()
+    fixed, h = constants.copy(), targets.copy()
     fixed[:, :3, 3] /= length
-    h = targets.copy()
     h[:, :3, 3] /= length
-    h = se3.inverse(fixed[0]) @ h @ se3.inverse(fixed[6])
-    noise = np.random.default_rng(SEED).standard_normal((5, 6)) * SHIFT
-    links = fixed[1:6] @ se3.pose(se3.rotvec_to_matrix(noise[:, :3]), noise[:, 3:])
-    left, right = _left(links[1:]), _right(links[0], h)
+    noise = np.random.default_rng(SEED + first).standard_normal((6, 6)) * shift
+    noise = se3.pose(se3.rotvec_to_matrix(noise[:, :3]), noise[:, 3:])
+    loop = np.empty((len(h), 6, 4, 4))
+    loop[:, :5] = fixed[1:6]
+    loop[:, 5] = fixed[6] @ se3.inverse(h) @ fixed[0]
+    loop = np.roll(loop @ noise, -first, axis=1)
+    q = _eliminate(loop[:, :5], se3.inverse(loop[:, 5]))
+    return np.roll(q, first, axis=2)
+
+
+def _eliminate(links: Float[np.ndarray, "rows 5 4 4"], h: Float[np.ndarray, "rows 4 4"]) -> np.ndarray:
+    """Roots (rows, 24, 6) of Z₁L₁Z₂L₂Z₃L₃Z₄L₄Z₅L₅Z₆ = H."""
+    left, right = _left(links), _right(links[:, 0], h)
     u, s, vt = np.linalg.svd(right[:, :, 1:])
-    remaining = np.einsum("rje,jxyz->rexyz", u[:, :, 8:], left)
+    remaining = np.einsum("rje,rjxyz->rexyz", u[:, :, 8:], left)
     remaining[:, :, 0, 0, 0] -= np.einsum("rje,rj->re", u[:, :, 8:], right[:, :, 0])
     q3, q4, q5 = _eigen(remaining)
-    harmonics = [np.stack([np.ones_like(q), np.cos(q), np.sin(q)], -1) for q in (q3, q4, q5)]
-    known = np.einsum("jxyz,rkx,rky,rkz->rkj", left, *harmonics, optimize=True) - right[:, None, :, 0]
-    products = np.einsum("rab,ra,rca,rkc->rkb", vt, 1.0 / np.maximum(s, 1e-12), u[:, :, :8], known, optimize=True)
+    x, y, z = (np.stack([np.ones_like(q), np.cos(q), np.sin(q)], -1) for q in (q3, q4, q5))
+    monomials = (x[..., :, None, None] * y[..., None, :, None] * z[..., None, None, :]).reshape(
+        len(h), 24, 27
+    )
+    known = monomials @ np.swapaxes(left.reshape(len(h), 14, 27), 1, 2) - right[:, None, :, 0]
+    products = (known @ u[:, :, :8]) / np.maximum(s, 1e-12)[:, None] @ vt
     q2 = np.arctan2(products[..., 1], products[..., 0])
     q1 = np.arctan2(products[..., 5], products[..., 2])
     q = np.stack([q1, q2, q3, q4, q5], -1)
@@ -88,19 +108,25 @@ def _fourteen(frame: Float[np.ndarray, "*lead 4 4"]) -> Float[np.ndarray, "*lead
     return np.concatenate([p, axis, pp, pl, np.cross(p, axis), pp * axis - 2.0 * pl * p], -1)
 
 
-def _left(links: Float[np.ndarray, "4 4 4"]) -> Float[np.ndarray, "14 3 3 3"]:
+def _left(links: Float[np.ndarray, "rows 5 4 4"]) -> Float[np.ndarray, "rows 14 3 3 3"]:
     """Coefficients of the left side in the harmonics of q₃, q₄, q₅."""
-    steps = links[:, None] @ np.concatenate([np.broadcast_to(_turn(ANGLES), (3, 3, 4, 4)), np.broadcast_to(np.eye(4), (1, 3, 4, 4))])
-    frames = steps[0][:, None, None] @ steps[1][None, :, None] @ steps[2][None, None] @ links[3]
-    return np.einsum("xa,yb,zc,abcj->jxyz", TO_HARMONICS, TO_HARMONICS, TO_HARMONICS, _fourteen(frames), optimize=True)
+    turns = _turn(ANGLES)
+    steps = [links[:, i, None] @ turns for i in (1, 2, 3)]
+    frames = (steps[0][:, :, None] @ steps[1][:, None])[:, :, :, None] @ (steps[2] @ links[:, 4, None])[
+        :, None, None
+    ]
+    return np.einsum("xa,yb,zc,rabcj->rjxyz", *[TO_HARMONICS] * 3, _fourteen(frames), optimize=PATH)
 
 
-def _right(link: Float[np.ndarray, "4 4"], h: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, "rows 14 9"]:
+def _right(
+    link: Float[np.ndarray, "rows 4 4"], h: Float[np.ndarray, "rows 4 4"]
+) -> Float[np.ndarray, "rows 14 9"]:
     """Coefficients of the right side in the harmonics of q₁ and q₂, one row of nine per equation."""
     back = _turn(-ANGLES)
-    turns = back[:, None] @ se3.inverse(link) @ back  # [q₂, q₁]
-    values = _fourteen(turns.transpose(1, 0, 2, 3) @ h[:, None, None])
-    return np.einsum("xa,yb,rabj->rjxy", TO_HARMONICS, TO_HARMONICS, values, optimize=True).reshape(len(h), 14, 9)
+    after = se3.inverse(link)[:, None] @ (back @ h[:, None])
+    values = _fourteen(back @ after[:, :, None])  # rows, q₁, q₂
+    harmonics = np.einsum("xa,yb,rabj->rjxy", TO_HARMONICS, TO_HARMONICS, values, optimize=True)
+    return harmonics.reshape(len(h), 14, 9)
 
 
 def _eigen(m: Float[np.ndarray, "rows 6 3 3 3"]) -> tuple[Float[np.ndarray, "rows 24"], ...]:
@@ -112,7 +138,9 @@ def _eigen(m: Float[np.ndarray, "rows 6 3 3 3"]) -> tuple[Float[np.ndarray, "row
     cosine, sine = c * cosine + s * sine, c * sine - s * cosine
     companion = np.zeros((rows, 24, 24))
     companion[:, :12, 12:] = np.eye(12)
-    companion[:, 12:] = -np.linalg.solve(constant - cosine, np.concatenate([constant + cosine, 2.0 * sine], -1))
+    companion[:, 12:] = -np.linalg.solve(
+        constant - cosine, np.concatenate([constant + cosine, 2.0 * sine], -1)
+    )
     tangents, vectors = np.linalg.eig(companion)
     upper, lower = np.swapaxes(vectors[:, :12], 1, 2), np.swapaxes(vectors[:, 12:], 1, 2)
     products = np.where((np.abs(tangents) > 1.0)[..., None], lower, upper).reshape(rows, 24, 4, 3)
@@ -122,15 +150,17 @@ def _eigen(m: Float[np.ndarray, "rows 6 3 3 3"]) -> tuple[Float[np.ndarray, "row
     main = np.take_along_axis(of_q4, np.abs(of_q4[..., :2]).argmax(-1)[..., None], -1)
     q5 = np.arctan2(*(np.real(of_q5[..., [2, 1]] / of_q5[..., :1]).transpose(2, 0, 1)))
     q4 = 2.0 * np.arctan2(*(np.real(of_q4[..., [1, 0]] / main).transpose(2, 0, 1)))
-    return np.real(ORIGIN + 2.0 * np.arctan(tangents)), q4, q5
+    with np.errstate(divide="ignore", invalid="ignore"):  # arctan(±i) of the spurious roots
+        q3 = np.nan_to_num(np.real(ORIGIN + 2.0 * np.arctan(tangents)))
+    return q3, q4, q5
 
 
 def _last(
-    links: Float[np.ndarray, "5 4 4"], q: Float[np.ndarray, "rows k 5"], h: Float[np.ndarray, "rows 4 4"]
+    links: Float[np.ndarray, "rows 5 4 4"], q: Float[np.ndarray, "rows k 5"], h: Float[np.ndarray, "rows 4 4"]
 ) -> Float[np.ndarray, "rows k"]:
     """q₆ that best turns the arm's x and y axes onto the target's."""
     arm = np.eye(4)
     for i in range(5):
-        arm = arm @ _turn(q[..., i]) @ links[i]
+        arm = arm @ _turn(q[..., i]) @ links[:, i, None]
     rest = np.swapaxes(arm[..., :3, :2], -1, -2) @ h[:, None, :3, :2]
     return np.arctan2(rest[..., 1, 0] - rest[..., 0, 1], rest[..., 0, 0] + rest[..., 1, 1])

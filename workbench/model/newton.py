@@ -9,6 +9,7 @@ where J is singular at the solution (Fan and Yuan, Computing 74, 2005).
 
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import no_type_check
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -96,15 +97,16 @@ def refine(
         iterations: Steps before giving up.
     """
     rows = len(starts)
+    # fresh arrays, as a read-only one would have the loop compiled once more
     x, errors, steps = np.array(starts, float, order="C"), np.empty((rows, 2)), np.empty(rows, np.int64)
     _refine_many(
         arm.constants,
         arm.slides,
-        np.ascontiguousarray(targets),
-        np.arange(rows) if target_of is None else target_of,
+        np.array(targets, float, order="C"),
+        np.arange(rows) if target_of is None else np.array(target_of, np.int64),
         int(task),
         WEIGHT * arm.length if weight is None else weight,
-        np.ascontiguousarray(unlimited(arm.dof) if limits is None else limits),
+        np.array(unlimited(arm.dof) if limits is None else limits, float, order="C"),
         iterations,
         x,
         errors,
@@ -114,6 +116,7 @@ def refine(
 
 
 @njit(cache=True)
+@no_type_check
 def missing(tool, target, task, r):
     """Position and rotation that are missing, [p* − p; ρ], into r; returns their lengths."""
     for i in range(3):
@@ -158,6 +161,7 @@ def missing(tool, target, task, r):
 
 
 @njit(cache=True)
+@no_type_check
 def _normal_equations(tool, axes, points, slides, r, task, w2, h, g):
     """JᵀJ and Jᵀr, with rotations weighted by w² (w2) and projected as the task asks."""
     n = slides.shape[0]
@@ -189,6 +193,7 @@ def _normal_equations(tool, axes, points, slides, r, task, w2, h, g):
 
 
 @njit(cache=True)
+@no_type_check
 def _solve_damped(h, g, damping, held, low, step):
     """Cholesky solution of (H + λ I) δ = g with δ = 0 for held joints; False where it breaks down."""
     n = g.shape[0]
@@ -219,6 +224,7 @@ def _solve_damped(h, g, damping, held, low, step):
 
 
 @njit(cache=True)
+@no_type_check
 def _refine_many(constants, slides, targets, target_of, task, weight, limits, iterations, xs, errors, steps):
     n = slides.shape[0]
     tool, axes, points = np.empty((3, 4)), np.empty((n, 3)), np.empty((n, 3))
