@@ -1,0 +1,143 @@
+"""Bodies for an arm that has no meshes: made from its chain, so that they fit any convention.
+
+The link after joint k is drawn along the way that the chain takes from that joint's axis to the next one;
+a cylinder marks each axis. All parts of a link move with the frame right after the joint's own element.
+"""
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench import chain as chains
+from workbench import se3
+from workbench.app.colours import FOOT, JOINT, LINK, PROBE
+from workbench.app.shapes import Solid, along, ball, cylinder, merged, tube
+from workbench.model.forward import joint_elements
+from workbench.robots.robot import Robot
+from workbench.types import Matrix4
+
+THICK, THIN = 0.046, 0.025
+"""Radius of the first and of the last link, as a share of the arm's reach."""
+SHORTEST = 1e-3
+"""Parts of a link below this length are not drawn [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A solid of one colour."""
+
+    solid: Solid
+    colour: tuple[int, int, int]
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """What moves with one frame: the base, or the link after a joint."""
+
+    parts: tuple[Part, ...]
+
+    @property
+    def solid(self) -> Solid | None:
+        """All parts as one; None where there is nothing to see."""
+        return merged([p.solid for p in self.parts]) if self.parts else None
+
+
+def make_bodies(robot: Robot) -> tuple[Body, ...]:
+    """The base's body and one per joint, each in its own frame of `body_frames`."""
+    drivers = joint_elements(robot)
+    order = np.argsort(drivers)
+    ways = [_way(robot, drivers[k], _next(robot, drivers, order, i)) for i, k in enumerate(order)]
+    radii = robot.reach * np.linspace(THICK, THIN, max(len(order), 2))
+    bodies: list[Body | None] = [None] * len(order)
+    for i, k in enumerate(order):
+        element = robot.chain.elements[drivers[k]]
+        last = i == len(order) - 1
+        bodies[k] = _link(ways[i], float(radii[i]), axis=element.axis % 3, turns=element.axis < 3, last=last)
+    return (_foot(robot, drivers[order[0]], float(radii[0])), *(b for b in bodies if b is not None))
+
+
+def body_frames(robot: Robot, q: Float[np.ndarray, " n"]) -> Float[np.ndarray, "bodies 4 4"]:
+    """Where each body stands, in the frame of the robot's base."""
+    drivers = joint_elements(robot)
+    order = np.argsort(drivers)
+    after = np.concatenate([[_base_end(robot)], drivers[order]])
+    frames = chains.frames(robot.chain, q[None], after)[0]
+    frames = se3.inverse(robot.base.pose) @ frames
+    return np.concatenate([frames[:1], frames[1:][np.argsort(order)]])
+
+
+def _base_end(robot: Robot) -> int:
+    return len(robot.base.elements("base", -1)) - 1
+
+
+def _next(robot: Robot, drivers: np.ndarray, order: np.ndarray, i: int) -> int:
+    """The element before the next joint's, or the last one of the chain."""
+    return int(drivers[order[i + 1]]) - 1 if i + 1 < len(order) else len(robot.chain.elements) - 1
+
+
+def _way(robot: Robot, first: int, last: int) -> Float[np.ndarray, "points 3"]:
+    """Origins of the frames after the elements first … last, seen from the first."""
+    after = np.arange(first, last + 1)
+    frames = chains.frames(robot.chain, np.zeros((1, robot.dof)), after)[0]
+    points = se3.apply(se3.inverse(frames[0]), frames[:, :3, 3])
+    kept = [points[0]]
+    for point in points[1:]:
+        if np.linalg.norm(point - kept[-1]) > SHORTEST:
+            kept.append(point)
+    return np.array(kept)
+
+
+def _link(way: Float[np.ndarray, "points 3"], radius: float, *, axis: int, turns: bool, last: bool) -> Body:
+    """A tube along the way, a housing about the axis, and the probe at the end of the last link."""
+    shell, probe = [], []
+    for i, (start, end) in enumerate(itertools.pairwise(way)):
+        if last and i == len(way) - 2:
+            end, probe = _probe(start, end, radius)
+        shell += [tube(start, end, radius), ball(radius, start), ball(radius, end)]
+    direction = np.eye(3)[axis]
+    length = (1.25 if turns else 2.0) * radius
+    housing = cylinder(1.22 * radius, -length, length, bevel=0.16 * radius)
+    parts = [Part(housing.moved(along(direction, np.zeros(3))), JOINT)]
+    if shell:
+        parts.append(Part(merged(shell), LINK))
+    if probe:
+        parts.append(Part(merged(probe), PROBE))
+    return Body(tuple(parts))
+
+
+def _probe(start: np.ndarray, end: np.ndarray, radius: float) -> tuple[np.ndarray, list[Solid]]:
+    """Where the last tube stops, and a slender probe from there to the tool's origin."""
+    length = float(np.linalg.norm(end - start))
+    if length < 3.0 * radius:
+        return end, []
+    direction = (end - start) / length
+    stop = end - direction * min(0.5 * length, 4.0 * radius)
+    neck, slender = stop + direction * radius, 0.3 * radius
+    tip = end - direction * 2.0 * slender
+    flange = cylinder(1.15 * radius, 0.0, 0.35 * radius, bevel=0.08 * radius)
+    solids = [
+        flange.moved(along(direction, neck)),
+        tube(neck, tip, slender),
+        tube(tip, end, slender, 0.02 * radius),
+    ]
+    return stop, solids
+
+
+def _foot(robot: Robot, first: int, radius: float) -> Body:
+    """A foot at the arm's first frame, and a post where its first axis lies away from there."""
+    foot = cylinder(2.0 * radius, 0.0, 0.45 * radius, bevel=0.12 * radius)
+    parts = [Part(foot, FOOT)]
+    base_end = _base_end(robot)
+    if first - 1 > base_end:
+        way = _way(robot, base_end, first - 1)
+        post = [tube(a, b, radius) for a, b in itertools.pairwise(way)]
+        if post:
+            parts.append(Part(merged([*post, *(ball(radius, p) for p in way[1:])]), LINK))
+    return Body(tuple(parts))
+
+
+def tool_pose(robot: Robot, q: Float[np.ndarray, " n"]) -> Matrix4:
+    """Pose of the tool in the frame of the robot's base."""
+    return se3.inverse(robot.base.pose) @ chains.poses(robot.chain, q[None])[0]

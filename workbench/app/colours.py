@@ -1,0 +1,25 @@
+"""The palette: one meaning, one colour."""
+
+LINK = (233, 237, 242)
+JOINT = (51, 71, 102)
+FOOT = (74, 85, 104)
+PROBE = (120, 130, 146)
+PLATE = (203, 210, 220)
+GHOST = (245, 158, 11)
+
+REACHED = (45, 155, 120)
+SELECTED = (37, 99, 235)
+OUT_OF_REACH = (220, 68, 55)
+
+REGION = (100, 116, 139)
+GRID = (214, 220, 228)
+GRID_SECTION = (186, 195, 208)
+
+BEFORE = (220, 68, 55)
+AFTER = (45, 155, 120)
+MARK = (250, 204, 21)
+
+
+def css(colour: tuple[int, int, int]) -> str:
+    """The colour for HTML."""
+    return "#{:02x}{:02x}{:02x}".format(*colour)

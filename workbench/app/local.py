@@ -1,0 +1,75 @@
+"""A viser server for this machine only.
+
+viser itself checks neither Host nor Origin, so any page that a user has open could read and steer the scene,
+and it lets every client open a public tunnel. Here a request must name this server as its host and come from
+a page of this server, and the tunnel's handlers are gone. Programs on this machine that send no Origin can
+still connect: this is no login. It relies on internals of viser 1.1; a test holds them.
+"""
+
+from unittest import mock
+from urllib.parse import urlsplit
+
+import viser
+import websockets.asyncio.server as websockets
+from viser import _messages
+
+from workbench.errors import OptionError
+
+LOOPBACK = ("127.0.0.1", "localhost")
+
+
+def local_server(*, host: str = "127.0.0.1", port: int = 0, label: str | None = None) -> viser.ViserServer:
+    """A server that only pages of its own can talk to.
+
+    Args:
+        host: Address to listen at; the loopback address unless the user asks for another one.
+        port: Port, or 0 for any free one.
+        label: Name shown in the browser.
+
+    Raises:
+        OptionError: the port is taken, or can't be used.
+    """
+    if not 0 <= port < 65536:
+        raise OptionError(f"port {port} can't be used; give a number from 1 to 65535, or 0 for any free one")
+    allowed: set[str] = set()
+    real = websockets.serve
+
+    def serve(handler, address, port_tried, *, process_request, **options):
+        def guard(connection, request):
+            if not allowed:
+                allowed.update(_names(host, connection.local_address[1]))
+            if not _is_ours(request, allowed):
+                return connection.respond(403, "this page may not talk to the workbench\n")
+            return process_request(connection, request)
+
+        return real(handler, address, port_tried, process_request=guard, **options)
+
+    # viser looks serve() up when its thread starts, which is inside its constructor
+    with mock.patch.object(websockets, "serve", serve):
+        server = viser.ViserServer(host=host, port=port, label=label, verbose=False)
+    if port and server.get_port() != port:
+        server.stop()
+        raise OptionError(f"port {port} is taken by another program; choose another one with --port")
+    for message in (_messages.ShareUrlRequest, _messages.ShareUrlDisconnect):
+        server._websock_server.unregister_handler(message)
+    return server
+
+
+def _names(host: str, port: int) -> set[str]:
+    hosts = (*LOOPBACK, host.lower())
+    return {f"{name}:{port}" for name in hosts}
+
+
+def _is_ours(request, allowed: set[str]) -> bool:
+    """One Host, which is this server; no Origin (a page being opened) or this server's own."""
+    try:
+        hosts = request.headers.get_all("Host")
+        origins = request.headers.get_all("Origin")
+        if len(hosts) != 1 or hosts[0].lower() not in allowed or len(origins) > 1:
+            return False
+        if not origins:
+            return True
+        origin = urlsplit(origins[0].lower())
+        return origin.scheme == "http" and origin.netloc in allowed
+    except Exception:  # whatever is wrong with the request, it is not ours
+        return False

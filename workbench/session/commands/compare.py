@@ -1,0 +1,108 @@
+"""Commands about comparing: which fit, which measured row, what is laid over the scene."""
+
+from collections.abc import Hashable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from workbench.errors import OptionError
+from workbench.session.command import AbstractChange
+from workbench.session.comparison import compare, joined
+from workbench.session.state import Focus, Overlay, Session
+
+LEAST_EXAGGERATION, GREATEST_EXAGGERATION = 1.0, 500.0
+
+
+def with_fit(session: Session, algorithm: str) -> Session:
+    """The session with one of its fits shown and compared."""
+    found = session.identification
+    data = found.data.take(np.concatenate([found.train_rows, found.held_out_rows]))
+    data = joined(data, None if len(found.held_out_rows) else found.held_out_data)
+    held_out = np.arange(len(data)) >= len(found.train_rows)
+    calibrated = found.runs[algorithm].calibrated
+    return replace(session, fit=algorithm, comparison=compare(data, held_out, found.aligned, calibrated))
+
+
+@dataclass(frozen=True)
+class ShowFit(AbstractChange):
+    """Show the robot that this algorithm identified."""
+
+    algorithm: str
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return f"Show the fit of {self.algorithm.upper()}"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Only the newest choice matters."""
+        return "fit"
+
+    def check(self, session: Session) -> None:
+        """The algorithm must have been run."""
+        fits = {} if session.identification is None else session.identification.runs
+        if self.algorithm not in fits:
+            known = ", ".join(name.upper() for name in fits) or "none so far"
+            raise OptionError(f"there is no fit by {self.algorithm.upper()}; identified: {known}")
+
+    def apply(self, session: Session) -> Session:
+        """The session afterwards."""
+        return with_fit(session, self.algorithm)
+
+
+@dataclass(frozen=True)
+class ShowRow(AbstractChange):
+    """Put the arm where it stood at a measured row, counted from 0 in the comparison."""
+
+    row: int
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return f"Show measured pose {self.row + 1}"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Only the newest place of the scrubber matters."""
+        return "row"
+
+    def check(self, session: Session) -> None:
+        """There must be such a row."""
+        rows = 0 if session.comparison is None else len(session.comparison)
+        if not 0 <= self.row < rows:
+            have = f"there are 1 to {rows}" if rows else "no measurements are loaded"
+            raise OptionError(f"there is no measured pose {self.row + 1}: {have}")
+
+    def apply(self, session: Session) -> Session:
+        """The session afterwards."""
+        return replace(session, row=self.row, focus=Focus.ROW)
+
+
+@dataclass(frozen=True)
+class SetOverlay(AbstractChange):
+    """Choose what is laid over the scene, and how much the errors are exaggerated."""
+
+    overlay: Overlay
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return "Set the overlay"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Only the newest choice matters."""
+        return "overlay"
+
+    def check(self, session: Session) -> None:
+        """The exaggeration must be sensible."""
+        if not LEAST_EXAGGERATION <= self.overlay.exaggeration <= GREATEST_EXAGGERATION:
+            raise OptionError(
+                f"errors can be exaggerated {LEAST_EXAGGERATION:g} to {GREATEST_EXAGGERATION:g} times, "
+                f"not {self.overlay.exaggeration:g}"
+            )
+
+    def apply(self, session: Session) -> Session:
+        """The session afterwards."""
+        return replace(session, overlay=self.overlay)

@@ -1,0 +1,216 @@
+"""Commands about measurements: load a file, measure a virtual arm, forget them."""
+
+import re
+import tempfile
+from collections.abc import Hashable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from workbench.design.region_poses import nearby_poses
+from workbench.errors import DataError, OptionError, WorkbenchError
+from workbench.measure.dataset import Dataset
+from workbench.measure.instruments import Instrument, Observes
+from workbench.measure.plausible import check_plausible
+from workbench.measure.simulate import simulate, simulate_targets, virtual_arm
+from workbench.robots.robot import Robot
+from workbench.session.command import AbstractChange, AbstractTask, Cancel, Cancelled, Progress
+from workbench.session.comparison import compare, joined
+from workbench.session.facts import facts_of
+from workbench.session.reach import advance
+from workbench.session.state import Focus, Loaded, Session, Severity
+
+LARGEST_FILE = 20 * 1024 * 1024
+"""Files beyond this size are refused [bytes]."""
+CHECKS = 40
+"""Poses in the region that a virtual arm is measured at besides the targets, to be held out."""
+MOST_SEED = 2**32 - 1
+
+
+@dataclass(frozen=True)
+class LoadData(AbstractTask):
+    """Read a measurement file and replace the present measurements.
+
+    Args:
+        name: Its name, of which only the ending matters.
+        content: Its bytes.
+    """
+
+    name: str
+    content: bytes = field(repr=False)
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return f"Read {_safe(self.name)}"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Every file counts."""
+        return None
+
+    def check(self, session: Session) -> None:
+        """The file must hold something and not be too large."""
+        if not self.content:
+            raise DataError(f"{_safe(self.name)} is empty; choose a file with measurements")
+        if len(self.content) > LARGEST_FILE:
+            raise DataError(
+                f"{_safe(self.name)} has {len(self.content) / 2**20:.0f} MiB, the page takes up to "
+                f"{LARGEST_FILE / 2**20:.0f}; use the command 'workbench identify' for larger files"
+            )
+
+    def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
+        """Read the file and see whether it fits the robot."""
+        from workbench.measure.readers import preview, read_measurements  # spreadsheets take long to import
+
+        progress(0.0, "reading")
+        with tempfile.TemporaryDirectory(prefix="workbench-") as folder:
+            path = Path(folder) / _safe(self.name)
+            path.write_bytes(self.content)
+            try:
+                understood = preview(path, joints=session.robot.dof)
+                dataset = read_measurements(path, joints=session.robot.dof)
+                dataset = replace(dataset, source=path.name)
+                dataset = check_plausible(dataset, session.robot.limits, session.robot.reach)
+            except WorkbenchError as error:
+                raise DataError(str(error).replace(f"{folder}/", "")) from error
+        if cancel():
+            raise Cancelled
+        notes = tuple(note.replace(f"{folder}/", "") for note in dataset.notes)
+        return Loaded(dataset, path.name, facts_of(dataset, understood), notes)
+
+    def finish(self, session: Session, result: Any) -> Session:
+        """The session with the rows; an older identification no longer belongs to them."""
+        session = _with_data(session, result)
+        return session.tell(Severity.INFO, f"{len(result.dataset)} rows read from {result.name}")
+
+
+@dataclass(frozen=True)
+class MeasureVirtualArm(AbstractTask):
+    """Measure a virtual arm with hidden manufacturing errors at the targets as they stand.
+
+    Besides, it is measured at poses near the targets in the region, which are kept for checking only.
+
+    Args:
+        seed: Of the hidden errors and of the noise: the same seed is the same arm.
+    """
+
+    seed: int = 1
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return f"Measure virtual arm {self.seed}"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Every measurement counts."""
+        return None
+
+    def check(self, session: Session) -> None:
+        """There must be targets in reach."""
+        if not 0 <= self.seed <= MOST_SEED:
+            raise OptionError(f"seed {self.seed} can't be used; give a whole number from 0 to {MOST_SEED}")
+        if not any(state.reached for state in session.states):
+            raise DataError("the arm reaches no target; drag at least a few targets into its reach")
+
+    def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
+        """Make the arm, bring it to the targets, measure it."""
+        rng = np.random.default_rng(self.seed)
+        robot, noise = session.robot, session.noise
+        progress(0.1, "building the arm")
+        actual = virtual_arm(robot, rng=rng)
+        instrument = Instrument(
+            name="instrument",
+            observes=Observes.POSE,
+            sigma_position=noise.position,
+            sigma_rotation=noise.rotation,
+        )
+        progress(0.3, "measuring at the targets")
+        used, near = _postures(actual, session)
+        rows = simulate_targets(actual, session.plate.poses[used], instrument=instrument, rng=rng, near=near)
+        progress(0.6, "measuring the poses for checking")
+        checks_q = nearby_poses(robot, session.plate.region, CHECKS, rng=rng, measured=near)
+        checks = simulate(actual, checks_q, instrument=instrument, rng=rng)
+        if cancel():
+            raise Cancelled
+        name = f"Virtual arm {self.seed}"
+        return Loaded(
+            replace(rows, source=name), name, _virtual_facts(rows, session), virtual=True, checks=checks
+        )
+
+    def finish(self, session: Session, result: Any) -> Session:
+        """The session with the rows."""
+        return _with_data(session, result).tell(
+            Severity.INFO, f"{result.name} was measured at {len(result.dataset)} targets"
+        )
+
+
+@dataclass(frozen=True)
+class ForgetData(AbstractChange):
+    """Take the measurements and what was identified from them away."""
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return "Remove the measurements"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Once is enough."""
+        return "forget"
+
+    def check(self, session: Session) -> None:
+        """There must be some."""
+        if session.loaded is None:
+            raise DataError("there are no measurements to remove")
+
+    def apply(self, session: Session) -> Session:
+        """The session afterwards."""
+        return _with_data(session, None)
+
+
+def _postures(actual: Robot, session: Session) -> tuple[list[int], np.ndarray]:
+    """Targets that the actual arm reaches, and how: as the nominal arm does, or next to that.
+
+    Its manufacturing errors may carry a joint beyond its limit; it then takes the nearest other branch.
+    """
+    used, postures = [], []
+    for i, (target, state) in enumerate(zip(session.plate.targets, session.states, strict=True)):
+        if not state.reached:
+            continue
+        stands = advance(actual, target, state)
+        if stands.reached:
+            used.append(i)
+            postures.append(stands.q)
+    if not used:
+        raise DataError("the virtual arm reaches none of the targets; try another seed or move the targets")
+    return used, np.stack(postures)
+
+
+def _with_data(session: Session, loaded: Loaded | None) -> Session:
+    shown = None
+    if loaded is not None:
+        data = joined(loaded.dataset, loaded.checks)
+        shown = compare(data, np.arange(len(data)) >= len(loaded.dataset), session.robot, None)
+    return replace(
+        session, loaded=loaded, identification=None, fit="", comparison=shown, row=0, focus=Focus.TARGET
+    )
+
+
+def _virtual_facts(rows: Dataset, session: Session) -> tuple[tuple[str, str], ...]:
+    noise = session.noise
+    left_out = len(session.states) - len(rows)
+    return (
+        ("Arm", "hidden errors up to 5 mm and 5° per constant"),
+        ("Measured at", f"{len(rows)} targets" + (f"; {left_out} out of reach left out" if left_out else "")),
+        ("Kept for checking", f"{CHECKS} poses of the region near the targets"),
+        ("Noise", f"{noise.position * 1e3:g} mm, {np.rad2deg(noise.rotation):g}°"),
+    )
+
+
+def _safe(name: str) -> str:
+    """The last part of a file name, of harmless characters only; its ending is kept."""
+    return re.sub(r"[^\w.+ ()-]", "_", re.split(r"[/\\]", name)[-1])[-80:].lstrip(".") or "file"

@@ -1,0 +1,80 @@
+"""The command that identifies the robot from the loaded measurements."""
+
+from collections.abc import Hashable
+from dataclasses import dataclass, replace
+from typing import Any
+
+from workbench.errors import DataError, OptionError
+from workbench.session.command import AbstractTask, Cancel, Cancelled, Progress
+from workbench.session.commands.compare import with_fit
+from workbench.session.state import Focus, Session, Severity
+
+ALGORITHMS = ("ols", "opt1", "opt2")
+PREFERRED = ("opt2", "ols", "opt1")
+"""Whose robot is shown first: chosen beforehand, so that held-out rows take no part in it."""
+
+
+@dataclass(frozen=True)
+class Identify(AbstractTask):
+    """Identify the robot's parameters.
+
+    Args:
+        algorithms: Which algorithms, side by side.
+        held_out: Share of the rows that is kept for checking.
+        frames: `auto`, `shared` or `per-session`: whether base and tool differ between sessions.
+        seed: Of the choice of held-out rows.
+    """
+
+    algorithms: tuple[str, ...] = ALGORITHMS
+    held_out: float = 0.2
+    frames: str = "auto"
+    seed: int = 0
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return "Identify the parameters"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Every identification counts."""
+        return None
+
+    def check(self, session: Session) -> None:
+        """There must be measurements and at least one algorithm."""
+        if session.loaded is None:
+            raise DataError("there are no measurements yet; load a file or measure a virtual arm first")
+        if not self.algorithms or set(self.algorithms) - set(ALGORITHMS):
+            raise OptionError("choose at least one of the algorithms OLS, OPT1 and OPT2")
+        if not 0.0 <= self.held_out < 1.0:
+            raise OptionError(f"{self.held_out:.0%} of the rows can't be held out; give 0 to 90 %")
+
+    def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
+        """Fit with every algorithm."""
+        from workbench.pipeline import identify  # takes half a second to import, and is needed only here
+
+        loaded = session.loaded
+        assert loaded is not None
+        found = identify(
+            session.robot,
+            loaded.dataset,
+            algorithms=self.algorithms,
+            held_out=self.held_out if loaded.checks is None else loaded.checks,
+            frames=self.frames,
+            seed=self.seed,
+            progress=progress,
+            cancel=cancel,
+        )
+        if cancel():
+            raise Cancelled
+        return loaded, found
+
+    def finish(self, session: Session, result: Any) -> Session:
+        """The session with the fits, the arm at the first measured pose."""
+        loaded, found = result
+        if session.loaded is not loaded:
+            raise DataError("the measurements were replaced meanwhile; identify again")
+        fit = next(name for name in (*PREFERRED, *found.runs) if name in found.runs)
+        session = replace(session, identification=found, row=0, focus=Focus.ROW)
+        session = with_fit(session, fit)
+        return session.tell(Severity.INFO, "identified; the Compare tab shows the two arms over each other")

@@ -1,0 +1,62 @@
+"""The instrument: how well it measures."""
+
+from collections.abc import Hashable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from workbench.design.plate import Plate
+from workbench.errors import OptionError
+from workbench.session.command import AbstractChange
+from workbench.session.score import score
+from workbench.session.state import Noise, Score, Session, TargetState
+
+LARGEST_POSITION, LARGEST_ROTATION = 0.1, float(np.deg2rad(10.0))
+
+
+@dataclass(frozen=True)
+class SetNoise(AbstractChange):
+    """Say how well the instrument measures; the predicted errors follow.
+
+    Args:
+        position: Standard deviation of a coordinate [m].
+        rotation: Standard deviation of a rotation about an axis [rad].
+    """
+
+    position: float
+    rotation: float
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return "Set the instrument's noise"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Only the newest setting of the slider matters."""
+        return "noise"
+
+    def check(self, session: Session) -> None:
+        """Both must be positive and of a sensible size."""
+        for what, value, largest in (
+            ("position", self.position, LARGEST_POSITION),
+            ("rotation", self.rotation, LARGEST_ROTATION),
+        ):
+            if not 0.0 < value <= largest:
+                raise OptionError(
+                    f"the instrument's {what} noise is {value:g}; give one above 0, up to {largest:.3g}"
+                )
+
+    def apply(self, session: Session) -> Session:
+        """The session afterwards; the first score is made anew as well, so that the two compare."""
+        noise = Noise(self.position, self.rotation)
+
+        def scored(plate: Plate, states: tuple[TargetState, ...]) -> Score:
+            return score(session.robot, plate, states, noise=noise, region_q=session.region_q)
+
+        return replace(
+            session,
+            noise=noise,
+            score=scored(session.plate, session.states),
+            first_score=scored(session.first_plate, session.first_states),
+        )

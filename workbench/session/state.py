@@ -1,0 +1,234 @@
+"""What a session is: plain frozen data that views draw and commands replace.
+
+Nothing here computes. Parts that a command does not touch stay the same objects, so a view sees by identity
+what it has to draw anew.
+"""
+
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.design.plate import Plate
+from workbench.errors import OptionError
+from workbench.measure.dataset import Dataset
+from workbench.robots.robot import Robot
+from workbench.session.comparison import Comparison
+
+UNDO_STEPS = 200
+"""How many moves can be taken back."""
+MESSAGES = 4
+"""How many messages are kept for the panel."""
+
+
+class Focus(StrEnum):
+    """What the arm in the scene stands at: the selected target, or a measured row."""
+
+    TARGET = "target"
+    ROW = "row"
+
+
+class Severity(StrEnum):
+    """How a message is meant."""
+
+    INFO = "info"
+    WARNING = "warning"
+    ERROR = "error"
+
+
+@dataclass(frozen=True)
+class Message:
+    """One sentence for the user.
+
+    Args:
+        number: Counts up in a session, so that views can tell a new message from an old one.
+        severity: How it is meant.
+        text: What happened and what to do.
+    """
+
+    number: int
+    severity: Severity
+    text: str
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Standard deviations of the instrument.
+
+    Args:
+        position: Of each measured coordinate [m].
+        rotation: Of the measured rotation about each axis [rad].
+    """
+
+    position: float = 1e-4
+    rotation: float = float(np.deg2rad(0.02))
+
+
+@dataclass(frozen=True, eq=False)
+class TargetState:
+    """How the arm stands at a target.
+
+    Args:
+        q: Joint positions: of the solution, or of the nearest that the arm comes [rad or m].
+        reached: Whether the tool meets the target within the joint limits.
+        branch: Name of the inverse-kinematics solution; empty where none is reached.
+        reason: Why it is out of reach; empty where it is reached.
+        missing: Distance that is missing [m] and angle [rad].
+    """
+
+    q: Float[np.ndarray, " n"]
+    reached: bool
+    branch: str = ""
+    reason: str = ""
+    missing: tuple[float, float] = (0.0, 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Score:
+    """What the present targets would tell about the robot.
+
+    Args:
+        per_target: Index O of each target alone (ARIA eq. 17); NaN where it is out of reach.
+        indices: O and O1 … O5 of the reached targets together.
+        reached: How many targets count.
+        rank: Parameter combinations that the set determines.
+        parameters: How many there are.
+        condition: Condition number of the scaled Jacobian; infinite below full rank.
+        position: Predicted mean position error in the region after calibration [m]; NaN if unknown.
+        rotation: Predicted mean rotation error there [rad]; NaN if unknown.
+    """
+
+    per_target: Float[np.ndarray, " targets"]
+    indices: dict[str, float]
+    reached: int
+    rank: int
+    parameters: int
+    condition: float
+    position: float
+    rotation: float
+
+
+@dataclass(frozen=True)
+class Holder:
+    """Who drags a target at present: nobody else can move it meanwhile."""
+
+    client: int
+    target: int
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """Targets before or after a move, for undo."""
+
+    plate: Plate
+    states: tuple[TargetState, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Loaded:
+    """Measurements, and what was understood of them.
+
+    Args:
+        dataset: The rows.
+        name: File name, or how they came to be.
+        facts: Pairs of a heading and what was understood.
+        notes: Decisions that the reader took, one sentence each.
+        virtual: Whether a virtual arm made them.
+        checks: Rows that are measured for checking only and never fitted.
+    """
+
+    dataset: Dataset
+    name: str
+    facts: tuple[tuple[str, str], ...] = ()
+    notes: tuple[str, ...] = ()
+    virtual: bool = False
+    checks: Dataset | None = None
+
+
+@dataclass(frozen=True)
+class Job:
+    """Long work under way: title, share done, and what it is doing."""
+
+    title: str
+    fraction: float = 0.0
+    text: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Overlay:
+    """What is laid over the scene once there are measurements and a fit."""
+
+    nominal: bool = True
+    calibrated: bool = True
+    frames: bool = True
+    arrows: bool = True
+    exaggeration: float = 50.0
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Session:
+    """Everything that is known and shown at one moment.
+
+    Args:
+        robot: Nominal robot.
+        plate: Fixture with its targets as they stand now.
+        first_plate: The fixture as it was loaded, to go back to.
+        first_states: How the arm stood at its targets.
+        states: How the arm stands at every target.
+        score: What the targets would tell about the robot.
+        first_score: The score of the fixture as it was loaded, to compare with.
+        region_q: Joint positions of poses in the region, for the predicted error [rad or m].
+        noise: The instrument.
+        selected: Number of the selected target.
+        focus: What the arm stands at.
+        holder: Who drags a target, if anybody.
+        done: Steps that undo goes back to, oldest first.
+        undone: Steps that redo goes forward to, nearest last.
+        loaded: Measurements, if any.
+        identification: The last identification of these measurements, if any.
+        fit: Name of the algorithm whose robot is shown.
+        comparison: Measured against predicted, row by row, once there are measurements.
+        row: Measured row that is looked at.
+        overlay: What is laid over the scene.
+        job: Long work under way, if any.
+        messages: The last messages, oldest first.
+        told: Number of messages so far.
+        revision: Number of changes so far.
+    """
+
+    robot: Robot
+    plate: Plate
+    first_plate: Plate
+    first_states: tuple[TargetState, ...]
+    states: tuple[TargetState, ...]
+    score: Score
+    first_score: Score
+    region_q: Float[np.ndarray, "poses n"]
+    noise: Noise = field(default_factory=Noise)
+    selected: int = 0
+    focus: Focus = Focus.TARGET
+    holder: Holder | None = None
+    done: tuple[Step, ...] = ()
+    undone: tuple[Step, ...] = ()
+    loaded: Loaded | None = None
+    identification: Any = None
+    fit: str = ""
+    comparison: Comparison | None = None
+    row: int = 0
+    overlay: Overlay = field(default_factory=Overlay)
+    job: Job | None = None
+    messages: tuple[Message, ...] = ()
+    told: int = 0
+    revision: int = 0
+
+    def check_target(self, number: int) -> None:
+        """Refuse a target that is not there."""
+        if not 0 <= number < len(self.plate):
+            raise OptionError(f"there is no target {number + 1}; the plate has 1 to {len(self.plate)}")
+
+    def tell(self, severity: Severity, text: str) -> "Session":
+        """The session with one more message."""
+        message = Message(self.told + 1, severity, text)
+        return replace(self, messages=(*self.messages, message)[-MESSAGES:], told=self.told + 1)

@@ -1,0 +1,228 @@
+"""The worker: one thread that owns the session, takes commands in order, and has the views draw.
+
+Callers only put commands into the queue. A waiting command that has a key (a drag) gives way to a newer one
+of the same key; a command without a key is a barrier, so that order never changes. A task is computed in a
+second thread from the snapshot at its start, so dragging goes on meanwhile; there is one task at a time,
+and it can be cancelled. Whatever a command raises becomes a message; the session stands as it was.
+"""
+
+import logging
+import threading
+import time
+from collections import deque
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Any
+
+from workbench.errors import WorkbenchError
+from workbench.session.command import AbstractChange, AbstractCommand, AbstractTask, Cancelled
+from workbench.session.journal import Ending, Entry
+from workbench.session.state import Job, Session, Severity
+from workbench.session.view import AbstractView
+
+PROGRESS_INTERVAL = 0.1
+"""Least time between two progress messages that are drawn [s]."""
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, eq=False)
+class _Progress:
+    """A task's report to the worker."""
+
+    fraction: float
+    text: str
+
+
+@dataclass(frozen=True, eq=False)
+class _Ended:
+    """A task's end: its result, or what it raised."""
+
+    command: AbstractTask
+    basis: int
+    seconds: float
+    result: Any = None
+    error: Exception | None = None
+
+
+class Worker:
+    """Owns a session. All methods may be called from any thread."""
+
+    def __init__(self, session: Session, *, views: Iterable[AbstractView] = ()):
+        self._session = session
+        self._views = list(views)
+        self._journal: list[Entry] = []
+        self._queue: deque[AbstractCommand | _Progress | _Ended] = deque()
+        self._changed = threading.Condition()
+        self._cancel = threading.Event()
+        self._task: AbstractTask | None = None
+        self._busy = self._closing = False
+        self._thread = threading.Thread(target=self._run, name="workbench-session", daemon=True)
+        self._thread.start()
+
+    @property
+    def session(self) -> Session:
+        """The newest snapshot."""
+        return self._session
+
+    @property
+    def journal(self) -> tuple[Entry, ...]:
+        """Every command so far."""
+        return tuple(self._journal)
+
+    def submit(self, command: AbstractCommand) -> None:
+        """Ask for a command; returns at once."""
+        with self._changed:
+            if command.key is not None:
+                self._drop_older(command)
+            self._queue.append(command)
+            self._changed.notify_all()
+
+    def cancel(self) -> None:
+        """Ask the running task to stop; nothing happens if there is none."""
+        self._cancel.set()
+
+    def add_view(self, view: AbstractView) -> None:
+        """Draw here as well, beginning with the present snapshot."""
+        with self._changed:
+            self._queue.append(_AddView(view))
+            self._changed.notify_all()
+
+    def wait(self, timeout: float = 60.0) -> bool:
+        """Block until nothing is waiting or running; False after the timeout [s]."""
+        with self._changed:
+            return self._changed.wait_for(
+                lambda: not self._queue and not self._busy and self._task is None, timeout
+            )
+
+    def close(self) -> None:
+        """Stop the thread, cancel its task, and close the views."""
+        self._cancel.set()
+        with self._changed:
+            self._closing = True
+            self._changed.notify_all()
+        self._thread.join(5.0)
+        for view in self._views:
+            view.close()
+
+    def _drop_older(self, command: AbstractCommand) -> None:
+        for waiting in reversed(self._queue):
+            if not isinstance(waiting, AbstractCommand) or waiting.key is None:
+                return
+            if waiting.key == command.key:
+                self._queue.remove(waiting)
+                return
+
+    def _run(self) -> None:
+        while True:
+            with self._changed:
+                self._busy = False
+                self._changed.notify_all()
+                self._changed.wait_for(lambda: self._queue or self._closing)
+                if self._closing:
+                    return
+                item, self._busy = self._queue.popleft(), True
+            before = self._session
+            self._take(item)
+            if self._session is not before:
+                self._session = replace(self._session, revision=before.revision + 1)
+                self._draw(self._views)
+
+    def _take(self, item: Any) -> None:
+        if isinstance(item, _Progress):
+            if self._session.job is not None:
+                job = replace(self._session.job, fraction=item.fraction, text=item.text)
+                self._session = replace(self._session, job=job)
+        elif isinstance(item, _Ended):
+            self._end(item)
+        elif isinstance(item, _AddView):
+            self._views.append(item.view)
+            self._draw([item.view])
+        else:
+            self._carry_out(item)
+
+    def _carry_out(self, command: AbstractCommand) -> None:
+        begin, basis = time.monotonic(), len(self._journal)
+        try:
+            command.check(self._session)
+            if isinstance(command, AbstractTask):
+                self._begin(command, basis)
+                return
+            assert isinstance(command, AbstractChange)
+            self._session = command.apply(self._session)
+            self._note(command, Ending.DONE, basis, time.monotonic() - begin)
+        except Exception as error:
+            self._fail(command, error, basis, time.monotonic() - begin)
+
+    def _begin(self, task: AbstractTask, basis: int) -> None:
+        if self._task is not None:
+            text = f"{self._task.title} is still running; wait for it or cancel it first"
+            self._note(task, Ending.REFUSED, basis, 0.0, text)
+            self._session = self._session.tell(Severity.WARNING, text)
+            return
+        self._task = task
+        self._cancel.clear()
+        self._session = replace(self._session, job=Job(task.title))
+        arguments = (task, self._session, basis)
+        threading.Thread(target=self._compute, args=arguments, name="workbench-task", daemon=True).start()
+
+    def _compute(self, task: AbstractTask, session: Session, basis: int) -> None:
+        begin, last = time.monotonic(), 0.0
+
+        def progress(fraction: float, text: str) -> None:
+            nonlocal last
+            if time.monotonic() - last > PROGRESS_INTERVAL:
+                last = time.monotonic()
+                self._put(_Progress(fraction, text))
+
+        try:
+            result = task.compute(session, progress=progress, cancel=self._cancel.is_set)
+            self._put(_Ended(task, basis, time.monotonic() - begin, result))
+        except Exception as error:
+            self._put(_Ended(task, basis, time.monotonic() - begin, error=error))
+
+    def _put(self, item: _Progress | _Ended) -> None:
+        with self._changed:
+            self._queue.append(item)
+            self._changed.notify_all()
+
+    def _end(self, ended: _Ended) -> None:
+        self._task = None
+        self._session = replace(self._session, job=None)
+        try:
+            if ended.error is not None:
+                raise ended.error
+            self._session = ended.command.finish(self._session, ended.result)
+            self._note(ended.command, Ending.DONE, ended.basis, ended.seconds)
+        except Exception as error:
+            self._fail(ended.command, error, ended.basis, ended.seconds)
+
+    def _fail(self, command: AbstractCommand, error: Exception, basis: int, seconds: float) -> None:
+        if isinstance(error, Cancelled):
+            ending, severity, text = Ending.CANCELLED, Severity.INFO, f"{command.title}: cancelled"
+        elif isinstance(error, WorkbenchError):
+            ending, severity, text = Ending.REFUSED, Severity.ERROR, str(error)
+        else:
+            ending, severity = Ending.FAILED, Severity.ERROR
+            text = f"{command.title} failed ({type(error).__name__}: {error}); the session stands as it was"
+            log.error("%s failed", command.title, exc_info=error)
+        self._note(command, ending, basis, seconds, text)
+        self._session = self._session.tell(severity, text)
+
+    def _note(
+        self, command: AbstractCommand, ending: Ending, basis: int, seconds: float, text: str = ""
+    ) -> None:
+        self._journal.append(Entry(command, ending, basis, time.time(), seconds, text))
+
+    def _draw(self, views: Iterable[AbstractView]) -> None:
+        for view in views:
+            try:
+                view.draw(self._session)
+            except Exception:
+                log.exception("a view could not draw the session")
+
+
+@dataclass(frozen=True, eq=False)
+class _AddView:
+    """A view that joins."""
+
+    view: AbstractView
