@@ -111,6 +111,16 @@ def test_every_original_file_is_read_or_refused(shared_data):
             assert shown.ok
 
 
+def test_preview_of_a_layout_says_which_columns_count(shared_data):
+    shown = preview(shared_data / "ur10_ipa" / "original" / "measurements_grid.csv")
+    columns = {column.heading: column for column in shown.columns}
+    assert (shown.layout, shown.rows, shown.groups) == ("ipa-grid", 11911, 619)
+    assert (columns["measurement_x"].key, columns["measurement_x"].unit) == ("x", "mm")
+    assert (columns["measurement_rx"].unit, columns["measurement_rx"].si) == ("deg", "rad")
+    assert columns["Goal x"].key is None
+    assert len(columns) == len(shown.columns)
+
+
 @pytest.mark.parametrize("name", ["LICENSE", "SOURCE.md", "robot.toml", ""])
 def test_what_is_no_table_is_refused(shared_data, name):
     with pytest.raises(FileError):

@@ -79,7 +79,7 @@ def _with_unit(column: Column, table: Table, unit: str | None) -> Column:
         first = wanted.split(" or ")[0]
         message = (
             f"{where}: the unit is missing: write '{column.heading}[{first}]' in the header "
-            f"({wanted}, as it is), or say columns='{column.key}[{first}]={column.heading}'"
+            f"({wanted}, as it is), or say columns='{column.key}[{first}]={column.heading}' (--columns)"
         )
         return replace(column, problem=UnitError(message, unit=""))
     try:

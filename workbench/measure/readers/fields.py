@@ -22,6 +22,7 @@ class Fields:
         lines: Line of each row in the file.
         values: Numbers in SI (NaN: missing) or labels, by the column's name in formats.md.
         headings: The file's text over each of them.
+        units: The file's unit of each of them, where a layout knows it.
         rotation: Orientations that a layout has already made, in place of columns; NaN where missing.
         notes: Decisions taken so far.
     """
@@ -30,6 +31,7 @@ class Fields:
     lines: tuple[int, ...]
     values: Mapping[str, np.ndarray]
     headings: Mapping[str, str] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
     rotation: Float[np.ndarray, "rows 3 3"] | None = None
     notes: tuple[str, ...] = ()
 

@@ -11,6 +11,7 @@ from workbench.measure.readers.columns import Column, decisions, problems, under
 from workbench.measure.readers.fields import Fields, convert
 from workbench.measure.readers.read import folder_layout, read_table, table_layout
 from workbench.measure.readers.table import Table
+from workbench.measure.readers.vocabulary import quantities_of
 
 
 @dataclass(frozen=True)
@@ -109,7 +110,7 @@ def _of_fields(
 ) -> Preview:
     """Preview of columns in SI, with what is found when they are put together."""
     if layout != "plain":
-        shown = tuple(PreviewColumn(fields.headings.get(key, key), key) for key in fields.values) + shown
+        shown = _by_layout(fields) + tuple(c for c in shown if c.heading not in fields.headings.values())
     found: tuple[str, ...] = ()
     notes, excluded = fields.notes, 0
     try:
@@ -134,6 +135,19 @@ def _of_fields(
 def _shown(column: Column) -> PreviewColumn:
     si = str(column.conversion.quantity) if column.conversion is not None and column.unit else None
     return PreviewColumn(column.heading, column.key, column.unit, si)
+
+
+def _by_layout(fields: Fields) -> tuple[PreviewColumn, ...]:
+    """Columns that a layout has made."""
+    keys = dict.fromkeys([*fields.values, *fields.headings])
+    return tuple(
+        PreviewColumn(fields.headings.get(key, key), key, fields.units.get(key), _si(key)) for key in keys
+    )
+
+
+def _si(key: str) -> str | None:
+    """Our unit of a column; None for labels."""
+    return next((str(q) for q in quantities_of(key)), None) if key[:6] != "orient" else "rad"
 
 
 def _left_out(table: Table) -> tuple[PreviewColumn, ...]:

@@ -23,6 +23,8 @@ _GOAL = ["Goal x", "Goal y", "Goal z"]
 _POSITION = ["measurement_x", "measurement_y", "measurement_z"]
 _ANGLES = ["measurement_rx", "measurement_ry", "measurement_rz"]
 
+_TURNS = ["orientation x", "orientation y", "orientation z"]
+
 
 @final
 class IpaGrid(AbstractTableLayout):
@@ -47,7 +49,10 @@ class IpaGrid(AbstractTableLayout):
             (values["temperature"],) = pick.numbers(["measurement_temperature"], "degC", Quantity.TEMPERATURE)
         values["group"] = _numbered(list(zip(*(pick.text(goal) for goal in _GOAL), strict=True)))
         headings = dict(zip([*values][:6], _JOINTS, strict=True)) | dict(zip("xyz", _POSITION, strict=True))
-        headings["time"] = "Timestamp"
+        headings |= dict(zip(_TURNS, _ANGLES, strict=True)) | {"time": "Timestamp"}
+        headings["temperature"] = "measurement_temperature"
+        units = dict.fromkeys(headings, "rad") | dict.fromkeys("xyz", "mm") | dict.fromkeys(_TURNS, "deg")
+        units |= {"time": "YYYYMMDDhhmmss", "temperature": "degC"}
         notes = (
             f"layout '{self.name}': joints in rad, measured position in mm, measured angles in deg with "
             "R = Rx(rx) Ry(ry) Rz(rz)",
@@ -59,6 +64,7 @@ class IpaGrid(AbstractTableLayout):
             lines=table.lines,
             values=values,
             headings=headings,
+            units=units,
             rotation=rotation,
             notes=pick.notes + notes,
         )

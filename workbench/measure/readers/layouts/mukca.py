@@ -99,5 +99,6 @@ def _joined(tables: list[tuple[str, int, Table]], width: int, path: Path) -> Fie
         f"positions are no readings: socket 0 is at (0, 0, 0), socket 1 at ({SPACING}, 0, 0) m in a frame "
         "of each session's own, so base frames must be free per session",
     )
+    units = {f"q{i + 1}": "rad" for i in range(width)}
     lines = tuple(line for _, _, t in tables for line in t.lines)
-    return Fields(source=str(path), lines=lines, values=values, notes=notes)
+    return Fields(source=str(path), lines=lines, values=values, units=units, notes=notes)

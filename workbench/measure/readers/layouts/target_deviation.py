@@ -48,5 +48,6 @@ class TargetDeviation(AbstractTableLayout):
             lines=table.lines,
             values=values,
             headings=dict(zip(keys, joints, strict=True)) | dict(zip("xyz", _DEVIATION, strict=True)),
+            units=dict.fromkeys(keys, "deg") | dict.fromkeys("xyz", "mm"),
             notes=pick.notes + notes,
         )
