@@ -218,46 +218,6 @@ def identify(
     )
 
 
-@dataclass(frozen=True, eq=False)
-class Evaluation:
-    """Errors of a given model on data.
-
-    Args:
-        robot: The model, with the frames that were fitted if that was asked for.
-        errors: Summary.
-        rows: Row by row, in the order of the data's included rows.
-        row_numbers: Data row of each.
-        notes: Decisions, one sentence each.
-    """
-
-    robot: Robot
-    errors: Errors
-    rows: RowErrors
-    row_numbers: np.ndarray
-    notes: tuple[str, ...]
-
-
-def evaluate(robot: Robot, data: Dataset, *, fit_frames: bool = False) -> Evaluation:
-    """Errors of a given model; nothing is fitted, or only base and tool.
-
-    Args:
-        robot: A nominal or calibrated arm.
-        data: Measurements; rows that the file excludes are left out.
-        fit_frames: Whether base and tool are fitted where the robot's file does not say they are fixed.
-    """
-    robot.check_joints(data.q, data.source)
-    data = check_plausible(data, robot.limits, robot.reach)
-    notes = list(data.notes)
-    used = data.take(data.included)
-    if not len(used):
-        raise DataError(f"{data.source}: every row is excluded; nothing is left to evaluate")
-    if fit_frames:
-        choice = choose_frames(robot, used, free=())
-        robot, notes = choice.robot, [*notes, *choice.notes]
-    rows = row_errors(robot, used)
-    return Evaluation(robot, rows.summary, rows, used.row, tuple(notes))
-
-
 def _algorithm(name: str) -> AbstractIdentifier:
     if name not in ALGORITHMS:
         raise OptionError(f"there is no algorithm '{name}'; choose from {', '.join(ALGORITHMS)}")

@@ -1,0 +1,33 @@
+"""Whole runs as functions: what the commands, the app and notebooks call.
+
+    run = identify(load_robot("ur10"), read_measurements("ur10.csv"))
+    run.runs["ols"].held_out.position_mm.mean
+    run.runs["ols"].calibrated
+
+The three runs of the paper's toolbox (ARIA 4.1.4) are three short calls:
+
+    actual, rows = measure_poses(aria, 10, index="O", seed=1)        # informative poses of a virtual arm
+    actual, rows = measure_plate(aria, load_plate("table2"), seed=1)  # a calibration tool on a virtual arm
+    rows = read_measurements("measured.csv")                          # a real arm
+
+each followed by `identify(aria, rows)`.
+"""
+
+from workbench.pipeline.evaluation import Evaluation, evaluate
+from workbench.pipeline.identification import ALGORITHMS, Identification, Run, Validation, identify
+from workbench.pipeline.poses import choose_poses, write_poses
+from workbench.pipeline.simulation import measure_plate, measure_poses
+
+__all__ = [
+    "ALGORITHMS",
+    "Evaluation",
+    "Identification",
+    "Run",
+    "Validation",
+    "choose_poses",
+    "evaluate",
+    "identify",
+    "measure_plate",
+    "measure_poses",
+    "write_poses",
+]

@@ -1,0 +1,52 @@
+"""Evaluation: the errors of a given model on data, nothing fitted."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.errors import DataError
+from workbench.identify.frames import choose_frames
+from workbench.measure.dataset import Dataset
+from workbench.measure.plausible import check_plausible
+from workbench.robots.robot import Robot
+from workbench.validate.errors import Errors, RowErrors, row_errors
+
+
+@dataclass(frozen=True, eq=False)
+class Evaluation:
+    """Errors of a given model on data.
+
+    Args:
+        robot: The model, with the frames that were fitted if that was asked for.
+        errors: Summary.
+        rows: Row by row, in the order of the data's included rows.
+        row_numbers: Data row of each.
+        notes: Decisions, one sentence each.
+    """
+
+    robot: Robot
+    errors: Errors
+    rows: RowErrors
+    row_numbers: np.ndarray
+    notes: tuple[str, ...]
+
+
+def evaluate(robot: Robot, data: Dataset, *, fit_frames: bool = False) -> Evaluation:
+    """Errors of a given model; nothing is fitted, or only base and tool.
+
+    Args:
+        robot: A nominal or calibrated arm.
+        data: Measurements; rows that the file excludes are left out.
+        fit_frames: Whether base and tool are fitted where the robot's file does not say they are fixed.
+    """
+    robot.check_joints(data.q, data.source)
+    data = check_plausible(data, robot.limits, robot.reach)
+    notes = list(data.notes)
+    used = data.take(data.included)
+    if not len(used):
+        raise DataError(f"{data.source}: every row is excluded; nothing is left to evaluate")
+    if fit_frames:
+        choice = choose_frames(robot, used, free=())
+        robot, notes = choice.robot, [*notes, *choice.notes]
+    rows = row_errors(robot, used)
+    return Evaluation(robot, rows.summary, rows, used.row, tuple(notes))

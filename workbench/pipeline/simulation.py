@@ -1,0 +1,97 @@
+"""Virtual arms, measured: the paper's first two ways of acquisition (ARIA 4.1.2) as one call each."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from workbench.design.branches import choose_branches, plate_solutions
+from workbench.design.plate import Plate
+from workbench.design.poses import informative_poses
+from workbench.design.sampling import random_poses
+from workbench.measure.dataset import Dataset
+from workbench.measure.instruments import Instrument, instrument_named
+from workbench.measure.simulate import simulate, simulate_targets, virtual_arm
+from workbench.robots.robot import Robot
+
+RANDOM = "random"
+"""Name of the choice of poses that chooses nothing."""
+DESIGNED = "designed"
+"""Name of the choice of branches that spreads them for the smallest predicted error."""
+
+
+def measure_poses(
+    robot: Robot,
+    number: int,
+    *,
+    index: str = RANDOM,
+    instrument: str | Instrument = "tracker-6d",
+    actual: Robot | None = None,
+    seed: int = 0,
+    progress: Callable[[float], None] | None = None,
+) -> tuple[Robot, Dataset]:
+    """A virtual arm measured at random or informative joint positions.
+
+    Args:
+        robot: Nominal arm.
+        number: How many poses.
+        index: `random`, or the observability index to maximise (ARIA eqs. 17, 18): `O`, `O1` … `O5`.
+        instrument: What measures.
+        actual: The arm to measure; one with hidden manufacturing errors if None.
+        seed: Of the hidden errors, the poses and the noise.
+        progress: Called with the share of the work done.
+
+    Returns:
+        The actual arm and the rows.
+    """
+    rng = np.random.default_rng(seed)
+    actual = virtual_arm(robot, rng=rng) if actual is None else actual
+    if index == RANDOM:
+        q = random_poses(robot, number, rng=rng)
+    else:
+        q = informative_poses(robot, number, index=index, rng=rng, progress=progress).q
+    rows = simulate(actual, q, instrument=_instrument(instrument), rng=rng)
+    note = f"simulated: {number} poses ({index}), {_instrument(instrument).name}, seed {seed}"
+    return actual, replace(rows, source=note)
+
+
+def measure_plate(
+    robot: Robot,
+    plate: Plate,
+    *,
+    branch: str = "auto",
+    instrument: str | Instrument = "plate",
+    actual: Robot | None = None,
+    seed: int = 0,
+    progress: Callable[[float], None] | None = None,
+) -> tuple[Robot, Dataset]:
+    """A virtual arm brought to the targets of a plate.
+
+    Args:
+        robot: Nominal arm.
+        plate: The fixture, taken as true.
+        branch: `auto`, `mixed`, a branch by name, or `designed`: the mix with the smallest predicted error.
+        instrument: What measures; `plate` is the seat itself.
+        actual: The arm to measure; one with hidden manufacturing errors if None.
+        seed: Of the hidden errors and the noise.
+        progress: Called with the share of the work done.
+
+    Returns:
+        The actual arm and the rows, one a target.
+    """
+    rng = np.random.default_rng(seed)
+    actual = virtual_arm(robot, rng=rng) if actual is None else actual
+    near = None
+    if branch == DESIGNED:
+        solutions = plate_solutions(robot, plate)
+        near = choose_branches(robot, plate, solutions, goal="region", rng=rng, progress=progress).q
+        branch = "auto"
+    rows = simulate_targets(
+        actual, plate.poses, instrument=_instrument(instrument), rng=rng, branch=branch, near=near
+    )
+    note = f"simulated: plate '{plate.name}', {_instrument(instrument).name}, seed {seed}"
+    return actual, replace(rows, source=note)
+
+
+def _instrument(instrument: str | Instrument) -> Instrument:
+    return instrument_named(instrument) if isinstance(instrument, str) else instrument
