@@ -32,6 +32,10 @@ NEAR_SINGULAR = 0.05
 """Dimensionless singular value below which a solution's neighbours are searched."""
 SINGULAR = 1e-6
 """Dimensionless singular value below which a solution may be one of endlessly many."""
+SAME_CONTINUUM = 0.03
+"""Nearer than this, ends of slides are one: where two solutions merge, their place is soft [rad]."""
+SLIDES = 200
+"""Steps along a continuum at most, of up to 0.1 rad each."""
 REACHES = (0.03, 0.15, 0.6)
 """How far from a nearly singular solution its neighbours are sought [rad]."""
 
@@ -162,36 +166,49 @@ def _settled(arm: Arm, target: np.ndarray, x: np.ndarray, task: Task) -> Solutio
     suspects = np.flatnonzero(smallest < SINGULAR)
     if len(suspects) == 0:
         return Solutions(x, smallest, np.zeros(len(x), bool))
-    kept = np.delete(x, suspects, 0)
-    moved = [_slid(arm, target, x[i], task) for i in suspects]
-    isolated = [x[i] for i, m in zip(suspects, moved, strict=True) if m is None]
-    flowing = distinct(arm, np.array([m for m in moved if m is not None]).reshape(-1, arm.dof), 1e-3)
-    x = np.concatenate([kept, np.array(isolated).reshape(-1, arm.dof), flowing])
+    ends, flows = _slid(arm, target, x[suspects], task)
+    flowing = distinct(arm, ends[flows], SAME_CONTINUUM)
+    x = np.concatenate([np.delete(x, suspects[flows], 0), flowing])
     continuum = np.arange(len(x)) >= len(x) - len(flowing)
     return Solutions(x, np.linalg.svd(task_jacobian(arm, x, task))[1][:, -1], continuum)
 
 
-def _slid(arm: Arm, target: np.ndarray, x: np.ndarray, task: Task) -> np.ndarray | None:
-    """Slide along a continuum until the last joint that can turn is at zero; None if it is isolated."""
-    x, joint = x.copy(), -1
-    for step in range(200):
-        _, s, vt = np.linalg.svd(task_jacobian(arm, x[None], task)[0])
-        null = vt[np.concatenate([s, np.zeros(arm.dof - len(s))]) < 10 * SINGULAR]
-        if len(null) == 0:
-            return x
-        if joint < 0:
-            joint = int(np.flatnonzero(np.abs(null).max(0) > 0.1)[-1])
-        along = null.T @ null[:, joint]
-        gap = -np.angle(np.exp(1j * x[joint])) if not arm.slides[joint] else -x[joint]
-        if step and (abs(gap) < 1e-9 or along[joint] < 1e-3):
-            return x
-        move = 0.05 if step == 0 else float(np.clip(gap / along[joint], -0.1, 0.1))
-        moved = refine(arm, target, (x + move * along)[None], task=task)
-        distance = float(np.linalg.norm(moved.x[0] - x))
-        if not moved.converged[0] or distance < 0.4 * abs(move) * np.linalg.norm(along):
-            return x if step else None
-        x = moved.x[0]
-    return x
+def _slid(
+    arm: Arm, target: np.ndarray, x: np.ndarray, task: Task
+) -> tuple[Float[np.ndarray, "rows n"], Bool[np.ndarray, "rows"]]:
+    """Slide singular solutions along their continuum until the last joint that can turn is at zero.
+
+    Returns:
+        Where each ended, and whether it slid at all: the others are isolated.
+    """
+    x, flows, going = x.copy(), np.zeros(len(x), bool), np.arange(len(x))
+    joint = np.full(len(x), -1)
+    for step in range(SLIDES):
+        _, s, vt = np.linalg.svd(task_jacobian(arm, x[going], task))
+        null = np.zeros((len(going), arm.dof, arm.dof))
+        null[:, : s.shape[1]] = s[:, :, None] < 10 * SINGULAR
+        null[:, s.shape[1] :] = 1.0
+        null *= vt
+        free = np.abs(null).max(1) > 0.1
+        last = arm.dof - 1 - np.argmax(free[:, ::-1], 1)
+        joint[going] = np.where(joint[going] < 0, last, joint[going])
+        row, column = np.arange(len(going)), joint[going]
+        along = np.einsum("rki,rk->ri", null, null[row, :, column])
+        gap = -x[going, column]
+        gap = np.where(arm.slides[column], gap, np.angle(np.exp(1j * gap)))
+        slope = np.maximum(along[row, column], 1e-12)
+        wanted = (slope > 1e-3) & ((np.abs(gap) > 1e-9) | (step == 0))
+        move = np.where(step == 0, 0.05, np.clip(gap / slope, -0.1, 0.1))
+        tried = x[going] + move[:, None] * along
+        r = refine(arm, target, tried, task=task, target_of=np.zeros(len(going), np.int64))
+        far = np.linalg.norm(r.x - x[going], axis=1) > 0.4 * np.abs(move) * np.linalg.norm(along, axis=1)
+        good = wanted & r.converged & far
+        going = going[good]
+        x[going] = r.x[good]
+        flows[going] = True
+        if len(going) == 0:
+            break
+    return x, flows
 
 
 def distinct(
