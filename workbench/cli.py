@@ -357,13 +357,13 @@ def _bounds(texts: list[str]) -> dict[str, tuple[float, float]]:
 def _noise(text: str):
     """Standard deviations from people's units."""
     from workbench.identify.problem import Noise
-    from workbench.units import parse_quantity
+    from workbench.units import Quantity, parse_quantity
 
     parts = [part.strip() for part in text.split(",")]
     if len(parts) not in (1, 2):
         raise OptionError(f'--noise takes "0.05mm,0.01deg" or "0.05mm", not \'{text}\'')
-    position = parse_quantity(parts[0], "m")
-    rotation = parse_quantity(parts[1], "rad") if len(parts) == 2 else Noise().rotation
+    position = parse_quantity(parts[0], Quantity.LENGTH)
+    rotation = parse_quantity(parts[1], Quantity.ANGLE) if len(parts) == 2 else Noise().rotation
     if position <= 0 or rotation <= 0:
         raise OptionError(f"--noise must be greater than zero, not '{text}'")
     return Noise(position, rotation)

@@ -8,7 +8,7 @@ import numpy as np
 from workbench.design.poses import PoseSet, informative_poses
 from workbench.errors import DataError
 from workbench.files import write_text
-from workbench.measure.readers import read_measurements
+from workbench.measure.readers import read_trajectory
 from workbench.robots.robot import JointKind, Robot
 
 
@@ -34,7 +34,9 @@ def choose_poses(
     Raises:
         DataError: fewer candidates than poses.
     """
-    rows = None if candidates is None else read_measurements(candidates, joints=robot.dof).q
+    rows = None if candidates is None else read_trajectory(candidates, joints=robot.dof).q
+    if candidates is not None and rows is None:
+        raise DataError(f"{candidates}: has no joint columns (q1[rad] …) to choose poses from")
     if rows is not None and len(rows) < number:
         raise DataError(f"{candidates}: {len(rows)} rows, but {number} poses are wanted; give more rows")
     rng = np.random.default_rng(seed)
