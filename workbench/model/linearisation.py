@@ -100,7 +100,8 @@ class Linearisation:
     @cached_property
     def factors(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """U, σ, Vᵀ of the scaled Jacobian (thin)."""
-        return tuple(frozen(part) for part in np.linalg.svd(self.scaled, full_matrices=False))
+        u, values, vt = np.linalg.svd(self.scaled, full_matrices=False)
+        return frozen(u), frozen(values), frozen(vt)
 
     def rank(self, tolerance: float = RANK_TOLERANCE) -> int:
         """How many combinations of parameters the measurements determine."""
