@@ -1,1 +1,1 @@
-"""Design of experiments: fixture plates, the region that matters, observability, choice of poses and branches."""
+"""Design of experiments: fixture plates, the region that matters, observability, poses, branches."""

@@ -67,7 +67,7 @@ class Region:
 
     def contains(self, points: Float[np.ndarray, "rows 3"]) -> Bool[np.ndarray, "rows"]:
         """Which points lie in the cuboid, its faces included."""
-        return ((points >= self.min) & (points <= self.max)).all(-1)
+        return np.all((points >= self.min) & (points <= self.max), axis=-1)
 
     def cells(self, points: Float[np.ndarray, "rows 3"]) -> Int[np.ndarray, "rows"]:
         """Number of the cube that each point lies in, as in `centres`; -1 outside."""

@@ -1,4 +1,4 @@
-"""Observability indices: O of single poses, O1 … O5 of a whole set; a new one is one file and one line here."""
+"""Observability indices: O of single poses, O1 … O5 of a set; a new one is a file and a line here."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -30,9 +30,23 @@ def index_named(name: str, indices: Mapping[str, AbstractIndex] = INDICES) -> Ab
     return indices[name]
 
 
-def evaluate(linearisation: Linearisation, indices: Mapping[str, AbstractIndex] = INDICES) -> dict[str, float]:
+def evaluate(
+    linearisation: Linearisation, indices: Mapping[str, AbstractIndex] = INDICES
+) -> dict[str, float]:
     """Every index of a linearisation, by name; the singular values are computed once."""
     return {name: index.value(linearisation) for name, index in indices.items()}
 
 
-__all__ = ["INDICES", "O1", "O2", "O3", "O4", "O5", "AbstractIndex", "AbstractSetIndex", "O", "evaluate", "index_named"]
+__all__ = [
+    "INDICES",
+    "O1",
+    "O2",
+    "O3",
+    "O4",
+    "O5",
+    "AbstractIndex",
+    "AbstractSetIndex",
+    "O",
+    "evaluate",
+    "index_named",
+]

@@ -6,13 +6,14 @@ index is then zero. Larger is better for all of them. The gradient comes from dÏ
 """
 
 from abc import ABC, abstractmethod
+from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Float
 
 from workbench.model.linearisation import RANK_TOLERANCE, Linearisation
 
-Spectra = Float[np.ndarray, "*lead p"]
+Spectra = Float[np.ndarray, "sets p"]
 
 
 class AbstractIndex(ABC):
@@ -45,7 +46,7 @@ class AbstractSetIndex(AbstractIndex):
     """An index of the singular values of a whole set of measurements."""
 
     @abstractmethod
-    def of_spectrum(self, spectrum: Spectra, measurements: int) -> Float[np.ndarray, "*lead"]:
+    def of_spectrum(self, spectrum: Spectra, measurements: int) -> Float[np.ndarray, "sets"]:
         """The index of full-rank spectra, largest value first, each of a set of so many measurements."""
 
     @abstractmethod
@@ -54,12 +55,12 @@ class AbstractSetIndex(AbstractIndex):
 
     def value(self, linearisation: Linearisation) -> float:
         """The index; zero where the set leaves a parameter unseen."""
-        return float(self.of_spectra(linearisation.spectrum, linearisation.measurements))
+        return float(self.of_spectra(linearisation.spectrum[None], linearisation.measurements)[0])
 
-    def of_spectra(self, spectra: Spectra, measurements: int) -> Float[np.ndarray, "*lead"]:
+    def of_spectra(self, spectra: Spectra, measurements: int) -> Float[np.ndarray, "sets"]:
         """The index of any spectra; zero for those below full rank."""
-        seen = spectra[..., -1] > RANK_TOLERANCE * np.maximum(spectra[..., 0], np.finfo(float).tiny)
-        safe = np.where(seen[..., None], spectra, 1.0)
+        seen = spectra[:, -1] > RANK_TOLERANCE * np.maximum(spectra[:, 0], np.finfo(float).tiny)
+        safe = np.where(seen[:, None], spectra, 1.0)
         return np.where(seen, self.of_spectrum(safe, measurements), 0.0)
 
     def gradient(self, linearisation: Linearisation) -> Float[np.ndarray, "m p"]:
@@ -86,6 +87,6 @@ def downdated_spectra(linearisation: Linearisation) -> Float[np.ndarray, "measur
     """Singular values of the set without each measurement, largest first."""
     scaled = linearisation.scaled
     starts = np.searchsorted(linearisation.measurement, np.arange(linearisation.measurements + 1))
-    blocks = [scaled[a:b] for a, b in zip(starts[:-1], starts[1:], strict=True)]
+    blocks = [scaled[a:b] for a, b in pairwise(starts)]
     grams = (scaled.T @ scaled)[None] - np.stack([block.T @ block for block in blocks])
     return np.sqrt(np.clip(np.linalg.eigvalsh(grams)[:, ::-1], 0.0, None))

@@ -1,6 +1,6 @@
 """O4: the noise amplification index, which asks for a large and a round ellipsoid at once.
 
-    O4 = σmin² / σmax = O2 · O3
+O4 = σmin² / σmax = O2 · O3
 """
 
 import numpy as np
@@ -16,9 +16,9 @@ class O4(AbstractSetIndex):
     meaning = "noise amplification index: least singular value and roundness together [1/m]"
     source = "Nahvi & Hollerbach, IEEE Int. Conf. Robotics and Automation, 1996"
 
-    def of_spectrum(self, spectrum: Spectra, measurements: int) -> Float[np.ndarray, "*lead"]:
+    def of_spectrum(self, spectrum: Spectra, measurements: int) -> Float[np.ndarray, "sets"]:
         """σmin² / σmax."""
-        return spectrum[..., -1] ** 2 / spectrum[..., 0]
+        return spectrum[:, -1] ** 2 / spectrum[:, 0]
 
     def slope(self, spectrum: Float[np.ndarray, "p"], measurements: int) -> Float[np.ndarray, "p"]:
         """2 σmin/σmax at the least, −(σmin/σmax)² at the greatest."""
