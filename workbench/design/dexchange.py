@@ -18,6 +18,7 @@ Statistics A7(14), 1978 (multiplicative steps).
 """
 
 from collections.abc import Callable
+from typing import no_type_check
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -31,6 +32,8 @@ RIDGE = 1e-10
 """Information known beforehand, as a share of the candidates' mean, so that C exists from the first pose."""
 BETTER = 1e-10
 """An exchange must raise the determinant by more than this share."""
+HASTE = 2.0
+"""Power of the multiplicative steps of the bound; 1 is the classical step, 2 took half as many."""
 
 
 def d_exchange(
@@ -90,7 +93,7 @@ def d_exchange(
 
 
 def d_bound(
-    blocks: Float[np.ndarray, "options r p"], number: int, *, share: float = 1e-3, steps: int = 5000
+    blocks: Float[np.ndarray, "options r p"], number: int, *, share: float = 2e-3, steps: int = 2000
 ) -> float:
     """Least proven upper bound of O1 over all choices of so many candidates, repeats allowed.
 
@@ -100,20 +103,20 @@ def d_bound(
         share: Stop when the bound is proven to lie within this share of the continuous optimum.
         steps: Greatest number of multiplicative steps.
     """
-    count, _, size = blocks.shape
-    flat = blocks.reshape(-1, size)
+    count, rows, size = blocks.shape
+    flat = np.ascontiguousarray(blocks.reshape(-1, size))
     weights = np.full(count, 1.0 / count)
     least = np.inf
     for _ in range(steps):
-        root = np.sqrt(weights)[:, None, None] * blocks
-        information = np.tensordot(root, root, ((0, 1), (0, 1)))
+        information = flat.T @ (np.repeat(weights, rows)[:, None] * flat)
         inverse = np.linalg.inv(information)
         pull = ((flat @ inverse) * flat).reshape(count, -1).sum(1)
         gap = pull.max() - size
         least = min(least, np.linalg.slogdet(information)[1] + gap)
         if gap < 2.0 * size * share:
             break
-        weights *= pull / size
+        weights *= (pull / size) ** HASTE
+        weights /= weights.sum()
     # O1 = det(JᵀJ)^(1/2p) / √m with JᵀJ = m M(w): the m cancels
     return float(np.exp(least / (2.0 * size)))
 
@@ -125,8 +128,7 @@ def _cost(chosen: Float[np.ndarray, "number r p"]) -> float:
 
 
 def _spread(blocks, flat, inverse) -> Float[np.ndarray, "options r r"]:
-    count, rows, _ = blocks.shape
-    return (flat @ inverse).reshape(count, rows, -1) @ blocks.transpose(0, 2, 1)
+    return _products((flat @ inverse).reshape(blocks.shape), blocks)
 
 
 def _greedy(blocks, flat, prior, number) -> Int[np.ndarray, "number"]:
@@ -153,6 +155,23 @@ def _take_in(blocks, flat, inverse, spread, new) -> np.ndarray:
 
 
 @njit(cache=True)
+@no_type_check
+def _products(left, right):
+    """L_j R_jᵀ of every candidate."""
+    count, rows, size = left.shape
+    result = np.empty((count, rows, rows))
+    for j in range(count):
+        for i in range(rows):
+            for k in range(rows):
+                total = 0.0
+                for m in range(size):
+                    total += left[j, i, m] * right[j, k, m]
+                result[j, i, k] = total
+    return result
+
+
+@njit(cache=True)
+@no_type_check
 def _gains(spread, cross, middle):
     """det(I + V_j + W_j S W_jᵀ) of every candidate, by elimination without pivots (the matrix is s.p.d.)."""
     count, rows = spread.shape[0], spread.shape[1]
@@ -177,6 +196,7 @@ def _gains(spread, cross, middle):
 
 
 @njit(cache=True)
+@no_type_check
 def _add(spread, cross, middle):
     """V_j += W_j S W_jᵀ for every candidate, in place."""
     rows = spread.shape[1]
@@ -190,6 +210,7 @@ def _add(spread, cross, middle):
 
 
 @njit(cache=True)
+@no_type_check
 def _sandwich(w, s, half, out):
     """W S Wᵀ into out."""
     rows = w.shape[0]
