@@ -16,6 +16,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from functools import cached_property
+from typing import no_type_check
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -214,6 +215,7 @@ def twists(
 
 
 @njit(cache=True, inline="always")
+@no_type_check
 def _advance(axis, value, constant, t):
     """Multiply the 3×4 transform t by one elementary transform, in place."""
     if axis < 3:
@@ -235,6 +237,7 @@ def _advance(axis, value, constant, t):
 
 
 @njit(cache=True)
+@no_type_check
 def _poses(axes, drivers, values, constants, q, shift, out):
     shifted = shift.shape[0] > 0
     t = np.empty((3, 4))
@@ -258,6 +261,7 @@ def _poses(axes, drivers, values, constants, q, shift, out):
 
 
 @njit(cache=True)
+@no_type_check
 def _twists(axes, drivers, values, constants, place, q, shift, out, twist):
     shifted = shift.shape[0] > 0
     p = twist.shape[2]

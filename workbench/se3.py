@@ -98,8 +98,8 @@ def inverse(transform: Float[np.ndarray, "*lead 4 4"]) -> Float[np.ndarray, "*le
 
 
 def apply(
-    transform: Float[np.ndarray, "*lead 4 4"], point: Float[np.ndarray, "*lead 3"]
-) -> Float[np.ndarray, "*lead 3"]:
+    transform: Float[np.ndarray, "*#lead 4 4"], point: Float[np.ndarray, "*#lead 3"]
+) -> Float[np.ndarray, "*all 3"]:
     """Coordinates of points after the transform; leading axes broadcast."""
     return (transform[..., :3, :3] @ point[..., None])[..., 0] + transform[..., :3, 3]
 

@@ -9,7 +9,7 @@ differ), and of the instrument (anchors, contacts, markers).
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import NamedTuple, no_type_check
 
 import numpy as np
 from jaxtyping import Float
@@ -337,6 +337,7 @@ class Problem:
 
 
 @njit(cache=True)
+@no_type_check
 def _whitened(by_twist, twists, weight, places, out):
     """out[(row, component), place] = weight · by_twist · twist, written into the block's rows."""
     rows, components = weight.shape
