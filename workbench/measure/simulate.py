@@ -168,7 +168,7 @@ def _observe(
     """The columns that the instrument fills when the tool is at the poses."""
     rows, sigma = len(poses), instrument.sigma_position
     if instrument.observes is Observes.MARKERS:
-        places = se3.apply(poses[:, None], instrument.markers[None])
+        places = np.einsum("rij,mj->rmi", poses[:, :3, :3], instrument.markers) + poses[:, None, :3, 3]
         return {"markers": places + rng.normal(0.0, sigma, places.shape)}
     if instrument.observes is Observes.DISTANCE:
         names = np.array(list(anchors))[np.arange(rows) % len(anchors)]
@@ -185,7 +185,7 @@ def _observe(
 def _three_anchors(robot: Robot) -> dict[str, Vector3]:
     angles = 2.0 * np.pi * np.arange(3) / 3.0
     circle = ANCHOR_CIRCLE * robot.reach * np.stack([np.cos(angles), np.sin(angles), np.zeros(3)], -1)
-    return dict(zip("ABC", se3.apply(robot.base.pose, circle), strict=True))
+    return dict(zip("ABC", circle @ robot.base.rotation.T + robot.base.xyz, strict=True))
 
 
 def _points(places: Float[np.ndarray, "rows 3"]) -> np.ndarray:

@@ -130,7 +130,8 @@ class Linearisation:
     @cached_property
     def unidentifiable(self) -> Float[np.ndarray, "p missing"]:
         """Orthonormal combinations of scaled parameters that no measurement sees, as columns."""
-        _, _, vt = np.linalg.svd(self.scaled, full_matrices=True)
+        rows, columns = self.scaled.shape
+        vt = self.factors[2] if rows >= columns else np.linalg.svd(self.scaled, full_matrices=True)[2]
         return frozen(vt[self.rank() :].T)
 
     def without(self, measurement: int) -> "Linearisation":

@@ -8,6 +8,8 @@ set this package takes the mean over its poses: O says nothing about the set as 
 poses of high O see six combinations only), for which O1 … O5 are there.
 """
 
+from typing import final
+
 import numpy as np
 from jaxtyping import Float
 
@@ -41,6 +43,7 @@ def gradient_of_poses(
     return least / most, by_least - by_most
 
 
+@final
 class O(AbstractIndex):  # noqa: E742 - the paper's name
     """Inverse condition number of single poses, unscaled; for a set their mean."""
 

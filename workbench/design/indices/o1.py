@@ -6,12 +6,15 @@ Maximising it is D-optimality, det(JᵀJ) → max. Scaling columns or rows multi
 choice of poses does not depend on units.
 """
 
+from typing import final
+
 import numpy as np
 from jaxtyping import Float
 
 from workbench.design.indices.index import AbstractSetIndex, Spectra
 
 
+@final
 class O1(AbstractSetIndex):
     """Geometric mean of the singular values over the root of the number of measurements."""
 

@@ -6,12 +6,15 @@ It bounds how much relative errors of the measurements can grow in the parameter
 or adding the same poses again changes nothing; scaling single columns does.
 """
 
+from typing import final
+
 import numpy as np
 from jaxtyping import Float
 
 from workbench.design.indices.index import AbstractSetIndex, Spectra
 
 
+@final
 class O2(AbstractSetIndex):
     """Inverse condition number of the set."""
 

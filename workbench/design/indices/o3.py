@@ -5,12 +5,15 @@
 Maximising it is E-optimality. Added measurements never lower it.
 """
 
+from typing import final
+
 import numpy as np
 from jaxtyping import Float
 
 from workbench.design.indices.index import AbstractSetIndex, Spectra
 
 
+@final
 class O3(AbstractSetIndex):
     """Least singular value."""
 

@@ -3,12 +3,15 @@
 O4 = σmin² / σmax = O2 · O3
 """
 
+from typing import final
+
 import numpy as np
 from jaxtyping import Float
 
 from workbench.design.indices.index import AbstractSetIndex, Spectra
 
 
+@final
 class O4(AbstractSetIndex):
     """Noise amplification index."""
 

@@ -5,12 +5,15 @@
 Near to A-optimality, which sums 1/σ². Added measurements never lower it.
 """
 
+from typing import final
+
 import numpy as np
 from jaxtyping import Float
 
 from workbench.design.indices.index import AbstractSetIndex, Spectra
 
 
+@final
 class O5(AbstractSetIndex):
     """Harmonic sum of the singular values."""
 
