@@ -10,6 +10,7 @@ plate's simulated rows, and on rows that were read from a file.
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from time import perf_counter
 
 import numpy as np
@@ -32,6 +33,7 @@ from workbench.model.forward import tool_poses
 from workbench.robots.robot import Frame, Robot
 from workbench.types import Outcome
 from workbench.validate.errors import Errors, RowErrors, row_errors
+from workbench.validate.expected import Transfer, transfer, transfer_words
 from workbench.validate.holdout import split, split_sessions
 
 ALGORITHMS: dict[str, AbstractIdentifier] = {a.name: a for a in (Ols(), Opt1(), Opt2())}
@@ -114,6 +116,11 @@ class Identification:
         """The run with the smallest training cost; held-out rows choose nothing."""
         return min(self.runs.values(), key=lambda run: run.fit.history[-1])
 
+    @cached_property
+    def transfer(self) -> Transfer:
+        """Expected errors of the best run near the measured poses, and anywhere within the limits."""
+        return transfer(self.best.fit, rng=np.random.default_rng(0))
+
     @property
     def unidentifiable(self) -> tuple[str, ...]:
         """Combinations of parameters that the rows don't show, in words."""
@@ -122,7 +129,9 @@ class Identification:
     @property
     def warnings(self) -> tuple[str, ...]:
         """What the user should know: how the searches ended, and what the rows left open."""
-        return (*(w for run in self.runs.values() for w in run.fit.warnings), *_cautions(self.best.fit))
+        searches = (w for run in self.runs.values() for w in run.fit.warnings)
+        turned = bool(self.best.fit.problem.component_channels.any())
+        return (*searches, *_cautions(self.best.fit), transfer_words(self.transfer, turned))
 
 
 def identify(

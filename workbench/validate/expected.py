@@ -1,0 +1,90 @@
+"""How wrong a calibrated arm is expected to be, at poses that were and that were not like the measured ones.
+
+The covariance of the identified constants moves the tool by J Σ Jᵀ. Rows of one kind (one elbow, one
+region) may leave a combination of constants so uncertain that the model is good only near them; the two
+numbers side by side say so before anybody trusts it elsewhere.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench import chain as chains
+from workbench.identify.result import Fit
+
+ELSEWHERE = 400
+"""Random poses that stand for the whole joint space."""
+SERIOUS = 2.0
+"""Ratio of the two expected errors from which on the user is warned."""
+
+
+class Expected(NamedTuple):
+    """Expected error of a model from the uncertainty of its constants.
+
+    Args:
+        position: Root mean square of the position's uncertainty [m].
+        rotation: Of the orientation's [rad].
+    """
+
+    position: float
+    rotation: float
+
+
+class Transfer(NamedTuple):
+    """Expected errors at poses like the measured ones, and anywhere within the joint limits."""
+
+    near: Expected
+    anywhere: Expected
+
+    @property
+    def ratio(self) -> float:
+        """How much worse it is elsewhere."""
+        return self.anywhere.position / max(self.near.position, 1e-15)
+
+
+def expected_error(fit: Fit, q: Float[np.ndarray, "rows n"]) -> Expected:
+    """Expected error of a fit's arm at some joint positions.
+
+    Args:
+        fit: Constants of the arm with their covariance; base and tool count with the arm as one, as the
+            first session has them.
+        q: Joint positions [rad or m].
+    """
+    problem = fit.problem
+    robot = problem.robot_at(fit.x)
+    session = problem.data.sessions[0]
+    frames = robot.session_frames(session)
+    chain = robot.with_frames(base=frames.base, tool=frames.tool).chain
+    columns, places = [], []
+    for place, name in enumerate(problem.names):
+        element = name.replace(f"[{session}]", "")
+        if element in chain.index:
+            columns.append(chain.index[element])
+            places.append(place)
+    _, twists = chains.twists(chain, q, np.array(columns, np.int64))
+    covariance = fit.covariance[np.ix_(places, places)]
+    spread = np.einsum("rip,pq,riq->ri", twists, covariance, twists)
+    position, rotation = spread[:, :3].sum(1), spread[:, 3:].sum(1)
+    return Expected(float(np.sqrt(position.mean())), float(np.sqrt(rotation.mean())))
+
+
+def transfer(fit: Fit, *, rng: np.random.Generator) -> Transfer:
+    """Expected errors near the fitted rows and at random joint positions within the limits."""
+    limits = fit.problem.robot.search_limits
+    anywhere = rng.uniform(limits[:, 0], limits[:, 1], (ELSEWHERE, len(limits)))
+    return Transfer(expected_error(fit, fit.problem.data.q), expected_error(fit, anywhere))
+
+
+def transfer_words(found: Transfer, sees_rotation: bool) -> str:
+    """One sentence on where the calibrated model can be trusted."""
+
+    def size(expected: Expected) -> str:
+        turned = f" / {np.rad2deg(expected.rotation):.3f}°" if sees_rotation else ""
+        return f"{1e3 * expected.position:.3f} mm{turned}"
+
+    text = f"expected error of the model at poses like the measured ones {size(found.near)}, "
+    text += f"anywhere within the joint limits {size(found.anywhere)}"
+    if found.ratio > SERIOUS:
+        text += "; measure in other branches and orientations too before trusting it there"
+    return text
