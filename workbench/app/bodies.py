@@ -18,7 +18,7 @@ from workbench.model.forward import joint_elements
 from workbench.robots.robot import Robot
 from workbench.types import Matrix4
 
-THICK, THIN = 0.046, 0.025
+THICK, THIN = 0.035, 0.021
 """Radius of the first and of the last link, as a share of the arm's reach."""
 SHORTEST = 1e-3
 """Parts of a link below this length are not drawn [m]."""
@@ -97,8 +97,8 @@ def _link(way: Float[np.ndarray, "points 3"], radius: float, *, axis: int, turns
             end, probe = _probe(start, end, radius)
         shell += [tube(start, end, radius), ball(radius, start), ball(radius, end)]
     direction = np.eye(3)[axis]
-    length = (1.25 if turns else 2.0) * radius
-    housing = cylinder(1.22 * radius, -length, length, bevel=0.16 * radius)
+    length = (1.2 if turns else 2.0) * radius
+    housing = cylinder(1.16 * radius, -length, length, bevel=0.16 * radius)
     parts = [Part(housing.moved(along(direction, np.zeros(3))), JOINT)]
     if shell:
         parts.append(Part(merged(shell), LINK))

@@ -44,8 +44,9 @@ def local_server(*, host: str = "127.0.0.1", port: int = 0, label: str | None = 
 
         return real(handler, address, port_tried, process_request=guard, **options)
 
-    # viser looks serve() up when its thread starts, which is inside its constructor
-    with mock.patch.object(websockets, "serve", serve):
+    # viser looks serve() up when its thread starts, which is inside its constructor;
+    # what it prints there names no page that one should open
+    with mock.patch.object(websockets, "serve", serve), mock.patch("rich.print"):
         server = viser.ViserServer(host=host, port=port, label=label, verbose=False)
     if port and server.get_port() != port:
         server.stop()

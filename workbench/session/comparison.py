@@ -15,6 +15,11 @@ from workbench.model.forward import tool_poses
 from workbench.robots.robot import Robot
 from workbench.types import frozen
 
+STEPS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0)
+"""Exaggerations that are chosen by themselves."""
+DRAWN_LENGTH = 0.12
+"""Longest that a typical error is then drawn [m]."""
+
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
@@ -47,6 +52,14 @@ class Comparison:
         if self.calibrated is None:
             return before, np.nan
         return before, float(np.linalg.norm(self.measured[row] - self.calibrated[row, :3, 3]))
+
+
+def exaggeration_for(comparison: Comparison) -> float:
+    """A round factor that draws the nominal arm's typical error about as long as a hand is wide."""
+    errors = np.linalg.norm(comparison.measured - comparison.nominal[:, :3, 3], axis=1)
+    typical = np.nanmedian(errors) if np.isfinite(errors).any() else 0.0
+    fitting = [step for step in STEPS if step * typical <= DRAWN_LENGTH]
+    return max(fitting, default=STEPS[0])
 
 
 def compare(

@@ -13,10 +13,12 @@ from jaxtyping import Float
 from workbench.design.branches import choose_branches
 from workbench.design.plate import AUTO, Kind, Plate, Target
 from workbench.errors import OptionError
+from workbench.model.branches import Branch
 from workbench.model.inverse import follow, solve
 from workbench.model.newton import Task
 from workbench.model.ways import InverseResult, choose, nearest_branch
 from workbench.robots.robot import Robot
+from workbench.session.clearance import is_clear
 from workbench.session.state import TargetState
 from workbench.types import Matrix4, frozen
 
@@ -36,23 +38,27 @@ def place_all(
         rng: Source of the mixes that are tried.
     """
     results = [_solve(robot, target) for target in plate.targets]
-    states = [_first(robot, t, r) for t, r in zip(plate.targets, results, strict=True)]
+    states = [_first(robot, plate, t, r) for t, r in zip(plate.targets, results, strict=True)]
     open_ = [i for i, t in enumerate(plate.targets) if states[i].reached and t.q is None]
     if len(open_) > 1 and len(region_q):
-        part = replace(plate, targets=tuple(_with_known_branch(plate.targets[i], results[i]) for i in open_))
-        solutions = [results[i].within_limits for i in open_]
+        solutions = [_clear_ones(robot, plate, results[i]) for i in open_]
+        targets = (
+            _with_known_branch(plate.targets[i], ways) for i, ways in zip(open_, solutions, strict=True)
+        )
+        part = replace(plate, targets=tuple(targets))
         choice = choose_branches(robot, part, solutions, goal=region_q, rng=rng, starts=STARTS)
         for i, q, name in zip(open_, choice.q, choice.branches, strict=True):
-            states[i] = TargetState(frozen(q.copy()), True, name)
+            states[i] = _reached(robot, plate, frozen(q.copy()), name)
     return tuple(states)
 
 
-def advance(robot: Robot, target: Target, before: TargetState) -> TargetState:
+def advance(robot: Robot, plate: Plate, target: Target, before: TargetState) -> TargetState:
     """The arm at a target that has moved a little, in the same branch if that reaches it."""
     followed = follow(robot, _in_measuring_frame(robot, target), before.q, task=_task(robot, target))
     if followed.converged and before.reached:
-        return TargetState(frozen(followed.q), True, before.branch)
-    return _state(_solve(robot, target), near=followed.q if followed.converged else before.q)
+        return _reached(robot, plate, followed.q, before.branch)
+    near = followed.q if followed.converged else before.q
+    return _state(robot, plate, _solve(robot, target), near=near)
 
 
 def settle(robot: Robot, target: Target, before: TargetState) -> TargetState:
@@ -63,29 +69,45 @@ def settle(robot: Robot, target: Target, before: TargetState) -> TargetState:
     return before if branch is None else replace(before, branch=branch.name)
 
 
-def _first(robot: Robot, target: Target, result: InverseResult) -> TargetState:
+def _first(robot: Robot, plate: Plate, target: Target, result: InverseResult) -> TargetState:
     if target.q is None:
-        return _state(result, branch=target.branch)
-    return advance(robot, target, TargetState(target.q, True, target.branch))
+        return _state(robot, plate, result, branch=target.branch)
+    return advance(robot, plate, target, TargetState(target.q, True, target.branch))
+
+
+def _reached(robot: Robot, plate: Plate, q: Float[np.ndarray, " n"], branch: str) -> TargetState:
+    return TargetState(frozen(q), True, branch, clear=bool(is_clear(robot, plate, q[None])[0]))
+
+
+def _clear_ones(robot: Robot, plate: Plate, result: InverseResult) -> tuple[Branch, ...]:
+    """The branches that keep clear of the plate; all, where none does."""
+    within = result.within_limits
+    clear = is_clear(robot, plate, np.stack([b.q for b in within]))
+    return tuple(b for b, c in zip(within, clear, strict=True) if c) or within
 
 
 def _state(
-    result: InverseResult, *, near: Float[np.ndarray, " n"] | None = None, branch: str = AUTO
+    robot: Robot,
+    plate: Plate,
+    result: InverseResult,
+    *,
+    near: Float[np.ndarray, " n"] | None = None,
+    branch: str = AUTO,
 ) -> TargetState:
     try:
         chosen = choose(result, near=near, branch=branch)
     except OptionError:  # a named branch that the target does not have any more
         chosen = choose(result, near=near)
     if chosen is not None and chosen.within_limits:
-        return TargetState(frozen(chosen.q), True, chosen.name)
+        return _reached(robot, plate, chosen.q, chosen.name)
     nearest = result.nearest
     missing = (nearest.position_error, nearest.rotation_error)
     return TargetState(frozen(nearest.q), False, reason=result.reason or "", missing=missing)
 
 
-def _with_known_branch(target: Target, result: InverseResult) -> Target:
+def _with_known_branch(target: Target, ways: tuple[Branch, ...]) -> Target:
     """A branch that the target does not have within limits is left to the program."""
-    known = target.branch == AUTO or any(b.name == target.branch for b in result.within_limits)
+    known = target.branch == AUTO or any(b.name == target.branch for b in ways)
     return target if known else replace(target, branch=AUTO)
 
 

@@ -76,6 +76,7 @@ class TargetState:
         branch: Name of the inverse-kinematics solution; empty where none is reached.
         reason: Why it is out of reach; empty where it is reached.
         missing: Distance that is missing [m] and angle [rad].
+        clear: Whether the arm keeps clear of the plate there, as far as a quick look tells.
     """
 
     q: Float[np.ndarray, " n"]
@@ -83,6 +84,7 @@ class TargetState:
     branch: str = ""
     reason: str = ""
     missing: tuple[float, float] = (0.0, 0.0)
+    clear: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -232,3 +234,9 @@ class Session:
         """The session with one more message."""
         message = Message(self.told + 1, severity, text)
         return replace(self, messages=(*self.messages, message)[-MESSAGES:], told=self.told + 1)
+
+    def without_news(self) -> "Session":
+        """The session without messages that only inform; the user has gone on."""
+        if all(m.severity is not Severity.INFO for m in self.messages):
+            return self
+        return replace(self, messages=tuple(m for m in self.messages if m.severity is not Severity.INFO))

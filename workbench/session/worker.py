@@ -148,7 +148,9 @@ class Worker:
                 self._begin(command, basis)
                 return
             assert isinstance(command, AbstractChange)
-            self._session = command.apply(self._session)
+            before = self._session
+            after = command.apply(before)
+            self._session = after.without_news() if after.told == before.told else after
             self._note(command, Ending.DONE, basis, time.monotonic() - begin)
         except Exception as error:
             self._fail(command, error, basis, time.monotonic() - begin)

@@ -123,7 +123,7 @@ class MeasureVirtualArm(AbstractTask):
         progress(0.1, "building the arm")
         actual = virtual_arm(robot, rng=rng)
         instrument = Instrument(
-            name="instrument",
+            name="as set in the Plate tab",
             observes=Observes.POSE,
             sigma_position=noise.position,
             sigma_rotation=noise.rotation,
@@ -181,7 +181,7 @@ def _postures(actual: Robot, session: Session) -> tuple[list[int], np.ndarray]:
     for i, (target, state) in enumerate(zip(session.plate.targets, session.states, strict=True)):
         if not state.reached:
             continue
-        stands = advance(actual, target, state)
+        stands = advance(actual, session.plate, target, state)
         if stands.reached:
             used.append(i)
             postures.append(stands.q)

@@ -2,12 +2,16 @@
 
 from collections.abc import Hashable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from workbench.errors import DataError, OptionError
 from workbench.session.command import AbstractTask, Cancel, Cancelled, Progress
 from workbench.session.commands.compare import with_fit
+from workbench.session.comparison import exaggeration_for
 from workbench.session.state import Focus, Session, Severity
+
+if TYPE_CHECKING:
+    from workbench.pipeline import Identification
 
 ALGORITHMS = ("ols", "opt1", "opt2")
 PREFERRED = ("opt2", "ols", "opt1")
@@ -75,6 +79,18 @@ class Identify(AbstractTask):
         if session.loaded is not loaded:
             raise DataError("the measurements were replaced meanwhile; identify again")
         fit = next(name for name in (*PREFERRED, *found.runs) if name in found.runs)
-        session = replace(session, identification=found, row=0, focus=Focus.ROW)
-        session = with_fit(session, fit)
-        return session.tell(Severity.INFO, "identified; the Compare tab shows the two arms over each other")
+        session = with_fit(replace(session, identification=found, row=0, focus=Focus.ROW), fit)
+        scale = exaggeration_for(session.comparison)
+        session = replace(session, overlay=replace(session.overlay, exaggeration=scale))
+        return session.tell(Severity.INFO, _summary(found, fit))
+
+
+def _summary(found: "Identification", fit: str) -> str:
+    """Before and after in one sentence, on held-out rows where there are any."""
+    before, after = found.nominal, found.runs[fit]
+    kind = "held-out" if after.held_out else "fitted"
+    old, new = before.held_out or before.train, after.held_out or after.train
+    return (
+        f"mean error on {kind} poses: {old.position_mm.mean:.3g} mm with the nominal arm, "
+        f"{new.position_mm.mean:.3g} mm with the calibrated one ({fit.upper()})"
+    )

@@ -127,7 +127,7 @@ class MoveTarget(AbstractChange):
             session = _remember(session)
         old = session.plate.targets[self.target]
         target = replace(old, xyz=frozen(np.array(self.xyz)), rpy=frozen(np.array(self.rpy)), q=None)
-        state = advance(session.robot, target, session.states[self.target])
+        state = advance(session.robot, session.plate, target, session.states[self.target])
         targets = _with(session.plate.targets, self.target, target)
         states = _with(session.states, self.target, state)
         plate = replace(session.plate, targets=targets)

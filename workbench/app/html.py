@@ -1,0 +1,93 @@
+"""Small pieces of HTML for the panels. Every text that comes from outside goes through `text`."""
+
+from collections.abc import Iterable
+from html import escape
+
+import numpy as np
+
+MUTED = "#64748b"
+LINE = "#e2e8f0"
+FONT = "font-size:13px;line-height:1.45;color:#1e293b"
+
+
+def text(value: object) -> str:
+    """Any value, harmless in HTML."""
+    return escape(str(value), quote=True)
+
+
+def block(content: str, *, testid: str | None = None, style: str = "") -> str:
+    """A block with the panels' type and margins."""
+    name = f' data-testid="{testid}"' if testid else ""
+    return f'<div{name} style="{FONT};padding:0 12px;{style}">{content}</div>'
+
+
+def heading(words: str) -> str:
+    """A small heading."""
+    return (
+        f'<div style="font-weight:600;font-size:12px;color:{MUTED};letter-spacing:.02em;'
+        f'margin:8px 0 3px">{text(words)}</div>'
+    )
+
+
+def table(
+    header: Iterable[str], rows: Iterable[Iterable[str]], *, widths: str = "", testid: str | None = None
+) -> str:
+    """A table whose first column is text and whose other columns are numbers; cells are HTML."""
+    name = f' data-testid="{testid}"' if testid else ""
+    cell = "padding:2px 0 2px 8px;font-variant-numeric:tabular-nums;white-space:nowrap"
+
+    def line(cells: Iterable[str], tag: str, style: str) -> str:
+        parts = []
+        for i, content in enumerate(cells):
+            side = "left;padding-left:0" if i == 0 else "right"
+            parts.append(f'<{tag} style="{cell};{style};text-align:{side}">{content}</{tag}>')
+        return "<tr>" + "".join(parts) + "</tr>"
+
+    head = line(header, "th", f"font-weight:500;color:{MUTED};border-bottom:1px solid {LINE}")
+    body = "".join(line(row, "td", "") for row in rows)
+    return f'<table{name} style="width:100%;border-collapse:collapse;font-size:12.5px">{head}{body}</table>'
+
+
+def pairs(items: Iterable[tuple[str, str]]) -> str:
+    """Headings on the left, values on the right."""
+    rows = "".join(
+        f'<tr><td style="color:{MUTED};padding:1px 10px 1px 0;vertical-align:top;white-space:nowrap">'
+        f'{text(name)}</td><td style="padding:1px 0;overflow-wrap:anywhere">{text(value)}</td></tr>'
+        for name, value in items
+    )
+    return f'<table style="border-collapse:collapse;font-size:12.5px">{rows}</table>'
+
+
+def badge(words: str, colour: str) -> str:
+    """A coloured dot and a word."""
+    return (
+        f'<span style="display:inline-block;width:9px;height:9px;border-radius:50%;background:{colour};'
+        f'margin-right:6px"></span><span style="font-weight:600">{text(words)}</span>'
+    )
+
+
+def number(value: float, digits: int = 3) -> str:
+    """A number with so many significant digits; a dash where there is none."""
+    if np.isnan(value):
+        return "–"
+    if np.isinf(value):
+        return "∞"
+    if value == 0:
+        return "0"
+    places = max(0, digits - 1 - int(np.floor(np.log10(abs(value)))))
+    if abs(value) >= 10**digits:
+        return f"{value:,.0f}".replace(",", " ")
+    return f"{value:.{min(places, 8)}f}"
+
+
+def change(now: float, first: float, *, larger_is_better: bool) -> str:
+    """Change against the beginning in percent, green where better, red where worse."""
+    if not (np.isfinite(now) and np.isfinite(first)) or first == 0:
+        return ""
+    share = now / first - 1.0
+    if abs(share) < 5e-4:
+        return f'<span style="color:{MUTED}">±0</span>'
+    good = (share > 0) == larger_is_better
+    colour = "#15803d" if good else "#b91c1c"
+    shown = f"{100 * share:+.1f} %" if abs(share) < 9.995 else f"×{now / first:.0f}"
+    return f'<span style="color:{colour}">{shown.replace("-", "−")}</span>'

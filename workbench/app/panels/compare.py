@@ -1,0 +1,113 @@
+"""Comparing: step through the measured poses, choose what is laid over the scene."""
+
+from dataclasses import replace
+
+import numpy as np
+import viser
+
+from workbench.app.colours import AFTER, BEFORE, GHOST, css
+from workbench.app.html import MUTED, badge, block, number, table, text
+from workbench.app.panels.panel import AbstractPanel, on_change
+from workbench.session.commands import SetOverlay, ShowRow
+from workbench.session.commands.compare import GREATEST_EXAGGERATION, LEAST_EXAGGERATION
+from workbench.session.state import Session
+from workbench.session.worker import Worker
+
+SWITCHES = {
+    "nominal": ("Nominal arm", "Show the solid arm at the measured joint positions."),
+    "calibrated": ("Calibrated arm", "Show the amber arm, with the identified parameters."),
+    "frames": ("Frames", "Show where the instrument saw the tool."),
+    "arrows": (
+        "Error arrows",
+        "From measured to predicted places: red nominal, green calibrated.",
+    ),
+}
+
+
+class ComparePanel(AbstractPanel):
+    """Scrubber, switches, errors at the pose."""
+
+    def __init__(self, worker: Worker):
+        self._worker = worker
+
+    def build(self, server: viser.ViserServer) -> None:
+        """All controls wait for measurements."""
+        gui = server.gui
+        self._row = gui.add_slider(
+            "Pose", 1, 2, 1, 1, disabled=True, hint="Step through the measured poses; the arms go there."
+        )
+        on_change(self._row, lambda: self._worker.submit(ShowRow(int(self._row.value) - 1)))
+        self._readout = gui.add_html("")
+        overlay = self._worker.session.overlay
+        with gui.add_folder("Shown in the scene"):
+            self._switches = {
+                name: gui.add_checkbox(label, getattr(overlay, name), hint=hint)
+                for name, (label, hint) in SWITCHES.items()
+            }
+            self._times = gui.add_slider(
+                "Errors ×",
+                int(LEAST_EXAGGERATION),
+                int(GREATEST_EXAGGERATION),
+                1,
+                int(overlay.exaggeration),
+                hint="How many times longer than in truth the error arrows are drawn.",
+            )
+        for control in (*self._switches.values(), self._times):
+            on_change(control, self._set)
+        self._legend = gui.add_html(_legend())
+
+    def show(self, session: Session) -> None:
+        """The looked-at row."""
+        comparison, overlay = session.comparison, session.overlay
+        self._row.disabled = comparison is None
+        if comparison is not None:
+            if self._row.value > len(comparison):
+                self._row.value = 1
+            self._row.max = max(len(comparison), 2)
+            self._row.value = session.row + 1
+        for name, box in self._switches.items():
+            box.value = getattr(overlay, name)
+        self._times.value = int(overlay.exaggeration)
+        for control in (*self._switches.values(), self._times):
+            control.disabled = session.identification is None
+        self._readout.content = _readout(session)
+
+    def _set(self) -> None:
+        switches = {name: bool(box.value) for name, box in self._switches.items()}
+        overlay = replace(self._worker.session.overlay, **switches, exaggeration=float(self._times.value))
+        self._worker.submit(SetOverlay(overlay))
+
+
+def _readout(session: Session) -> str:
+    comparison = session.comparison
+    if comparison is None:
+        words = "Needs measurements: load a file or measure a virtual arm in the Measure tab."
+        return block(words, testid="row", style=f"color:{MUTED};margin:6px 0")
+    row = session.row
+    kind = "held out" if comparison.held_out[row] else "fitted"
+    head = f"Pose {row + 1} of {len(comparison)} · data row {int(comparison.number[row])}"
+    if session.identification is None:
+        return block(
+            f"{head}<br>Identify first to compare.", testid="row", style=f"color:{MUTED};margin:6px 0"
+        )
+    before, after = comparison.errors(row)
+    if np.isnan(before):
+        words = "No position was measured here, so there is nothing to draw."
+        return block(f"{head} · {kind}<br>{words}", testid="row", style="margin:6px 0")
+    rows = [
+        (badge("Nominal", css(BEFORE)), f"{number(1e3 * before)} mm"),
+        (badge("Calibrated", css(AFTER)), f"{number(1e3 * after)} mm"),
+    ]
+    return block(
+        f'<div style="color:{MUTED}">{text(head)} · {kind}</div>' + table(("Position error", ""), rows),
+        testid="row",
+        style="margin:6px 0",
+    )
+
+
+def _legend() -> str:
+    return block(
+        f'{badge("Calibrated arm", css(GHOST))}<div style="color:{MUTED}">Arrows start where the tool was '
+        "measured and point to where the model expects it.</div>",
+        style="margin:6px 0 10px",
+    )

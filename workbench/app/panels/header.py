@@ -1,0 +1,104 @@
+"""Above the tabs: what to do next, the last message, and the long work under way."""
+
+import viser
+
+from workbench.app.html import LINE, MUTED, block, text
+from workbench.app.panels.panel import AbstractPanel, on_press
+from workbench.session.commands import Dismiss
+from workbench.session.state import Focus, Message, Session, Severity
+from workbench.session.worker import Worker
+
+TINTS = {
+    Severity.INFO: ("#eff6ff", "#1d4ed8"),
+    Severity.WARNING: ("#fffbeb", "#b45309"),
+    Severity.ERROR: ("#fef2f2", "#b91c1c"),
+}
+
+
+class Header(AbstractPanel):
+    """Always visible."""
+
+    def __init__(self, worker: Worker):
+        self._worker = worker
+
+    def build(self, server: viser.ViserServer) -> None:
+        """Hint, message with its button, progress with its button."""
+        gui = server.gui
+        self._hint = gui.add_html("")
+        self._message = gui.add_html("", visible=False)
+        self._dismiss = gui.add_button(
+            "Dismiss", color="gray", visible=False, icon=viser.Icon.X, hint="Put this message away."
+        )
+        on_press(self._dismiss, lambda: self._worker.submit(Dismiss()))
+        self._work = gui.add_html("", visible=False)
+        self._bar = gui.add_progress_bar(0.0, visible=False, animated=True)
+        self._cancel = gui.add_button(
+            "Cancel",
+            color="gray",
+            visible=False,
+            icon=viser.Icon.PLAYER_STOP,
+            hint="Stop the computation; everything stays as it is.",
+        )
+        on_press(self._cancel, self._worker.cancel)
+
+    def show(self, session: Session) -> None:
+        """The newest message only; older ones have been seen."""
+        self._hint.content = _hint(session)
+        newest = session.messages[-1] if session.messages else None
+        self._message.content = "" if newest is None else _message(newest)
+        self._message.visible = newest is not None
+        self._dismiss.visible = newest is not None and newest.severity is not Severity.INFO
+        job = session.job
+        for part in (self._work, self._bar, self._cancel):
+            part.visible = job is not None
+        if job is not None:
+            words = text(job.title) + (f": {text(job.text)}" if job.text else " …")
+            self._work.content = block(words, testid="job", style="margin-top:4px")
+            self._bar.value = 100.0 * min(max(job.fraction, 0.02), 1.0)
+
+
+def next_step(session: Session) -> str:
+    """What a newcomer could do now, in HTML."""
+    if session.job is not None:
+        return "You can go on working meanwhile."
+    if session.holder is not None:
+        return "Watch the arm and the numbers. Let go to keep the place; <b>Undo</b> takes it back."
+    if session.identification is not None and session.focus is Focus.ROW:
+        return (
+            "In <b>Compare</b>, step through the measured poses: the solid arm is nominal, the amber one "
+            "calibrated. <b>Identify</b> has the numbers and saves the result."
+        )
+    if session.loaded is not None and session.identification is None:
+        return "The measurements are in. Next: open <b>Identify</b> and press the button there."
+    if session.done:
+        return (
+            "Is the plate good? In <b>Measure</b>, let a virtual arm be measured on it, or load real "
+            "measurements."
+        )
+    return (
+        "<b>Drag an arrow</b> to move the blue target, <b>a ring</b> to turn it; the arm follows. "
+        "Click another block to choose it."
+    )
+
+
+def _hint(session: Session) -> str:
+    return block(
+        next_step(session),
+        testid="hint",
+        style=f"color:{MUTED};padding-bottom:8px;border-bottom:1px solid {LINE};margin:2px 0 6px",
+    )
+
+
+def _message(message: Message) -> str:
+    ground, ink = TINTS[message.severity]
+    return (
+        '<div style="padding:0 12px;margin:6px 0 10px">'
+        f'<div data-testid="message" data-severity="{message.severity}" data-number="{message.number}" '
+        f'style="font-size:13px;line-height:1.45;background:{ground};color:{ink};border-left:3px solid {ink};'
+        'border-radius:4px;padding:6px 10px;overflow-wrap:anywhere">'
+        f"{text(_sentence(message.text))}</div></div>"
+    )
+
+
+def _sentence(words: str) -> str:
+    return words[:1].upper() + words[1:] + ("" if words.endswith((".", "?", "!")) else ".")

@@ -1,0 +1,1 @@
+"""What stands in the scene: one file per thing, each drawn from snapshots."""

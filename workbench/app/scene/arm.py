@@ -1,0 +1,56 @@
+"""An arm in the scene: its bodies, each moving with its own frame."""
+
+import numpy as np
+import viser
+from jaxtyping import Float
+
+from workbench.app.bodies import body_frames, make_bodies
+from workbench.app.scene.nodes import add_solid, put
+from workbench.robots.robot import Robot
+
+
+class Arm:
+    """A drawn arm.
+
+    Args:
+        server: Where.
+        name: Name of its node, such as `/arm`.
+        robot: Geometry with which its bodies are made.
+        ghost: Colour of a translucent arm; None for the solid, two-coloured one.
+    """
+
+    def __init__(
+        self,
+        server: viser.ViserServer,
+        name: str,
+        robot: Robot,
+        *,
+        ghost: tuple[int, int, int] | None = None,
+    ):
+        self._root = server.scene.add_frame(name, show_axes=False)
+        self._nodes = []
+        for i, body in enumerate(make_bodies(robot)):
+            self._nodes.append(server.scene.add_frame(f"{name}/body{i}", show_axes=False))
+            if ghost is not None and body.solid is not None:
+                add_solid(server, f"{name}/body{i}/ghost", body.solid, ghost, opacity=0.42)
+            elif ghost is None:
+                for j, part in enumerate(body.parts):
+                    add_solid(server, f"{name}/body{i}/part{j}", part.solid, part.colour)
+
+    def stand(self, robot: Robot, q: Float[np.ndarray, " n"]) -> None:
+        """Move every body to where it is on this robot at these joint positions."""
+        for node, frame in zip(self._nodes, body_frames(robot, q), strict=True):
+            put(node, frame)
+
+    @property
+    def visible(self) -> bool:
+        """Whether it is shown."""
+        return self._root.visible
+
+    @visible.setter
+    def visible(self, value: bool) -> None:
+        self._root.visible = value
+
+    def remove(self) -> None:
+        """Take it out of the scene."""
+        self._root.remove()

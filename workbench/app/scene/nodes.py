@@ -1,0 +1,37 @@
+"""Small helpers for viser nodes: poses in its conventions, solids without shadows."""
+
+import numpy as np
+import viser
+from jaxtyping import Float
+
+from workbench import se3
+from workbench.app.shapes import Solid
+
+NO_SHADOW = {"cast_shadow": False, "receive_shadow": False}
+
+
+def put(node: viser.SceneNodeHandle, pose: Float[np.ndarray, "4 4"]) -> None:
+    """Give a node a pose (viser does not send one that it already has)."""
+    node.position = pose[:3, 3]
+    node.wxyz = se3.matrix_to_quaternion(pose[:3, :3])
+
+
+def add_solid(
+    server: viser.ViserServer,
+    name: str,
+    solid: Solid,
+    colour: tuple[int, int, int],
+    *,
+    flat: bool = False,
+    opacity: float | None = None,
+) -> viser.MeshHandle:
+    """A solid as a mesh."""
+    return server.scene.add_mesh_simple(
+        name,
+        solid.vertices,
+        solid.faces,
+        color=colour,
+        flat_shading=flat,
+        opacity=opacity,
+        **NO_SHADOW,
+    )

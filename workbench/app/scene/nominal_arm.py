@@ -1,0 +1,26 @@
+"""The nominal arm: at the selected target, or at the measured row that is looked at."""
+
+import numpy as np
+import viser
+
+from workbench.app.scene.arm import Arm
+from workbench.app.scene.part import AbstractPart
+from workbench.session.state import Focus, Session
+
+
+class NominalArm(AbstractPart):
+    """The arm that follows the selected target."""
+
+    def __init__(self, server: viser.ViserServer, session: Session):
+        self._arm = Arm(server, "/arm", session.robot)
+        self._q: np.ndarray | None = None
+        self.show(session)
+
+    def show(self, session: Session) -> None:
+        """Stand where the focus is."""
+        on_row = session.focus is Focus.ROW and session.comparison is not None
+        q = session.comparison.q[session.row] if on_row else session.states[session.selected].q
+        self._arm.visible = session.overlay.nominal or not on_row
+        if q is not self._q and (self._q is None or not np.array_equal(q, self._q)):
+            self._q = q
+            self._arm.stand(session.robot, q)

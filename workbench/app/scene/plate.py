@@ -1,0 +1,65 @@
+"""The fixture: its solid, the numbered target blocks, and the region's outline."""
+
+import numpy as np
+import viser
+
+from workbench.app.colours import PLATE, REACHED, REGION, target_colour
+from workbench.app.scene.nodes import add_solid, put
+from workbench.app.scene.part import AbstractPart
+from workbench.app.shapes import SIDE, box, cuboid_edges, target_block
+from workbench.design.plate import Target
+from workbench.session.commands import SelectTarget
+from workbench.session.state import Session
+from workbench.session.worker import Worker
+
+
+class PlatePart(AbstractPart):
+    """Plate, blocks and region. A click on a block selects its target."""
+
+    def __init__(self, server: viser.ViserServer, worker: Worker, session: Session):
+        self._server, self._worker = server, worker
+        plate = session.plate
+        if plate.size is not None:
+            put(add_solid(server, "/plate", box(plate.size), PLATE, flat=True), plate.pose)
+        server.scene.add_line_segments(
+            "/region", cuboid_edges(plate.region.min, plate.region.max), colors=REGION, line_width=1.6
+        )
+        self._targets: list[Target | None] = [None] * len(plate)
+        self._blocks: list[viser.MeshHandle] = []
+        self._labels: list[viser.LabelHandle] = []
+        for i in range(len(plate)):
+            self._add(i, session)
+        self.show(session)
+
+    def show(self, session: Session) -> None:
+        """Move the blocks that have moved, and colour all by their state."""
+        for i, (target, state) in enumerate(zip(session.plate.targets, session.states, strict=True)):
+            if target is not self._targets[i]:
+                self._targets[i] = target
+                self._blocks[i].vertices = target_block(target.pose, session.plate.pose).vertices
+                self._labels[i].position = _label_place(target)
+            self._blocks[i].color = target_colour(state, selected=i == session.selected)
+
+    def _add(self, i: int, session: Session) -> None:
+        target = session.plate.targets[i]
+        solid = target_block(target.pose, session.plate.pose)
+        block = add_solid(self._server, f"/targets/{i + 1}", solid, REACHED, flat=True)
+
+        @block.on_click
+        async def _(event) -> None:
+            self._worker.submit(SelectTarget(i))
+
+        self._blocks.append(block)
+        self._labels.append(
+            self._server.scene.add_label(
+                f"/target_numbers/{i + 1}",
+                f"{i + 1}",
+                position=_label_place(target),
+                anchor="bottom-center",
+                font_screen_scale=0.85,
+            )
+        )
+
+
+def _label_place(target: Target) -> np.ndarray:
+    return target.xyz + np.array([0.0, 0.0, 0.75 * SIDE])

@@ -1,0 +1,119 @@
+"""The app: a session, its worker, and a page that shows it."""
+
+import threading
+import webbrowser
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+from workbench.app.local import local_server
+from workbench.app.render import BrowserView
+from workbench.design.plate import Plate
+from workbench.errors import FileError, OptionError
+from workbench.robots.robot import Robot
+from workbench.session.commands import LoadData
+from workbench.session.start import start
+from workbench.session.view import AbstractView
+from workbench.session.worker import Worker
+
+PORT = 8090
+"""Port that is tried first where none is asked for."""
+
+
+class App:
+    """A running app.
+
+    Args:
+        robot: Nominal robot.
+        plate: Fixture with its targets.
+        data: Measurement file to begin with.
+        host: Address to listen at.
+        port: Port; 0 for any free one; None for the usual one, or any free one where that is taken.
+        views: Further views of the session, such as a recording.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        plate: Plate,
+        *,
+        data: Path | str | None = None,
+        host: str = "127.0.0.1",
+        port: int | None = 0,
+        views: Iterable[AbstractView] = (),
+    ):
+        first = None if data is None else _file(data)
+        session = start(robot, plate)
+        self.server = _serve(host, port)
+        self.worker = Worker(session, views=views)
+        self.view = BrowserView(self.server, self.worker)
+        self.worker.add_view(self.view)
+        if first is not None:
+            self.worker.submit(first)
+
+    @property
+    def url(self) -> str:
+        """Address of the page."""
+        return f"http://{self.server.get_host()}:{self.server.get_port()}"
+
+    def close(self) -> None:
+        """Stop the worker and the server."""
+        self.worker.close()
+        self.server.stop()
+
+
+def serve(
+    robot: Robot,
+    plate: Plate,
+    *,
+    data: Path | str | None = None,
+    host: str = "127.0.0.1",
+    port: int | None = None,
+    open_browser: bool = True,
+    views: Iterable[AbstractView] = (),
+    on_ready: Callable[[str], None] | None = None,
+) -> None:
+    """Show the page until interrupted.
+
+    Args:
+        robot: Nominal robot.
+        plate: Fixture with its targets.
+        data: Measurement file to begin with.
+        host: Address to listen at; anything but the loopback address lets other machines in.
+        port: Port; None for the usual one, or any free one where that is taken.
+        open_browser: Whether to open the page in the user's browser.
+        views: Further views of the session, such as a recording.
+        on_ready: Told the page's address once it is there.
+
+    Raises:
+        OptionError: the port is taken or can't be used.
+        FileError: the measurement file can't be opened.
+    """
+    app = App(robot, plate, data=data, host=host, port=port, views=views)
+    try:
+        if on_ready is not None:
+            on_ready(app.url)
+        if open_browser:
+            webbrowser.open(app.url)
+        threading.Event().wait()
+    except KeyboardInterrupt:
+        pass
+    finally:
+        app.close()
+
+
+def _serve(host: str, port: int | None):
+    if port is not None:
+        return local_server(host=host, port=port, label="Workbench")
+    try:
+        return local_server(host=host, port=PORT, label="Workbench")
+    except OptionError:
+        return local_server(host=host, port=0, label="Workbench")
+
+
+def _file(path: Path | str) -> LoadData:
+    try:
+        return LoadData(Path(path).name, Path(path).read_bytes())
+    except OSError as error:
+        raise FileError(
+            f"can't be opened ({error.strerror}); give a measurement file", path=str(path)
+        ) from None
