@@ -1,0 +1,72 @@
+"""A virtual arm behind a plate: the stand-in for a real driver, as one call."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from workbench import se3
+from workbench.design.plate import AUTO, Plate
+from workbench.errors import OptionError
+from workbench.measure.driver import Pace, drive
+from workbench.measure.instruments import INSTRUMENTS, Instrument, instrument_named
+from workbench.measure.simulate import simulate_targets, virtual_arm
+from workbench.measure.stream import Sample
+from workbench.robots.robot import Robot
+
+SEAT = "plate"
+"""The instrument that sees nothing by itself: the seat holds the tool where the plate says."""
+STEERING = (3e-4, float(np.deg2rad(0.03)))
+"""How near an operator steers to a wanted pose: standard deviations [m], [rad]."""
+
+
+def drive_plate(
+    robot: Robot,
+    plate: Plate,
+    *,
+    instrument: str | Instrument = "tracker-6d",
+    actual: Robot | None = None,
+    pace: Pace | None = None,
+    seed: int = 0,
+) -> tuple[Robot, Iterator[Sample]]:
+    """A virtual arm with hidden errors, steered to every target of a plate (ARIA 5.1).
+
+    Args:
+        robot: Nominal arm.
+        plate: The fixture, in the robot's base.
+        instrument: What sees the tool: an operator then steers until the wanted pose shows, more or less.
+            `plate`: nothing does, and the seat holds the tool.
+        actual: The arm that moves; one with hidden manufacturing errors if None.
+        pace: How it moves and how often it is sampled.
+        seed: Of the hidden errors, the steering and the noise.
+
+    Returns:
+        The actual arm, and its samples as they come.
+
+    Raises:
+        DataError: a target out of reach; says which and why.
+        OptionError: a plate without targets, or an instrument that sees no pose and no point.
+    """
+    if not len(plate):
+        raise OptionError(f"plate '{plate.name}' has no targets to drive to; add [[target]] tables")
+    instrument = instrument_named(instrument) if isinstance(instrument, str) else instrument
+    rng = np.random.default_rng(seed)
+    actual = virtual_arm(robot, rng=rng) if actual is None else actual
+    seated = instrument.name == SEAT
+    spread = (instrument.sigma_position, instrument.sigma_rotation or 0.0) if seated else STEERING
+    q = _joints(actual, plate, _near(plate.poses, spread, rng), rng)
+    return actual, drive(actual, q, rng=rng, instrument=None if seated else instrument, pace=pace)
+
+
+def _near(poses: np.ndarray, spread: tuple[float, float], rng: np.random.Generator) -> np.ndarray:
+    """Poses beside the wanted ones, by the given standard deviations per axis."""
+    turn = se3.rotvec_to_matrix(rng.normal(0.0, spread[1], (len(poses), 3)))
+    return se3.pose(turn @ poses[:, :3, :3], poses[:, :3, 3] + rng.normal(0.0, spread[0], (len(poses), 3)))
+
+
+def _joints(actual: Robot, plate: Plate, poses: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Joint positions of the actual arm at the targets: the plate's own branches where it names them."""
+    wanted = [target.q for target in plate.targets]
+    near = None if any(q is None for q in wanted) else np.stack(wanted)
+    branch = AUTO if set(plate.branches) == {AUTO} else plate.branches
+    exact = INSTRUMENTS["ideal"]
+    return simulate_targets(actual, poses, instrument=exact, rng=rng, branch=branch, near=near).q
