@@ -5,7 +5,7 @@ the user ends with one sentence on standard error and exit status 1; nothing is 
 """
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
@@ -139,7 +139,7 @@ def identify(
             held_out=_held_out(held_out, arm, columns, sheet, layout),
             frames=frames,
             free=_names(free),
-            exclude={row: "by hand" for row in _numbers(exclude, "--exclude")},
+            exclude=dict.fromkeys(_numbers(exclude, "--exclude"), "by hand"),
             region=None if region is None else load_plate(region).region,
             bounds=_bounds(bounds or []),
             noise=None if noise is None else _noise(noise),
@@ -315,6 +315,104 @@ def export(
         _say(f"controller: {reports.write_json(reports.controller(numbers), controller)}")
 
 
+@app.command()
+def capture(
+    robot: RobotOption,
+    plate: Annotated[str, typer.Option(help="Plate: a .toml file, or the built-in table2.")],
+    out: Annotated[Path, typer.Option(help="Write the measurements here (.csv), row by row.")],
+    source: Annotated[
+        str, typer.Option("--from", help="- (standard input), HOST:PORT, or listen:HOST:PORT.")
+    ] = "-",
+    still_window: Annotated[str, typer.Option(help="How long the arm must have stood still.")] = "0.5s",
+    still_joint: Annotated[
+        str, typer.Option(help="How far a joint's readings may range in that time.")
+    ] = "0.02deg",
+    session: Annotated[str, typer.Option(help="Name of this placement of robot and instrument.")] = "",
+    force: Annotated[
+        bool, typer.Option("--force", help="Keep what the source asks to keep even while the arm moves.")
+    ] = False,
+) -> None:
+    """Guided measuring: steer the arm to each target of a plate, and a key or the source stores the row.
+
+    The source sends one JSON object a line. Keys: Enter or space stores, f stores although the arm moves,
+    r takes the last row again, n and p go to the next and the previous target, q ends.
+    """
+    from rich.console import Console
+
+    from workbench.design.plate_toml import load_plate
+    from workbench.measure.standstill import StandstillDetector
+    from workbench.pipeline import acquisition
+    from workbench.robots import load_robot
+    from workbench.units import Quantity, parse_quantity
+
+    arm, fixture = load_robot(robot), load_plate(plate)
+    detector = StandstillDetector(
+        window=parse_quantity(still_window, Quantity.TIME),
+        joint=parse_quantity(still_joint, Quantity.ANGLE),
+        position=acquisition.POSITION_STILL,
+        orientation=acquisition.ORIENTATION_STILL,
+    )
+    _check_writable(out)
+    taken = acquisition.plate_acquisition(arm, fixture, session=session, detector=detector, forced=force)
+    console = Console(stderr=True)
+    with _lines(source) as lines, _guided(console) as (keys, show):
+        done = acquisition.capture(
+            taken,
+            arm,
+            lines,
+            out,
+            keys=keys,
+            show=show,
+            say=lambda text: console.print(text, markup=False, highlight=False),
+            source="stdin" if source == "-" else source,
+        )
+    _say(f"{len(done.data)} of {len(fixture)} targets, {taken.source}: {out}")
+    if not done.complete and not done.by_hand:
+        raise typer.Exit(2)
+
+
+@app.command()
+def drive(
+    robot: RobotOption,
+    plate: Annotated[str, typer.Option(help="Plate: a .toml file, or the built-in table2.")],
+    to: Annotated[str, typer.Option(help="- (standard output), or HOST:PORT to wait at.")] = "-",
+    instrument: Annotated[
+        str,
+        typer.Option(
+            help="What sees the tool: tracker-6d, laser-tracker …; plate: nothing, the seat holds it."
+        ),
+    ] = "tracker-6d",
+    rate: Annotated[float, typer.Option(help="Samples a second.")] = 50.0,
+    dwell: Annotated[str, typer.Option(help="How long the arm stands at each target.")] = "1s",
+    speed: Annotated[float, typer.Option(help="Times faster than real; 0: without waiting.")] = 1.0,
+    actual: Annotated[Path | None, typer.Option(help="Write the hidden actual arm here (.toml).")] = None,
+    of: Annotated[str | None, typer.Option(help="Drive this arm instead of one with hidden errors.")] = None,
+    seed: SeedOption = 0,
+) -> None:
+    """A virtual arm in place of a real one's driver: JSON lines of an arm steered from target to target."""
+    from workbench.design.plate_toml import load_plate
+    from workbench.measure.driver import Pace
+    from workbench.measure.send import send_samples
+    from workbench.pipeline.virtual import drive_plate
+    from workbench.robots import load_robot
+    from workbench.robots.toml import write_toml
+    from workbench.units import Quantity, parse_quantity
+
+    _check_writable(actual)
+    hidden, samples = drive_plate(
+        load_robot(robot),
+        load_plate(plate),
+        instrument=instrument,
+        actual=None if of is None else load_robot(of),
+        pace=Pace(rate=rate, dwell=parse_quantity(dwell, Quantity.TIME)),
+        seed=seed,
+    )
+    if actual is not None:
+        write_toml(hidden, actual)
+    with _receiver(to) as write:
+        send_samples(samples, write, speed=speed)
+
+
 def _read(path: Path, arm, columns: str | None, sheet: str | None, layout: str | None):
     from workbench.measure.readers import read_measurements
 
@@ -408,3 +506,58 @@ def _progress(what: str) -> Iterator[Callable[[float, str], None]]:
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bars:
         task = bars.add_task(what, total=1.0)
         yield lambda part, text: bars.update(task, completed=part, description=text)
+
+
+@contextmanager
+def _lines(source: str) -> Iterator[Iterable[str]]:
+    """Lines of a live source: standard input, a place to connect to, or one to wait at."""
+    from workbench.measure.stream import connect, listen
+
+    if source == "-":
+        if sys.stdin.isatty():
+            raise OptionError("nothing is piped in; give --from HOST:PORT, or pipe a source into the command")
+        yield sys.stdin
+    elif source.startswith("listen:"):
+        address = source.removeprefix("listen:")
+        with listen(address, ready=lambda port: print(f"waiting at port {port}", file=sys.stderr)) as lines:
+            yield lines
+    else:
+        with connect(source) as lines:
+            yield lines
+
+
+@contextmanager
+def _guided(console) -> Iterator[tuple]:
+    """Keys and live view where a terminal has both, else neither."""
+    from workbench.pipeline.keyboard import keyboard
+    from workbench.report.live import live_view
+
+    if not console.is_terminal:
+        yield None, None
+        return
+    with keyboard() as keys:
+        if keys is None:
+            yield None, None
+            return
+        with live_view(console) as show:
+            yield keys, show
+
+
+@contextmanager
+def _receiver(to: str) -> Iterator[Callable[[str], object]]:
+    """Where lines go: standard output, or the first that connects."""
+    import os
+
+    from workbench.measure.send import first_listener, writer_to
+
+    if to != "-":
+        with first_listener(
+            to, ready=lambda port: print(f"waiting at port {port}", file=sys.stderr)
+        ) as write:
+            yield write
+        return
+    yield writer_to(sys.stdout)
+    try:
+        sys.stdout.flush()
+    except BrokenPipeError:  # the reader has had enough; nothing more may be flushed at exit
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
