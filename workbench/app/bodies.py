@@ -14,6 +14,7 @@ from workbench import chain as chains
 from workbench import se3
 from workbench.app.colours import FOOT, JOINT, LINK, PROBE
 from workbench.app.shapes import Solid, along, ball, cylinder, merged, tube
+from workbench.chain import Element
 from workbench.model.forward import joint_elements
 from workbench.robots.robot import Robot
 from workbench.types import Matrix4
@@ -48,14 +49,15 @@ def make_bodies(robot: Robot) -> tuple[Body, ...]:
     """The base's body and one per joint, each in its own frame of `body_frames`."""
     drivers = joint_elements(robot)
     order = np.argsort(drivers)
-    ways = [_way(robot, drivers[k], _next(robot, drivers, order, i)) for i, k in enumerate(order)]
+    ways = [_way(robot, int(drivers[k]), _next(robot, drivers, order, i)) for i, k in enumerate(order)]
     radii = robot.reach * np.linspace(THICK, THIN, max(len(order), 2))
     bodies: list[Body | None] = [None] * len(order)
     for i, k in enumerate(order):
         element = robot.chain.elements[drivers[k]]
         last = i == len(order) - 1
-        bodies[k] = _link(ways[i], float(radii[i]), axis=element.axis % 3, turns=element.axis < 3, last=last)
-    return (_foot(robot, drivers[order[0]], float(radii[0])), *(b for b in bodies if b is not None))
+        housing = _housing(element, float(radii[i]), first=i == 0)
+        bodies[k] = _link(ways[i], float(radii[i]), housing, last=last)
+    return (_foot(robot, int(drivers[order[0]]), float(radii[0])), *(b for b in bodies if b is not None))
 
 
 def body_frames(robot: Robot, q: Float[np.ndarray, " n"]) -> Float[np.ndarray, "bodies 4 4"]:
@@ -89,22 +91,26 @@ def _way(robot: Robot, first: int, last: int) -> Float[np.ndarray, "points 3"]:
     return np.array(kept)
 
 
-def _link(way: Float[np.ndarray, "points 3"], radius: float, *, axis: int, turns: bool, last: bool) -> Body:
+def _link(way: Float[np.ndarray, "points 3"], radius: float, housing: Solid, *, last: bool) -> Body:
     """A tube along the way, a housing about the axis, and the probe at the end of the last link."""
     shell, probe = [], []
     for i, (start, end) in enumerate(itertools.pairwise(way)):
         if last and i == len(way) - 2:
             end, probe = _probe(start, end, radius)
         shell += [tube(start, end, radius), ball(radius, start), ball(radius, end)]
-    direction = np.eye(3)[axis]
-    length = (1.2 if turns else 2.0) * radius
-    housing = cylinder(1.16 * radius, -length, length, bevel=0.16 * radius)
-    parts = [Part(housing.moved(along(direction, np.zeros(3))), JOINT)]
+    parts = [Part(housing, JOINT)]
     if shell:
         parts.append(Part(merged(shell), LINK))
     if probe:
         parts.append(Part(merged(probe), PROBE))
     return Body(tuple(parts))
+
+
+def _housing(element: Element, radius: float, *, first: bool) -> Solid:
+    """A cylinder about the joint's axis; the first one does not reach down into the ground."""
+    length = (1.2 if element.axis.turns else 2.0) * radius
+    solid = cylinder(1.16 * radius, 0.0 if first else -length, length, bevel=0.16 * radius)
+    return solid.moved(along(np.eye(3)[element.axis % 3], np.zeros(3)))
 
 
 def _probe(start: np.ndarray, end: np.ndarray, radius: float) -> tuple[np.ndarray, list[Solid]]:

@@ -4,7 +4,11 @@ import threading
 import webbrowser
 from collections.abc import Callable, Iterable
 from pathlib import Path
+from unittest import mock
 
+import viser
+
+from workbench.app.html import block
 from workbench.app.local import local_server
 from workbench.app.render import BrowserView
 from workbench.design.plate import Plate
@@ -29,6 +33,7 @@ class App:
         host: Address to listen at.
         port: Port; 0 for any free one; None for the usual one, or any free one where that is taken.
         views: Further views of the session, such as a recording.
+        on_bound: Told the page's address as soon as it can be opened, before the session is worked out.
     """
 
     def __init__(
@@ -40,10 +45,19 @@ class App:
         host: str = "127.0.0.1",
         port: int | None = 0,
         views: Iterable[AbstractView] = (),
+        on_bound: Callable[[str], None] | None = None,
     ):
         first = None if data is None else _file(data)
-        session = start(robot, plate)
         self.server = _serve(host, port)
+        waiting = self.server.gui.add_html(block("Working out how the arm reaches the targets …"))
+        if on_bound is not None:
+            on_bound(self.url)
+        try:
+            session = start(robot, plate)
+        except BaseException:
+            _stop(self.server)
+            raise
+        waiting.remove()
         self.worker = Worker(session, views=views)
         self.view = BrowserView(self.server, self.worker)
         self.worker.add_view(self.view)
@@ -58,7 +72,7 @@ class App:
     def close(self) -> None:
         """Stop the worker and the server."""
         self.worker.close()
-        self.server.stop()
+        _stop(self.server)
 
 
 def serve(
@@ -82,18 +96,21 @@ def serve(
         port: Port; None for the usual one, or any free one where that is taken.
         open_browser: Whether to open the page in the user's browser.
         views: Further views of the session, such as a recording.
-        on_ready: Told the page's address once it is there.
+        on_ready: Told the page's address as soon as it can be opened.
 
     Raises:
         OptionError: the port is taken or can't be used.
         FileError: the measurement file can't be opened.
     """
-    app = App(robot, plate, data=data, host=host, port=port, views=views)
-    try:
+
+    def bound(url: str) -> None:
         if on_ready is not None:
-            on_ready(app.url)
+            on_ready(url)
         if open_browser:
-            webbrowser.open(app.url)
+            webbrowser.open(url)
+
+    app = App(robot, plate, data=data, host=host, port=port, views=views, on_bound=bound)
+    try:
         threading.Event().wait()
     except KeyboardInterrupt:
         pass
@@ -101,13 +118,18 @@ def serve(
         app.close()
 
 
-def _serve(host: str, port: int | None):
+def _serve(host: str, port: int | None) -> viser.ViserServer:
     if port is not None:
         return local_server(host=host, port=port, label="Workbench")
     try:
         return local_server(host=host, port=PORT, label="Workbench")
     except OptionError:
         return local_server(host=host, port=0, label="Workbench")
+
+
+def _stop(server: viser.ViserServer) -> None:
+    with mock.patch("rich.print"):  # it says so on standard output, from another thread
+        server.stop()
 
 
 def _file(path: Path | str) -> LoadData:

@@ -136,8 +136,8 @@ def target_block(pose: Matrix4, plate: Matrix4) -> Solid:
         bottom = np.column_stack([1.12 * half + place[:2], np.zeros(4)])
         if top[:, 2].min() > 0.0:
             return Solid(np.concatenate([bottom, top]), _FACES).moved(plate)
-    top = np.column_stack([half * [1.0, -1.0], np.zeros(4)])[::-1]
-    bottom = np.column_stack([1.12 * half * [1.0, -1.0], np.full(4, 0.6 * SIDE)])[::-1]
+    top = np.column_stack([half * [1.0, -1.0], np.zeros(4)])
+    bottom = np.column_stack([1.12 * half * [1.0, -1.0], np.full(4, 0.6 * SIDE)])
     return Solid(np.concatenate([bottom, top]), _FACES).moved(pose)
 
 

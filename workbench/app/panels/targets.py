@@ -9,6 +9,7 @@ from workbench.app.panels.panel import AbstractPanel, on_change
 from workbench.session.commands import MoveTarget, Redo, ResetTargets, SelectTarget, Undo
 from workbench.session.state import Session, TargetState
 from workbench.session.worker import Worker
+from workbench.types import Vector3
 
 UNDO, REDO, RESET = "Undo", "Redo", "Reset"
 
@@ -60,14 +61,32 @@ class TargetsPanel(AbstractPanel):
         i = session.selected
         target, state = session.plate.targets[i], session.states[i]
         self._choice.value = str(i + 1)
-        self._xyz.value = tuple(np.round(1e3 * target.xyz, 2).tolist())
-        self._rpy.value = tuple((np.round(np.rad2deg(target.rpy), 3) + 0.0).tolist())
+        self._xyz.value, self._rpy.value = _millimetres(target.xyz), _degrees(target.rpy)
         self._state.content = block(_state(state), testid="state", style="margin:4px 0 6px")
 
     def _typed(self) -> None:
-        xyz = tuple(1e-3 * v for v in self._xyz.value)
-        rpy = tuple(float(np.deg2rad(v)) for v in self._rpy.value)
-        self._worker.submit(MoveTarget(int(self._choice.value) - 1, xyz, rpy))
+        """What was typed; numbers that were not touched keep all their digits."""
+        i = int(self._choice.value) - 1
+        target = self._worker.session.plate.targets[i]
+        xyz = _merge(self._xyz.value, _millimetres(target.xyz), target.xyz, 1e-3)
+        rpy = _merge(self._rpy.value, _degrees(target.rpy), target.rpy, float(np.deg2rad(1.0)))
+        self._worker.submit(MoveTarget(i, xyz, rpy))
+
+
+def _millimetres(xyz: Vector3) -> tuple[float, ...]:
+    return tuple((np.round(1e3 * xyz, 2) + 0.0).tolist())
+
+
+def _degrees(rpy: Vector3) -> tuple[float, ...]:
+    return tuple((np.round(np.rad2deg(rpy), 3) + 0.0).tolist())
+
+
+def _merge(typed, shown, exact, unit: float) -> tuple[float, float, float]:
+    x, y, z = (
+        float(old) if new == was else float(unit * new)
+        for new, was, old in zip(typed, shown, exact, strict=True)
+    )
+    return x, y, z
 
 
 def _state(state: TargetState) -> str:

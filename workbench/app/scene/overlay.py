@@ -4,7 +4,7 @@ import numpy as np
 import viser
 
 from workbench import se3
-from workbench.app.colours import AFTER, BEFORE, GHOST, MARK
+from workbench.app.colours import ARROW_AFTER, ARROW_BEFORE, GHOST, MARK
 from workbench.app.scene.arm import Arm
 from workbench.app.scene.part import AbstractPart
 from workbench.session.comparison import Comparison
@@ -85,8 +85,8 @@ class OverlayPart(AbstractPart):
             return
         rows = _rows(comparison)
         for name, predicted, colour in (
-            ("before", comparison.nominal, BEFORE),
-            ("after", comparison.calibrated, AFTER),
+            ("before", comparison.nominal, ARROW_BEFORE),
+            ("after", comparison.calibrated, ARROW_AFTER),
         ):
             start = comparison.measured[rows]
             end = start + overlay.exaggeration * (predicted[rows, :3, 3] - start)
@@ -95,7 +95,7 @@ class OverlayPart(AbstractPart):
                     f"/errors/{name}",
                     np.stack([start, end], 1),
                     colors=colour,
-                    shaft_radius=0.0014,
+                    shaft_radius=0.0018,
                     head_radius=0.0045,
                     head_length=0.012,
                 )

@@ -182,13 +182,13 @@ class Undo(AbstractChange):
         return None
 
     def check(self, session: Session) -> None:
-        """Something must have been moved, and nobody be dragging."""
+        """Nobody may be dragging."""
         _check_free(session)
-        if not session.done:
-            raise OptionError("there is nothing to undo: no target has been moved")
 
     def apply(self, session: Session) -> Session:
         """The session afterwards."""
+        if not session.done:
+            return session.tell(Severity.INFO, "there is nothing to undo: no target has been moved")
         step = session.done[-1]
         undone = (*session.undone, Step(session.plate, session.states))
         return _restored(replace(session, done=session.done[:-1], undone=undone), step)
@@ -209,13 +209,13 @@ class Redo(AbstractChange):
         return None
 
     def check(self, session: Session) -> None:
-        """Something must have been undone, and nobody be dragging."""
+        """Nobody may be dragging."""
         _check_free(session)
-        if not session.undone:
-            raise OptionError("there is nothing to redo: no move has been undone")
 
     def apply(self, session: Session) -> Session:
         """The session afterwards."""
+        if not session.undone:
+            return session.tell(Severity.INFO, "there is nothing to redo: no move has been undone")
         step = session.undone[-1]
         done = (*session.done, Step(session.plate, session.states))
         return _restored(replace(session, undone=session.undone[:-1], done=done), step)
