@@ -1,0 +1,347 @@
+"""Virtual arms and measurements that share no code with the package: plain numpy, one link at a time.
+
+Conventions, with each joint's row of the table (theta, d, a, alpha, beta):
+
+    hayati, dh   A = Rz(q+theta) Tz(d) Tx(a) Rx(alpha) Ry(beta)
+    craig        A = Rx(alpha) Ry(beta) Tx(a) Rz(q+theta) Tz(d)
+
+A sliding joint adds q to d instead. An arm may also bend: `deflection` turns every joint by a small rotation
+vector right before its driven rotation (in the axes there), which imitates compliance, backlash and tilting
+that a geometric model does not declare.
+"""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+PARALLEL = 1e-3
+NAMES = ("theta", "d", "a", "alpha", "beta")
+I3, I4 = np.eye(3), np.eye(4)
+
+
+def turn(axis, angle):
+    """4×4 rotation matrices about one coordinate axis, for an array of angles."""
+    angle = np.asarray(angle, float)
+    c, s = np.cos(angle), np.sin(angle)
+    m = np.zeros((*angle.shape, 4, 4))
+    m[...] = I4
+    i, j = ((1, 2), (2, 0), (0, 1))["xyz".index(axis)]
+    m[..., i, i] = m[..., j, j] = c
+    m[..., i, j], m[..., j, i] = -s, s
+    return m
+
+
+def move(axis, length):
+    """4×4 translations along one coordinate axis, for an array of lengths."""
+    length = np.asarray(length, float)
+    m = np.zeros((*length.shape, 4, 4))
+    m[...] = I4
+    m[..., "xyz".index(axis), 3] = length
+    return m
+
+
+def cross_matrix(v):
+    """[v]x for an array of vectors."""
+    x, y, z = np.moveaxis(np.asarray(v, float), -1, 0)
+    o = np.zeros_like(x)
+    return np.stack([np.stack(r, -1) for r in ((o, -z, y), (z, o, -x), (-y, x, o))], -2)
+
+
+def rotation(vector):
+    """Rodrigues' formula for an array of rotation vectors."""
+    vector = np.asarray(vector, float)
+    angle = np.linalg.norm(vector, axis=-1)[..., None, None]
+    k = cross_matrix(vector)
+    first = np.sinc(angle / np.pi)
+    second = 0.5 * np.sinc(angle / (2 * np.pi)) ** 2
+    return I3 + first * k + second * (k @ k)
+
+
+def four(r):
+    """Rotation matrices as 4×4 transforms."""
+    m = np.zeros((*r.shape[:-2], 4, 4))
+    m[..., :3, :3], m[..., 3, 3] = r, 1.0
+    return m
+
+
+@dataclass(frozen=True, eq=False)
+class VirtualArm:
+    """A serial arm from a table of Denavit–Hartenberg constants.
+
+    Args:
+        convention: `hayati`, `dh` or `craig`.
+        table: One row (theta, d, a, alpha, beta) per joint [rad, m].
+        base: Pose of the arm's first frame in the measuring frame.
+        tool: Pose of the tool in the arm's last frame.
+        limits: Least and greatest coordinate per joint, for `random`.
+        slides: Whether each joint is prismatic.
+        masses: Per link [kg].
+        coms: Centre of mass of each link in its link frame [m].
+        gravity: In the arm's first frame [m/s²].
+    """
+
+    convention: str
+    table: np.ndarray
+    base: np.ndarray = field(default_factory=lambda: I4)
+    tool: np.ndarray = field(default_factory=lambda: I4)
+    limits: np.ndarray | None = None
+    slides: tuple[bool, ...] | None = None
+    masses: np.ndarray | None = None
+    coms: np.ndarray | None = None
+    gravity: np.ndarray = field(default_factory=lambda: np.array([0.0, 0.0, -9.81]))
+
+    def __post_init__(self):
+        assert self.convention in ("hayati", "dh", "craig")
+        assert self.table.ndim == 2
+        assert self.table.shape[1] == 5
+
+    @property
+    def dof(self):
+        """Number of joints."""
+        return len(self.table)
+
+    @property
+    def parallel(self):
+        """Per joint: whether its constants lie between two nominally parallel revolute axes."""
+        straight = np.abs(np.sin(self.table[:, 3])) < PARALLEL
+        ends = np.zeros(self.dof, bool)
+        ends[0 if self.convention == "craig" else -1] = True
+        slides = np.array(self.slides or (False,) * self.dof)
+        other = np.roll(slides, 1 if self.convention == "craig" else -1)
+        return straight & ~ends & ~slides & ~other
+
+    def parts(self, q):
+        """Per joint: transforms (rows, 4, 4) before, of, and after the driven element."""
+        for i, (theta, d, a, alpha, beta) in enumerate(self.table):
+            slide = self.slides is not None and self.slides[i]
+            tilt = turn("x", alpha) @ turn("y", beta)
+            rotate, shift = turn("z", theta), move("z", d)
+            driven = move("z", q[:, i]) if slide else turn("z", q[:, i])
+            if self.convention == "craig":
+                before, after = tilt @ move("x", a), shift
+                yield (before @ rotate, driven, after) if slide else (before, driven @ rotate, after)
+            else:
+                after = move("x", a) @ tilt
+                yield (rotate, driven @ shift, after) if slide else (I4, driven @ rotate @ shift, after)
+
+    def pose(self, q, deflection=None):
+        """Tool poses (rows, 4, 4); `deflection` (rows, joints, 3) turns each joint by a rotation vector."""
+        q = np.atleast_2d(q)
+        t = np.broadcast_to(self.base, (len(q), 4, 4))
+        for i, (before, driven, after) in enumerate(self.parts(q)):
+            bent = I4 if deflection is None else four(rotation(deflection[:, i]))
+            t = t @ before @ bent @ driven @ after
+        return t @ self.tool
+
+    def moments(self, q, payload=0.0):
+        """Moments (rows, joints, 3) that hold the arm at rest, in the axes right before each joint [N m].
+
+        Recursion from the tool inwards in link frames, as Katana eq. (4.21) with the opposite sign: the
+        moment that the earlier link exerts on the later one.
+        """
+        q = np.atleast_2d(q)
+        parts = list(self.parts(q))
+        here = np.broadcast_to(I4, (len(q), 4, 4))
+        out = np.zeros((len(q), self.dof, 3))
+        frames = []
+        for before, driven, after in parts:
+            here = here @ before @ driven @ after
+            frames.append(here)
+        down = [np.einsum("rji,j->ri", f[:, :3, :3], self.gravity) for f in frames]
+        force = -payload * down[-1]
+        moment = np.cross(self.tool[:3, 3], force)
+        for i in range(self.dof - 1, -1, -1):
+            weight = self.masses[i] * down[i]
+            moment = moment - np.cross(self.coms[i], weight)
+            force = force - weight
+            before, driven, after = parts[i]
+            step = driven @ after
+            force = np.einsum("rij,rj->ri", step[:, :3, :3], force)
+            moment = np.einsum("rij,rj->ri", step[:, :3, :3], moment) + np.cross(step[:, :3, 3], force)
+            out[:, i] = moment
+            force = force @ before[:3, :3].T
+            moment = moment @ before[:3, :3].T + np.cross(before[:3, 3], force)
+        return out
+
+    def sag(self, q, *, compliance=0.0, backlash=0.0, payload=0.0):
+        """Deflections (rows, joints, 3) under the arm's own weight: joints give way to the load.
+
+        Args:
+            q: Joint angles that the encoders show [rad].
+            compliance: Angle per moment, a number or (joints, 3) [rad/(N m)].
+            backlash: Angle towards the sign of the load, a number or (joints, 3) [rad].
+            payload: Mass at the tool [kg].
+
+        Moments are taken at the encoders' angles: deflections of milliradians change them by as little.
+        """
+        load = -self.moments(q, payload)
+        return compliance * load + backlash * np.sign(load)
+
+    def proper(self):
+        """Mask of the table's constants that are identifiable: four a joint, beta for d where parallel."""
+        mask = np.ones(self.table.shape, bool)
+        mask[self.parallel, 1] = False
+        mask[~self.parallel, 4] = False
+        return mask
+
+    def perturbed(self, rng, length=5e-3, angle=np.pi / 36):
+        """The arm as made: uniform errors (5 mm, 5°) on the four proper constants of every joint."""
+        reach = np.array([angle, length, length, angle, angle])
+        errors = rng.uniform(-1.0, 1.0, self.table.shape) * reach * self.proper()
+        return replace(self, table=self.table + errors)
+
+    def random(self, rng, rows):
+        """Joint coordinates (rows, joints), uniform within the limits."""
+        limits = np.tile([-np.pi, np.pi], (self.dof, 1)) if self.limits is None else self.limits
+        return rng.uniform(limits[:, 0], limits[:, 1], (rows, self.dof))
+
+    def measure(self, q, rng, sigma_p=0.0, sigma_r=0.0, deflection=None):
+        """Positions (rows, 3) and rotations (rows, 3, 3) with normal noise per axis [m, rad]."""
+        pose = self.pose(q, deflection)
+        p = pose[:, :3, 3] + sigma_p * rng.standard_normal((len(pose), 3))
+        r = rotation(sigma_r * rng.standard_normal((len(pose), 3))) @ pose[:, :3, :3]
+        return p, r
+
+    def toml(self, name="virtual", free="false"):
+        """The arm as a robot file of the formats page, numbers exactly; `free` is that of base and tool."""
+        lines = [f'name = "{name}"', f'convention = "{self.convention}"', f"gravity = {_list(self.gravity)}"]
+        for i, row in enumerate(self.table):
+            lines.append("[[joint]]")
+            lines += [f"{k} = {float(v)!r}" for k, v in zip(NAMES, row, strict=True)]
+            if self.slides is not None and self.slides[i]:
+                lines.append('type = "prismatic"')
+            if self.limits is not None:
+                lines.append(f"limits = {_list(self.limits[i])}")
+            if self.masses is not None:
+                lines += [f"mass = {float(self.masses[i])!r}", f"com = {_list(self.coms[i])}"]
+        for owner, pose in (("base", self.base), ("tool", self.tool)):
+            r = pose[:3, :3]
+            rpy = (
+                np.arctan2(r[2, 1], r[2, 2]),
+                np.arctan2(-r[2, 0], np.hypot(r[0, 0], r[1, 0])),
+                np.arctan2(r[1, 0], r[0, 0]),
+            )
+            lines += [f"[{owner}]", f"xyz = {_list(pose[:3, 3])}", f"rpy = {_list(rpy)}", f"free = {free}"]
+        return "\n".join(lines) + "\n"
+
+
+def _list(numbers):
+    return "[" + ", ".join(repr(float(v)) for v in numbers) + "]"
+
+
+def _table(*rows):
+    return np.array(rows, float)
+
+
+QUARTER = np.pi / 2
+TURN = 2 * np.pi
+ARIA_LIMITS = _table(
+    (-TURN, TURN), (-0.97, 3.615), (-TURN, 1.69), (-TURN, TURN), (-np.pi, np.pi), (-TURN, TURN)
+)
+ARIA_MASSES = np.array([2.6, 2.3, 1.6, 1.2, 1.0, 0.6])
+ARIA_COMS = _table((0, -0.05, 0), (-0.2, 0, 0.06), (-0.02, 0, 0.03), (0, 0.1, 0), (0, 0, 0.02), (0, 0, -0.08))
+
+
+def aria():
+    """Nominal ARIA (its Table 1), with assumed masses."""
+    table = _table(
+        (0, 0.205, 0, QUARTER, 0),
+        (0, 0, 0.41, 0, 0),
+        (QUARTER, -0.0048, 0.03, QUARTER, 0),
+        (0, 0.336, 0, -QUARTER, 0),
+        (0, -0.049, 0, QUARTER, 0),
+        (0, 0.202, 0, 0, 0),
+    )
+    return VirtualArm("hayati", table, limits=ARIA_LIMITS, masses=ARIA_MASSES, coms=ARIA_COMS)
+
+
+def aria_table3():
+    """The virtual arm of ARIA's Table 3, as printed; starred entries are 0."""
+    table = _table(
+        (1.67e-7, 0.205, 1.28e-6, 1.57, 0),
+        (1.17e-6, 0, 0.41, 0.1, -1.41e-7),
+        (1.57, -0.0048, 0.03, 1.57, 0),
+        (-0.8, 0.34, -3.25e-7, -1.57, 0),
+        (3.16e-7, -0.049, -2.00e-8, 1.57, 0),
+        (-3.97e-7, 0.205, -7.38e-8, 5.39e-8, 0),
+    )
+    return replace(aria(), table=table)
+
+
+def aria_table4():
+    """The real arm of ARIA's Table 4, as printed; starred entries are 0."""
+    table = _table(
+        (0.0068, 0.21, -0.0016, 1.58, 0),
+        (-0.0024, 0, 0.41, -0.011, 0.0063),
+        (1.54, -0.0066, 0.036, 1.59, 0),
+        (-0.015, 0.34, -0.00081, -1.59, 0),
+        (0.026, -0.049, 0.0018, 1.56, 0),
+        (0.0093, 0.216, -0.0011, -0.0087, 0),
+    )
+    return replace(aria(), table=table)
+
+
+def three_parallel():
+    """A 6R arm with three parallel axes, after the Universal Robots UR5."""
+    table = _table(
+        (0, 0.089159, 0, QUARTER, 0),
+        (0, 0, -0.425, 0, 0),
+        (0, 0, -0.39225, 0, 0),
+        (0, 0.10915, 0, QUARTER, 0),
+        (0, 0.09465, 0, -QUARTER, 0),
+        (0, 0.0823, 0, 0, 0),
+    )
+    coms = _table(
+        (0, -0.026, 0.002),
+        (0.21, 0, 0.113),
+        (0.15, 0, 0.027),
+        (0, -0.002, 0.016),
+        (0, 0.002, 0.016),
+        (0,) * 3,
+    )
+    return VirtualArm("dh", table, masses=np.array([3.7, 8.4, 2.3, 1.2, 1.2, 0.2]), coms=coms)
+
+
+def katana():
+    """A 5R arm after the Katana 450 (thesis, Table 4.1); its last fixed link is the tool."""
+    table = _table(
+        (0, 0, 0, 0, 0),
+        (0, 0, 0, QUARTER, 0),
+        (0, 0, 0.19, 0, 0),
+        (0, 0, 0.139, 0, 0),
+        (0, 0.1473, 0, -QUARTER, 0),
+    )
+    base = I4.copy()
+    base[:3, 3] = 0.055, 0.055, 0.2015
+    return VirtualArm(
+        "craig",
+        table,
+        base,
+        turn("x", QUARTER) @ move("z", 0.2),
+        limits=np.deg2rad(_table((-169.5, 169.5), (-30, 102), (-122.5, 122.5), (-112, 112), (-168, 168))),
+        masses=np.array([1.2, 1.03, 0.9, 1.0, 0.8]),
+        coms=_table((0, 0, -0.06), (0.1, 0, 0), (0.104, 0, 0), (0, 0.08, 0), (0, -0.07, 0)),
+    )
+
+
+def seven():
+    """A redundant 7R arm after the KUKA iiwa 14."""
+    alphas = QUARTER * np.array([-1, 1, 1, -1, -1, 1, 0])
+    table = np.zeros((7, 5))
+    table[:, 1] = 0.36, 0, 0.42, 0, 0.4, 0, 0.126
+    table[:, 3] = alphas
+    limits = np.deg2rad(np.array([170, 120, 170, 120, 170, 120, 175]))[:, None] * [-1, 1]
+    coms = np.tile([0.0, 0.03, 0.05], (7, 1))
+    return VirtualArm(
+        "dh", table, limits=limits, masses=np.array([4.0, 4.0, 3.0, 2.7, 1.7, 1.8, 0.3]), coms=coms
+    )
+
+
+ARMS = {
+    "aria": aria,
+    "aria-table3": aria_table3,
+    "aria-table4": aria_table4,
+    "three-parallel": three_parallel,
+    "katana": katana,
+    "seven": seven,
+}

@@ -1,0 +1,160 @@
+"""The virtual arms against numbers worked by hand, and against the package's chain."""
+
+import numpy as np
+import pytest
+from generator import ARMS, VirtualArm, aria, katana, move, rotation, seven, three_parallel, turn
+
+from workbench.model.forward import tool_poses
+from workbench.model.statics import joint_wrenches
+from workbench.robots import load_robot
+
+BUILT_IN = {"aria": "aria", "aria-table3": "aria-table3", "aria-table4": "aria-table4", "katana": "katana450"}
+
+
+def as_robot(arm, folder):
+    path = folder / "arm.toml"
+    path.write_text(arm.toml())
+    return load_robot(path)
+
+
+def test_aria_at_zero_by_hand():
+    # up 0.205; out 0.41; joint 3 turns its x up: 0.03 up, 4.8 mm to the left; forearm 0.336 out;
+    # wrist 49 mm to the left; tool 0.202 out
+    expected = [0.41 + 0.336 + 0.202, 0.0048 + 0.049, 0.205 + 0.03]
+    pose = aria().pose(np.zeros(6))[0]
+    np.testing.assert_allclose(pose[:3, 3], expected, atol=1e-15)
+    np.testing.assert_allclose(pose[:3, :3], [[0, 0, 1], [0, -1, 0], [1, 0, 0]], atol=1e-15)
+
+
+def test_aria_turned_at_its_base_by_hand():
+    pose = aria().pose([np.pi / 2, 0, 0, 0, 0, 0])[0]
+    np.testing.assert_allclose(pose[:3, 3], [-0.0538, 0.948, 0.235], atol=1e-15)
+
+
+def test_katana_at_zero_by_hand():
+    # stretched along x: 0.19 + 0.139, then joint 5's axis points down from the wrist, 0.1473 along it
+    pose = katana().pose(np.zeros(5))[0]
+    np.testing.assert_allclose(pose[:3, 3] - [0.055, 0.055, 0.2015], [0.329, -0.2, 0.1473], atol=1e-15)
+
+
+def test_elementary_transforms_by_hand():
+    np.testing.assert_allclose(turn("z", np.pi / 2)[:3, 0], [0, 1, 0], atol=1e-15)
+    np.testing.assert_allclose(turn("x", np.pi / 2)[:3, 1], [0, 0, 1], atol=1e-15)
+    np.testing.assert_allclose(turn("y", np.pi / 2)[:3, 2], [1, 0, 0], atol=1e-15)
+    np.testing.assert_allclose((turn("z", np.pi / 2) @ move("x", 2.0))[:3, 3], [0, 2, 0], atol=1e-15)
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+@pytest.mark.parametrize("angle", [0.0, 1e-9, 1e-4, 1.0, np.pi, -3.0])
+def test_rotation_vector_is_the_turn_about_its_axis(axis, angle):
+    np.testing.assert_allclose(
+        rotation(np.eye(3)[axis] * angle), turn("xyz"[axis], angle)[:3, :3], atol=1e-15
+    )
+
+
+def test_moment_of_a_level_arm_by_hand():
+    # one link of 2 kg, its centre 0.3 m out on a horizontal axis: 2 · 9.81 · 0.3 held upwards
+    arm = VirtualArm(
+        "hayati",
+        np.array([[0, 0, 0, np.pi / 2, 0], [0, 0, 0.5, 0, 0]]),
+        masses=np.array([1.0, 2.0]),
+        coms=np.array([[0, 0, 0], [-0.2, 0, 0.0]]),
+    )
+    moments = arm.moments(np.zeros((1, 2)))
+    # joint 2's axis, z of frame 1, points along −y of the base; a moment about −y lifts +x
+    np.testing.assert_allclose(moments[0, 1], [0, 0, 2 * 9.81 * 0.3], atol=1e-12)
+    np.testing.assert_allclose(moments[0, 0], [0, -2 * 9.81 * 0.3, 0], atol=1e-12)
+    loaded = arm.moments(np.zeros((1, 2)), payload=3.0)
+    np.testing.assert_allclose(loaded[0, 1, 2] - moments[0, 1, 2], 3 * 9.81 * 0.5, atol=1e-12)
+
+
+def test_sag_lowers_the_tool():
+    arm = aria()
+    q = np.zeros((1, 6))
+    sagged = arm.pose(q, arm.sag(q, compliance=1e-4))[0, 2, 3]
+    assert sagged < arm.pose(q)[0, 2, 3]
+    back = arm.sag(q, backlash=1e-3)
+    assert set(np.abs(back[np.abs(arm.moments(q)) > 1e-9])) == {1e-3}
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_poses_equal_the_chain(name, tmp_path):
+    rng = np.random.default_rng(4)
+    arm = ARMS[name]().perturbed(rng)
+    arm = VirtualArm(
+        arm.convention,
+        arm.table,
+        move("x", 0.3) @ turn("z", 1.0) @ turn("x", 0.4),
+        turn("y", 0.7) @ move("z", 0.1),
+        arm.limits,
+        masses=arm.masses,
+        coms=arm.coms,
+    )
+    robot = as_robot(arm, tmp_path)
+    q = arm.random(rng, 20)
+    np.testing.assert_allclose(tool_poses(robot, q), arm.pose(q), atol=2e-14)
+
+
+@pytest.mark.parametrize("slides", [(True, False, False), (False, True, False), (False, False, True)])
+@pytest.mark.parametrize("convention", ["hayati", "dh", "craig"])
+def test_sliding_joints_equal_the_chain(convention, slides, tmp_path):
+    rng = np.random.default_rng(5)
+    table = rng.uniform(-1, 1, (3, 5))
+    arm = VirtualArm(convention, table, slides=slides)
+    q = rng.uniform(-1, 1, (10, 3))
+    np.testing.assert_allclose(tool_poses(as_robot(arm, tmp_path), q), arm.pose(q), atol=1e-14)
+
+
+@pytest.mark.parametrize(("name", "built_in"), BUILT_IN.items())
+def test_built_in_arms_are_the_papers(name, built_in):
+    arm = ARMS[name]()
+    q = arm.random(np.random.default_rng(6), 20)
+    np.testing.assert_allclose(tool_poses(load_robot(built_in), q), arm.pose(q), atol=1e-14)
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_moments_equal_the_package(name, tmp_path):
+    rng = np.random.default_rng(7)
+    arm = ARMS[name]().perturbed(rng)
+    q = arm.random(rng, 20)
+    payload = 1.3
+    wrenches = joint_wrenches(as_robot(arm, tmp_path), q, payload=np.full(20, payload))
+    np.testing.assert_allclose(wrenches[:, :, 3:], arm.moments(q, payload), atol=1e-10)
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_perturbation_is_proper_and_bounded(name):
+    arm = ARMS[name]()
+    errors = np.stack([arm.perturbed(np.random.default_rng(s)).table - arm.table for s in range(200)])
+    np.testing.assert_array_equal((errors != 0).all(0), arm.proper())
+    assert (arm.proper().sum(1) == 4).all()
+    lengths, angles = errors[:, :, 1:3], errors[:, :, [0, 3, 4]]
+    assert 0.9 * 5e-3 < np.abs(lengths).max() <= 5e-3
+    assert 0.9 * np.deg2rad(5) < np.abs(angles).max() <= np.deg2rad(5)
+
+
+def test_parallel_axes_are_those_of_the_drawings():
+    assert np.flatnonzero(aria().parallel).tolist() == [1]
+    assert np.flatnonzero(three_parallel().parallel).tolist() == [1, 2]
+    assert np.flatnonzero(katana().parallel).tolist() == [2, 3]
+    assert not seven().parallel.any()
+
+
+def test_noise_has_the_size_asked_for():
+    arm = aria()
+    rng = np.random.default_rng(8)
+    q = arm.random(rng, 4000)
+    p, r = arm.measure(q, rng, sigma_p=1e-4, sigma_r=3e-4)
+    pose = arm.pose(q)
+    difference = r @ np.swapaxes(pose[:, :3, :3], 1, 2)
+    angle = 0.5 * np.stack(
+        [difference[:, 2, 1] - difference[:, 1, 2], difference[:, 0, 2] - difference[:, 2, 0]]
+    )
+    np.testing.assert_allclose(np.std(p - pose[:, :3, 3]), 1e-4, rtol=0.05)
+    np.testing.assert_allclose(np.std(angle), 3e-4, rtol=0.05)
+    np.testing.assert_allclose(r @ np.swapaxes(r, 1, 2), np.broadcast_to(np.eye(3), r.shape), atol=1e-14)
+
+
+def test_same_seed_same_arm():
+    first, second = (aria().perturbed(np.random.default_rng(9)).table for _ in range(2))
+    np.testing.assert_array_equal(first, second)
