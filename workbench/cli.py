@@ -41,9 +41,9 @@ SeedOption = Annotated[int, typer.Option(help="Seed of everything random.")]
 
 
 def main() -> None:
-    """Entry point of the `workbench` command."""
+    """Entry point of the `workbench` command; alone it opens the app on ARIA and its ten-target plate."""
     try:
-        app()
+        app(sys.argv[1:] or ["serve"])
     except WorkbenchError as error:
         print(f"workbench: {error}", file=sys.stderr)
         sys.exit(1)
@@ -52,13 +52,6 @@ def main() -> None:
         sys.exit(130)
     except BrokenPipeError:
         sys.exit(0)
-
-
-@app.callback(invoke_without_command=True)
-def start(context: typer.Context) -> None:
-    """Open the app on the built-in ARIA arm and its ten-target plate unless a command is given."""
-    if context.invoked_subcommand is None:
-        serve()
 
 
 @app.command()
@@ -130,7 +123,7 @@ def identify(
 
     arm = load_robot(robot)
     rows = _read(data, arm, columns, sheet, layout)
-    _check_writable(save, report, json)
+    _check_writable(save, json, folder=report)
     with _progress("identify") as progress:
         run = pipeline.identify(
             arm,
@@ -180,6 +173,7 @@ def evaluate(
     if frames not in ("given", "fit"):
         raise OptionError(f"--frames can't be '{frames}'; choose given or fit")
     arm = load_robot(robot)
+    _check_writable(json)
     found = pipeline.evaluate(arm, _read(data, arm, columns, sheet, layout), fit_frames=frames == "fit")
     table.print_evaluation(found)
     if json is not None:
@@ -199,8 +193,8 @@ def simulate(
         str | None, typer.Option(help="What measures: plate, laser-tracker, tracker-6d …")
     ] = None,
     branch: Annotated[
-        str, typer.Option(help="With --plate: auto, mixed, designed, or a branch by name.")
-    ] = "auto",
+        str, typer.Option(help="With --plate: designed, mixed, auto (one branch), or a branch by name.")
+    ] = "designed",
     effect: Annotated[str | None, typer.Option(help="A hidden effect; none are known yet.")] = None,
     actual: Annotated[Path | None, typer.Option(help="Write the hidden actual arm here (.toml).")] = None,
     of: Annotated[
@@ -219,6 +213,9 @@ def simulate(
         raise OptionError("--effect: there are no hidden effects yet; leave the option out")
     if (plate is None) == (poses is None):
         raise OptionError("give either --plate FILE or --poses NUMBER")
+    if poses is not None and poses < 1:
+        raise OptionError(f"--poses must be 1 or more, not {poses}")
+    _check_writable(out, actual)
     arm = load_robot(robot)
     options = {"actual": None if of is None else load_robot(of), "seed": seed}
     with _progress("simulate") as progress:
@@ -240,7 +237,8 @@ def simulate(
                 progress=lambda part: progress(part, "choosing poses"),
                 **options,
             )
-    write_measurements(rows, out)
+    sliding = [i for i, joint in enumerate(arm.moving) if joint.kind == "prismatic"]
+    write_measurements(rows, out, prismatic=sliding)
     _say(f"{len(rows)} rows of a virtual {arm.name}: {out}")
     if actual is not None:
         _say(f"hidden actual arm: {write_toml(hidden, actual)}")
@@ -264,6 +262,7 @@ def poses(
     from workbench.robots import load_robot
 
     arm = load_robot(robot)
+    _check_writable(out, json)
     with _progress("poses") as progress:
         found = pipeline.choose_poses(
             arm,
@@ -300,12 +299,13 @@ def export(
     arm = load_robot(calibrated, tip=tip)
     if urdf is None and toml is None and controller is None:
         raise OptionError("give at least one of --urdf FILE, --toml FILE, --controller FILE")
+    if controller is not None and nominal is None:
+        raise OptionError("--controller needs --nominal ROBOT, the model that the controller has")
+    _check_writable(urdf, toml, controller)
     for path in (urdf, toml):
         if path is not None:
             _say(f"{arm.name}: {_save_robot(arm, path)}")
     if controller is not None:
-        if nominal is None:
-            raise OptionError("--controller needs --nominal ROBOT, the model that the controller has")
         from workbench.compensate.controller import controller_numbers
         from workbench.report import json as reports
         from workbench.report import table
@@ -467,18 +467,15 @@ def _noise(text: str):
     return Noise(position, rotation)
 
 
-def _check_writable(*paths: Path | None) -> None:
+def _check_writable(*files: Path | None, folder: Path | None = None) -> None:
     """Refuse an output that can't be written before the work begins."""
-    import os
+    from workbench.files import check_writable
 
-    for path in paths:
-        if path is None:
-            continue
-        parent = path.absolute().parent
-        while not parent.exists():
-            parent = parent.parent
-        if not os.access(parent, os.W_OK):
-            raise OptionError(f"{path}: can't be written; choose a folder that you may write to")
+    for path in files:
+        if path is not None:
+            check_writable(path)
+    if folder is not None:
+        check_writable(folder, folder=True)
 
 
 def _save_robot(arm, path: Path) -> Path:
