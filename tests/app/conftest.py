@@ -1,5 +1,6 @@
 """A running app, and a real headless Chromium that looks at it."""
 
+import contextlib
 import math
 import os
 import shutil
@@ -18,6 +19,7 @@ from workbench.design.plate_toml import load_plate
 from workbench.robots import load_robot
 
 FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=gl-egl", "--ignore-gpu-blocklist"]
+DRAWN = "() => (window.__viserTestpoints?.rendererInfo?.render?.triangles ?? 0) > 5000"
 SIZE = {"width": 1280, "height": 800}
 
 
@@ -118,10 +120,8 @@ def look(app: App, chromium: Browser) -> Iterator[Callable[[], Screen]]:
             "() => (window.__viserTestpoints?.rendererInfo?.render?.triangles ?? 0) > 5000"
         )
         note = page.locator(".mantine-Notification-root", has_text="Software").get_by_role("button")
-        try:
+        with contextlib.suppress(Exception):  # only shown where there is no graphics card
             note.click(timeout=1500)
-        except Exception:  # only shown where there is no graphics card
-            pass
         client = next(c for i, c in app.server.get_clients().items() if i not in known)
         screens.append(Screen(page, app, client, errors))
         return screens[-1]

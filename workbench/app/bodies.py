@@ -45,12 +45,17 @@ class Body:
         return merged([p.solid for p in self.parts]) if self.parts else None
 
 
-def make_bodies(robot: Robot) -> tuple[Body, ...]:
-    """The base's body and one per joint, each in its own frame of `body_frames`."""
+def make_bodies(robot: Robot, *, swell: float = 1.0) -> tuple[Body, ...]:
+    """The base's body and one per joint, each in its own frame of `body_frames`.
+
+    Args:
+        robot: The arm.
+        swell: How much thicker than usual: for a shell about another arm.
+    """
     drivers = joint_elements(robot)
     order = np.argsort(drivers)
     ways = [_way(robot, int(drivers[k]), _next(robot, drivers, order, i)) for i, k in enumerate(order)]
-    radii = robot.reach * np.linspace(THICK, THIN, max(len(order), 2))
+    radii = swell * robot.reach * np.linspace(THICK, THIN, max(len(order), 2))
     bodies: list[Body | None] = [None] * len(order)
     for i, k in enumerate(order):
         element = robot.chain.elements[drivers[k]]

@@ -5,7 +5,9 @@ from jaxtyping import Float
 
 from workbench.design.plate import Plate
 from workbench.design.region_poses import region_poses
+from workbench.design.sampling import random_poses
 from workbench.errors import DataError, OptionError
+from workbench.model.newton import Task
 from workbench.robots.robot import Robot
 from workbench.session.reach import place_all
 from workbench.session.score import score
@@ -14,6 +16,8 @@ from workbench.types import frozen
 
 REGION_POSES = 24
 """Places in the region, in all branches of each, for which the error is predicted."""
+RANDOM_POSES = 150
+"""Random postures with the tool in the region instead, for arms that few random poses suit."""
 
 
 def start(robot: Robot, plate: Plate, *, noise: Noise | None = None, seed: int = 0) -> Session:
@@ -51,6 +55,8 @@ def start(robot: Robot, plate: Plate, *, noise: Noise | None = None, seed: int =
 def _region(robot: Robot, plate: Plate, rng: np.random.Generator) -> Float[np.ndarray, "poses n"]:
     """Poses that matter: any place in the region, any orientation, any branch; none if out of reach."""
     try:
+        if robot.dof < int(Task.POSE):
+            return frozen(random_poses(robot, RANDOM_POSES, rng=rng, region=plate.region))
         return frozen(region_poses(robot, plate.region, REGION_POSES, rng=rng))
     except DataError:
         return frozen(np.zeros((0, robot.dof)))

@@ -8,6 +8,9 @@ from workbench.app.bodies import body_frames, make_bodies
 from workbench.app.scene.nodes import add_solid, put
 from workbench.robots.robot import Robot
 
+SHELL = 1.09
+"""How much thicker a ghost is, so that it encloses the arm that it is compared with."""
+
 
 class Arm:
     """A drawn arm.
@@ -29,7 +32,7 @@ class Arm:
     ):
         self._root = server.scene.add_frame(name, show_axes=False)
         self._nodes = []
-        for i, body in enumerate(make_bodies(robot)):
+        for i, body in enumerate(make_bodies(robot, swell=1.0 if ghost is None else SHELL)):
             self._nodes.append(server.scene.add_frame(f"{name}/body{i}", show_axes=False))
             if ghost is not None and body.solid is not None:
                 add_solid(server, f"{name}/body{i}/ghost", body.solid, ghost, opacity=0.42)

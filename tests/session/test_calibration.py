@@ -1,0 +1,147 @@
+"""Measurements, identification, comparison and export, as commands."""
+
+import numpy as np
+import pytest
+
+from workbench import se3
+from workbench.measure.instruments import instrument_named
+from workbench.measure.simulate import simulate, virtual_arm
+from workbench.measure.writer import write_measurements
+from workbench.model.forward import tool_poses
+from workbench.robots import built_in_robots, load_robot
+from workbench.robots.toml import read_toml
+from workbench.session import replay, start
+from workbench.session.commands import (
+    ForgetData,
+    Identify,
+    LoadData,
+    MeasureVirtualArm,
+    MoveTarget,
+    SetOverlay,
+    ShowFit,
+    ShowRow,
+)
+from workbench.session.export import calibrated_toml
+from workbench.session.state import Focus, Overlay, Severity
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory) -> bytes:
+    robot, rng = load_robot("aria"), np.random.default_rng(8)
+    actual = virtual_arm(robot, rng=rng, length=1e-3, angle=0.01)
+    q = rng.uniform(*np.clip(robot.limits, -2.5, 2.5).T, (50, 6))
+    rows = simulate(actual, q, instrument=instrument_named("tracker-6d"), rng=rng)
+    return write_measurements(rows, tmp_path_factory.mktemp("data") / "a.csv").read_bytes()
+
+
+def test_a_virtual_arm_is_recovered(worker, do, first, tmp_path):
+    session = do(MeasureVirtualArm(3))
+    assert session.loaded.virtual
+    assert len(session.comparison) == 10 + 40
+    assert session.comparison.calibrated is None
+    session = do(Identify())
+    found = session.identification
+    assert set(found.runs) == {"ols", "opt1", "opt2"}
+    assert len(found.held_out_data) == 40
+    assert found.runs["opt2"].held_out.position_mm.mean < 0.02 * found.nominal.held_out.position_mm.mean
+    assert session.focus is Focus.ROW
+    assert session.comparison.held_out.tolist() == [False] * 10 + [True] * 40
+    before, after = np.array([session.comparison.errors(i) for i in range(10, 50)]).T
+    assert 1e3 * before.mean() == pytest.approx(found.nominal.held_out.position_mm.mean)
+    assert 1e3 * after.mean() == pytest.approx(found.runs[session.fit].held_out.position_mm.mean)
+    again = replay(first, worker.journal)
+    assert np.array_equal(again.identification.runs["ols"].fit.x, found.runs["ols"].fit.x)
+
+    name, content = calibrated_toml(session)
+    (tmp_path / name).write_bytes(content)
+    wanted = found.runs["opt2"].calibrated.values(first.robot.default_free)
+    assert np.allclose(read_toml(tmp_path / name).values(first.robot.default_free), wanted, atol=1e-12)
+
+
+def test_the_same_seed_is_the_same_arm(do):
+    one = do(MeasureVirtualArm(5)).loaded.dataset
+    other = do(MeasureVirtualArm(5)).loaded.dataset
+    assert np.array_equal(one.q, other.q)
+    assert not np.array_equal(do(MeasureVirtualArm(6)).loaded.dataset.q, one.q)
+
+
+def test_a_file_is_read_identified_and_looked_at(do, file):
+    session = do(LoadData("../../etc/a.csv", file))
+    assert session.loaded.name == "a.csv"
+    assert dict(session.loaded.facts)["Measured"] == "full pose of the tool"
+    session = do(Identify(("ols",), 0.2), ShowRow(17), SetOverlay(Overlay(arrows=False, exaggeration=200.0)))
+    assert session.fit == "ols"
+    assert len(session.identification.held_out_rows) == 10
+    assert (session.row, session.focus) == (17, Focus.ROW)
+    assert not session.overlay.arrows
+    session = do(MoveTarget(0, (0.5, 0.3, 0.25), (-2.6, 0.0, 0.0)))
+    assert session.focus is Focus.TARGET
+    assert session.identification is not None
+    session = do(ForgetData())
+    assert session.loaded is session.identification is session.comparison is None
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("empty.csv", b""),
+        ("picture.png", b"\x89PNG\r\n\x1a\n" + bytes(50)),
+        ("words.csv", b"hello, world\nthis, is no table\n"),
+        ("units.csv", b"q1,q2,q3,q4,q5,q6,x[mm],y[mm],z[mm]\n1,2,3,4,5,6,7,8,9\n"),
+        ("five.csv", b"q1[rad],q2[rad],q3[rad],q4[rad],q5[rad],x[m],y[m],z[m]\n0,0,0,0,0,1,1,1\n"),
+    ],
+)
+def test_a_bad_file_is_one_sentence_without_our_folders(do, first, name, content):
+    session = do(LoadData(name, content))
+    message = session.messages[-1]
+    assert message.severity is Severity.ERROR
+    assert name in message.text
+    assert "/tmp" not in message.text
+    assert "stands as it was" not in message.text
+    assert session.loaded is None
+
+
+def test_too_large_a_file_is_refused(do):
+    session = do(LoadData("big.csv", bytes(21 * 2**20)))
+    assert "MiB" in session.messages[-1].text
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        Identify(),
+        ShowRow(0),
+        ShowFit("ols"),
+        ForgetData(),
+        Identify(()),
+        SetOverlay(Overlay(exaggeration=0.0)),
+    ],
+)
+def test_too_early_is_said(do, first, command):
+    session = do(command)
+    assert session.messages[-1].severity is Severity.ERROR
+    assert session.plate is first.plate
+
+
+def test_too_few_rows_are_said(do, file):
+    few = b"\n".join(file.splitlines()[:4])
+    session = do(LoadData("few.csv", few), Identify())
+    assert session.messages[-1].severity is Severity.ERROR
+    assert session.identification is None
+    assert session.loaded is not None
+
+
+def test_nothing_to_save_yet(first):
+    with pytest.raises(Exception, match="identified"):
+        calibrated_toml(first)
+
+
+@pytest.mark.parametrize("name", [n for n in built_in_robots() if not n.startswith("aria")])
+def test_every_built_in_arm_starts(first, name):
+    """Whether or not it reaches the plate: each target is reached or has a reason."""
+    session = start(load_robot(name), first.plate)
+    for target, state in zip(session.plate.targets, session.states, strict=True):
+        if state.reached and session.robot.dof >= 6:
+            tool = se3.inverse(session.robot.base.pose) @ tool_poses(session.robot, state.q[None])[0]
+            assert np.abs(se3.pose_error(target.pose, tool)).max() < 1e-7
+        assert state.reached or state.reason

@@ -1,0 +1,150 @@
+"""Dragging, typing, undo: what happens to the targets and their numbers."""
+
+import numpy as np
+import pytest
+
+from workbench import se3
+from workbench.model.forward import tool_poses
+from workbench.session import replay
+from workbench.session.commands import (
+    DropTarget,
+    GrabTarget,
+    MoveTarget,
+    Redo,
+    ResetTargets,
+    SelectTarget,
+    SetNoise,
+    Undo,
+)
+from workbench.session.journal import Ending
+from workbench.session.state import Focus, Severity
+
+RPY = (-2.6, 0.05, 0.1)
+
+
+def assert_stands(session, i):
+    """The arm's tool is where the target is."""
+    tool = tool_poses(session.robot, session.states[i].q[None])[0]
+    assert np.abs(se3.pose_error(session.plate.targets[i].pose, tool)).max() < 1e-8
+
+
+def test_all_of_table_2_is_reached_and_clear(first):
+    assert all(s.reached and s.clear for s in first.states)
+    for i in range(10):
+        assert_stands(first, i)
+    assert first.score.rank == first.score.parameters == 24
+    assert first.score.position < 0.5e-3
+    assert len({s.branch for s in first.states}) > 1
+
+
+def test_a_drag_moves_the_target_and_the_arm_follows(do, first):
+    session = do(GrabTarget(2, client=7))
+    assert session.holder.target == session.selected == 2
+    for k in range(5):
+        session = do(MoveTarget(2, (0.40, 0.55 + 0.01 * k, 0.25), RPY, client=7))
+        assert_stands(session, 2)
+    assert session.states[2].branch == first.states[2].branch
+    assert session.score.indices["O2"] != first.score.indices["O2"]
+    session = do(DropTarget(client=7))
+    assert session.holder is None
+    assert len(session.done) == 1
+    session = do(Undo())
+    assert session.plate is first.plate
+    assert session.score.indices == first.score.indices
+    session = do(Redo())
+    assert session.plate.targets[2].xyz.tolist() == pytest.approx([0.40, 0.59, 0.25])
+
+
+def test_nobody_else_moves_a_held_target(do):
+    held = do(GrabTarget(0, client=1), MoveTarget(0, (0.5, 0.3, 0.25), RPY, client=1))
+    after = do(MoveTarget(0, (0.4, 0.3, 0.25), RPY, client=2), DropTarget(client=2), GrabTarget(3, client=2))
+    assert after.plate is held.plate
+    assert after.holder == held.holder
+    refused = do(Undo())
+    assert refused.plate is held.plate
+    assert refused.messages[-1].severity is Severity.ERROR
+    assert do(SelectTarget(4)).selected == 0
+    assert do(DropTarget(client=1)).holder is None
+
+
+def test_a_grab_without_a_move_is_no_step(do):
+    assert do(GrabTarget(0, client=1), DropTarget(client=1)).done == ()
+
+
+def test_out_of_reach_has_a_reason_and_does_not_count(do, first):
+    session = do(MoveTarget(0, (1.6, 0.0, 0.3), RPY))
+    state = session.states[0]
+    assert not state.reached
+    assert "reach" in state.reason
+    assert state.missing[0] > 0.1
+    assert session.score.reached == 9
+    assert np.isnan(session.score.per_target[0])
+    back = do(MoveTarget(0, tuple(first.plate.targets[0].xyz), tuple(first.plate.targets[0].rpy)))
+    assert back.states[0].reached
+    assert_stands(back, 0)
+
+
+def test_no_target_in_reach_is_said_not_raised(do):
+    session = do(*(MoveTarget(i, (3.0, 0.0, 0.3), RPY) for i in range(10)))
+    assert session.score.reached == session.score.rank == 0
+    assert np.isinf(session.score.position)
+    assert set(session.score.indices.values()) == {0.0}
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        MoveTarget(0, (np.nan, 0.0, 0.0), RPY),
+        MoveTarget(0, (0.0, 0.0, 1e30), RPY),
+        MoveTarget(0, (0.1, 0.1, 0.1), (np.inf, 0.0, 0.0)),
+        MoveTarget(12, (0.1, 0.1, 0.1), RPY),
+        SelectTarget(-1),
+        SetNoise(0.0, 1e-3),
+        SetNoise(1e-4, float("nan")),
+    ],
+)
+def test_nonsense_is_refused_and_the_session_stands(worker, do, first, command):
+    session = do(command)
+    assert session.plate is first.plate
+    assert session.selected == 0
+    assert session.noise == first.noise
+    assert session.messages[-1].severity is Severity.ERROR
+    assert worker.journal[-1].ending is Ending.REFUSED
+
+
+def test_noise_scales_the_prediction_of_now_and_then(do, first):
+    session = do(SetNoise(2 * first.noise.position, 2 * first.noise.rotation))
+    assert session.score.position == pytest.approx(2 * first.score.position)
+    assert session.first_score.position == pytest.approx(session.score.position)
+
+
+def test_reset_can_be_undone(do, first):
+    moved = do(MoveTarget(5, (0.1, 0.3, 0.25), RPY))
+    assert do(ResetTargets()).plate is first.plate
+    assert do(Undo()).plate is moved.plate
+    news = do(ResetTargets(), ResetTargets())
+    assert news.messages[-1].severity is Severity.INFO
+
+
+def test_nothing_to_undo_is_news_not_an_error(do):
+    assert do(Undo()).messages[-1].severity is Severity.INFO
+    assert do(Redo()).messages[-1].severity is Severity.INFO
+
+
+def test_selecting_goes_back_to_the_targets(do):
+    assert do(SelectTarget(6)).focus is Focus.TARGET
+
+
+def test_the_journal_leads_to_the_same_session(worker, do, first):
+    rng = np.random.default_rng(5)
+    for _ in range(6):
+        i = int(rng.integers(10))
+        xyz = tuple((first.plate.targets[i].xyz + rng.normal(0, 0.05, 3)).tolist())
+        do(GrabTarget(i, 1), MoveTarget(i, xyz, RPY, 1), DropTarget(1))
+    session = do(Undo(), Undo(), Redo(), SetNoise(5e-5, 1e-3), MoveTarget(0, (np.nan, 0.0, 0.0), RPY))
+    again = replay(first, worker.journal)
+    assert again.noise == session.noise
+    assert again.score.indices == session.score.indices
+    for a, b in zip(again.states, session.states, strict=True):
+        assert np.array_equal(a.q, b.q)
+        assert (a.reached, a.branch, a.reason) == (b.reached, b.branch, b.reason)

@@ -1,0 +1,160 @@
+"""The worker: order, newest drag wins, long work beside it, errors as messages."""
+
+import logging
+import threading
+from collections.abc import Hashable
+from dataclasses import dataclass
+
+import pytest
+
+from workbench.session import AbstractChange, AbstractTask, replay
+from workbench.session.command import Cancelled
+from workbench.session.commands import Dismiss, MoveTarget, SelectTarget, Tell
+from workbench.session.journal import Ending
+from workbench.session.state import Severity
+
+RPY = (-2.6, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Broken(AbstractChange):
+    """A command with a bug."""
+
+    title: str = "Broken"
+    key: Hashable | None = None
+
+    def check(self, session):
+        pass
+
+    def apply(self, session):
+        raise ZeroDivisionError("oh")
+
+
+@dataclass(frozen=True)
+class Slow(AbstractTask):
+    """Waits until told to go on, or cancelled."""
+
+    go: threading.Event
+    title: str = "Slow work"
+    key: Hashable | None = None
+    fails: bool = False
+
+    def check(self, session):
+        pass
+
+    def compute(self, session, *, progress, cancel):
+        progress(0.5, "half way")
+        while not self.go.wait(0.01):
+            if cancel():
+                raise Cancelled
+        if self.fails:
+            raise ValueError("no")
+        return session.selected
+
+    def finish(self, session, result):
+        return session.tell(Severity.INFO, f"selected {result} then, {session.selected} now")
+
+
+def test_a_bug_is_a_message_and_the_session_stands(worker, do, first, caplog):
+    with caplog.at_level(logging.ERROR):
+        session = do(Broken(), SelectTarget(3))
+    assert session.selected == 3
+    assert session.plate is first.plate
+    assert "stands as it was" in session.messages[-1].text
+    assert [e.ending for e in worker.journal] == [Ending.FAILED, Ending.DONE]
+    assert "Broken failed" in caplog.text
+
+
+def test_waiting_drags_give_way_to_the_newest(worker, view, first):
+    view.gate = threading.Event()
+    worker.submit(SelectTarget(1))
+    for k in range(50):
+        worker.submit(MoveTarget(1, (0.5, 0.5, 0.2 + 0.001 * k), RPY, client=1))
+    worker.submit(SelectTarget(1))
+    worker.submit(MoveTarget(1, (0.5, 0.5, 0.3), RPY, client=1))
+    view.gate.set()
+    assert worker.wait(60.0)
+    moves = [e.command.xyz[2] for e in worker.journal if isinstance(e.command, MoveTarget)]
+    assert len(moves) <= 4
+    assert moves[-2:] == [pytest.approx(0.249), 0.3]  # the selection between them is a barrier
+
+
+def test_views_see_snapshots_in_order_and_are_closed(worker, view, do):
+    do(*(SelectTarget(i) for i in range(10)))
+    revisions = [s.revision for s in view.drawn]
+    assert revisions == sorted(revisions)
+    assert view.drawn[-1] is worker.session
+    worker.close()
+    assert view.closed
+
+
+def test_a_failing_view_does_not_stop_the_others(worker, view, do, caplog):
+    class Failing(type(view)):
+        def draw(self, session):
+            raise RuntimeError("no screen")
+
+    worker.add_view(Failing())
+    session = do(SelectTarget(2))
+    assert view.drawn[-1] is session
+
+
+def test_other_commands_go_on_beside_a_task(worker, view, first):
+    go = threading.Event()
+    worker.submit(Slow(go))
+    worker.submit(SelectTarget(4))
+    for _ in range(500):
+        if worker.session.selected == 4 and worker.session.job and worker.session.job.fraction == 0.5:
+            break
+        threading.Event().wait(0.01)
+    assert worker.session.selected == 4
+    assert worker.session.job.text == "half way"
+    worker.submit(Slow(go))
+    go.set()
+    assert worker.wait(20.0)
+    texts = [m.text for m in worker.session.messages]
+    assert any("still running" in t for t in texts)
+    assert "selected 0 then, 4 now" in texts
+    assert worker.session.job is None
+    endings = {(e.command.title, e.ending) for e in worker.journal}
+    assert ("Slow work", Ending.REFUSED) in endings
+    assert replay(first, worker.journal).messages[-1].text == "selected 0 then, 4 now"
+
+
+def test_cancel_leaves_the_session_as_it_was(worker, first):
+    worker.submit(Slow(threading.Event()))
+    while worker.session.job is None:
+        threading.Event().wait(0.005)
+    worker.cancel()
+    assert worker.wait(20.0)
+    assert worker.session.job is None
+    assert worker.session.plate is first.plate
+    assert worker.journal[-1].ending is Ending.CANCELLED
+
+
+def test_a_failing_task_is_a_message(worker, do):
+    go = threading.Event()
+    go.set()
+    session = do(Slow(go, fails=True))
+    assert session.job is None
+    assert session.messages[-1].severity is Severity.ERROR
+
+
+def test_two_threads_at_once(worker):
+    def many(client: int) -> None:
+        for k in range(100):
+            worker.submit(SelectTarget(k % 10))
+
+    threads = [threading.Thread(target=many, args=(c,)) for c in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert worker.wait(60.0)
+    assert len(worker.journal) == 400
+    assert worker.session.revision == 400 - sum(e.ending is not Ending.DONE for e in worker.journal)
+
+
+def test_news_goes_when_the_user_goes_on_errors_stay(do):
+    session = do(Tell("careful"), Tell("by the way", Severity.INFO), SelectTarget(1))
+    assert [m.text for m in session.messages] == ["careful"]
+    assert do(Dismiss()).messages == ()
