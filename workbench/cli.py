@@ -193,8 +193,8 @@ def simulate(
         str | None, typer.Option(help="What measures: plate, laser-tracker, tracker-6d …")
     ] = None,
     branch: Annotated[
-        str, typer.Option(help="With --plate: auto, mixed, designed, or a branch by name.")
-    ] = "auto",
+        str, typer.Option(help="With --plate: designed, mixed, auto (one branch), or a branch by name.")
+    ] = "designed",
     effect: Annotated[str | None, typer.Option(help="A hidden effect; none are known yet.")] = None,
     actual: Annotated[Path | None, typer.Option(help="Write the hidden actual arm here (.toml).")] = None,
     of: Annotated[
