@@ -25,7 +25,7 @@ def rpy_to_matrix(rpy: Float[np.ndarray, "*lead 3"]) -> Float[np.ndarray, "*lead
 def matrix_to_rpy(rotation: Float[np.ndarray, "*lead 3 3"]) -> Float[np.ndarray, "*lead 3"]:
     """[roll, pitch, yaw] in rad; at pitch = ±90° yaw is 0, as roll and yaw can't be told apart there."""
     r = np.reshape(rotation, (-1, 3, 3))
-    locked = np.hypot(r[:, 0, 0], r[:, 1, 0]) < 1e-12
+    locked = np.hypot(r[:, 0, 0], r[:, 1, 0]) < 1e-15
     yaw = np.where(locked, 0.0, np.arctan2(r[:, 1, 0], r[:, 0, 0]))
     c, s = np.cos(yaw), np.sin(yaw)
     # roll and pitch from Rz(-yaw) R, so that the three give R back to machine precision at any pitch
