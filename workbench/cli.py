@@ -382,6 +382,9 @@ def drive(
             help="What sees the tool: tracker-6d, laser-tracker …; plate: nothing, the seat holds it."
         ),
     ] = "tracker-6d",
+    branch: Annotated[
+        str, typer.Option(help="designed, mixed, auto (one branch), or a branch by name.")
+    ] = "designed",
     rate: Annotated[float, typer.Option(help="Samples a second.")] = 50.0,
     dwell: Annotated[str, typer.Option(help="How long the arm stands at each target.")] = "1s",
     speed: Annotated[float, typer.Option(help="Times faster than real; 0: without waiting.")] = 1.0,
@@ -402,6 +405,7 @@ def drive(
     hidden, samples = drive_plate(
         load_robot(robot),
         load_plate(plate),
+        branch=branch,
         instrument=instrument,
         actual=None if of is None else load_robot(of),
         pace=Pace(rate=rate, dwell=parse_quantity(dwell, Quantity.TIME)),

@@ -164,7 +164,7 @@ def lines(samples):
 
 
 def test_a_driven_arm_fills_the_file_and_bad_lines_do_no_harm(tmp_path):
-    hidden, samples = drive_plate(ARM, PLATE, pace=QUICK, seed=3)
+    hidden, samples = drive_plate(ARM, PLATE, branch="auto", pace=QUICK, seed=3)
     text = lines(samples)
     text.insert(len(text) // 2, "what?\n")
     said = []
@@ -181,7 +181,7 @@ def test_a_driven_arm_fills_the_file_and_bad_lines_do_no_harm(tmp_path):
 
 
 def test_a_seated_arm_gets_the_plate_s_poses(tmp_path):
-    _, samples = drive_plate(ARM, PLATE, pace=QUICK, instrument="plate", seed=3)
+    _, samples = drive_plate(ARM, PLATE, branch="auto", pace=QUICK, instrument="plate", seed=3)
     out = tmp_path / "d.csv"
     capture(plate_acquisition(ARM, PLATE), ARM, lines(samples), out)
     np.testing.assert_allclose(read_measurements(out, joints=6).position, PLATE.poses[:, :3, 3])
@@ -196,7 +196,7 @@ def test_the_file_is_whole_after_every_row(tmp_path):
             if json.loads(line).get("capture"):
                 seen.append(line)
 
-    _, samples = drive_plate(ARM, PLATE, pace=QUICK)
+    _, samples = drive_plate(ARM, PLATE, branch="auto", pace=QUICK)
     counts = []
     capture(
         plate_acquisition(ARM, PLATE),
@@ -246,8 +246,8 @@ def test_a_source_that_gives_nothing_leaves_no_file(tmp_path, text, error):
 
 
 def test_the_driver_is_the_same_for_a_seed_and_reads_back():
-    once, again = (lines(drive_plate(ARM, PLATE, pace=QUICK, seed=5)[1]) for _ in range(2))
-    other = lines(drive_plate(ARM, PLATE, pace=QUICK, seed=6)[1])
+    once, again = (lines(drive_plate(ARM, PLATE, branch="auto", pace=QUICK, seed=5)[1]) for _ in range(2))
+    other = lines(drive_plate(ARM, PLATE, branch="auto", pace=QUICK, seed=6)[1])
     assert once == again != other
     parsed = [parse_sample(line, line=1) for line in once]
     assert sum(sample.capture for sample in parsed) == len(PLATE)

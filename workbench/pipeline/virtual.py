@@ -5,12 +5,13 @@ from collections.abc import Iterator
 import numpy as np
 
 from workbench import se3
-from workbench.design.plate import AUTO, Plate
+from workbench.design.plate import Plate
 from workbench.errors import OptionError
 from workbench.measure.driver import Pace, drive
 from workbench.measure.instruments import INSTRUMENTS, Instrument, instrument_named
 from workbench.measure.simulate import simulate_targets, virtual_arm
 from workbench.measure.stream import Sample
+from workbench.pipeline.simulation import DESIGNED, measure_plate
 from workbench.robots.robot import Robot
 
 SEAT = "plate"
@@ -23,6 +24,7 @@ def drive_plate(
     robot: Robot,
     plate: Plate,
     *,
+    branch: str = DESIGNED,
     instrument: str | Instrument = "tracker-6d",
     actual: Robot | None = None,
     pace: Pace | None = None,
@@ -33,6 +35,7 @@ def drive_plate(
     Args:
         robot: Nominal arm.
         plate: The fixture, in the robot's base.
+        branch: `designed`, `auto`, `mixed`, or a branch by name, as for `measure_plate`.
         instrument: What sees the tool: an operator then steers until the wanted pose shows, more or less.
             `plate`: nothing does, and the seat holds the tool.
         actual: The arm that moves; one with hidden manufacturing errors if None.
@@ -53,20 +56,13 @@ def drive_plate(
     actual = virtual_arm(robot, rng=rng) if actual is None else actual
     seated = instrument.name == SEAT
     spread = (instrument.sigma_position, instrument.sigma_rotation or 0.0) if seated else STEERING
-    q = _joints(actual, plate, _near(plate.poses, spread, rng), rng)
+    exact = INSTRUMENTS["ideal"]
+    _, rows = measure_plate(robot, plate, branch=branch, instrument=exact, actual=actual, seed=seed)
+    q = simulate_targets(actual, _beside(plate.poses, spread, rng), instrument=exact, rng=rng, near=rows.q).q
     return actual, drive(actual, q, rng=rng, instrument=None if seated else instrument, pace=pace)
 
 
-def _near(poses: np.ndarray, spread: tuple[float, float], rng: np.random.Generator) -> np.ndarray:
+def _beside(poses: np.ndarray, spread: tuple[float, float], rng: np.random.Generator) -> np.ndarray:
     """Poses beside the wanted ones, by the given standard deviations per axis."""
     turn = se3.rotvec_to_matrix(rng.normal(0.0, spread[1], (len(poses), 3)))
     return se3.pose(turn @ poses[:, :3, :3], poses[:, :3, 3] + rng.normal(0.0, spread[0], (len(poses), 3)))
-
-
-def _joints(actual: Robot, plate: Plate, poses: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Joint positions of the actual arm at the targets: the plate's own branches where it names them."""
-    wanted = [target.q for target in plate.targets]
-    near = None if any(q is None for q in wanted) else np.stack(wanted)
-    branch = AUTO if set(plate.branches) == {AUTO} else plate.branches
-    exact = INSTRUMENTS["ideal"]
-    return simulate_targets(actual, poses, instrument=exact, rng=rng, branch=branch, near=near).q
