@@ -52,7 +52,9 @@ def test_every_jacobian_column_is_the_derivative(kind, per_session):
     robot = load_robot("aria")
     sessions = np.array(["front", "left"])[np.arange(ROWS) % 2] if per_session else None
     data = measured(robot, rng, kind.__name__, sessions=sessions)
-    frames = FrameFreedom(FRAME_PARTS, FRAME_PARTS, base_per_session=per_session, tool_per_session=per_session)
+    frames = FrameFreedom(
+        FRAME_PARTS, FRAME_PARTS, base_per_session=per_session, tool_per_session=per_session
+    )
     problem = Problem.build(robot, data, frames=frames, noise=Noise(1.0, 1.0))
     x = problem.start + rng.normal(0.0, 1e-2, len(problem.start))
     jacobian = problem.jacobian(x)

@@ -7,6 +7,7 @@ chance (F test of the residuals). What the observations can't show is never offe
 
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import NamedTuple
 
 import numpy as np
 from scipy import stats
@@ -24,6 +25,8 @@ from workbench.types import Freedom
 
 SIGNIFICANCE = 1e-4
 """A freer model must be better than chance by this level to be taken."""
+STRANGE_ANGLE, STRANGE_LENGTH = np.deg2rad(10.0), 0.02
+"""Corrections of an arm beyond these are hardly its own: rather the tool is another than the file says."""
 TRIAL_ROWS = 500
 """Rows used to decide; more add nothing to the decision."""
 FAR_OFF = 10.0
@@ -131,29 +134,51 @@ def _candidates(robot: Robot, data: Dataset, sessions: Sessions) -> list[tuple[F
     ]
 
 
-def _decide(robot, data, candidates, noise, free) -> tuple[FrameFreedom, str]:
-    fits = [(_goodness(robot, data, freedom, noise, free), freedom, words) for freedom, words in candidates]
-    (square, rank, size), freedom, words = fits[0]
-    taken = fits[0]
-    for (new_square, new_rank, _), new_freedom, new_words in fits[1:]:
-        (square, rank, size), freedom, words = taken
-        gained, left = new_rank - rank, size - new_rank
+class _Trial(NamedTuple):
+    """A geometric fit with some freedom of the frames."""
+
+    freedom: FrameFreedom
+    words: str
+    square: float
+    rank: int
+    size: int
+    strangeness: float
+
+    def beats(self, other: "_Trial") -> bool:
+        """Whether this freer model is better than the other by more than chance.
+
+        Where both can bend equally far (a tool's offset may hide in the last joint), the one that leaves
+        the arm closer to what can be made is taken.
+        """
+        gained, left = self.rank - other.rank, self.size - self.rank
         if gained <= 0 or left <= 0:
-            continue
-        floor = 1e-16 * size
-        ratio = (max(square - new_square, 0.0) / gained) / max(new_square / left, floor)
-        if square > floor and stats.f.sf(ratio, gained, left) < SIGNIFICANCE:
-            taken = ((new_square, new_rank, size), new_freedom, f"{new_words} (decided from the data)")
-    return taken[1], taken[2] if "decided" in taken[2] else f"{taken[2]} (decided from the data)"
+            return other.strangeness > 1.0 and self.strangeness < 0.5 * other.strangeness
+        rounding = 1e-16 * self.size
+        if other.square <= rounding:
+            return False
+        ratio = (max(other.square - self.square, 0.0) / gained) / max(self.square / left, rounding)
+        return bool(stats.f.sf(ratio, gained, left) < SIGNIFICANCE)
 
 
-def _goodness(robot, data, freedom, noise, free) -> tuple[float, int, int]:
-    """Sum of squares, rank and number of components of a geometric fit with these frames."""
+def _decide(robot, data, candidates, noise, free) -> tuple[FrameFreedom, str]:
+    trials = [_trial(robot, data, freedom, words, noise, free) for freedom, words in candidates]
+    taken = trials[0]
+    for trial in trials[1:]:
+        if trial.beats(taken):
+            taken = trial
+    return taken.freedom, f"{taken.words} (decided from the data)"
+
+
+def _trial(robot, data, freedom, words, noise, free) -> _Trial:
     aligned = align(robot, data, freedom, noise=noise)
     problem = Problem.build(aligned, data, free=free, frames=freedom, noise=noise)
     search = Opt2(limit=40).search(problem)
     factor = factorise(*reversed(problem.evaluate(search.x)))
-    return 2.0 * search.history[-1], factor.rank, problem.size
+    limits = np.array([STRANGE_ANGLE if p.unit == "rad" else STRANGE_LENGTH for p in problem.parameters])
+    arm = np.array([p.is_geometry for p in problem.parameters], bool)
+    moved = np.abs(search.x - problem.start) / limits
+    strangeness = float(moved[arm].max(initial=0.0))
+    return _Trial(freedom, words, 2.0 * search.history[-1], factor.rank, problem.size, strangeness)
 
 
 def _trial_rows(data: Dataset) -> np.ndarray:

@@ -1,11 +1,11 @@
 """The linear algebra that every algorithm shares: one factorisation, its rank, and what it can't see.
 
-The whitened Jacobian is compressed to its triangular factor and its columns are scaled to unit length, so
-that neither the number of rows nor the choice of metres or degrees matters. A direction in parameter space
-is *unseen* when its singular value is rounding (`RANK_TOLERANCE`), and *hardly seen* when the stated noise
+The whitened Jacobian is compressed to its triangular factor, whatever the number of rows. Parameters are
+measured in rad and m, which weigh alike for arms of about a metre. A direction in parameter space is
+*unseen* when its singular value is rounding (`RANK_TOLERANCE`), and *hardly seen* when the stated noise
 leaves it uncertain by more than `HARDLY` rad or m: beyond that the model is no longer linear, and a search
-along it wanders without fitting anything. Along both the parameters stay as close to their nominal values
-as the rest allows (minimum norm, as `lsqminnorm`), and both are named in the result.
+along it wanders without fitting anything. No step goes along either, and both are named in the result; along
+the unseen ones the parameters end as close to nominal as they can (minimum norm, as `lsqminnorm`).
 """
 
 from dataclasses import dataclass
@@ -22,19 +22,17 @@ HARDLY = 0.2
 
 @dataclass(frozen=True, eq=False)
 class Factor:
-    """J = Q R, R D⁻¹ = U S Vᵀ with D the column lengths, and the compressed residual Qᵀr.
+    """J = Q R, R = U S Vᵀ, and the compressed residual Qᵀr.
 
     Args:
-        s: Singular values of the scaled Jacobian, largest first; zeros where rows are fewer than columns.
-        vt: Right vectors, one for every parameter.
-        scale: Column lengths D; 1 for columns of zeros.
+        s: Singular values, largest first; zeros where rows are fewer than columns.
+        vt: Right vectors, one for every parameter [rad, m].
         along: Uᵀ Qᵀ r, the residual along each left vector.
         residual_square: |r|².
     """
 
     s: Float[np.ndarray, "p"]
     vt: Float[np.ndarray, "p p"]
-    scale: Float[np.ndarray, "p"]
     along: Float[np.ndarray, "p"]
     residual_square: float
 
@@ -46,8 +44,7 @@ class Factor:
     @cached_property
     def uncertainty(self) -> Float[np.ndarray, "p"]:
         """Standard error along every direction [rad, m] for the stated noise."""
-        length = np.linalg.norm(self.vt / self.scale, axis=1)
-        return np.where(self.visible, length / np.where(self.visible, self.s, 1.0), np.inf)
+        return np.where(self.visible, 1.0 / np.where(self.visible, self.s, 1.0), np.inf)
 
     @cached_property
     def seen(self) -> Bool[np.ndarray, "p"]:
@@ -62,23 +59,17 @@ class Factor:
     @cached_property
     def null_space(self) -> Float[np.ndarray, "p n"]:
         """Directions in parameter space [rad, m] that change no row, orthonormal."""
-        return self._basis(~self.visible)
+        return self.vt[~self.visible].T
 
     @cached_property
     def hardly(self) -> Float[np.ndarray, "p n"]:
-        """Directions that the rows show, but too faintly to identify; columns of length one."""
-        basis = (self.vt[self.visible & ~self.seen] / self.scale).T
-        return basis / np.linalg.norm(basis, axis=0)
-
-    @cached_property
-    def held(self) -> Float[np.ndarray, "p n"]:
-        """All directions that are not identified, orthonormal."""
-        return self._basis(~self.seen)
+        """Directions that the rows show, but too faintly to identify, orthonormal."""
+        return self.vt[self.visible & ~self.seen].T
 
     def step(self, damping: float = 0.0) -> Float[np.ndarray, "p"]:
         """Step that reduces the residual most: Gauss–Newton, or Levenberg–Marquardt if damped."""
         s = self.s[self.seen]
-        return self.vt[self.seen].T @ (self.along[self.seen] * (s / (s**2 + damping))) / self.scale
+        return self.vt[self.seen].T @ (self.along[self.seen] * (s / (s**2 + damping)))
 
     def predicted_decrease(self, damping: float = 0.0) -> float:
         """Decrease of |r|² that the linear model promises for that step."""
@@ -88,29 +79,21 @@ class Factor:
 
     def covariance(self) -> Float[np.ndarray, "p p"]:
         """Covariance of the minimum-norm solution for unit noise."""
-        half = (self.vt[self.seen] / self.s[self.seen, None] / self.scale).T
-        half = half - self.held @ (self.held.T @ half)
+        half = (self.vt[self.seen] / self.s[self.seen, None]).T
         return half @ half.T
 
     @property
     def condition(self) -> float:
-        """Ratio of the largest to the smallest singular value that counts, columns scaled."""
+        """Ratio of the largest to the smallest singular value that counts, in rad and m."""
         return float(self.s.max() / self.s[self.seen].min()) if self.rank else np.inf
-
-    def _basis(self, chosen: Bool[np.ndarray, "p"]) -> Float[np.ndarray, "p n"]:
-        if not chosen.any():
-            return np.zeros((len(self.scale), 0))
-        return np.linalg.qr((self.vt[chosen] / self.scale).T)[0]
 
 
 def factorise(jacobian: Float[np.ndarray, "m p"], residual: Float[np.ndarray, "m"]) -> Factor:
     """Compress and decompose a whitened Jacobian and its residual."""
     p = jacobian.shape[1]
-    scale = np.sqrt(np.einsum("ij,ij->j", jacobian, jacobian))
-    scale = np.where(scale > 0.0, scale, 1.0)
-    r = np.linalg.qr(np.concatenate([jacobian / scale, residual[:, None]], axis=1), mode="r")
+    r = np.linalg.qr(np.concatenate([jacobian, residual[:, None]], axis=1), mode="r")
     size = min(p, len(r))
     u, s, vt = np.linalg.svd(r[:size, :p])
     along = np.zeros(p)
     along[: len(s)] = (u.T @ r[:size, p])[: len(s)]
-    return Factor(np.pad(s, (0, p - len(s))), vt, scale, along, float(residual @ residual))
+    return Factor(np.pad(s, (0, p - len(s))), vt, along, float(residual @ residual))

@@ -1,7 +1,7 @@
 """OPT2: Levenberg–Marquardt, the counterpart of the paper's `lsqnonlin` (ARIA 4.1.3).
 
-Minimises ½|r(x)|² with the step (JᵀJ + λ D²)⁻¹ Jᵀr, D the lengths of the whitened columns; λ follows the
-ratio of the actual to the promised decrease. One factorisation serves all λ of an iteration.
+Minimises ½|r(x)|² with the step (JᵀJ + λ I)⁻¹ Jᵀr, in rad and m; λ follows the ratio of the actual to the
+promised decrease. One factorisation serves all λ of an iteration.
 
 Source: Nielsen, Damping parameter in Marquardt's method, IMM-REP-1999-05 (the update of λ).
 """
@@ -25,7 +25,7 @@ class Opt2(AbstractIdentifier):
     Args:
         limit: Greatest number of accepted steps.
         rejections: Greatest number of rejected steps in a row.
-        damping: First λ, as a part of the largest squared singular value of the scaled Jacobian.
+        damping: First λ, as a part of the largest squared singular value of the whitened Jacobian.
     """
 
     limit: int = 200

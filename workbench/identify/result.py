@@ -106,7 +106,7 @@ class Fit:
 
     @property
     def condition(self) -> float:
-        """Condition number of what can be seen, columns scaled to unit length."""
+        """Condition number of what can be seen, in rad and m."""
         return self.factor.condition
 
     @cached_property
