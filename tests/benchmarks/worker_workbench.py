@@ -1,0 +1,99 @@
+"""workbench: the same arm, measurements and start, through the search alone and through the whole run."""
+
+import numpy as np
+import task
+
+from workbench.identify.ols import Ols
+from workbench.identify.opt2 import Opt2
+from workbench.identify.problem import FrameFreedom, Noise, Problem
+from workbench.measure.dataset import Dataset
+from workbench.model.forward import sensitivity_blocks, tool_poses
+from workbench.pipeline import identify
+from workbench.robots.library import load_robot
+from workbench.robots.robot import FRAME_PARTS, Frame
+from workbench.types import Freedom
+
+NOISE = Noise(task.SIGMA_POSITION, task.SIGMA_ROTATION)
+FREE = FrameFreedom(base=FRAME_PARTS, tool=FRAME_PARTS)
+PER_REPEAT = 20
+ROWS = 100_000
+
+
+def nominal():
+    """The built-in ARIA with the task's tool; base and tool unknown."""
+    tool = Frame.from_pose(task.transform(np.eye(3), task.TOOL), Freedom.FREE)
+    return load_robot("aria").with_frames(base=Frame(free=Freedom.FREE), tool=tool)
+
+
+def between_the_frames(robot):
+    """The arm's constants that neither base nor tool repeats."""
+    repeated = ("joint1.theta", "joint1.d", "joint6.theta", "joint6.d", "joint6.a", "joint6.alpha")
+    return tuple(name for name in robot.default_free if name not in repeated)
+
+
+def table(q, poses):
+    """Measurements in memory."""
+    rows = np.arange(len(q))
+    return Dataset(q=q, row=rows, position=poses[:, :3, 3].copy(), rotation=poses[:, :3, :3].copy())
+
+
+def searched(robot, data, names, algorithm):
+    """Problem and search, as the peers' searches are counted."""
+    problem = Problem.build(robot, data, free=names, frames=FREE, noise=NOISE)
+    return problem, algorithm.search(problem)
+
+
+def body(arrays, folder, repeats):
+    robot = nominal()
+    names = between_the_frames(robot)
+    q = np.ascontiguousarray(arrays["q"])
+    arms = {"OLS": {}, "OPT2": {}, "whole": {}}
+    for arm in task.ARMS:
+        data = table(q, arrays[arm])
+        held_out = table(arrays["q_held_out"], arrays[f"{arm}_held_out"])
+        for algorithm in (Ols(), Opt2()):
+            seconds, (problem, search) = task.repeat(
+                lambda a=algorithm, d=data: searched(robot, d, names, a), PER_REPEAT * repeats
+            )
+            poses = tool_poses(problem.robot_at(search.x), arrays["q_held_out"])
+            evaluations = len(search.history)
+            arms[algorithm.title][arm] = {
+                "seconds": seconds,
+                "predicted": poses.tolist(),
+                "evaluations": evaluations,
+            }
+        seconds, run = task.repeat(
+            lambda d=data, h=held_out: identify(robot, d, held_out=h, algorithms=("opt2",), noise=NOISE),
+            repeats,
+        )
+        poses = tool_poses(run.best.calibrated, arrays["q_held_out"])
+        evaluations = run.best.fit.iterations + 1
+        arms["whole"][arm] = {"seconds": seconds, "predicted": poses.tolist(), "evaluations": evaluations}
+    many = np.tile(q, (ROWS // len(q), 1))
+
+    def derivative():
+        for _ in sensitivity_blocks(robot, many, problem.names):
+            pass
+
+    count = len(problem.names)
+    whole = len(run.best.fit.problem.names)
+    how = "problem built and searched from nominal"
+    return {
+        "package": "workbench",
+        "paths": [
+            task.path("OLS", how, count, arms["OLS"]),
+            task.path("OPT2", how, count, arms["OPT2"]),
+            task.path(
+                "identify", "the whole run: checks, frames, search, held-out errors", whole, arms["whole"]
+            ),
+        ],
+        "rates": [
+            task.rate(
+                "sensitivity_blocks", f"{count} columns", len(many), task.repeat(derivative, repeats)[0]
+            )
+        ],
+    }
+
+
+if __name__ == "__main__":
+    task.worker(body)
