@@ -1,5 +1,11 @@
 """The door: only pages of this server get in, and nobody opens a tunnel."""
 
+import signal
+import subprocess
+import sys
+import urllib.error
+import urllib.request
+
 import pytest
 import viser
 import websockets
@@ -44,9 +50,23 @@ def test_foreign_origins_are_refused(server):
         assert dial(port, origin=origin) == "403", origin
 
 
+def get(port: int, host: str, **headers: str) -> int:
+    """Status of opening the page under that name of the host."""
+    request = urllib.request.Request(f"http://127.0.0.1:{port}/", headers={"Host": host, **headers})
+    try:
+        with urllib.request.urlopen(request, timeout=20) as answer:
+            return answer.status
+    except urllib.error.HTTPError as error:
+        return error.code
+
+
 def test_foreign_host_names_are_refused(server):
     port = server.get_port()
-    assert dial(port, additional_headers={"Host": f"evil.example:{port}"}) == "403"
+    assert get(port, f"127.0.0.1:{port}") == 200
+    assert get(port, f"LOCALHOST:{port}") == 200
+    for host in (f"evil.example:{port}", f"127.0.0.1:{port + 1}", "127.0.0.1", f"192.0.2.7:{port}", ""):
+        assert get(port, host) == 403, host
+    assert get(port, f"localhost:{port}", Origin="http://evil.example") == 403
 
 
 def test_listens_on_the_loopback_only_and_offers_no_tunnel(server):
@@ -54,6 +74,36 @@ def test_listens_on_the_loopback_only_and_offers_no_tunnel(server):
     handlers = server._websock_server._incoming_handlers
     assert not handlers.get(_messages.ShareUrlRequest)
     assert not handlers.get(_messages.ShareUrlDisconnect)
+
+
+def test_every_address_may_be_used_but_no_foreign_name():
+    running = local_server(host="0.0.0.0")
+    port = running.get_port()
+    try:
+        assert get(port, f"192.0.2.7:{port}", Origin=f"http://192.0.2.7:{port}") == 200
+        assert get(port, f"localhost:{port}") == 200
+        assert get(port, f"evil.example:{port}") == 403
+        assert get(port, f"192.0.2.7:{port}", Origin=f"http://evil.example:{port}") == 403
+    finally:
+        running.stop()
+
+
+def test_serve_says_where_and_ends_when_interrupted():
+    program = (
+        "from workbench.app.server import serve\n"
+        "from workbench.design.plate_toml import load_plate\n"
+        "from workbench.robots import load_robot\n"
+        "serve(load_robot('aria'), load_plate('table2'), port=0, open_browser=False,\n"
+        "      on_ready=lambda url: print(url, flush=True))\n"
+    )
+    process = subprocess.Popen(
+        [sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    url = process.stdout.readline().strip()
+    assert urllib.request.urlopen(url, timeout=20).status == 200
+    process.send_signal(signal.SIGINT)
+    rest, errors = process.communicate(timeout=30)
+    assert (process.returncode, rest, errors) == (0, "", "")
 
 
 def test_a_taken_port_is_said(server):

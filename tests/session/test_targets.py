@@ -60,6 +60,9 @@ def test_nobody_else_moves_a_held_target(do):
     after = do(MoveTarget(0, (0.4, 0.3, 0.25), RPY, client=2), DropTarget(client=2), GrabTarget(3, client=2))
     assert after.plate is held.plate
     assert after.holder == held.holder
+    typed = do(MoveTarget(0, (0.4, 0.3, 0.25), RPY))
+    assert typed.plate is held.plate
+    assert typed.messages[-1].severity is Severity.ERROR
     refused = do(Undo())
     assert refused.plate is held.plate
     assert refused.messages[-1].severity is Severity.ERROR

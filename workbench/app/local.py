@@ -6,6 +6,7 @@ a page of this server, and the tunnel's handlers are gone. Programs on this mach
 still connect: this is no login. It relies on internals of viser 1.1; a test holds them.
 """
 
+import ipaddress
 from unittest import mock
 from urllib.parse import urlsplit
 
@@ -16,6 +17,7 @@ from viser import _messages
 from workbench.errors import OptionError
 
 LOOPBACK = ("127.0.0.1", "localhost")
+EVERYWHERE = ("0.0.0.0", "::")
 
 
 def local_server(*, host: str = "127.0.0.1", port: int = 0, label: str | None = None) -> viser.ViserServer:
@@ -31,14 +33,11 @@ def local_server(*, host: str = "127.0.0.1", port: int = 0, label: str | None = 
     """
     if not 0 <= port < 65536:
         raise OptionError(f"port {port} can't be used; give a number from 1 to 65535, or 0 for any free one")
-    allowed: set[str] = set()
     real = websockets.serve
 
     def serve(handler, address, port_tried, *, process_request, **options):
         def guard(connection, request):
-            if not allowed:
-                allowed.update(_names(host, connection.local_address[1]))
-            if not _is_ours(request, allowed):
+            if not _is_ours(request, host, connection.local_address[1]):
                 return connection.respond(403, "this page may not talk to the workbench\n")
             return process_request(connection, request)
 
@@ -56,21 +55,38 @@ def local_server(*, host: str = "127.0.0.1", port: int = 0, label: str | None = 
     return server
 
 
-def _names(host: str, port: int) -> set[str]:
-    hosts = (*LOOPBACK, host.lower())
-    return {f"{name}:{port}" for name in hosts}
-
-
-def _is_ours(request, allowed: set[str]) -> bool:
-    """One Host, which is this server; no Origin (a page being opened) or this server's own."""
+def _is_ours(request, host: str, port: int) -> bool:
+    """One Host, which is this server; no Origin (a page being opened) or the same one."""
     try:
         hosts = request.headers.get_all("Host")
         origins = request.headers.get_all("Origin")
-        if len(hosts) != 1 or hosts[0].lower() not in allowed or len(origins) > 1:
+        if len(hosts) != 1 or not _names_us(hosts[0], host, port) or len(origins) > 1:
             return False
         if not origins:
             return True
         origin = urlsplit(origins[0].lower())
-        return origin.scheme == "http" and origin.netloc in allowed
+        return origin.scheme == "http" and _names_us(origin.netloc, host, port)
     except Exception:  # whatever is wrong with the request, it is not ours
         return False
+
+
+def _names_us(name: str, host: str, port: int) -> bool:
+    """Whether `name:port` is this server.
+
+    Where it listens at every address, any address will do, but no other name than localhost: a foreign
+    name that resolves to this machine is how a foreign page would get in.
+    """
+    parts = urlsplit(f"//{name.lower()}")
+    if parts.port != port or parts.hostname is None:
+        return False
+    if parts.hostname in (*LOOPBACK, host.lower()):
+        return True
+    return host in EVERYWHERE and _is_address(parts.hostname)
+
+
+def _is_address(name: str) -> bool:
+    try:
+        ipaddress.ip_address(name)
+    except ValueError:
+        return False
+    return True

@@ -9,7 +9,7 @@ from unittest import mock
 import viser
 
 from workbench.app.html import block
-from workbench.app.local import local_server
+from workbench.app.local import EVERYWHERE, LOOPBACK, local_server
 from workbench.app.render import BrowserView
 from workbench.design.plate import Plate
 from workbench.errors import FileError, OptionError
@@ -67,7 +67,8 @@ class App:
     @property
     def url(self) -> str:
         """Address of the page."""
-        return f"http://{self.server.get_host()}:{self.server.get_port()}"
+        host = self.server.get_host()
+        return f"http://{LOOPBACK[0] if host in EVERYWHERE else host}:{self.server.get_port()}"
 
     def close(self) -> None:
         """Stop the worker and the server."""
@@ -109,13 +110,15 @@ def serve(
         if open_browser:
             webbrowser.open(url)
 
-    app = App(robot, plate, data=data, host=host, port=port, views=views, on_bound=bound)
+    app = None
     try:
+        app = App(robot, plate, data=data, host=host, port=port, views=views, on_bound=bound)
         threading.Event().wait()
     except KeyboardInterrupt:
         pass
     finally:
-        app.close()
+        if app is not None:
+            app.close()
 
 
 def _serve(host: str, port: int | None) -> viser.ViserServer:

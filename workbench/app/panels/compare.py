@@ -13,6 +13,8 @@ from workbench.session.commands.compare import GREATEST_EXAGGERATION, LEAST_EXAG
 from workbench.session.state import Session
 from workbench.session.worker import Worker
 
+VIEW = np.array([1.0, -0.86, 0.66])
+"""Direction from which everything is looked at."""
 SWITCHES = {
     "nominal": ("Nominal arm", "Show the solid arm at the measured joint positions."),
     "calibrated": ("Calibrated arm", "Show the amber arm, with the identified parameters."),
@@ -54,6 +56,14 @@ class ComparePanel(AbstractPanel):
             )
         for control in (*self._switches.values(), self._times):
             on_change(control, self._set)
+        everything = gui.add_button(
+            "Look at all measurements",
+            icon=viser.Icon.FOCUS_2,
+            color="gray",
+            hint="Move your view so that the robot and all measured places are in the picture.",
+        )
+        everything.on_click(self._look_at_all)
+        self._look = everything
         self._legend = gui.add_html(_legend())
 
     def show(self, session: Session) -> None:
@@ -70,7 +80,19 @@ class ComparePanel(AbstractPanel):
         self._times.value = int(overlay.exaggeration)
         for control in (*self._switches.values(), self._times):
             control.disabled = session.identification is None
+        self._look.disabled = comparison is None
         self._readout.content = _readout(session)
+
+    def _look_at_all(self, event: viser.GuiEvent) -> None:
+        comparison = self._worker.session.comparison
+        if event.client is None or comparison is None:
+            return
+        places = np.vstack([comparison.measured[np.isfinite(comparison.measured).all(1)], np.zeros(3)])
+        middle = 0.5 * (places.min(0) + places.max(0))
+        radius = max(float(np.linalg.norm(places - middle, axis=1).max()), 0.3)
+        with event.client.atomic():
+            event.client.camera.look_at = middle
+            event.client.camera.position = middle + 2.4 * radius * VIEW / np.linalg.norm(VIEW)
 
     def _set(self) -> None:
         switches = {name: bool(box.value) for name, box in self._switches.items()}

@@ -79,7 +79,7 @@ class FitPanel(AbstractPanel):
     def show(self, session: Session) -> None:
         """Results of the shown fit."""
         self._start.disabled = session.loaded is None or session.job is not None
-        shown = (session.identification, session.fit, session.loaded)
+        shown = (session.identification, session.fit, session.loaded, session.job is None)
         if shown == self._shown:
             return
         self._shown = shown
@@ -111,6 +111,8 @@ def _nothing(session: Session) -> str:
     words = (
         "Needs measurements: load a file or measure a virtual arm in the Measure tab."
         if session.loaded is None
+        else "Working …"
+        if session.job is not None
         else "Ready. Press Identify to fit the parameters."
     )
     return block(words, testid="result", style=f"color:{MUTED};margin:6px 0")

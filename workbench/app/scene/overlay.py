@@ -10,7 +10,7 @@ from workbench.app.scene.part import AbstractPart
 from workbench.session.comparison import Comparison
 from workbench.session.state import Focus, Overlay, Session
 
-MOST_ROWS = 2000
+MOST_ROWS = 400
 """Rows drawn at most; of more, evenly chosen ones."""
 
 
@@ -76,7 +76,11 @@ class OverlayPart(AbstractPart):
             )
         else:
             self._nodes["frames"] = self._server.scene.add_point_cloud(
-                "/measured/points", comparison.measured[rows], colors=MARK, point_size=0.008
+                "/measured/points",
+                comparison.measured[rows],
+                colors=MARK,
+                point_size=0.006,
+                point_shape="circle",
             )
 
     def _draw_arrows(self, comparison: Comparison | None, overlay: Overlay) -> None:
@@ -120,4 +124,4 @@ class OverlayPart(AbstractPart):
 
 def _rows(comparison: Comparison) -> np.ndarray:
     rows = np.flatnonzero(np.isfinite(comparison.measured).all(1))
-    return rows[:: max(1, len(rows) // MOST_ROWS)]
+    return rows[:: max(1, -(-len(rows) // MOST_ROWS))]

@@ -108,8 +108,10 @@ class MoveTarget(AbstractChange):
         return ("move", self.target, self.client)
 
     def check(self, session: Session) -> None:
-        """The target must exist, its place be finite and not absurdly far away."""
+        """The target must exist, be in nobody's hand, its place finite and not absurdly far away."""
         session.check_target(self.target)
+        if self.client == NOBODY:
+            _check_free(session)
         if not np.isfinite((*self.xyz, *self.rpy)).all():
             raise OptionError(f"target {self.target + 1} can't be put at a place that is not a finite number")
         if max(abs(v) for v in self.xyz) > FARTHEST:
