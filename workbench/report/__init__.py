@@ -1,0 +1,1 @@
+"""Reports of results: tables for the terminal, figures, JSON, and an HTML page that needs no network."""

@@ -1,0 +1,39 @@
+"""Numbers for people: enough digits to compare, none that mean nothing."""
+
+import numpy as np
+
+
+def short(value: float, digits: int = 3) -> str:
+    """A number with fixed decimals, or in powers of ten where those would hide it; – if not finite."""
+    if not np.isfinite(value):
+        return "–"
+    if value != 0.0 and abs(value) < 0.5 * 10.0**-digits:
+        return f"{value:.0e}".replace("-", "−", 1) if value < 0 else f"{value:.0e}"
+    return signed(value, digits) if value < 0 else f"{value:.{digits}f}"
+
+
+def signed(value: float, digits: int) -> str:
+    """Fixed decimals with a true minus sign, and no minus before zero."""
+    text = f"{value:.{digits}f}"
+    if float(text) == 0.0:
+        text = text.lstrip("-")
+    return text.replace("-", "−")
+
+
+def standard_error(std: float, digits: int = 6) -> str:
+    """±std with the decimals of its value, or in powers of ten where those would hide it."""
+    return f"±{std:.{digits}f}" if std >= 0.95 * 10.0**-digits else f"±{std:.0e}"
+
+
+def factor(before: float, after: float) -> str:
+    """How many times smaller, in words."""
+    if not (np.isfinite(before) and np.isfinite(after)) or before <= 0.0 or after <= 0.0:
+        return "no error left" if after == 0.0 else "not comparable"
+    ratio = before / after
+    if ratio >= 1e4:
+        return f"{ratio:.0e} times smaller"
+    if ratio >= 1.05:
+        return f"{ratio:.1f} times smaller" if ratio < 10 else f"{ratio:.0f} times smaller"
+    if ratio > 0.95:
+        return "unchanged"
+    return f"{1.0 / ratio:.2g} times larger"
