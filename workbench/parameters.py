@@ -8,7 +8,9 @@ MAX_ANGLE, MAX_LENGTH = 1.0, 0.1
 """Default bounds of a geometric constant about its nominal value [rad], [m]: wide enough for an arm whose
 joint was mounted 45° off, narrow enough to keep a bounded search on this side of its mirror images."""
 
-FRAME_WORDS = {"base": "base", "tool": "tool"}
+FRAMES = ("base", "tool")
+INSTRUMENT = ("anchor[", "contact[", "marker")
+"""How the names of frames, and of an instrument's own unknowns, begin."""
 
 
 @dataclass(frozen=True)
@@ -35,12 +37,17 @@ class Parameter:
     def words(self) -> str:
         """The name as people say it: frames without the dot."""
         owner, _, part = self.name.rpartition(".")
-        return f"{owner} {part}" if owner.split("[")[0] in FRAME_WORDS else self.name
+        return f"{owner} {part}" if owner.split("[")[0] in FRAMES else self.name
 
     @property
     def is_geometry(self) -> bool:
         """True for a constant of the arm, false for frames and the instrument's unknowns."""
-        return "[" not in self.name and self.name.split(".")[0] not in FRAME_WORDS
+        return not self.is_instrument and self.name.split(".")[0].split("[")[0] not in FRAMES
+
+    @property
+    def is_instrument(self) -> bool:
+        """True for the place of an anchor, a contact or a marker."""
+        return self.name.startswith(INSTRUMENT)
 
 
 def default_bounds(name: str, unit: str, nominal: float) -> tuple[float, float]:

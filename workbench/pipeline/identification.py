@@ -130,8 +130,11 @@ class Identification:
     def warnings(self) -> tuple[str, ...]:
         """What the user should know: how the searches ended, and what the rows left open."""
         searches = (w for run in self.runs.values() for w in run.fit.warnings)
-        turned = bool(self.best.fit.problem.component_channels.any())
-        return (*searches, *_cautions(self.best.fit), transfer_words(self.transfer, turned))
+        found = [*searches, *_cautions(self.best.fit)]
+        if not (self.frames.base_per_session or self.frames.tool_per_session):
+            turned = bool(self.best.fit.problem.component_channels.any())
+            found.append(transfer_words(self.transfer, turned))
+        return tuple(found)
 
 
 def identify(
@@ -198,7 +201,8 @@ def identify(
         choice.robot, fitted, free=free, frames=choice.freedom, noise=noise, bounds=bounds, known=known
     )
     if prior is not None:
-        problem = problem.with_prior(*prior)
+        problem, prior_note = _with_prior(problem, prior)
+        notes.append(prior_note)
     report(0.3, "estimating the noise")
     problem, noise_note = _with_noise(problem, noise, cancel)
     notes += [*choice.notes, noise_note]
@@ -282,6 +286,19 @@ def _check_enough(robot: Robot, data: Dataset, free) -> None:
             f"{data.source}: {len(data)} rows give {problem.size} numbers for {count} parameters of the arm; "
             f"measure at least {need} poses, hold fewer out, or free fewer parameters"
         )
+
+
+def _with_prior(problem: Problem, prior: tuple[Sequence[str], np.ndarray]) -> tuple[Problem, str]:
+    """The problem with what an older calibration knows of the constants that are identified now."""
+    names, covariance = prior
+    shared = [i for i, name in enumerate(names) if name in problem.names]
+    if not shared:
+        raise OptionError("the prior knowledge speaks of none of the constants that are identified here")
+    kept = [names[i] for i in shared]
+    return (
+        problem.with_prior(kept, covariance[np.ix_(shared, shared)]),
+        f"prior knowledge of {len(kept)} constants from an older calibration",
+    )
 
 
 def _with_noise(problem: Problem, noise: Noise | None, cancel: Cancel | None) -> tuple[Problem, str]:
@@ -373,11 +390,8 @@ def _cautions(fit: Fit) -> tuple[str, ...]:
 
 
 def _validated(fit: Fit, fitted: Dataset, held: Dataset, choice: FrameChoice) -> Run:
-    known = {
-        n: v
-        for n, v in zip(fit.problem.names, fit.x.tolist(), strict=True)
-        if n.split("[")[0].split(".")[0].rstrip("0123456789") in ("anchor", "contact", "marker")
-    }
+    pairs = zip(fit.problem.parameters, fit.x.tolist(), strict=True)
+    known = {p.name: value for p, value in pairs if p.is_instrument}
     train, held_out = (_errors(fit.calibrated, part, known) for part in (fitted, held))
     return Run(fit, train.summary, held_out.summary, train, held_out)
 

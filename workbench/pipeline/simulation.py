@@ -87,7 +87,9 @@ def measure_plate(
     near = None
     if branch == DESIGNED:
         solutions = plate_solutions(robot, plate)
-        near = choose_branches(robot, plate, solutions, goal=_goal(robot, plate), rng=rng, progress=progress).q
+        near = choose_branches(
+            robot, plate, solutions, goal=_goal(robot, plate), rng=rng, progress=progress
+        ).q
         branch = "auto"
     rows = simulate_targets(
         actual, plate.poses, instrument=_instrument(instrument), rng=rng, branch=branch, near=near
@@ -101,7 +103,9 @@ def _goal(robot: Robot, plate: Plate) -> np.ndarray | str:
     if plate.region is None:
         return "O1"
     rng = np.random.default_rng(0)
-    return region_poses(robot, plate.region, GOAL_POSES, rng=rng, towards=plate.poses[:, :3, :3], cone=GOAL_CONE)
+    return region_poses(
+        robot, plate.region, GOAL_POSES, rng=rng, towards=plate.poses[:, :3, :3], cone=GOAL_CONE
+    )
 
 
 def _instrument(instrument: str | Instrument) -> Instrument:

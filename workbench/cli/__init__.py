@@ -1,0 +1,69 @@
+"""The commands. Each one reads, calls one function of `pipeline`, and shows or writes what came back.
+
+Everything heavy is imported inside the commands, so that `workbench --help` answers at once. A mistake of
+the user ends with one sentence on standard error and exit status 1; nothing is then written.
+"""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from workbench.cli import calibrating, measuring
+from workbench.cli.options import PlateOption, RobotOption
+from workbench.errors import WorkbenchError
+
+app = typer.Typer(
+    name="workbench",
+    help="Kinematic calibration of serial robot arms. Without a command: the app in the browser.",
+    no_args_is_help=False,
+    pretty_exceptions_enable=False,
+    add_completion=False,
+    rich_markup_mode=None,
+)
+
+
+def main() -> None:
+    """Entry point of the `workbench` command; alone it opens the app on ARIA and its ten-target plate."""
+    try:
+        app(sys.argv[1:] or ["serve"])
+    except WorkbenchError as error:
+        print(f"workbench: {error}", file=sys.stderr)
+        sys.exit(1)
+    except KeyboardInterrupt:
+        print("workbench: stopped", file=sys.stderr)
+        sys.exit(130)
+    except BrokenPipeError:
+        sys.exit(0)
+
+
+@app.command()
+def serve(
+    robot: RobotOption = "aria",
+    plate: PlateOption = "table2",
+    data: Annotated[Path | None, typer.Option(help="Measurements to load at once.")] = None,
+    port: Annotated[int, typer.Option(help="Port; 0 takes a free one.")] = 8080,
+    host: Annotated[
+        str, typer.Option(help="Address to listen on; others than loopback are open to the network.")
+    ] = "127.0.0.1",
+    open_browser: Annotated[
+        bool, typer.Option("--open/--no-open", help="Open the page in the browser.")
+    ] = True,
+) -> None:
+    """The app in the browser: robot, plate, draggable targets, identification."""
+    from workbench.app.server import serve as run
+
+    run(robot, plate or "table2", data=data, host=host, port=port, open_browser=open_browser)
+
+
+for command in (
+    calibrating.identify,
+    calibrating.evaluate,
+    measuring.simulate,
+    measuring.poses,
+    measuring.capture,
+    measuring.drive,
+    calibrating.export,
+):
+    app.command()(command)

@@ -1,0 +1,166 @@
+"""The commands that turn measurements into a calibrated robot: identify, evaluate, export."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from workbench.cli.options import (
+    ColumnsOption,
+    DataArgument,
+    JsonOption,
+    LayoutOption,
+    RobotOption,
+    SeedOption,
+    SheetOption,
+    bounds_of,
+    check_writable,
+    held_out_of,
+    names_of,
+    noise_of,
+    progress_bar,
+    read_rows,
+    save_robot,
+    say,
+    show,
+    whole_numbers,
+)
+from workbench.errors import OptionError
+
+
+def identify(
+    data: DataArgument,
+    robot: RobotOption,
+    algorithm: Annotated[str, typer.Option(help="ols, opt1, opt2, or all.")] = "all",
+    held_out: Annotated[
+        str, typer.Option(help="Share of rows to hold out, a file of held-out rows, or session:NAME.")
+    ] = "0.2",
+    frames: Annotated[
+        str, typer.Option(help="shared, per-session, or auto: base and tool over sessions.")
+    ] = "auto",
+    region: Annotated[
+        str | None, typer.Option(help="Keep only rows inside the region of this plate.")
+    ] = None,
+    save: Annotated[
+        Path | None, typer.Option(help="Write the calibrated robot here (.toml or .urdf).")
+    ] = None,
+    report: Annotated[Path | None, typer.Option(help="Write an HTML report into this folder.")] = None,
+    json: JsonOption = None,
+    free: Annotated[str | None, typer.Option(help="Constants to identify, comma-separated.")] = None,
+    exclude: Annotated[
+        str | None, typer.Option(help="Data rows to keep out, comma-separated, from 0.")
+    ] = None,
+    bounds: Annotated[
+        list[str] | None, typer.Option(help="Bound for OPT1, in SI: joint1.theta=-0.1:0.1. May be repeated.")
+    ] = None,
+    noise: Annotated[
+        str | None, typer.Option(help='Standard deviations of the instrument: "0.05mm,0.01deg".')
+    ] = None,
+    loss: Annotated[str, typer.Option(help="squares, huber, or tukey: how outlying rows count.")] = "squares",
+    prior: Annotated[
+        Path | None, typer.Option(help="An earlier result (--json) of this robot, as prior knowledge.")
+    ] = None,
+    renew: Annotated[
+        str | None, typer.Option(help="With --prior: joints that were replaced, such as 3 or 3,4.")
+    ] = None,
+    seed: SeedOption = 0,
+    columns: ColumnsOption = None,
+    sheet: SheetOption = None,
+    layout: LayoutOption = None,
+) -> None:
+    """Identify the arm's geometry from measurements, and report its error on held-out rows."""
+    from workbench import pipeline
+    from workbench.design.plate_toml import load_plate
+    from workbench.report import json as reports
+    from workbench.report import table
+    from workbench.report.prior import read_prior
+    from workbench.robots import load_robot
+
+    arm = load_robot(robot)
+    rows = read_rows(data, arm, columns, sheet, layout)
+    check_writable(save, json, folder=report)
+    with progress_bar("identify") as progress:
+        run = pipeline.identify(
+            arm,
+            rows,
+            algorithms=tuple(pipeline.ALGORITHMS) if algorithm == "all" else tuple(algorithm.split(",")),
+            held_out=held_out_of(held_out, arm, columns, sheet, layout),
+            frames=frames,
+            free=names_of(free),
+            exclude=dict.fromkeys(whole_numbers(exclude, "--exclude"), "by hand"),
+            region=None if region is None else load_plate(region).region,
+            bounds=bounds_of(bounds or []),
+            noise=None if noise is None else noise_of(noise),
+            loss=loss,
+            prior=None if prior is None else read_prior(prior, renew=whole_numbers(renew, "--renew")),
+            seed=seed,
+            progress=progress,
+        )
+    show(table.identification_tables(run))
+    if save is not None:
+        say(f"calibrated robot ({run.best.fit.title}): {save_robot(run.best.calibrated, save)}")
+    if json is not None:
+        say(f"result: {reports.write_json(json, reports.identification_json(run))}")
+    if report is not None:
+        from workbench.report.html import write_report
+
+        say(f"report: {write_report(run, report)}")
+    if not run.best.fit.outcome.ok:
+        raise typer.Exit(2)
+
+
+def evaluate(
+    data: DataArgument,
+    robot: RobotOption,
+    frames: Annotated[str, typer.Option(help="given: fit nothing; fit: fit only base and tool.")] = "given",
+    json: JsonOption = None,
+    columns: ColumnsOption = None,
+    sheet: SheetOption = None,
+    layout: LayoutOption = None,
+) -> None:
+    """Errors of a nominal or calibrated robot on measurements; nothing of the arm is fitted."""
+    from workbench import pipeline
+    from workbench.report import json as reports
+    from workbench.report import table
+    from workbench.robots import load_robot
+
+    if frames not in ("given", "fit"):
+        raise OptionError(f"--frames can't be '{frames}'; choose given or fit")
+    arm = load_robot(robot)
+    check_writable(json)
+    found = pipeline.evaluate(arm, read_rows(data, arm, columns, sheet, layout), fit_frames=frames == "fit")
+    show(table.evaluation_tables(found))
+    if json is not None:
+        say(f"result: {reports.write_json(json, reports.evaluation_json(found))}")
+
+
+def export(
+    calibrated: Annotated[str, typer.Argument(help="A robot: .toml, .urdf, or a built-in arm.")],
+    urdf: Annotated[Path | None, typer.Option(help="Write a URDF here.")] = None,
+    toml: Annotated[Path | None, typer.Option(help="Write a robot TOML here.")] = None,
+    controller: Annotated[
+        Path | None,
+        typer.Option(help="Write controller-ready numbers here (.json): joint offsets, tool, base."),
+    ] = None,
+    nominal: Annotated[str | None, typer.Option(help="With --controller: the nominal robot.")] = None,
+    tip: Annotated[str | None, typer.Option(help="Last link of the chain, for a URDF with several.")] = None,
+) -> None:
+    """Write a robot in another form: URDF, TOML, or the few numbers that a controller takes."""
+    from workbench.robots import load_robot
+
+    arm = load_robot(calibrated, tip=tip)
+    if urdf is None and toml is None and controller is None:
+        raise OptionError("give at least one of --urdf FILE, --toml FILE, --controller FILE")
+    if controller is not None and nominal is None:
+        raise OptionError("--controller needs --nominal ROBOT, the model that the controller has")
+    check_writable(urdf, toml, controller)
+    for path in (urdf, toml):
+        if path is not None:
+            say(f"{arm.name}: {save_robot(arm, path)}")
+    if controller is not None:
+        from workbench.report.json import write_json
+        from workbench.report.use import use_of
+
+        use = use_of(arm, load_robot(nominal))
+        show(use.summary())
+        say(f"controller: {write_json(controller, {'robot': arm.name, 'controller': use.json()})}")

@@ -1,0 +1,275 @@
+"""The commands that make measurements: simulate, poses, capture, drive."""
+
+import sys
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from workbench.cli.options import (
+    JsonOption,
+    PlateOption,
+    RobotOption,
+    SeedOption,
+    check_writable,
+    progress_bar,
+    say,
+    show,
+)
+from workbench.errors import OptionError
+
+
+def simulate(
+    robot: RobotOption,
+    out: Annotated[Path, typer.Option(help="Write the measurements here.")],
+    plate: PlateOption = None,
+    poses: Annotated[int | None, typer.Option(help="Number of poses, instead of a plate.")] = None,
+    index: Annotated[
+        str, typer.Option(help="With --poses: random, or the index to maximise, O or O1 … O5.")
+    ] = "random",
+    instrument: Annotated[
+        str | None, typer.Option(help="What measures: plate, laser-tracker, tracker-6d …")
+    ] = None,
+    branch: Annotated[
+        str, typer.Option(help="With --plate: designed, mixed, auto (one branch), or a branch by name.")
+    ] = "designed",
+    effect: Annotated[str | None, typer.Option(help="A hidden effect; none are known yet.")] = None,
+    actual: Annotated[Path | None, typer.Option(help="Write the hidden actual arm here (.toml).")] = None,
+    of: Annotated[
+        str | None, typer.Option(help="Measure this arm instead of one with hidden errors.")
+    ] = None,
+    seed: SeedOption = 0,
+) -> None:
+    """A virtual arm with hidden manufacturing errors, measured."""
+    from workbench import pipeline
+    from workbench.design.plate_toml import load_plate
+    from workbench.measure.writer import write_measurements
+    from workbench.robots import load_robot
+    from workbench.robots.toml import write_toml
+
+    if effect is not None:
+        raise OptionError("--effect: there are no hidden effects yet; leave the option out")
+    if (plate is None) == (poses is None):
+        raise OptionError("give either --plate FILE or --poses NUMBER")
+    if poses is not None and poses < 1:
+        raise OptionError(f"--poses must be 1 or more, not {poses}")
+    check_writable(out, actual)
+    arm = load_robot(robot)
+    options = {"actual": None if of is None else load_robot(of), "seed": seed}
+    with progress_bar("simulate") as progress:
+        if plate is not None:
+            hidden, rows = pipeline.measure_plate(
+                arm,
+                load_plate(plate),
+                branch=branch,
+                instrument=instrument or "plate",
+                progress=lambda part: progress(part, "choosing branches"),
+                **options,
+            )
+        else:
+            hidden, rows = pipeline.measure_poses(
+                arm,
+                poses,
+                index=index,
+                instrument=instrument or "tracker-6d",
+                progress=lambda part: progress(part, "choosing poses"),
+                **options,
+            )
+    sliding = [i for i, joint in enumerate(arm.moving) if joint.kind == "prismatic"]
+    write_measurements(rows, out, prismatic=sliding)
+    say(f"{len(rows)} rows of a virtual {arm.name}: {out}")
+    if actual is not None:
+        say(f"hidden actual arm: {write_toml(hidden, actual)}")
+
+
+def poses(
+    robot: RobotOption,
+    number: Annotated[int, typer.Option(help="How many poses.")],
+    index: Annotated[str, typer.Option(help="Observability index to maximise: O, or O1 … O5.")] = "O1",
+    candidates: Annotated[
+        Path | None, typer.Option("--from", help="Choose from the rows of this file.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Write the joint positions here (.csv).")] = None,
+    json: JsonOption = None,
+    seed: SeedOption = 0,
+) -> None:
+    """Informative poses for a calibration: those with the largest observability index."""
+    from workbench import pipeline
+    from workbench.report.poses import poses_json, poses_table
+    from workbench.robots import load_robot
+
+    arm = load_robot(robot)
+    check_writable(out, json)
+    with progress_bar("poses") as progress:
+        found = pipeline.choose_poses(
+            arm,
+            number,
+            index=index,
+            seed=seed,
+            candidates=candidates,
+            progress=lambda part: progress(part, f"raising {index}"),
+        )
+    show(poses_table(arm, found))
+    if out is not None:
+        say(f"poses: {pipeline.write_poses(arm, found, out)}")
+    if json is not None:
+        from workbench.report.json import write_json
+
+        say(f"result: {write_json(json, poses_json(arm, found))}")
+
+
+def capture(
+    robot: RobotOption,
+    plate: Annotated[str, typer.Option(help="Plate: a .toml file, or the built-in table2.")],
+    out: Annotated[Path, typer.Option(help="Write the measurements here (.csv), row by row.")],
+    source: Annotated[
+        str, typer.Option("--from", help="- (standard input), HOST:PORT, or listen:HOST:PORT.")
+    ] = "-",
+    still_window: Annotated[str, typer.Option(help="How long the arm must have stood still.")] = "0.5s",
+    still_joint: Annotated[
+        str, typer.Option(help="How far a joint's readings may range in that time.")
+    ] = "0.02deg",
+    session: Annotated[str, typer.Option(help="Name of this placement of robot and instrument.")] = "",
+    force: Annotated[
+        bool, typer.Option("--force", help="Keep what the source asks to keep even while the arm moves.")
+    ] = False,
+) -> None:
+    """Guided measuring: steer the arm to each target of a plate, and a key or the source stores the row.
+
+    The source sends one JSON object a line. Keys: Enter or space stores, f stores although the arm moves,
+    r takes the last row again, n and p go to the next and the previous target, q ends.
+    """
+    from rich.console import Console
+
+    from workbench.design.plate_toml import load_plate
+    from workbench.measure.standstill import StandstillDetector
+    from workbench.pipeline import acquisition
+    from workbench.robots import load_robot
+    from workbench.units import Quantity, parse_quantity
+
+    arm, fixture = load_robot(robot), load_plate(plate)
+    detector = StandstillDetector(
+        window=parse_quantity(still_window, Quantity.TIME),
+        joint=parse_quantity(still_joint, Quantity.ANGLE),
+        position=acquisition.POSITION_STILL,
+        orientation=acquisition.ORIENTATION_STILL,
+    )
+    check_writable(out)
+    taken = acquisition.plate_acquisition(arm, fixture, session=session, detector=detector, forced=force)
+    console = Console(stderr=True)
+    with lines_of(source) as lines, guided(console) as (keys, draw):
+        done = acquisition.capture(
+            taken,
+            arm,
+            lines,
+            out,
+            keys=keys,
+            show=draw,
+            say=lambda text: console.print(text, markup=False, highlight=False),
+            source="stdin" if source == "-" else source,
+        )
+    say(f"{len(done.data)} of {len(fixture)} targets, {taken.source}: {out}")
+    if not done.complete and not done.by_hand:
+        raise typer.Exit(2)
+
+
+def drive(
+    robot: RobotOption,
+    plate: Annotated[str, typer.Option(help="Plate: a .toml file, or the built-in table2.")],
+    to: Annotated[str, typer.Option(help="- (standard output), or HOST:PORT to wait at.")] = "-",
+    instrument: Annotated[
+        str,
+        typer.Option(
+            help="What sees the tool: tracker-6d, laser-tracker …; plate: nothing, the seat holds it."
+        ),
+    ] = "tracker-6d",
+    branch: Annotated[
+        str, typer.Option(help="designed, mixed, auto (one branch), or a branch by name.")
+    ] = "designed",
+    rate: Annotated[float, typer.Option(help="Samples a second.")] = 50.0,
+    dwell: Annotated[str, typer.Option(help="How long the arm stands at each target.")] = "1s",
+    speed: Annotated[float, typer.Option(help="Times faster than real; 0: without waiting.")] = 1.0,
+    actual: Annotated[Path | None, typer.Option(help="Write the hidden actual arm here (.toml).")] = None,
+    of: Annotated[str | None, typer.Option(help="Drive this arm instead of one with hidden errors.")] = None,
+    seed: SeedOption = 0,
+) -> None:
+    """A virtual arm in place of a real one's driver: JSON lines of an arm steered from target to target."""
+    from workbench.design.plate_toml import load_plate
+    from workbench.measure.driver import Pace
+    from workbench.measure.send import send_samples
+    from workbench.pipeline.virtual import drive_plate
+    from workbench.robots import load_robot
+    from workbench.robots.toml import write_toml
+    from workbench.units import Quantity, parse_quantity
+
+    check_writable(actual)
+    hidden, samples = drive_plate(
+        load_robot(robot),
+        load_plate(plate),
+        branch=branch,
+        instrument=instrument,
+        actual=None if of is None else load_robot(of),
+        pace=Pace(rate=rate, dwell=parse_quantity(dwell, Quantity.TIME)),
+        seed=seed,
+    )
+    if actual is not None:
+        write_toml(hidden, actual)
+    with receiver(to) as write:
+        send_samples(samples, write, speed=speed)
+
+
+@contextmanager
+def lines_of(source: str) -> Iterator[Iterable[str]]:
+    """Lines of a live source: standard input, a place to connect to, or one to wait at."""
+    from workbench.measure.stream import connect, listen
+
+    if source == "-":
+        if sys.stdin.isatty():
+            raise OptionError("nothing is piped in; give --from HOST:PORT, or pipe a source into the command")
+        yield sys.stdin
+    elif source.startswith("listen:"):
+        address = source.removeprefix("listen:")
+        with listen(address, ready=lambda port: print(f"waiting at port {port}", file=sys.stderr)) as lines:
+            yield lines
+    else:
+        with connect(source) as lines:
+            yield lines
+
+
+@contextmanager
+def guided(console) -> Iterator[tuple]:
+    """Keys and live view where a terminal has both, else neither."""
+    from workbench.pipeline.keyboard import keyboard
+    from workbench.report.live import live_view
+
+    if not console.is_terminal:
+        yield None, None
+        return
+    with keyboard() as keys:
+        if keys is None:
+            yield None, None
+            return
+        with live_view(console) as show:
+            yield keys, show
+
+
+@contextmanager
+def receiver(to: str) -> Iterator[Callable[[str], object]]:
+    """Where lines go: standard output, or the first that connects."""
+    import os
+
+    from workbench.measure.send import first_listener, writer_to
+
+    if to != "-":
+        with first_listener(
+            to, ready=lambda port: print(f"waiting at port {port}", file=sys.stderr)
+        ) as write:
+            yield write
+        return
+    yield writer_to(sys.stdout)
+    try:
+        sys.stdout.flush()
+    except BrokenPipeError:  # the reader has had enough; nothing more may be flushed at exit
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -1,0 +1,131 @@
+"""Options that several commands share, and the words of the others turned into values."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from workbench.errors import OptionError
+
+RobotOption = Annotated[
+    str,
+    typer.Option(
+        "--robot", help="Robot: a .toml or .urdf file, or a built-in arm such as aria, ur10, panda."
+    ),
+]
+JsonOption = Annotated[Path | None, typer.Option("--json", help="Write the result here, machine-readable.")]
+DataArgument = Annotated[Path, typer.Argument(help="Measurements: CSV, TSV, xlsx, parquet or .mat.")]
+ColumnsOption = Annotated[
+    str | None, typer.Option(help='What the columns are, for files without headings: "q1[deg],…,x[mm],…".')
+]
+SheetOption = Annotated[str | None, typer.Option(help="Sheet of a workbook.")]
+LayoutOption = Annotated[str | None, typer.Option(help="Name of a known special layout of a file.")]
+PlateOption = Annotated[str | None, typer.Option(help="Plate: a .toml file, or the built-in table2.")]
+SeedOption = Annotated[int, typer.Option(help="Seed of everything random.")]
+
+
+def read_rows(path: Path, arm, columns: str | None, sheet: str | None, layout: str | None):
+    """Measurements of a file, with as many joints as the arm has."""
+    from workbench.measure.readers import read_measurements
+
+    return read_measurements(path, columns=columns, joints=arm.dof, sheet=sheet, layout=layout)
+
+
+def held_out_of(text: str, arm, columns, sheet, layout):
+    """A share, rows of another file, or sessions."""
+    if text.startswith("session:"):
+        return tuple(text.removeprefix("session:").split(","))
+    try:
+        return float(text)
+    except ValueError:
+        return read_rows(Path(text), arm, columns, sheet, layout)
+
+
+def names_of(text: str | None) -> tuple[str, ...] | None:
+    """Names with commas between; None for nothing given."""
+    return None if text is None else tuple(name.strip() for name in text.split(",") if name.strip())
+
+
+def whole_numbers(text: str | None, option: str) -> list[int]:
+    """Whole numbers with commas between."""
+    try:
+        return [] if text is None else [int(part) for part in text.split(",") if part.strip()]
+    except ValueError:
+        raise OptionError(f"{option} takes whole numbers with commas between, not '{text}'") from None
+
+
+def bounds_of(texts: list[str]) -> dict[str, tuple[float, float]]:
+    """Bounds by name from NAME=LOW:HIGH."""
+    bounds = {}
+    for text in texts:
+        try:
+            name, interval = text.split("=")
+            low, high = (float(part) for part in interval.split(":"))
+        except ValueError:
+            raise OptionError(f"--bounds takes NAME=LOW:HIGH in rad or m, not '{text}'") from None
+        bounds[name.strip()] = (low, high)
+    return bounds
+
+
+def noise_of(text: str):
+    """Standard deviations from people's units."""
+    from workbench.identify.problem import Noise
+    from workbench.units import Quantity, parse_quantity
+
+    parts = [part.strip() for part in text.split(",")]
+    if len(parts) not in (1, 2):
+        raise OptionError(f'--noise takes "0.05mm,0.01deg" or "0.05mm", not \'{text}\'')
+    position = parse_quantity(parts[0], Quantity.LENGTH)
+    rotation = parse_quantity(parts[1], Quantity.ANGLE) if len(parts) == 2 else Noise().rotation
+    if position <= 0 or rotation <= 0:
+        raise OptionError(f"--noise must be greater than zero, not '{text}'")
+    return Noise(position, rotation)
+
+
+def check_writable(*files: Path | None, folder: Path | None = None) -> None:
+    """Refuse an output that can't be written before the work begins."""
+    from workbench.files import check_writable
+
+    for path in files:
+        if path is not None:
+            check_writable(path)
+    if folder is not None:
+        check_writable(folder, folder=True)
+
+
+def save_robot(arm, path: Path) -> Path:
+    """Write a robot in the form that the file's ending asks for."""
+    from workbench.robots.toml import write_toml
+
+    if path.suffix.lower() == ".urdf":
+        from workbench.robots.urdf import write_urdf
+
+        return write_urdf(arm, path)
+    return write_toml(arm, path)
+
+
+def say(text: str) -> None:
+    """One line of the answer."""
+    print(text)
+
+
+def show(renderable) -> None:
+    """A table of the answer."""
+    from rich.console import Console
+
+    Console().print(renderable)
+
+
+@contextmanager
+def progress_bar(what: str) -> Iterator[Callable[[float, str], None]]:
+    """A progress bar on standard error, if anybody looks."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    console = Console(stderr=True)
+    columns = (TextColumn("{task.description}"), BarColumn(30), TimeElapsedColumn())
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bars:
+        task = bars.add_task(what, total=1.0)
+        yield lambda part, text: bars.update(task, completed=part, description=text)
