@@ -20,13 +20,18 @@ from workbench.robots.conventions import (
     build_elements,
     joint_names,
 )
+from workbench.robots.masses import carried
 from workbench.robots.robot import Frame, Joint, JointKind, Robot, SessionFrames
 from workbench.types import Freedom, frozen
 
 CONVENTIONS = (*ORDERS, "three-rotation", "elementary")
 ROBOT_KEYS = {"name", "convention", "gravity", "joint", "element", "base", "tool", "session", "effect"}
 JOINT_KEYS = {"type", "free", "limits", "mass", "com", "max_moment", "order", "name", *CONSTANTS}
+ELEMENT_AXES = ("rx", "ry", "rz", "tx", "ty", "tz")
 ELEMENT_KEYS = {"axis", "value", "joint", "free", "name"}
+FACT_KEYS = {"type", "limits", "mass", "com", "max_moment", "name"}
+LARGEST = 1e100
+"""Numbers beyond this overflow when they are squared."""
 FREEDOMS = {False: Freedom.FIXED, True: Freedom.FREE, "auto": Freedom.AUTO}
 
 
@@ -40,7 +45,7 @@ class _Reader:
         return FileError(message, path=self.path)
 
     def number(self, value: Any, what: str) -> float:
-        if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
+        if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < LARGEST:
             raise self.fail(f"{what} must be a finite number, not {value!r}")
         return float(value)
 
@@ -55,10 +60,22 @@ class _Reader:
                 f"{what} has the unknown key '{unknown[0]}'; known are {', '.join(sorted(known))}"
             )
 
-    def frame(self, table: dict, what: str, default: Freedom) -> Frame:
+    def table(self, value: Any, what: str) -> dict:
+        if not isinstance(value, dict):
+            raise self.fail(f"{what} must be a table of keys and values, not {value!r}")
+        return value
+
+    def tables(self, data: dict, key: str) -> list[dict]:
+        value = data.get(key, [])
+        if not isinstance(value, list):
+            raise self.fail(f"{key} must be given as [[{key}]] tables, not as {value!r}")
+        return [self.table(entry, f"[[{key}]] {i + 1}") for i, entry in enumerate(value)]
+
+    def frame(self, value: Any, what: str, default: Freedom) -> Frame:
+        table = self.table(value, f"[{what}]")
         self.keys(table, {"xyz", "rpy", "free"}, f"[{what}]")
-        free = table.get("free", None)
-        if free is not None and free not in FREEDOMS:
+        free = table.get("free")
+        if not (free is None or isinstance(free, bool) or free == "auto"):
             raise self.fail(f'[{what}] free must be true, false or "auto", not {free!r}')
         xyz = self.numbers(table.get("xyz", [0, 0, 0]), 3, f"[{what}] xyz")
         rpy = self.numbers(table.get("rpy", [0, 0, 0]), 3, f"[{what}] rpy")
@@ -76,6 +93,8 @@ class _Reader:
         if mass is not None and mass < 0:
             raise self.fail(f"{name} mass is {mass:g} kg; a mass can't be negative")
         moment = self.number(table["max_moment"], f"{name} max_moment") if "max_moment" in table else None
+        if moment is not None and moment < 0:
+            raise self.fail(f"{name} max_moment is {moment:g} N m; give its size, which can't be negative")
         com = frozen(self.numbers(table.get("com", [0, 0, 0]), 3, f"{name} com"))
         return Joint(
             name=name, kind=self.kind(table, name), limits=limits, mass=mass, com=com, max_moment=moment
@@ -89,11 +108,11 @@ class _Reader:
                 f"{name} has type {table['type']!r}; known are revolute, prismatic and fixed"
             ) from None
 
-    def entry(self, table: dict, name: str) -> JointEntry:
-        self.keys(table, JOINT_KEYS, name)
+    def entry(self, table: dict, name: str, convention: str) -> JointEntry:
+        self.keys(table, JOINT_KEYS if convention == "three-rotation" else JOINT_KEYS - {"order"}, name)
         constants = {c: self.number(table[c], f"{name} {c}") for c in CONSTANTS if c in table}
         order = table.get("order", "xyz")
-        if order not in THREE_ROTATION:
+        if not isinstance(order, str) or order not in THREE_ROTATION:
             raise self.fail(f'{name} order must be "xyz" or "zyx", not {order!r}')
         free = table.get("free")
         if free is not None and not (isinstance(free, list) and all(isinstance(f, str) for f in free)):
@@ -109,7 +128,7 @@ def read_toml(path: Path | str) -> Robot:
     """
     reader = _Reader(str(path))
     try:
-        data = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+        data = tomllib.loads(Path(path).read_text(encoding="utf-8-sig"))
     except FileNotFoundError:
         raise reader.fail("there is no such file; give a robot TOML, a URDF, or a built-in name") from None
     except (OSError, UnicodeDecodeError) as error:
@@ -127,7 +146,7 @@ def robot_from_table(data: dict[str, Any], reader: _Reader) -> Robot:
         raise reader.fail(f"convention is {convention!r}; known are {', '.join(CONVENTIONS)}")
     if data.get("effect"):
         raise reader.fail("it carries [[effect]] tables, which can't be applied here; remove them to go on")
-    tables = data.get("joint", [])
+    tables = reader.tables(data, "joint")
     base = reader.frame(data.get("base", {}), "base", Freedom.AUTO)
     tool = reader.frame(data.get("tool", {}), "tool", Freedom.AUTO)
     kinds = [reader.kind(t, f"[[joint]] {i + 1}") for i, t in enumerate(tables)]
@@ -135,11 +154,11 @@ def robot_from_table(data: dict[str, Any], reader: _Reader) -> Robot:
     joints = tuple(reader.joint(t, n) for t, n in zip(tables, names, strict=True))
     try:
         if convention == "elementary":
-            elements, ends, joints = _elementary(data, joints, reader)
+            elements, ends, joints = _elementary(data, tables, joints, reader)
         else:
             if "element" in data:
                 raise reader.fail(f'[[element]] belongs to convention "elementary", not to "{convention}"')
-            entries = [reader.entry(t, n) for t, n in zip(tables, names, strict=True)]
+            entries = [reader.entry(t, n, convention) for t, n in zip(tables, names, strict=True)]
             elements, ends = build_elements(convention, entries)
         robot = Robot(
             name=str(data.get("name", Path(reader.path).stem)),
@@ -153,48 +172,33 @@ def robot_from_table(data: dict[str, Any], reader: _Reader) -> Robot:
         )
     except RobotError as error:
         raise reader.fail(str(error)) from None
-    return replace(robot, sessions=_sessions(data.get("session", []), robot, reader))
+    return replace(robot, sessions=_sessions(reader.tables(data, "session"), robot, reader))
 
 
-def _elementary(data: dict, joints: tuple[Joint, ...], reader: _Reader):
+def _elementary(data: dict, facts: list[dict], joints: tuple[Joint, ...], reader: _Reader):
     """Elements of an `elementary` robot; the link frame of a joint lies right after what it drives."""
-    tables = data.get("element", [])
-    drivers = [t["joint"] for t in tables if t.get("joint") is not None]
-    count = len(drivers)
-    if sorted(drivers, key=str) != list(range(1, count + 1)) or drivers != sorted(drivers):
+    tables = reader.tables(data, "element")
+    drivers = [t["joint"] for t in tables if "joint" in t]
+    whole = all(isinstance(d, int) and not isinstance(d, bool) for d in drivers)
+    if not whole or drivers != list(range(1, len(drivers) + 1)):
         raise reader.fail(f"[[element]] joints must be 1, 2, … in order, once each; found {drivers}")
-    elements, ends = [], []
+    elements: list[Element] = []
+    ends: list[int] = []
     for i, table in enumerate(tables):
-        what = f"[[element]] {i + 1}"
-        reader.keys(table, ELEMENT_KEYS, what)
-        try:
-            axis = Axis[str(table.get("axis")).upper()]
-            if axis is Axis.CONSTANT:
-                raise KeyError
-        except KeyError:
-            raise reader.fail(
-                f"{what} axis is {table.get('axis')!r}; known are rx, ry, rz, tx, ty, tz"
-            ) from None
-        joint = table.get("joint")
-        if joint is not None:
-            ends.append(i)
-        name = str(table.get("name", f"element{i + 1}.{axis.name.lower()}"))
-        value = reader.number(table.get("value", 0.0), f"{what} value")
-        elements.append(
-            Element(
-                axis,
-                name,
-                value,
-                joint=None if joint is None else joint - 1,
-                free=bool(table.get("free", False)),
-                link=max(len(ends) - 1, 0),
-            )
-        )
+        ends += [i] if "joint" in table else []
+        elements.append(_element(table, i, max(len(ends) - 1, 0), reader))
     kinds = [JointKind.REVOLUTE if elements[i].axis.turns else JointKind.PRISMATIC for i in ends]
     if not joints:
         joints = tuple(Joint(name=f"joint{k + 1}", kind=kind) for k, kind in enumerate(kinds))
-    if len(joints) != count:
-        raise reader.fail(f"{len(joints)} [[joint]] tables but {count} driven elements; give one for each")
+    if len(joints) != len(ends):
+        raise reader.fail(
+            f"{len(joints)} [[joint]] tables but {len(ends)} driven elements; give one for each"
+        )
+    for k, table in enumerate(facts):
+        reader.keys(table, FACT_KEYS, f"joint{k + 1} of an elementary robot")
+        if table.get("type", kinds[k]) != kinds[k]:
+            axis = elements[ends[k]].axis.name.lower()
+            raise reader.fail(f"joint{k + 1} is '{table['type']}' but drives {axis}; make it '{kinds[k]}'")
     return (
         tuple(elements),
         tuple(ends),
@@ -202,13 +206,33 @@ def _elementary(data: dict, joints: tuple[Joint, ...], reader: _Reader):
     )
 
 
+def _element(table: dict, number: int, link: int, reader: _Reader) -> Element:
+    what = f"[[element]] {number + 1}"
+    reader.keys(table, ELEMENT_KEYS, what)
+    letters = str(table.get("axis")).lower()
+    if letters not in ELEMENT_AXES:
+        raise reader.fail(f"{what} axis is {table.get('axis')!r}; known are {', '.join(ELEMENT_AXES)}")
+    axis = Axis[letters.upper()]
+    free = table.get("free", False)
+    if not isinstance(free, bool):
+        raise reader.fail(f"{what} free must be true or false, not {free!r}")
+    name = str(table.get("name", f"element{number + 1}.{axis.name.lower()}"))
+    if name.split(".")[0] in ("base", "tool"):
+        raise reader.fail(f"{what} is called '{name}', a name that [base] and [tool] use; rename it")
+    value = reader.number(table.get("value", 0.0), f"{what} value")
+    joint = table["joint"] - 1 if "joint" in table else None
+    return Element(axis, name, value, joint=joint, free=free, link=link)
+
+
 def _sessions(tables: list[dict], robot: Robot, reader: _Reader) -> tuple[SessionFrames, ...]:
-    sessions = []
+    sessions: list[SessionFrames] = []
     for i, table in enumerate(tables):
         what = f"[[session]] {i + 1}"
         reader.keys(table, {"name", "base", "tool"}, what)
         if not isinstance(table.get("name"), str):
             raise reader.fail(f"{what} needs a name, as in the measurements' session column")
+        if table["name"] in {s.name for s in sessions}:
+            raise reader.fail(f"{what} is called '{table['name']}' like one before it; rename one")
         sessions.append(
             SessionFrames(
                 table["name"],
@@ -231,7 +255,8 @@ def robot_to_table(robot: Robot) -> dict[str, Any]:
         table["joint"] = _joint_tables(robot)
     else:
         table["element"] = _element_tables(robot)
-        table["joint"] = [_joint_facts(j) for j in robot.moving]
+        bodies = zip(robot.moving, carried(robot), strict=True)
+        table["joint"] = [_joint_facts(replace(j, mass=mass, com=com)) for j, (mass, com) in bodies]
     table["base"], table["tool"] = _frame_table(robot.base), _frame_table(robot.tool)
     if robot.sessions:
         table["session"] = [

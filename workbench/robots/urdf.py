@@ -6,8 +6,10 @@ joint's axis. A calibrated URDF has the corrections multiplied into the origins;
 file (meshes, inertias, other branches) stays as it was. Arms from tables become URDFs of plain frames.
 """
 
+import os
 import xml.etree.ElementTree as ET
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +20,7 @@ from workbench import se3
 from workbench.chain import Axis, Element
 from workbench.errors import FileError, RobotError
 from workbench.files import write_bytes
+from workbench.robots.masses import carried
 from workbench.robots.robot import FRAME_PARTS, Frame, Joint, JointKind, Robot, UrdfSource
 from workbench.types import Freedom, Matrix4, Vector3, frozen
 
@@ -27,6 +30,8 @@ KINDS = {
     "prismatic": JointKind.PRISMATIC,
     "fixed": JointKind.FIXED,
 }
+BASE_LINK, TOOL_LINK = "measuring_frame", "calibrated_tool"
+"""Links that a written file has before and behind the arm; the tool's is then the chain's end."""
 CORRECTION_AXES = (Axis.TX, Axis.TY, Axis.TZ, Axis.RX, Axis.RY, Axis.RZ)
 
 
@@ -40,7 +45,9 @@ def read_urdf(path: Path | str, *, tip: str | None = None) -> Robot:
     model = _parse(path)
     joints = _chain_to(model, path, tip)
     elements: list[Element] = []
-    infos, ends, notes = [], [], []
+    infos: list[Joint] = []
+    ends: list[int] = []
+    notes: list[str] = []
     moving = 0
     for link, joint in enumerate(joints):
         if joint.type not in KINDS or joint.mimic is not None:
@@ -52,13 +59,15 @@ def read_urdf(path: Path | str, *, tip: str | None = None) -> Robot:
         kind = KINDS[joint.type]
         name = f"fixed{link + 1 - moving}" if kind is JointKind.FIXED else f"joint{moving + 1}"
         origin = np.eye(4) if joint.origin is None else np.array(joint.origin, float)
+        if not np.isfinite(origin).all():
+            raise FileError(f"joint '{joint.name}' has an <origin> that is no number", path=str(path))
         elements.append(Element(Axis.CONSTANT, f"{name}.origin", link=link, matrix=frozen(origin)))
         if kind is not JointKind.FIXED:
             elements += [
                 Element(axis, f"{name}.{part}", free=True, link=link)
                 for axis, part in zip(CORRECTION_AXES, FRAME_PARTS, strict=True)
             ]
-            elements += _driven(name, kind, np.array(joint.axis, float), moving, link)
+            elements += _driven(name, kind, _unit_axis(joint, path), moving, link)
             moving += 1
         ends.append(len(elements) - 1)
         infos.append(_joint_info(joint, name, kind, model, path, notes))
@@ -88,6 +97,12 @@ def _parse(path: Path) -> yourdfpy.URDF:
         raise FileError(f"is no URDF: {error}", path=str(path)) from None
     if root.tag != "robot":
         raise FileError(f"is no URDF: its root is <{root.tag}>, not <robot>", path=str(path))
+    if not root.findall("joint"):
+        raise FileError("has no joints; give a URDF that describes an arm", path=str(path))
+    for kind in ("joint", "link"):
+        names = [node.get("name") for node in root.findall(kind)]
+        if double := next((n for n in names if names.count(n) > 1), None):
+            raise FileError(f"has two {kind}s called '{double}'; rename one", path=str(path))
     for joint in root.findall("joint"):
         if joint.get("type") in ("revolute", "prismatic"):
             limit = joint.find("limit")
@@ -106,8 +121,16 @@ def _parse(path: Path) -> yourdfpy.URDF:
 
 
 def _chain_to(model: yourdfpy.URDF, path: Path, tip: str | None) -> list:
-    """Joints from the root to the tip; without a tip, the one chain with the most moving joints."""
-    into = {j.child: j for j in model.robot.joints}
+    """Joints from the root to the tip, or to a calibrated tool, or along the most moving joints."""
+    into: dict = {}
+    for joint in model.robot.joints:
+        if joint.child in into:
+            raise FileError(
+                f"link '{joint.child}' hangs on two joints, '{into[joint.child].name}' and '{joint.name}'; "
+                "a serial chain is needed",
+                path=str(path),
+            )
+        into[joint.child] = joint
 
     def to_root(link: str) -> list:
         joints = []
@@ -125,9 +148,16 @@ def _chain_to(model: yourdfpy.URDF, path: Path, tip: str | None) -> list:
     if tip is not None:
         if tip not in links:
             raise FileError(f"has no link '{tip}'; its links are {', '.join(links)}", path=str(path))
+        if not count(to_root(tip)):
+            raise FileError(f"has no joint that moves on the way to link '{tip}'", path=str(path))
         return to_root(tip)
     parents = {j.parent for j in model.robot.joints}
-    leaves = [to_root(link) for link in links if link not in parents]
+    ends = [link for link in links if link not in parents]
+    if ours := [link for link in ends if link.startswith(TOOL_LINK)]:
+        return to_root(ours[-1])
+    leaves = [to_root(link) for link in ends]
+    if not leaves:
+        raise FileError("has no link at which a chain ends; a serial chain is needed", path=str(path))
     most = max(count(joints) for joints in leaves)
     if most == 0:
         raise FileError("has no joint that moves", path=str(path))
@@ -141,9 +171,17 @@ def _chain_to(model: yourdfpy.URDF, path: Path, tip: str | None) -> list:
     return best[0]
 
 
+def _unit_axis(joint, path: Path) -> Vector3:
+    axis = np.array(joint.axis, float)
+    if axis.shape != (3,) or not np.isfinite(axis).all() or np.linalg.norm(axis) < 1e-9:
+        raise FileError(
+            f"joint '{joint.name}' has the <axis> {axis.tolist()}; give a direction", path=str(path)
+        )
+    return axis / np.linalg.norm(axis)
+
+
 def _driven(name: str, kind: JointKind, axis: Vector3, joint: int, link: int) -> list[Element]:
     """The driven element, between constants that turn its axis onto x, y or z where it is none of them."""
-    axis = axis / np.linalg.norm(axis)
     first = Axis.RX if kind is JointKind.REVOLUTE else Axis.TX
     main = int(np.argmax(axis))
     if axis[main] > 1.0 - 1e-12:
@@ -165,7 +203,7 @@ def _joint_info(joint, name: str, kind: JointKind, model, path: Path, notes: lis
     limits = (-np.inf, np.inf)
     if kind is not JointKind.FIXED and joint.type != "continuous":
         limits = (float(joint.limit.lower), float(joint.limit.upper))
-        if limits[0] >= limits[1]:
+        if not limits[0] < limits[1]:
             raise FileError(
                 f"joint '{joint.name}' has the empty limits {list(limits)}; mend its <limit>", path=str(path)
             )
@@ -176,6 +214,11 @@ def _joint_info(joint, name: str, kind: JointKind, model, path: Path, notes: lis
     if inertial is not None and inertial.mass is not None:
         mass = float(inertial.mass)
         com = np.zeros(3) if inertial.origin is None else np.array(inertial.origin[:3, 3], float)
+        if not (mass >= 0.0 and np.isfinite([mass, *com]).all()):
+            raise FileError(
+                f"link '{joint.child}' has the mass {mass} at {com.tolist()}; mend its <inertial>",
+                path=str(path),
+            )
     effort = joint.limit.effort if joint.limit is not None else None
     return Joint(
         name=name,
@@ -190,11 +233,17 @@ def _joint_info(joint, name: str, kind: JointKind, model, path: Path, notes: lis
 def write_urdf(robot: Robot, path: Path | str) -> Path:
     """Write a robot as URDF: a calibrated copy of the file it came from, or frames alone.
 
-    The base frame becomes a fixed joint from `world`, the tool one to `tool`, unless they are identities.
+    The base frame becomes a fixed joint from the link `measuring_frame`, the tool one to `calibrated_tool`,
+    unless they are identities.
+
+    Raises:
+        FileError: the file that the robot came from is gone.
+        RobotError: the robot has something that a URDF can't say.
     """
     if robot.urdf is not None:
-        root = ET.fromstring(robot.urdf.path.read_bytes())
-        _correct_origins(root, robot)
+        root = _original(robot.urdf.path)
+        _correct_origins(root, robot, robot.urdf.joints)
+        _keep_references(root, robot.urdf.path, Path(path))
     else:
         root = _skeleton(robot)
     _add_frames(root, robot)
@@ -202,12 +251,32 @@ def write_urdf(robot: Robot, path: Path | str) -> Path:
     return write_bytes(path, ET.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n")
 
 
+def _original(path: Path) -> ET.Element:
+    """The file that the robot came from, comments included."""
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        message = f"can't be read any more ({error.strerror}), and the calibrated copy is made from it"
+        raise FileError(message, path=str(path)) from None
+    return ET.fromstring(content, parser=ET.XMLParser(target=ET.TreeBuilder(insert_comments=True)))
+
+
+def _keep_references(root: ET.Element, source: Path, copy: Path) -> None:
+    """Let relative mesh and texture files be found from the folder of the copy."""
+    for node in root.iter():
+        file = node.get("filename") if node.tag in ("mesh", "texture") else None
+        if file is None or "://" in file or Path(file).is_absolute():
+            continue
+        if (source.parent / file).is_file() and copy.parent.resolve() != source.parent.resolve():
+            node.set("filename", os.path.relpath((source.parent / file).resolve(), copy.parent.resolve()))
+
+
 def _segments(robot: Robot) -> list[Matrix4]:
     """Pose between driven elements, at q = 0: before joint 1, between 1 and 2, …, after the last."""
     driven = [i for i, e in enumerate(robot.elements) if e.joint is not None]
     undriven = chains.Chain(tuple(replace(e, joint=None) for e in robot.elements), 0)
     poses = chains.frames(undriven, np.zeros((1, 0)), np.array([*driven, len(robot.elements) - 1]))[0]
-    return [poses[0], *(se3.inverse(a) @ b for a, b in zip(poses[:-1], poses[1:], strict=True))]
+    return [poses[0], *(se3.inverse(a) @ b for a, b in pairwise(poses))]
 
 
 def _skeleton(robot: Robot) -> ET.Element:
@@ -217,6 +286,7 @@ def _skeleton(robot: Robot) -> ET.Element:
     segments = _segments(robot)
     ET.SubElement(root, "link", name="base_link")
     parent = "base_link"
+    bodies = carried(robot)
     for number, (element, joint, segment) in enumerate(
         zip(driven, robot.moving, segments[:-1], strict=True), start=1
     ):
@@ -237,35 +307,27 @@ def _skeleton(robot: Robot) -> ET.Element:
                 effort=repr(float(effort)),
                 velocity="0",
             )
-        if joint.mass is not None:
-            _inertial(link, robot, number - 1)
+        _inertial(link, *bodies[number - 1])
         parent = f"link{number}"
     ET.SubElement(root, "link", name="flange")
     _joint_node(root, "flange_joint", "fixed", parent, "flange", segments[-1])
     return root
 
 
-def _inertial(link: ET.Element, robot: Robot, number: int) -> None:
-    """Mass and centre of a link, moved from its own frame to the frame right after its joint."""
-    joint = robot.moving[number]
-    entry = robot.joints.index(joint)
-    driven = next(i for i, e in enumerate(robot.elements) if e.joint == number)
-    part = robot.elements[driven + 1 : robot.link_ends[entry] + 1]
-    if part:
-        frame = chains.poses(chains.Chain(part, 0), np.zeros((1, 0)))[0]
-        com = se3.apply(frame, joint.com)
-    else:
-        com = joint.com
+def _inertial(link: ET.Element, mass: float | None, com: Vector3) -> None:
+    """Mass and centre of a body in the frame right after its joint; nothing where the mass is unknown."""
+    if mass is None:
+        return
     node = ET.SubElement(link, "inertial")
     ET.SubElement(node, "origin", xyz=_text(com), rpy="0 0 0")
-    ET.SubElement(node, "mass", value=repr(float(joint.mass)))
+    ET.SubElement(node, "mass", value=repr(float(mass)))
     ET.SubElement(node, "inertia", ixx="0", ixy="0", ixz="0", iyy="0", iyz="0", izz="0")
 
 
-def _correct_origins(root: ET.Element, robot: Robot) -> None:
+def _correct_origins(root: ET.Element, robot: Robot, names: tuple[str, ...]) -> None:
     """Multiply the identified corrections into the origins of the joints of the chain."""
     by_name = {node.get("name"): node for node in root.findall("joint")}
-    for link, (joint, original) in enumerate(zip(robot.joints, robot.urdf.joints, strict=True)):
+    for link, (joint, original) in enumerate(zip(robot.joints, names, strict=True)):
         mine = [
             e
             for e in robot.elements
@@ -285,9 +347,9 @@ def _correct_origins(root: ET.Element, robot: Robot) -> None:
 def _add_frames(root: ET.Element, robot: Robot) -> None:
     links = {node.get("name") for node in root.findall("link")}
     children = {node.find("child").get("link") for node in root.findall("joint")}
-    first = next(n.get("name") for n in root.findall("link") if n.get("name") not in children)
+    first = next(str(n.get("name")) for n in root.findall("link") if n.get("name") not in children)
     last = "flange" if robot.urdf is None else robot.urdf.tip
-    for frame, name in ((robot.base, "measuring_frame"), (robot.tool, "calibrated_tool")):
+    for frame, name in ((robot.base, BASE_LINK), (robot.tool, TOOL_LINK)):
         if np.array_equal(frame.pose, np.eye(4)):
             continue
         while name in links:
