@@ -62,7 +62,7 @@ class Screen:
     def press(self, name: str) -> None:
         self.page.get_by_role("button", name=name, exact=True).click()
 
-    def wait_text(self, testid: str, wanted: str, timeout: float = 20_000) -> None:
+    def wait_text(self, testid: str, wanted: str, timeout: float = 60_000) -> None:
         self.page.wait_for_function(
             '([id, words]) => document.querySelector(`[data-testid="${id}"]`)?.innerText.includes(words)',
             arg=[testid, wanted],

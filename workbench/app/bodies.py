@@ -98,7 +98,8 @@ def _way(robot: Robot, first: int, last: int) -> Float[np.ndarray, "points 3"]:
 
 def _link(way: Float[np.ndarray, "points 3"], radius: float, housing: Solid, *, last: bool) -> Body:
     """A tube along the way, a housing about the axis, and the probe at the end of the last link."""
-    shell, probe = [], []
+    shell: list[Solid] = []
+    probe: list[Solid] = []
     for i, (start, end) in enumerate(itertools.pairwise(way)):
         if last and i == len(way) - 2:
             end, probe = _probe(start, end, radius)

@@ -55,6 +55,15 @@ def local_server(*, host: str = "127.0.0.1", port: int = 0, label: str | None = 
     return server
 
 
+def stop_server(server: viser.ViserServer) -> None:
+    """Stop it, and wait for its thread; what that prints at the end is of no use to anybody."""
+    with mock.patch("rich.print"):
+        server.stop()
+        thread = server._websock_server._server_thread
+        if thread is not None:
+            thread.join(5.0)
+
+
 def _is_ours(request, host: str, port: int) -> bool:
     """One Host, which is this server; no Origin (a page being opened) or the same one."""
     try:

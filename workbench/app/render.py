@@ -33,6 +33,7 @@ class BrowserView(AbstractView):
         self._server = server
         session = worker.session
         with server.atomic():
+            server.gui.set_panel_label(f"{session.robot.name} · {session.plate.name}")
             add_ground(server, session)
             self._parts: Sequence[AbstractPart] = (
                 PlatePart(server, worker, session),

@@ -4,12 +4,11 @@ import threading
 import webbrowser
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from unittest import mock
 
 import viser
 
 from workbench.app.html import block
-from workbench.app.local import EVERYWHERE, LOOPBACK, local_server
+from workbench.app.local import EVERYWHERE, LOOPBACK, local_server, stop_server
 from workbench.app.render import BrowserView
 from workbench.design.plate import Plate
 from workbench.errors import FileError, OptionError
@@ -55,7 +54,7 @@ class App:
         try:
             session = start(robot, plate)
         except BaseException:
-            _stop(self.server)
+            stop_server(self.server)
             raise
         waiting.remove()
         self.worker = Worker(session, views=views)
@@ -73,7 +72,7 @@ class App:
     def close(self) -> None:
         """Stop the worker and the server."""
         self.worker.close()
-        _stop(self.server)
+        stop_server(self.server)
 
 
 def serve(
@@ -128,11 +127,6 @@ def _serve(host: str, port: int | None) -> viser.ViserServer:
         return local_server(host=host, port=PORT, label="Workbench")
     except OptionError:
         return local_server(host=host, port=0, label="Workbench")
-
-
-def _stop(server: viser.ViserServer) -> None:
-    with mock.patch("rich.print"):  # it says so on standard output, from another thread
-        server.stop()
 
 
 def _file(path: Path | str) -> LoadData:

@@ -44,6 +44,13 @@ class _Ended:
     error: Exception | None = None
 
 
+@dataclass(frozen=True, eq=False)
+class _AddView:
+    """A view that joins."""
+
+    view: AbstractView
+
+
 class Worker:
     """Owns a session. All methods may be called from any thread."""
 
@@ -51,7 +58,7 @@ class Worker:
         self._session = session
         self._views = list(views)
         self._journal: list[Entry] = []
-        self._queue: deque[AbstractCommand | _Progress | _Ended] = deque()
+        self._queue: deque[AbstractCommand | _Progress | _Ended | _AddView] = deque()
         self._changed = threading.Condition()
         self._cancel = threading.Event()
         self._task: AbstractTask | None = None
@@ -221,10 +228,3 @@ class Worker:
                 view.draw(self._session)
             except Exception:
                 log.exception("a view could not draw the session")
-
-
-@dataclass(frozen=True, eq=False)
-class _AddView:
-    """A view that joins."""
-
-    view: AbstractView

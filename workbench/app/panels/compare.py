@@ -7,7 +7,7 @@ import viser
 
 from workbench.app.colours import AFTER, BEFORE, GHOST, css
 from workbench.app.html import MUTED, badge, block, number, table, text
-from workbench.app.panels.panel import AbstractPanel, on_change
+from workbench.app.panels.panel import AbstractPanel, on_change, set_value
 from workbench.session.commands import SetOverlay, ShowRow
 from workbench.session.commands.compare import GREATEST_EXAGGERATION, LEAST_EXAGGERATION
 from workbench.session.state import Session
@@ -15,6 +15,8 @@ from workbench.session.worker import Worker
 
 VIEW = np.array([1.0, -0.86, 0.66])
 """Direction from which everything is looked at."""
+FAR = 3.4
+"""Distance from which a ball fills the picture, in its radii."""
 SWITCHES = {
     "nominal": ("Nominal arm", "Show the solid arm at the measured joint positions."),
     "calibrated": ("Calibrated arm", "Show the amber arm, with the identified parameters."),
@@ -72,12 +74,12 @@ class ComparePanel(AbstractPanel):
         self._row.disabled = comparison is None
         if comparison is not None:
             if self._row.value > len(comparison):
-                self._row.value = 1
+                set_value(self._row, 1)
             self._row.max = max(len(comparison), 2)
-            self._row.value = session.row + 1
+            set_value(self._row, session.row + 1)
         for name, box in self._switches.items():
-            box.value = getattr(overlay, name)
-        self._times.value = int(overlay.exaggeration)
+            set_value(box, getattr(overlay, name))
+        set_value(self._times, int(overlay.exaggeration))
         for control in (*self._switches.values(), self._times):
             control.disabled = session.identification is None
         self._look.disabled = comparison is None
@@ -92,7 +94,7 @@ class ComparePanel(AbstractPanel):
         radius = max(float(np.linalg.norm(places - middle, axis=1).max()), 0.3)
         with event.client.atomic():
             event.client.camera.look_at = middle
-            event.client.camera.position = middle + 2.4 * radius * VIEW / np.linalg.norm(VIEW)
+            event.client.camera.position = middle + FAR * radius * VIEW / np.linalg.norm(VIEW)
 
     def _set(self) -> None:
         switches = {name: bool(box.value) for name, box in self._switches.items()}

@@ -5,7 +5,7 @@ import viser
 
 from workbench.app.colours import OUT_OF_REACH, css
 from workbench.app.html import MUTED, block, heading, number, table, text
-from workbench.app.panels.panel import AbstractPanel, on_change, on_press
+from workbench.app.panels.panel import AbstractPanel, on_change, on_press, set_value
 from workbench.session.commands import Identify, ShowFit, Tell
 from workbench.session.export import calibrated_toml
 from workbench.session.state import Session
@@ -89,7 +89,7 @@ class FitPanel(AbstractPanel):
         self._errors.content = _nothing(session) if found is None else _errors(session)
         if found is not None:
             self._fit.options = [TITLES[name] for name in found.runs]
-            self._fit.value = TITLES[session.fit]
+            set_value(self._fit, TITLES[session.fit])
             self._parameters.content = _parameters(session)
             self._remarks.content = block(_remarks(session), testid="remarks", style="margin-bottom:10px")
 

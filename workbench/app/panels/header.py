@@ -3,7 +3,7 @@
 import viser
 
 from workbench.app.html import LINE, MUTED, block, text
-from workbench.app.panels.panel import AbstractPanel, on_press
+from workbench.app.panels.panel import AbstractPanel, on_press, set_value
 from workbench.session.commands import Dismiss
 from workbench.session.state import Focus, Message, Session, Severity
 from workbench.session.worker import Worker
@@ -54,7 +54,7 @@ class Header(AbstractPanel):
         if job is not None:
             words = text(job.title) + (f": {text(job.text)}" if job.text else " …")
             self._work.content = block(words, testid="job", style="margin-top:4px")
-            self._bar.value = 100.0 * min(max(job.fraction, 0.02), 1.0)
+            set_value(self._bar, 100.0 * min(max(job.fraction, 0.02), 1.0))
 
 
 def next_step(session: Session) -> str:

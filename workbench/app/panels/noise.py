@@ -3,7 +3,7 @@
 import numpy as np
 import viser
 
-from workbench.app.panels.panel import AbstractPanel, on_change
+from workbench.app.panels.panel import AbstractPanel, on_change, set_value
 from workbench.session.commands import SetNoise
 from workbench.session.state import Session
 from workbench.session.worker import Worker
@@ -39,8 +39,8 @@ class NoisePanel(AbstractPanel):
 
     def show(self, session: Session) -> None:
         """The present noise."""
-        self._position.value = round(1e3 * session.noise.position, 6)
-        self._rotation.value = round(float(np.rad2deg(session.noise.rotation)), 6)
+        set_value(self._position, round(1e3 * session.noise.position, 6))
+        set_value(self._rotation, round(float(np.rad2deg(session.noise.rotation)), 6))
 
     def _set(self) -> None:
         self._worker.submit(

@@ -21,6 +21,11 @@ class AbstractPanel(ABC):
         """Bring the controls in line with this snapshot."""
 
 
+def set_value(control: Any, value: Any) -> None:
+    """Show a value; nothing is sent if the control has it already."""
+    control.value = value
+
+
 def on_change(control: Any, action: Callable[[], None]) -> None:
     """Call the action when a user changes the control, not when the program does."""
 

@@ -5,7 +5,7 @@ import viser
 
 from workbench.app.colours import BLOCKED, OUT_OF_REACH, REACHED, css
 from workbench.app.html import MUTED, badge, block, text
-from workbench.app.panels.panel import AbstractPanel, on_change
+from workbench.app.panels.panel import AbstractPanel, on_change, set_value
 from workbench.session.commands import MoveTarget, Redo, ResetTargets, SelectTarget, Undo
 from workbench.session.state import Session, TargetState
 from workbench.session.worker import Worker
@@ -50,18 +50,19 @@ class TargetsPanel(AbstractPanel):
             (UNDO, REDO, RESET),
             hint="Take the last move back, make it again, or put all targets back where they were at first.",
         )
-        commands = {UNDO: Undo, REDO: Redo, RESET: ResetTargets}
+        commands = {UNDO: Undo(), REDO: Redo(), RESET: ResetTargets()}
 
         @self._history.on_click
         async def _(event: viser.GuiEvent) -> None:
-            self._worker.submit(commands[event.target.value]())
+            self._worker.submit(commands[event.target.value])
 
     def show(self, session: Session) -> None:
         """The selected target."""
         i = session.selected
         target, state = session.plate.targets[i], session.states[i]
-        self._choice.value = str(i + 1)
-        self._xyz.value, self._rpy.value = _millimetres(target.xyz), _degrees(target.rpy)
+        set_value(self._choice, str(i + 1))
+        set_value(self._xyz, _millimetres(target.xyz))
+        set_value(self._rpy, _degrees(target.rpy))
         self._state.content = block(_state(state), testid="state", style="margin:4px 0 6px")
 
     def _typed(self) -> None:

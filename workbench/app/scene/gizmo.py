@@ -28,12 +28,21 @@ class Gizmo(AbstractPart):
         self._session = session
         self._dragged: tuple[str, int] | None = None
         size = 0.17 * session.robot.reach
-        common = {"line_width": 4.0, "depth_test": False, "opacity": 0.95}
         arrows = server.scene.add_transform_controls(
-            "/handles/arrows", scale=size, disable_rotations=True, disable_sliders=True, **common
+            "/handles/arrows",
+            scale=size,
+            disable_rotations=True,
+            disable_sliders=True,
+            line_width=4.0,
+            depth_test=False,
         )
         rings = server.scene.add_transform_controls(
-            "/handles/rings", scale=0.72 * size, disable_axes=True, disable_sliders=True, **common
+            "/handles/rings",
+            scale=0.72 * size,
+            disable_axes=True,
+            disable_sliders=True,
+            line_width=4.0,
+            depth_test=False,
         )
         self.handles = {ARROWS: arrows, RINGS: rings}
         for kind, handle in self.handles.items():
@@ -75,9 +84,8 @@ class Gizmo(AbstractPart):
             xyz = np.array(handle.position)
         elif np.isfinite(handle.wxyz).all() and np.linalg.norm(handle.wxyz) > 0.1:
             rpy = se3.matrix_to_rpy(se3.quaternion_to_matrix(np.array(handle.wxyz)))
-        self._worker.submit(
-            MoveTarget(session.selected, tuple(map(float, xyz)), tuple(map(float, rpy)), client + 1)
-        )
+        (x, y, z), (roll, pitch, yaw) = xyz.tolist(), rpy.tolist()
+        self._worker.submit(MoveTarget(session.selected, (x, y, z), (roll, pitch, yaw), client + 1))
 
     def _let_go(self, client: int) -> None:
         self._dragged = None

@@ -7,8 +7,6 @@ from jaxtyping import Float
 from workbench import se3
 from workbench.app.shapes import Solid
 
-NO_SHADOW = {"cast_shadow": False, "receive_shadow": False}
-
 
 def put(node: viser.SceneNodeHandle, pose: Float[np.ndarray, "4 4"]) -> None:
     """Give a node a pose (viser does not send one that it already has)."""
@@ -33,5 +31,6 @@ def add_solid(
         color=colour,
         flat_shading=flat,
         opacity=opacity,
-        **NO_SHADOW,
+        cast_shadow=False,
+        receive_shadow=False,
     )

@@ -18,9 +18,9 @@ class NominalArm(AbstractPart):
 
     def show(self, session: Session) -> None:
         """Stand where the focus is."""
-        on_row = session.focus is Focus.ROW and session.comparison is not None
-        q = session.comparison.q[session.row] if on_row else session.states[session.selected].q
-        self._arm.visible = session.overlay.nominal or not on_row
+        rows = session.comparison if session.focus is Focus.ROW else None
+        q = session.states[session.selected].q if rows is None else rows.q[session.row]
+        self._arm.visible = session.overlay.nominal or rows is None
         if q is not self._q and (self._q is None or not np.array_equal(q, self._q)):
             self._q = q
             self._arm.stand(session.robot, q)

@@ -35,16 +35,14 @@ class OverlayPart(AbstractPart):
         if changed or overlay is not self._overlay:
             self._draw_arrows(comparison, overlay)
         self._drawn, self._overlay = comparison, overlay
-        on_row = session.focus is Focus.ROW and comparison is not None
+        rows = comparison if session.focus is Focus.ROW else None
         if self._ghost is not None:
-            self._ghost.visible = on_row and overlay.calibrated
-            if on_row:
-                self._ghost.stand(
-                    session.identification.runs[session.fit].calibrated, comparison.q[session.row]
-                )
+            self._ghost.visible = rows is not None and overlay.calibrated
+            if rows is not None:
+                self._ghost.stand(session.identification.runs[session.fit].calibrated, rows.q[session.row])
         if "frames" in self._nodes:
             self._nodes["frames"].visible = overlay.frames
-        self._mark(session, on_row)
+        self._mark(rows, session.row)
 
     def _replace_ghost(self, session: Session) -> None:
         if self._ghost is not None:
@@ -104,9 +102,9 @@ class OverlayPart(AbstractPart):
                     head_length=0.012,
                 )
 
-    def _mark(self, session: Session, on_row: bool) -> None:
+    def _mark(self, rows: Comparison | None, row: int) -> None:
         """A ball where the looked-at row was measured."""
-        place = session.comparison.measured[session.row] if on_row else np.full(3, np.nan)
+        place = np.full(3, np.nan) if rows is None else rows.measured[row]
         if not np.isfinite(place).all():
             self._remove("mark")
             return

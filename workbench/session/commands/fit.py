@@ -80,6 +80,7 @@ class Identify(AbstractTask):
             raise DataError("the measurements were replaced meanwhile; identify again")
         fit = next(name for name in (*PREFERRED, *found.runs) if name in found.runs)
         session = with_fit(replace(session, identification=found, row=0, focus=Focus.ROW), fit)
+        assert session.comparison is not None
         scale = exaggeration_for(session.comparison)
         session = replace(session, overlay=replace(session.overlay, exaggeration=scale))
         return session.tell(Severity.INFO, _summary(found, fit))
@@ -90,6 +91,8 @@ def _summary(found: "Identification", fit: str) -> str:
     before, after = found.nominal, found.runs[fit]
     kind = "held-out" if after.held_out else "fitted"
     old, new = before.held_out or before.train, after.held_out or after.train
+    assert old is not None
+    assert new is not None
     return (
         f"mean error on {kind} poses: {old.position_mm.mean:.3g} mm with the nominal arm, "
         f"{new.position_mm.mean:.3g} mm with the calibrated one ({fit.upper()})"
