@@ -1,0 +1,295 @@
+"""The package's own rules, read from its source: who imports whom, what is abstract, what is explained."""
+
+import ast
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1] / "workbench"
+LADDER = [
+    "errors types",
+    "units se3 files",
+    "parameters motion",
+    "chain",
+    "effects",
+    "robots",
+    "model",
+    "design measure compensate",
+    "identify",
+    "validate",
+    "diagnose",
+    "report",
+    "pipeline testing",
+    "session",
+    "app record",
+    "cli",
+    "__main__",
+]
+RUNG = {name: i for i, names in enumerate(LADDER) for name in names.split()}
+HOMES = {"viser": {"app"}, "rerun": {"record"}, "typer": {"cli"}, "yourdfpy": {"robots"}}
+LONGEST = 450
+LONGER = {"identify/problem.py": 490}
+"""Files that wait to be divided; an entry may only shrink."""
+HOOKS = {"AbstractObservation.unknowns", "AbstractObservation.start"}
+"""Methods that say `nothing` by default, because most observations have no unknowns of their own."""
+FILES = sorted(p for p in ROOT.rglob("*.py"))
+
+
+@cache
+def tree(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+def module(path: Path) -> str:
+    """Dotted name of a file's module."""
+    parts = path.relative_to(ROOT.parent).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+MODULES = {module(p): p for p in FILES}
+
+
+def part(path: Path) -> str:
+    """The rung's word of a file: the name right below the package."""
+    return path.relative_to(ROOT).parts[0].removesuffix(".py")
+
+
+def label(path: Path) -> str:
+    return path.relative_to(ROOT).as_posix()
+
+
+@cache
+def imports(path: Path) -> list[tuple[str, int]]:
+    """Dotted names that a file imports anywhere, deferred ones and those of `import_module` too."""
+    found = []
+    package = module(path).split(".")[: None if path.name == "__init__.py" else -1]
+    for node in ast.walk(tree(path)):
+        if isinstance(node, ast.Import):
+            found += [(a.name, node.lineno) for a in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            up = package[: len(package) - node.level + 1] if node.level else []
+            base = ".".join([*up, *([node.module] if node.module else [])])
+            found += [(f"{base}.{a.name}", node.lineno) for a in node.names]
+        elif isinstance(node, ast.Call) and ast.unparse(node.func).split(".")[-1] == "import_module":
+            found += [(a.value, node.lineno) for a in node.args[:1] if isinstance(a, ast.Constant)]
+    return found
+
+
+def test_every_module_has_a_rung():
+    assert {part(p) for p in FILES} - {"__init__"} <= set(RUNG)
+
+
+def test_imports_climb_one_ladder():
+    wrong = []
+    for path in FILES:
+        mine = part(path)
+        for name, line in imports(path):
+            words = name.split(".")
+            if words[0] != "workbench":
+                continue
+            other = words[1] if len(words) > 1 else "__init__"
+            # the package itself hands names out by need and imports nothing
+            if mine == "__init__" or (other != mine and RUNG.get(other, len(LADDER)) >= RUNG[mine]):
+                wrong.append(f"{label(path)}, line {line}: imports {name}")
+    assert not wrong
+
+
+def test_the_package_hands_out_names_that_exist():
+    import workbench
+
+    for name in workbench.__all__:
+        assert getattr(workbench, name) is not None
+
+
+def test_libraries_stay_where_their_idea_lives():
+    wrong = [
+        f"{label(path)}, line {line}: imports {name}"
+        for path in FILES
+        for name, line in imports(path)
+        if part(path) not in HOMES.get(name.split(".")[0], {part(path)})
+    ]
+    assert not wrong
+
+
+def test_the_numeric_core_loads_no_viewer_and_no_command_line():
+    core = [m for m, p in MODULES.items() if RUNG.get(part(p), 0) < RUNG["app"] and m != "workbench"]
+    code = (
+        "import sys, importlib\n"
+        f"for name in {core!r}: importlib.import_module(name)\n"
+        "print([n for n in ('viser', 'rerun', 'typer', 'playwright') if n in sys.modules])"
+    )
+    run = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT.parent, check=False
+    )
+    assert run.returncode == 0, run.stderr
+    assert run.stdout.strip() == "[]"
+
+
+def test_annotations_are_not_postponed():
+    assert not [label(p) for p in FILES for name, _ in imports(p) if name.startswith("__future__")]
+
+
+def test_files_are_short():
+    lengths = {label(p): len(p.read_text(encoding="utf-8").splitlines()) for p in FILES}
+    assert not {name: n for name, n in lengths.items() if n > LONGER.get(name, LONGEST)}
+    assert not [name for name in LONGER if lengths.get(name, 0) <= LONGEST], (
+        "no exception any more: remove it"
+    )
+
+
+def public(body, prefix=""):
+    """Public functions and classes with the public methods of the latter; setters follow their getter."""
+    for node in body:
+        if any(ast.unparse(d).endswith(".setter") for d in getattr(node, "decorator_list", [])):
+            continue
+        if isinstance(
+            node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef
+        ) and not node.name.startswith("_"):
+            yield prefix + node.name, node
+            if isinstance(node, ast.ClassDef):
+                yield from public(node.body, f"{node.name}.")
+
+
+def test_everything_public_is_explained():
+    silent = [label(p) for p in FILES if not ast.get_docstring(tree(p))]
+    for path in FILES:
+        names = public(tree(path).body)
+        silent += [f"{label(path)}: {name}" for name, node in names if not ast.get_docstring(node)]
+    assert not silent
+
+
+def test_only_the_command_line_prints():
+    wrong = []
+    for path in FILES:
+        if part(path) not in ("cli", "__main__"):
+            calls = (n for n in ast.walk(tree(path)) if isinstance(n, ast.Call))
+            wrong += [f"{label(path)}, line {n.lineno}" for n in calls if ast.unparse(n.func) == "print"]
+    assert not wrong
+
+
+def decorator(node: ast.ClassDef) -> ast.expr | None:
+    """The dataclass decorator of a class."""
+    return next((d for d in node.decorator_list if ast.unparse(d).startswith("dataclass")), None)
+
+
+def test_records_are_frozen():
+    loose = []
+    for path, node in classes().values():
+        if (found := decorator(node)) is not None:
+            options = found.keywords if isinstance(found, ast.Call) else []
+            if not any(o.arg == "frozen" and ast.unparse(o.value) == "True" for o in options):
+                loose.append(f"{label(path)}: {node.name}")
+    assert not loose
+
+
+@cache
+def classes() -> dict[str, tuple[Path, ast.ClassDef]]:
+    found = {}
+    for path in FILES:
+        for node in ast.walk(tree(path)):
+            if isinstance(node, ast.ClassDef):
+                found[f"{module(path)}.{node.name}"] = (path, node)
+    return found
+
+
+def bases(path: Path, node: ast.ClassDef) -> list[str]:
+    """Dotted names of a class's bases within the package."""
+    known = {name.split(".")[-1]: name for name, _ in imports(path)}
+    found = []
+    for base in node.bases:
+        word = ast.unparse(base).split("[")[0].split(".")[-1]
+        for name in (f"{module(path)}.{word}", known.get(word, "")):
+            name = resolve(name)
+            if name in classes():
+                found.append(name)
+                break
+    return found
+
+
+def resolve(name: str) -> str:
+    """Follow a name through the packages that hand it on."""
+    for _ in range(5):
+        home, _, word = name.rpartition(".")
+        if name in classes() or home not in MODULES:
+            return name
+        name = next((n for n, _ in imports(MODULES[home]) if n.split(".")[-1] == word), name)
+    return name
+
+
+def is_abstract(node: ast.ClassDef) -> bool:
+    """Abstract by name, or a protocol, which has nothing but abstract members."""
+    protocol = any(ast.unparse(b).split(".")[-1].startswith("Protocol") for b in node.bases)
+    return protocol or node.name.removeprefix("_").startswith("Abstract")
+
+
+def methods(node: ast.ClassDef) -> dict[str, bool]:
+    """Methods of a class, and whether each is abstract."""
+    found = {}
+    for item in node.body:
+        if isinstance(item, ast.FunctionDef | ast.AsyncFunctionDef):
+            marks = [ast.unparse(d).split(".")[-1] for d in item.decorator_list]
+            found[item.name] = "abstractmethod" in marks
+    return found
+
+
+def ancestors(name: str) -> list[str]:
+    found = []
+    for base in bases(*classes()[name]):
+        found += [base, *ancestors(base)]
+    return found
+
+
+def test_classes_are_abstract_or_final():
+    wrong = []
+    for name, (path, node) in classes().items():
+        for base in bases(path, node):
+            if base != "workbench.errors.WorkbenchError" and not is_abstract(classes()[base][1]):
+                wrong.append(f"{name} inherits from {base}, which is concrete")
+        if any(methods(node).values()) and not is_abstract(node):
+            wrong.append(f"{name} has abstract methods but not the name")
+    assert not wrong
+
+
+def test_nothing_implemented_is_overridden():
+    wrong = []
+    for name, (_, node) in classes().items():
+        for base in ancestors(name):
+            if base == "workbench.errors.WorkbenchError":
+                continue
+            done = {m for m, abstract in methods(classes()[base][1]).items() if not abstract}
+            short = base.rpartition(".")[2]
+            done = {m for m in done if m != "__init__" and f"{short}.{m}" not in HOOKS}
+            wrong += [f"{name}.{m} overrides {base}" for m in done & set(methods(node))]
+    assert not wrong
+
+
+def test_final_classes_implement_what_is_asked():
+    wrong = []
+    for name, (_, node) in classes().items():
+        if is_abstract(node):
+            continue
+        lineage = [node, *(classes()[b][1] for b in ancestors(name))]
+        asked = {m for n in lineage for m, abstract in methods(n).items() if abstract}
+        done = {m for n in lineage for m, abstract in methods(n).items() if not abstract}
+        fields = {ast.unparse(i.target) for n in lineage for i in n.body if isinstance(i, ast.AnnAssign)}
+        fields |= {
+            ast.unparse(t) for n in lineage for i in n.body if isinstance(i, ast.Assign) for t in i.targets
+        }
+        wrong += [f"{name} lacks {m}" for m in asked - done - fields]
+    assert not wrong
+
+
+def test_the_rules_are_seen():
+    """The checks above find what they look for."""
+    assert "workbench.design.indices.index.AbstractIndex" in ancestors("workbench.design.indices.o1.O1")
+    assert any(n.startswith("workbench.robots.urdf.") for n, _ in imports(ROOT / "robots" / "library.py"))
+    assert dict(
+        public(ast.parse("class A:\n def b(self): 0\n def _c(self): 0\ndef _d(): 0").body)
+    ).keys() == {"A", "A.b"}
+
+
+def test_errors_have_one_base():
+    for name, (path, node) in classes().items():
+        if path == ROOT / "errors.py" and node.name != "WorkbenchError":
+            assert bases(path, node) == ["workbench.errors.WorkbenchError"], name
