@@ -97,7 +97,7 @@ def test_a_base_that_is_declared_known_but_turned_is_refused():
     robot = load_robot("aria")
     turned = Frame.from_pose(se3.pose(se3.rpy_to_matrix(np.array([0.0, 0.0, np.pi])), np.zeros(3)))
     data = rows_of(robot.with_frames(base=turned), rng, 40, noise=(1e-4, 3e-4))
-    with pytest.raises(DataError, match="180.0° about z"):
+    with pytest.raises(DataError, match=r"180\.0° about z"):
         choose_frames(robot, data)
 
 

@@ -21,6 +21,8 @@ OnStep = Callable[[int, float], bool]
 
 STEP_TOLERANCE = 1e-4
 """A step that promises to move the answer by less than this many standard errors ends the search."""
+ROUNDING = 1e-8
+"""Relative decrease that can't be told from rounding once no step reduces the error any further."""
 RESIDUAL_FLOOR = 1e-10
 """… or one that changes the residuals by less than this many of the stated standard deviations: rounding."""
 
@@ -65,6 +67,17 @@ def settled(factor: Factor, decrease: float, size: int) -> bool:
     """
     variance = factor.residual_square / max(size - factor.rank, 1)
     return decrease <= max(STEP_TOLERANCE**2 * variance, RESIDUAL_FLOOR**2 * size)
+
+
+def ended(promised: float, history: list[float]) -> Outcome:
+    """Outcome of a search that found no step downhill: rounding at the bottom, or stuck above it.
+
+    Args:
+        promised: Decrease of |r|² that the linear model still promises.
+        history: Cost ½|r|² so far.
+    """
+    at_bottom = promised <= ROUNDING * 2.0 * history[-1] or history[-1] <= ROUNDING**2 * history[0]
+    return Outcome.CONVERGED if at_bottom else Outcome.STALLED
 
 
 def gauge_step(

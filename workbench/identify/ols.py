@@ -10,7 +10,7 @@ from typing import final
 
 import numpy as np
 
-from workbench.identify.identifier import AbstractIdentifier, OnStep, Search, gauge_step, settled
+from workbench.identify.identifier import AbstractIdentifier, OnStep, Search, ended, gauge_step, settled
 from workbench.identify.linear import factorise
 from workbench.identify.problem import Problem
 from workbench.types import Outcome
@@ -52,7 +52,7 @@ class Ols(AbstractIdentifier):
                     break
                 step = step / 2
             else:
-                return Search(x, Outcome.STALLED, tuple(history))
+                return Search(x, ended(factor.predicted_decrease(), history), tuple(history))
             x, at = x + step, trial
             history.append(cost)
         return Search(x, Outcome.ITERATION_LIMIT, tuple(history))

@@ -11,7 +11,7 @@ from typing import final
 
 import numpy as np
 
-from workbench.identify.identifier import AbstractIdentifier, OnStep, Search, gauge_step, settled
+from workbench.identify.identifier import AbstractIdentifier, OnStep, Search, ended, gauge_step, settled
 from workbench.identify.linear import factorise
 from workbench.identify.problem import Problem
 from workbench.types import Outcome
@@ -60,7 +60,7 @@ class Opt2(AbstractIdentifier):
                     break
                 damping, growth = damping * growth, growth * 2.0
             else:
-                return Search(x, Outcome.STALLED, tuple(history))
+                return Search(x, ended(factor.predicted_decrease(), history), tuple(history))
             damping *= max(1.0 / 3.0, 1.0 - (2.0 * gain - 1.0) ** 3) if gain < 0.9 else 0.1
             x = x + step
             at = problem.evaluate(x)

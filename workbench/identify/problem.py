@@ -24,7 +24,6 @@ from workbench.parameters import Parameter, default_bounds
 from workbench.robots.robot import FRAME_PARTS, Frame, Robot, SessionFrames
 from workbench.types import frozen
 
-
 PIECE = 1024
 """Rows that are evaluated at once: their twists stay in the processor's cache."""
 
@@ -305,7 +304,8 @@ class Problem:
 
     def robot_at(self, x: Float[np.ndarray, "p"]) -> Robot:
         """The robot with the unknowns set, its session frames included."""
-        values = dict(zip(self.names, x.tolist(), strict=True))
+        pairs = zip(self.parameters, x.tolist(), strict=True)
+        values = {p.name: value for p, value in pairs if not p.is_instrument}
         arm = {n: v for n, v in values.items() if "[" not in n}
         robot = self.robot.with_values(arm)
         if self.frames.base_per_session or self.frames.tool_per_session or self.robot.sessions:

@@ -136,11 +136,12 @@ class Fit:
 
     @cached_property
     def row_residuals(self) -> Float[np.ndarray, "rows"]:
-        """Standardised residual of every row: root of its mean squared whitened components."""
-        rows = self.problem.component_rows
-        size = len(self.problem.data)
-        square = np.bincount(rows, self.whitened**2, size) / np.bincount(rows, minlength=size)
-        return np.sqrt(square / max(self.variance_factor, 1e-300))
+        """Residual of every row in stated standard deviations, whatever weight a robust loss gave it."""
+        plain = self.problem.with_row_weights(None)
+        components = plain.residual(self.x)[: plain.size]
+        size = len(plain.data)
+        square = np.bincount(plain.component_rows, components**2, size)
+        return np.sqrt(square / np.bincount(plain.component_rows, minlength=size))
 
     @cached_property
     def suspicious(self) -> np.ndarray:
@@ -171,7 +172,7 @@ def combinations(
         rows[others] -= np.outer(rows[others, column], rows[k])
         used.append(column)
     found = []
-    for row, column in zip(rows, used, strict=True):
+    for row in rows:
         weights = row / np.abs(row).max()
         chosen = np.flatnonzero(np.abs(weights) > NOTICEABLE)
         chosen = chosen[np.argsort(-np.abs(weights[chosen]), kind="stable")]
