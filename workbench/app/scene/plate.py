@@ -22,7 +22,11 @@ class PlatePart(AbstractPart):
         if plate.size is not None:
             put(add_solid(server, "/plate", box(plate.size), PLATE, flat=True), plate.pose)
         server.scene.add_line_segments(
-            "/region", cuboid_edges(plate.region.min, plate.region.max), colors=REGION, thickness=1.6
+            "/region",
+            cuboid_edges(plate.region.min, plate.region.max),
+            colors=REGION,
+            thickness=1.6,
+            thickness_units="screen",
         )
         self._targets: list[Target | None] = [None] * len(plate)
         self._blocks: list[viser.MeshHandle] = []
