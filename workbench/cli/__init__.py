@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from workbench.cli import calibrating, measuring
-from workbench.cli.options import PlateOption, RobotOption
+from workbench.cli.options import PlateOption, RobotOption, say
 from workbench.errors import WorkbenchError
 
 app = typer.Typer(
@@ -43,7 +43,7 @@ def serve(
     robot: RobotOption = "aria",
     plate: PlateOption = "table2",
     data: Annotated[Path | None, typer.Option(help="Measurements to load at once.")] = None,
-    port: Annotated[int, typer.Option(help="Port; 0 takes a free one.")] = 8080,
+    port: Annotated[int | None, typer.Option(help="Port; 8090 or else any free one if not given.")] = None,
     host: Annotated[
         str, typer.Option(help="Address to listen on; others than loopback are open to the network.")
     ] = "127.0.0.1",
@@ -53,8 +53,18 @@ def serve(
 ) -> None:
     """The app in the browser: robot, plate, draggable targets, identification."""
     from workbench.app.server import serve as run
+    from workbench.design.plate_toml import load_plate
+    from workbench.robots import load_robot
 
-    run(robot, plate or "table2", data=data, host=host, port=port, open_browser=open_browser)
+    run(
+        load_robot(robot),
+        load_plate(plate or "table2"),
+        data=data,
+        host=host,
+        port=port,
+        open_browser=open_browser,
+        on_ready=say,
+    )
 
 
 for command in (

@@ -202,8 +202,8 @@ def _check_known_base(robot: Robot, data: Dataset, noise: Noise | None) -> None:
     if found[0] > max(FAR_OFF * found[1], FAR * robot.reach):
         where = "; ".join(_where_the_base_is(robot, aligned)) or "elsewhere"
         raise DataError(
-            f"{data.source}: with the base as given the nominal arm is off by {1e3 * found[0]:.0f} mm, with a "
-            f"free base by {1e3 * found[1]:.1f} mm ({where}); mend [base] in the robot's file or set its "
+            f"{data.source}: with the base as given the nominal arm is off by {1e3 * found[0]:.0f} mm, with "
+            f"a free base by {1e3 * found[1]:.1f} mm ({where}); mend [base] in the robot's file or set its "
             "free = true"
         )
 
