@@ -55,7 +55,11 @@ def corrections(run: FittedRun) -> Figure | None:
         axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
         right = axes.secondary_yaxis("right")
         right.set_yticks(
-            place, [_correction(c, fit.std[i], a) for c, i, a in zip(change, shown, angle, strict=True)]
+            place,
+            [
+                _correction(c, float(fit.std[i]), a)
+                for c, i, a in zip(change.tolist(), shown, angle.tolist(), strict=True)
+            ],
         )
         right.tick_params(length=0)
         right.spines["right"].set_visible(False)

@@ -21,8 +21,7 @@ def write_folder(folder: Path | str, files: Mapping[str, bytes], *, replaces: It
         FileError: the folder is a file.
     """
     folder = Path(folder).absolute()
-    if folder.exists() and not folder.is_dir():
-        raise FileError("is a file; a report needs a folder, so give another name", path=str(folder))
+    check_folder(folder)
     folder.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}.") as room:
         fresh, old = Path(room) / "new", Path(room) / "old"
@@ -35,6 +34,12 @@ def write_folder(folder: Path | str, files: Mapping[str, bytes], *, replaces: It
         else:
             os.replace(fresh, folder)
     return folder
+
+
+def check_folder(folder: Path | str) -> None:
+    """Refuse a folder that is a file, before anything is made for it."""
+    if Path(folder).exists() and not Path(folder).is_dir():
+        raise FileError("is a file; a report needs a folder, so give another name", path=str(folder))
 
 
 def _exchange(folder: Path, fresh: Path, old: Path, names: set[str]) -> None:

@@ -17,7 +17,7 @@ from workbench.measure.dataset import Dataset
 from workbench.report import json as json_report
 from workbench.report.drawing import COLOURS
 from workbench.report.figures import NAMES, Drawing, all_figures, save
-from workbench.report.folder import write_folder
+from workbench.report.folder import check_folder, write_folder
 from workbench.report.numbers import factor, short, signed, standard_error
 from workbench.report.parameters import LEGEND, Cell, ParameterTable, State, parameter_table
 from workbench.report.results import FittedRun, Identified
@@ -59,6 +59,7 @@ def write_report(
     """
     report = progress or (lambda part, words: None)
     requirement = requirement or Requirement()
+    check_folder(folder)
     titles = iter(range(len(NAMES)))
     drawings = all_figures(
         result,

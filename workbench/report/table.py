@@ -79,7 +79,7 @@ def parameters_tables(fit: Fit) -> RenderableType:
     parts: list[RenderableType] = []
     if content.rows:
         digits = 6 if len(content.columns) < 6 else 5
-        table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1), title=f"{fit.title}: arm")
+        table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0), title=f"{fit.title}: arm")
         table.add_column("joint", no_wrap=True)
         table.add_column("", no_wrap=True)
         for name in content.headings:
