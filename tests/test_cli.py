@@ -122,7 +122,7 @@ def test_a_driven_arm_is_captured_and_identified(run):
     """The line of the README: drive | capture, then identify, with real processes for the pipe."""
     program = [sys.executable, "-c", "from workbench.cli import main; main()"]
     where = ["--robot", "aria", "--plate", "table2"]
-    environment = os.environ | {"PYTHONPATH": str(Path(cli.__file__).parents[1])}
+    environment = os.environ | {"PYTHONPATH": str(Path(cli.__file__).parents[2])}
     driver = subprocess.Popen(
         [*program, "drive", *where, "--speed", "0", "--rate", "20"],
         stdout=subprocess.PIPE,
@@ -154,7 +154,7 @@ def test_an_incomplete_capture_says_so_by_its_status(run, monkeypatch):
         input=line,
         capture_output=True,
         text=True,
-        env=os.environ | {"PYTHONPATH": str(Path(cli.__file__).parents[1])},
+        env=os.environ | {"PYTHONPATH": str(Path(cli.__file__).parents[2])},
         timeout=120,
         start_new_session=True,
     )

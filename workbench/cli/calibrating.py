@@ -157,7 +157,7 @@ def export(
     for path in (urdf, toml):
         if path is not None:
             say(f"{arm.name}: {save_robot(arm, path)}")
-    if controller is not None:
+    if controller is not None and nominal is not None:
         from workbench.report.json import write_json
         from workbench.report.use import use_of
 

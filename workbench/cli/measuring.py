@@ -51,13 +51,13 @@ def simulate(
 
     if effect is not None:
         raise OptionError("--effect: there are no hidden effects yet; leave the option out")
-    if (plate is None) == (poses is None):
+    if (plate is None) == (poses is None):  # from here on one of the two is given
         raise OptionError("give either --plate FILE or --poses NUMBER")
     if poses is not None and poses < 1:
         raise OptionError(f"--poses must be 1 or more, not {poses}")
     check_writable(out, actual)
     arm = load_robot(robot)
-    options = {"actual": None if of is None else load_robot(of), "seed": seed}
+    measured = None if of is None else load_robot(of)
     with progress_bar("simulate") as progress:
         if plate is not None:
             hidden, rows = pipeline.measure_plate(
@@ -65,17 +65,19 @@ def simulate(
                 load_plate(plate),
                 branch=branch,
                 instrument=instrument or "plate",
+                actual=measured,
+                seed=seed,
                 progress=lambda part: progress(part, "choosing branches"),
-                **options,
             )
-        else:
+        elif poses is not None:
             hidden, rows = pipeline.measure_poses(
                 arm,
                 poses,
                 index=index,
                 instrument=instrument or "tracker-6d",
+                actual=measured,
+                seed=seed,
                 progress=lambda part: progress(part, "choosing poses"),
-                **options,
             )
     sliding = [i for i, joint in enumerate(arm.moving) if joint.kind == "prismatic"]
     write_measurements(rows, out, prismatic=sliding)

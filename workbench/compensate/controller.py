@@ -136,7 +136,8 @@ def controller_numbers(
     names = _names(arm, chosen)
     weight = np.array([1.0] * 3 + [lever] * 3)
     error = se3.pose_error(wanted, tool_poses(arm, q))
-    before, cost, held = _summary(error), _cost(error, weight), ()
+    held: tuple[str, ...] = ()
+    before, cost = _summary(error), _cost(error, weight)
     for _ in range(ITERATIONS):
         columns = sensitivity(arm, q, names)[1] * weight[:, None]
         jacobian = columns.reshape(-1, len(names))
@@ -204,7 +205,7 @@ def _repeating(jacobian: Float[np.ndarray, "m p"]) -> list[int]:
     basis = np.zeros((len(jacobian), 0))
     found = []
     for i, column in enumerate(jacobian.T):
-        length = np.linalg.norm(column)
+        length = float(np.linalg.norm(column))
         rest = column - basis @ (basis.T @ column)
         rest -= basis @ (basis.T @ rest)
         if np.linalg.norm(rest) <= REPEATS * max(length, 1e-300):

@@ -132,7 +132,7 @@ def _tool_points(robot, data, arm, groups, freedom) -> Iterator[Float[np.ndarray
 def _from_repeated_places(data: Dataset, arm: np.ndarray) -> Float[np.ndarray, "3"] | None:
     """Tool point for which all visits to one measured place coincide: linear, needs no base."""
     session = np.zeros(len(data)) if data.session is None else np.unique(data.session, return_inverse=True)[1]
-    key = np.column_stack([session, np.round(data.position / SAME_PLACE)])
+    key = np.column_stack([session, np.round(np.asarray(data.position) / SAME_PLACE)])
     _, place = np.unique(key, axis=0, return_inverse=True)
     rows, right = [], []
     for k in range(place.max() + 1):

@@ -91,7 +91,7 @@ class Factor:
 def factorise(jacobian: Float[np.ndarray, "m p"], residual: Float[np.ndarray, "m"]) -> Factor:
     """Compress and decompose a whitened Jacobian and its residual."""
     p = jacobian.shape[1]
-    r = np.linalg.qr(np.concatenate([jacobian, residual[:, None]], axis=1), mode="r")
+    r = np.asarray(np.linalg.qr(np.concatenate([jacobian, residual[:, None]], axis=1), mode="r"))
     size = min(p, len(r))
     u, s, vt = np.linalg.svd(r[:size, :p])
     along = np.zeros(p)

@@ -45,20 +45,21 @@ class Opt1(AbstractIdentifier):
         scale = 1.0 / np.where(columns > 0.0, columns, 1.0)
         lower, upper = problem.bounds
         history: list[float] = []
-        best = [np.inf, start.copy()]
+        least, best = np.inf, start.copy()
 
         def cost(y: np.ndarray) -> tuple[float, np.ndarray]:
+            nonlocal least, best
             x = start + scale * y
             value, gradient = problem.cost_and_gradient(x)
-            if value < best[0]:
-                best[:] = [value, x]
+            if value < least:
+                least, best = value, x
             if not history:
                 history.append(value)
             return value, scale * gradient
 
         def after_iteration(_: np.ndarray) -> None:
-            history.append(best[0])
-            if on_step and on_step(len(history) - 1, best[0]):
+            history.append(least)
+            if on_step and on_step(len(history) - 1, least):
                 raise _Cancelled
 
         first, _ = cost(np.zeros(len(start)))
@@ -75,8 +76,8 @@ class Opt1(AbstractIdentifier):
                 options={"ftol": max(ROUNDING * first * 1e-7, 1e-22), "maxiter": self.limit},
             )
         except _Cancelled:
-            return Search(best[1], Outcome.CANCELLED, tuple(history))
-        x = np.clip(best[1], lower, upper)
+            return Search(best, Outcome.CANCELLED, tuple(history))
+        x = np.clip(best, lower, upper)
         if answer.success:
             outcome = Outcome.CONVERGED
         else:

@@ -136,8 +136,7 @@ def _spread(
         if len(x):
             break
     if len(x):
-        place = np.where(arm.slides, x, np.cos(x)), np.where(arm.slides, 0.0, np.sin(x))
-        place = np.concatenate(place, 1)
+        place = np.concatenate([np.where(arm.slides, x, np.cos(x)), np.where(arm.slides, 0.0, np.sin(x))], 1)
         picked = [int(np.argmax(np.linalg.svd(task_jacobian(arm, x, task))[1][:, -1]))]
         away = np.linalg.norm(place - place[picked[0]], axis=1)
         while len(picked) < min(REPRESENTATIVES, len(x)):

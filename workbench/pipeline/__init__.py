@@ -13,10 +13,11 @@ The three runs of the paper's toolbox (ARIA 4.1.4) are three short calls:
 each followed by `identify(aria, rows)`.
 """
 
-from workbench.pipeline.evaluation import Evaluation, evaluate
-from workbench.pipeline.identification import ALGORITHMS, Identification, Run, Validation, identify
+from workbench.pipeline.evaluation import evaluate
+from workbench.pipeline.identification import ALGORITHMS, identify
 from workbench.pipeline.poses import choose_poses, write_poses
 from workbench.pipeline.simulation import measure_plate, measure_poses
+from workbench.validate.identification import Evaluation, Identification, Run, Validation
 
 __all__ = [
     "ALGORITHMS",

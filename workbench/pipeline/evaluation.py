@@ -1,34 +1,12 @@
 """Evaluation: the errors of a given model on data, nothing fitted."""
 
-from dataclasses import dataclass
-
-import numpy as np
-
 from workbench.errors import DataError
 from workbench.identify.frames import choose_frames
 from workbench.measure.dataset import Dataset
 from workbench.measure.plausible import check_plausible
 from workbench.robots.robot import Robot
-from workbench.validate.errors import Errors, RowErrors, row_errors
-
-
-@dataclass(frozen=True, eq=False)
-class Evaluation:
-    """Errors of a given model on data.
-
-    Args:
-        robot: The model, with the frames that were fitted if that was asked for.
-        errors: Summary.
-        rows: Row by row, in the order of the data's included rows.
-        row_numbers: Data row of each.
-        notes: Decisions, one sentence each.
-    """
-
-    robot: Robot
-    errors: Errors
-    rows: RowErrors
-    row_numbers: np.ndarray
-    notes: tuple[str, ...]
+from workbench.validate.errors import row_errors
+from workbench.validate.identification import Evaluation
 
 
 def evaluate(robot: Robot, data: Dataset, *, fit_frames: bool = False) -> Evaluation:
@@ -49,4 +27,4 @@ def evaluate(robot: Robot, data: Dataset, *, fit_frames: bool = False) -> Evalua
         choice = choose_frames(robot, used, free=())
         robot, notes = choice.robot, [*notes, *choice.notes]
     rows = row_errors(robot, used)
-    return Evaluation(robot, rows.summary, rows, used.row, tuple(notes))
+    return Evaluation(robot, rows, used.row, tuple(notes))

@@ -1,16 +1,7 @@
-"""Whole runs as functions: what the commands, the app and notebooks call.
-
-    run = identify(load_robot("ur10"), read_measurements("ur10.csv"))
-    run.runs["ols"].held_out.position_mm.mean
-    run.runs["ols"].calibrated
-
-The three runs of the paper's toolbox (ARIA 4.1.4) are `identify` on a virtual arm's `simulate`d rows, on a
-plate's simulated rows, and on rows that were read from a file.
-"""
+"""Identification from end to end: rows chosen, frames decided, noise estimated, fits, held-out errors."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 from time import perf_counter
 
 import numpy as np
@@ -24,7 +15,7 @@ from workbench.identify.linear import factorise
 from workbench.identify.ols import Ols
 from workbench.identify.opt1 import Opt1
 from workbench.identify.opt2 import Opt2
-from workbench.identify.problem import FrameFreedom, Noise, Problem
+from workbench.identify.problem import Noise, Problem
 from workbench.identify.result import Fit
 from workbench.identify.robust import Loss, row_weights
 from workbench.measure.dataset import Dataset
@@ -33,8 +24,8 @@ from workbench.model.forward import tool_poses
 from workbench.robots.robot import Frame, Robot
 from workbench.types import Outcome
 from workbench.validate.errors import Errors, RowErrors, row_errors
-from workbench.validate.expected import Transfer, transfer, transfer_words
 from workbench.validate.holdout import split, split_sessions
+from workbench.validate.identification import Identification, Run, Validation
 
 ALGORITHMS: dict[str, AbstractIdentifier] = {a.name: a for a in (Ols(), Opt1(), Opt2())}
 """The identification algorithms by name; a new one is one more file and one more entry."""
@@ -43,98 +34,6 @@ REWEIGHTINGS = 10
 
 Progress = Callable[[float, str], None]
 Cancel = Callable[[], bool]
-
-
-@dataclass(frozen=True)
-class Validation:
-    """Errors of one model on the training and the held-out rows; None where there are none."""
-
-    train: Errors | None
-    held_out: Errors | None
-
-
-@dataclass(frozen=True, eq=False)
-class Run:
-    """One algorithm's fit and its errors.
-
-    Args:
-        fit: Parameters, standard errors, what was not seen.
-        train: Errors on the rows that were fitted.
-        held_out: Errors on the rows that were not.
-        train_rows: Errors row by row, in the order of `Identification.train_rows`.
-        held_out_rows: Likewise of the held-out rows.
-    """
-
-    fit: Fit
-    train: Errors | None
-    held_out: Errors | None
-    train_rows: RowErrors
-    held_out_rows: RowErrors
-
-    @property
-    def calibrated(self) -> Robot:
-        """The robot with the identified values."""
-        return self.fit.calibrated
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Identification:
-    """A whole run: what was used, decided, found, and how good it is.
-
-    Args:
-        robot: The nominal arm as it was given.
-        aligned: The nominal arm with the best base and tool wherever those are free.
-        data: All rows.
-        train_rows: Rows that were fitted, indices into data.
-        held_out_rows: Rows that were not.
-        held_out_data: The held-out rows, which may come from another file.
-        excluded: Rows that were kept out altogether, with the reason.
-        frames: What of base and tool was identified.
-        noise: Standard deviations that weighed the rows.
-        notes: Decisions, one sentence each.
-        nominal: Errors of `aligned`.
-        nominal_rows: The same row by row: training, held out.
-        runs: One per algorithm, by name.
-    """
-
-    robot: Robot
-    aligned: Robot
-    data: Dataset
-    train_rows: np.ndarray
-    held_out_rows: np.ndarray
-    held_out_data: Dataset
-    excluded: tuple[tuple[int, str], ...]
-    frames: FrameFreedom
-    noise: Noise
-    notes: tuple[str, ...]
-    nominal: Validation
-    nominal_rows: tuple[RowErrors, RowErrors]
-    runs: dict[str, Run]
-
-    @property
-    def best(self) -> Run:
-        """The run with the smallest training cost; held-out rows choose nothing."""
-        return min(self.runs.values(), key=lambda run: run.fit.history[-1])
-
-    @cached_property
-    def transfer(self) -> Transfer:
-        """Expected errors of the best run near the measured poses, and anywhere within the limits."""
-        return transfer(self.best.fit, rng=np.random.default_rng(0))
-
-    @property
-    def unidentifiable(self) -> tuple[str, ...]:
-        """Combinations of parameters that the rows don't show, in words."""
-        return tuple(c.words for c in self.best.fit.unidentifiable)
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """What the user should know: how the searches ended, and what the rows left open."""
-        searches = (w for run in self.runs.values() for w in run.fit.warnings)
-        found = [*searches, *_cautions(self.best.fit)]
-        if not (self.frames.base_per_session or self.frames.tool_per_session):
-            turned = bool(self.best.fit.problem.component_channels.any())
-            found.append(transfer_words(self.transfer, turned))
-        return tuple(found)
 
 
 def identify(
@@ -190,7 +89,11 @@ def identify(
     rows, excluded = _choose_rows(robot, data, exclude or {}, region)
     used = data.take(rows)
     train, held = _divide(used, held_out, seed)
-    held_data = held_out if isinstance(held_out, Dataset) else used.take(held)
+    held_data = used.take(held)
+    if isinstance(held_out, Dataset):
+        robot.check_joints(held_out.q, held_out.source)
+        held_data = check_plausible(held_out, robot.limits, robot.reach)
+        held_data = held_data.take(held_data.included)
     fitted = used.take(train)
     _check_enough(robot, fitted, free)
     report(0.1, "deciding about base and tool")
@@ -225,7 +128,7 @@ def identify(
         frames=choice.freedom,
         noise=problem.noise,
         notes=tuple(notes),
-        nominal=Validation(nominal[0].summary, nominal[1].summary),
+        nominal=Validation(Errors.of(nominal[0]), nominal[1].summary),
         nominal_rows=(nominal[0], nominal[1]),
         runs=runs,
     )
@@ -375,25 +278,11 @@ def _warnings(fit: Fit) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _cautions(fit: Fit) -> tuple[str, ...]:
-    """What the rows left open, the same for all algorithms."""
-    found = []
-    if fit.hardly_seen:
-        found.append(f"hardly seen, so held near nominal: {'; '.join(c.words for c in fit.hardly_seen)}")
-    if fit.poorly_determined:
-        found.append(f"known only to a degree or 5 mm: {', '.join(fit.poorly_determined)}")
-    if len(fit.suspicious):
-        rows = fit.problem.data.row[fit.suspicious]
-        shown = ", ".join(str(r) for r in rows[:10]) + (" …" if len(rows) > 10 else "")
-        found.append(f"{len(rows)} rows stand out from the others, look at data rows {shown}")
-    return tuple(found)
-
-
 def _validated(fit: Fit, fitted: Dataset, held: Dataset, choice: FrameChoice) -> Run:
     pairs = zip(fit.problem.parameters, fit.x.tolist(), strict=True)
     known = {p.name: value for p, value in pairs if p.is_instrument}
     train, held_out = (_errors(fit.calibrated, part, known) for part in (fitted, held))
-    return Run(fit, train.summary, held_out.summary, train, held_out)
+    return Run(fit, Errors.of(train), held_out.summary, train, held_out)
 
 
 def _errors(robot: Robot, data: Dataset, known: Mapping[str, float]) -> RowErrors:

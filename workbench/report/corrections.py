@@ -6,14 +6,14 @@ from matplotlib.figure import Figure
 from workbench.report.drawing import COLOURS, INK, grid, look, new_figure
 from workbench.report.numbers import signed
 from workbench.report.parameters import unseen
-from workbench.report.results import FittedRun
+from workbench.validate.identification import Run
 
 CERTAIN = 2.0
 """A correction of this many standard errors is more than chance."""
 
 
-def corrections(run: FittedRun) -> Figure | None:
-    """Identified minus nominal of every constant of the arm, in standard errors; None if none is free."""
+def corrections(run: Run) -> Figure | None:
+    """Identification minus nominal of every constant of the arm, in standard errors; None if none is free."""
     fit = run.fit
     hidden = unseen(fit)
     shown = [

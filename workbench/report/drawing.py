@@ -11,6 +11,7 @@ import threading
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any, Literal
 
 import matplotlib
 from matplotlib.axes import Axes
@@ -21,7 +22,7 @@ INK = "#1b2129"
 NOMINAL = "#8c939c"
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9")
 """Okabe & Ito's colours, which the colour-blind can tell apart: one per algorithm, in order."""
-LOOK = {
+LOOK: Any = {
     "svg.hashsalt": "workbench",
     "svg.fonttype": "none",
     "text.parse_math": False,
@@ -72,7 +73,7 @@ def new_figure(width: float, height: float) -> Figure:
     return Figure(figsize=(width, height), layout="constrained")
 
 
-def grid(axes: Axes, which: str = "y") -> None:
+def grid(axes: Axes, which: Literal["both", "x", "y"] = "y") -> None:
     """Faint lines behind the data."""
     axes.grid(axis=which, color=INK, alpha=0.12, linewidth=0.5)
     axes.set_axisbelow(True)

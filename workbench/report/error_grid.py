@@ -16,8 +16,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from workbench.report.drawing import COLOURS, INK, NOMINAL, grid, look, new_figure
-from workbench.report.results import Identified
 from workbench.validate.components import RowComponents, row_components
+from workbench.validate.identification import Identification
 
 STEMS = 200
 """Greatest number of measurements that are drawn one by one."""
@@ -41,7 +41,7 @@ class Column:
     held_out: RowComponents
 
 
-def columns_of(result: Identified) -> tuple[Column, ...]:
+def columns_of(result: Identification) -> tuple[Column, ...]:
     """The nominal arm (with the best base and tool) and every algorithm's."""
     train, held_out = result.data.take(result.train_rows), result.held_out_data
     robots = [("NOM", result.aligned)]
@@ -52,7 +52,7 @@ def columns_of(result: Identified) -> tuple[Column, ...]:
     )
 
 
-def order_of_measuring(result: Identified) -> np.ndarray:
+def order_of_measuring(result: Identification) -> np.ndarray:
     """Place of every training and then every held-out row along l, counted from 1."""
     train, held_out = result.data.row[result.train_rows], result.held_out_data.row
     if len(result.held_out_rows) != len(held_out):  # from another file: behind the others

@@ -7,9 +7,9 @@ from matplotlib.figure import Figure
 from workbench import chain as chains
 from workbench.model.forward import joint_elements, tool_poses
 from workbench.report.drawing import COLOURS, INK, NOMINAL, grid, look, new_figure
-from workbench.report.results import Identified
 from workbench.robots.robot import Frame, JointKind, Robot
 from workbench.validate.errors import RowErrors
+from workbench.validate.identification import Identification
 
 POINTS = 400
 """Greatest number of points in one plot of single rows; more are thinned evenly, and it is said."""
@@ -17,7 +17,7 @@ GAP = 0.2
 """A part of the range this long without rows breaks the running median."""
 
 
-def before_after(result: Identified, place: np.ndarray) -> Figure:
+def before_after(result: Identification, place: np.ndarray) -> Figure:
     """Error of every row with the nominal arm and with the best algorithm, on a logarithmic scale."""
     best = result.best
     before, after = _stack(result.nominal_rows), _stack((best.train_rows, best.held_out_rows))
@@ -41,7 +41,7 @@ def before_after(result: Identified, place: np.ndarray) -> Figure:
     return figure
 
 
-def residual_histogram(result: Identified) -> Figure:
+def residual_histogram(result: Identification) -> Figure:
     """Residual components of the fitted rows in mm and degrees, with the noise that weighed them."""
     fit = result.best.fit
     components = fit.problem.physical(fit.whitened)
@@ -68,7 +68,7 @@ def residual_histogram(result: Identified) -> Figure:
     return figure
 
 
-def error_where(result: Identified) -> Figure:
+def error_where(result: Identification) -> Figure:
     """Position error of the best algorithm against the distance from the first axis, and every joint."""
     best, robot = result.best, result.best.fit.calibrated
     q = np.concatenate([result.data.q[result.train_rows], result.held_out_data.q])

@@ -13,7 +13,7 @@ from workbench.report.corrections import corrections
 from workbench.report.drawing import svg
 from workbench.report.error_grid import STEMS, columns_of, error_grid, order_of_measuring
 from workbench.report.error_plots import POINTS, before_after, error_where, residual_histogram
-from workbench.report.results import Identified
+from workbench.validate.identification import Identification
 from workbench.validate.requirement import Requirement
 
 
@@ -39,7 +39,7 @@ NAMES = ("errors-position", "errors-orientation", "before-after", "residuals", "
 
 
 def all_figures(
-    result: Identified,
+    result: Identification,
     *,
     requirement: Requirement | None = None,
     progress: Callable[[str], None] | None = None,
@@ -84,8 +84,8 @@ def all_figures(
          "is the running median. A trend means that something is missing from the model there." + thin,
          lambda: error_where(result)),
         (NAMES[5], "Corrections of the arm",
-         "Identified minus nominal in standard errors, one standard error either way; on the right the same "
-         "in mm and mrad. Within the band (two standard errors) a correction may be chance.",
+         "Identification minus nominal in standard errors, one standard error either way; on the right the "
+         "same in mm and mrad. Within the band (two standard errors) a correction may be chance.",
          lambda: corrections(best)),
     ]  # fmt: skip
     drawings = []

@@ -20,11 +20,11 @@ from workbench.report.figures import NAMES, Drawing, all_figures, save
 from workbench.report.folder import check_folder, write_folder
 from workbench.report.numbers import factor, short, signed, standard_error
 from workbench.report.parameters import LEGEND, Cell, ParameterTable, State, parameter_table
-from workbench.report.results import FittedRun, Identified
 from workbench.report.use import Use, controller_use
 from workbench.robots.robot import Robot
 from workbench.validate.components import row_components
 from workbench.validate.errors import Errors
+from workbench.validate.identification import Identification, Run
 from workbench.validate.requirement import Requirement, RequirementCheck
 
 PAGE, RESULT = "report.html", "result.json"
@@ -35,7 +35,7 @@ Progress = Callable[[float, str], None]
 
 
 def write_report(
-    result: Identified,
+    result: Identification,
     folder: Path | str,
     *,
     requirement: Requirement | None = None,
@@ -83,7 +83,9 @@ def write_report(
     return path
 
 
-def render(result: Identified, drawings: tuple[Drawing, ...], *, check: RequirementCheck, use: Use) -> str:
+def render(
+    result: Identification, drawings: tuple[Drawing, ...], *, check: RequirementCheck, use: Use
+) -> str:
     """The page as text."""
     best = result.best
     after = best.held_out or best.train
@@ -138,19 +140,19 @@ def _template() -> Template:
     return environment.get_template("report.html")
 
 
-def _judged(result: Identified) -> tuple[Dataset, Robot, str]:
+def _judged(result: Identification) -> tuple[Dataset, Robot, str]:
     """Rows on which the requirement is judged, the arm that is judged, and the rows' name."""
     if len(result.held_out_data):
         return result.held_out_data, result.best.fit.calibrated, "held-out rows"
     return result.data.take(result.train_rows), result.best.fit.calibrated, "fitted rows (none were held out)"
 
 
-def _check(result: Identified, requirement: Requirement) -> RequirementCheck:
+def _check(result: Identification, requirement: Requirement) -> RequirementCheck:
     rows, robot, _ = _judged(result)
     return requirement.check(row_components(robot, rows))
 
 
-def _requirement_json(check: RequirementCheck, result: Identified) -> dict[str, Any]:
+def _requirement_json(check: RequirementCheck, result: Identification) -> dict[str, Any]:
     rows = _judged(result)[0].row
     return {
         "per_axis_mm": 1e3 * check.requirement.per_axis,
@@ -162,7 +164,7 @@ def _requirement_json(check: RequirementCheck, result: Identified) -> dict[str, 
     } | {"with_orientation": check.with_rotation}
 
 
-def _facts(result: Identified) -> list[tuple[str, str]]:
+def _facts(result: Identification) -> list[tuple[str, str]]:
     data, held_out = result.data, result.held_out_data
     seen = [
         words
@@ -211,11 +213,11 @@ def _cards(before: Errors, after: Errors) -> list[dict[str, str]]:
     return cards
 
 
-def _errors_rows(result: Identified) -> list[tuple[str, str, Errors]]:
-    models = [("Nominal, best base and tool", result.nominal)]
+def _errors_rows(result: Identification) -> list[tuple[str, str, Errors]]:
+    models: list[tuple[str, Validation | Run]] = [("Nominal, best base and tool", result.nominal)]
     models += [(run.fit.title, run) for run in result.runs.values()]
     return [
-        (title if rows == "fitted" or validated.train is None else "", rows, errors)
+        (title if rows == "fitted" else "", rows, errors)
         for title, validated in models
         for rows, errors in (("fitted", validated.train), ("held out", validated.held_out))
         if errors is not None
@@ -242,7 +244,7 @@ def _strip(check: RequirementCheck) -> list[tuple[float, float]]:
     return [(round(a * scale, 3), round((b - a) * scale, 3)) for a, b in edges.reshape(-1, 2)]
 
 
-def _algorithm(run: FittedRun, best: bool) -> dict[str, Any]:
+def _algorithm(run: Run, best: bool) -> dict[str, Any]:
     fit = run.fit
     table: ParameterTable = parameter_table(fit)
     digits = 6
@@ -256,7 +258,7 @@ def _algorithm(run: FittedRun, best: bool) -> dict[str, Any]:
         "condition": f"{fit.condition:.3g}",
         "headings": table.headings,
         "rows": [(joint, [_cell(c, digits) for c in cells]) for joint, cells in table.rows],
-        "others": [_cell(c, digits) | {"name": c.name, "unit": c.unit} for c in table.others],
+        "others": [(_cell(c, digits) or {}) | {"name": c.name, "unit": c.unit} for c in table.others],
         "marks": table.marks,
     }
 
@@ -273,7 +275,7 @@ def _cell(cell: Cell | None, digits: int) -> dict[str, str] | None:
     }
 
 
-def _suspicious(run: FittedRun) -> list[tuple[int, str]]:
+def _suspicious(run: Run) -> list[tuple[int, str]]:
     fit = run.fit
     typical = max(float(np.median(fit.row_residuals)), 1e-12)
     return [(int(fit.problem.data.row[i]), f"{fit.row_residuals[i] / typical:.1f}") for i in fit.suspicious]

@@ -16,9 +16,9 @@ from workbench.files import write_text
 from workbench.identify.result import Fit
 from workbench.report.parameters import unseen
 from workbench.report.prior import prior_json
-from workbench.report.results import Evaluated, FittedRun, Identified, Validated
 from workbench.robots.robot import JointKind
 from workbench.validate.errors import Errors, Spread
+from workbench.validate.identification import Evaluation, Identification, Run, Validation
 
 IDENTIFICATION = "workbench.identification/1"
 EVALUATION = "workbench.evaluation/1"
@@ -29,7 +29,7 @@ NUMBERS = re.compile(r'\[\n\s*([^\[\]{}"]*?)\n\s*\]')
 Json = dict[str, Any]
 
 
-def identification_json(result: Identified) -> Json:
+def identification_json(result: Identification) -> Json:
     """The result of an identification as plain data."""
     return plain(
         {
@@ -55,7 +55,7 @@ def identification_json(result: Identified) -> Json:
     )
 
 
-def evaluation_json(result: Evaluated) -> Json:
+def evaluation_json(result: Evaluation) -> Json:
     """The result of an evaluation as plain data."""
     return plain(
         {
@@ -134,7 +134,7 @@ def _errors(errors: Errors | None) -> Json | None:
     }
 
 
-def _validation(validation: Validated) -> Json:
+def _validation(validation: Validation | Run) -> Json:
     return {"train": _errors(validation.train), "held_out": _errors(validation.held_out)}
 
 
@@ -148,7 +148,7 @@ def _pose_errors(errors: PoseErrors) -> Json:
     }
 
 
-def _run(run: FittedRun) -> Json:
+def _run(run: Run) -> Json:
     fit = run.fit
     return {
         **_validation(run),

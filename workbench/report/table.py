@@ -15,15 +15,15 @@ from workbench.compensate.controller import ControllerNumbers
 from workbench.identify.result import Fit
 from workbench.report.numbers import short, signed, standard_error
 from workbench.report.parameters import LEGEND, Cell, State, parameter_table
-from workbench.report.results import Evaluated, Identified, Validated
 from workbench.validate.errors import Errors
+from workbench.validate.identification import Evaluation, Identification, Validation
 from workbench.validate.requirement import RequirementCheck
 
 STYLES = {State.IDENTIFIED: "", State.HELD: "dim", State.SHARED: "yellow", State.UNSEEN: "dim"}
 AXES = ("x", "y", "z")
 
 
-def identification_tables(result: Identified, *, parameters: bool = True) -> RenderableType:
+def identification_tables(result: Identification, *, parameters: bool = True) -> RenderableType:
     """Errors, parameters of the best fit, and everything that the user should know.
 
     Args:
@@ -37,7 +37,7 @@ def identification_tables(result: Identified, *, parameters: bool = True) -> Ren
     return Group(*parts)
 
 
-def heading(result: Identified) -> str:
+def heading(result: Identification) -> str:
     """One line: the robot and the rows."""
     rows = f"{len(result.train_rows)} rows fitted, {len(result.held_out_data)} held out"
     if result.excluded:
@@ -45,9 +45,9 @@ def heading(result: Identified) -> str:
     return f"{result.robot.name}: {rows}"
 
 
-def errors_table(result: Identified) -> Table:
+def errors_table(result: Identification) -> Table:
     """Nominal arm and every algorithm on training and held-out rows, in mm and degrees."""
-    models: list[tuple[str, Validated]] = [("nominal", result.nominal)]
+    models: list[tuple[str, Validation | Run]] = [("nominal", result.nominal)]
     models += [(run.fit.title, run) for run in result.runs.values()]
     turned = any(
         errors is not None and errors.orientation_deg is not None
@@ -63,7 +63,7 @@ def errors_table(result: Identified) -> Table:
     return table
 
 
-def evaluation_tables(result: Evaluated) -> RenderableType:
+def evaluation_tables(result: Evaluation) -> RenderableType:
     """Errors of a given model, and the decisions that were taken."""
     turned = result.errors.orientation_deg is not None
     table = _error_columns(turned)
@@ -153,9 +153,9 @@ def use_tables(
     return Group(left, added, placed, *lines)
 
 
-def messages(result: Identified) -> list[RenderableType]:
+def messages(result: Identification) -> list[RenderableType]:
     """Unidentifiable combinations, warnings and decisions, one line each."""
-    lines = [_line("not identifiable", words) for words in result.unidentifiable]
+    lines: list[RenderableType] = [_line("not identifiable", words) for words in result.unidentifiable]
     lines += [_line("warning", words) for words in result.warnings]
     lines += [_line("note", words) for words in result.notes]
     if result.excluded:

@@ -10,9 +10,9 @@ from rich.console import RenderableType
 from workbench.compensate.controller import ControllerNumbers, Part, PoseErrors, controller_numbers
 from workbench.report.json import controller_json
 from workbench.report.numbers import short, signed
-from workbench.report.results import Identified
 from workbench.report.table import use_tables
 from workbench.robots.robot import Frame, JointKind, Robot
+from workbench.validate.identification import Identification
 
 ROWS = 500
 """Greatest number of measured joint positions over which the numbers are chosen."""
@@ -73,7 +73,7 @@ class Use:
         return [controller_json(v) for v in self.variants]
 
 
-def controller_use(result: Identified) -> Use:
+def controller_use(result: Identification) -> Use:
     """Numbers for the controller from the best fit, over the joint positions that were measured."""
     q = np.concatenate([result.data.q[result.train_rows], result.held_out_data.q])
     chosen = np.unique(np.linspace(0, len(q) - 1, min(len(q), ROWS)).round().astype(int))

@@ -57,7 +57,7 @@ def default_free(convention: str, entries: list[JointEntry]) -> list[tuple[str, 
     slightest tilt and one d repeats the other; Hayati's β takes its place (ARIA, remark below eq. 8).
     """
     orders_distal = ORDERS.get(convention) is DISTAL
-    result = []
+    result: list[tuple[str, ...]] = []
     for i, entry in enumerate(entries):
         neighbour = i + 1 if orders_distal else i - 1
         pair = 0 <= neighbour < len(entries) and all(

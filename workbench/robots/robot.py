@@ -205,7 +205,7 @@ class Robot:
         """Length of the stretched arm from its first frame to the tool [m]; bounds any distance."""
         reach = float(np.linalg.norm(self.tool.xyz))
         for e in self.elements:
-            if e.axis is Axis.CONSTANT:
+            if e.matrix is not None:
                 reach += float(np.linalg.norm(e.matrix[:3, 3]))
             elif not e.axis.turns:
                 reach += abs(e.value)

@@ -298,7 +298,7 @@ def _joint_tables(robot: Robot) -> list[dict[str, Any]]:
 def _element_tables(robot: Robot) -> list[dict[str, Any]]:
     tables: list[dict[str, Any]] = []
     for e in robot.elements:
-        if e.axis is Axis.CONSTANT:
+        if e.matrix is not None:
             parts = zip(
                 ("tx", "ty", "tz", "rz", "ry", "rx"),
                 (*e.matrix[:3, 3], *se3.matrix_to_rpy(e.matrix[:3, :3])[::-1]),

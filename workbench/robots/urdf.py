@@ -346,7 +346,7 @@ def _correct_origins(root: ET.Element, robot: Robot, names: tuple[str, ...]) -> 
 
 def _add_frames(root: ET.Element, robot: Robot) -> None:
     links = {node.get("name") for node in root.findall("link")}
-    children = {node.find("child").get("link") for node in root.findall("joint")}
+    children = {child.get("link") for child in root.findall("joint/child")}
     first = next(str(n.get("name")) for n in root.findall("link") if n.get("name") not in children)
     last = "flange" if robot.urdf is None else robot.urdf.tip
     for frame, name in ((robot.base, BASE_LINK), (robot.tool, TOOL_LINK)):

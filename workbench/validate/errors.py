@@ -40,11 +40,7 @@ class RowErrors:
     @property
     def summary(self) -> "Errors | None":
         """Their summary; None without rows."""
-        if not len(self.position):
-            return None
-        turned = self.rotation[np.isfinite(self.rotation)]
-        orientation = Spread.of(np.rad2deg(turned)) if len(turned) else None
-        return Errors(Spread.of(1e3 * self.position), orientation)
+        return Errors.of(self) if len(self.position) else None
 
 
 @dataclass(frozen=True)
@@ -58,6 +54,13 @@ class Errors:
 
     position_mm: Spread
     orientation_deg: Spread | None
+
+    @classmethod
+    def of(cls, rows: RowErrors) -> "Errors":
+        """Summary of at least one row."""
+        turned = rows.rotation[np.isfinite(rows.rotation)]
+        orientation = Spread.of(np.rad2deg(turned)) if len(turned) else None
+        return cls(Spread.of(1e3 * rows.position), orientation)
 
 
 def row_errors(robot: Robot, data: Dataset, *, known: Mapping[str, float] | None = None) -> RowErrors:

@@ -21,8 +21,12 @@ class ContactObservation(AbstractObservation):
 
     contact: Int[np.ndarray, "rows"]
     names: tuple[str, ...]
-    channels = (Channel.POSITION,) * 3
     sees_base = False
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """Three positions."""
+        return (Channel.POSITION,) * 3
 
     @classmethod
     def applies(cls, data: Dataset) -> Bool[np.ndarray, "rows"]:
@@ -32,7 +36,7 @@ class ContactObservation(AbstractObservation):
     @classmethod
     def of(cls, data: Dataset) -> "ContactObservation":
         """Which point each row touched."""
-        names, index = np.unique(data.contact, return_inverse=True)
+        names, index = np.unique(np.asarray(data.contact), return_inverse=True)
         return cls(frozen(index.astype(np.int64)), tuple(names.tolist()))
 
     @property

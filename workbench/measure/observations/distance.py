@@ -19,8 +19,12 @@ class DistanceObservation(AbstractObservation):
     distance: Float[np.ndarray, "rows"]
     anchor: Int[np.ndarray, "rows"]
     names: tuple[str, ...]
-    channels = (Channel.POSITION,)
     sees_base = False
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """One length."""
+        return (Channel.POSITION,)
 
     @classmethod
     def applies(cls, data: Dataset) -> Bool[np.ndarray, "rows"]:
@@ -32,7 +36,7 @@ class DistanceObservation(AbstractObservation):
         """The measured distances; rows without an anchor's name share one."""
         labels = np.full(len(data), "anchor") if data.anchor is None else data.anchor
         names, index = np.unique(labels, return_inverse=True)
-        return cls(data.distance, frozen(index.astype(np.int64)), tuple(names.tolist()))
+        return cls(np.asarray(data.distance), frozen(index.astype(np.int64)), tuple(names.tolist()))
 
     @property
     def unknowns(self) -> tuple[str, ...]:

@@ -43,7 +43,7 @@ class MarkerObservation(AbstractObservation):
     @classmethod
     def of(cls, data: Dataset) -> "MarkerObservation":
         """The measured markers."""
-        return cls(data.markers)
+        return cls(np.asarray(data.markers))
 
     @property
     def unknowns(self) -> tuple[str, ...]:

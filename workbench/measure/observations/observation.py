@@ -39,8 +39,6 @@ class Seen(NamedTuple):
 class AbstractObservation(ABC):
     """Rows that were observed in one way."""
 
-    channels: tuple[Channel, ...]
-    """Meaning of each of the m residual components."""
     sees_base: bool = True
     """Whether the base frame can be seen at all (contacts between unknown points can't)."""
     sees_tool_rotation: bool = False
@@ -55,6 +53,11 @@ class AbstractObservation(ABC):
     @abstractmethod
     def of(cls, data: Dataset) -> "AbstractObservation":
         """The observation of rows that all carry it."""
+
+    @property
+    @abstractmethod
+    def channels(self) -> tuple[Channel, ...]:
+        """Meaning of each of the m residual components."""
 
     @property
     def unknowns(self) -> tuple[str, ...]:

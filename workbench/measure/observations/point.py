@@ -16,7 +16,11 @@ class PointObservation(AbstractObservation):
     """Residual p − p̂ of the tool's origin."""
 
     position: Float[np.ndarray, "rows 3"]
-    channels = (Channel.POSITION,) * 3
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """Three positions."""
+        return (Channel.POSITION,) * 3
 
     @classmethod
     def applies(cls, data: Dataset) -> Bool[np.ndarray, "rows"]:
@@ -28,7 +32,7 @@ class PointObservation(AbstractObservation):
     @classmethod
     def of(cls, data: Dataset) -> "PointObservation":
         """The measured points."""
-        return cls(data.position)
+        return cls(np.asarray(data.position))
 
     def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, "u"]) -> Seen:
         """Three residuals a row."""

@@ -17,8 +17,12 @@ class PoseObservation(AbstractObservation):
     """Residual [p − p̂; log(R R̂ᵀ)] in the measuring frame; ARIA eqs. (15), (16) to first order."""
 
     poses: Float[np.ndarray, "rows 4 4"]
-    channels = (Channel.POSITION,) * 3 + (Channel.ROTATION,) * 3
     sees_tool_rotation = True
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """Three positions, three rotations."""
+        return (Channel.POSITION,) * 3 + (Channel.ROTATION,) * 3
 
     @classmethod
     def applies(cls, data: Dataset) -> Bool[np.ndarray, "rows"]:
@@ -30,7 +34,7 @@ class PoseObservation(AbstractObservation):
     @classmethod
     def of(cls, data: Dataset) -> "PoseObservation":
         """The measured poses."""
-        return cls(se3.pose(data.rotation, data.position))
+        return cls(se3.pose(np.asarray(data.rotation), np.asarray(data.position)))
 
     def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, "u"]) -> Seen:
         """Six residuals a row; the rotation's derivative is exact, not only near zero."""
