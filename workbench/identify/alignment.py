@@ -24,6 +24,8 @@ from workbench.robots.robot import Frame, Robot, SessionFrames
 
 TURNS = 20
 """Rounds of base and tool in turns for points; each is a closed form."""
+ENOUGH_ROWS = 500
+"""Rows that find the frames; the others only polish them."""
 SAME_PLACE = 1e-9
 """Measured points closer than this [m] are visits to one place."""
 
@@ -42,6 +44,12 @@ def align(robot: Robot, data: Dataset, freedom: FrameFreedom, *, noise: Noise | 
     """
     if not freedom.base and not freedom.tool:
         return robot
+    if len(data) > 2 * ENOUGH_ROWS:
+        some = data.take(spread_rows(data, ENOUGH_ROWS))
+        if some.sessions == data.sessions:
+            problem = Problem.build(align(robot, some, freedom, noise=noise), data, free=(), frames=freedom)
+            problem = problem if noise is None else problem.with_noise(noise)
+            return problem.robot_at(Opt2(limit=100).search(problem).x)
     best, least = robot, np.inf
     for start in _starts(robot, data, freedom):
         problem = Problem.build(start, data, free=(), frames=freedom, noise=noise)
@@ -49,6 +57,11 @@ def align(robot: Robot, data: Dataset, freedom: FrameFreedom, *, noise: Noise | 
         if search.history[-1] < least:
             best, least = problem.robot_at(search.x), search.history[-1]
     return best
+
+
+def spread_rows(data: Dataset, count: int) -> np.ndarray:
+    """Row numbers spread evenly over the data, at most so many."""
+    return np.unique(np.linspace(0, len(data) - 1, min(count, len(data))).astype(int))
 
 
 def _starts(robot: Robot, data: Dataset, freedom: FrameFreedom) -> Iterator[Robot]:

@@ -14,7 +14,7 @@ from scipy import stats
 
 from workbench import se3
 from workbench.errors import DataError
-from workbench.identify.alignment import align
+from workbench.identify.alignment import ENOUGH_ROWS, align, spread_rows
 from workbench.identify.linear import factorise
 from workbench.identify.opt2 import Opt2
 from workbench.identify.problem import FrameFreedom, Noise, Problem
@@ -27,8 +27,6 @@ SIGNIFICANCE = 1e-4
 """A freer model must be better than chance by this level to be taken."""
 STRANGE_ANGLE, STRANGE_LENGTH = np.deg2rad(10.0), 0.02
 """Corrections of an arm beyond these are hardly its own: rather the tool is another than the file says."""
-TRIAL_ROWS = 500
-"""Rows used to decide; more add nothing to the decision."""
 FAR_OFF = 10.0
 """A base that is declared known but leaves this many times the error of a free one is refused …"""
 FAR = 0.05
@@ -79,7 +77,7 @@ def choose_frames(
         DataError: the base is declared known, and the data contradict that beyond any doubt.
     """
     candidates = _candidates(robot, data, sessions)
-    trial = data.take(_trial_rows(data))
+    trial = data.take(spread_rows(data, ENOUGH_ROWS))
     chosen, chosen_words = candidates[0]
     if len(candidates) > 1:
         chosen, chosen_words = _decide(robot, trial, candidates, noise, free)
@@ -179,12 +177,6 @@ def _trial(robot, data, freedom, words, noise, free) -> _Trial:
     moved = np.abs(search.x - problem.start) / limits
     strangeness = float(moved[arm].max(initial=0.0))
     return _Trial(freedom, words, 2.0 * search.history[-1], factor.rank, problem.size, strangeness)
-
-
-def _trial_rows(data: Dataset) -> np.ndarray:
-    if len(data) <= TRIAL_ROWS:
-        return np.arange(len(data))
-    return np.unique(np.linspace(0, len(data) - 1, TRIAL_ROWS).astype(int))
 
 
 def _check_known_base(robot: Robot, data: Dataset, noise: Noise | None) -> None:

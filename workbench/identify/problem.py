@@ -9,35 +9,29 @@ differ), and of the instrument (anchors, contacts, markers).
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple, no_type_check
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
-from numba import njit
 
 from workbench import chain as chains
-from workbench.chain import Chain
-from workbench.errors import DataError, OptionError
+from workbench.errors import OptionError
+from workbench.identify.blocks import (
+    Block,
+    FrameFreedom,
+    Noise,
+    add_whitened,
+    build_blocks,
+    frame_name,
+    instrument_start,
+    inverse_sigma_of,
+    observed_kinds,
+)
 from workbench.measure.dataset import Dataset
-from workbench.measure.observations import OBSERVATIONS, AbstractObservation, Channel
+from workbench.measure.observations import Channel
 from workbench.parameters import Parameter, default_bounds
 from workbench.robots.robot import FRAME_PARTS, Frame, Robot, SessionFrames
 from workbench.types import frozen
-
-PIECE = 1024
-"""Rows that are evaluated at once: their twists stay in the processor's cache."""
-
-
-class Noise(NamedTuple):
-    """Standard deviations that whiten the residuals.
-
-    Args:
-        position: Of a position or a distance [m].
-        rotation: Of an orientation about each axis [rad].
-    """
-
-    position: float = 1e-4
-    rotation: float = np.deg2rad(0.02)
 
 
 class Evaluation(NamedTuple):
@@ -50,44 +44,6 @@ class Evaluation(NamedTuple):
 
     residual: Float[np.ndarray, "m"]
     jacobian: Float[np.ndarray, "m p"]
-
-
-@dataclass(frozen=True, eq=False)
-class FrameFreedom:
-    """What of the base and tool is unknown, and whether each session has its own.
-
-    Args:
-        base: Parts of the base that are unknown, from `FRAME_PARTS`; empty if it is known.
-        tool: Likewise of the tool.
-        base_per_session: Whether every session has its own base.
-        tool_per_session: Whether every session has its own tool.
-    """
-
-    base: tuple[str, ...] = ()
-    tool: tuple[str, ...] = ()
-    base_per_session: bool = False
-    tool_per_session: bool = False
-
-
-@dataclass(frozen=True, eq=False)
-class _Block:
-    """Rows of one session seen by one observation."""
-
-    session: str
-    rows: np.ndarray
-    q: np.ndarray
-    observation: AbstractObservation
-    chain: Chain
-    elements: np.ndarray
-    places: np.ndarray
-    unknowns: np.ndarray
-    known: np.ndarray
-    inverse_sigma: np.ndarray
-    start: int
-
-    @property
-    def stop(self) -> int:
-        return self.start + self.inverse_sigma.size
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -109,7 +65,7 @@ class Problem:
     parameters: tuple[Parameter, ...]
     noise: Noise
     frames: FrameFreedom
-    blocks: tuple[_Block, ...]
+    blocks: tuple[Block, ...]
     prior: Float[np.ndarray, "k p"] | None = None
     row_weights: Float[np.ndarray, "rows"] | None = None
 
@@ -150,10 +106,10 @@ class Problem:
                 f"robot '{robot.name}' has no constant '{missing[0]}' to free; it has "
                 f"{', '.join(n for n in arm if arm[n].matrix is None)}"
             )
-        kinds = _kinds(data)
+        kinds = observed_kinds(data)
         parameters = [_parameter(n, arm[n].unit, arm[n].value, bounds) for n in names]
         parameters += _frame_parameters(robot, data.sessions, frames, bounds)
-        unknown_start = _instrument_start(robot, data, kinds)
+        unknown_start = instrument_start(robot, data, kinds)
         parameters += [
             _parameter(n, "m", v, bounds) for n, v in unknown_start.items() if n not in (known or {})
         ]
@@ -161,7 +117,7 @@ class Problem:
             raise OptionError(f"bounds name '{sorted(stray)[0]}', which is not identified here")
         index = {p.name: i for i, p in enumerate(parameters)}
         values = {**unknown_start, **(known or {})}
-        blocks = _blocks(robot, data, kinds, names, frames, noise, index, values)
+        blocks = build_blocks(robot, data, kinds, names, frames, noise, index, values)
         return cls(
             robot=robot, data=data, parameters=tuple(parameters), noise=noise, frames=frames, blocks=blocks
         )
@@ -222,7 +178,7 @@ class Problem:
             rows = slice(block.start, block.stop)
             weight = self._weight(block)
             residual[rows] = (part.residual * weight).ravel()
-            _whitened(part.by_twist, twists, weight, block.places, jacobian[rows])
+            add_whitened(part.by_twist, twists, weight, block.places, jacobian[rows])
             if len(block.unknowns):
                 mine = block.unknowns >= 0
                 product = (part.by_unknown * weight[..., None]).reshape(rows.stop - rows.start, -1)
@@ -275,7 +231,7 @@ class Problem:
     def with_noise(self, noise: Noise) -> "Problem":
         """The same problem whitened by other standard deviations."""
         blocks = tuple(
-            replace(b, inverse_sigma=_inverse_sigma(self.data.take(b.rows), b.observation, noise))
+            replace(b, inverse_sigma=inverse_sigma_of(self.data.take(b.rows), b.observation, noise))
             for b in self.blocks
         )
         return replace(self, noise=noise, blocks=blocks)
@@ -320,35 +276,20 @@ class Problem:
             robot = replace(robot, sessions=(*others, *sessions))
         return robot
 
-    def _values(self, block: _Block, x: np.ndarray) -> np.ndarray:
+    def _values(self, block: Block, x: np.ndarray) -> np.ndarray:
         values = block.chain.values.copy()
         values[block.elements] = x[block.places]
         return values
 
-    def _unknown(self, block: _Block, x: np.ndarray) -> np.ndarray:
+    def _unknown(self, block: Block, x: np.ndarray) -> np.ndarray:
         if not len(block.unknowns):
             return block.known
         return np.where(block.unknowns >= 0, x[block.unknowns], block.known)
 
-    def _weight(self, block: _Block) -> np.ndarray:
+    def _weight(self, block: Block) -> np.ndarray:
         if self.row_weights is None:
             return block.inverse_sigma
         return block.inverse_sigma * self.row_weights[block.rows, None]
-
-
-@njit(cache=True)
-@no_type_check
-def _whitened(by_twist, twists, weight, places, out):
-    """out[(row, component), place] = weight · by_twist · twist, written into the block's rows."""
-    rows, components = weight.shape
-    for i in range(rows):
-        for a in range(components):
-            line = out[i * components + a]
-            for c in range(6):
-                factor = weight[i, a] * by_twist[i, a, c]
-                if factor != 0.0:
-                    for k in range(places.shape[0]):
-                        line[places[k]] += factor * twists[i, c, k]
 
 
 def _parameter(
@@ -360,11 +301,6 @@ def _parameter(
             f"the bounds [{lower:g}, {upper:g}] of {name} leave its nominal value {nominal:g} out; widen them"
         )
     return Parameter(name, unit, nominal, lower, upper)
-
-
-def _frame_names(frame: str, per_session: bool, session: str) -> str:
-    """`base`, or `base[front]` where every session has its own."""
-    return f"{frame}[{session}]" if per_session else frame
 
 
 def _frame_parameters(
@@ -380,103 +316,9 @@ def _frame_parameters(
             for part in sorted(parts, key=FRAME_PARTS.index):
                 place = FRAME_PARTS.index(part)
                 nominal, unit = (float(frame.xyz[place]), "m") if place < 3 else (0.0, "rad")
-                name = f"{_frame_names(kind, own, session)}.{part}"
+                name = f"{frame_name(kind, own, session)}.{part}"
                 parameters.append(_parameter(name, unit, nominal, bounds))
     return parameters
-
-
-def _kinds(data: Dataset) -> list[tuple[type[AbstractObservation], np.ndarray]]:
-    """Every row with the first observation that fits it."""
-    left = np.ones(len(data), bool)
-    kinds = []
-    for kind in OBSERVATIONS:
-        mine = kind.applies(data) & left
-        left &= ~mine
-        if mine.any():
-            kinds.append((kind, np.flatnonzero(mine)))
-    if left.any():
-        raise DataError(
-            f"{data.source}, data row {data.row[left][0]}: nothing was measured that can be compared with a "
-            "pose (position, orientation, markers, distance or contact); exclude the row"
-        )
-    return kinds
-
-
-def _session_chain(robot: Robot, session: str) -> Chain:
-    frames = robot.session_frames(session)
-    return robot.with_frames(base=frames.base, tool=frames.tool).chain
-
-
-def _instrument_start(robot: Robot, data: Dataset, kinds) -> dict[str, float]:
-    """First guesses of anchors, contacts and markers from the nominal poses."""
-    start: dict[str, float] = {}
-    for kind, rows in kinds:
-        mine = data.take(rows)
-        observation = kind.of(mine)
-        if observation.unknowns:
-            poses = np.empty((len(rows), 4, 4))
-            for session in mine.sessions:
-                chosen = _in_session(mine, session)
-                poses[chosen] = chains.poses(_session_chain(robot, session), mine.q[chosen])
-            start |= zip(observation.unknowns, observation.start(poses).tolist(), strict=True)
-    return start
-
-
-def _in_session(data: Dataset, session: str) -> np.ndarray:
-    return np.ones(len(data), bool) if data.session is None else data.session == session
-
-
-def _blocks(robot, data, kinds, names, frames, noise, index, values) -> tuple[_Block, ...]:
-    blocks, start = [], 0
-    for session in data.sessions:
-        in_session = _in_session(data, session)
-        full = _session_chain(robot, session)
-        elements, places = list(full.indices(names)), [index[n] for n in names]
-        for kind, parts, own in (
-            ("base", frames.base, frames.base_per_session),
-            ("tool", frames.tool, frames.tool_per_session),
-        ):
-            for part in parts:
-                elements.append(full.index[f"{kind}.{part}"])
-                places.append(index[f"{_frame_names(kind, own, session)}.{part}"])
-        for observed, rows in _pieces(kinds, in_session):
-            observation = observed.of(data.take(rows))
-            inverse = _inverse_sigma(data.take(rows), observation, noise)
-            blocks.append(
-                _Block(
-                    session=session,
-                    rows=rows,
-                    q=np.ascontiguousarray(data.q[rows]),
-                    observation=observation,
-                    chain=full,
-                    elements=np.array(elements, np.int64),
-                    places=np.array(places, np.int64),
-                    unknowns=np.array([index.get(n, -1) for n in observation.unknowns], np.int64),
-                    known=np.array([values[n] for n in observation.unknowns], float),
-                    inverse_sigma=inverse,
-                    start=start,
-                )
-            )
-            start += inverse.size
-    return tuple(blocks)
-
-
-def _pieces(kinds, in_session):
-    """The session's rows of every observation, at most `PIECE` at a time."""
-    for observed, rows in kinds:
-        rows = rows[in_session[rows]]
-        for start in range(0, len(rows), PIECE):
-            yield observed, rows[start : start + PIECE]
-
-
-def _inverse_sigma(data: Dataset, observation: AbstractObservation, noise: Noise) -> np.ndarray:
-    """Reciprocal standard deviation of every residual component; a row's own where it brings one."""
-    rotation = np.array([c is Channel.ROTATION for c in observation.channels])
-    sigma = np.where(rotation, noise.rotation, noise.position) * np.ones((len(data), 1))
-    if data.sigma is not None and len(observation.channels) in (3, 6):
-        own = data.sigma[:, : len(observation.channels)]
-        sigma = np.where(np.isfinite(own), own, sigma)
-    return 1.0 / sigma
 
 
 def _moved(frame: Frame, kind: str, session: str, values: Mapping[str, float]) -> Frame:

@@ -1,0 +1,200 @@
+"""Blocks of a problem: rows of one session seen in one way, ready to be evaluated.
+
+A problem's rows are split so that each block has one chain (base, arm, tool of its session) and one
+observation; long ones are cut so that their twists stay in the processor's cache.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple, no_type_check
+
+import numpy as np
+from numba import njit
+
+from workbench import chain as chains
+from workbench.chain import Chain
+from workbench.errors import DataError
+from workbench.measure.dataset import Dataset
+from workbench.measure.observations import OBSERVATIONS, AbstractObservation, Channel
+from workbench.robots.robot import Robot
+
+PIECE = 1024
+"""Rows that are evaluated at once: their twists stay in the processor's cache."""
+
+
+class Noise(NamedTuple):
+    """Standard deviations that whiten the residuals.
+
+    Args:
+        position: Of a position or a distance [m].
+        rotation: Of an orientation about each axis [rad].
+    """
+
+    position: float = 1e-4
+    rotation: float = np.deg2rad(0.02)
+
+
+@dataclass(frozen=True, eq=False)
+class FrameFreedom:
+    """What of the base and tool is unknown, and whether each session has its own.
+
+    Args:
+        base: Parts of the base that are unknown, from `FRAME_PARTS`; empty if it is known.
+        tool: Likewise of the tool.
+        base_per_session: Whether every session has its own base.
+        tool_per_session: Whether every session has its own tool.
+    """
+
+    base: tuple[str, ...] = ()
+    tool: tuple[str, ...] = ()
+    base_per_session: bool = False
+    tool_per_session: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """Rows of one session seen by one observation."""
+
+    session: str
+    rows: np.ndarray
+    q: np.ndarray
+    observation: AbstractObservation
+    chain: Chain
+    elements: np.ndarray
+    places: np.ndarray
+    unknowns: np.ndarray
+    known: np.ndarray
+    inverse_sigma: np.ndarray
+    start: int
+
+    @property
+    def stop(self) -> int:
+        """First residual component after the block's."""
+        return self.start + self.inverse_sigma.size
+
+
+@njit(cache=True)
+@no_type_check
+def add_whitened(by_twist, twists, weight, places, out):
+    """out[(row, component), place] = weight · by_twist · twist, written into the block's rows."""
+    rows, components = weight.shape
+    for i in range(rows):
+        for a in range(components):
+            line = out[i * components + a]
+            for c in range(6):
+                factor = weight[i, a] * by_twist[i, a, c]
+                if factor != 0.0:
+                    for k in range(places.shape[0]):
+                        line[places[k]] += factor * twists[i, c, k]
+
+
+def frame_name(frame: str, per_session: bool, session: str) -> str:
+    """`base`, or `base[front]` where every session has its own."""
+    return f"{frame}[{session}]" if per_session else frame
+
+
+def observed_kinds(data: Dataset) -> list[tuple[type[AbstractObservation], np.ndarray]]:
+    """Every row with the first observation that fits it."""
+    left = np.ones(len(data), bool)
+    kinds = []
+    for kind in OBSERVATIONS:
+        mine = kind.applies(data) & left
+        left &= ~mine
+        if mine.any():
+            kinds.append((kind, np.flatnonzero(mine)))
+    if left.any():
+        raise DataError(
+            f"{data.source}, data row {data.row[left][0]}: nothing was measured that can be compared with a "
+            "pose (position, orientation, markers, distance or contact); exclude the row"
+        )
+    return kinds
+
+
+def session_chain(robot: Robot, session: str) -> Chain:
+    """Base, arm and tool of a session as one chain."""
+    frames = robot.session_frames(session)
+    return robot.with_frames(base=frames.base, tool=frames.tool).chain
+
+
+def instrument_start(robot: Robot, data: Dataset, kinds) -> dict[str, float]:
+    """First guesses of anchors, contacts and markers from the nominal poses."""
+    start: dict[str, float] = {}
+    for kind, rows in kinds:
+        mine = data.take(rows)
+        observation = kind.of(mine)
+        if observation.unknowns:
+            poses = np.empty((len(rows), 4, 4))
+            for session in mine.sessions:
+                chosen = in_session_mask(mine, session)
+                poses[chosen] = chains.poses(session_chain(robot, session), mine.q[chosen])
+            start |= zip(observation.unknowns, observation.start(poses).tolist(), strict=True)
+    return start
+
+
+def in_session_mask(data: Dataset, session: str) -> np.ndarray:
+    """Rows of a session; all of them where the data have none."""
+    return np.ones(len(data), bool) if data.session is None else data.session == session
+
+
+def build_blocks(robot, data, kinds, names, frames, noise, index, values) -> tuple[Block, ...]:
+    """Divide the rows by session, observation and size.
+
+    Args:
+        robot: Arm with its frames per session.
+        data: Rows to divide.
+        kinds: Rows of every observation, from `observed_kinds`.
+        names: Constants of the arm that are unknown.
+        frames: What of base and tool is unknown.
+        noise: Standard deviations where a row brings none.
+        index: Place of every unknown in x.
+        values: First guesses and known values of the instruments' unknowns.
+    """
+    blocks, start = [], 0
+    for session in data.sessions:
+        in_session = in_session_mask(data, session)
+        full = session_chain(robot, session)
+        elements, places = list(full.indices(names)), [index[n] for n in names]
+        for kind, parts, own in (
+            ("base", frames.base, frames.base_per_session),
+            ("tool", frames.tool, frames.tool_per_session),
+        ):
+            for part in parts:
+                elements.append(full.index[f"{kind}.{part}"])
+                places.append(index[f"{frame_name(kind, own, session)}.{part}"])
+        for observed, rows in pieces(kinds, in_session):
+            observation = observed.of(data.take(rows))
+            inverse = inverse_sigma_of(data.take(rows), observation, noise)
+            blocks.append(
+                Block(
+                    session=session,
+                    rows=rows,
+                    q=np.ascontiguousarray(data.q[rows]),
+                    observation=observation,
+                    chain=full,
+                    elements=np.array(elements, np.int64),
+                    places=np.array(places, np.int64),
+                    unknowns=np.array([index.get(n, -1) for n in observation.unknowns], np.int64),
+                    known=np.array([values[n] for n in observation.unknowns], float),
+                    inverse_sigma=inverse,
+                    start=start,
+                )
+            )
+            start += inverse.size
+    return tuple(blocks)
+
+
+def pieces(kinds, in_session):
+    """The session's rows of every observation, at most `PIECE` at a time."""
+    for observed, rows in kinds:
+        rows = rows[in_session[rows]]
+        for start in range(0, len(rows), PIECE):
+            yield observed, rows[start : start + PIECE]
+
+
+def inverse_sigma_of(data: Dataset, observation: AbstractObservation, noise: Noise) -> np.ndarray:
+    """Reciprocal standard deviation of every residual component; a row's own where it brings one."""
+    rotation = np.array([c is Channel.ROTATION for c in observation.channels])
+    sigma = np.where(rotation, noise.rotation, noise.position) * np.ones((len(data), 1))
+    if data.sigma is not None and len(observation.channels) in (3, 6):
+        own = data.sigma[:, : len(observation.channels)]
+        sigma = np.where(np.isfinite(own), own, sigma)
+    return 1.0 / sigma
