@@ -18,10 +18,10 @@ JointRows = Float[np.ndarray, "rows n"]
 
 
 def frozen(array: np.ndarray) -> np.ndarray:
-    """The same array, contiguous and read-only, fit to stand in a frozen record."""
-    array = np.ascontiguousarray(array)
-    array.setflags(write=False)
-    return array
+    """A contiguous, read-only view, fit to stand in a frozen record; the caller's own array stays as it is."""
+    view = np.ascontiguousarray(array).view()
+    view.setflags(write=False)
+    return view
 
 
 class Outcome(StrEnum):

@@ -24,6 +24,7 @@ from workbench.cli.options import (
     say,
     show,
     whole_numbers,
+    with_markers,
 )
 from workbench.errors import OptionError
 
@@ -63,6 +64,14 @@ def identify(
     renew: Annotated[
         str | None, typer.Option(help="With --prior: joints that were replaced, such as 3 or 3,4.")
     ] = None,
+    tool_markers: Annotated[
+        Path | None,
+        typer.Option(help="Places of the markers on the tool, one row m1x[mm] …: poses are made."),
+    ] = None,
+    base_markers: Annotated[
+        Path | None,
+        typer.Option(help="Markers on the base, two rows: as designed, as seen. Frames are joined."),
+    ] = None,
     seed: SeedOption = 0,
     columns: ColumnsOption = None,
     sheet: SheetOption = None,
@@ -77,7 +86,7 @@ def identify(
     from workbench.robots import load_robot
 
     arm = load_robot(robot)
-    rows = read_rows(data, arm, columns, sheet, layout)
+    rows = with_markers(read_rows(data, arm, columns, sheet, layout), tool_markers, base_markers)
     check_writable(save, json, folder=report)
     with progress_bar("identify") as progress:
         run = pipeline.identify(

@@ -33,6 +33,19 @@ def read_rows(path: Path, arm, columns: str | None, sheet: str | None, layout: s
     return read_measurements(path, columns=columns, joints=arm.dof, sheet=sheet, layout=layout)
 
 
+def with_markers(data, tool: Path | None, base: Path | None):
+    """Rows whose markers have become poses of the tool in the robot's base frame (ARIA 5.1)."""
+    from workbench.measure.observations.markers import marker_poses, synchronise
+    from workbench.measure.readers.markers import read_marker_rows
+
+    if tool is not None:
+        data, _ = marker_poses(data, read_marker_rows(tool, 1)[0])
+    if base is not None:
+        designed, seen = read_marker_rows(base, 2)
+        data, _ = synchronise(data, seen, designed)
+    return data
+
+
 def held_out_of(text: str, arm, columns, sheet, layout):
     """A share, rows of another file, or sessions."""
     if text.startswith("session:"):
