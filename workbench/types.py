@@ -18,7 +18,7 @@ JointRows = Float[np.ndarray, "rows n"]
 
 
 def frozen(array: np.ndarray) -> np.ndarray:
-    """A contiguous, read-only view, fit to stand in a frozen record; the caller's own array stays as it is."""
+    """A contiguous, read-only view, fit to stand in a frozen record; the caller's array stays as it is."""
     view = np.ascontiguousarray(array).view()
     view.setflags(write=False)
     return view
