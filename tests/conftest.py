@@ -5,6 +5,9 @@ from pathlib import Path
 
 import pytest
 
+# One thread of linear algebra a worker: several workers with several threads each only wait for each other.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 
 @pytest.fixture(scope="session")
 def shared_data() -> Path:

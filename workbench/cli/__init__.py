@@ -4,6 +4,7 @@ Everything heavy is imported inside the commands, so that `workbench --help` ans
 the user ends with one sentence on standard error and exit status 1; nothing is then written.
 """
 
+import os
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -26,6 +27,8 @@ app = typer.Typer(
 
 def main() -> None:
     """Entry point of the `workbench` command; alone it opens the app on ARIA and its ten-target plate."""
+    # Our matrices are small: a second thread of linear algebra costs more than it brings.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         app(sys.argv[1:] or ["serve"])
     except WorkbenchError as error:
