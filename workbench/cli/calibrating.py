@@ -34,7 +34,7 @@ def identify(
     robot: RobotOption,
     algorithm: Annotated[str, typer.Option(help="ols, opt1, opt2, or all.")] = "all",
     held_out: Annotated[
-        str, typer.Option(help="Share of rows to hold out, a file of held-out rows, or session:NAME.")
+        str, typer.Option(help="Share of rows to hold out (0.2: a fifth), a file of them, or session:NAME.")
     ] = "0.2",
     frames: Annotated[
         str, typer.Option(help="shared, per-session, or auto: base and tool over sessions.")
@@ -47,7 +47,7 @@ def identify(
     ] = None,
     report: Annotated[Path | None, typer.Option(help="Write an HTML report into this folder.")] = None,
     json: JsonOption = None,
-    free: Annotated[str | None, typer.Option(help="Constants to identify, comma-separated.")] = None,
+    free: Annotated[str | None, typer.Option(help="Constants to identify: joint1.theta,joint2.a …")] = None,
     exclude: Annotated[
         str | None, typer.Option(help="Data rows to keep out, comma-separated, from 0.")
     ] = None,

@@ -16,12 +16,25 @@ RobotOption = Annotated[
     ),
 ]
 JsonOption = Annotated[Path | None, typer.Option("--json", help="Write the result here, machine-readable.")]
-DataArgument = Annotated[Path, typer.Argument(help="Measurements: CSV, TSV, xlsx, parquet or .mat.")]
-ColumnsOption = Annotated[
-    str | None, typer.Option(help='What the columns are, for files without headings: "q1[deg],…,x[mm],…".')
+DataArgument = Annotated[
+    Path, typer.Argument(help="Measurements, one file: CSV, TSV, xlsx, parquet, .mat; or a mukca folder.")
 ]
-SheetOption = Annotated[str | None, typer.Option(help="Sheet of a workbook.")]
-LayoutOption = Annotated[str | None, typer.Option(help="Name of a known special layout of a file.")]
+ColumnsOption = Annotated[
+    str | None,
+    typer.Option(
+        help='What the columns are, where headings are missing: "q1[deg],…,x[mm],…", "-" for one to leave '
+        'out; in MATLAB files "q[rad|row]=Q,xyz[mm|row]=P".'
+    ),
+]
+SheetOption = Annotated[
+    str | None, typer.Option(help="Sheet of a workbook; the one with measurements if not given.")
+]
+LayoutOption = Annotated[
+    str | None,
+    typer.Option(
+        help="Layout of the file, found out if not given: plain, ipa-grid, target-deviation, mukca."
+    ),
+]
 PlateOption = Annotated[str | None, typer.Option(help="Plate: a .toml file, or the built-in table2.")]
 SeedOption = Annotated[int, typer.Option(help="Seed of everything random.")]
 
