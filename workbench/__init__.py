@@ -1,10 +1,10 @@
 """Kinematic calibration of serial robot arms.
 
     import workbench as wb
+    from workbench.pipeline import identify
 
     arm = wb.load_robot("ur10")
-    rows = wb.read_measurements("measured.csv")
-    run = wb.identify(arm, rows)
+    run = identify(arm, wb.read_measurements("measured.csv"))
     wb.write_toml(run.best.calibrated, "calibrated.toml")
 
 Names are imported when they are first used, so that importing the package costs nothing.
@@ -27,7 +27,6 @@ _HOMES = {
         "Identification",
         "choose_poses",
         "evaluate",
-        "identify",
         "measure_plate",
         "measure_poses",
     ),

@@ -83,17 +83,17 @@ class Chain:
     dof: int
 
     @cached_property
-    def axes(self) -> Int[np.ndarray, "k"]:
+    def axes(self) -> Int[np.ndarray, " k"]:
         """Axis code of every element."""
         return frozen(np.array([e.axis for e in self.elements], np.int64))
 
     @cached_property
-    def drivers(self) -> Int[np.ndarray, "k"]:
+    def drivers(self) -> Int[np.ndarray, " k"]:
         """Column of q that drives each element; -1 for none."""
         return frozen(np.array([-1 if e.joint is None else e.joint for e in self.elements], np.int64))
 
     @cached_property
-    def values(self) -> Float[np.ndarray, "k"]:
+    def values(self) -> Float[np.ndarray, " k"]:
         """The constants p."""
         return frozen(np.array([e.value for e in self.elements], float))
 
@@ -107,11 +107,11 @@ class Chain:
         """Position of each named element."""
         return {e.name: i for i, e in enumerate(self.elements)}
 
-    def indices(self, names: Iterable[str]) -> Int[np.ndarray, "p"]:
+    def indices(self, names: Iterable[str]) -> Int[np.ndarray, " p"]:
         """Positions of the named elements."""
         return np.array([self.index[name] for name in names], np.int64)
 
-    def with_values(self, values: Float[np.ndarray, "k"]) -> "Chain":
+    def with_values(self, values: Float[np.ndarray, " k"]) -> "Chain":
         """The same chain with other constants."""
         elements = tuple(
             e if e.value == v else replace(e, value=float(v))
@@ -128,7 +128,7 @@ def poses(
     chain: Chain,
     q: Float[np.ndarray, "rows n"],
     *,
-    values: Float[np.ndarray, "k"] | None = None,
+    values: Float[np.ndarray, " k"] | None = None,
     shift: Float[np.ndarray, "rows k"] = NO_SHIFT,
 ) -> Float[np.ndarray, "rows 4 4"]:
     """Pose of the last frame in the first for every row.
@@ -155,9 +155,9 @@ def poses(
 def frames(
     chain: Chain,
     q: Float[np.ndarray, "rows n"],
-    after: Int[np.ndarray, "f"],
+    after: Int[np.ndarray, " f"],
     *,
-    values: Float[np.ndarray, "k"] | None = None,
+    values: Float[np.ndarray, " k"] | None = None,
 ) -> Float[np.ndarray, "rows f 4 4"]:
     """Poses of the frames after the given elements (-1: the very first frame), in increasing order."""
     out = np.empty((len(q), len(after), 4, 4))
@@ -178,9 +178,9 @@ def frames(
 def twists(
     chain: Chain,
     q: Float[np.ndarray, "rows n"],
-    columns: Int[np.ndarray, "p"],
+    columns: Int[np.ndarray, " p"],
     *,
-    values: Float[np.ndarray, "k"] | None = None,
+    values: Float[np.ndarray, " k"] | None = None,
     shift: Float[np.ndarray, "rows k"] = NO_SHIFT,
     out: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> tuple[Float[np.ndarray, "rows 4 4"], Float[np.ndarray, "rows 6 p"]]:

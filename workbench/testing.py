@@ -47,7 +47,7 @@ def pose_change(
 
 def numerical_jacobian(
     function: Callable[[np.ndarray], np.ndarray],
-    x: Float[np.ndarray, "p"],
+    x: Float[np.ndarray, " p"],
     *,
     difference: Callable[[np.ndarray, np.ndarray], np.ndarray] = np.subtract,
     step: float = STEP,
@@ -72,7 +72,7 @@ def numerical_jacobian(
 def check_jacobian(
     function: Callable[[np.ndarray], np.ndarray],
     jacobian: np.ndarray,
-    x: Float[np.ndarray, "p"],
+    x: Float[np.ndarray, " p"],
     *,
     difference: Callable[[np.ndarray, np.ndarray], np.ndarray] = np.subtract,
     step: float = STEP,

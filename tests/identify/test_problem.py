@@ -125,15 +125,17 @@ def test_prior_joins_the_residuals():
     robot = load_robot("aria")
     data = measured(robot, np.random.default_rng(0), "PointObservation")
     problem = Problem.build(robot, data)
-    covariance = np.diag([4.0, 9.0])
-    prior = problem.with_prior(("joint1.theta", "joint2.a"), covariance)
+    names = ("joint1.theta", "joint2.a")
+    centre = robot.values(names) + 1.0
+    prior = problem.with_prior(names, centre, np.diag([0.5, 1.0 / 3.0]))
     x = problem.start.copy()
-    x[list(problem.names).index("joint1.theta")] += 2.0
-    x[list(problem.names).index("joint2.a")] += 3.0
+    x[[problem.names.index(n) for n in names]] = centre + np.array([2.0, 3.0])
     extra = prior.residual(x)[problem.size :]
     assert extra @ extra == pytest.approx(2.0)
-    with pytest.raises(OptionError, match="negative eigenvalue"):
-        problem.with_prior(("joint1.theta", "joint2.a"), np.array([[1.0, 2.0], [2.0, 1.0]]))
+    cost, _ = prior.cost_and_gradient(x)
+    assert cost == pytest.approx(0.5 * prior.residual(x) @ prior.residual(x))
+    with pytest.raises(OptionError, match="not identified"):
+        problem.with_prior(("joint2.d",), np.zeros(1), np.eye(1))
 
 
 def test_robot_at_moves_arm_and_session_frames():

@@ -14,6 +14,7 @@ from workbench.identify.linear import factorise
 from workbench.identify.ols import Ols
 from workbench.identify.opt1 import Opt1
 from workbench.identify.opt2 import Opt2
+from workbench.identify.prior import Prior
 from workbench.identify.problem import FrameFreedom, Noise, Problem
 from workbench.identify.robust import Loss
 from workbench.measure.dataset import Dataset
@@ -224,9 +225,7 @@ def test_a_replaced_joint_is_mastered_with_a_few_poses(tmp_path):
     table = arm.table.copy()
     table[3, 0] += 0.03  # joint 4 comes back with another offset
     renewed = replace(arm, table=table)
-    fit = first.best.fit
-    kept = [i for i, n in enumerate(fit.problem.names) if not n.startswith("joint4.")]
-    prior = tuple(fit.problem.names[i] for i in kept), fit.covariance[np.ix_(kept, kept)]
+    prior = Prior.of(first.best.fit).keep(lambda name: not name.startswith("joint4."))
     few = rows_of(renewed, arm.random(rng, 5), rng, *PLATE_NOISE)
     with_prior = identify(first.best.calibrated, few, noise=PLATE_NOISE, held_out=0.0, prior=prior)
     without = identify(first.best.calibrated, few, noise=PLATE_NOISE, held_out=0.0)

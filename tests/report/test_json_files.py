@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from workbench.errors import FileError, OptionError
+from workbench.identify.prior import Prior
 from workbench.report.json import evaluation_json, identification_json, plain, text, write_json
 from workbench.report.prior import read_prior
 
@@ -112,22 +113,24 @@ def test_written_whole(tmp_path, evaluated):
 
 def test_a_result_is_prior_knowledge_of_the_arm(tmp_path, points):
     path = write_json(tmp_path / "r.json", identification_json(points))
-    names, covariance = read_prior(path)
-    fit = points.best.fit
-    assert all(n.startswith("joint") for n in names)
-    assert "base.x" in fit.problem.names
-    place = [fit.problem.names.index(n) for n in names]
-    assert covariance == pytest.approx(fit.covariance[np.ix_(place, place)])
-    fewer, smaller = read_prior(path, renew=(2, 3))
-    assert fewer == tuple(n for n in names if not n.startswith(("joint2.", "joint3.")))
-    assert smaller.shape == (len(fewer), len(fewer))
+    prior, direct = read_prior(path), Prior.of(points.best.fit)
+    assert all(n.startswith("joint") for n in prior.names)
+    assert "base.x" in points.best.fit.problem.names
+    assert prior.names == direct.names
+    assert prior.values == pytest.approx(direct.values)
+    assert prior.information == pytest.approx(direct.information)
+    fewer = read_prior(path, renew=(2, 3))
+    assert fewer.names == tuple(n for n in prior.names if not n.startswith(("joint2.", "joint3.")))
+    assert fewer.information.shape == (len(fewer.names), len(fewer.names))
+    assert fewer.information == pytest.approx(direct.keep(fewer.names.__contains__).information)
 
 
 def test_bad_priors(tmp_path, points):
     with pytest.raises(FileError) as error:
         read_prior(tmp_path / "none.json")
     assert error.value.path.endswith("none.json")
-    for content in ("no json", "{}", '{"covariance": {"names": ["joint1.d"], "matrix": [[1, 2]]}}', "[]"):
+    uneven = '{"prior": {"names": ["joint1.d"], "values": [0], "information": [[1, 2]]}}'
+    for content in ("no json", "{}", uneven, "[]"):
         (tmp_path / "bad.json").write_text(content)
         with pytest.raises(FileError):
             read_prior(tmp_path / "bad.json")

@@ -79,7 +79,7 @@ class ControllerNumbers:
     """
 
     parts: tuple[Part, ...]
-    offsets: Float[np.ndarray, "n"]
+    offsets: Float[np.ndarray, " n"]
     tool: Frame
     base: Frame
     robot: Robot

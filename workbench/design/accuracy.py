@@ -38,10 +38,10 @@ class PredictedError:
         rotation_means: Mean of the rotation angle error at each pose [rad].
     """
 
-    position: Float[np.ndarray, "rows"]
-    rotation: Float[np.ndarray, "rows"]
-    position_means: Float[np.ndarray, "rows"]
-    rotation_means: Float[np.ndarray, "rows"]
+    position: Float[np.ndarray, " rows"]
+    rotation: Float[np.ndarray, " rows"]
+    position_means: Float[np.ndarray, " rows"]
+    rotation_means: Float[np.ndarray, " rows"]
 
     @property
     def position_rms(self) -> float:
@@ -84,7 +84,7 @@ def predicted_error(
 
 def _norms(
     covariance: Float[np.ndarray, "rows 3 3"], blind: Float[np.ndarray, "rows 3 missing"]
-) -> tuple[Float[np.ndarray, "rows"], Float[np.ndarray, "rows"]]:
+) -> tuple[Float[np.ndarray, " rows"], Float[np.ndarray, " rows"]]:
     """Root mean square and mean length of normal vectors; infinite where blind directions matter."""
     trace = np.trace(covariance, axis1=1, axis2=2)
     square = np.maximum((covariance**2).sum((1, 2)), np.finfo(float).tiny)

@@ -15,7 +15,7 @@ from workbench.design.indices import AbstractSetIndex
 from workbench.robots.robot import Robot
 
 Grams = Float[np.ndarray, "sets p p"]
-Criterion = Callable[[Grams], Float[np.ndarray, "sets"]]
+Criterion = Callable[[Grams], Float[np.ndarray, " sets"]]
 
 RIDGE = 1e-12
 """Share of its mean diagonal added to a Gram matrix, so that a set below full rank is merely very bad."""
@@ -24,7 +24,7 @@ RIDGE = 1e-12
 def index_criterion(index: AbstractSetIndex, measurements: int) -> Criterion:
     """Minus the index of sets of so many measurements."""
 
-    def cost(grams: Grams) -> Float[np.ndarray, "sets"]:
+    def cost(grams: Grams) -> Float[np.ndarray, " sets"]:
         spectra = np.sqrt(np.clip(np.linalg.eigvalsh(_ridged(grams))[:, ::-1], 1e-300, None))
         return -index.of_spectra(spectra, measurements)
 
@@ -35,7 +35,7 @@ def region_criterion(
     robot: Robot,
     q_region: Float[np.ndarray, "rows n"],
     names: tuple[str, ...],
-    weights: Float[np.ndarray, "p"],
+    weights: Float[np.ndarray, " p"],
 ) -> Criterion:
     """Root mean square predicted position error over poses that matter [m]: I-optimality.
 
@@ -47,7 +47,7 @@ def region_criterion(
     """
     weight = position_weight(robot, q_region, names) * np.outer(weights, weights)
 
-    def cost(grams: Grams) -> Float[np.ndarray, "sets"]:
+    def cost(grams: Grams) -> Float[np.ndarray, " sets"]:
         return np.sqrt((np.linalg.inv(_ridged(grams)) * weight).sum((1, 2)))
 
     return cost

@@ -40,7 +40,7 @@ def d_exchange(
     blocks: Float[np.ndarray, "options r p"],
     number: int,
     *,
-    start: Int[np.ndarray, "number"] | None = None,
+    start: Int[np.ndarray, " number"] | None = None,
     cancel: Callable[[], bool] | None = None,
 ) -> Exchanged:
     """Choose different candidates so that det(JᵀJ) is greatest.
@@ -131,7 +131,7 @@ def _spread(blocks, flat, inverse) -> Float[np.ndarray, "options r r"]:
     return _products((flat @ inverse).reshape(blocks.shape), blocks)
 
 
-def _greedy(blocks, flat, prior, number) -> Int[np.ndarray, "number"]:
+def _greedy(blocks, flat, prior, number) -> Int[np.ndarray, " number"]:
     inverse = np.linalg.inv(prior)
     spread = _spread(blocks, flat, inverse)
     rows = blocks.shape[1]

@@ -33,7 +33,7 @@ class Exchanged:
         outcome: How the search ended.
     """
 
-    choice: Int[np.ndarray, "slots"]
+    choice: Int[np.ndarray, " slots"]
     cost: float
     history: tuple[float, ...]
     outcome: Outcome
@@ -46,7 +46,7 @@ def exchange(
     *,
     starts: Int[np.ndarray, "starts slots"],
     distinct: bool = False,
-    locked: Bool[np.ndarray, "slots"] | None = None,
+    locked: Bool[np.ndarray, " slots"] | None = None,
     progress: Callable[[float], None] | None = None,
     cancel: Callable[[], bool] | None = None,
 ) -> Exchanged:

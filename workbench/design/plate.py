@@ -45,7 +45,7 @@ class Target:
     xyz: Vector3
     rpy: Vector3 = field(default_factory=lambda: ZERO)
     branch: str = AUTO
-    q: Float[np.ndarray, "n"] | None = None
+    q: Float[np.ndarray, " n"] | None = None
     kind: Kind = Kind.SEAT
     sigma: tuple[float, float] | None = None
 

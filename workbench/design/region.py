@@ -65,11 +65,11 @@ class Region:
         grid = np.stack(np.meshgrid(*(np.arange(count) for count in self.shape), indexing="ij"), -1)
         return frozen(self.min + (grid.reshape(-1, 3) + 0.5) * self.size / self.shape)
 
-    def contains(self, points: Float[np.ndarray, "rows 3"]) -> Bool[np.ndarray, "rows"]:
+    def contains(self, points: Float[np.ndarray, "rows 3"]) -> Bool[np.ndarray, " rows"]:
         """Which points lie in the cuboid, its faces included."""
         return np.all((points >= self.min) & (points <= self.max), axis=-1)
 
-    def cells(self, points: Float[np.ndarray, "rows 3"]) -> Int[np.ndarray, "rows"]:
+    def cells(self, points: Float[np.ndarray, "rows 3"]) -> Int[np.ndarray, " rows"]:
         """Number of the cube that each point lies in, as in `centres`; -1 outside."""
         index = np.floor((points - self.min) / self.size * self.shape).astype(np.int64)
         index = np.minimum(index, np.array(self.shape) - 1)

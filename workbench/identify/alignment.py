@@ -9,7 +9,7 @@ Source: Shah, Solving the robot-world/hand-eye calibration problem using the Kro
 Robot. 5(3), 2013.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -30,7 +30,14 @@ SAME_PLACE = 1e-9
 """Measured points closer than this [m] are visits to one place."""
 
 
-def align(robot: Robot, data: Dataset, freedom: FrameFreedom, *, noise: Noise | None = None) -> Robot:
+def align(
+    robot: Robot,
+    data: Dataset,
+    freedom: FrameFreedom,
+    *,
+    noise: Noise | None = None,
+    known: Mapping[str, float] | None = None,
+) -> Robot:
     """The nominal arm with the base and tool that fit the rows best; geometry is not touched.
 
     Args:
@@ -38,6 +45,7 @@ def align(robot: Robot, data: Dataset, freedom: FrameFreedom, *, noise: Noise | 
         data: Rows to fit.
         freedom: What of base and tool is unknown.
         noise: Weighs positions against rotations.
+        known: Known places of anchors or contacts [m].
 
     Returns:
         The robot with its frames moved, per session where they are free per session.
@@ -47,12 +55,12 @@ def align(robot: Robot, data: Dataset, freedom: FrameFreedom, *, noise: Noise | 
     if len(data) > 2 * ENOUGH_ROWS:
         some = data.take(spread_rows(data, ENOUGH_ROWS))
         if some.sessions == data.sessions:
-            problem = Problem.build(align(robot, some, freedom, noise=noise), data, free=(), frames=freedom)
-            problem = problem if noise is None else problem.with_noise(noise)
+            rough = align(robot, some, freedom, noise=noise, known=known)
+            problem = Problem.build(rough, data, free=(), frames=freedom, noise=noise, known=known)
             return problem.robot_at(Opt2(limit=100).search(problem).x)
     best, least = robot, np.inf
     for start in _starts(robot, data, freedom):
-        problem = Problem.build(start, data, free=(), frames=freedom, noise=noise)
+        problem = Problem.build(start, data, free=(), frames=freedom, noise=noise, known=known)
         search = Opt2(limit=100).search(problem)
         if search.history[-1] < least:
             best, least = problem.robot_at(search.x), search.history[-1]
@@ -145,7 +153,10 @@ def _tool_points(robot, data, arm, groups, freedom) -> Iterator[Float[np.ndarray
 def _from_repeated_places(data: Dataset, arm: np.ndarray) -> Float[np.ndarray, "3"] | None:
     """Tool point for which all visits to one measured place coincide: linear, needs no base."""
     session = np.zeros(len(data)) if data.session is None else np.unique(data.session, return_inverse=True)[1]
-    key = np.column_stack([session, np.round(np.asarray(data.position) / SAME_PLACE)])
+    position = np.asarray(data.position)
+    seen = np.isfinite(position).all(-1)
+    key = np.column_stack([session, np.round(position / SAME_PLACE)])[seen]
+    arm = arm[seen]
     _, place = np.unique(key, axis=0, return_inverse=True)
     rows, right = [], []
     for k in range(place.max() + 1):

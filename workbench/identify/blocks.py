@@ -15,7 +15,7 @@ from workbench.chain import Chain
 from workbench.errors import DataError
 from workbench.measure.dataset import Dataset
 from workbench.measure.observations import OBSERVATIONS, AbstractObservation, Channel
-from workbench.robots.robot import Robot
+from workbench.robots.robot import Robot, SessionFrames
 
 PIECE = 1024
 """Rows that are evaluated at once: their twists stay in the processor's cache."""
@@ -48,6 +48,13 @@ class FrameFreedom:
     tool: tuple[str, ...] = ()
     base_per_session: bool = False
     tool_per_session: bool = False
+
+    def session_frames(self, robot: Robot, session: str) -> SessionFrames:
+        """Frames from which the search begins: a session's own, unless all sessions are to share them."""
+        own = robot.session_frames(session)
+        base = robot.base if self.base and not self.base_per_session else own.base
+        tool = robot.tool if self.tool and not self.tool_per_session else own.tool
+        return SessionFrames(session, base, tool)
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,13 +116,13 @@ def observed_kinds(data: Dataset) -> list[tuple[type[AbstractObservation], np.nd
     return kinds
 
 
-def session_chain(robot: Robot, session: str) -> Chain:
+def session_chain(robot: Robot, session: str, freedom: "FrameFreedom") -> Chain:
     """Base, arm and tool of a session as one chain."""
-    frames = robot.session_frames(session)
+    frames = freedom.session_frames(robot, session)
     return robot.with_frames(base=frames.base, tool=frames.tool).chain
 
 
-def instrument_start(robot: Robot, data: Dataset, kinds) -> dict[str, float]:
+def instrument_start(robot: Robot, data: Dataset, kinds, freedom: FrameFreedom) -> dict[str, float]:
     """First guesses of anchors, contacts and markers from the nominal poses."""
     start: dict[str, float] = {}
     for kind, rows in kinds:
@@ -125,7 +132,7 @@ def instrument_start(robot: Robot, data: Dataset, kinds) -> dict[str, float]:
             poses = np.empty((len(rows), 4, 4))
             for session in mine.sessions:
                 chosen = in_session_mask(mine, session)
-                poses[chosen] = chains.poses(session_chain(robot, session), mine.q[chosen])
+                poses[chosen] = chains.poses(session_chain(robot, session, freedom), mine.q[chosen])
             start |= zip(observation.unknowns, observation.start(poses).tolist(), strict=True)
     return start
 
@@ -151,7 +158,7 @@ def build_blocks(robot, data, kinds, names, frames, noise, index, values) -> tup
     blocks, start = [], 0
     for session in data.sessions:
         in_session = in_session_mask(data, session)
-        full = session_chain(robot, session)
+        full = session_chain(robot, session, frames)
         elements, places = list(full.indices(names)), [index[n] for n in names]
         for kind, parts, own in (
             ("base", frames.base, frames.base_per_session),
@@ -194,7 +201,17 @@ def inverse_sigma_of(data: Dataset, observation: AbstractObservation, noise: Noi
     """Reciprocal standard deviation of every residual component; a row's own where it brings one."""
     rotation = np.array([c is Channel.ROTATION for c in observation.channels])
     sigma = np.where(rotation, noise.rotation, noise.position) * np.ones((len(data), 1))
-    if data.sigma is not None and len(observation.channels) in (3, 6):
-        own = data.sigma[:, : len(observation.channels)]
+    if data.sigma is not None:
+        own = own_sigma(data.sigma, rotation)
         sigma = np.where(np.isfinite(own), own, sigma)
-    return 1.0 / sigma
+    return np.where(observation.seen, 1.0 / sigma, 0.0)
+
+
+def own_sigma(sigma: np.ndarray, rotation: np.ndarray) -> np.ndarray:
+    """The rows' own standard deviations of every component: axis by axis, a distance's from all three."""
+    positions = int((~rotation).sum())
+    if positions == 1:
+        return np.sqrt((sigma[:, :3] ** 2).mean(1))[:, None]
+    place = np.cumsum(~rotation) - 1
+    columns = [3 + i - positions if turned else place[i] % 3 for i, turned in enumerate(rotation)]
+    return sigma[:, columns]

@@ -5,6 +5,7 @@ base or tool of every session its own) and the simplest one is taken that no fre
 chance (F test of the residuals). What the observations can't show is never offered.
 """
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import NamedTuple
@@ -19,7 +20,7 @@ from workbench.identify.linear import factorise
 from workbench.identify.opt2 import Opt2
 from workbench.identify.problem import FrameFreedom, Noise, Problem
 from workbench.measure.dataset import Dataset
-from workbench.measure.observations import OBSERVATIONS, MarkerObservation
+from workbench.measure.observations import OBSERVATIONS, AbstractObservation, MarkerObservation
 from workbench.robots.robot import FRAME_PARTS, Robot
 from workbench.types import Freedom
 
@@ -63,6 +64,8 @@ def choose_frames(
     sessions: Sessions = Sessions.AUTO,
     noise: Noise | None = None,
     free: tuple[str, ...] | None = None,
+    known: Mapping[str, float] | None = None,
+    cancel: Callable[[], bool] | None = None,
 ) -> FrameChoice:
     """Decide what of base and tool is identified, and align the nominal arm.
 
@@ -72,36 +75,48 @@ def choose_frames(
         sessions: Whether sessions share their frames.
         noise: Weighs positions against rotations.
         free: Constants of the arm that will be identified.
+        known: Known places of anchors or contacts [m]; with them the base can be seen.
+        cancel: Asked between the models; True takes the simplest.
 
     Raises:
         DataError: the base is declared known, and the data contradict that beyond any doubt.
     """
-    candidates = _candidates(robot, data, sessions)
+    known = known or {}
+    candidates = _candidates(robot, data, sessions, known)
     trial = data.take(spread_rows(data, ENOUGH_ROWS))
     chosen, chosen_words = candidates[0]
     if len(candidates) > 1:
-        chosen, chosen_words = _decide(robot, trial, candidates, noise, free)
-    aligned = align(robot, data, chosen, noise=noise)
+        chosen, chosen_words = _decide(robot, trial, candidates, noise, free, known, cancel)
+    aligned = align(robot, data, chosen, noise=noise, known=known)
     notes = [chosen_words]
     if chosen.base:
         notes += _where_the_base_is(robot, aligned)
     else:
-        _check_known_base(robot, trial, noise)
+        _check_known_base(robot, trial, noise, known)
     return FrameChoice(aligned, chosen, tuple(notes))
 
 
-def visible_parts(data: Dataset) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def visible_parts(
+    data: Dataset, known: Mapping[str, float] | None = None
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Parts of the base and of the tool that the rows' observations can show."""
     kinds = [kind for kind in OBSERVATIONS if kind.applies(data).any()]
-    base = FRAME_PARTS if any(kind.sees_base for kind in kinds) else ()
+
+    def fixed_places(kind: type[AbstractObservation]) -> bool:
+        unknowns = kind.of(data.take(kind.applies(data))).unknowns
+        return bool(known) and all(name in (known or {}) for name in unknowns)
+
+    base = FRAME_PARTS if any(kind.sees_base or fixed_places(kind) for kind in kinds) else ()
     if any(kind.sees_tool_rotation for kind in kinds):
         return base, FRAME_PARTS
     return base, () if all(kind is MarkerObservation for kind in kinds) else FRAME_PARTS[:3]
 
 
-def _candidates(robot: Robot, data: Dataset, sessions: Sessions) -> list[tuple[FrameFreedom, str]]:
+def _candidates(
+    robot: Robot, data: Dataset, sessions: Sessions, known: Mapping[str, float]
+) -> list[tuple[FrameFreedom, str]]:
     """Models of growing freedom that the robot's file and the user allow."""
-    base_parts, tool_parts = visible_parts(data)
+    base_parts, tool_parts = visible_parts(data, known)
     several = len(data.sessions) > 1
 
     def levels(freedom: Freedom, parts: tuple[str, ...]) -> list[int]:
@@ -158,37 +173,40 @@ class _Trial(NamedTuple):
         return bool(stats.f.sf(ratio, gained, left) < SIGNIFICANCE)
 
 
-def _decide(robot, data, candidates, noise, free) -> tuple[FrameFreedom, str]:
-    trials = [_trial(robot, data, freedom, words, noise, free) for freedom, words in candidates]
-    taken = trials[0]
-    for trial in trials[1:]:
-        if trial.beats(taken):
+def _decide(robot, data, candidates, noise, free, known, cancel) -> tuple[FrameFreedom, str]:
+    taken: _Trial | None = None
+    for freedom, words in candidates:
+        if taken is not None and cancel is not None and cancel():
+            break
+        trial = _trial(robot, data, freedom, words, noise, free, known)
+        if taken is None or trial.beats(taken):
             taken = trial
+    assert taken is not None, "there is always a first candidate"
     return taken.freedom, f"{taken.words} (decided from the data)"
 
 
-def _trial(robot, data, freedom, words, noise, free) -> _Trial:
-    aligned = align(robot, data, freedom, noise=noise)
-    problem = Problem.build(aligned, data, free=free, frames=freedom, noise=noise)
+def _trial(robot, data, freedom, words, noise, free, known) -> _Trial:
+    aligned = align(robot, data, freedom, noise=noise, known=known)
+    problem = Problem.build(aligned, data, free=free, frames=freedom, noise=noise, known=known)
     search = Opt2(limit=40).search(problem)
     factor = factorise(*reversed(problem.evaluate(search.x)))
     limits = np.array([STRANGE_ANGLE if p.unit == "rad" else STRANGE_LENGTH for p in problem.parameters])
     arm = np.array([p.is_geometry for p in problem.parameters], bool)
     moved = np.abs(search.x - problem.start) / limits
     strangeness = float(moved[arm].max(initial=0.0))
-    return _Trial(freedom, words, 2.0 * search.history[-1], factor.rank, problem.size, strangeness)
+    return _Trial(freedom, words, 2.0 * search.history[-1], factor.rank, problem.count, strangeness)
 
 
-def _check_known_base(robot: Robot, data: Dataset, noise: Noise | None) -> None:
+def _check_known_base(robot: Robot, data: Dataset, noise: Noise | None, known: Mapping[str, float]) -> None:
     """Refuse a base that is declared known but stands elsewhere, and say where it stands."""
-    base, tool = visible_parts(data)
+    base, tool = visible_parts(data, known)
     if not base:
         return
     freedom = FrameFreedom(base, tool if robot.tool.free is not Freedom.FIXED else ())
-    aligned = align(robot, data, freedom, noise=noise)
+    aligned = align(robot, data, freedom, noise=noise, known=known)
     found = []
     for arm in (robot, aligned):
-        problem = Problem.build(arm, data, free=())
+        problem = Problem.build(arm, data, free=(), known=known)
         components = problem.physical(problem.residual(problem.start))[~problem.component_channels]
         found.append(float(np.sqrt((components**2).mean())))
     if found[0] > max(FAR_OFF * found[1], FAR * robot.reach):

@@ -37,7 +37,7 @@ class Search:
         history: Cost ½|r|² after every iteration, the start's first.
     """
 
-    x: Float[np.ndarray, "p"]
+    x: Float[np.ndarray, " p"]
     outcome: Outcome
     history: tuple[float, ...]
 
@@ -81,8 +81,8 @@ def ended(promised: float, history: list[float]) -> Outcome:
 
 
 def gauge_step(
-    factor: Factor, step: Float[np.ndarray, "p"], from_nominal: Float[np.ndarray, "p"]
-) -> Float[np.ndarray, "p"]:
+    factor: Factor, step: Float[np.ndarray, " p"], from_nominal: Float[np.ndarray, " p"]
+) -> Float[np.ndarray, " p"]:
     """The step, moved along what can't be seen so that the parameters end as near to nominal as they can."""
     n = factor.null_space
     return step - n @ (n.T @ (from_nominal + step)) if n.shape[1] else step

@@ -31,23 +31,23 @@ class Factor:
         residual_square: |r|².
     """
 
-    s: Float[np.ndarray, "p"]
+    s: Float[np.ndarray, " p"]
     vt: Float[np.ndarray, "p p"]
-    along: Float[np.ndarray, "p"]
+    along: Float[np.ndarray, " p"]
     residual_square: float
 
     @cached_property
-    def visible(self) -> Bool[np.ndarray, "p"]:
+    def visible(self) -> Bool[np.ndarray, " p"]:
         """Directions that the rows show at all, however faintly."""
         return self.s > RANK_TOLERANCE * max(float(self.s.max(initial=0.0)), 1e-300)
 
     @cached_property
-    def uncertainty(self) -> Float[np.ndarray, "p"]:
+    def uncertainty(self) -> Float[np.ndarray, " p"]:
         """Standard error along every direction [rad, m] for the stated noise."""
         return np.where(self.visible, 1.0 / np.where(self.visible, self.s, 1.0), np.inf)
 
     @cached_property
-    def seen(self) -> Bool[np.ndarray, "p"]:
+    def seen(self) -> Bool[np.ndarray, " p"]:
         """Directions that are identified."""
         return self.visible & (self.uncertainty < HARDLY)
 
@@ -66,7 +66,7 @@ class Factor:
         """Directions that the rows show, but too faintly to identify, orthonormal."""
         return self.vt[self.visible & ~self.seen].T
 
-    def step(self, damping: float = 0.0) -> Float[np.ndarray, "p"]:
+    def step(self, damping: float = 0.0) -> Float[np.ndarray, " p"]:
         """Step that reduces the residual most: Gauss–Newton, or Levenberg–Marquardt if damped."""
         s = self.s[self.seen]
         return self.vt[self.seen].T @ (self.along[self.seen] * (s / (s**2 + damping)))
@@ -88,7 +88,7 @@ class Factor:
         return float(self.s.max() / self.s[self.seen].min()) if self.rank else np.inf
 
 
-def factorise(jacobian: Float[np.ndarray, "m p"], residual: Float[np.ndarray, "m"]) -> Factor:
+def factorise(jacobian: Float[np.ndarray, "m p"], residual: Float[np.ndarray, " m"]) -> Factor:
     """Compress and decompose a whitened Jacobian and its residual."""
     p = jacobian.shape[1]
     r = np.asarray(np.linalg.qr(np.concatenate([jacobian, residual[:, None]], axis=1), mode="r"))

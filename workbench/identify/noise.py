@@ -1,9 +1,12 @@
 """Standard deviations of the measurements: as given, from repeated rows, or from what a fit leaves."""
 
+from enum import Enum
+
 import numpy as np
 
 from workbench import se3
 from workbench.identify.identifier import Search
+from workbench.identify.linear import factorise
 from workbench.identify.problem import Noise, Problem
 from workbench.measure.dataset import Dataset
 
@@ -13,6 +16,23 @@ ENOUGH_REPEATS = 8
 """Degrees of freedom that repeats must have to be believed."""
 SMALLEST = Noise(1e-8, 1e-8)
 """Below this a fit leaves only rounding, and the stated values are kept."""
+
+
+class Given(Enum):
+    """How much of the noise the rows bring themselves."""
+
+    NONE = 0
+    SOME = 1
+    ALL = 2
+
+
+def given_by_rows(problem: Problem) -> Given:
+    """Whether every component that was measured has its own standard deviation."""
+    if problem.data.sigma is None:
+        return Given.NONE
+    told = problem.with_noise(Noise(np.inf, np.inf)).inverse_sigma > 0.0
+    live = problem.inverse_sigma > 0.0
+    return Given.ALL if told[live].all() else Given.SOME if told.any() else Given.NONE
 
 
 def from_repeats(data: Dataset) -> Noise | None:
@@ -41,13 +61,31 @@ def from_repeats(data: Dataset) -> Noise | None:
     return Noise(*np.sqrt(squares / freedom))
 
 
-def from_fit(problem: Problem, search: Search, rank: int) -> Noise | None:
-    """Root mean square of what a fit leaves, per channel; None where that is rounding."""
-    components = problem.physical(problem.residual(search.x))
-    turned = problem.component_channels
-    share = max(1.0 - rank / max(problem.size, 1), 0.05)
-    position = np.sqrt((components[~turned] ** 2).mean() / share) if (~turned).any() else np.nan
+def from_fit(problem: Problem, search: Search) -> Noise | None:
+    """Root mean square of what a fit leaves, per channel; None where that is rounding or nothing is left.
+
+    The share of the rows that went into the parameters is the trace of the hat matrix, so that what a prior
+    already knew costs nothing.
+    """
+    at = problem.evaluate(search.x)
+    free = problem.count - effective_parameters(problem, at.jacobian)
+    if free < 1.0:
+        return None
+    components = problem.physical(at.residual)
+    live = problem.inverse_sigma > 0.0
+    turned, straight = problem.component_channels & live, ~problem.component_channels & live
+    share = max(free / problem.count, 0.02)
+    position = np.sqrt((components[straight] ** 2).mean() / share) if straight.any() else np.nan
     rotation = np.sqrt((components[turned] ** 2).mean() / share) if turned.any() else problem.noise.rotation
     if position < SMALLEST.position or rotation < SMALLEST.rotation:
         return None
     return Noise(float(position), float(rotation))
+
+
+def effective_parameters(problem: Problem, jacobian: np.ndarray) -> float:
+    """Trace of the hat matrix of the measured rows: parameters that they, and not a prior, determine."""
+    factor = factorise(jacobian, np.zeros(len(jacobian)))
+    if problem.prior is None:
+        return float(factor.rank)
+    half = jacobian[: problem.size] @ (factor.vt[factor.seen] / factor.s[factor.seen, None]).T
+    return float((half**2).sum())

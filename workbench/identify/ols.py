@@ -42,7 +42,7 @@ class Ols(AbstractIdentifier):
             if on_step and on_step(iteration, history[-1]):
                 return Search(x, Outcome.CANCELLED, tuple(history))
             factor = factorise(at.jacobian, at.residual)
-            if settled(factor, factor.predicted_decrease(), problem.size):
+            if settled(factor, factor.predicted_decrease(), problem.count):
                 return Search(x, Outcome.CONVERGED, tuple(history))
             step = gauge_step(factor, factor.step(), x - problem.start)
             for _ in range(self.halvings):

@@ -42,7 +42,7 @@ class Opt1(AbstractIdentifier):
         """See the module."""
         start = problem.start
         columns = np.linalg.norm(problem.jacobian(start), axis=0)
-        scale = 1.0 / np.where(columns > 0.0, columns, 1.0)
+        scale = 1.0 / np.where(columns > 1e-9 * columns.max(initial=0.0), columns, 1.0)
         lower, upper = problem.bounds
         history: list[float] = []
         least, best = np.inf, start.copy()

@@ -46,7 +46,7 @@ class Opt2(AbstractIdentifier):
             if on_step and on_step(iteration, history[-1]):
                 return Search(x, Outcome.CANCELLED, tuple(history))
             factor = factorise(at.jacobian, at.residual)
-            if settled(factor, factor.predicted_decrease(), problem.size):
+            if settled(factor, factor.predicted_decrease(), problem.count):
                 return Search(x, Outcome.CONVERGED, tuple(history))
             damping = self.damping * factor.s[0] ** 2 if damping is None else damping
             growth = 2.0

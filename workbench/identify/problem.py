@@ -42,7 +42,7 @@ class Evaluation(NamedTuple):
         jacobian: Whitened, of the prediction: the residual's derivative is its negative.
     """
 
-    residual: Float[np.ndarray, "m"]
+    residual: Float[np.ndarray, " m"]
     jacobian: Float[np.ndarray, "m p"]
 
 
@@ -56,7 +56,9 @@ class Problem:
         parameters: The unknowns.
         noise: Standard deviations where a row brings none of its own.
         frames: What of base and tool is unknown.
-        prior: Whitening matrix W of prior knowledge: W (x − nominal) joins the residuals.
+        bounded: Unknowns whose bounds the user gave.
+        prior: Whitening matrix W of prior knowledge: W (x − centre) joins the residuals.
+        prior_centre: Where that knowledge says the unknowns are.
         row_weights: Factors of each row's residuals, from a robust loss.
     """
 
@@ -66,8 +68,10 @@ class Problem:
     noise: Noise
     frames: FrameFreedom
     blocks: tuple[Block, ...]
+    bounded: frozenset[str] = frozenset()
     prior: Float[np.ndarray, "k p"] | None = None
-    row_weights: Float[np.ndarray, "rows"] | None = None
+    prior_centre: Float[np.ndarray, " p"] | None = None
+    row_weights: Float[np.ndarray, " rows"] | None = None
 
     @classmethod
     def build(
@@ -109,7 +113,7 @@ class Problem:
         kinds = observed_kinds(data)
         parameters = [_parameter(n, arm[n].unit, arm[n].value, bounds) for n in names]
         parameters += _frame_parameters(robot, data.sessions, frames, bounds)
-        unknown_start = instrument_start(robot, data, kinds)
+        unknown_start = instrument_start(robot, data, kinds, frames)
         parameters += [
             _parameter(n, "m", v, bounds) for n, v in unknown_start.items() if n not in (known or {})
         ]
@@ -119,16 +123,22 @@ class Problem:
         values = {**unknown_start, **(known or {})}
         blocks = build_blocks(robot, data, kinds, names, frames, noise, index, values)
         return cls(
-            robot=robot, data=data, parameters=tuple(parameters), noise=noise, frames=frames, blocks=blocks
+            robot=robot,
+            data=data,
+            parameters=tuple(parameters),
+            noise=noise,
+            frames=frames,
+            blocks=blocks,
+            bounded=frozenset(bounds or ()),
         )
 
     @cached_property
-    def start(self) -> Float[np.ndarray, "p"]:
+    def start(self) -> Float[np.ndarray, " p"]:
         """Nominal values, where every search begins."""
         return frozen(np.array([p.nominal for p in self.parameters]))
 
     @cached_property
-    def bounds(self) -> tuple[Float[np.ndarray, "p"], Float[np.ndarray, "p"]]:
+    def bounds(self) -> tuple[Float[np.ndarray, " p"], Float[np.ndarray, " p"]]:
         """Least and greatest values."""
         return (
             frozen(np.array([p.lower for p in self.parameters])),
@@ -144,6 +154,11 @@ class Problem:
     def size(self) -> int:
         """Number of measured residual components."""
         return self.blocks[-1].stop if self.blocks else 0
+
+    @cached_property
+    def count(self) -> int:
+        """Number of components that were measured; those of hidden markers were not."""
+        return int((self.inverse_sigma > 0.0).sum())
 
     @cached_property
     def component_rows(self) -> np.ndarray:
@@ -163,11 +178,11 @@ class Problem:
         )
 
     @cached_property
-    def inverse_sigma(self) -> Float[np.ndarray, "m"]:
+    def inverse_sigma(self) -> Float[np.ndarray, " m"]:
         """Reciprocal standard deviation of each residual component [1/m or 1/rad]."""
         return frozen(np.concatenate([b.inverse_sigma.ravel() for b in self.blocks]))
 
-    def evaluate(self, x: Float[np.ndarray, "p"]) -> Evaluation:
+    def evaluate(self, x: Float[np.ndarray, " p"]) -> Evaluation:
         """Whitened residual and Jacobian."""
         extra = 0 if self.prior is None else len(self.prior)
         residual = np.empty(self.size + extra)
@@ -184,11 +199,11 @@ class Problem:
                 product = (part.by_unknown * weight[..., None]).reshape(rows.stop - rows.start, -1)
                 jacobian[rows, block.unknowns[mine]] = product[:, mine]
         if self.prior is not None:
-            residual[self.size :] = -self.prior @ (x - self.start)
+            residual[self.size :] = -self.prior @ (x - self.prior_centre)
             jacobian[self.size :] = self.prior
         return Evaluation(residual, jacobian)
 
-    def cost_and_gradient(self, x: Float[np.ndarray, "p"]) -> tuple[float, Float[np.ndarray, "p"]]:
+    def cost_and_gradient(self, x: Float[np.ndarray, " p"]) -> tuple[float, Float[np.ndarray, " p"]]:
         """½|r|² and its gradient −Jᵀr, without the Jacobian: each row's residual acts as a wrench."""
         cost, gradient = 0.0, np.zeros(len(x))
         for block in self.blocks:
@@ -203,12 +218,12 @@ class Problem:
                 by_unknown = np.einsum("rm,rmu->u", pull, part.by_unknown)
                 np.subtract.at(gradient, block.unknowns[mine], by_unknown[mine])
         if self.prior is not None:
-            off = self.prior @ (x - self.start)
+            off = self.prior @ (x - self.prior_centre)
             cost += 0.5 * float(off @ off)
             gradient += self.prior.T @ off
         return cost, gradient
 
-    def residual(self, x: Float[np.ndarray, "p"]) -> Float[np.ndarray, "m"]:
+    def residual(self, x: Float[np.ndarray, " p"]) -> Float[np.ndarray, " m"]:
         """Whitened residual alone."""
         parts = []
         for block in self.blocks:
@@ -216,17 +231,20 @@ class Problem:
             part = block.observation.see(poses, self._unknown(block, x))
             parts.append((part.residual * self._weight(block)).ravel())
         if self.prior is not None:
-            parts.append(-self.prior @ (x - self.start))
+            parts.append(-self.prior @ (x - self.prior_centre))
         return np.concatenate(parts)
 
-    def jacobian(self, x: Float[np.ndarray, "p"]) -> Float[np.ndarray, "m p"]:
+    def jacobian(self, x: Float[np.ndarray, " p"]) -> Float[np.ndarray, "m p"]:
         """Whitened identification Jacobian alone."""
         return self.evaluate(x).jacobian
 
-    def physical(self, whitened: Float[np.ndarray, "m"]) -> Float[np.ndarray, "m"]:
+    def physical(self, whitened: Float[np.ndarray, " m"]) -> Float[np.ndarray, " m"]:
         """Measured residual components in m and rad from whitened ones, without robust weights."""
-        weights = 1.0 if self.row_weights is None else self.row_weights[self.component_rows]
-        return whitened[: self.size] / (self.inverse_sigma * weights)
+        weights = self.inverse_sigma
+        if self.row_weights is not None:
+            weights = weights * self.row_weights[self.component_rows]
+        seen = weights > 0.0
+        return np.where(seen, whitened[: self.size] / np.where(seen, weights, 1.0), 0.0)
 
     def with_noise(self, noise: Noise) -> "Problem":
         """The same problem whitened by other standard deviations."""
@@ -236,45 +254,47 @@ class Problem:
         )
         return replace(self, noise=noise, blocks=blocks)
 
-    def with_row_weights(self, weights: Float[np.ndarray, "rows"] | None) -> "Problem":
+    def with_row_weights(self, weights: Float[np.ndarray, " rows"] | None) -> "Problem":
         """The same problem with rows weighted, as a robust loss does."""
         return replace(self, row_weights=weights)
 
-    def with_prior(self, names: Sequence[str], covariance: Float[np.ndarray, "k k"]) -> "Problem":
+    def with_prior(
+        self, names: Sequence[str], values: Float[np.ndarray, " k"], whitening: Float[np.ndarray, "k k"]
+    ) -> "Problem":
         """The same problem with an older calibration's knowledge of some unknowns.
 
         Args:
-            names: Unknowns that it speaks of; others of its names are passed over by the caller.
-            covariance: Their covariance [rad, m].
+            names: Unknowns that it speaks of.
+            values: What they were found to be [rad or m].
+            whitening: W, so that W (x − values) has unit variance.
         """
         if missing := [n for n in names if n not in self.names]:
             raise OptionError(f"the prior speaks of '{missing[0]}', which is not identified here")
-        eigenvalue, vectors = np.linalg.eigh(np.atleast_2d(covariance))
-        if eigenvalue.min(initial=0.0) < -1e-12 * max(eigenvalue.max(initial=0.0), 1e-300):
-            raise OptionError("the prior's covariance matrix has a negative eigenvalue; give a valid one")
-        floor = 1e-12 * eigenvalue.max()
-        whitening = np.zeros((len(names), len(self.names)))
         columns = [self.names.index(n) for n in names]
-        whitening[:, columns] = (vectors / np.sqrt(np.maximum(eigenvalue, floor))).T
-        return replace(self, prior=frozen(whitening))
+        wide, centre = np.zeros((len(whitening), len(self.names))), self.start.copy()
+        wide[:, columns], centre[columns] = whitening, values
+        return replace(self, prior=frozen(wide), prior_centre=frozen(centre))
 
-    def robot_at(self, x: Float[np.ndarray, "p"]) -> Robot:
+    def robot_at(self, x: Float[np.ndarray, " p"]) -> Robot:
         """The robot with the unknowns set, its session frames included."""
         pairs = zip(self.parameters, x.tolist(), strict=True)
         values = {p.name: value for p, value in pairs if not p.is_instrument}
         arm = {n: v for n, v in values.items() if "[" not in n}
         robot = self.robot.with_values(arm)
-        if self.frames.base_per_session or self.frames.tool_per_session or self.robot.sessions:
-            sessions = []
-            for name in self.data.sessions:
-                old = self.robot.session_frames(name)
-                own_base, own_tool = self.frames.base_per_session, self.frames.tool_per_session
-                base = _moved(old.base, "base", name, values) if own_base else robot.base
-                tool = _moved(old.tool, "tool", name, values) if own_tool else robot.tool
-                sessions.append(SessionFrames(name, base, tool))
-            others = tuple(s for s in self.robot.sessions if s.name not in self.data.sessions)
-            robot = replace(robot, sessions=(*others, *sessions))
-        return robot
+        freedom = self.frames
+        if not (freedom.base_per_session or freedom.tool_per_session or self.robot.sessions):
+            return robot
+        names = dict.fromkeys([*(s.name for s in self.robot.sessions), *self.data.sessions])
+        sessions = []
+        for name in names:
+            old = freedom.session_frames(self.robot, name)
+            base, tool = old.base, old.tool
+            if freedom.base:
+                base = _moved(base, "base", name, values) if freedom.base_per_session else robot.base
+            if freedom.tool:
+                tool = _moved(tool, "tool", name, values) if freedom.tool_per_session else robot.tool
+            sessions.append(SessionFrames(name, base, tool))
+        return replace(robot, sessions=tuple(sessions))
 
     def _values(self, block: Block, x: np.ndarray) -> np.ndarray:
         values = block.chain.values.copy()
@@ -282,9 +302,10 @@ class Problem:
         return values
 
     def _unknown(self, block: Block, x: np.ndarray) -> np.ndarray:
-        if not len(block.unknowns):
-            return block.known
-        return np.where(block.unknowns >= 0, x[block.unknowns], block.known)
+        values = block.known.copy()
+        mine = block.unknowns >= 0
+        values[mine] = x[block.unknowns[mine]]
+        return values
 
     def _weight(self, block: Block) -> np.ndarray:
         if self.row_weights is None:

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.identify.linear import Factor, factorise
+from workbench.identify.noise import effective_parameters
 from workbench.identify.problem import Problem
 from workbench.parameters import Parameter
 from workbench.robots.robot import Robot
@@ -56,7 +57,7 @@ class Fit:
     algorithm: str
     title: str
     problem: Problem
-    x: Float[np.ndarray, "p"]
+    x: Float[np.ndarray, " p"]
     outcome: Outcome
     history: tuple[float, ...]
     seconds: float
@@ -84,15 +85,22 @@ class Fit:
         return factorise(at.jacobian, at.residual)
 
     @cached_property
-    def whitened(self) -> Float[np.ndarray, "m"]:
+    def whitened(self) -> Float[np.ndarray, " m"]:
         """Whitened residual components at the answer."""
         return self.problem.residual(self.x)[: self.problem.size]
 
     @cached_property
     def variance_factor(self) -> float:
-        """Residual variance per degree of freedom; 1 when the noise is as stated."""
-        freedom = max(self.problem.size - self.factor.rank, 1)
-        return float(self.whitened @ self.whitened) / freedom
+        """Residual variance per degree of freedom; 1 when the noise is as stated, or nothing can tell."""
+        if self.spare < 1.0:
+            return 1.0
+        return float(self.whitened @ self.whitened) / self.spare
+
+    @cached_property
+    def spare(self) -> float:
+        """Measured numbers beyond those that the parameters took; below one, errors can't be judged."""
+        jacobian = self.problem.evaluate(self.x).jacobian
+        return self.problem.count - effective_parameters(self.problem, jacobian)
 
     @cached_property
     def covariance(self) -> Float[np.ndarray, "p p"]:
@@ -100,7 +108,7 @@ class Fit:
         return self.factor.covariance() * self.variance_factor
 
     @cached_property
-    def std(self) -> Float[np.ndarray, "p"]:
+    def std(self) -> Float[np.ndarray, " p"]:
         """Standard errors [rad or m]."""
         return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
 
@@ -131,17 +139,26 @@ class Fit:
     def at_bounds(self) -> tuple[str, ...]:
         """Parameters that ended on a bound."""
         lower, upper = self.problem.bounds
-        on = (self.x <= lower + 1e-12) | (self.x >= upper - 1e-12)
+        on = (np.abs(self.x - lower) <= 1e-12) | (np.abs(self.x - upper) <= 1e-12)
         return tuple(p.words for p, b in zip(self.parameters, on, strict=True) if b)
 
     @cached_property
-    def row_residuals(self) -> Float[np.ndarray, "rows"]:
+    def beyond_bounds(self) -> tuple[str, ...]:
+        """Parameters beyond bounds that the user gave, which only bounded algorithms keep."""
+        lower, upper = self.problem.bounds
+        beyond = (self.x < lower - 1e-12) | (self.x > upper + 1e-12)
+        given = self.problem.bounded
+        return tuple(p.words for p, b in zip(self.parameters, beyond, strict=True) if b and p.name in given)
+
+    @cached_property
+    def row_residuals(self) -> Float[np.ndarray, " rows"]:
         """Residual of every row in stated standard deviations, whatever weight a robust loss gave it."""
         plain = self.problem.with_row_weights(None)
         components = plain.residual(self.x)[: plain.size]
         size = len(plain.data)
         square = np.bincount(plain.component_rows, components**2, size)
-        return np.sqrt(square / np.bincount(plain.component_rows, minlength=size))
+        measured = np.bincount(plain.component_rows, plain.inverse_sigma > 0.0, minlength=size)
+        return np.sqrt(square / np.maximum(measured, 1.0))
 
     @cached_property
     def suspicious(self) -> np.ndarray:

@@ -26,7 +26,7 @@ class Loss(StrEnum):
     TUKEY = "tukey"
 
 
-def row_weights(standardised: Float[np.ndarray, "rows"], loss: Loss) -> Float[np.ndarray, "rows"]:
+def row_weights(standardised: Float[np.ndarray, " rows"], loss: Loss) -> Float[np.ndarray, " rows"]:
     """Factors of the rows' residuals (root of the weights), from residuals in units of their scale.
 
     The scale is the median residual, so that up to half of the rows may be wrong.

@@ -46,24 +46,24 @@ class Dataset:
     """
 
     q: Float[np.ndarray, "rows n"]
-    row: Int[np.ndarray, "rows"]
+    row: Int[np.ndarray, " rows"]
     position: Float[np.ndarray, "rows 3"] | None = None
     rotation: Float[np.ndarray, "rows 3 3"] | None = None
     markers: Float[np.ndarray, "rows markers 3"] | None = None
-    distance: Float[np.ndarray, "rows"] | None = None
+    distance: Float[np.ndarray, " rows"] | None = None
     anchor: Labels | None = None
     contact: Labels | None = None
     point: Labels | None = None
     session: Labels | None = None
     group: Labels | None = None
-    time: Float[np.ndarray, "rows"] | None = None
-    temperature: Float[np.ndarray, "rows"] | None = None
-    payload: Float[np.ndarray, "rows"] | None = None
+    time: Float[np.ndarray, " rows"] | None = None
+    temperature: Float[np.ndarray, " rows"] | None = None
+    payload: Float[np.ndarray, " rows"] | None = None
     torque: Float[np.ndarray, "rows n"] | None = None
     direction: Float[np.ndarray, "rows n"] | None = None
     sigma: Float[np.ndarray, "rows 6"] | None = None
     tilt: dict[int, Float[np.ndarray, "rows 2"]] | None = None
-    exclude: Bool[np.ndarray, "rows"] | None = None
+    exclude: Bool[np.ndarray, " rows"] | None = None
     reason: Labels | None = None
     source: str = "data"
     notes: tuple[str, ...] = field(default=())
@@ -96,11 +96,11 @@ class Dataset:
         return tuple(dict.fromkeys(self.session.tolist()))
 
     @cached_property
-    def included(self) -> Bool[np.ndarray, "rows"]:
+    def included(self) -> Bool[np.ndarray, " rows"]:
         """Rows that the file does not keep out."""
         return np.ones(len(self), bool) if self.exclude is None else ~self.exclude
 
-    def take(self, rows: Int[np.ndarray, "k"] | Bool[np.ndarray, "rows"]) -> "Dataset":
+    def take(self, rows: Int[np.ndarray, " k"] | Bool[np.ndarray, " rows"]) -> "Dataset":
         """The chosen rows, by index or mask, in the order given."""
         changes = {}
         for f in fields(self):

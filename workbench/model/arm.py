@@ -40,8 +40,8 @@ class Arm:
     """
 
     constants: Float[np.ndarray, "links 4 4"]
-    slides: Bool[np.ndarray, "n"]
-    columns: Int[np.ndarray, "n"]
+    slides: Bool[np.ndarray, " n"]
+    columns: Int[np.ndarray, " n"]
     limits: Float[np.ndarray, "n 2"]
     length: float
 
@@ -51,7 +51,7 @@ class Arm:
         return len(self.slides)
 
     @cached_property
-    def places(self) -> Int[np.ndarray, "n"]:
+    def places(self) -> Int[np.ndarray, " n"]:
         """Where each column of q stands in the chain: q = x[places] for x in the chain's order."""
         return frozen(np.argsort(self.columns))
 

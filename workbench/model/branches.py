@@ -54,14 +54,14 @@ class Branch:
         slides: Which joints translate, and so have no other turns.
     """
 
-    q: Float[np.ndarray, "n"]
+    q: Float[np.ndarray, " n"]
     name: str
     within_limits: bool
     margin: float
     manipulability: float
     continuum: bool
     limits: Float[np.ndarray, "n 2"]
-    slides: Bool[np.ndarray, "n"]
+    slides: Bool[np.ndarray, " n"]
 
     @cached_property
     def turns(self) -> Float[np.ndarray, "m n"]:
@@ -84,7 +84,7 @@ class Branch:
         rows = np.array(list(product(*choices)), float).reshape(-1, len(self.q))
         return frozen(rows[np.argsort(np.abs(rows - self.q).sum(1), kind="stable")])
 
-    def nearest_turn(self, q: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
+    def nearest_turn(self, q: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
         """The q of this branch, within the limits if it is within them, that is nearest to another q."""
         turns = np.where(self.slides, 0.0, np.round((q - self.q) / TURN))
         if self.within_limits:
@@ -96,7 +96,7 @@ class Branch:
 
 
 def representative(
-    q: Float[np.ndarray, "rows n"], limits: Float[np.ndarray, "n 2"], slides: Bool[np.ndarray, "n"]
+    q: Float[np.ndarray, "rows n"], limits: Float[np.ndarray, "n 2"], slides: Bool[np.ndarray, " n"]
 ) -> Float[np.ndarray, "rows n"]:
     """The turn of every joint nearest to the middle of its limits."""
     low, high = limits.T
@@ -165,7 +165,7 @@ def _agreement(arm: Arm) -> float:
     return 1.0 if np.sign(bend * flip * determinant).sum() >= 0 else -1.0
 
 
-def _quantities(arm: Arm, x: Float[np.ndarray, "rows n"]) -> tuple[Float[np.ndarray, "rows"], ...]:
+def _quantities(arm: Arm, x: Float[np.ndarray, "rows n"]) -> tuple[Float[np.ndarray, " rows"], ...]:
     """Shoulder, elbow, simple wrist quantity and det J of every configuration."""
     tool, axes, points = arm.geometry(x)
     jacobian = arm.jacobian(x)

@@ -25,7 +25,7 @@ class Followed:
         rotation_error: Angle between the two, as far as the task asks [rad].
     """
 
-    q: Float[np.ndarray, "n"]
+    q: Float[np.ndarray, " n"]
     converged: bool
     position_error: float
     rotation_error: float
@@ -36,15 +36,15 @@ class FollowedMany:
     """`Followed` for many targets, one row each."""
 
     q: Float[np.ndarray, "rows n"]
-    converged: Bool[np.ndarray, "rows"]
-    position_error: Float[np.ndarray, "rows"]
-    rotation_error: Float[np.ndarray, "rows"]
+    converged: Bool[np.ndarray, " rows"]
+    position_error: Float[np.ndarray, " rows"]
+    rotation_error: Float[np.ndarray, " rows"]
 
 
 def follow(
     robot: Robot,
     pose: Float[np.ndarray, "4 4"],
-    q_start: Float[np.ndarray, "n"],
+    q_start: Float[np.ndarray, " n"],
     *,
     task: Task | None = None,
 ) -> Followed:

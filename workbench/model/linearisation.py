@@ -44,10 +44,10 @@ class Linearisation:
     jacobian: Float[np.ndarray, "m p"]
     names: tuple[str, ...]
     units: tuple[str, ...]
-    sigma: Float[np.ndarray, "m"]
-    measurement: Int[np.ndarray, "m"]
+    sigma: Float[np.ndarray, " m"]
+    measurement: Int[np.ndarray, " m"]
     length: float
-    residual: Float[np.ndarray, "m"] | None = None
+    residual: Float[np.ndarray, " m"] | None = None
 
     def __post_init__(self):
         rows, columns = self.jacobian.shape
@@ -71,7 +71,7 @@ class Linearisation:
         return int(self.measurement[-1]) + 1 if len(self.measurement) else 0
 
     @cached_property
-    def weights(self) -> Float[np.ndarray, "p"]:
+    def weights(self) -> Float[np.ndarray, " p"]:
         """What one metre of each scaled parameter is in the parameter's own unit: 1/L for an angle."""
         return frozen(np.array([1.0 / self.length if unit == "rad" else 1.0 for unit in self.units]))
 
@@ -86,12 +86,12 @@ class Linearisation:
         return frozen(self.jacobian * self.sigma[:, None])
 
     @cached_property
-    def singular_values(self) -> Float[np.ndarray, "k"]:
+    def singular_values(self) -> Float[np.ndarray, " k"]:
         """Singular values of the scaled Jacobian [1/m], largest first, min(m, p) of them."""
         return frozen(np.linalg.svd(self.scaled, compute_uv=False))
 
     @cached_property
-    def spectrum(self) -> Float[np.ndarray, "p"]:
+    def spectrum(self) -> Float[np.ndarray, " p"]:
         """The singular values with zeros up to the number of parameters."""
         values = np.zeros(len(self.names))
         values[: len(self.singular_values)] = self.singular_values

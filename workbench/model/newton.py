@@ -54,16 +54,16 @@ class Refined:
     """
 
     x: Float[np.ndarray, "rows n"]
-    position_error: Float[np.ndarray, "rows"]
-    rotation_error: Float[np.ndarray, "rows"]
-    steps: Int[np.ndarray, "rows"]
+    position_error: Float[np.ndarray, " rows"]
+    rotation_error: Float[np.ndarray, " rows"]
+    steps: Int[np.ndarray, " rows"]
 
     @property
-    def converged(self) -> Bool[np.ndarray, "rows"]:
+    def converged(self) -> Bool[np.ndarray, " rows"]:
         """Rows that meet their targets."""
         return (self.position_error < POSITION_TOLERANCE) & (self.rotation_error < ROTATION_TOLERANCE)
 
-    def cost(self, weight: float) -> Float[np.ndarray, "rows"]:
+    def cost(self, weight: float) -> Float[np.ndarray, " rows"]:
         """|p* − p|² + w² |ρ|² [m²]."""
         return self.position_error**2 + (weight * self.rotation_error) ** 2
 
@@ -79,7 +79,7 @@ def refine(
     starts: Float[np.ndarray, "rows n"],
     *,
     task: Task,
-    target_of: Int[np.ndarray, "rows"] | None = None,
+    target_of: Int[np.ndarray, " rows"] | None = None,
     limits: Float[np.ndarray, "n 2"] | None = None,
     weight: float | None = None,
     iterations: int = ITERATIONS,

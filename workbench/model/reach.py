@@ -34,7 +34,7 @@ def reachable(
     *,
     task: Task | None = None,
     certain: bool = True,
-) -> tuple[Bool[np.ndarray, "rows"], Float[np.ndarray, "rows n"]]:
+) -> tuple[Bool[np.ndarray, " rows"], Float[np.ndarray, "rows n"]]:
     """Whether each pose is reached within the limits, and one way to reach it.
 
     Args:

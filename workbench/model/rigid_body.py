@@ -41,7 +41,7 @@ class RigidBody:
 
     model: pin.Model
     tool: int
-    columns: Int[np.ndarray, "n"]
+    columns: Int[np.ndarray, " n"]
 
     def poses(self, q: JointRows) -> Poses:
         """Poses of the tool in the measuring frame, one row at a time."""

@@ -51,8 +51,8 @@ class Solutions:
     """
 
     x: Float[np.ndarray, "rows n"]
-    smallest: Float[np.ndarray, "rows"]
-    continuum: Bool[np.ndarray, "rows"]
+    smallest: Float[np.ndarray, " rows"]
+    continuum: Bool[np.ndarray, " rows"]
 
 
 def is_algebraic(arm: Arm, task: Task) -> bool:
@@ -175,7 +175,7 @@ def _settled(arm: Arm, target: np.ndarray, x: np.ndarray, task: Task) -> Solutio
 
 def _slid(
     arm: Arm, target: np.ndarray, x: np.ndarray, task: Task
-) -> tuple[Float[np.ndarray, "rows n"], Bool[np.ndarray, "rows"]]:
+) -> tuple[Float[np.ndarray, "rows n"], Bool[np.ndarray, " rows"]]:
     """Slide singular solutions along their continuum until the last joint that can turn is at zero.
 
     Returns:

@@ -35,8 +35,8 @@ class Masses:
         com: Centre of mass in its link frame [m].
     """
 
-    after: Int[np.ndarray, "links"]
-    mass: Float[np.ndarray, "links"]
+    after: Int[np.ndarray, " links"]
+    mass: Float[np.ndarray, " links"]
     com: Float[np.ndarray, "links 3"]
 
 
@@ -66,11 +66,11 @@ def joint_wrenches(
     robot: Robot,
     q: JointRows,
     *,
-    payload: Float[np.ndarray, "_"] | None = None,
+    payload: Float[np.ndarray, " _"] | None = None,
     payload_com: Vector3 | None = None,
     velocity: Float[np.ndarray, "_ _"] | None = None,
     acceleration: Float[np.ndarray, "_ _"] | None = None,
-    values: Float[np.ndarray, "k"] | None = None,
+    values: Float[np.ndarray, " k"] | None = None,
     shift: Float[np.ndarray, "rows k"] = NO_SHIFT,
 ) -> Float[np.ndarray, "rows n 6"]:
     """Wrench [f; τ] that the link before each joint exerts on the link after it, in the joint's own axes.
@@ -127,7 +127,7 @@ def joint_wrenches(
     return out
 
 
-def own_axis(robot: Robot) -> Int[np.ndarray, "n"]:
+def own_axis(robot: Robot) -> Int[np.ndarray, " n"]:
     """Component of a joint's wrench that its drive holds: 3–5 for a rotation, 0–2 for a translation."""
     out = np.empty(robot.dof, np.int64)
     for element in robot.elements:

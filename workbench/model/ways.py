@@ -20,7 +20,7 @@ class Nearest:
         rotation_error: Angle between the two, as far as the task asks [rad].
     """
 
-    q: Float[np.ndarray, "n"]
+    q: Float[np.ndarray, " n"]
     position_error: float
     rotation_error: float
 
@@ -62,7 +62,7 @@ class InverseResult:
         return tuple(b.name for b in self.branches)
 
 
-def nearest_branch(result: InverseResult, q: Float[np.ndarray, "n"]) -> Branch | None:
+def nearest_branch(result: InverseResult, q: Float[np.ndarray, " n"]) -> Branch | None:
     """The branch nearest to q up to full turns, within the limits if any is; None without branches."""
     among = result.within_limits or result.branches
     return min(among, key=lambda b: float(np.linalg.norm(_gap(b, q))), default=None)
@@ -71,8 +71,8 @@ def nearest_branch(result: InverseResult, q: Float[np.ndarray, "n"]) -> Branch |
 def choose(
     result: InverseResult,
     *,
-    near: Float[np.ndarray, "n"] | None = None,
-    branch: str | Float[np.ndarray, "n"] = "auto",
+    near: Float[np.ndarray, " n"] | None = None,
+    branch: str | Float[np.ndarray, " n"] = "auto",
 ) -> Branch | None:
     """One branch by name, by joint coordinates, or the best.
 

@@ -7,24 +7,31 @@ from time import perf_counter
 import numpy as np
 
 from workbench.design.region import Region
-from workbench.errors import DataError, OptionError
+from workbench.errors import OptionError
 from workbench.identify import noise as noises
-from workbench.identify.frames import FrameChoice, Sessions, choose_frames
+from workbench.identify.alignment import align
+from workbench.identify.frames import Sessions, choose_frames, visible_parts
 from workbench.identify.identifier import AbstractIdentifier
-from workbench.identify.linear import factorise
 from workbench.identify.ols import Ols
 from workbench.identify.opt1 import Opt1
 from workbench.identify.opt2 import Opt2
-from workbench.identify.problem import Noise, Problem
+from workbench.identify.prior import Prior
+from workbench.identify.problem import FrameFreedom, Noise, Problem
 from workbench.identify.result import Fit
 from workbench.identify.robust import Loss, row_weights
 from workbench.measure.dataset import Dataset
 from workbench.measure.plausible import check_plausible
-from workbench.model.forward import tool_poses
-from workbench.robots.robot import Frame, Robot
+from workbench.pipeline.rows import (
+    check_enough,
+    choose_rows,
+    divide,
+    held_scale,
+    placed,
+    unused_observations,
+)
+from workbench.robots.robot import Robot
 from workbench.types import Outcome
-from workbench.validate.errors import Errors, RowErrors, row_errors
-from workbench.validate.holdout import split, split_sessions
+from workbench.validate.errors import Errors, RowErrors, instrument_fit, row_errors
 from workbench.validate.identification import Identification, Run, Validation
 
 ALGORITHMS: dict[str, AbstractIdentifier] = {a.name: a for a in (Ols(), Opt1(), Opt2())}
@@ -49,7 +56,7 @@ def identify(
     bounds: Mapping[str, tuple[float, float]] | None = None,
     noise: Noise | None = None,
     loss: Loss | str = Loss.SQUARES,
-    prior: tuple[Sequence[str], np.ndarray] | None = None,
+    prior: Prior | None = None,
     known: Mapping[str, float] | None = None,
     seed: int = 0,
     progress: Progress | None = None,
@@ -69,7 +76,7 @@ def identify(
         bounds: Least and greatest value by name, for OPT1.
         noise: Standard deviations [m], [rad]; from repeats or the fit if None.
         loss: Squares, or a robust loss by rows.
-        prior: Names and covariance [rad, m] of an older calibration around the nominal values.
+        prior: What an older calibration knows of the arm's constants.
         known: Known places of anchors or contacts [m], such as `anchor[A].x`.
         seed: Chooses the held-out rows.
         progress: Called with the part done and what is being done.
@@ -85,38 +92,63 @@ def identify(
     loss, sessions = _option(Loss, loss, "loss"), _option(Sessions, frames, "frames")
     report(0.0, "checking the rows")
     data = check_plausible(data, robot.limits, robot.reach)
-    notes = list(data.notes)
-    rows, excluded = _choose_rows(robot, data, exclude or {}, region)
+    notes = [*data.notes, *unused_observations(data)]
+    rows, excluded = choose_rows(robot, data, exclude or {}, region)
     used = data.take(rows)
-    train, held = _divide(used, held_out, seed)
-    held_data = used.take(held)
+    train, held = divide(used, held_out, seed)
+    fitted, held_data = used.take(train), used.take(held)
     if isinstance(held_out, Dataset):
-        robot.check_joints(held_out.q, held_out.source)
-        held_data = check_plausible(held_out, robot.limits, robot.reach)
-        held_data = held_data.take(held_data.included)
-    fitted = used.take(train)
-    _check_enough(robot, fitted, free)
+        held_data = _other_rows(robot, held_out, region)
+    names = tuple(robot.default_free if free is None else free)
+    places = dict(known or {})
+    if (length := held_scale(robot, fitted, names, places)) is not None:
+        names = tuple(name for name in names if name != length)
+        notes.append(f"contacts show no scale: {length} is held at its nominal value")
+    check_enough(robot, fitted, names)
     report(0.1, "deciding about base and tool")
     choice = choose_frames(
-        robot, fitted, sessions=sessions, noise=noise, free=None if free is None else tuple(free)
+        robot, fitted, sessions=sessions, noise=noise, free=names, known=places, cancel=cancel
     )
     problem = Problem.build(
-        choice.robot, fitted, free=free, frames=choice.freedom, noise=noise, bounds=bounds, known=known
+        choice.robot, fitted, free=names, frames=choice.freedom, noise=noise, bounds=bounds, known=places
     )
+    if not problem.names:
+        raise OptionError("nothing is left to identify; free a constant of the arm, its base or its tool")
     if prior is not None:
         problem, prior_note = _with_prior(problem, prior)
         notes.append(prior_note)
     report(0.3, "estimating the noise")
     problem, noise_note = _with_noise(problem, noise, cancel)
     notes += [*choice.notes, noise_note]
+    held_data, unplaced = _seen_places(held_data, {**places, **dict.fromkeys(problem.names, 0.0)})
+    strangers = tuple(s for s in held_data.sessions if s not in fitted.sessions) if len(held_data) else ()
+    strangers = strangers if choice.freedom.base and sessions is not Sessions.SHARED else ()
+    if strangers:
+        notes.append(
+            f"held-out session {', '.join(strangers)}: where base stands was found from its own rows, "
+            "the arm from the others"
+        )
+    if unplaced:
+        notes.append(f"{unplaced} held-out rows name anchors or contacts that no fitted row has; left out")
     runs: dict[str, Run] = {}
     for k, algorithm in enumerate(chosen):
+        if runs and cancel is not None and cancel():
+            break
         report(0.4 + 0.5 * k / len(chosen), f"{algorithm.title}: fitting {len(problem.names)} parameters")
-        fit = _fit(problem, algorithm, loss, cancel, excluded_rows=rows[train])
-        runs[algorithm.name] = _validated(fit, fitted, held_data, choice)
+        fit = _fit(problem, algorithm, loss, cancel)
+        pairs = zip(fit.problem.parameters, fit.x.tolist(), strict=True)
+        found = places | {p.name: value for p, value in pairs if p.is_instrument}
+        arm = _at_home(fit.calibrated, held_data, strangers)
+        train_rows, held_rows = _errors(fit.calibrated, fitted, found), _errors(arm, held_data, found)
+        runs[algorithm.name] = Run(fit, Errors.of(train_rows), held_rows.summary, train_rows, held_rows)
     report(0.95, "validating")
-    nominal = [_errors(choice.robot, part, {}) for part in (fitted, held_data)]
+    before = Problem.build(choice.robot, fitted, free=(), known=places)
+    found = places | dict(zip(before.names, instrument_fit(before).tolist(), strict=True))
+    arm = _at_home(choice.robot, held_data, strangers)
+    nominal = _errors(choice.robot, fitted, found), _errors(arm, held_data, found)
     report(1.0, "done")
+    if not problem.component_channels.any():
+        problem = problem.with_noise(problem.noise._replace(rotation=np.nan))
     return Identification(
         robot=robot,
         aligned=choice.robot,
@@ -129,7 +161,7 @@ def identify(
         noise=problem.noise,
         notes=tuple(notes),
         nominal=Validation(Errors.of(nominal[0]), nominal[1].summary),
-        nominal_rows=(nominal[0], nominal[1]),
+        nominal_rows=nominal,
         runs=runs,
     )
 
@@ -147,94 +179,79 @@ def _option(kind, value, what: str):
         raise OptionError(f"{what} can't be '{value}'; choose from {', '.join(kind)}") from None
 
 
-def _choose_rows(robot, data, exclude, region) -> tuple[np.ndarray, list[tuple[int, str]]]:
-    """Rows to use, and those kept out with their reasons."""
-    keep = data.included.copy()
-    excluded = [
-        (int(data.row[i]), str(data.reason[i]) if data.reason is not None and data.reason[i] else "file")
-        for i in np.flatnonzero(~keep)
-    ]
-    for row, reason in exclude.items():
-        place = np.flatnonzero(data.row == row)
-        if not len(place):
-            raise OptionError(f"there is no row {row} to exclude; rows are 0 … {int(data.row.max())}")
-        if keep[place[0]]:
-            keep[place[0]] = False
-            excluded.append((int(row), reason))
-    if region is not None:
-        arm = robot.with_frames(base=Frame())
-        outside = keep & ~region.contains(tool_poses(arm, data.q)[:, :3, 3])
-        excluded += [(int(r), "outside the region") for r in data.row[outside]]
-        keep &= ~outside
-    if not keep.any():
-        raise DataError(f"{data.source}: every row is excluded or outside the region; nothing is left to fit")
-    return np.flatnonzero(keep), excluded
+def _other_rows(robot: Robot, data: Dataset, region: Region | None) -> Dataset:
+    """Held-out rows of another file, chosen as the fitted ones are."""
+    robot.check_joints(data.q, data.source)
+    data = check_plausible(data, robot.limits, robot.reach)
+    return data.take(choose_rows(robot, data, {}, region)[0])
 
 
-def _divide(used: Dataset, held_out, seed: int) -> tuple[np.ndarray, np.ndarray]:
-    if isinstance(held_out, Dataset):
-        return np.arange(len(used)), np.arange(0)
-    if isinstance(held_out, tuple):
-        return split_sessions(used, held_out)
-    return split(used, held_out, rng=np.random.default_rng(seed))
+def _seen_places(held: Dataset, known: Mapping[str, float]) -> tuple[Dataset, int]:
+    """Held-out rows whose anchors and contacts the fit knows, and how many others there were."""
+    keep = placed(held, known)
+    return held.take(keep), int((~keep).sum())
 
 
-def _check_enough(robot: Robot, data: Dataset, free) -> None:
-    """Refuse a fit of more parameters than measured numbers."""
-    count = len(robot.default_free if free is None else free)
-    problem = Problem.build(robot, data, free=())
-    if problem.size < count:
-        need = int(np.ceil(count / (problem.size / len(data))))
-        raise DataError(
-            f"{data.source}: {len(data)} rows give {problem.size} numbers for {count} parameters of the arm; "
-            f"measure at least {need} poses, hold fewer out, or free fewer parameters"
-        )
+def _at_home(robot: Robot, held: Dataset, strangers: tuple[str, ...]) -> Robot:
+    """The robot with bases for sessions that took no part in the fit, from their own rows."""
+    if not strangers:
+        return robot
+    rows = held.take(np.isin(np.asarray(held.session), strangers))
+    freedom = FrameFreedom(visible_parts(rows)[0], base_per_session=True)
+    own = align(replace(robot, sessions=()), rows, freedom)
+    return replace(robot, sessions=(*robot.sessions, *own.sessions))
 
 
-def _with_prior(problem: Problem, prior: tuple[Sequence[str], np.ndarray]) -> tuple[Problem, str]:
+def _with_prior(problem: Problem, prior: Prior) -> tuple[Problem, str]:
     """The problem with what an older calibration knows of the constants that are identified now."""
-    names, covariance = prior
-    shared = [i for i, name in enumerate(names) if name in problem.names]
-    if not shared:
+    shared = prior.keep(lambda name: name in problem.names)
+    if not shared.names:
         raise OptionError("the prior knowledge speaks of none of the constants that are identified here")
-    kept = [names[i] for i in shared]
     return (
-        problem.with_prior(kept, covariance[np.ix_(shared, shared)]),
-        f"prior knowledge of {len(kept)} constants from an older calibration",
+        problem.with_prior(shared.names, shared.values, shared.whitening),
+        f"prior knowledge of {len(shared.names)} constants from an older calibration",
     )
 
 
 def _with_noise(problem: Problem, noise: Noise | None, cancel: Cancel | None) -> tuple[Problem, str]:
     """The problem whitened by the noise that was given, that repeats show, or that a fit leaves."""
-    if noise is not None:
-        return problem, f"noise as given: {_noise_words(noise)}"
-    if problem.data.sigma is not None and np.isfinite(problem.data.sigma[:, 0]).all():
+    own = noises.given_by_rows(problem)
+    turned = bool(problem.component_channels.any())
+    if own is noises.Given.ALL:
         return problem, "noise as given row by row in the file"
+    rest = ", where a row brings none of its own" if own is noises.Given.SOME else ""
+    if noise is not None:
+        return problem, f"noise as given: {_noise_words(noise, turned)}{rest}"
     repeats = noises.from_repeats(problem.data)
     if repeats is not None:
-        return problem.with_noise(repeats), f"noise from repeated poses: {_noise_words(repeats)}"
+        return problem.with_noise(
+            repeats
+        ), f"noise from repeated poses: {_noise_words(repeats, turned)}{rest}"
     for _ in range(2):
         search = Opt2(limit=60).search(problem, on_step=_on_step(cancel))
-        rank = factorise(*reversed(problem.evaluate(search.x))).rank
-        left = noises.from_fit(problem, search, rank)
+        left = noises.from_fit(problem, search)
         if left is None:
-            return problem, f"the fit leaves no noise; weighed as {_noise_words(problem.noise)}"
+            return (
+                problem,
+                f"the fit leaves nothing to tell noise from; weights: {_noise_words(problem.noise, turned)}",
+            )
         change = np.abs(np.log(np.array(left) / np.array(problem.noise))).max()
         problem = problem.with_noise(left)
         if change < 0.2:
             break
-    return problem, f"noise from what the fit leaves: {_noise_words(problem.noise)}"
+    return problem, f"noise from what the fit leaves: {_noise_words(problem.noise, turned)}{rest}"
 
 
-def _noise_words(noise: Noise) -> str:
-    return f"{1e3 * noise.position:.3g} mm, {np.rad2deg(noise.rotation):.2g}°"
+def _noise_words(noise: Noise, turned: bool) -> str:
+    rotation = f", {np.rad2deg(noise.rotation):.2g}°" if turned else ""
+    return f"{1e3 * noise.position:.3g} mm{rotation}"
 
 
 def _on_step(cancel: Cancel | None):
     return None if cancel is None else lambda iteration, cost: cancel()
 
 
-def _fit(problem, algorithm, loss, cancel, *, excluded_rows) -> Fit:
+def _fit(problem, algorithm, loss, cancel) -> Fit:
     began = perf_counter()
     search = algorithm.search(problem, on_step=_on_step(cancel))
     weights = np.ones(len(problem.data))
@@ -275,14 +292,11 @@ def _warnings(fit: Fit) -> tuple[str, ...]:
         found.append(
             f"{fit.title}: on its bound: {', '.join(fit.at_bounds)}; widen the bounds if that is wrong"
         )
+    if fit.beyond_bounds:
+        found.append(
+            f"{fit.title} knows no bounds: {', '.join(fit.beyond_bounds)} lies beyond; OPT1 keeps them"
+        )
     return tuple(found)
-
-
-def _validated(fit: Fit, fitted: Dataset, held: Dataset, choice: FrameChoice) -> Run:
-    pairs = zip(fit.problem.parameters, fit.x.tolist(), strict=True)
-    known = {p.name: value for p, value in pairs if p.is_instrument}
-    train, held_out = (_errors(fit.calibrated, part, known) for part in (fitted, held))
-    return Run(fit, Errors.of(train), held_out.summary, train, held_out)
 
 
 def _errors(robot: Robot, data: Dataset, known: Mapping[str, float]) -> RowErrors:

@@ -24,7 +24,7 @@ from workbench.report.use import Use, controller_use
 from workbench.robots.robot import Robot
 from workbench.validate.components import row_components
 from workbench.validate.errors import Errors
-from workbench.validate.identification import Identification, Run
+from workbench.validate.identification import Identification, Run, Validation
 from workbench.validate.requirement import Requirement, RequirementCheck
 
 PAGE, RESULT = "report.html", "result.json"

@@ -1,68 +1,67 @@
-"""An older result as prior knowledge: the covariance of the arm's constants, from its JSON file.
+"""An older result as prior knowledge of the arm: written with every result, read by the next calibration.
 
-Base and tool are left out, as the arm may stand elsewhere by now, and so are the places of instruments.
-A joint that was replaced is left out too: nothing is known of it any more, and a few poses find it again.
+Base, tool and the places of instruments are left out, as the arm may stand elsewhere by now; so is a joint
+that was replaced, and a few poses find it again.
 """
 
 import json
-import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
 
 from workbench.errors import FileError, OptionError
+from workbench.identify.prior import Prior
 from workbench.identify.result import Fit
-from workbench.parameters import Parameter
 
-INSTRUMENT = re.compile(r"marker\d*\.|anchor\[|contact\[")
+KEY = "prior"
+"""Key of the result file under which the next calibration finds it."""
 
 
 def prior_json(fit: Fit) -> dict[str, Any]:
-    """What `read_prior` needs of a fit: names and covariance [rad, m] of its parameters."""
-    names = list(fit.problem.names)
-    return {"covariance": {"algorithm": fit.algorithm, "names": names, "matrix": fit.covariance.tolist()}}
+    """Names, values and information [1/rad², 1/m²] of the arm's constants as plain data."""
+    prior = Prior.of(fit)
+    return {
+        KEY: {
+            "names": list(prior.names),
+            "values": prior.values.tolist(),
+            "information": prior.information.tolist(),
+        }
+    }
 
 
-def read_prior(
-    path: Path | str, *, renew: Sequence[int] = ()
-) -> tuple[tuple[str, ...], Float[np.ndarray, "k k"]]:
-    """Names and covariance [rad, m] of an older calibration of the same robot.
+def read_prior(path: Path | str, *, renew: Sequence[int] = ()) -> Prior:
+    """What an older calibration of the same robot knows.
 
     Args:
         path: A result that `identify --json` wrote.
         renew: Joints of which nothing is known any more, counted from 1.
 
     Raises:
-        FileError: not such a file, or one without a covariance.
+        FileError: not such a file, or one that contradicts itself.
         OptionError: a joint to renew that the result does not have, or nothing left to know.
     """
     try:
-        found = json.loads(Path(path).read_text(encoding="utf-8"))["covariance"]
-        names, matrix = [str(n) for n in found["names"]], np.array(found["matrix"], float)
+        found = json.loads(Path(path).read_text(encoding="utf-8"))[KEY]
+        names = tuple(str(name) for name in found["names"])
+        values, information = np.array(found["values"], float), np.array(found["information"], float)
     except OSError as error:
         raise FileError(error.strerror or "can't be read", path=str(path)) from None
     except (ValueError, KeyError, TypeError, UnicodeError):
         raise FileError(
-            "is no result with a covariance; give the file that 'workbench identify --json' wrote",
+            "is no result with prior knowledge; give the file that 'workbench identify --json' wrote",
             path=str(path),
         ) from None
-    if matrix.shape != (len(names), len(names)) or not np.isfinite(matrix).all():
-        raise FileError(
-            f"names {len(names)} parameters, but its covariance is {matrix.shape}", path=str(path)
-        )
+    count = len(names)
+    shapes = values.shape == (count,) and information.shape == (count, count)
+    if not shapes or not np.isfinite(values).all() or not np.isfinite(information).all():
+        raise FileError(f"names {count} constants, but not as many numbers for them", path=str(path))
     for joint in renew:
-        if not any(n.startswith(f"joint{joint}.") for n in names):
+        if not any(name.startswith(f"joint{joint}.") for name in names):
             raise OptionError(f"{path}: nothing is known of joint {joint}, so it can't be renewed")
-    keep = [
-        i
-        for i, n in enumerate(names)
-        if Parameter(n, "", 0.0).is_geometry
-        and not INSTRUMENT.match(n)
-        and not any(n.startswith(f"joint{joint}.") for joint in renew)
-    ]
-    if not keep:
+    gone = tuple(f"joint{joint}." for joint in renew)
+    prior = Prior(names, values, information).keep(lambda name: not name.startswith(gone))
+    if not prior.names:
         raise OptionError(f"{path}: nothing of the arm is left as prior knowledge")
-    return tuple(names[i] for i in keep), matrix[np.ix_(keep, keep)]
+    return prior

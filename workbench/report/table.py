@@ -16,7 +16,7 @@ from workbench.identify.result import Fit
 from workbench.report.numbers import short, signed, standard_error
 from workbench.report.parameters import LEGEND, Cell, State, parameter_table
 from workbench.validate.errors import Errors
-from workbench.validate.identification import Evaluation, Identification, Validation
+from workbench.validate.identification import Evaluation, Identification, Run, Validation
 from workbench.validate.requirement import RequirementCheck
 
 STYLES = {State.IDENTIFIED: "", State.HELD: "dim", State.SHARED: "yellow", State.UNSEEN: "dim"}

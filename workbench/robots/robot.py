@@ -219,7 +219,7 @@ class Robot:
         """Names of the arm's constants that are identified unless the user says otherwise."""
         return tuple(e.name for e in self.elements if e.free)
 
-    def values(self, names: tuple[str, ...]) -> Float[np.ndarray, "p"]:
+    def values(self, names: tuple[str, ...]) -> Float[np.ndarray, " p"]:
         """Present values of the named constants."""
         return self.chain.values[self.chain.indices(names)]
 

@@ -27,12 +27,12 @@ class RowComponents:
         return len(self.position)
 
     @property
-    def has_position(self) -> Bool[np.ndarray, "rows"]:
+    def has_position(self) -> Bool[np.ndarray, " rows"]:
         """Rows with a measured point."""
         return np.isfinite(self.position).all(-1)
 
     @property
-    def has_rotation(self) -> Bool[np.ndarray, "rows"]:
+    def has_rotation(self) -> Bool[np.ndarray, " rows"]:
         """Rows with a measured orientation."""
         return np.isfinite(self.rotation).all(-1)
 

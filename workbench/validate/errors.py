@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from workbench.identify.opt2 import Opt2
 from workbench.identify.problem import Problem
 from workbench.measure.dataset import Dataset
 from workbench.robots.robot import Robot
@@ -20,7 +21,7 @@ class Spread(NamedTuple):
     max: float
 
     @classmethod
-    def of(cls, errors: Float[np.ndarray, "rows"]) -> "Spread":
+    def of(cls, errors: Float[np.ndarray, " rows"]) -> "Spread":
         """Summary of one error a row."""
         return cls(float(errors.mean()), float(np.sqrt((errors**2).mean())), float(errors.max()))
 
@@ -30,12 +31,12 @@ class RowErrors:
     """Errors row by row.
 
     Args:
-        position: Distance between measured and predicted point [m].
+        position: Distance between measured and predicted point [m]; of several markers their rms.
         rotation: Angle between measured and predicted orientation [rad]; NaN where none was measured.
     """
 
-    position: Float[np.ndarray, "rows"]
-    rotation: Float[np.ndarray, "rows"]
+    position: Float[np.ndarray, " rows"]
+    rotation: Float[np.ndarray, " rows"]
 
     @property
     def summary(self) -> "Errors | None":
@@ -69,17 +70,23 @@ def row_errors(robot: Robot, data: Dataset, *, known: Mapping[str, float] | None
     Args:
         robot: The model, with its frames per session where it has them.
         data: Measured rows.
-        known: Places of anchors, contacts or markers from a fit [m]; guessed from the model if None.
+        known: Places of anchors, contacts or markers [m]; the others are fitted to the rows.
     """
     problem = Problem.build(robot, data, free=(), known=known)
-    components = problem.physical(problem.residual(problem.start))
-    return split_channels(problem, components)
+    return split_channels(problem, problem.physical(problem.residual(instrument_fit(problem))))
 
 
-def split_channels(problem: Problem, components: Float[np.ndarray, "m"]) -> RowErrors:
+def instrument_fit(problem: Problem) -> Float[np.ndarray, " u"]:
+    """Places of anchors, contacts or markers that suit a model best, where nothing else is unknown."""
+    return Opt2(limit=60).search(problem).x if problem.names else problem.start
+
+
+def split_channels(problem: Problem, components: Float[np.ndarray, " m"]) -> RowErrors:
     """Position and rotation error of every row from its residual components [m], [rad]."""
     size, rows, turned = len(problem.data), problem.component_rows, problem.component_channels
-    position = np.sqrt(np.bincount(rows[~turned], components[~turned] ** 2, size))
+    straight = ~turned & (problem.inverse_sigma > 0.0)
+    points = np.maximum(np.bincount(rows[straight], minlength=size) / 3.0, 1.0)
+    position = np.sqrt(np.bincount(rows[straight], components[straight] ** 2, size) / points)
     rotation = np.full(size, np.nan)
     if turned.any():
         with_rotation = np.unique(rows[turned])

@@ -15,6 +15,8 @@ from workbench.identify.result import Fit
 
 ELSEWHERE = 400
 """Random poses that stand for the whole joint space."""
+MADE_ANGLE, MADE_LENGTH = np.deg2rad(5.0) / np.sqrt(3.0), 5e-3 / np.sqrt(3.0)
+"""Standard deviation of manufacturing errors, even within 5° and 5 mm [rad], [m]."""
 SERIOUS = 2.0
 """Ratio of the two expected errors from which on the user is warned."""
 
@@ -63,10 +65,18 @@ def expected_error(fit: Fit, q: Float[np.ndarray, "rows n"]) -> Expected:
             columns.append(chain.index[element])
             places.append(place)
     _, twists = chains.twists(chain, q, np.array(columns, np.int64))
-    covariance = fit.covariance[np.ix_(places, places)]
+    covariance = (fit.covariance + _unseen(fit))[np.ix_(places, places)]
     spread = np.einsum("rip,pq,riq->ri", twists, covariance, twists)
     position, rotation = spread[:, :3].sum(1), spread[:, 3:].sum(1)
     return Expected(float(np.sqrt(position.mean())), float(np.sqrt(rotation.mean())))
+
+
+def _unseen(fit: Fit) -> Float[np.ndarray, "p p"]:
+    """Covariance of what the rows did not show: as large as arms are made badly (ARIA 2.4), not zero."""
+    open_ones = fit.factor.vt[~fit.factor.seen]
+    made = np.array([MADE_ANGLE if p.unit == "rad" else MADE_LENGTH for p in fit.parameters])
+    projector = open_ones.T @ open_ones
+    return (projector * made**2) @ projector.T
 
 
 def transfer(fit: Fit, *, rng: np.random.Generator) -> Transfer:

@@ -9,7 +9,7 @@ from workbench.measure.dataset import Dataset
 
 def split(
     data: Dataset, fraction: float, *, rng: np.random.Generator
-) -> tuple[Int[np.ndarray, "train"], Int[np.ndarray, "held"]]:
+) -> tuple[Int[np.ndarray, " train"], Int[np.ndarray, " held"]]:
     """Hold out a fraction of the rows, whole groups where the data have them.
 
     The units (rows, or means of groups) are divided by medians of their widest joint into as many cells
@@ -43,11 +43,11 @@ def split(
     session = np.zeros(count, int)
     if data.session is not None:
         session[labels] = np.unique(data.session, return_inverse=True)[1]
+    if np.bincount(session).max() < 2:
+        session[:] = 0  # sessions of one unit each: whole sessions are held out
     held = np.zeros(count, bool)
-    for s in np.unique(session):
-        units = np.flatnonzero(session == s)
-        cells = min(max(round(fraction * len(units)), 1), len(units) - 1)
-        for cell in _cells(centre, units, cells):
+    for s, cells in enumerate(_shares(np.bincount(session), fraction)):
+        for cell in _cells(centre, np.flatnonzero(session == s), int(cells)):
             held[rng.choice(cell)] = True
     mask = held[labels]
     return np.flatnonzero(~mask), np.flatnonzero(mask)
@@ -55,15 +55,25 @@ def split(
 
 def split_sessions(
     data: Dataset, names: tuple[str, ...]
-) -> tuple[Int[np.ndarray, "train"], Int[np.ndarray, "held"]]:
+) -> tuple[Int[np.ndarray, " train"], Int[np.ndarray, " held"]]:
     """Hold out whole sessions by name."""
-    if data.session is None or (missing := [n for n in names if n not in data.sessions]):
-        found = "no sessions" if data.session is None else f"no session '{missing[0]}'"
-        raise OptionError(
-            f"{data.source} has {found}; it has {', '.join(s or '(one)' for s in data.sessions)}"
-        )
+    if data.session is None:
+        raise OptionError(f"{data.source} has no session column, so no session can be held out")
+    if missing := [name for name in names if name not in data.sessions]:
+        raise OptionError(f"{data.source} has no session '{missing[0]}'; it has {', '.join(data.sessions)}")
     mask = np.isin(data.session, names)
     return np.flatnonzero(~mask), np.flatnonzero(mask)
+
+
+def _shares(sizes: np.ndarray, fraction: float) -> np.ndarray:
+    """How many units of every session are held out: the share of all, divided as evenly as it goes."""
+    total = max(round(fraction * int(sizes.sum())), 1)
+    shares = np.minimum(np.floor(fraction * sizes), sizes - 1).astype(int)
+    wanting = fraction * sizes - shares
+    for s in np.argsort(-wanting, kind="stable"):
+        if shares.sum() < total and shares[s] < sizes[s] - 1:
+            shares[s] += 1
+    return shares
 
 
 def _cells(centre: np.ndarray, units: np.ndarray, count: int) -> list[np.ndarray]:

@@ -12,6 +12,8 @@ from workbench.robots.robot import Robot
 from workbench.validate.errors import Errors, RowErrors
 from workbench.validate.expected import Transfer, transfer, transfer_words
 
+HARDLY_BETTER, COARSE = 0.7, 1.0
+"""What is left of the nominal error, and in mm, from which on a fit is suspicious."""
 ALIKE = 1e-6
 """Relative difference of two costs that is no difference."""
 
@@ -85,8 +87,9 @@ class Identification:
     @property
     def best(self) -> Run:
         """The run with the smallest training cost, the plainest of equals; held-out rows choose nothing."""
-        least = min(run.fit.history[-1] for run in self.runs.values())
-        equal = [run for run in self.runs.values() if run.fit.history[-1] <= least * (1.0 + ALIKE) + ALIKE]
+        runs = [r for r in self.runs.values() if not r.fit.beyond_bounds] or list(self.runs.values())
+        least = min(run.fit.history[-1] for run in runs)
+        equal = [run for run in runs if run.fit.history[-1] <= least * (1.0 + ALIKE) + ALIKE]
         return min(equal, key=lambda run: (not run.fit.outcome.ok, run.fit.iterations))
 
     @cached_property
@@ -104,6 +107,12 @@ class Identification:
         """What the user should know: how the searches ended, and what the rows left open."""
         searches = (w for run in self.runs.values() for w in run.fit.warnings)
         found = [*searches, *_cautions(self.best.fit)]
+        before, after = self.nominal.train.position_mm.rms, self.best.train.position_mm.rms
+        if after > max(HARDLY_BETTER * before, COARSE):
+            found.append(
+                f"the geometry explains little: {after:.1f} of {before:.1f} mm are left; are robot, frames "
+                "and sessions the right ones?"
+            )
         if not (self.frames.base_per_session or self.frames.tool_per_session):
             turned = bool(self.best.fit.problem.component_channels.any())
             found.append(transfer_words(self.transfer, turned))
@@ -135,6 +144,8 @@ class Evaluation:
 def _cautions(fit: Fit) -> tuple[str, ...]:
     """What the rows left open, the same for all algorithms."""
     found = []
+    if fit.spare < 1.0:
+        found.append("no measured number is to spare, so errors can't be judged; measure more poses")
     if fit.hardly_seen:
         found.append(f"hardly seen, so held near nominal: {'; '.join(c.words for c in fit.hardly_seen)}")
     if fit.poorly_determined:

@@ -74,29 +74,29 @@ class PlateComparison:
     """
 
     plate: Plate
-    visits: Int[np.ndarray, "targets"]
+    visits: Int[np.ndarray, " targets"]
     deviations: Float[np.ndarray, "targets 6"]
     placement: Matrix4
     placement_twist: Float[np.ndarray, "6"]
     placement_std: Float[np.ndarray, "6"]
     blocks: Float[np.ndarray, "targets 6"]
     std: Float[np.ndarray, "targets 6"]
-    p_values: Float[np.ndarray, "targets"]
-    displaced: Bool[np.ndarray, "targets"]
+    p_values: Float[np.ndarray, " targets"]
+    displaced: Bool[np.ndarray, " targets"]
     notes: tuple[str, ...] = ()
 
     @property
-    def distances(self) -> Float[np.ndarray, "targets"]:
+    def distances(self) -> Float[np.ndarray, " targets"]:
         """How far each target is from its nominal place [m]."""
         return np.linalg.norm(self.deviations[:, :3], axis=1)
 
     @property
-    def block_distances(self) -> Float[np.ndarray, "targets"]:
+    def block_distances(self) -> Float[np.ndarray, " targets"]:
         """How far each target is from its place on the plate as it stands [m]."""
         return np.linalg.norm(self.blocks[:, :3], axis=1)
 
     @property
-    def block_angles(self) -> Float[np.ndarray, "targets"]:
+    def block_angles(self) -> Float[np.ndarray, " targets"]:
         """How far each seat is turned on the plate as it stands [rad]; NaN for sockets and points."""
         return np.linalg.norm(self.blocks[:, 3:], axis=1)
 
@@ -106,7 +106,7 @@ def compare_plates(
     robot: Robot,
     q: Float[np.ndarray, "rows n"],
     *,
-    targets: Int[np.ndarray, "rows"] | None = None,
+    targets: Int[np.ndarray, " rows"] | None = None,
     calibration: Calibration | None = None,
     seating: Noise = SEATING,
 ) -> PlateComparison:

@@ -69,7 +69,7 @@ class Requirement:
         """The two limits for people."""
         return f"{1e3 * self.per_axis:.3g} mm per axis and {np.rad2deg(self.angle):.2f}°"
 
-    def tip_error(self, components: RowComponents) -> Float[np.ndarray, "rows"]:
+    def tip_error(self, components: RowComponents) -> Float[np.ndarray, " rows"]:
         """Greatest error that the tip can have in each row [m]; the tool's own where only it was measured.
 
         Errors of position and orientation add in the worst direction: ‖Δp‖ + 2 l_max sin(‖Δφ‖/2).
@@ -108,13 +108,13 @@ class RequirementCheck:
     """
 
     requirement: Requirement
-    judged: Bool[np.ndarray, "rows"]
+    judged: Bool[np.ndarray, " rows"]
     within: Bool[np.ndarray, "rows 6"]
     worst: Float[np.ndarray, "6"]
     with_rotation: bool
 
     @property
-    def passed(self) -> Bool[np.ndarray, "rows"]:
+    def passed(self) -> Bool[np.ndarray, " rows"]:
         """Rows that keep every limit."""
         return self.within.all(axis=1) & self.judged
 

@@ -38,7 +38,7 @@ class AbstractIndex(ABC):
         """Its derivative by each entry of the whitened Jacobian `linearisation.jacobian`."""
 
     @abstractmethod
-    def contributions(self, linearisation: Linearisation) -> Float[np.ndarray, "measurements"]:
+    def contributions(self, linearisation: Linearisation) -> Float[np.ndarray, " measurements"]:
         """What the index loses when each measurement is left out; negative where it would gain."""
 
 
@@ -46,18 +46,18 @@ class AbstractSetIndex(AbstractIndex):
     """An index of the singular values of a whole set of measurements."""
 
     @abstractmethod
-    def of_spectrum(self, spectrum: Spectra, measurements: int) -> Float[np.ndarray, "sets"]:
+    def of_spectrum(self, spectrum: Spectra, measurements: int) -> Float[np.ndarray, " sets"]:
         """The index of full-rank spectra, largest value first, each of a set of so many measurements."""
 
     @abstractmethod
-    def slope(self, spectrum: Float[np.ndarray, "p"], measurements: int) -> Float[np.ndarray, "p"]:
+    def slope(self, spectrum: Float[np.ndarray, " p"], measurements: int) -> Float[np.ndarray, " p"]:
         """Its derivative by each singular value."""
 
     def value(self, linearisation: Linearisation) -> float:
         """The index; zero where the set leaves a parameter unseen."""
         return float(self.of_spectra(linearisation.spectrum[None], linearisation.measurements)[0])
 
-    def of_spectra(self, spectra: Spectra, measurements: int) -> Float[np.ndarray, "sets"]:
+    def of_spectra(self, spectra: Spectra, measurements: int) -> Float[np.ndarray, " sets"]:
         """The index of any spectra; zero for those below full rank."""
         seen = spectra[:, -1] > RANK_TOLERANCE * np.maximum(spectra[:, 0], np.finfo(float).tiny)
         safe = np.where(seen[:, None], spectra, 1.0)
@@ -70,7 +70,7 @@ class AbstractSetIndex(AbstractIndex):
         u, values, vt = linearisation.factors
         return (u * self.slope(values, linearisation.measurements)) @ vt * linearisation.weights
 
-    def contributions(self, linearisation: Linearisation) -> Float[np.ndarray, "measurements"]:
+    def contributions(self, linearisation: Linearisation) -> Float[np.ndarray, " measurements"]:
         """What the index loses without each measurement, from the downdated JᵀJ − AᵢᵀAᵢ of each.
 
         The squares halve the number of digits: a set that has a condition number above 1e6 without a

@@ -20,7 +20,7 @@ ROUND = 1e-3
 """Above this value the squares in J Jᵀ leave O at least ten digits; below it the slower SVD is taken."""
 
 
-def of_poses(jacobians: Float[np.ndarray, "rows r p"]) -> Float[np.ndarray, "rows"]:
+def of_poses(jacobians: Float[np.ndarray, "rows r p"]) -> Float[np.ndarray, " rows"]:
     """O of each pose from its unscaled Jacobian; zero where all singular values are."""
     squares = np.linalg.eigvalsh(jacobians @ jacobians.transpose(0, 2, 1))
     tiny = np.finfo(float).tiny
@@ -34,7 +34,7 @@ def of_poses(jacobians: Float[np.ndarray, "rows r p"]) -> Float[np.ndarray, "row
 
 def gradient_of_poses(
     jacobians: Float[np.ndarray, "rows r p"],
-) -> tuple[Float[np.ndarray, "rows"], Float[np.ndarray, "rows r p"]]:
+) -> tuple[Float[np.ndarray, " rows"], Float[np.ndarray, "rows r p"]]:
     """O of each pose, and its derivative by each entry of the pose's Jacobian."""
     u, values, vt = np.linalg.svd(jacobians, full_matrices=False)
     least, most = values[:, -1], np.maximum(values[:, 0], np.finfo(float).tiny)
@@ -56,7 +56,7 @@ class O(AbstractIndex):  # noqa: E742 - the paper's name
         values = self.per_pose(linearisation)
         return float(values.mean()) if len(values) else 0.0
 
-    def per_pose(self, linearisation: Linearisation) -> Float[np.ndarray, "measurements"]:
+    def per_pose(self, linearisation: Linearisation) -> Float[np.ndarray, " measurements"]:
         """O of each pose."""
         return of_poses(self._blocks(linearisation))
 
@@ -67,7 +67,7 @@ class O(AbstractIndex):  # noqa: E742 - the paper's name
             linearisation.sigma[:, None] / linearisation.measurements
         )
 
-    def contributions(self, linearisation: Linearisation) -> Float[np.ndarray, "measurements"]:
+    def contributions(self, linearisation: Linearisation) -> Float[np.ndarray, " measurements"]:
         """What the mean loses without each pose."""
         values = self.per_pose(linearisation)
         rest = (values.sum() - values) / max(len(values) - 1, 1)

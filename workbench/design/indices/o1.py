@@ -22,10 +22,10 @@ class O1(AbstractSetIndex):
     meaning = "geometric mean of the singular values: overall information (D-optimality)"
     source = "Borm & Menq, Int. J. Robotics Research 10(1), 1991"
 
-    def of_spectrum(self, spectrum: Spectra, measurements: int) -> Float[np.ndarray, "sets"]:
+    def of_spectrum(self, spectrum: Spectra, measurements: int) -> Float[np.ndarray, " sets"]:
         """exp(mean log σ) / √m."""
         return np.exp(np.log(spectrum).mean(-1)) / np.sqrt(measurements)
 
-    def slope(self, spectrum: Float[np.ndarray, "p"], measurements: int) -> Float[np.ndarray, "p"]:
+    def slope(self, spectrum: Float[np.ndarray, " p"], measurements: int) -> Float[np.ndarray, " p"]:
         """O1 / (p σ_k)."""
         return self.of_spectrum(spectrum[None], measurements) / (len(spectrum) * spectrum)

@@ -19,11 +19,11 @@ class O4(AbstractSetIndex):
     meaning = "noise amplification index: least singular value and roundness together [1/m]"
     source = "Nahvi & Hollerbach, IEEE Int. Conf. Robotics and Automation, 1996"
 
-    def of_spectrum(self, spectrum: Spectra, measurements: int) -> Float[np.ndarray, "sets"]:
+    def of_spectrum(self, spectrum: Spectra, measurements: int) -> Float[np.ndarray, " sets"]:
         """σmin² / σmax."""
         return spectrum[:, -1] ** 2 / spectrum[:, 0]
 
-    def slope(self, spectrum: Float[np.ndarray, "p"], measurements: int) -> Float[np.ndarray, "p"]:
+    def slope(self, spectrum: Float[np.ndarray, " p"], measurements: int) -> Float[np.ndarray, " p"]:
         """2 σmin/σmax at the least, −(σmin/σmax)² at the greatest."""
         slope = np.zeros_like(spectrum)
         slope[-1] += 2.0 * spectrum[-1] / spectrum[0]

@@ -19,9 +19,11 @@ class ContactObservation(AbstractObservation):
     Where the base stands can't be seen, and with a single point neither can the arm's scale.
     """
 
-    contact: Int[np.ndarray, "rows"]
+    contact: Int[np.ndarray, " rows"]
     names: tuple[str, ...]
     sees_base = False
+
+    unused_words = "contacts"
 
     @property
     def channels(self) -> tuple[Channel, ...]:
@@ -29,7 +31,7 @@ class ContactObservation(AbstractObservation):
         return (Channel.POSITION,) * 3
 
     @classmethod
-    def applies(cls, data: Dataset) -> Bool[np.ndarray, "rows"]:
+    def applies(cls, data: Dataset) -> Bool[np.ndarray, " rows"]:
         """Rows that name a contact."""
         return np.zeros(len(data), bool) if data.contact is None else data.contact != ""
 
@@ -44,11 +46,11 @@ class ContactObservation(AbstractObservation):
         """Places of the touched points [m]."""
         return tuple(f"contact[{name}].{axis}" for name in self.names for axis in "xyz")
 
-    def start(self, poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, "u"]:
+    def start(self, poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, " u"]:
         """Mean predicted tool point of every contact."""
         return np.concatenate([poses[self.contact == k, :3, 3].mean(0) for k in range(len(self.names))])
 
-    def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, "u"]) -> Seen:
+    def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Seen:
         """Three residuals a row; the prediction is p̂ − c, the measurement zero."""
         rows = np.arange(len(poses))
         residual = unknown.reshape(-1, 3)[self.contact] - poses[:, :3, 3]

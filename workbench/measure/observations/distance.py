@@ -16,10 +16,12 @@ from workbench.types import frozen
 class DistanceObservation(AbstractObservation):
     """Residual l − |p̂ − c| with the anchor's unknown place c in the measuring frame."""
 
-    distance: Float[np.ndarray, "rows"]
-    anchor: Int[np.ndarray, "rows"]
+    distance: Float[np.ndarray, " rows"]
+    anchor: Int[np.ndarray, " rows"]
     names: tuple[str, ...]
     sees_base = False
+
+    unused_words = "distances"
 
     @property
     def channels(self) -> tuple[Channel, ...]:
@@ -27,7 +29,7 @@ class DistanceObservation(AbstractObservation):
         return (Channel.POSITION,)
 
     @classmethod
-    def applies(cls, data: Dataset) -> Bool[np.ndarray, "rows"]:
+    def applies(cls, data: Dataset) -> Bool[np.ndarray, " rows"]:
         """Rows with a distance."""
         return np.zeros(len(data), bool) if data.distance is None else np.isfinite(data.distance)
 
@@ -43,7 +45,7 @@ class DistanceObservation(AbstractObservation):
         """Places of the anchors [m]."""
         return tuple(f"anchor[{name}].{axis}" for name in self.names for axis in "xyz")
 
-    def start(self, poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, "u"]:
+    def start(self, poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, " u"]:
         """Linear trilateration: |p|² − l² = 2 p·c + (const), least squares per anchor."""
         guess = np.zeros((len(self.names), 3))
         for k in range(len(self.names)):
@@ -53,7 +55,7 @@ class DistanceObservation(AbstractObservation):
             guess[k] = np.linalg.lstsq(matrix, (p**2).sum(1) - self.distance[mine] ** 2, rcond=1e-9)[0][:3]
         return guess.ravel()
 
-    def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, "u"]) -> Seen:
+    def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Seen:
         """One residual a row."""
         from_anchor = poses[:, :3, 3] - unknown.reshape(-1, 3)[self.anchor]
         length = np.maximum(np.linalg.norm(from_anchor, axis=1), 1e-12)

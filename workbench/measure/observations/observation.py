@@ -43,10 +43,12 @@ class AbstractObservation(ABC):
     """Whether the base frame can be seen at all (contacts between unknown points can't)."""
     sees_tool_rotation: bool = False
     """Whether the tool's orientation can be seen."""
+    unused_words: str = ""
+    """What a row carries in vain if another observation of it is used; empty if that one contains it."""
 
     @classmethod
     @abstractmethod
-    def applies(cls, data: Dataset) -> Bool[np.ndarray, "rows"]:
+    def applies(cls, data: Dataset) -> Bool[np.ndarray, " rows"]:
         """Rows that carry this observation."""
 
     @classmethod
@@ -60,14 +62,19 @@ class AbstractObservation(ABC):
         """Meaning of each of the m residual components."""
 
     @property
+    def seen(self) -> Bool[np.ndarray, "..."]:
+        """Which components of which rows were measured; all of them, unless a marker can hide."""
+        return np.ones((1, len(self.channels)), bool)
+
+    @property
     def unknowns(self) -> tuple[str, ...]:
         """Names of what has to be found with the robot, such as `anchor[A].x` [m]."""
         return ()
 
-    def start(self, poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, "u"]:
+    def start(self, poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, " u"]:
         """First guess of the unknowns from predicted tool poses."""
         return np.zeros(0)
 
     @abstractmethod
-    def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, "u"]) -> Seen:
+    def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Seen:
         """Residuals and derivatives at predicted tool poses."""

@@ -23,7 +23,7 @@ class PointObservation(AbstractObservation):
         return (Channel.POSITION,) * 3
 
     @classmethod
-    def applies(cls, data: Dataset) -> Bool[np.ndarray, "rows"]:
+    def applies(cls, data: Dataset) -> Bool[np.ndarray, " rows"]:
         """Rows with a position."""
         if data.position is None:
             return np.zeros(len(data), bool)
@@ -34,7 +34,7 @@ class PointObservation(AbstractObservation):
         """The measured points."""
         return cls(np.asarray(data.position))
 
-    def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, "u"]) -> Seen:
+    def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Seen:
         """Three residuals a row."""
         by_twist = np.zeros((len(poses), 3, 6))
         by_twist[:, :, :3] = np.eye(3)

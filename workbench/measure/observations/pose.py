@@ -25,7 +25,7 @@ class PoseObservation(AbstractObservation):
         return (Channel.POSITION,) * 3 + (Channel.ROTATION,) * 3
 
     @classmethod
-    def applies(cls, data: Dataset) -> Bool[np.ndarray, "rows"]:
+    def applies(cls, data: Dataset) -> Bool[np.ndarray, " rows"]:
         """Rows with a position and an orientation."""
         if data.position is None or data.rotation is None:
             return np.zeros(len(data), bool)
@@ -36,7 +36,7 @@ class PoseObservation(AbstractObservation):
         """The measured poses."""
         return cls(se3.pose(np.asarray(data.rotation), np.asarray(data.position)))
 
-    def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, "u"]) -> Seen:
+    def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Seen:
         """Six residuals a row; the rotation's derivative is exact, not only near zero."""
         residual = se3.pose_error(self.poses, poses)
         by_twist = np.zeros((len(poses), 6, 6))

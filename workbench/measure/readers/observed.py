@@ -10,7 +10,7 @@ from jaxtyping import Bool
 from workbench.errors import FileError
 from workbench.measure.readers.fields import Fields
 
-Rows = Bool[np.ndarray, "rows"]
+Rows = Bool[np.ndarray, " rows"]
 _TRUE = {"true", "1", "1.0", "yes", "y", "x", "wahr", "ja", "j"}
 _FALSE = {"", "false", "0", "0.0", "no", "n", "falsch", "nein"}
 

@@ -24,7 +24,7 @@ SAID = 1e-6
 AGREEMENT = 1e-4
 """Largest angle [rad] between two forms of the same orientation."""
 
-Rows = Bool[np.ndarray, "rows"]
+Rows = Bool[np.ndarray, " rows"]
 
 
 class Form(NamedTuple):

@@ -1,0 +1,121 @@
+"""Which rows a run uses, which it holds out, and what it says of those it leaves."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from workbench.design.region import Region
+from workbench.errors import DataError, OptionError
+from workbench.identify.problem import Problem
+from workbench.measure.dataset import Dataset
+from workbench.measure.observations import OBSERVATIONS, ContactObservation
+from workbench.measure.observations.distance import DistanceObservation
+from workbench.model.forward import tool_poses
+from workbench.robots.robot import Frame, Robot
+from workbench.validate.holdout import split, split_sessions
+
+Excluded = list[tuple[int, str]]
+
+
+def usable(data: Dataset) -> np.ndarray:
+    """Rows that carry an observation which can be compared with a pose."""
+    return np.any([kind.applies(data) for kind in OBSERVATIONS], axis=0)
+
+
+def choose_rows(
+    robot: Robot, data: Dataset, exclude: Mapping[int, str], region: Region | None
+) -> tuple[np.ndarray, Excluded]:
+    """Rows to use, and those kept out with their reasons.
+
+    Raises:
+        OptionError: a row to exclude that the data do not have.
+        DataError: nothing is left.
+    """
+    keep = data.included.copy()
+    excluded = [
+        (int(data.row[i]), str(data.reason[i]) if data.reason is not None and data.reason[i] else "file")
+        for i in np.flatnonzero(~keep)
+    ]
+    for row, reason in exclude.items():
+        place = np.flatnonzero(data.row == row)
+        if not len(place):
+            raise OptionError(f"there is no row {row} to exclude; rows are 0 … {int(data.row.max())}")
+        if keep[place[0]]:
+            keep[place[0]] = False
+            excluded.append((int(row), reason))
+    nothing = keep & ~usable(data)
+    if nothing.any() and not nothing[keep].all():
+        excluded += [(int(r), "nothing was measured that shows the tool's pose") for r in data.row[nothing]]
+        keep &= ~nothing
+    if region is not None:
+        outside = keep & ~inside(robot, data, region)
+        excluded += [(int(r), "outside the region") for r in data.row[outside]]
+        keep &= ~outside
+    if not keep.any():
+        raise DataError(f"{data.source}: every row is excluded or outside the region; nothing is left to fit")
+    return np.flatnonzero(keep), excluded
+
+
+def inside(robot: Robot, data: Dataset, region: Region) -> np.ndarray:
+    """Rows whose nominal tool position lies in a region of the robot's base."""
+    return region.contains(tool_poses(robot.with_frames(base=Frame()), data.q)[:, :3, 3])
+
+
+def divide(used: Dataset, held_out: float | Dataset | tuple[str, ...], seed: int):
+    """Training rows and held-out rows of the used ones."""
+    if isinstance(held_out, Dataset):
+        return np.arange(len(used)), np.arange(0)
+    if isinstance(held_out, tuple):
+        return split_sessions(used, held_out)
+    return split(used, held_out, rng=np.random.default_rng(seed))
+
+
+def check_enough(robot: Robot, data: Dataset, free: Sequence[str] | None) -> None:
+    """Refuse a fit of more parameters than measured numbers."""
+    count = len(robot.default_free if free is None else free)
+    problem = Problem.build(robot, data, free=())
+    if problem.count < count:
+        need = int(np.ceil(count / (problem.count / len(data))))
+        raise DataError(
+            f"{data.source}: {len(data)} rows give {problem.count} numbers for {count} parameters of the "
+            f"arm; measure at least {need} poses, hold fewer out, or free fewer parameters"
+        )
+
+
+def unused_observations(data: Dataset) -> list[str]:
+    """Sentences on what rows carry beside the observation that is used."""
+    left = np.ones(len(data), bool)
+    words = []
+    for kind in OBSERVATIONS:
+        applies = kind.applies(data)
+        beside = applies & ~left & (kind.unused_words != "")
+        if beside.any():
+            words.append(f"{int(beside.sum())} rows also carry {kind.unused_words}, which are not used there")
+        left &= ~applies
+    return words
+
+
+def held_scale(robot: Robot, data: Dataset, free: Sequence[str], known: Mapping[str, float]) -> str | None:
+    """The length that must be held because the rows show no scale: contacts with unknown places only.
+
+    Shrinking arm and places together changes no contact, so a free fit ends in a point.
+    """
+    kinds = {kind for kind in OBSERVATIONS if kind.applies(data).any()}
+    if kinds != {ContactObservation} or any(n.startswith("contact[") for n in known):
+        return None
+    lengths = [e for e in robot.elements if e.name in free and not e.axis.turns]
+    return max(lengths, key=lambda e: abs(e.value)).name if lengths else None
+
+
+def placed(data: Dataset, known: Mapping[str, float]) -> np.ndarray:
+    """Rows whose anchor or contact has a known place; all rows of other observations."""
+    keep = np.ones(len(data), bool)
+    for kind, labels, word in (
+        (DistanceObservation, data.anchor, "anchor"),
+        (ContactObservation, data.contact, "contact"),
+    ):
+        applies = kind.applies(data)
+        if applies.any() and labels is not None:
+            there = np.array([f"{word}[{label}].x" in known for label in labels])
+            keep &= ~applies | there
+    return keep
