@@ -11,10 +11,12 @@ from workbench.identify.alignment import align, hand_eye
 from workbench.identify.frames import choose_frames
 from workbench.identify.problem import FrameFreedom
 from workbench.measure.dataset import Dataset
+from workbench.measure.readers import read_measurements
 from workbench.model.forward import tool_poses
 from workbench.robots import Frame, load_robot
 from workbench.robots.robot import FRAME_PARTS
 from workbench.types import Freedom
+from workbench.validate.errors import row_errors
 
 
 def random_pose(rng, size=1.0):
@@ -138,3 +140,17 @@ def test_tool_rotation_is_not_offered_to_points():
     placed = robot.with_frames(base=Frame.from_pose(random_pose(rng)), tool=tool)
     choice = choose_frames(robot, rows_of(placed, rng, 80, noise=(1e-4, 0.0), points=True))
     assert choice.freedom.tool == FRAME_PARTS[:3]
+
+
+@pytest.mark.parametrize(
+    ("file", "robot", "size"),
+    [("ur10_rotvec_missing_outlier.csv", "ur10", 2.0), ("ur5_plain.xlsx", "ur5", 2.0)],
+)
+def test_few_rows_or_an_outlier_do_not_bend_the_arm(file, robot, size, shared_data):
+    """An unknown base and tool go into the frames, not into the arm, however little the rows say."""
+    data = read_measurements(shared_data / "importer_variants" / file)
+    data = data.take(data.included)
+    choice = choose_frames(load_robot(robot), data)
+    assert len(choice.freedom.base) == 6
+    assert choice.freedom.tool
+    assert 1e3 * np.median(row_errors(choice.robot, data).position) < size

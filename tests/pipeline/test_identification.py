@@ -174,8 +174,7 @@ def test_what_was_not_seen_is_no_knowledge(arm):
         np.linalg.norm(tool_poses(r.best.calibrated, q)[:, :3, 3] - arm.pose(q)[:, :3, 3], axis=1).mean()
         for r in runs
     ]
-    assert errors[0] < errors[1]
-    assert errors[0] < 2e-4
+    assert max(errors) < 2e-4
 
 
 def test_user_bounds_bind_what_is_best(arm):

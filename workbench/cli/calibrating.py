@@ -14,6 +14,7 @@ from workbench.cli.options import (
     SeedOption,
     SheetOption,
     bounds_of,
+    check_robot_file,
     check_writable,
     held_out_of,
     names_of,
@@ -87,6 +88,7 @@ def identify(
 
     arm = load_robot(robot)
     rows = with_markers(read_rows(data, arm, columns, sheet, layout), tool_markers, base_markers)
+    check_robot_file(save)
     check_writable(save, json, folder=report)
     with progress_bar("identify") as progress:
         run = pipeline.identify(

@@ -128,8 +128,16 @@ def save_robot(arm, path: Path) -> Path:
     if path.suffix.lower() == ".urdf":
         from workbench.robots.urdf import write_urdf
 
+        if arm.sessions:
+            say(f"note: a URDF has one base; those of {len(arm.sessions)} sessions are left out of {path}")
         return write_urdf(arm, path)
     return write_toml(arm, path)
+
+
+def check_robot_file(path: Path | None) -> None:
+    """Refuse an ending that no robot file has, before the work begins."""
+    if path is not None and path.suffix.lower() not in (".toml", ".urdf"):
+        raise OptionError(f"{path}: a robot is written as .toml or .urdf; choose one of these endings")
 
 
 def say(text: str) -> None:

@@ -160,12 +160,15 @@ class _Trial(NamedTuple):
     def beats(self, other: "_Trial") -> bool:
         """Whether this freer model is better than the other by more than chance.
 
-        Where both can bend equally far (a tool's offset may hide in the last joint), the one that leaves
-        the arm closer to what can be made is taken.
+        Where the other had to bend the arm beyond what can be made (a tool's offset hides in the last joint,
+        a base's place in the first), the freer one is taken whatever the F test says: few rows, or one bad
+        row, tell it nothing.
         """
+        if other.strangeness > 1.0 and self.strangeness < 0.5 * other.strangeness:
+            return True
         gained, left = self.rank - other.rank, self.size - self.rank
         if gained <= 0 or left <= 0:
-            return other.strangeness > 1.0 and self.strangeness < 0.5 * other.strangeness
+            return False
         rounding = 1e-16 * self.size
         if other.square <= rounding:
             return False
@@ -213,8 +216,8 @@ def _check_known_base(robot: Robot, data: Dataset, noise: Noise | None, known: M
         where = "; ".join(_where_the_base_is(robot, aligned)) or "elsewhere"
         raise DataError(
             f"{data.source}: with the base as given the nominal arm is off by {1e3 * found[0]:.0f} mm, with "
-            f"a free base by {1e3 * found[1]:.1f} mm ({where}); mend [base] in the robot's file or set its "
-            "free = true"
+            f"a free base by {1e3 * found[1]:.1f} mm ({where}); choose the "
+            "robot that was measured, or mend [base] in its file or set its free = true"
         )
 
 

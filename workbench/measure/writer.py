@@ -23,6 +23,8 @@ class RotationForm(StrEnum):
     RPY = "roll, pitch, yaw"
 
 
+ENDINGS = (".csv", ".txt")
+"""What a file of measurements may be called: the text is comma-separated."""
 _NAMES = {
     RotationForm.QUATERNION: ("qw", "qx", "qy", "qz"),
     RotationForm.MATRIX: tuple(f"r{i}{j}" for i in "123" for j in "123"),
@@ -51,17 +53,18 @@ def write_measurements(
         prismatic: Joints, counted from 0, whose positions are lengths [m].
 
     Raises:
-        FileError: The file can't be written.
+        FileError: The file can't be written, or its ending promises another form.
     """
+    if Path(path).suffix.lower() not in ENDINGS:
+        raise FileError(
+            f"measurements are written as {' or '.join(ENDINGS)}; choose this ending", path=str(path)
+        )
     columns = list(_columns(dataset, rotation, prismatic))
     buffer = io.StringIO()
     writer = csv.writer(buffer, lineterminator="\n")
     writer.writerow([name for name, _ in columns])
     writer.writerows(zip(*(_cells(values) for _, values in columns), strict=True))
-    try:
-        return write_text(path, buffer.getvalue())
-    except OSError as error:
-        raise FileError(f"it can't be written ({error.strerror})", path=str(path)) from None
+    return write_text(path, buffer.getvalue())
 
 
 def _columns(dataset: Dataset, form: RotationForm, prismatic: Collection[int]) -> Iterator[Column]:

@@ -42,7 +42,7 @@ class Column:
 
 
 def columns_of(result: Identification) -> tuple[Column, ...]:
-    """The nominal arm (with the best base and tool) and every algorithm's."""
+    """The nominal arm (base and tool fitted where they are free) and every algorithm's."""
     train, held_out = result.data.take(result.train_rows), result.held_out_data
     robots = [("NOM", result.aligned)]
     robots += [(run.fit.title, run.fit.calibrated) for run in result.runs.values()]

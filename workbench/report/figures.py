@@ -73,7 +73,7 @@ def all_figures(
         (NAMES[1], "Orientation errors, axis by axis", array,
          lambda: error_grid(columns, place, rotation=True, limit=limits[1])),
         (NAMES[2], "Before and after, row by row",
-         f"Nominal arm with the best base and tool (grey) and {best_title} (blue; held-out rows in the "
+         f"Nominal arm (grey; base and tool fitted where free) and {best_title} (blue; held-out rows in the "
          "colour of the text). Circled: rows that stand out." + thin, lambda: before_after(result, place)),
         (NAMES[3], "What is left, against the noise",
          f"Residual components of {best_title} on the fitted rows, and the normal distribution of the noise "

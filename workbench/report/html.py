@@ -214,7 +214,7 @@ def _cards(before: Errors, after: Errors) -> list[dict[str, str]]:
 
 
 def _errors_rows(result: Identification) -> list[tuple[str, str, Errors]]:
-    models: list[tuple[str, Validation | Run]] = [("Nominal, best base and tool", result.nominal)]
+    models: list[tuple[str, Validation | Run]] = [("Nominal", result.nominal)]
     models += [(run.fit.title, run) for run in result.runs.values()]
     return [
         (title if rows == "fitted" else "", rows, errors)

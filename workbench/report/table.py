@@ -171,7 +171,7 @@ def _plain_table(title: str) -> Table:
 
 def _error_columns(turned: bool) -> Table:
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    table.add_column("model", overflow="fold")
+    table.add_column("model", no_wrap=True)
     table.add_column("rows", no_wrap=True)
     for unit in ("mm", "°") if turned else ("mm",):
         for name in ("mean", "rms", "max"):

@@ -93,8 +93,8 @@ def transfer_words(found: Transfer, sees_rotation: bool) -> str:
         turned = f" / {np.rad2deg(expected.rotation):.3f}°" if sees_rotation else ""
         return f"{1e3 * expected.position:.3f} mm{turned}"
 
-    text = f"expected error of the model at poses like the measured ones {size(found.near)}, "
-    text += f"anywhere within the joint limits {size(found.anywhere)}"
-    if found.ratio > SERIOUS:
-        text += "; measure in other branches and orientations too before trusting it there"
-    return text
+    return (
+        f"the uncertainty of the constants alone moves the tool by {size(found.near)} at poses like the "
+        f"measured ones, but by {size(found.anywhere)} anywhere within the joint limits; measure in other "
+        "branches and orientations too before trusting the model there"
+    )

@@ -10,10 +10,10 @@ from workbench.identify.result import Fit
 from workbench.measure.dataset import Dataset
 from workbench.robots.robot import Robot
 from workbench.validate.errors import Errors, RowErrors
-from workbench.validate.expected import Transfer, transfer, transfer_words
+from workbench.validate.expected import SERIOUS, Transfer, transfer, transfer_words
 
-HARDLY_BETTER, COARSE = 0.7, 1.0
-"""What is left of the nominal error, and in mm, from which on a fit is suspicious."""
+HARDLY_BETTER, FAR_FROM_GOOD, COARSE = 0.7, 0.01, 1.0
+"""What is left of the nominal error, of the reach, and in mm, from which on a fit is suspicious."""
 ALIKE = 1e-6
 """Relative difference of two costs that is no difference."""
 
@@ -108,14 +108,16 @@ class Identification:
         searches = (w for run in self.runs.values() for w in run.fit.warnings)
         found = [*searches, *_cautions(self.best.fit)]
         before, after = self.nominal.train.position_mm.rms, self.best.train.position_mm.rms
-        if after > max(HARDLY_BETTER * before, COARSE):
+        too_much = FAR_FROM_GOOD * 1e3 * self.robot.reach
+        if after > max(min(HARDLY_BETTER * before, too_much), COARSE):
             found.append(
                 f"the geometry explains little: {after:.1f} of {before:.1f} mm are left; are robot, frames "
                 "and sessions the right ones?"
             )
         if not (self.frames.base_per_session or self.frames.tool_per_session):
             turned = bool(self.best.fit.problem.component_channels.any())
-            found.append(transfer_words(self.transfer, turned))
+            if self.transfer.ratio > SERIOUS:
+                found.append(transfer_words(self.transfer, turned))
         return tuple(found)
 
 
@@ -147,9 +149,11 @@ def _cautions(fit: Fit) -> tuple[str, ...]:
     if fit.spare < 1.0:
         found.append("no measured number is to spare, so errors can't be judged; measure more poses")
     if fit.hardly_seen:
-        found.append(f"hardly seen, so held near nominal: {'; '.join(c.words for c in fit.hardly_seen)}")
+        found.append(
+            f"hardly seen, so no step was taken along: {'; '.join(c.words for c in fit.hardly_seen)}"
+        )
     if fit.poorly_determined:
-        found.append(f"known only to a degree or 5 mm: {', '.join(fit.poorly_determined)}")
+        found.append(f"uncertain by more than 1° or 5 mm: {', '.join(fit.poorly_determined)}")
     if len(fit.suspicious):
         rows = fit.problem.data.row[fit.suspicious]
         shown = ", ".join(str(r) for r in rows[:10]) + (" …" if len(rows) > 10 else "")

@@ -101,4 +101,7 @@ def _message(message: Message) -> str:
 
 
 def _sentence(words: str) -> str:
-    return words[:1].upper() + words[1:] + ("" if words.endswith((".", "?", "!")) else ".")
+    first = words.split(maxsplit=1)[0] if words.strip() else ""
+    is_name = "." in first or "/" in first  # a file's name stays as it is
+    start = words[:1] if is_name else words[:1].upper()
+    return start + words[1:] + ("" if words.endswith((".", "?", "!")) else ".")
