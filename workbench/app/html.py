@@ -86,7 +86,7 @@ def change(now: float, first: float, *, larger_is_better: bool) -> str:
         return ""
     share = now / first - 1.0
     if abs(share) < 5e-4:
-        return f'<span style="color:{MUTED}">±0</span>'
+        return f'<span style="color:{MUTED}">unchanged</span>'
     good = (share > 0) == larger_is_better
     colour = "#15803d" if good else "#b91c1c"
     shown = f"{100 * share:+.1f} %" if abs(share) < 9.995 else f"×{now / first:.0f}"

@@ -3,7 +3,9 @@
 from typing import Any
 
 import numpy as np
+from rich import box
 from rich.console import Group, RenderableType
+from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
@@ -14,14 +16,15 @@ from workbench.robots.robot import JointKind, Robot
 def poses_table(robot: Robot, poses: PoseSet) -> RenderableType:
     """The index before and after, and every pose in degrees or millimetres."""
     slides = [joint.kind is JointKind.PRISMATIC for joint in robot.moving]
-    table = Table(title=f"{len(poses.q)} poses for {robot.name}", title_justify="left")
+    title = f"{len(poses.q)} poses for {robot.name}"
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, title=escape(title), title_justify="left")
     table.add_column("pose", justify="right")
     for k, sliding in enumerate(slides):
-        table.add_column(f"q{k + 1} {'mm' if sliding else '°'}", justify="right")
+        table.add_column(escape(f"q{k + 1} [{'mm' if sliding else '°'}]"), justify="right", no_wrap=True)
     for number, q in enumerate(poses.q, start=1):
         cells = [f"{1e3 * v:.1f}" if s else f"{np.rad2deg(v):.1f}" for v, s in zip(q, slides, strict=True)]
         table.add_row(str(number), *cells)
-    words = f"{poses.index}: {poses.before:.4g} for the random start, {poses.after:.4g} for these"
+    words = f"observability index {poses.index}: {poses.before:.4g} for a random start, {poses.after:.4g} for these"
     return Group(table, Text(words))
 
 

@@ -23,7 +23,7 @@ SWITCHES = {
     "frames": ("Frames", "Show where the instrument saw the tool."),
     "arrows": (
         "Error arrows",
-        "From measured to predicted places: red nominal, green calibrated.",
+        "From measured to predicted places: violet nominal, cyan calibrated.",
     ),
 }
 

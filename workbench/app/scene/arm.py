@@ -35,7 +35,7 @@ class Arm:
         for i, body in enumerate(make_bodies(robot, swell=1.0 if ghost is None else SHELL)):
             self._nodes.append(server.scene.add_frame(f"{name}/body{i}", show_axes=False))
             if ghost is not None and body.solid is not None:
-                add_solid(server, f"{name}/body{i}/ghost", body.solid, ghost, opacity=0.42)
+                add_solid(server, f"{name}/body{i}/ghost", body.solid, ghost, opacity=0.3)
             elif ghost is None:
                 for j, part in enumerate(body.parts):
                     add_solid(server, f"{name}/body{i}/part{j}", part.solid, part.colour)
