@@ -24,7 +24,7 @@ def poses_table(robot: Robot, poses: PoseSet) -> RenderableType:
     for number, q in enumerate(poses.q, start=1):
         cells = [f"{1e3 * v:.1f}" if s else f"{np.rad2deg(v):.1f}" for v, s in zip(q, slides, strict=True)]
         table.add_row(str(number), *cells)
-    words = f"observability index {poses.index}: {poses.before:.4g} for a random start, {poses.after:.4g} for these"
+    words = f"index {poses.index}: {poses.before:.4g} for a random start, {poses.after:.4g} for these"
     return Group(table, Text(words))
 
 
