@@ -1,8 +1,7 @@
 """Plates as TOML files: the tables of `formats.md`, read with one clear sentence for each mistake."""
 
-import tomllib
 from pathlib import Path
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 import tomli_w
@@ -12,40 +11,19 @@ from workbench.design.region import Region
 from workbench.errors import FileError, OptionError
 from workbench.files import write_text
 from workbench.robots.library import assets
-from workbench.types import frozen
+from workbench.tables import AbstractTableReader
 
 PLATE_KEYS = {"name", "size", "xyz", "rpy", "region", "target"}
 REGION_KEYS = {"min", "max", "cube"}
 TARGET_KEYS = {"xyz", "rpy", "branch", "q", "kind", "sigma"}
 
 
-class _Reader:
-    """One file being read: knows its path for messages, and how numbers must look."""
+@final
+class _Reader(AbstractTableReader):
+    """A plate's file being read."""
 
-    def __init__(self, path: str):
-        self.path = path
-
-    def fail(self, message: str) -> FileError:
-        return FileError(message, path=self.path)
-
-    def number(self, value: Any, what: str) -> float:
-        if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
-            raise self.fail(f"{what} must be a finite number, not {value!r}")
-        return float(value)
-
-    def numbers(self, value: Any, count: int | None, what: str) -> np.ndarray:
-        if not isinstance(value, list) or not value or count not in (None, len(value)):
-            wanted = "numbers" if count is None else f"{count} numbers"
-            raise self.fail(f"{what} must be a list of {wanted}, not {value!r}")
-        return frozen(np.array([self.number(v, what) for v in value]))
-
-    def keys(self, table: Any, known: set[str], what: str) -> None:
-        if not isinstance(table, dict):
-            raise self.fail(f"{what} must be a table, not {table!r}")
-        if unknown := sorted(set(table) - known):
-            raise self.fail(
-                f"{what} has the unknown key '{unknown[0]}'; known are {', '.join(sorted(known))}"
-            )
+    wanted = "a plate TOML"
+    otherwise = "a plate TOML or a built-in name"
 
     def region(self, table: Any) -> Region:
         self.keys(table, REGION_KEYS, "region")
@@ -99,15 +77,8 @@ def read_plate(path: Path | str) -> Plate:
     Raises:
         FileError: the file is missing, no TOML, or says something that a plate can't be.
     """
-    reader = _Reader(str(path))
-    try:
-        data = tomllib.loads(Path(path).read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise reader.fail("there is no such file; give a plate TOML or a built-in name") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise reader.fail(f"can't be read as a text file ({error}); give a plate TOML") from None
-    except tomllib.TOMLDecodeError as error:
-        raise reader.fail(f"is no valid TOML: {error}") from None
+    reader = _Reader(path)
+    data = reader.load()
     return plate_from_table(data, reader)
 
 
@@ -116,9 +87,7 @@ def plate_from_table(data: dict[str, Any], reader: _Reader) -> Plate:
     reader.keys(data, PLATE_KEYS, "the plate")
     if "region" not in data:
         raise reader.fail("it has no region; give region = { min = […], max = […], cube = 0.05 } in m")
-    tables = data.get("target", [])
-    if not isinstance(tables, list):
-        raise reader.fail("targets must be written as [[target]], with two brackets")
+    tables = reader.tables(data, "target")
     return Plate(
         name=str(data.get("name", Path(reader.path).stem)),
         targets=tuple(reader.target(t, f"[[target]] {i}") for i, t in enumerate(tables, start=1)),

@@ -1,16 +1,15 @@
 """Robots as TOML files: the tables of `formats.md`, read with one clear sentence for each mistake."""
 
-import tomllib
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 import tomli_w
 
 from workbench import se3
 from workbench.chain import Axis, Element
-from workbench.errors import FileError, RobotError
+from workbench.errors import RobotError
 from workbench.files import write_text
 from workbench.robots.conventions import (
     CONSTANTS,
@@ -22,6 +21,7 @@ from workbench.robots.conventions import (
 )
 from workbench.robots.masses import carried
 from workbench.robots.robot import Frame, Joint, JointKind, Robot, SessionFrames
+from workbench.tables import AbstractTableReader
 from workbench.types import Freedom, frozen
 
 CONVENTIONS = (*ORDERS, "three-rotation", "elementary")
@@ -30,46 +30,15 @@ JOINT_KEYS = {"type", "free", "limits", "mass", "com", "max_moment", "order", "n
 ELEMENT_AXES = ("rx", "ry", "rz", "tx", "ty", "tz")
 ELEMENT_KEYS = {"axis", "value", "joint", "free", "name"}
 FACT_KEYS = {"type", "limits", "mass", "com", "max_moment", "name"}
-LARGEST = 1e100
-"""Numbers beyond this overflow when they are squared."""
 FREEDOMS = {False: Freedom.FIXED, True: Freedom.FREE, "auto": Freedom.AUTO}
 
 
-class _Reader:
-    """One file being read: knows its path for messages, and how numbers must look."""
+@final
+class _Reader(AbstractTableReader):
+    """A robot's file being read."""
 
-    def __init__(self, path: str):
-        self.path = path
-
-    def fail(self, message: str) -> FileError:
-        return FileError(message, path=self.path)
-
-    def number(self, value: Any, what: str) -> float:
-        if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < LARGEST:
-            raise self.fail(f"{what} must be a finite number, not {value!r}")
-        return float(value)
-
-    def numbers(self, value: Any, count: int, what: str) -> np.ndarray:
-        if not isinstance(value, list) or len(value) != count:
-            raise self.fail(f"{what} must be a list of {count} numbers, not {value!r}")
-        return np.array([self.number(v, what) for v in value])
-
-    def keys(self, table: dict, known: set[str], what: str) -> None:
-        if unknown := sorted(set(table) - known):
-            raise self.fail(
-                f"{what} has the unknown key '{unknown[0]}'; known are {', '.join(sorted(known))}"
-            )
-
-    def table(self, value: Any, what: str) -> dict:
-        if not isinstance(value, dict):
-            raise self.fail(f"{what} must be a table of keys and values, not {value!r}")
-        return value
-
-    def tables(self, data: dict, key: str) -> list[dict]:
-        value = data.get(key, [])
-        if not isinstance(value, list):
-            raise self.fail(f"{key} must be given as [[{key}]] tables, not as {value!r}")
-        return [self.table(entry, f"[[{key}]] {i + 1}") for i, entry in enumerate(value)]
+    wanted = "a robot TOML"
+    otherwise = "a robot TOML, a URDF, or a built-in name"
 
     def frame(self, value: Any, what: str, default: Freedom) -> Frame:
         table = self.table(value, f"[{what}]")
@@ -126,15 +95,8 @@ def read_toml(path: Path | str) -> Robot:
     Raises:
         FileError: the file is missing, no TOML, or says something that a robot can't be.
     """
-    reader = _Reader(str(path))
-    try:
-        data = tomllib.loads(Path(path).read_text(encoding="utf-8-sig"))
-    except FileNotFoundError:
-        raise reader.fail("there is no such file; give a robot TOML, a URDF, or a built-in name") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise reader.fail(f"can't be read as a text file ({error}); give a robot TOML") from None
-    except tomllib.TOMLDecodeError as error:
-        raise reader.fail(f"is no valid TOML: {error}") from None
+    reader = _Reader(path)
+    data = reader.load()
     return robot_from_table(data, reader)
 
 
