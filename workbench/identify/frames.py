@@ -63,6 +63,7 @@ def choose_frames(
     sessions: Sessions = Sessions.AUTO,
     noise: Noise | None = None,
     free: tuple[str, ...] | None = None,
+    effects: tuple[str, ...] = (),
 ) -> FrameChoice:
     """Decide what of base and tool is identified, and align the nominal arm.
 
@@ -72,6 +73,7 @@ def choose_frames(
         sessions: Whether sessions share their frames.
         noise: Weighs positions against rotations.
         free: Constants of the arm that will be identified.
+        effects: Coefficients of its effects that will be.
 
     Raises:
         DataError: the base is declared known, and the data contradict that beyond any doubt.
@@ -80,7 +82,7 @@ def choose_frames(
     trial = data.take(spread_rows(data, ENOUGH_ROWS))
     chosen, chosen_words = candidates[0]
     if len(candidates) > 1:
-        chosen, chosen_words = _decide(robot, trial, candidates, noise, free)
+        chosen, chosen_words = _decide(robot, trial, candidates, noise, free, effects)
     aligned = align(robot, data, chosen, noise=noise)
     notes = [chosen_words]
     if chosen.base:
@@ -158,8 +160,8 @@ class _Trial(NamedTuple):
         return bool(stats.f.sf(ratio, gained, left) < SIGNIFICANCE)
 
 
-def _decide(robot, data, candidates, noise, free) -> tuple[FrameFreedom, str]:
-    trials = [_trial(robot, data, freedom, words, noise, free) for freedom, words in candidates]
+def _decide(robot, data, candidates, noise, free, effects) -> tuple[FrameFreedom, str]:
+    trials = [_trial(robot, data, freedom, words, noise, free, effects) for freedom, words in candidates]
     taken = trials[0]
     for trial in trials[1:]:
         if trial.beats(taken):
@@ -167,9 +169,9 @@ def _decide(robot, data, candidates, noise, free) -> tuple[FrameFreedom, str]:
     return taken.freedom, f"{taken.words} (decided from the data)"
 
 
-def _trial(robot, data, freedom, words, noise, free) -> _Trial:
+def _trial(robot, data, freedom, words, noise, free, effects) -> _Trial:
     aligned = align(robot, data, freedom, noise=noise)
-    problem = Problem.build(aligned, data, free=free, frames=freedom, noise=noise)
+    problem = Problem.build(aligned, data, free=free, frames=freedom, noise=noise, effects=effects)
     search = Opt2(limit=40).search(problem)
     factor = factorise(*reversed(problem.evaluate(search.x)))
     limits = np.array([STRANGE_ANGLE if p.unit == "rad" else STRANGE_LENGTH for p in problem.parameters])

@@ -51,6 +51,7 @@ def identify(
     loss: Loss | str = Loss.SQUARES,
     prior: tuple[Sequence[str], np.ndarray] | None = None,
     known: Mapping[str, float] | None = None,
+    effects: Sequence[str] = (),
     seed: int = 0,
     progress: Progress | None = None,
     cancel: Cancel | None = None,
@@ -71,6 +72,7 @@ def identify(
         loss: Squares, or a robust loss by rows.
         prior: Names and covariance [rad, m] of an older calibration around the nominal values.
         known: Known places of anchors or contacts [m], such as `anchor[A].x`.
+        effects: Coefficients of the robot's effects to identify with the rest; the others stay as they are.
         seed: Chooses the held-out rows.
         progress: Called with the part done and what is being done.
         cancel: Asked often; True ends the run with what it has.
@@ -95,13 +97,25 @@ def identify(
         held_data = check_plausible(held_out, robot.limits, robot.reach)
         held_data = held_data.take(held_data.included)
     fitted = used.take(train)
-    _check_enough(robot, fitted, free)
+    _check_enough(robot, fitted, free, effects)
     report(0.1, "deciding about base and tool")
     choice = choose_frames(
-        robot, fitted, sessions=sessions, noise=noise, free=None if free is None else tuple(free)
+        robot,
+        fitted,
+        sessions=sessions,
+        noise=noise,
+        free=None if free is None else tuple(free),
+        effects=tuple(effects),
     )
     problem = Problem.build(
-        choice.robot, fitted, free=free, frames=choice.freedom, noise=noise, bounds=bounds, known=known
+        choice.robot,
+        fitted,
+        free=free,
+        frames=choice.freedom,
+        noise=noise,
+        bounds=bounds,
+        known=known,
+        effects=effects,
     )
     if prior is not None:
         problem, prior_note = _with_prior(problem, prior)
@@ -163,7 +177,7 @@ def _choose_rows(robot, data, exclude, region) -> tuple[np.ndarray, list[tuple[i
             excluded.append((int(row), reason))
     if region is not None:
         arm = robot.with_frames(base=Frame())
-        outside = keep & ~region.contains(tool_poses(arm, data.q)[:, :3, 3])
+        outside = keep & ~region.contains(tool_poses(arm.with_effects(), data.q)[:, :3, 3])
         excluded += [(int(r), "outside the region") for r in data.row[outside]]
         keep &= ~outside
     if not keep.any():
@@ -179,9 +193,9 @@ def _divide(used: Dataset, held_out, seed: int) -> tuple[np.ndarray, np.ndarray]
     return split(used, held_out, rng=np.random.default_rng(seed))
 
 
-def _check_enough(robot: Robot, data: Dataset, free) -> None:
+def _check_enough(robot: Robot, data: Dataset, free, effects) -> None:
     """Refuse a fit of more parameters than measured numbers."""
-    count = len(robot.default_free if free is None else free)
+    count = len(robot.default_free if free is None else free) + len(effects)
     problem = Problem.build(robot, data, free=())
     if problem.size < count:
         need = int(np.ceil(count / (problem.size / len(data))))
