@@ -37,8 +37,8 @@ HOOKS = {
     "AbstractEffect.slope",
     "AbstractEffect.mistake",
 }
-"""Methods that say `nothing` by default: most observations have no unknowns of their own, most effects feel no
-loads and have no settings."""
+"""Methods that say `nothing` by default: most observations have no unknowns of their own, most effects feel
+no loads and have no settings."""
 FILES = sorted(p for p in ROOT.rglob("*.py"))
 
 

@@ -45,7 +45,8 @@ class Motion:
             if value is not None:
                 if len(value) != len(self.q):
                     raise ShapeError(
-                        f"'{f.name}' has {len(value)} rows, the joint positions {len(self.q)}; give one for each",
+                        f"'{f.name}' has {len(value)} rows, the joint positions {len(self.q)}; "
+                        "give one for each",
                         expected=len(self.q),
                         found=len(value),
                     )
@@ -61,8 +62,8 @@ class Motion:
 
     def take(self, rows: slice | np.ndarray) -> "Motion":
         """The chosen rows."""
-        values = {f.name: getattr(self, f.name) for f in fields(self)}
-        return Motion(**{name: None if value is None else value[rows] for name, value in values.items()})
+        rest = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "q"}
+        return Motion(self.q[rows], **{name: v if v is None else v[rows] for name, v in rest.items()})
 
     def need(self, driver: str, effect: str) -> np.ndarray:
         """A driver that an effect can't do without, complete in every row.
@@ -77,7 +78,7 @@ class Motion:
             )
         if not (whole := np.isfinite(values if values.ndim == 1 else values.sum(1))).all():
             raise DataError(
-                f"effect '{effect}' needs the {driver} of every row, and row {int(np.argmin(whole))} has none; "
-                f"fill the column {COLUMNS[driver]} or exclude such rows"
+                f"effect '{effect}' needs the {driver} of every row, and row {int(np.argmin(whole))} has "
+                f"none; fill the column {COLUMNS[driver]} or exclude such rows"
             )
         return values

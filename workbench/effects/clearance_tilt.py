@@ -2,8 +2,8 @@
 
     (Δv_x, Δv_y) = −c (τ_x, τ_y) / |(τ_x, τ_y)|
 
-about the two axes across the joint's own, right before it. c [rad] is half the clearance's angle. The direction
-turns quickly where the moment across the axis vanishes.
+about the two axes across the joint's own, right before it. c [rad] is half the clearance's angle. The
+direction turns quickly where the moment across the axis vanishes.
 
 Source: Katana eqs. (4.11), (4.12), (5.15)–(5.18), with the moment that holds instead of the one that loads.
 """

@@ -136,7 +136,7 @@ class AbstractEffect(ABC):
         """
         dof = chain.dof
         wrong = self.mistake(chain)
-        if self.joints and not (0 <= min(self.joints) and max(self.joints) < dof):
+        if self.joints and not (min(self.joints) >= 0 and max(self.joints) < dof):
             shown = next(j + 1 for j in self.joints if not 0 <= j < dof)
             wrong = f"names joint {shown}, but the arm's joints are 1 … {dof}"
         elif len(set(self.joints)) != len(self.joints):

@@ -2,8 +2,8 @@
 
 Rows are split into blocks that share a session and an observation. In every block the chain is evaluated
 once; its twists times the observation's derivative give the block's part of the identification Jacobian.
-Unknowns x are absolute values [rad or m]: constants of the arm, coefficients of its effects [SI], constants of the
-frames (per session where they differ), and of the instrument (anchors, contacts, markers).
+Unknowns x are absolute values [rad or m]: constants of the arm, coefficients of its effects [SI], constants of
+the frames (per session where they differ), and of the instrument (anchors, contacts, markers).
 """
 
 from collections.abc import Mapping, Sequence

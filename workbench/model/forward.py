@@ -73,7 +73,7 @@ def sensitivity_blocks(
     """
     robot.check_joints(q)
     if robot.effects:
-        motion = motion or Motion(q)
+        motion = Motion(q) if motion is None else motion
         for start in range(0, len(q), block):
             rows = slice(start, min(start + block, len(q)))
             yield (rows, *_bent_sensitivity(robot, motion.take(rows), names))
@@ -109,7 +109,7 @@ def sensitivity(
     robot.check_joints(q)
     names = robot.default_free if names is None else names
     if robot.effects:
-        return _bent_sensitivity(robot, motion or Motion(q), names)
+        return _bent_sensitivity(robot, Motion(q) if motion is None else motion, names)
     return chains.twists(robot.chain, q, robot.chain.indices(names))
 
 
@@ -121,7 +121,7 @@ def geometric_jacobian(robot: Robot, q: Float[np.ndarray, "rows n"]) -> Float[np
 
 def _shift(robot: Robot, q: np.ndarray, motion: Motion | None) -> np.ndarray:
     """What effects add to the chain; nothing for a robot without any."""
-    return shift_of(robot, motion or Motion(q)) if robot.effects else chains.NO_SHIFT
+    return shift_of(robot, Motion(q) if motion is None else motion) if robot.effects else chains.NO_SHIFT
 
 
 def _bent_sensitivity(robot: Robot, motion: Motion, names: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:

@@ -249,8 +249,8 @@ def write_urdf(robot: Robot, path: Path | str, *, leave_out_effects: bool = Fals
     if robot.effects and not leave_out_effects:
         names = ", ".join(dict.fromkeys(str(e.name) for e in robot.effects))
         raise OptionError(
-            f"robot '{robot.name}' has effects ({names}) that a URDF can't say; write a TOML, or leave them out "
-            "knowingly (leave_out_effects=True): the URDF alone is less accurate than the calibration"
+            f"robot '{robot.name}' has effects ({names}) that a URDF can't say; write a TOML, or leave them "
+            "out knowingly (leave_out_effects=True): the URDF alone is less accurate than the calibration"
         )
     if robot.urdf is not None:
         root = _original(robot.urdf.path)
