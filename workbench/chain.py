@@ -129,7 +129,7 @@ def poses(
     q: Float[np.ndarray, "rows n"],
     *,
     values: Float[np.ndarray, " k"] | None = None,
-    shift: Float[np.ndarray, "rows k"] = NO_SHIFT,
+    shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
 ) -> Float[np.ndarray, "rows 4 4"]:
     """Pose of the last frame in the first for every row.
 
@@ -158,6 +158,7 @@ def frames(
     after: Int[np.ndarray, " f"],
     *,
     values: Float[np.ndarray, " k"] | None = None,
+    shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
 ) -> Float[np.ndarray, "rows f 4 4"]:
     """Poses of the frames after the given elements (-1: the very first frame), in increasing order."""
     out = np.empty((len(q), len(after), 4, 4))
@@ -168,7 +169,8 @@ def frames(
     for column, last in enumerate(after):
         step = np.empty((len(q), 4, 4))
         part = slice(start, last + 1)
-        _poses(chain.axes[part], chain.drivers[part], values[part], chain.constants[part], q, NO_SHIFT, step)
+        own = np.ascontiguousarray(shift[:, part]) if len(shift) else NO_SHIFT
+        _poses(chain.axes[part], chain.drivers[part], values[part], chain.constants[part], q, own, step)
         current = current @ step
         out[:, column] = current
         start = last + 1
@@ -181,7 +183,7 @@ def twists(
     columns: Int[np.ndarray, " p"],
     *,
     values: Float[np.ndarray, " k"] | None = None,
-    shift: Float[np.ndarray, "rows k"] = NO_SHIFT,
+    shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
     out: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> tuple[Float[np.ndarray, "rows 4 4"], Float[np.ndarray, "rows 6 p"]]:
     """Poses, and the twist of the tool per unit of each chosen element.

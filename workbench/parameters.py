@@ -51,8 +51,11 @@ class Parameter:
 
 
 def default_bounds(name: str, unit: str, nominal: float) -> tuple[float, float]:
-    """Bounds of a parameter that nobody bounded: none for frames, `MAX_…` about nominal for the arm."""
-    if not Parameter(name, unit, nominal).is_geometry:
+    """Bounds of a parameter that nobody bounded: `MAX_…` about nominal for the arm, none for others.
+
+    Coefficients of effects have bounds only where they are angles or lengths.
+    """
+    if not Parameter(name, unit, nominal).is_geometry or unit not in ("rad", "m"):
         return (-np.inf, np.inf)
     width = MAX_ANGLE if unit == "rad" else MAX_LENGTH
     return (nominal - width, nominal + width)

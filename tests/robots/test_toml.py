@@ -391,3 +391,68 @@ def test_writing_replaces_whole_files(tmp_path):
     write_toml(robot.with_values({"joint1.d": 0.3}), path)
     assert read_toml(path).values(("joint1.d",)).tolist() == [0.3]
     assert [p.name for p in path.parent.iterdir()] == ["robot.toml"]
+
+
+EFFECTS_TOML = """
+[[effect]]
+name = "joint-compliance"
+joints = [1]
+coefficients = [4.1e-5]
+[[effect]]
+name = "joint-harmonic"
+joints = [1]
+order = 2
+coefficients = [1e-3, 2e-3]
+[[effect]]
+name = "local-joint-error"
+joints = [1]
+knots = [-1, 0.0, 1.0]
+range = [-0.9, 0.9]
+coefficients = [0.0, 1e-3, 0.0]
+[[effect]]
+name = "backlash"
+joints = [1]
+by = "motion"
+coefficients = [1e-3]
+[[effect]]
+name = "thermal-growth"
+reference = 22.5
+coefficients = [1e-5]
+"""
+
+
+def test_effects_go_through_a_file(tmp_path):
+    robot = read(tmp_path, ARM + EFFECTS_TOML)
+    assert [str(e.name) for e in robot.effects] == [
+        "joint-compliance", "joint-harmonic", "local-joint-error", "backlash", "thermal-growth"
+    ]  # fmt: skip
+    assert robot.effects[0].joints == (0,)
+    assert robot.coefficients["joint1.sin2"] == 2e-3
+    assert robot.effects[2].range == (-0.9, 0.9)
+    assert robot.effects[4].reference == 22.5
+    again = read_toml(write_toml(robot, tmp_path / "again.toml"))
+    assert again.effects == robot.effects
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ('name = "magic"\ncoefficients = [1.0]', "'magic'; known are joint-compliance"),
+        ('name = ["a"]\ncoefficients = [1.0]', "known are joint-compliance"),
+        ('name = "joint-compliance"\njoints = [1]', "no coefficients"),
+        ('name = "joint-compliance"\njoints = [1]\ncoefficients = []', "no coefficients"),
+        ('name = "joint-compliance"\njoints = [1]\ncoefficients = 3.0', "list of numbers"),
+        ('name = "joint-compliance"\njoints = [1]\ncoefficients = ["a"]', "finite number"),
+        ('name = "joint-compliance"\njoints = [2]\ncoefficients = [1.0]', "joint 2"),
+        ('name = "joint-compliance"\njoints = [0]\ncoefficients = [1.0]', "joint 0"),
+        ('name = "joint-compliance"\njoints = 1\ncoefficients = [1.0]', "whole numbers"),
+        ('name = "joint-compliance"\njoints = [1]\norder = 2\ncoefficients = [1.0]', "'order'"),
+        ('name = "joint-harmonic"\njoints = [1]\norder = 2.5\ncoefficients = [1.0, 1.0]', "whole number"),
+        ('name = "joint-harmonic"\njoints = [1]\ncoefficients = [1.0]', "needs 2"),
+        ('name = "backlash"\njoints = [1]\nby = 3\ncoefficients = [1.0]', "word in quotes"),
+        ('name = "local-joint-error"\njoints = [1]\ncoefficients = [1.0]', "knots"),
+    ],
+)
+def test_mistakes_in_effects_are_named(tmp_path, text, words):
+    with pytest.raises(FileError, match=words):
+        read(tmp_path, ARM + "[[effect]]\n" + text + "\n")

@@ -76,7 +76,7 @@ def body_frames(robot: Robot, q: Float[np.ndarray, " n"]) -> Float[np.ndarray, "
 
 
 def _base_end(robot: Robot) -> int:
-    return len(robot.base.elements("base", -1)) - 1
+    return robot.base_size - 1
 
 
 def _next(robot: Robot, drivers: np.ndarray, order: np.ndarray, i: int) -> int:

@@ -15,6 +15,9 @@ from workbench.chain import Chain
 from workbench.errors import DataError
 from workbench.measure.dataset import Dataset
 from workbench.measure.observations import OBSERVATIONS, AbstractObservation, Channel
+from workbench.model.deflection import effect_columns, shift_of
+from workbench.model.forward import tool_poses
+from workbench.motion import Motion
 from workbench.robots.robot import Robot, SessionFrames
 
 PIECE = 1024
@@ -58,8 +61,46 @@ class FrameFreedom:
 
 
 @dataclass(frozen=True, eq=False)
+class Bent:
+    """What a block of an arm with effects needs beside its chain.
+
+    Args:
+        robot: The arm with its effects and the session's frames.
+        motion: State of the block's rows.
+        names: Coefficients of effects that are unknown.
+        places: Their places in x.
+    """
+
+    robot: Robot
+    motion: Motion
+    names: tuple[str, ...]
+    places: np.ndarray
+
+    def at(self, x: np.ndarray) -> Robot:
+        """The robot with the coefficients set."""
+        if not self.names:
+            return self.robot
+        return self.robot.with_values(dict(zip(self.names, x[self.places].tolist(), strict=True)))
+
+
+@dataclass(frozen=True, eq=False)
 class Block:
-    """Rows of one session seen by one observation."""
+    """Rows of one session seen by one observation.
+
+    Args:
+        session: Its name.
+        rows: Rows of the data.
+        q: Their joint positions [rad or m].
+        observation: How they were seen.
+        chain: Base, arm and tool of the session.
+        elements: Elements whose constants are unknown.
+        places: Places of the unknown constants in x, then those of unknown coefficients of effects.
+        unknowns: Places of the instrument's unknowns in x, -1 for known ones.
+        known: Values of the instrument's unknowns that are known.
+        inverse_sigma: Reciprocal standard deviation of every residual component.
+        start: First residual component of the problem that is the block's.
+        bent: What an arm with effects needs; None without.
+    """
 
     session: str
     rows: np.ndarray
@@ -72,6 +113,29 @@ class Block:
     known: np.ndarray
     inverse_sigma: np.ndarray
     start: int
+    bent: Bent | None = None
+
+    def values(self, x: np.ndarray) -> np.ndarray:
+        """Constants of the chain at x."""
+        values = self.chain.values.copy()
+        values[self.elements] = x[self.places[: len(self.elements)]]
+        return values
+
+    def poses(self, x: np.ndarray) -> np.ndarray:
+        """Poses of the tool at x."""
+        values = self.values(x)
+        if self.bent is None:
+            return chains.poses(self.chain, self.q, values=values)
+        shift = shift_of(self.bent.at(x), self.bent.motion, values=values)
+        return chains.poses(self.chain, self.q, values=values, shift=shift)
+
+    def twists(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Poses of the tool at x, and its twists per unknown in the order of `places`."""
+        values = self.values(x)
+        if self.bent is None:
+            return chains.twists(self.chain, self.q, self.elements, values=values)
+        bent = self.bent
+        return effect_columns(bent.at(x), bent.motion, self.elements, bent.names, values=values)
 
     @property
     def stop(self) -> int:
@@ -116,10 +180,10 @@ def observed_kinds(data: Dataset) -> list[tuple[type[AbstractObservation], np.nd
     return kinds
 
 
-def session_chain(robot: Robot, session: str, freedom: "FrameFreedom") -> Chain:
-    """Base, arm and tool of a session as one chain."""
+def session_robot(robot: Robot, session: str, freedom: FrameFreedom) -> Robot:
+    """The arm with base and tool of a session."""
     frames = freedom.session_frames(robot, session)
-    return robot.with_frames(base=frames.base, tool=frames.tool).chain
+    return robot.with_frames(base=frames.base, tool=frames.tool)
 
 
 def instrument_start(robot: Robot, data: Dataset, kinds, freedom: FrameFreedom) -> dict[str, float]:
@@ -132,7 +196,8 @@ def instrument_start(robot: Robot, data: Dataset, kinds, freedom: FrameFreedom) 
             poses = np.empty((len(rows), 4, 4))
             for session in mine.sessions:
                 chosen = in_session_mask(mine, session)
-                poses[chosen] = chains.poses(session_chain(robot, session, freedom), mine.q[chosen])
+                motion = Motion.of(mine).take(chosen)
+                poses[chosen] = tool_poses(session_robot(robot, session, freedom), motion.q, motion=motion)
             start |= zip(observation.unknowns, observation.start(poses).tolist(), strict=True)
     return start
 
@@ -142,7 +207,7 @@ def in_session_mask(data: Dataset, session: str) -> np.ndarray:
     return np.ones(len(data), bool) if data.session is None else data.session == session
 
 
-def build_blocks(robot, data, kinds, names, frames, noise, index, values) -> tuple[Block, ...]:
+def build_blocks(robot, data, kinds, names, effects, frames, noise, index, values) -> tuple[Block, ...]:
     """Divide the rows by session, observation and size.
 
     Args:
@@ -150,6 +215,7 @@ def build_blocks(robot, data, kinds, names, frames, noise, index, values) -> tup
         data: Rows to divide.
         kinds: Rows of every observation, from `observed_kinds`.
         names: Constants of the arm that are unknown.
+        effects: Coefficients of its effects that are unknown.
         frames: What of base and tool is unknown.
         noise: Standard deviations where a row brings none.
         index: Place of every unknown in x.
@@ -158,7 +224,8 @@ def build_blocks(robot, data, kinds, names, frames, noise, index, values) -> tup
     blocks, start = [], 0
     for session in data.sessions:
         in_session = in_session_mask(data, session)
-        full = session_chain(robot, session, frames)
+        arm = session_robot(robot, session, frames)
+        full = arm.chain
         elements, places = list(full.indices(names)), [index[n] for n in names]
         for kind, parts, own in (
             ("base", frames.base, frames.base_per_session),
@@ -167,6 +234,8 @@ def build_blocks(robot, data, kinds, names, frames, noise, index, values) -> tup
             for part in parts:
                 elements.append(full.index[f"{kind}.{part}"])
                 places.append(index[f"{frame_name(kind, own, session)}.{part}"])
+        coefficients = np.array([index[n] for n in effects], np.int64)
+        places += coefficients.tolist()
         for observed, rows in pieces(kinds, in_session):
             observation = observed.of(data.take(rows))
             inverse = inverse_sigma_of(data.take(rows), observation, noise)
@@ -183,6 +252,9 @@ def build_blocks(robot, data, kinds, names, frames, noise, index, values) -> tup
                     known=np.array([values[n] for n in observation.unknowns], float),
                     inverse_sigma=inverse,
                     start=start,
+                    bent=Bent(arm, Motion.of(data).take(rows), tuple(effects), coefficients)
+                    if robot.effects
+                    else None,
                 )
             )
             start += inverse.size

@@ -65,6 +65,7 @@ def choose_frames(
     noise: Noise | None = None,
     free: tuple[str, ...] | None = None,
     known: Mapping[str, float] | None = None,
+    effects: tuple[str, ...] = (),
     cancel: Callable[[], bool] | None = None,
 ) -> FrameChoice:
     """Decide what of base and tool is identified, and align the nominal arm.
@@ -75,6 +76,7 @@ def choose_frames(
         sessions: Whether sessions share their frames.
         noise: Weighs positions against rotations.
         free: Constants of the arm that will be identified.
+        effects: Coefficients of its effects that will be.
         known: Known places of anchors or contacts [m]; with them the base can be seen.
         cancel: Asked between the models; True takes the simplest.
 
@@ -86,7 +88,7 @@ def choose_frames(
     trial = data.take(spread_rows(data, ENOUGH_ROWS))
     chosen, chosen_words = candidates[0]
     if len(candidates) > 1:
-        chosen, chosen_words = _decide(robot, trial, candidates, noise, free, known, cancel)
+        chosen, chosen_words = _decide(robot, trial, candidates, noise, free, effects, known, cancel)
     aligned = align(robot, data, chosen, noise=noise, known=known)
     notes = [chosen_words]
     if chosen.base:
@@ -176,21 +178,23 @@ class _Trial(NamedTuple):
         return bool(stats.f.sf(ratio, gained, left) < SIGNIFICANCE)
 
 
-def _decide(robot, data, candidates, noise, free, known, cancel) -> tuple[FrameFreedom, str]:
+def _decide(robot, data, candidates, noise, free, effects, known, cancel) -> tuple[FrameFreedom, str]:
     taken: _Trial | None = None
     for freedom, words in candidates:
         if taken is not None and cancel is not None and cancel():
             break
-        trial = _trial(robot, data, freedom, words, noise, free, known)
+        trial = _trial(robot, data, freedom, words, noise, free, effects, known)
         if taken is None or trial.beats(taken):
             taken = trial
     assert taken is not None, "there is always a first candidate"
     return taken.freedom, f"{taken.words} (decided from the data)"
 
 
-def _trial(robot, data, freedom, words, noise, free, known) -> _Trial:
+def _trial(robot, data, freedom, words, noise, free, effects, known) -> _Trial:
     aligned = align(robot, data, freedom, noise=noise, known=known)
-    problem = Problem.build(aligned, data, free=free, frames=freedom, noise=noise, known=known)
+    problem = Problem.build(
+        aligned, data, free=free, frames=freedom, noise=noise, known=known, effects=effects
+    )
     search = Opt2(limit=40).search(problem)
     factor = factorise(*reversed(problem.evaluate(search.x)))
     limits = np.array([STRANGE_ANGLE if p.unit == "rad" else STRANGE_LENGTH for p in problem.parameters])

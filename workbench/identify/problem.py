@@ -2,8 +2,8 @@
 
 Rows are split into blocks that share a session and an observation. In every block the chain is evaluated
 once; its twists times the observation's derivative give the block's part of the identification Jacobian.
-Unknowns x are absolute values [rad or m]: constants of the arm, of the frames (per session where they
-differ), and of the instrument (anchors, contacts, markers).
+Unknowns x are absolute values [rad or m]: constants of the arm, coefficients of its effects [SI], constants
+of the frames (per session where they differ), and of the instrument (anchors, contacts, markers).
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,7 +14,6 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from workbench import chain as chains
 from workbench.errors import OptionError
 from workbench.identify.blocks import (
     Block,
@@ -84,6 +83,7 @@ class Problem:
         noise: Noise | None = None,
         bounds: Mapping[str, tuple[float, float]] | None = None,
         known: Mapping[str, float] | None = None,
+        effects: Sequence[str] = (),
     ) -> "Problem":
         """Set up the problem of some rows.
 
@@ -95,10 +95,12 @@ class Problem:
             noise: Standard deviations [m], [rad] where a row brings none.
             bounds: Least and greatest value by name, for bounded algorithms.
             known: Values of instrument unknowns that are known, such as `anchor[A].x` [m].
+            effects: Coefficients of the robot's effects that are unknown, such as `joint3.compliance`; the
+                others act as they are.
 
         Raises:
-            DataError: a row carries nothing that can be compared with a pose.
-            OptionError: free or bounds name what the robot does not have.
+            DataError: a row carries nothing that can be compared with a pose, or not what drives an effect.
+            OptionError: free, effects or bounds name what the robot does not have.
         """
         robot.check_joints(data.q, data.source)
         frames = frames or FrameFreedom()
@@ -110,8 +112,16 @@ class Problem:
                 f"robot '{robot.name}' has no constant '{missing[0]}' to free; it has "
                 f"{', '.join(n for n in arm if arm[n].matrix is None)}"
             )
+        if missing := [n for n in effects if n not in robot.coefficients]:
+            raise OptionError(
+                f"robot '{robot.name}' has no effect with the coefficient '{missing[0]}' to free; it has "
+                f"{', '.join(robot.coefficients) or 'no effects'}"
+            )
         kinds = observed_kinds(data)
         parameters = [_parameter(n, arm[n].unit, arm[n].value, bounds) for n in names]
+        parameters += [
+            _parameter(n, robot.coefficient_units[n], robot.coefficients[n], bounds) for n in effects
+        ]
         parameters += _frame_parameters(robot, data.sessions, frames, bounds)
         unknown_start = instrument_start(robot, data, kinds, frames)
         parameters += [
@@ -121,7 +131,7 @@ class Problem:
             raise OptionError(f"bounds name '{sorted(stray)[0]}', which is not identified here")
         index = {p.name: i for i, p in enumerate(parameters)}
         values = {**unknown_start, **(known or {})}
-        blocks = build_blocks(robot, data, kinds, names, frames, noise, index, values)
+        blocks = build_blocks(robot, data, kinds, names, effects, frames, noise, index, values)
         return cls(
             robot=robot,
             data=data,
@@ -188,7 +198,7 @@ class Problem:
         residual = np.empty(self.size + extra)
         jacobian = np.zeros((self.size + extra, len(x)))
         for block in self.blocks:
-            poses, twists = chains.twists(block.chain, block.q, block.elements, values=self._values(block, x))
+            poses, twists = block.twists(x)
             part = block.observation.see(poses, self._unknown(block, x))
             rows = slice(block.start, block.stop)
             weight = self._weight(block)
@@ -207,12 +217,12 @@ class Problem:
         """½|r|² and its gradient −Jᵀr, without the Jacobian: each row's residual acts as a wrench."""
         cost, gradient = 0.0, np.zeros(len(x))
         for block in self.blocks:
-            poses, twists = chains.twists(block.chain, block.q, block.elements, values=self._values(block, x))
+            poses, twists = block.twists(x)
             part = block.observation.see(poses, self._unknown(block, x))
             pull = part.residual * self._weight(block) ** 2
             cost += 0.5 * float((part.residual * pull).sum())
             wrench = (pull[:, None] @ part.by_twist)[:, 0]
-            gradient[block.places] -= wrench.ravel() @ twists.reshape(-1, len(block.elements))
+            gradient[block.places] -= wrench.ravel() @ twists.reshape(-1, len(block.places))
             if len(block.unknowns):
                 mine = block.unknowns >= 0
                 by_unknown = np.einsum("rm,rmu->u", pull, part.by_unknown)
@@ -227,8 +237,7 @@ class Problem:
         """Whitened residual alone."""
         parts = []
         for block in self.blocks:
-            poses = chains.poses(block.chain, block.q, values=self._values(block, x))
-            part = block.observation.see(poses, self._unknown(block, x))
+            part = block.observation.see(block.poses(x), self._unknown(block, x))
             parts.append((part.residual * self._weight(block)).ravel())
         if self.prior is not None:
             parts.append(-self.prior @ (x - self.prior_centre))
@@ -295,11 +304,6 @@ class Problem:
                 tool = _moved(tool, "tool", name, values) if freedom.tool_per_session else robot.tool
             sessions.append(SessionFrames(name, base, tool))
         return replace(robot, sessions=tuple(sessions))
-
-    def _values(self, block: Block, x: np.ndarray) -> np.ndarray:
-        values = block.chain.values.copy()
-        values[block.elements] = x[block.places]
-        return values
 
     def _unknown(self, block: Block, x: np.ndarray) -> np.ndarray:
         values = block.known.copy()

@@ -94,10 +94,9 @@ def rigid_body(
     model.name = robot.name
     model.gravity.linear = robot.base.rotation @ robot.gravity
     chain = robot.chain
-    arm = len(chain.elements) - len(robot.elements) - len(robot.tool.elements("tool", -2))
     ends: dict[int, list[int]] = {}
-    for link, end in enumerate(robot.link_ends):
-        ends.setdefault(arm + end, []).append(link)
+    for link, end in enumerate(robot.chain_ends):
+        ends.setdefault(end, []).append(link)
     parent, here, columns = 0, pin.SE3.Identity(), []
     for index, element in enumerate(chain.elements):
         if element.joint is not None:

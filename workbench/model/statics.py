@@ -21,7 +21,7 @@ from numba import njit
 
 from workbench.chain import NO_SHIFT, _advance
 from workbench.errors import RobotError, ShapeError
-from workbench.robots.robot import BASE, Robot
+from workbench.robots.robot import Robot
 from workbench.types import JointRows, Vector3, frozen
 
 
@@ -52,9 +52,7 @@ def masses(robot: Robot) -> Masses:
                 f"{joint.name} of robot '{robot.name}' has no mass, which its joint moments need; add "
                 "'mass' [kg] and 'com' [m, link frame] to its [[joint]], or <inertial> to its URDF link"
             )
-    offset = _first(robot)
-    links = [(offset + end, joint) for end, joint in zip(robot.link_ends, robot.joints, strict=True)]
-    heavy = [(after, joint) for after, joint in links if joint.mass]
+    heavy = [(a, joint) for a, joint in zip(robot.chain_ends, robot.joints, strict=True) if joint.mass]
     return Masses(
         frozen(np.array([after for after, _ in heavy], np.int64)),
         frozen(np.array([joint.mass for _, joint in heavy], float)),
@@ -71,7 +69,7 @@ def joint_wrenches(
     velocity: Float[np.ndarray, "_ _"] | None = None,
     acceleration: Float[np.ndarray, "_ _"] | None = None,
     values: Float[np.ndarray, " k"] | None = None,
-    shift: Float[np.ndarray, "rows k"] = NO_SHIFT,
+    shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
 ) -> Float[np.ndarray, "rows n 6"]:
     """Wrench [f; τ] that the link before each joint exerts on the link after it, in the joint's own axes.
 
@@ -107,7 +105,7 @@ def joint_wrenches(
     zeros = np.zeros(q.shape) if moving else NO_SHIFT
     out = np.empty((*q.shape, 6))
     _wrenches(
-        _first(robot),
+        robot.base_size,  # gravity is given in the frame after the base
         robot.chain.axes,
         robot.chain.drivers,
         robot.chain.values if values is None else values,
@@ -139,11 +137,6 @@ def own_axis(robot: Robot) -> Int[np.ndarray, " n"]:
 def holding(wrenches: Float[np.ndarray, "rows n 6"], robot: Robot) -> JointRows:
     """Torque or force of every drive [N m or N], from the wrenches through its joint."""
     return wrenches[:, np.arange(robot.dof), own_axis(robot)]
-
-
-def _first(robot: Robot) -> int:
-    """Number of elements of the base: gravity is given in the frame after them."""
-    return sum(e.link == BASE for e in robot.chain.elements[: len(robot.base.elements("base", BASE))])
 
 
 def _check_rows(found: int, expected: int, source: str) -> None:

@@ -58,6 +58,7 @@ def identify(
     loss: Loss | str = Loss.SQUARES,
     prior: Prior | None = None,
     known: Mapping[str, float] | None = None,
+    effects: Sequence[str] = (),
     seed: int = 0,
     progress: Progress | None = None,
     cancel: Cancel | None = None,
@@ -78,6 +79,7 @@ def identify(
         loss: Squares, or a robust loss by rows.
         prior: What an older calibration knows of the arm's constants.
         known: Known places of anchors or contacts [m], such as `anchor[A].x`.
+        effects: Coefficients of the robot's effects to identify with the rest; the others stay as they are.
         seed: Chooses the held-out rows.
         progress: Called with the part done and what is being done.
         cancel: Asked often; True ends the run with what it has.
@@ -104,13 +106,27 @@ def identify(
     if (length := held_scale(robot, fitted, names, places)) is not None:
         names = tuple(name for name in names if name != length)
         notes.append(f"contacts show no scale: {length} is held at its nominal value")
-    check_enough(robot, fitted, names)
+    check_enough(robot, fitted, (*names, *effects))
     report(0.1, "deciding about base and tool")
     choice = choose_frames(
-        robot, fitted, sessions=sessions, noise=noise, free=names, known=places, cancel=cancel
+        robot,
+        fitted,
+        sessions=sessions,
+        noise=noise,
+        free=names,
+        effects=tuple(effects),
+        known=places,
+        cancel=cancel,
     )
     problem = Problem.build(
-        choice.robot, fitted, free=names, frames=choice.freedom, noise=noise, bounds=bounds, known=places
+        choice.robot,
+        fitted,
+        free=names,
+        frames=choice.freedom,
+        noise=noise,
+        bounds=bounds,
+        known=places,
+        effects=effects,
     )
     if not problem.names:
         raise OptionError("nothing is left to identify; free a constant of the arm, its base or its tool")

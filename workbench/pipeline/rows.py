@@ -58,7 +58,7 @@ def choose_rows(
 
 def inside(robot: Robot, data: Dataset, region: Region) -> np.ndarray:
     """Rows whose nominal tool position lies in a region of the robot's base."""
-    return region.contains(tool_poses(robot.with_frames(base=Frame()), data.q)[:, :3, 3])
+    return region.contains(tool_poses(robot.with_frames(base=Frame()).with_effects(), data.q)[:, :3, 3])
 
 
 def divide(used: Dataset, held_out: float | Dataset | tuple[str, ...], seed: int):

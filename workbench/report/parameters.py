@@ -102,7 +102,7 @@ def parameter_table(fit: Fit) -> ParameterTable:
     joints = {j.name for j in fit.problem.robot.joints}
     for name, cell in cells.items():
         owner, _, constant = name.rpartition(".")
-        if owner in joints:
+        if owner in joints and name not in fit.problem.robot.coefficients:
             of_joints.setdefault(owner, {})[constant] = cell
         elif cell.state is not State.HELD:
             others.append(cell)

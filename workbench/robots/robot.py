@@ -16,6 +16,7 @@ from jaxtyping import Float
 
 from workbench import se3
 from workbench.chain import Axis, Chain, Element
+from workbench.effects import AbstractEffect, drifting, with_insertions
 from workbench.errors import RobotError, ShapeError
 from workbench.types import Freedom, Matrix3, Matrix4, Vector3, frozen
 
@@ -144,6 +145,7 @@ class Robot:
         sessions: Base and tool of single sessions, where they differ.
         gravity: Acceleration in the robot's base frame [m/s²].
         urdf: The URDF file that it came from, if any.
+        effects: What bends the arm beside its geometry; acts wherever poses are computed from a `Motion`.
         notes: Decisions that its reader took, one sentence each.
     """
 
@@ -157,6 +159,7 @@ class Robot:
     sessions: tuple[SessionFrames, ...] = ()
     gravity: Vector3 = field(default_factory=lambda: np.array([0.0, 0.0, -9.81]))
     urdf: UrdfSource | None = None
+    effects: tuple[AbstractEffect, ...] = ()
     notes: tuple[str, ...] = ()
 
     def __post_init__(self):
@@ -166,12 +169,46 @@ class Robot:
         if len(set(names)) != len(names):
             double = next(n for n in names if names.count(n) > 1)
             raise RobotError(f"robot '{self.name}' has two elements called '{double}'; rename one")
+        if self.effects:
+            self._check_effects(set(names))
 
     @cached_property
     def chain(self) -> Chain:
-        """Base, arm and tool as one chain."""
+        """Base, arm and tool as one chain, with the rotations of value 0 that effects turn."""
         base, tool = self.base.elements("base", BASE), self.tool.elements("tool", TOOL)
-        return Chain((*base, *self.elements, *tool), self.dof)
+        arm = with_insertions(self.elements, self.dof, self.effects) if self.effects else self.elements
+        return Chain((*drifting(base, self.effects), *arm, *tool), self.dof)
+
+    @cached_property
+    def base_size(self) -> int:
+        """Number of elements of the base at the beginning of the full chain."""
+        return len(drifting(self.base.elements("base", BASE), self.effects))
+
+    @cached_property
+    def chain_ends(self) -> tuple[int, ...]:
+        """Element of the full chain after which each joint entry's link frame lies."""
+        if not self.effects:
+            return tuple(self.base_size + end for end in self.link_ends)
+        own = {e.name for e in self.elements}
+        ends = []
+        for end in self.link_ends:
+            last = self.chain.index[self.elements[end].name]
+            while ".bend_" in self.chain.elements[last + 1].name and (
+                self.chain.elements[last + 1].name not in own
+            ):
+                last += 1
+            ends.append(last)
+        return tuple(ends)
+
+    @cached_property
+    def coefficients(self) -> dict[str, float]:
+        """Coefficients of all effects by name, such as `joint3.compliance`, SI."""
+        return {n: c for e in self.effects for n, c in zip(e.names, e.coefficients, strict=True)}
+
+    @cached_property
+    def coefficient_units(self) -> dict[str, str]:
+        """Their units."""
+        return {n: u for e in self.effects for n, u in zip(e.names, e.units(self.chain), strict=True)}
 
     @cached_property
     def moving(self) -> tuple[Joint, ...]:
@@ -224,9 +261,9 @@ class Robot:
         return self.chain.values[self.chain.indices(names)]
 
     def with_values(self, values: Mapping[str, float]) -> "Robot":
-        """The same robot with other constants; `base.…` and `tool.…` move the frames."""
+        """The same robot with other constants or coefficients; `base.…` and `tool.…` move the frames."""
         chain = self.chain
-        if unknown := set(values) - set(chain.index):
+        if unknown := set(values) - set(chain.index) - set(self.coefficients):
             raise RobotError(f"robot '{self.name}' has no constant '{sorted(unknown)[0]}'")
         elements = tuple(
             replace(e, value=float(values[e.name])) if e.name in values else e for e in self.elements
@@ -238,7 +275,21 @@ class Robot:
                 return frame
             return frame.moved(np.array([values.get(k, chain.values[chain.index[k]]) for k in keys]))
 
-        return replace(self, elements=elements, base=moved(self.base, "base"), tool=moved(self.tool, "tool"))
+        effects = tuple(
+            replace(e, coefficients=tuple(float(values.get(n, self.coefficients[n])) for n in e.names))
+            for e in self.effects
+        )
+        return replace(
+            self,
+            elements=elements,
+            base=moved(self.base, "base"),
+            tool=moved(self.tool, "tool"),
+            effects=effects,
+        )
+
+    def with_effects(self, *effects: AbstractEffect) -> "Robot":
+        """The same arm with these effects instead of its own."""
+        return replace(self, effects=effects)
 
     def with_frames(self, *, base: Frame | None = None, tool: Frame | None = None) -> "Robot":
         """The same arm on another base or with another tool."""
@@ -250,6 +301,18 @@ class Robot:
             if frames.name == session:
                 return frames
         return SessionFrames(session, self.base, self.tool)
+
+    def _check_effects(self, taken: set[str]) -> None:
+        """Refuse effects that the arm can't carry, and names that stand for two things."""
+        for effect in self.effects:
+            effect.check(self.chain)
+        inserted = [e.name for e in self.chain.elements]
+        for name in [*(n for e in self.effects for n in e.names), *inserted]:
+            if name in taken and name not in {e.name for e in self.elements}:
+                raise RobotError(f"robot '{self.name}' has '{name}' twice among its effects; merge them")
+            taken.add(name)
+        if len(self.chain.index) != len(self.chain.elements) or set(inserted) & set(self.coefficients):
+            raise RobotError(f"robot '{self.name}' has an element with the name of an effect's; rename it")
 
     def check_joints(self, q: np.ndarray, source: str = "joint positions") -> None:
         """Refuse rows with another number of joints than the robot has."""

@@ -9,6 +9,7 @@ import tomli_w
 
 from workbench import se3
 from workbench.chain import Axis, Element
+from workbench.effects import EFFECTS, AbstractEffect
 from workbench.errors import RobotError
 from workbench.files import write_text
 from workbench.robots.conventions import (
@@ -106,8 +107,6 @@ def robot_from_table(data: dict[str, Any], reader: _Reader) -> Robot:
     convention = data.get("convention")
     if convention not in CONVENTIONS:
         raise reader.fail(f"convention is {convention!r}; known are {', '.join(CONVENTIONS)}")
-    if data.get("effect"):
-        raise reader.fail("it carries [[effect]] tables, which can't be applied here; remove them to go on")
     tables = reader.tables(data, "joint")
     base = reader.frame(data.get("base", {}), "base", Freedom.AUTO)
     tool = reader.frame(data.get("tool", {}), "tool", Freedom.AUTO)
@@ -132,6 +131,8 @@ def robot_from_table(data: dict[str, Any], reader: _Reader) -> Robot:
             tool=tool,
             gravity=frozen(reader.numbers(data.get("gravity", [0.0, 0.0, -9.81]), 3, "gravity")),
         )
+        effects = [_effect(t, i, reader) for i, t in enumerate(reader.tables(data, "effect"))]
+        robot = replace(robot, effects=tuple(effects))
     except RobotError as error:
         raise reader.fail(str(error)) from None
     return replace(robot, sessions=_sessions(reader.tables(data, "session"), robot, reader))
@@ -205,6 +206,56 @@ def _sessions(tables: list[dict], robot: Robot, reader: _Reader) -> tuple[Sessio
     return tuple(sessions)
 
 
+def _effect(table: dict, number: int, reader: _Reader) -> AbstractEffect:
+    """An effect; what its record holds beside joints and coefficients are keys of the same name."""
+    what = f"[[effect]] {number + 1}"
+    name = table.get("name")
+    if not isinstance(name, str) or name not in EFFECTS:
+        raise reader.fail(f"{what} has the name {name!r}; known are {', '.join(EFFECTS)}")
+    kind, what = EFFECTS[name], f"{what} ({name})"
+    reader.keys(table, {"name", "joints", "coefficients", *kind.settings()}, what)
+    joints = table.get("joints", [])
+    if not isinstance(joints, list) or not all(type(j) is int for j in joints):
+        raise reader.fail(f"{what} joints must be a list of whole numbers from 1, not {joints!r}")
+    settings = {
+        key: _setting(getattr(kind, key), table[key], f"{what} {key}", reader)
+        for key in kind.settings()
+        if key in table
+    }
+    if "coefficients" not in table:
+        raise reader.fail(f"{what} has no coefficients; give their sizes in SI units")
+    coefficients = _setting((), table["coefficients"], f"{what} coefficients", reader)
+    if not coefficients:
+        raise reader.fail(f"{what} has no coefficients; give their sizes in SI units")
+    return kind(tuple(j - 1 for j in joints), coefficients, **settings)
+
+
+def _setting(default: Any, value: Any, what: str, reader: _Reader) -> Any:
+    """A setting of an effect, which must be of its default's kind."""
+    if isinstance(default, tuple):
+        if not isinstance(value, list):
+            raise reader.fail(f"{what} must be a list of numbers, not {value!r}")
+        return tuple(reader.number(v, what) for v in value)
+    if isinstance(default, float):
+        return reader.number(value, what)
+    if type(value) is not type(default):
+        words = {int: "a whole number", bool: "true or false", str: "a word in quotes"}
+        raise reader.fail(f"{what} must be {words[type(default)]}, not {value!r}")
+    return value
+
+
+def _effect_table(effect: AbstractEffect) -> dict[str, Any]:
+    table: dict[str, Any] = {"name": str(effect.name)}
+    if effect.joints:
+        table["joints"] = [j + 1 for j in effect.joints]
+    table["coefficients"] = list(effect.coefficients)
+    for key in effect.settings():
+        value = getattr(effect, key)
+        if value != ():
+            table[key] = list(value) if isinstance(value, tuple) else value
+    return table
+
+
 def robot_to_table(robot: Robot) -> dict[str, Any]:
     """The tables of a robot's file. A robot from a URDF becomes `elementary`."""
     family = robot.convention in ORDERS or robot.convention == "three-rotation"
@@ -225,6 +276,8 @@ def robot_to_table(robot: Robot) -> dict[str, Any]:
             {"name": s.name, "base": _frame_table(s.base, False), "tool": _frame_table(s.tool, False)}
             for s in robot.sessions
         ]
+    if robot.effects:
+        table["effect"] = [_effect_table(e) for e in robot.effects]
     return table
 
 

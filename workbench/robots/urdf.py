@@ -18,7 +18,7 @@ import yourdfpy
 from workbench import chain as chains
 from workbench import se3
 from workbench.chain import Axis, Element
-from workbench.errors import FileError, RobotError
+from workbench.errors import FileError, OptionError, RobotError
 from workbench.files import write_bytes
 from workbench.robots.masses import carried
 from workbench.robots.robot import FRAME_PARTS, Frame, Joint, JointKind, Robot, UrdfSource
@@ -230,16 +230,28 @@ def _joint_info(joint, name: str, kind: JointKind, model, path: Path, notes: lis
     )
 
 
-def write_urdf(robot: Robot, path: Path | str) -> Path:
+def write_urdf(robot: Robot, path: Path | str, *, leave_out_effects: bool = False) -> Path:
     """Write a robot as URDF: a calibrated copy of the file it came from, or frames alone.
 
     The base frame becomes a fixed joint from the link `measuring_frame`, the tool one to `calibrated_tool`,
-    unless they are identities.
+    unless they are identities. A URDF has no place for effects.
+
+    Args:
+        robot: The arm.
+        path: File to write.
+        leave_out_effects: Write the geometry of an arm with effects, without them.
 
     Raises:
+        OptionError: the robot has effects, and nobody said that they may be left out.
         FileError: the file that the robot came from is gone.
         RobotError: the robot has something that a URDF can't say.
     """
+    if robot.effects and not leave_out_effects:
+        names = ", ".join(dict.fromkeys(str(e.name) for e in robot.effects))
+        raise OptionError(
+            f"robot '{robot.name}' has effects ({names}) that a URDF can't say; write a TOML, or leave them "
+            "out knowingly (leave_out_effects=True): the URDF alone is less accurate than the calibration"
+        )
     if robot.urdf is not None:
         root = _original(robot.urdf.path)
         _correct_origins(root, robot, robot.urdf.joints)

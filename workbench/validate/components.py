@@ -8,6 +8,7 @@ from jaxtyping import Bool, Float
 from workbench import se3
 from workbench.measure.dataset import Dataset
 from workbench.model.forward import tool_poses
+from workbench.motion import Motion
 from workbench.robots.robot import Robot
 
 
@@ -49,11 +50,13 @@ def row_components(robot: Robot, data: Dataset) -> RowComponents:
     Source: ARIA eqs. (15), (16).
     """
     robot.check_joints(data.q, data.source)
-    predicted = np.empty((len(data), 4, 4))
+    predicted, whole = np.empty((len(data), 4, 4)), Motion.of(data)
     for session in data.sessions:
         rows = slice(None) if data.session is None else data.session == session
         frames = robot.session_frames(session)
-        predicted[rows] = tool_poses(robot.with_frames(base=frames.base, tool=frames.tool), data.q[rows])
+        motion = whole.take(rows)
+        arm = robot.with_frames(base=frames.base, tool=frames.tool)
+        predicted[rows] = tool_poses(arm, motion.q, motion=motion)
     missing = np.full((len(data), 3), np.nan)
     position = missing if data.position is None else data.position
     if data.rotation is None:

@@ -1,0 +1,245 @@
+"""Effects: increments of elementary values that grow linearly with a few coefficients.
+
+    v_k = driver_k(q) + p_k + Σ_e c_e · φ_e,k(state)
+
+An effect names the elements k that it changes and gives its law φ of the state: joint positions, direction of
+motion, time, temperature (`Motion`), and the wrenches through the joints. What is not linear (the order of a
+harmonic, the knots of a spline) stands frozen in its record.
+
+Wrenches are those of `model/statics.py`: what holds the later link against its load. A joint gives way to
+the load, so that load effects carry a minus sign: a positive compliance sags.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, fields
+from enum import IntEnum
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from workbench.chain import Axis, Chain, Element
+from workbench.errors import RobotError
+from workbench.motion import Motion
+
+Law = Float[np.ndarray, "rows e c"]
+Wrenches = Float[np.ndarray, "_ _ 6"]
+
+
+class Loads(IntEnum):
+    """What an effect must know of the wrenches through the joints."""
+
+    NONE = 0
+    OWN = 1
+    ALL = 2
+
+
+class Insertion(IntEnum):
+    """Where an effect needs rotations that the geometry does not have.
+
+    Two across a joint's axis, right before (tilt) or after (bend) what it drives; or three behind the base's.
+    """
+
+    NONE = 0
+    TILT = 1
+    BEND = 2
+    DRIFT = 3
+
+    def element(self, joint: int, axis: int) -> str:
+        """Name of the rotation of a joint's tilt or bend about one axis."""
+        return f"joint{joint + 1}.{self.name.lower()}_{'xyz'[axis]}"
+
+
+@dataclass(frozen=True)
+class AbstractEffect(ABC):
+    """One effect with its coefficients.
+
+    Args:
+        joints: Columns of q that it belongs to, counted from 0; empty where it concerns the whole arm.
+        coefficients: Sizes in the order of `names`, SI; zeros if left empty.
+    """
+
+    joints: tuple[int, ...] = ()
+    coefficients: tuple[float, ...] = ()
+
+    def __post_init__(self):
+        object.__setattr__(self, "joints", tuple(int(j) for j in self.joints))
+        given = tuple(float(c) for c in self.coefficients)
+        object.__setattr__(self, "coefficients", given or (0.0,) * len(self.names))
+
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """Its name in files, such as `joint-compliance`."""
+
+    @property
+    @abstractmethod
+    def loads(self) -> Loads:
+        """What its law must know of the wrenches through the joints."""
+
+    @property
+    @abstractmethod
+    def insertion(self) -> Insertion:
+        """Rotations that its joints need beside those of the geometry."""
+
+    @property
+    @abstractmethod
+    def names(self) -> tuple[str, ...]:
+        """Names of its C coefficients, such as `joint3.compliance`."""
+
+    @abstractmethod
+    def units(self, chain: Chain) -> tuple[str, ...]:
+        """Their units."""
+
+    @abstractmethod
+    def elements(self, chain: Chain) -> tuple[str, ...]:
+        """Names of the E elements that it changes."""
+
+    @abstractmethod
+    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Law:
+        """Increment of each element per unit of each coefficient [rad or m per unit].
+
+        Args:
+            chain: Base, arm and tool, with the constants in force.
+            motion: State of every row.
+            wrenches: Through every joint in its own axes [N, N m]; empty where `loads` asks for none.
+        """
+
+    def slope(
+        self,
+        chain: Chain,
+        motion: Motion,
+        wrenches: Wrenches,
+        change: Float[np.ndarray, "rows n 6 p"],
+        constants: Int[np.ndarray, " p"],
+    ) -> Float[np.ndarray, "rows e p"] | None:
+        """Derivative of Σ c φ in P numbers through wrenches and constants; None where it has none.
+
+        Args:
+            chain: As in `law`.
+            motion: As in `law`.
+            wrenches: As in `law`.
+            change: Derivative of the wrenches.
+            constants: Element whose constant each number is; -1 for none.
+        """
+        return None
+
+    def mistake(self, chain: Chain) -> str | None:
+        """What is wrong with its own settings, in a clause; None if nothing is."""
+        return None
+
+    def check(self, chain: Chain) -> None:
+        """Refuse an effect that the arm can't carry.
+
+        Raises:
+            RobotError: no such joint, a wrong number of coefficients, or settings without sense.
+        """
+        dof = chain.dof
+        wrong = self.mistake(chain)
+        if self.joints and not (min(self.joints) >= 0 and max(self.joints) < dof):
+            shown = next(j + 1 for j in self.joints if not 0 <= j < dof)
+            wrong = f"names joint {shown}, but the arm's joints are 1 … {dof}"
+        elif len(set(self.joints)) != len(self.joints):
+            wrong = f"names a joint twice in {[j + 1 for j in self.joints]}"
+        elif wrong is None and not self.names:
+            wrong = "needs joints to act on"
+        elif wrong is None and len(self.coefficients) != len(self.names):
+            need = f"{len(self.names)} ({', '.join(self.names)})"
+            wrong = f"has {len(self.coefficients)} coefficients but needs {need}"
+        elif wrong is None and not np.isfinite(self.coefficients).all():
+            wrong = "has a coefficient that is no finite number"
+        if wrong:
+            raise RobotError(f"effect '{self.name}' {wrong}")
+
+    @classmethod
+    def settings(cls) -> tuple[str, ...]:
+        """Names of what its record holds beside joints and coefficients."""
+        return tuple(f.name for f in fields(cls) if f.name not in ("joints", "coefficients"))
+
+
+def driven(chain: Chain, joint: int) -> Element:
+    """The (first) element that a joint drives."""
+    return chain.elements[int(np.argmax(chain.drivers == joint))]
+
+
+def driven_names(chain: Chain, joints: Iterable[int]) -> tuple[str, ...]:
+    """Names of the elements that some joints drive."""
+    return tuple(driven(chain, j).name for j in joints)
+
+
+def turns(chain: Chain, joint: int) -> bool:
+    """Whether a joint is a rotation; True for one that the arm has not, which is said elsewhere."""
+    return not 0 <= joint < chain.dof or Axis(driven(chain, joint).axis).turns
+
+
+def own(chain: Chain, joints: Sequence[int], wrenches: Float[np.ndarray, "rows n 6 *p"]) -> np.ndarray:
+    """Moment about (force along) each joint's own axis, (rows, joints, …) [N m or N]."""
+    components = [(driven(chain, j).axis + 3) % 6 for j in joints]
+    return wrenches[:, list(joints), components]
+
+
+def across_axes(chain: Chain, joint: int) -> tuple[int, int]:
+    """The two axes across a joint's own, in cyclic order: y, z for x; z, x for y; x, y for z."""
+    axis = driven(chain, joint).axis % 3
+    return (axis + 1) % 3, (axis + 2) % 3
+
+
+def across(chain: Chain, joints: Sequence[int], wrenches: Float[np.ndarray, "rows n 6 *p"]) -> np.ndarray:
+    """Moments across each joint's axis, (rows, joints, 2, …) [N m]."""
+    components = np.array([[3 + a for a in across_axes(chain, j)] for j in joints]).reshape(-1, 2)
+    return wrenches[:, np.array(joints, int)[:, None], components]
+
+
+def inserted_names(chain: Chain, joints: Iterable[int], kind: Insertion) -> tuple[str, ...]:
+    """Names of the inserted rotations of some joints, two each."""
+    return tuple(kind.element(j, axis) for j in joints for axis in across_axes(chain, j))
+
+
+def diagonal(columns: Float[np.ndarray, "rows j"]) -> Float[np.ndarray, "rows j j"]:
+    """A law whose every coefficient changes one element of its own."""
+    return columns[:, :, None] * np.eye(columns.shape[1])
+
+
+def paired(columns: Float[np.ndarray, "rows j 2"]) -> Float[np.ndarray, "rows e j"]:
+    """A law whose every coefficient changes two elements of its own."""
+    rows, joints, _ = columns.shape
+    out = np.zeros((rows, joints, 2, joints))
+    for j in range(joints):
+        out[:, j, :, j] = columns[:, j]
+    return out.reshape(rows, 2 * joints, joints)
+
+
+def drifting(base: tuple[Element, ...], effects: Iterable[AbstractEffect]) -> tuple[Element, ...]:
+    """The base's elements with three rotations of value 0 behind them where an effect turns the base.
+
+    They are not the base's own, whose values a calibration folds into the constant rotation before them.
+    """
+    if not any(e.insertion is Insertion.DRIFT for e in effects):
+        return base
+    names = ("roll", "pitch", "yaw")
+    return (*base, *(Element(Axis(i), f"base.drift_{n}", link=base[0].link) for i, n in enumerate(names)))
+
+
+def with_insertions(
+    elements: tuple[Element, ...], dof: int, effects: Iterable[AbstractEffect]
+) -> tuple[Element, ...]:
+    """The elements with the rotations of value 0 that effects turn, beside the elements that joints drive."""
+    wanted = {(e.insertion, j) for e in effects if e.insertion for j in e.joints}
+    if not wanted:
+        return elements
+    chain = Chain(elements, dof)
+    out: list[Element] = []
+    for place, element in enumerate(elements):
+        joint = element.joint
+        if joint is None or place != int(np.argmax(chain.drivers == joint)):
+            out.append(element)
+            continue
+        sides: dict[Insertion, list[Element]] = {
+            kind: [
+                Element(Axis(axis), kind.element(joint, axis), link=element.link)
+                for axis in (across_axes(chain, joint) if (kind, joint) in wanted else ())
+            ]
+            for kind in (Insertion.TILT, Insertion.BEND)
+        }
+        out += [*sides[Insertion.TILT], element, *sides[Insertion.BEND]]
+    return tuple(out)
