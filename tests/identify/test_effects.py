@@ -12,6 +12,7 @@ from workbench.errors import DataError, OptionError
 from workbench.identify.problem import FrameFreedom, Problem
 from workbench.measure.dataset import Dataset
 from workbench.pipeline import evaluate, identify
+from workbench.report.parameters import parameter_table
 from workbench.robots.robot import FRAME_PARTS
 from workbench.robots.toml import read_toml, write_toml
 from workbench.types import Freedom, Outcome
@@ -71,6 +72,10 @@ def test_an_effect_is_recovered_with_the_geometry(case, free, tmp_path):
         assert result.held_out.position_mm.mean < 1.25 * 1.6 * 1e3 * SIGMA[0]
         exact = rows_of(hidden, hidden.random(np.random.default_rng(9), 200), rng, (0.0, 0.0), **bend)
         assert evaluate(result.calibrated, exact).errors.position_mm.mean < 1e3 * SIGMA[0]
+    table = parameter_table(run.runs["ols"].fit)
+    assert [(c.name, c.unit) for c in table.others if c.name == coefficient] == [
+        (coefficient, robot.coefficient_units[coefficient])
+    ]
     without = identify(robot.with_effects(), data, algorithms=("ols",), held_out=0.2)
     assert without.runs["ols"].held_out.position_mm.mean > 2.0 * run.runs["ols"].held_out.position_mm.mean
 
