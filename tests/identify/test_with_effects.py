@@ -61,7 +61,9 @@ def test_an_effect_is_recovered_with_the_geometry(case, free, tmp_path):
     data = rows_of(hidden, hidden.random(rng, 120), rng, **bend)
     effect = EFFECTS[name]((int(coefficient[5]) - 1,))
     robot = robot_of(generator.aria(), tmp_path, effect, free=Freedom.FREE if free else Freedom.FIXED)
-    run = identify(robot, data, algorithms=("ols", "opt1", "opt2"), held_out=0.2, effects=[coefficient])
+    # OPT1 takes a minute for 37 unknowns whose frames repeat the arm's own constants
+    algorithms = ("ols", "opt2") if free else ("ols", "opt1", "opt2")
+    run = identify(robot, data, algorithms=algorithms, held_out=0.2, effects=[coefficient])
     for result in run.runs.values():
         fit = result.fit
         assert fit.outcome is Outcome.CONVERGED
