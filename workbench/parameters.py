@@ -24,6 +24,7 @@ class Parameter:
         lower: Least value for bounded algorithms.
         upper: Greatest value for bounded algorithms.
         prior: Standard deviation of the nominal value, where it is known; infinite where it is not.
+        is_coefficient: Whether it is the size of an effect, in whatever unit that has.
     """
 
     name: str
@@ -32,6 +33,7 @@ class Parameter:
     lower: float = -np.inf
     upper: float = np.inf
     prior: float = np.inf
+    is_coefficient: bool = False
 
     @property
     def words(self) -> str:
@@ -41,8 +43,12 @@ class Parameter:
 
     @property
     def is_geometry(self) -> bool:
-        """True for a constant of the arm, false for frames and the instrument's unknowns."""
-        return not self.is_instrument and self.name.split(".")[0].split("[")[0] not in FRAMES
+        """True for a constant of the arm, false for effects, frames and the instrument's unknowns."""
+        return (
+            not self.is_instrument
+            and not self.is_coefficient
+            and self.name.split(".")[0].split("[")[0] not in FRAMES
+        )
 
     @property
     def is_instrument(self) -> bool:
@@ -51,11 +57,8 @@ class Parameter:
 
 
 def default_bounds(name: str, unit: str, nominal: float) -> tuple[float, float]:
-    """Bounds of a parameter that nobody bounded: `MAX_…` about nominal for the arm, none for others.
-
-    Coefficients of effects have bounds only where they are angles or lengths.
-    """
-    if not Parameter(name, unit, nominal).is_geometry or unit not in ("rad", "m"):
+    """Bounds of a parameter that nobody bounded: none for frames, `MAX_…` about nominal for the arm."""
+    if not Parameter(name, unit, nominal).is_geometry:
         return (-np.inf, np.inf)
     width = MAX_ANGLE if unit == "rad" else MAX_LENGTH
     return (nominal - width, nominal + width)

@@ -11,12 +11,13 @@ from workbench.effects import EFFECTS
 from workbench.errors import DataError, OptionError, RobotError, ShapeError
 from workbench.model import forward
 from workbench.model.deflection import deflect, shift_of
+from workbench.model.linearisation import linearise
 from workbench.model.loads import wrench_derivative
 from workbench.model.rigid_body import rigid_body
 from workbench.model.statics import joint_wrenches
 from workbench.motion import Motion
 from workbench.robots import load_robot
-from workbench.robots.robot import FRAME_PARTS, Robot
+from workbench.robots.robot import FRAME_PARTS, Frame, Robot
 from workbench.robots.toml import read_toml
 from workbench.robots.urdf import read_urdf, write_urdf
 
@@ -194,7 +195,7 @@ def test_the_fixed_point_is_one(arms):
 def test_load_effects_bend_as_the_generator_does(arms, arm):
     """Positive coefficients give way to the load, about the axis and across it."""
     virtual = {"aria": generator.aria, "katana": generator.katana}[arm]()
-    robot = arms[arm].with_frames(base=load_frame(virtual.base), tool=load_frame(virtual.tool))
+    robot = arms[arm].with_frames(base=Frame.from_pose(virtual.base), tool=Frame.from_pose(virtual.tool))
     q = np.random.default_rng(0).uniform(-1.0, 1.0, (20, virtual.dof))
     c, b = np.zeros((virtual.dof, 3)), np.zeros((virtual.dof, 3))
     c[1], b[2] = (3e-6, 3e-6, 5e-6), (0.0, 0.0, 1e-5)
@@ -210,12 +211,6 @@ def test_load_effects_bend_as_the_generator_does(arms, arm):
     np.testing.assert_allclose(found, expected, atol=2e-3 * bend)
 
 
-def load_frame(pose):
-    from workbench.robots.robot import Frame
-
-    return Frame.from_pose(pose)
-
-
 def test_clearance_tips_by_its_angle_against_the_holding_moment(arms):
     robot = arms["aria"].with_effects(EFFECTS["clearance-tilt"]((1,), (1e-3,)))
     motion = motion_of(robot)
@@ -227,7 +222,7 @@ def test_clearance_tips_by_its_angle_against_the_holding_moment(arms):
 
 def test_thermal_growth_is_the_growth_of_the_arm(arms):
     for name in ("aria", "sliding"):
-        robot = arms[name].with_frames(base=load_frame(np.eye(4)))
+        robot = arms[name].with_frames(base=Frame.from_pose(np.eye(4)))
         motion = motion_of(robot)
         grown = robot.with_effects(EFFECTS["thermal-growth"]((), (1e-4,), reference=20.0))
         factor = 1.0 + 1e-4 * (motion.temperature - 20.0)[:, None]
@@ -328,6 +323,14 @@ def test_the_same_effect_twice_is_refused(arms):
         arms["aria"].with_effects(EFFECTS["joint-compliance"]((1,)), EFFECTS["joint-compliance"]((1,)))
     both = arms["aria"].with_effects(CATALOGUE["bearing-compliance"], CATALOGUE["clearance-tilt"])
     assert len(both.chain.elements) == len(arms["aria"].chain.elements) + 8
+
+
+def test_a_linearisation_has_columns_for_coefficients(arms):
+    robot = arms["aria"].with_effects(sized(arms["aria"], CATALOGUE["joint-compliance"]))
+    names = ("joint1.theta", "joint3.compliance")
+    found = linearise(robot, motion_of(robot).q, names=names)
+    assert found.units == ("rad", "rad/(N*m)")
+    assert np.abs(found.jacobian[:, 1]).max() > 0.0
 
 
 def test_drivers_of_another_length_are_refused():

@@ -120,7 +120,8 @@ class Problem:
         kinds = observed_kinds(data)
         parameters = [_parameter(n, arm[n].unit, arm[n].value, bounds) for n in names]
         parameters += [
-            _parameter(n, robot.coefficient_units[n], robot.coefficients[n], bounds) for n in effects
+            _parameter(n, robot.coefficient_units[n], robot.coefficients[n], bounds, effect=True)
+            for n in effects
         ]
         parameters += _frame_parameters(robot, data.sessions, frames, bounds)
         unknown_start = instrument_start(robot, data, kinds, frames)
@@ -318,14 +319,20 @@ class Problem:
 
 
 def _parameter(
-    name: str, unit: str, nominal: float, bounds: Mapping[str, tuple[float, float]] | None
+    name: str,
+    unit: str,
+    nominal: float,
+    bounds: Mapping[str, tuple[float, float]] | None,
+    *,
+    effect: bool = False,
 ) -> Parameter:
-    lower, upper = (bounds or {}).get(name) or default_bounds(name, unit, nominal)
+    default = (-np.inf, np.inf) if effect else default_bounds(name, unit, nominal)
+    lower, upper = (bounds or {}).get(name) or default
     if not lower <= nominal <= upper:
         raise OptionError(
             f"the bounds [{lower:g}, {upper:g}] of {name} leave its nominal value {nominal:g} out; widen them"
         )
-    return Parameter(name, unit, nominal, lower, upper)
+    return Parameter(name, unit, nominal, lower, upper, is_coefficient=effect)
 
 
 def _frame_parameters(

@@ -129,10 +129,12 @@ class Fit:
 
     @cached_property
     def poorly_determined(self) -> tuple[str, ...]:
-        """Parameters that are seen, but only within more than a degree or 5 mm."""
+        """Constants that are seen, but only within more than a degree or 5 mm."""
         limits = [POOR_ANGLE if p.unit == "rad" else POOR_LENGTH for p in self.parameters]
         return tuple(
-            p.words for p, s, limit in zip(self.parameters, self.std, limits, strict=True) if s > limit
+            p.words
+            for p, s, limit in zip(self.parameters, self.std, limits, strict=True)
+            if s > limit and not p.is_coefficient
         )
 
     @cached_property

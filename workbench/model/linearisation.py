@@ -188,11 +188,11 @@ def linearise(
     deviations = np.full(3 if sigma_rotation is None else 6, sigma_position)
     deviations[3:] = sigma_position if sigma_rotation is None else sigma_rotation
     whitened = twists[:, : len(deviations)] / deviations[:, None]
-    elements = robot.chain.elements
+    elements, coefficients = robot.chain.elements, robot.coefficient_units
     return Linearisation(
         jacobian=frozen(whitened.reshape(-1, len(names))),
         names=names,
-        units=tuple(elements[robot.chain.index[name]].unit for name in names),
+        units=tuple(coefficients.get(n) or elements[robot.chain.index[n]].unit for n in names),
         sigma=frozen(np.tile(deviations, len(q))),
         measurement=frozen(np.repeat(np.arange(len(q)), len(deviations))),
         length=robot.reach if length is None else length,

@@ -165,7 +165,9 @@ def _parameters(session: Session) -> str:
     fit = session.identification.runs[session.fit].fit
     rows = []
     for parameter, value, std in zip(fit.parameters, fit.x, fit.std, strict=True):
-        scale, unit = (np.rad2deg(1.0), "°") if parameter.unit == "rad" else (1e3, "mm")
+        scale, unit = {"rad": (np.rad2deg(1.0), "°"), "m": (1e3, "mm")}.get(
+            parameter.unit, (1e6, f"10⁻⁶ {parameter.unit}")
+        )
         rows.append(
             (
                 f'{text(parameter.words)} <span style="color:{MUTED}">{unit}</span>',

@@ -12,6 +12,7 @@ from workbench.errors import DataError, OptionError
 from workbench.identify.problem import FrameFreedom, Problem
 from workbench.measure.dataset import Dataset
 from workbench.pipeline import evaluate, identify
+from workbench.report.parameters import parameter_table
 from workbench.robots.robot import FRAME_PARTS
 from workbench.robots.toml import read_toml, write_toml
 from workbench.types import Freedom, Outcome
@@ -60,7 +61,9 @@ def test_an_effect_is_recovered_with_the_geometry(case, free, tmp_path):
     data = rows_of(hidden, hidden.random(rng, 120), rng, **bend)
     effect = EFFECTS[name]((int(coefficient[5]) - 1,))
     robot = robot_of(generator.aria(), tmp_path, effect, free=Freedom.FREE if free else Freedom.FIXED)
-    run = identify(robot, data, algorithms=("ols", "opt1", "opt2"), held_out=0.2, effects=[coefficient])
+    # OPT1 takes a minute for 37 unknowns whose frames repeat the arm's own constants
+    algorithms = ("ols", "opt2") if free else ("ols", "opt1", "opt2")
+    run = identify(robot, data, algorithms=algorithms, held_out=0.2, effects=[coefficient])
     for result in run.runs.values():
         fit = result.fit
         assert fit.outcome is Outcome.CONVERGED
@@ -71,6 +74,10 @@ def test_an_effect_is_recovered_with_the_geometry(case, free, tmp_path):
         assert result.held_out.position_mm.mean < 1.25 * 1.6 * 1e3 * SIGMA[0]
         exact = rows_of(hidden, hidden.random(np.random.default_rng(9), 200), rng, (0.0, 0.0), **bend)
         assert evaluate(result.calibrated, exact).errors.position_mm.mean < 1e3 * SIGMA[0]
+    table = parameter_table(run.runs["ols"].fit)
+    assert [(c.name, c.unit) for c in table.others if c.name == coefficient] == [
+        (coefficient, robot.coefficient_units[coefficient])
+    ]
     without = identify(robot.with_effects(), data, algorithms=("ols",), held_out=0.2)
     assert without.runs["ols"].held_out.position_mm.mean > 2.0 * run.runs["ols"].held_out.position_mm.mean
 
