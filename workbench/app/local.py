@@ -7,9 +7,11 @@ still connect: this is no login. It relies on internals of viser 1.1; a test hol
 """
 
 import ipaddress
+from typing import Any
 from unittest import mock
 from urllib.parse import urlsplit
 
+import rich
 import viser
 import websockets.asyncio.server as websockets
 from viser import _messages
@@ -18,6 +20,16 @@ from workbench.errors import OptionError
 
 LOOPBACK = ("127.0.0.1", "localhost")
 EVERYWHERE = ("0.0.0.0", "::")
+_print = rich.print
+
+
+def _print_but_viser(*objects: Any, **options: Any) -> None:
+    """`rich.print` without viser's own words: its thread says goodbye whenever it gets round to it."""
+    if not (objects and str(objects[0]).startswith("[bold](viser)")):
+        _print(*objects, **options)
+
+
+rich.print = _print_but_viser
 
 
 def local_server(*, host: str = "127.0.0.1", port: int = 0, label: str | None = None) -> viser.ViserServer:
@@ -56,12 +68,11 @@ def local_server(*, host: str = "127.0.0.1", port: int = 0, label: str | None = 
 
 
 def stop_server(server: viser.ViserServer) -> None:
-    """Stop it, and wait for its thread; what that prints at the end is of no use to anybody."""
-    with mock.patch("rich.print"):
-        server.stop()
-        thread = server._websock_server._server_thread
-        if thread is not None:
-            thread.join(5.0)
+    """Stop it, and wait for its thread."""
+    server.stop()
+    thread = server._websock_server._server_thread
+    if thread is not None:
+        thread.join(5.0)
 
 
 def _is_ours(request, host: str, port: int) -> bool:
