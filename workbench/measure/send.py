@@ -1,14 +1,13 @@
 """Lines to whoever takes them: a text stream or the first that connects, at the pace of a clock."""
 
-import socket
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import TextIO
 
-from workbench.errors import FileError, OptionError
+from workbench.errors import OptionError
 from workbench.measure.driver import format_sample
-from workbench.measure.stream import Sample, parse_address
+from workbench.measure.stream import Sample, accept_one
 
 
 def send_samples(samples: Iterable[Sample], write: Callable[[str], object], *, speed: float = 1.0) -> int:
@@ -64,19 +63,5 @@ def first_listener(
         OptionError: it is no address.
         FileError: the port is taken, or nobody came in time.
     """
-    host, port = parse_address(address)
-    try:
-        with socket.create_server((host, port)) as server:
-            server.settimeout(timeout)
-            if ready is not None:
-                ready(server.getsockname()[1])
-            connection, _ = server.accept()
-    except TimeoutError:
-        raise FileError(f"nobody connected within {timeout:g} s", path=address) from None
-    except OSError as error:
-        raise FileError(
-            f"can't listen there ({error.strerror or error}): choose another port", path=address
-        ) from None
-    connection.settimeout(None)
-    with connection:
+    with accept_one(address, timeout=timeout, ready=ready, nobody="nobody connected") as connection:
         yield lambda line: connection.sendall(line.encode())

@@ -247,11 +247,35 @@ def listen(
         OptionError: It is no loopback address: measurements are not taken from the network unasked.
         FileError: The port is taken, or no source came in time.
     """
-    host, port = parse_address(address)
+    host, _ = parse_address(address)
     if not _is_loopback(host):
         raise OptionError(
             f"'{host}' is not this machine: listen at localhost, or connect to the source instead"
         )
+    connection = accept_one(address, timeout=timeout, ready=ready, nobody="no source came")
+    return SocketLines(connection, name=address)
+
+
+def accept_one(
+    address: str,
+    *,
+    timeout: float | None,
+    ready: Callable[[int], None] | None,
+    nobody: str,
+) -> socket.socket:
+    """The first connection that comes to an address; the port is then free again.
+
+    Args:
+        address: HOST:PORT; port 0 for any free one.
+        timeout: How long to wait [s]; None: for ever.
+        ready: Told the port as soon as it can be connected to.
+        nobody: Words for nobody coming in time.
+
+    Raises:
+        OptionError: it is no address.
+        FileError: the port is taken, or nobody came in time.
+    """
+    host, port = parse_address(address)
     try:
         with socket.create_server((host, port)) as server:
             server.settimeout(timeout)
@@ -259,11 +283,13 @@ def listen(
                 ready(server.getsockname()[1])
             connection, _ = server.accept()
     except TimeoutError:
-        raise FileError(f"no source came within {timeout:g} s", path=address) from None
+        raise FileError(f"{nobody} within {timeout:g} s", path=address) from None
     except OSError as error:
-        raise FileError(f"can't listen there ({error.strerror or error})", path=address) from None
+        raise FileError(
+            f"can't listen there ({error.strerror or error}): choose another port", path=address
+        ) from None
     connection.settimeout(None)
-    return SocketLines(connection, name=address)
+    return connection
 
 
 def _is_loopback(host: str) -> bool:

@@ -163,8 +163,7 @@ def identify(
     arm = _at_home(choice.robot, held_data, strangers)
     nominal = _errors(choice.robot, fitted, found), _errors(arm, held_data, found)
     report(1.0, "done")
-    if not problem.component_channels.any():
-        problem = problem.with_noise(problem.noise._replace(rotation=np.nan))
+    turned = bool(problem.component_channels.any())
     return Identification(
         robot=robot,
         aligned=choice.robot,
@@ -174,7 +173,7 @@ def identify(
         held_out_data=held_data,
         excluded=tuple(excluded),
         frames=choice.freedom,
-        noise=problem.noise,
+        noise=problem.noise if turned else problem.noise._replace(rotation=np.nan),
         notes=tuple(notes),
         nominal=Validation(Errors.of(nominal[0]), nominal[1].summary),
         nominal_rows=nominal,
