@@ -9,7 +9,7 @@ import numpy as np
 from workbench.diagnose.catalogue import Catalogue, catalogue
 from workbench.diagnose.evidence import Model
 from workbench.diagnose.grams import Grams, compress
-from workbench.diagnose.outliers import standing_out
+from workbench.diagnose.outliers import robust_fit, standing_out
 from workbench.diagnose.refit import Fitted, refit, with_own_noise
 from workbench.diagnose.search import Found, search
 from workbench.identify.problem import Noise, Problem
@@ -38,6 +38,8 @@ def diagnose_raw(robot, data, *, held_out=0.2, seed=0, verbose=False, **kw):
     all_rows = problem.data
     keep = np.ones(len(all_rows), bool)
     fitted = refit(problem, None, ())
+    keep = ~standing_out(fitted.problem, robust_fit(fitted.problem, fitted.fit.x), keep)
+    fitted = refit(problem, None, (), data=all_rows.take(keep))
     keep, fitted, problem = _settle(problem, None, (), all_rows, keep, fitted)
     before = fitted
     fold = folds_of(all_rows, FOLDS, rng)
