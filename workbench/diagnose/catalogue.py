@@ -28,8 +28,8 @@ from workbench.robots.robot import Robot
 
 HIGHEST_ORDER = 80
 """Harmonics beyond this are not looked for."""
-BANDS = (10, 20, 40, 80)
-"""Highest orders of the bands that are tried."""
+BANDS = (20, 40, 80)
+"""Highest orders of the bands that are tried, where there are twice as many rows as a single order asks for."""
 ROWS_PER_ORDER, ROWS_PER_KNOT = 6, 4
 """Rows that a harmonic order asks for, and a knot of a spline, whose height is shrunk."""
 KNOTS = 40
@@ -99,7 +99,7 @@ def _of_drivers(robot: Robot, motion: Motion) -> tuple[list[AbstractEffect], lis
     effects: list[AbstractEffect] = []
     notes = []
     for driver, offer in (
-        ("temperature", lambda v: [ThermalGrowth(reference=round(float(np.median(v)), 1))]),
+        ("temperature", lambda v: [ThermalGrowth()]),
         ("time", lambda v: [BaseDrift(reference=float(np.min(v)))]),
         ("direction", lambda v: [Backlash((j,), by="motion") for j in range(robot.dof) if np.ptp(v[:, j])]),
     ):
@@ -149,10 +149,9 @@ def _of_joint(robot: Robot, motion: Motion, joint: int) -> Iterator[Candidate]:
     if turns(robot.chain, joint):
         for order in range(1, highest + 1):
             yield Candidate(JointHarmonic((joint,), order=order))
-        for band in sorted({min(b, highest) for b in BANDS}):
-            if band > 2:
-                effect = JointHarmonic((joint,), order=tuple(range(1, band + 1)))
-                yield Candidate(effect, np.eye(len(effect.names)))
+        for band in [b for b in BANDS if b <= highest and 2 * b * ROWS_PER_ORDER <= len(motion)]:
+            effect = JointHarmonic((joint,), order=tuple(range(1, band + 1)))
+            yield Candidate(effect, np.eye(len(effect.names)))
     count = min(KNOTS, len(motion) // ROWS_PER_KNOT, places(motion.q[:, joint]))
     if count >= 5:
         yield from _splines(motion.q[:, joint], joint, count)
