@@ -56,7 +56,7 @@ def serve(
 ) -> None:
     """The app in the browser: robot, plate, draggable targets, identification."""
     from workbench.app.server import serve as run
-    from workbench.design.plate_toml import load_plate
+    from workbench.fabricate.as_measured import load_plate
     from workbench.robots import load_robot
 
     run(

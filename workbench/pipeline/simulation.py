@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+from jaxtyping import Float
 
 from workbench.design.branches import choose_branches, plate_solutions
 from workbench.design.plate import Plate
@@ -88,20 +89,18 @@ def measure_plate(
     if branch == DESIGNED:
         solutions = plate_solutions(robot, plate)
         near = choose_branches(
-            robot, plate, solutions, goal=_goal(robot, plate), rng=rng, progress=progress
+            robot, plate, solutions, goal=region_goal(robot, plate), rng=rng, progress=progress
         ).q
         branch = "auto"
     rows = simulate_targets(
         actual, plate.poses, instrument=_instrument(instrument), rng=rng, branch=branch, near=near
     )
     note = f"simulated: plate '{plate.name}', {_instrument(instrument).name}, seed {seed}"
-    return actual, replace(rows, source=note)
+    return actual, replace(rows, source=note, notes=(*plate.notes, *rows.notes))
 
 
-def _goal(robot: Robot, plate: Plate) -> np.ndarray | str:
-    """Poses whose predicted error the branches are to make small: those of the region, where there is one."""
-    if plate.region is None:
-        return "O1"
+def region_goal(robot: Robot, plate: Plate) -> Float[np.ndarray, "rows n"]:
+    """Joint positions of the region's poses, whose predicted error the branches are to make small."""
     rng = np.random.default_rng(0)
     return region_poses(
         robot, plate.region, GOAL_POSES, rng=rng, towards=plate.poses[:, :3, :3], cone=GOAL_CONE
