@@ -6,10 +6,7 @@ from typing import Annotated
 import typer
 
 from workbench.cli.options import check_writable, noise_of, progress_bar, say
-
-PlateArgument = Annotated[
-    str, typer.Argument(metavar="PLATE", help="Plate: a .toml file, or the built-in table2.")
-]
+from workbench.cli.plates import NoiseOption, PlateArgument
 
 
 def export(
@@ -21,9 +18,7 @@ def export(
     robot: Annotated[
         str | None, typer.Option(help="Arm for which the sheet says what accuracy to expect.")
     ] = None,
-    noise: Annotated[
-        str, typer.Option(help="Standard deviations of a measurement on the plate, for that.")
-    ] = "0.1mm,0.02deg",
+    noise: NoiseOption = "0.1mm,0.02deg",
 ) -> None:
     """Everything to make a plate: solids, hole drawing, lists, and a sheet with the expected accuracy."""
     from workbench.fabricate.as_measured import load_plate

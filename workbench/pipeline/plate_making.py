@@ -1,16 +1,11 @@
 """Everything that is needed to make a plate, in one folder."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 
-import numpy as np
-from jaxtyping import Float
-
-from workbench.design.accuracy import predicted_error
-from workbench.design.branches import choose_branches, plate_solutions
-from workbench.design.plate import Kind, Plate
+from workbench.design.plate import Plate
+from workbench.design.target_rows import SIGMA_POSITION, SIGMA_ROTATION
 from workbench.errors import OptionError
 from workbench.fabricate.drawing import dxf
 from workbench.fabricate.fixture import Stock, fixture_of
@@ -18,14 +13,10 @@ from workbench.fabricate.lists import blocks_csv, holes_csv, targets_csv
 from workbench.fabricate.parts import Fixture
 from workbench.fabricate.solids import block_mesh, slab_mesh, stl, three_mf
 from workbench.fabricate.step import block_step, slab_step
-from workbench.model.linearisation import linearise
-from workbench.pipeline.simulation import region_goal
+from workbench.pipeline.plates import score_plate
 from workbench.report.folder import check_folder, write_folder
-from workbench.report.plate_sheet import ExpectedAccuracy, PlateSheet
+from workbench.report.plate_sheet import PlateSheet
 from workbench.robots.robot import Robot
-
-SIGMA = (1e-4, float(np.deg2rad(0.02)))
-"""Standard deviations of a measurement on a plate where nothing else is said [m], [rad]."""
 
 
 class Format(StrEnum):
@@ -64,7 +55,7 @@ def export_plate(
     *,
     formats: Sequence[Format] = LEAN,
     robot: Robot | None = None,
-    sigma: tuple[float, float] = SIGMA,
+    sigma: tuple[float, float] = (SIGMA_POSITION, SIGMA_ROTATION),
     stock: Stock | None = None,
     progress: Callable[[float, str], None] | None = None,
 ) -> tuple[Fixture, tuple[Path, ...]]:
@@ -96,9 +87,9 @@ def export_plate(
         files |= _WRITERS[kind](plate, fixture)
     if Format.SHEET in formats:
         report(0.7, "drawing the sheet")
-        expected = None if robot is None else expected_accuracy(robot, plate, sigma=sigma)
+        score = None if robot is None else score_plate(robot, plate, sigma=sigma)
         sheet = PlateSheet(
-            fixture=fixture, files=tuple(files), expected=expected, notes=(*fixture.notes, *plate.notes)
+            fixture=fixture, files=tuple(files), score=score, notes=(*fixture.notes, *plate.notes)
         )
         files |= {"sheet.html": sheet.html().encode(), "sheet.pdf": sheet.pdf()}
     written = write_folder(folder, files)
@@ -131,44 +122,3 @@ _WRITERS: dict[Format, Callable[[Plate, Fixture], dict[str, bytes]]] = {
     Format.CSV: _lists,
     Format.STEP: _steps,
 }
-
-
-def expected_accuracy(
-    robot: Robot, plate: Plate, *, sigma: tuple[float, float] = SIGMA, seed: int = 0
-) -> ExpectedAccuracy:
-    """What one measurement at each target is worth for an arm, in the branches that serve the region best.
-
-    Args:
-        robot: The nominal arm.
-        plate: Its targets; branches and joint angles that they name are kept.
-        sigma: Standard deviations of position [m] and rotation [rad]; a target's own are added to them.
-        seed: Of the random poses of the region and the search's starts.
-    """
-    goal = region_goal(robot, plate)
-    chosen = choose_branches(
-        robot, plate, plate_solutions(robot, plate), goal=goal, rng=np.random.default_rng(seed),
-        sigma_position=sigma[0], sigma_rotation=sigma[1],
-    )  # fmt: skip
-    measured = _linearised(robot, plate, chosen.q, sigma)
-    return ExpectedAccuracy(
-        robot=robot.name,
-        error=predicted_error(measured, robot, goal),
-        sigma=sigma,
-        branches=chosen.branches,
-        condition=measured.condition,
-        unidentifiable=measured.unidentifiable.shape[1],
-    )
-
-
-def _linearised(robot: Robot, plate: Plate, q: Float[np.ndarray, "targets n"], sigma: tuple[float, float]):
-    """One measurement at each target, what a socket does not hold left out."""
-    whole = linearise(robot, q, sigma_position=sigma[0], sigma_rotation=sigma[1])
-    own = np.array([(0.0, 0.0) if t.sigma is None else t.sigma for t in plate.targets])
-    spread = np.sqrt(np.repeat(np.square(sigma) + own**2, 3, axis=1)).ravel()
-    seen = np.repeat([[True, t.kind is Kind.SEAT] for t in plate.targets], 3, axis=1).ravel()
-    return replace(
-        whole,
-        jacobian=(whole.unwhitened / spread[:, None])[seen],
-        sigma=spread[seen],
-        measurement=whole.measurement[seen],
-    )

@@ -10,7 +10,7 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-from workbench.design.accuracy import PredictedError
+from workbench.design.plate_score import PlateScore
 from workbench.fabricate.lists import from_corner
 from workbench.fabricate.parts import Fixture
 from workbench.report.drawing import INK, look, new_figure, svg
@@ -26,56 +26,19 @@ A4 = (8.27, 11.69)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class ExpectedAccuracy:
-    """What a calibration on the plate is worth.
-
-    Args:
-        robot: Name of the arm.
-        error: Predicted errors over the region.
-        sigma: Standard deviations of a measurement on the plate: position [m], rotation [rad].
-        branches: Inverse-kinematics branch in which each target is measured.
-        condition: Condition number of the scaled identification Jacobian.
-        unidentifiable: How many combinations of constants stay open.
-    """
-
-    robot: str
-    error: PredictedError
-    sigma: tuple[float, float]
-    branches: tuple[str, ...]
-    condition: float
-    unidentifiable: int
-
-    def sentences(self) -> tuple[str, ...]:
-        """In words."""
-        spread = f"{MM * self.sigma[0]:.3g} mm and {np.rad2deg(self.sigma[1]):.2g}°"
-        first = (
-            f"{self.robot}, each target measured once with standard deviations of {spread}: in the region, "
-            "in any branch, with orientations within 60° of the targets', the calibrated arm is expected to "
-            f"miss by {short(MM * self.error.position_mean)} mm and "
-            f"{short(np.rad2deg(self.error.rotation_mean))}° on average; effects that the model lacks come "
-            "on top."
-        )
-        second = f"Condition number of the scaled identification Jacobian: {self.condition:.3g}."
-        if not self.unidentifiable:
-            return first, second
-        many = "combination of constants stays" if self.unidentifiable == 1 else "combinations stay"
-        return first, second, f"{self.unidentifiable} {many} open: targets are too few or too much alike."
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
 class PlateSheet:
     """Everything on the page.
 
     Args:
         fixture: The parts.
         files: Names of the files that lie beside the sheet.
-        expected: What a calibration on the plate is worth; None if no robot was named.
+        score: What a calibration on the plate is worth; None if no robot was named.
         notes: What else must be known.
     """
 
     fixture: Fixture
     files: tuple[str, ...] = ()
-    expected: ExpectedAccuracy | None = None
+    score: PlateScore | None = None
     notes: tuple[str, ...] = field(default=())
 
     @property
@@ -91,6 +54,26 @@ class PlateSheet:
             f"Blocks of square bar {MM * self.fixture.blocks[0].side:.0f} mm, mitred: {shapes}.",
         )
 
+    @property
+    def expected(self) -> tuple[str, ...]:
+        """The accuracy to expect, in words; nothing if no robot was named."""
+        if self.score is None:
+            return ()
+        measured, (position, rotation) = self.score.measured, self.score.sigma
+        error = measured.error
+        first = (
+            f"{self.score.robot.name}, each target measured once with standard deviations of "
+            f"{MM * position:.3g} mm and {np.rad2deg(rotation):.2g}°: in the region, in any branch, with "
+            "orientations within 60° of the targets', the calibrated arm is expected to miss by "
+            f"{short(MM * error.position_mean)} mm and {short(np.rad2deg(error.rotation_mean))}° on average; "
+            "effects that the model lacks come on top."
+        )
+        second = (
+            f"The targets determine {measured.rank} of {measured.visible} combinations of constants that "
+            f"measurements can show; observability index O {measured.indices['O']:.3g} (ARIA eq. 17)."
+        )
+        return first, second
+
     def rows(self) -> list[tuple[str, ...]]:
         """One line a block, as in `HEADINGS`."""
         lines = []
@@ -102,7 +85,7 @@ class PlateSheet:
                 f"{MM * block.height:.3f}",
                 *(f"{a:.3f}" for a in angles),
             )
-            branch = "" if self.expected is None else self.expected.branches[i]
+            branch = "" if self.score is None else self.score.measured.branches[i]
             lines.append((f"{block.number}", self.fixture.letter(block.number), *numbers, branch))
         return lines
 
@@ -123,7 +106,7 @@ class PlateSheet:
         heads = [f"{name} [{unit}]" if unit else name for name, unit in zip(HEADINGS, UNITS, strict=True)]
         return environment.get_template("plate_sheet.html").render(
             sheet=self,
-            headings=heads[: 7 + (self.expected is not None)],
+            headings=heads[: 7 + (self.score is not None)],
             picture=Markup(svg(self._picture(), "plate")),
             shapes=Markup(svg(self._shapes(), "shapes")),
         )
@@ -162,13 +145,13 @@ class PlateSheet:
         axes = figure.subplots()
         axes.axis("off")
         axes.text(0.0, 1.0, self.fixture.name, fontsize=16, fontweight="bold", va="top")
-        sentences = [*self.facts, *(self.expected.sentences() if self.expected else ()), *self.notes]
+        sentences = [*self.facts, *self.expected, *self.notes]
         axes.text(0.0, 0.68, "\n".join(_wrapped(sentences, 130)), fontsize=7.5, va="top", linespacing=1.4)
 
     def _table(self, figure) -> None:
         axes = figure.subplots()
         axes.axis("off")
-        columns = 7 + (self.expected is not None)
+        columns = 7 + (self.score is not None)
         heads = [f"{n}\n[{u}]" if u else n for n, u in zip(HEADINGS, UNITS, strict=True)][:columns]
         lines = [row[:columns] for row in self.rows()]
         step, widths = (
