@@ -44,6 +44,8 @@ HOOKS = {
     "AbstractObservation.unknowns",
     "AbstractObservation.start",
     "AbstractObservation.seen",
+    "AbstractEffect.components",
+    "AbstractEffect.growth",
     "AbstractEffect.slope",
     "AbstractEffect.mistake",
 }
