@@ -139,7 +139,7 @@ def cluster(
 
 
 def _scored(pipeline, plate: str, robot: str, noise: str, unknown: str | None, seed: int):
-    from workbench.design.plate_toml import load_plate
+    from workbench.fabricate.as_measured import load_plate
     from workbench.robots import load_robot
 
     with progress_bar("score") as progress:
