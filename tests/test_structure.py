@@ -22,7 +22,9 @@ LADDER = [
     "report",
     "pipeline testing",
     "session",
-    "app record",
+    "appearance",
+    "record",
+    "app",
     "cli",
     "__main__",
 ]
