@@ -16,18 +16,27 @@ LADDER = [
     "robots",
     "model",
     "design measure compensate",
-    "identify",
+    "identify fabricate",
     "validate",
     "diagnose",
     "report",
     "pipeline testing",
     "session",
-    "app record",
+    "appearance",
+    "record",
+    "app",
     "cli",
     "__main__",
 ]
 RUNG = {name: i for i, names in enumerate(LADDER) for name in names.split()}
-HOMES = {"viser": {"app"}, "rerun": {"record"}, "typer": {"cli"}, "yourdfpy": {"robots"}}
+HOMES = {
+    "viser": {"app"},
+    "rerun": {"record"},
+    "typer": {"cli"},
+    "yourdfpy": {"robots"},
+    "ezdxf": {"fabricate"},
+    "OCP": {"fabricate"},
+}
 LONGEST = 450
 LONGER: dict[str, int] = {}
 """Files that wait to be divided; an entry may only shrink."""
@@ -35,6 +44,8 @@ HOOKS = {
     "AbstractObservation.unknowns",
     "AbstractObservation.start",
     "AbstractObservation.seen",
+    "AbstractEffect.components",
+    "AbstractEffect.growth",
     "AbstractEffect.slope",
     "AbstractEffect.mistake",
 }

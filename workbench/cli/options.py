@@ -35,7 +35,10 @@ LayoutOption = Annotated[
         help="Layout of the file, found out if not given: plain, ipa-grid, target-deviation, mukca."
     ),
 ]
-PlateOption = Annotated[str | None, typer.Option(help="Plate: a .toml file, or the built-in table2.")]
+PlateOption = Annotated[
+    str | None,
+    typer.Option(help="Plate: a .toml file, the table of a measuring machine, or the built-in table2."),
+]
 SeedOption = Annotated[int, typer.Option(help="Seed of everything random.")]
 
 

@@ -5,12 +5,13 @@ from jaxtyping import Float
 
 from workbench.design.accuracy import position_weight, predicted_error
 from workbench.design.contributions import rise_without_each
+from workbench.design.freedom import identified_names
 from workbench.design.indices import INDICES, O, evaluate
 from workbench.design.plate import Kind, Plate
 from workbench.model.linearisation import Linearisation, linearise
-from workbench.robots.robot import FRAME_PARTS, Frame, Robot
+from workbench.robots.robot import Robot
 from workbench.session.state import Noise, Score, TargetState
-from workbench.types import Freedom, frozen
+from workbench.types import frozen
 
 WORST = 3
 """How many of the worst-determined parameters are named."""
@@ -35,7 +36,7 @@ def score(
         noise: The instrument.
         region_q: Poses for which the error is predicted [rad or m]; without any it stays unknown.
     """
-    names = parameter_names(robot)
+    names = identified_names(robot)
     used = [i for i, state in enumerate(states) if state.reached]
     per_target, rises = np.full(len(states), np.nan), np.full(len(states), np.nan)
     if not used:
@@ -75,12 +76,3 @@ def worst_determined(linearisation: Linearisation) -> tuple[tuple[str, float, st
     errors = np.where(open_, np.inf, errors)
     worst = np.argsort(-errors / linearisation.weights, kind="stable")[:WORST]
     return tuple((linearisation.names[i], float(errors[i]), linearisation.units[i]) for i in worst)
-
-
-def parameter_names(robot: Robot) -> tuple[str, ...]:
-    """Constants that a calibration of this robot would identify, free frames included."""
-
-    def free(frame: Frame, name: str) -> tuple[str, ...]:
-        return tuple(f"{name}.{part}" for part in FRAME_PARTS) if frame.free is Freedom.FREE else ()
-
-    return (*robot.default_free, *free(robot.base, "base"), *free(robot.tool, "tool"))

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from workbench.design.cubes import CubeMap, map_cubes
+from workbench.design.freedom import identified_names
 from workbench.design.region import Region
 from workbench.errors import DataError, OptionError
 from workbench.session.command import AbstractChange, AbstractChore, Cancel, Cancelled, Progress
 from workbench.session.region import draw_region
-from workbench.session.score import parameter_names
 from workbench.session.state import CubeView, Field, Session
 from workbench.session.steps import judged_anew, remember
 
@@ -178,7 +178,7 @@ class MapCubes(AbstractChore):
             session.robot,
             session.plate.region,
             session.plate.poses[:ORIENTATIONS, :3, :3],
-            names=parameter_names(session.robot),
+            names=identified_names(session.robot),
             progress=lambda share: progress(share, "reaching for every cube"),
             cancel=cancel,
         )
