@@ -50,6 +50,27 @@ def test_one_sentence_for_bad_input(run, words, said):
     assert not out
 
 
+def test_clusters_as_a_plate(run, tmp_path):
+    words = ("--robot", "aria", "--side", "100mm", "--index", "O1", "--out", "c.toml", "--json", "c.json")
+    status, out, _ = run("plate", "cluster", *words)
+    assert status == 0
+    assert "joint 1 alone turned" in out
+    found = json.loads((tmp_path / "c.json").read_text())
+    assert (found["best"]["rank"], found["turned"]["rank"]) == (24, 6)
+    assert len(set(found["best"]["cubes"])) == 10
+    status, _, _ = run("plate", "score", "c.toml", "--robot", "aria", "--json", "s.json")
+    assert status == 0
+    scored = json.loads((tmp_path / "s.json").read_text())
+    assert scored["set"]["stacked_ratio"] == pytest.approx(found["best"]["stacked_ratio"], rel=1e-5)
+
+
+def test_regions_that_make_no_sense(run):
+    for region, said in (("0,0:1,1,1", "two corners"), ("nowhere", "nowhere"), ("1,1,1:0,0,0", "empty")):
+        status, _, err = run("plate", "cluster", "--robot", "aria", "--region", region)
+        assert status == 1
+        assert said in err
+
+
 def test_a_plate_is_made_and_comes_back_as_measured(run, tmp_path):
     """The nominal list, moved by 0.1 mm, is what the measuring machine says; every --plate takes it."""
     status, out, _ = run("plate", "export", "table2", "--out", "made", "--formats", "csv,sheet,dxf")

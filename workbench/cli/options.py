@@ -113,6 +113,22 @@ def noise_of(text: str):
     return Noise(position, rotation)
 
 
+def region_of(text: str):
+    """A region: of a plate by file or name, or from its corners, `x,y,z:x,y,z` in m."""
+    import numpy as np
+
+    from workbench.design.plate_toml import load_plate
+    from workbench.design.region import Region
+
+    try:
+        low, high = (np.array([float(part) for part in corner.split(",")]) for corner in text.split(":"))
+    except ValueError:
+        return load_plate(text).region
+    if low.shape != (3,) or high.shape != (3,):
+        raise OptionError(f"a region has two corners of three numbers, x,y,z:x,y,z in m, not '{text}'")
+    return Region(min=low, max=high)
+
+
 def check_writable(*files: Path | None, folder: Path | None = None) -> None:
     """Refuse an output that can't be written before the work begins."""
     from workbench.files import check_writable
