@@ -11,7 +11,7 @@ from typing import Annotated
 
 import typer
 
-from workbench.cli import calibrating, measuring, plates
+from workbench.cli import calibrating, making, measuring, plates
 from workbench.cli.opening import open_session
 from workbench.cli.options import PlateOption, RobotOption, say
 from workbench.errors import WorkbenchError
@@ -89,4 +89,6 @@ for command in (
     calibrating.export,
 ):
     app.command()(command)
+plates.plates.command()(making.export)
+plates.plates.command("as-measured")(making.as_measured)
 app.add_typer(plates.plates)

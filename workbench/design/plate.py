@@ -66,6 +66,7 @@ class Plate:
         xyz: Centre of the plate's top in the robot's base [m].
         rpy: Its roll, pitch, yaw [rad].
         size: Length, width and thickness of the solid [m]; None if there is none.
+        notes: What was decided when it was read, one sentence each; they are not written to its file.
     """
 
     name: str
@@ -74,6 +75,7 @@ class Plate:
     xyz: Vector3 = field(default_factory=lambda: ZERO)
     rpy: Vector3 = field(default_factory=lambda: ZERO)
     size: Vector3 | None = None
+    notes: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.targets)
