@@ -13,7 +13,7 @@ from workbench.app.render import BrowserView
 from workbench.design.plate import Plate
 from workbench.errors import FileError, OptionError
 from workbench.robots.robot import Robot
-from workbench.session.commands import LoadData
+from workbench.session.commands import CHORES, LoadData
 from workbench.session.journal.folder import Begun, unrecorded
 from workbench.session.worker import Worker
 
@@ -57,7 +57,7 @@ class App:
             stop_server(self.server)
             raise
         waiting.remove()
-        self.worker = Worker(begun.session, keepers=begun.keepers, journal=begun.entries)
+        self.worker = Worker(begun.session, keepers=begun.keepers, journal=begun.entries, chores=CHORES)
         self.view = BrowserView(self.server, self.worker)
         self.worker.add_view(self.view)
         if first is not None:

@@ -5,7 +5,7 @@ objects, so only what changed is written. A new subject is one more entry of `SU
 """
 
 from collections.abc import Callable, Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -48,28 +48,28 @@ def numbers_of(session: Session, names: Collection[str]) -> Json:
 
 def _targets(session: Session) -> Json:
     pairs = enumerate(zip(session.plate.targets, session.states, strict=True), start=1)
-    return {str(i): {"xyz": target.xyz, "rpy": target.rpy} | state_numbers(s) for i, (target, s) in pairs}
+    return {str(i): {"xyz": target.xyz, "rpy": target.rpy} | _record(state) for i, (target, state) in pairs}
 
 
-def state_numbers(state: TargetState) -> Json:
-    """How the arm stands at a target, as plain data."""
-    return {
-        "q": state.q,
-        "reached": state.reached,
-        "branch": state.branch,
-        "reason": state.reason,
-        "missing": state.missing,
-        "clear": state.clear,
-    }
+def _record(state: TargetState) -> Json:
+    return {f.name: getattr(state, f.name) for f in fields(state)}
 
 
 def _moved(session: Session, before: Session) -> Json:
+    """Targets that differ; all of them if there are more or fewer than before."""
+    every = _targets(session)
+    if len(before.states) != len(session.states):
+        return every
     same = (
         session.plate.targets[i] is before.plate.targets[i] and session.states[i] is before.states[i]
         for i in range(len(session.states))
     )
-    every = _targets(session)
     return {name: every[name] for name, kept in zip(every, same, strict=True) if not kept}
+
+
+def _region(session: Session) -> Json:
+    region = session.plate.region
+    return {"min": region.min, "max": region.max, "cube": region.cube}
 
 
 def _score(session: Session) -> Json:
@@ -119,6 +119,8 @@ def _shown(session: Session) -> Json:
 
 
 SUBJECTS = {
+    "robot": Subject(lambda s: (s.robot,), lambda s: s.robot.name),
+    "region": Subject(lambda s: (s.plate.region,), _region),
     "targets": Subject(lambda s: (s.plate, s.states), _targets),
     "score": Subject(lambda s: (s.score,), _score),
     "noise": Subject(
