@@ -40,6 +40,7 @@ class Target:
         q: The joint angles to measure it with, instead of a branch [rad or m].
         kind: Seat (full pose), socket or point (position only).
         sigma: How well the target itself is known: position [m] and rotation [rad]; None if not said.
+        locked: Whether it keeps its place while others are moved or optimised.
     """
 
     xyz: Vector3
@@ -48,6 +49,7 @@ class Target:
     q: Float[np.ndarray, " n"] | None = None
     kind: Kind = Kind.SEAT
     sigma: tuple[float, float] | None = None
+    locked: bool = False
 
     @cached_property
     def pose(self) -> Matrix4:
