@@ -16,11 +16,12 @@ LADDER = [
     "robots",
     "model",
     "design measure compensate",
-    "identify",
+    "identify fabricate",
     "validate",
     "diagnose",
     "report",
     "pipeline testing",
+    "reproduce",
     "session",
     "appearance",
     "record",
@@ -29,7 +30,14 @@ LADDER = [
     "__main__",
 ]
 RUNG = {name: i for i, names in enumerate(LADDER) for name in names.split()}
-HOMES = {"viser": {"app"}, "rerun": {"record"}, "typer": {"cli"}, "yourdfpy": {"robots"}}
+HOMES = {
+    "viser": {"app"},
+    "rerun": {"record"},
+    "typer": {"cli"},
+    "yourdfpy": {"robots"},
+    "ezdxf": {"fabricate"},
+    "OCP": {"fabricate"},
+}
 LONGEST = 450
 LONGER: dict[str, int] = {}
 """Files that wait to be divided; an entry may only shrink."""
@@ -37,6 +45,8 @@ HOOKS = {
     "AbstractObservation.unknowns",
     "AbstractObservation.start",
     "AbstractObservation.seen",
+    "AbstractEffect.components",
+    "AbstractEffect.growth",
     "AbstractEffect.slope",
     "AbstractEffect.mistake",
 }

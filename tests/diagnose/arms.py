@@ -19,7 +19,7 @@ from pathlib import Path
 import generator
 import numpy as np
 from decide import Sight, decidable, shows
-from draws import HOUR, draw
+from draws import HOUR, draw, settled
 from generator import VirtualArm, four, move, rotation, turn
 from laws import NAMELESS, Effect, State
 from laws import poses as bent_poses
@@ -94,7 +94,8 @@ class Case:
         seed: What it was drawn from.
         robot: The nominal arm as the program gets it; base and tool fixed or free.
         data: The measured rows as the program gets them.
-        exact: Noise-free rows of the same arm and tool with their drivers, none of them misplaced.
+        exact: Noise-free rows of the same arm and tool with their drivers, none of them misplaced, and none
+            in which play hangs between its flanks.
         truth: What should be named.
         allowed: What may be named beside it: true as well, but too small to be asked for.
         misseated: Rows that are off.
@@ -202,12 +203,11 @@ def make(
         actual = replace(actual, base=_off(actual.base, of_arm), tool=_off(actual.tool, of_arm))
     chosen = CASES[kind]
     load = chosen.payload or ((0.0, 2.0) if of_arm.random() < 0.5 else None)
-    states = [
-        _states(actual, rows, rng, load) for rows, rng in ((max(ROWS, poses), of_rows), (EXACT, of_exact))
-    ]
-    sight = Sight(actual, states[0].take(slice(0, ROWS)), free_frames, SIGMA)
+    drawn = _states(actual, max(ROWS, poses), of_rows, load)
+    sight = Sight(actual, drawn.take(slice(0, ROWS)), free_frames, SIGMA)
     hidden, tries = _hide(chosen, sight, of_effect)
-    state = states[0].take(slice(0, poses))
+    state, exact = drawn.take(slice(0, poses)), _states(actual, 2 * EXACT, of_exact, load)
+    exact = exact.take(np.flatnonzero(settled(actual, hidden, exact))[:EXACT])
     sigma = (noise * SIGMA[0], noise * SIGMA[1])
     data, off = _measured(actual, hidden, state, sigma, of_noise, chosen.misseated)
     known = {"payload"} if load else set()
@@ -218,7 +218,7 @@ def make(
         seed=seed,
         robot=_robot(nominal, arm, free_frames),
         data=_table(data, state, known, observation),
-        exact=_table(bent_poses(actual, hidden, states[1]), states[1], known, "pose"),
+        exact=_table(bent_poses(actual, hidden, exact), exact, known, "pose"),
         truth=tuple(named(e) for e in hidden if e not in small),
         allowed=tuple(named(e) for e in small),
         misseated=off,

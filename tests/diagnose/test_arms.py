@@ -8,7 +8,7 @@ import pinocchio as pin
 import pytest
 from arms import ARMS, BADLY, CASES, JUDGING, MISSEATED, ROWS, SIGMA, TUNING, make, useful
 from decide import Sight, catalogue, coefficients, decidable
-from draws import CREEP, GROWTH, HOUR, LARGEST, PEAKS, PROPORTIONAL, SOFTEST, TWIST, draw, sized
+from draws import CREEP, FEEBLE, GROWTH, HOUR, LARGEST, PEAKS, PROPORTIONAL, SOFTEST, TWIST, draw, sized
 from laws import BY_STATE, NAMELESS, WHOLE, Effect, change, poses, straight_moments, turns
 
 from workbench.effects import EFFECTS
@@ -199,6 +199,9 @@ def test_what_nobody_can_see_is_not_asked_for():
     rng = np.random.default_rng(0)
     assert draw("joint-compliance", generator.aria(), state, rng, joint=0) is None
     assert draw("joint-compliance", generator.aria(), state, rng, joint=5) is None
+    for joint, feels in ((0, False), (1, True), (5, False)):
+        loose = draw("backlash", case.actual, state, rng, joint=joint, detail="moment")
+        assert (loose is not None) is feels
     soft = draw("joint-compliance", generator.aria(), state, rng, joint=2)
     assert decidable(sight, (soft,))
     assert not decidable(sight, (soft.scaled(0.01),))
@@ -254,3 +257,17 @@ def test_sizes_are_those_of_the_tool():
     expected = effect.size[0] * np.abs(case.state.q[:, 0]) * reach
     moved = change(poses(case.actual, [effect], case.state), poses(case.actual, [], case.state))
     np.testing.assert_allclose(np.linalg.norm(moved[:, :3], axis=1).max(), expected.max(), rtol=0.02)
+
+
+def test_exact_rows_have_settled_flanks():
+    """Rows are left out of the noise-free ones where less than friction decides, and only there."""
+
+    def deciding(case, data):
+        load = np.zeros(len(data)) if data.payload is None else data.payload
+        held = straight_moments(case.actual, replace(case.state, q=data.q, payload=load))
+        return np.abs(held[:, case.hidden[0].joints[0], 2])
+
+    cases = [make("backlash-moment", seed, "aria") for seed in TUNING[17:22]]
+    assert min(deciding(case, case.exact).min() for case in cases) >= FEEBLE
+    assert min(deciding(case, case.data).min() for case in cases) < FEEBLE
+    assert {len(case.exact) for case in cases} == {200}
