@@ -83,9 +83,7 @@ def confirmed(grams: Grams, smaller: Model, larger: Model) -> bool:
     return bool(fall.sum() > fall.std(ddof=1) * np.sqrt(len(fall)))
 
 
-def _add(
-    grams: Grams, candidates: Sequence[Candidate], model: Model
-) -> tuple[Model | None, list[Offer]]:
+def _add(grams: Grams, candidates: Sequence[Candidate], model: Model) -> tuple[Model | None, list[Offer]]:
     """The model with the best further effect; those refused on the way."""
     refused = []
     offers = [o for o in _offers(left_by(grams, model), candidates) if significant(o, len(candidates))]

@@ -51,7 +51,23 @@ def diagnose_raw(robot, data, *, held_out=0.2, seed=0, verbose=False, **kw):
         model = _same(model, offered.candidates)
         found = search(grams, offered.candidates, model)
         if verbose:
-            print('pass', k, round(perf_counter() - began, 2), [(t.candidate.effect.name, [j + 1 for j in t.candidate.effect.joints], getattr(t.candidate.effect, 'order', ''), round(o.gain, 1), round(o.log_p, 1)) for t, o in zip(found.model, found.offers)], 'distrusted', len(found.distrusted))
+            print(
+                "pass",
+                k,
+                round(perf_counter() - began, 2),
+                [
+                    (
+                        t.candidate.effect.name,
+                        [j + 1 for j in t.candidate.effect.joints],
+                        getattr(t.candidate.effect, "order", ""),
+                        round(o.gain, 1),
+                        round(o.log_p, 1),
+                    )
+                    for t, o in zip(found.model, found.offers)
+                ],
+                "distrusted",
+                len(found.distrusted),
+            )
         changed = _labels(found.model) != _labels(model)
         model = found.model
         if not changed and k > 0:
@@ -62,12 +78,27 @@ def diagnose_raw(robot, data, *, held_out=0.2, seed=0, verbose=False, **kw):
         if not changed and (old == keep).all():
             break
     if verbose:
-        print('prepare', round(t1 - began, 2), 'total', round(perf_counter() - began, 2), 'outliers', np.flatnonzero(~keep))
+        print(
+            "prepare",
+            round(t1 - began, 2),
+            "total",
+            round(perf_counter() - began, 2),
+            "outliers",
+            np.flatnonzero(~keep),
+        )
     return ready, before, fitted, found, grams, keep, perf_counter() - began
 
 
 def _labels(model):
-    return sorted((t.candidate.effect.name, t.candidate.effect.joints, str(getattr(t.candidate.effect, 'order', '')), t.candidate.shrunk) for t in model)
+    return sorted(
+        (
+            t.candidate.effect.name,
+            t.candidate.effect.joints,
+            str(getattr(t.candidate.effect, "order", "")),
+            t.candidate.shrunk,
+        )
+        for t in model
+    )
 
 
 def _same(model, candidates):
@@ -75,7 +106,12 @@ def _same(model, candidates):
     out = []
     for t in model:
         for c in candidates:
-            if c.effect.name == t.candidate.effect.name and c.names == t.candidate.names and c.shrunk == t.candidate.shrunk and (not c.shrunk or np.array_equal(c.covariance, t.candidate.covariance)):
+            if (
+                c.effect.name == t.candidate.effect.name
+                and c.names == t.candidate.names
+                and c.shrunk == t.candidate.shrunk
+                and (not c.shrunk or np.array_equal(c.covariance, t.candidate.covariance))
+            ):
                 out.append(replace(t, candidate=c))
                 break
     return tuple(out)
@@ -97,4 +133,11 @@ def _settle(problem, grams, model, all_rows, keep, fitted):
 
 def refit_problem_on_all(fitted, all_rows, problem):
     p = fitted.problem
-    return Problem.build(p.robot, all_rows, free=[q.name for q in p.parameters if q.is_geometry], frames=p.frames, noise=problem.noise, effects=[q.name for q in p.parameters if q.is_coefficient])
+    return Problem.build(
+        p.robot,
+        all_rows,
+        free=[q.name for q in p.parameters if q.is_geometry],
+        frames=p.frames,
+        noise=problem.noise,
+        effects=[q.name for q in p.parameters if q.is_coefficient],
+    )
