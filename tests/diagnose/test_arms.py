@@ -6,7 +6,8 @@ import generator
 import numpy as np
 import pinocchio as pin
 import pytest
-from arms import ARMS, BADLY, CASES, JUDGING, MISSEATED, ROWS, SIGMA, TUNING, make, useful
+from arms import ARMS, BADLY, JUDGING, MISSEATED, ROWS, SIGMA, TUNING, make, useful
+from cases import CASES
 from decide import Sight, catalogue, coefficients, decidable
 from draws import CREEP, FEEBLE, GROWTH, HOUR, LARGEST, PEAKS, PROPORTIONAL, SOFTEST, TWIST, draw, sized
 from laws import BY_STATE, NAMELESS, WHOLE, Effect, change, poses, straight_moments, turns

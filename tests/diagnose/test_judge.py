@@ -5,7 +5,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from arms import TUNING, Named, make
+from arms import TUNING, make
+from cases import Named
 from counts import confusion, shares
 from judge import judge, names
 
