@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from generator import VirtualArm
 from laws import NAMELESS, Effect, State
 
+from workbench.effects import EFFECTS, AbstractEffect
 from workbench.measure.dataset import Dataset
 from workbench.robots.robot import Robot
 
@@ -119,3 +120,10 @@ def named(effect: Effect) -> Named:
     if effect.name in NAMELESS:
         return Named("local-joint-error", effect.joints)
     return Named(effect.name, effect.joints, effect.detail)
+
+
+def told(effect: Effect) -> AbstractEffect:
+    """An effect of the catalogue as the package writes it."""
+    settings = {"joint-harmonic": "order", "backlash": "by"}
+    more = {settings[effect.name]: effect.detail} if effect.detail is not None else {}
+    return EFFECTS[effect.name](effect.joints, effect.size, **more)
