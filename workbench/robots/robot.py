@@ -228,7 +228,11 @@ class Robot:
     @cached_property
     def known_limits(self) -> Float[np.ndarray, "n 2"]:
         """The limits, narrowed to where every effect is known [rad or m]."""
-        low, high = self.limits.T.copy()
+        return self.narrowed(self.limits)
+
+    def narrowed(self, limits: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "n 2"]:
+        """Some limits, narrowed to where every effect is known [rad or m]."""
+        low, high = limits.T.copy()
         for effect in self.effects:
             for joint, (least, greatest) in effect.ranges().items():
                 low[joint], high[joint] = max(low[joint], least), min(high[joint], greatest)
