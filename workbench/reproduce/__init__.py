@@ -1,0 +1,1 @@
+"""Tables and figures of the two works, made again on virtual arms beside their printed numbers."""
