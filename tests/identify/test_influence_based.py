@@ -10,7 +10,7 @@ from workbench.identify.problem import Noise, Problem
 from workbench.measure.dataset import Dataset
 from workbench.model.forward import tool_poses
 from workbench.model.influence import ANGLE, LENGTH, influence
-from workbench.reproduce.katana import CONSTANTS
+from workbench.reproduce.katana_printed import CONSTANTS
 from workbench.robots import load_robot
 from workbench.types import Outcome
 

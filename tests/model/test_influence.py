@@ -7,7 +7,7 @@ from workbench.design.iso_cube import iso_cube_poses
 from workbench.model.forward import link_frames, tool_poses
 from workbench.model.influence import ANGLE, LENGTH, influence
 from workbench.report.influence import influence_drawing
-from workbench.reproduce.katana import CONSTANTS, PRINTED_INFLUENCE
+from workbench.reproduce.katana_printed import CONSTANTS, PRINTED_INFLUENCE
 from workbench.robots import load_robot
 
 

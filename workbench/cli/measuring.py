@@ -28,9 +28,7 @@ def simulate(
     poses: Annotated[int | None, typer.Option(help="Number of poses, instead of a plate.")] = None,
     index: Annotated[
         str,
-        typer.Option(
-            help="With --poses: random, iso-cube (ISO 9283), or the index to maximise, O or O1 … O5."
-        ),
+        typer.Option(help="With --poses: random, iso-cube (ISO 9283), or an index to maximise: O, O1 … O5."),
     ] = "random",
     instrument: Annotated[
         str | None, typer.Option(help="What measures: plate, laser-tracker, tracker-6d …")

@@ -85,7 +85,7 @@ class InfluenceBased(AbstractIdentifier):
     def _round(
         self, at: Evaluation, stacks: list[np.ndarray], units: Float[np.ndarray, " p"]
     ) -> tuple[Float[np.ndarray, " p"], float]:
-        """Mean of the poses' corrections at the length that helps most, and the decrease of |r|² it promises."""
+        """Mean of the poses' corrections at the best length, and the decrease of |r|² that it promises."""
         jacobian = at.jacobian * units
         deviations = np.where(units == MILLIMETRE, LENGTH, ANGLE) / units
         own = [self._poses(jacobian[s], at.residual[s], deviations) for s in stacks]

@@ -1,1 +1,1 @@
-"""Tables and figures of the two works, made again on virtual arms beside their printed numbers."""
+"""The two works that this package grew from, done again: printed numbers beside what comes out here."""

@@ -32,7 +32,7 @@ from workbench.identify.problem import Noise, Problem
 from workbench.measure.dataset import Dataset
 from workbench.model.forward import tool_poses
 from workbench.report.drawing import COLOURS, INK, grid, look, new_figure
-from workbench.reproduce.katana import CONSTANTS
+from workbench.reproduce.katana_printed import CONSTANTS
 from workbench.robots import load_robot
 from workbench.robots.robot import Robot
 
