@@ -21,6 +21,7 @@ LADDER = [
     "diagnose",
     "report",
     "pipeline testing",
+    "reproduce",
     "session",
     "appearance",
     "record",

@@ -27,7 +27,8 @@ def simulate(
     plate: PlateOption = None,
     poses: Annotated[int | None, typer.Option(help="Number of poses, instead of a plate.")] = None,
     index: Annotated[
-        str, typer.Option(help="With --poses: random, or the index to maximise, O or O1 … O5.")
+        str,
+        typer.Option(help="With --poses: random, iso-cube (ISO 9283), or an index to maximise: O, O1 … O5."),
     ] = "random",
     instrument: Annotated[
         str | None, typer.Option(help="What measures: plate, laser-tracker, tracker-6d …")

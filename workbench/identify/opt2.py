@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
+from jaxtyping import Float
 
 from workbench.identify.identifier import AbstractIdentifier, OnStep, Search, ended, gauge_step, settled
 from workbench.identify.linear import factorise
@@ -34,9 +35,11 @@ class Opt2(AbstractIdentifier):
     name = "opt2"
     title = "OPT2"
 
-    def search(self, problem: Problem, *, on_step: OnStep | None = None) -> Search:
-        """See the module."""
-        x = problem.start.copy()
+    def search(
+        self, problem: Problem, *, on_step: OnStep | None = None, begin: Float[np.ndarray, " p"] | None = None
+    ) -> Search:
+        """See the module; from `begin` instead of the nominal values, where an answer nearby is known."""
+        x = problem.start.copy() if begin is None else begin.copy()
         at = problem.evaluate(x)
         history = [0.5 * float(at.residual @ at.residual)]
         damping = None

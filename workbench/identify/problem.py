@@ -212,9 +212,9 @@ class Problem:
         jacobian = np.zeros((self.size + extra, len(x)))
         for block in self.blocks:
             poses, twists = block.twists(x)
-            part = block.observation.see(poses, self._unknown(block, x))
+            part = block.observation.see(poses, self.unknown(block, x))
             rows = slice(block.start, block.stop)
-            weight = self._weight(block)
+            weight = self.weight(block)
             residual[rows] = (part.residual * weight).ravel()
             add_whitened(part.by_twist, twists, weight, block.places, jacobian[rows])
             if len(block.unknowns):
@@ -231,8 +231,8 @@ class Problem:
         cost, gradient = 0.0, np.zeros(len(x))
         for block in self.blocks:
             poses, twists = block.twists(x)
-            part = block.observation.see(poses, self._unknown(block, x))
-            pull = part.residual * self._weight(block) ** 2
+            part = block.observation.see(poses, self.unknown(block, x))
+            pull = part.residual * self.weight(block) ** 2
             cost += 0.5 * float((part.residual * pull).sum())
             wrench = (pull[:, None] @ part.by_twist)[:, 0]
             gradient[block.places] -= wrench.ravel() @ twists.reshape(-1, len(block.places))
@@ -250,8 +250,8 @@ class Problem:
         """Whitened residual alone."""
         parts = []
         for block in self.blocks:
-            part = block.observation.see(block.poses(x), self._unknown(block, x))
-            parts.append((part.residual * self._weight(block)).ravel())
+            part = block.observation.see(block.poses(x), self.unknown(block, x))
+            parts.append((part.residual * self.weight(block)).ravel())
         if self.prior is not None:
             parts.append(-self.prior @ (x - self.prior_centre))
         return np.concatenate(parts)
@@ -318,13 +318,15 @@ class Problem:
             sessions.append(SessionFrames(name, base, tool))
         return replace(robot, sessions=tuple(sessions))
 
-    def _unknown(self, block: Block, x: np.ndarray) -> np.ndarray:
+    def unknown(self, block: Block, x: np.ndarray) -> np.ndarray:
+        """Values of a block's instrument unknowns at x."""
         values = block.known.copy()
         mine = block.unknowns >= 0
         values[mine] = x[block.unknowns[mine]]
         return values
 
-    def _weight(self, block: Block) -> np.ndarray:
+    def weight(self, block: Block) -> np.ndarray:
+        """What whitens a block's residual components, (rows, components)."""
         if self.row_weights is None:
             return block.inverse_sigma
         return block.inverse_sigma * self.row_weights[block.rows, None]

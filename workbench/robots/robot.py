@@ -269,6 +269,11 @@ class Robot:
         """Names of the arm's constants that are identified unless the user says otherwise."""
         return tuple(e.name for e in self.elements if e.free)
 
+    @cached_property
+    def joint_offsets(self) -> tuple[str, ...]:
+        """Names of the constants that a level-1 calibration identifies: where each joint has its zero."""
+        return tuple(e.name for e in self.elements if e.joint is not None)
+
     def values(self, names: tuple[str, ...]) -> Float[np.ndarray, " p"]:
         """Present values of the named constants."""
         return self.chain.values[self.chain.indices(names)]
