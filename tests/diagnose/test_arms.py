@@ -146,9 +146,9 @@ def test_exact_rows_have_no_noise_and_their_own_drivers(cases):
     case = cases["tool-payload"]
     assert case.exact.payload.tolist() == [1.5] * 200
     assert not set(map(tuple, case.exact.q)) & set(map(tuple, case.data.q))
-    told = case.robot.with_effects(*(told(e) for e in case.hidden))
+    bent = case.robot.with_effects(*(told(e) for e in case.hidden))
     bend = change(
-        tool_poses(told, case.exact.q, motion=Motion.of(case.exact)), tool_poses(case.robot, case.exact.q)
+        tool_poses(bent, case.exact.q, motion=Motion.of(case.exact)), tool_poses(case.robot, case.exact.q)
     )
     true = change(_poses(case.exact), case.actual.pose(case.exact.q))
     assert np.abs(true - bend).max() < 0.05 * np.abs(bend).max()
