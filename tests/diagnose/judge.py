@@ -13,7 +13,7 @@ import time
 from dataclasses import asdict, dataclass
 
 import numpy as np
-from arms import Case, Named
+from cases import Case, Named
 
 from workbench.errors import DataError
 from workbench.measure.dataset import Dataset
