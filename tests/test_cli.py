@@ -22,22 +22,6 @@ ERRORS = {"position_mm", "orientation_deg"}
 SPREAD = {"mean", "rms", "max"}
 
 
-@pytest.fixture
-def run(monkeypatch, capfd, tmp_path):
-    """Run a command in this process, as the installed one is run: exit status, output, errors."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("COLUMNS", "100")
-
-    def call(*words: str | Path) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["workbench", *map(str, words)])
-        with pytest.raises(SystemExit) as ended:
-            cli.main()
-        out, err = capfd.readouterr()
-        return int(ended.value.code or 0), out, err
-
-    return call
-
-
 @pytest.fixture(scope="session")
 def measured(tmp_path_factory) -> Path:
     """A folder with `good.csv` (40 poses of a virtual ARIA) and its spoilt relatives' sources."""

@@ -22,7 +22,9 @@ LADDER = [
     "report",
     "pipeline testing",
     "session",
-    "app record",
+    "appearance",
+    "record",
+    "app",
     "cli",
     "__main__",
 ]
@@ -35,6 +37,8 @@ HOOKS = {
     "AbstractObservation.unknowns",
     "AbstractObservation.start",
     "AbstractObservation.seen",
+    "AbstractEffect.components",
+    "AbstractEffect.growth",
     "AbstractEffect.slope",
     "AbstractEffect.mistake",
 }

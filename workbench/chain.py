@@ -13,7 +13,7 @@ The two loops over rows are compiled (numba); everything else here only describe
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import IntEnum
 from functools import cached_property
 from typing import no_type_check
@@ -93,8 +93,13 @@ class Chain:
         return frozen(np.array([-1 if e.joint is None else e.joint for e in self.elements], np.int64))
 
     @cached_property
+    def driven(self) -> Int[np.ndarray, " n"]:
+        """The (first) element that each joint drives; 0 for a joint without any."""
+        return frozen(np.array([int(np.argmax(self.drivers == j)) for j in range(self.dof)], np.int64))
+
+    @cached_property
     def values(self) -> Float[np.ndarray, " k"]:
-        """The constants p."""
+        """The constants p in force: those of the elements, unless others were set."""
         return frozen(np.array([e.value for e in self.elements], float))
 
     @cached_property
@@ -112,12 +117,11 @@ class Chain:
         return np.array([self.index[name] for name in names], np.int64)
 
     def with_values(self, values: Float[np.ndarray, " k"]) -> "Chain":
-        """The same chain with other constants."""
-        elements = tuple(
-            e if e.value == v else replace(e, value=float(v))
-            for e, v in zip(self.elements, values, strict=True)
-        )
-        return Chain(elements, self.dof)
+        """The same chain with other constants in force; what does not depend on them is shared."""
+        other = Chain(self.elements, self.dof)
+        shared = {name: getattr(self, name) for name in ("axes", "drivers", "driven", "constants", "index")}
+        other.__dict__.update(shared, values=frozen(values.copy()))
+        return other
 
 
 NO_SHIFT = np.zeros((0, 0))

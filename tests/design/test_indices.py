@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workbench.design.indices import INDICES, AbstractSetIndex, evaluate, index_named
+from workbench.design.indices import INDICES, AbstractSetIndex, I, O, evaluate, index_named
 from workbench.errors import OptionError
 from workbench.model.linearisation import Linearisation, linearise
 from workbench.robots import load_robot
@@ -116,7 +116,7 @@ def test_added_measurements_never_lower_o3_and_o5(seed):
 def test_the_same_poses_again(name):
     jacobian = np.random.default_rng(0).normal(size=(5, 3))
     once, twice = of_matrix(jacobian), of_matrix(np.tile(jacobian, (2, 1)))
-    factor = {"O1": 1.0, "O2": 1.0}.get(name, np.sqrt(2.0))
+    factor = {"O1": 1.0, "O2": 1.0, "D": 1.0}.get(name, np.sqrt(2.0))
     assert INDICES[name].value(twice) == pytest.approx(factor * INDICES[name].value(once))
 
 
@@ -161,4 +161,44 @@ def test_an_unknown_index_names_the_known_ones():
 
 def test_every_index_cites_its_source():
     assert all(index.source and index.meaning for index in INDICES.values())
-    assert list(INDICES) == ["O", "O1", "O2", "O3", "O4", "O5"]
+    assert list(INDICES) == ["O", "O1", "O2", "O3", "O4", "O5", "A", "D"]
+
+
+def test_i_is_one_over_the_predicted_error():
+    """1/√trace(W C) by hand, its gradient by differences, and what is lost without each measurement."""
+    rng = np.random.default_rng(3)
+    moves, units = rng.normal(size=(6, 4)), ("m", "rad", "m", "rad")
+    index = I(moves.T @ moves)
+
+    def made(jacobian):
+        return of_matrix(jacobian, rows=2, sigma=0.3, units=units, length=1.7)
+
+    jacobian, direction = rng.normal(size=(10, 4)), rng.normal(size=(10, 4))
+    scaled = jacobian * [1.0, 1 / 1.7, 1.0, 1 / 1.7]
+    square = np.trace(moves @ np.linalg.inv(scaled.T @ scaled) @ moves.T)
+    assert index.value(made(jacobian)) == pytest.approx(square**-0.5)
+    steps = [index.value(made(jacobian + h * direction)) for h in (1e-6, -1e-6)]
+    slope = (index.gradient(made(jacobian)) * direction).sum()
+    assert (steps[0] - steps[1]) / 2e-6 == pytest.approx(slope, rel=1e-6)
+    rest = [index.value(made(np.delete(jacobian, [2 * k, 2 * k + 1], 0))) for k in range(5)]
+    assert np.allclose(index.contributions(made(jacobian)), index.value(made(jacobian)) - np.array(rest))
+    assert index.value(made(jacobian[:2])) == 0.0
+
+
+def test_o_of_poses_and_points_together():
+    """Rows of points are three, of poses six: each measurement is judged by its own."""
+    whole = arm_set(4)
+    keep = np.delete(np.arange(24), [9, 10, 11])
+    mixed = Linearisation(
+        jacobian=whole.jacobian[keep],
+        names=whole.names,
+        units=whole.units,
+        sigma=whole.sigma[keep],
+        measurement=whole.measurement[keep],
+        length=whole.length,
+    )
+    expected = O().per_pose(whole)
+    values = np.linalg.svd(whole.unwhitened[6:9], compute_uv=False)
+    expected[1] = values[-1] / values[0]
+    assert np.allclose(O().per_pose(mixed), expected)
+    assert O().gradient(mixed).shape == mixed.jacobian.shape

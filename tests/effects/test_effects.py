@@ -173,7 +173,9 @@ def test_the_derivative_of_the_wrenches(arms, arm):
         values[columns] = x
         return joint_wrenches(robot, motion.q, payload=motion.payload, values=values, shift=shift)
 
-    found = wrench_derivative(robot, motion.q, columns, payload=motion.payload, shift=shift)
+    everything = np.array([(j, i) for j in range(robot.dof) for i in range(6)])
+    found = wrench_derivative(robot, motion.q, columns, everything, payload=motion.payload, shift=shift)
+    found = found.reshape(*motion.q.shape, 6, -1)
     testing.check_jacobian(wrenches, found, robot.chain.values[columns], tolerance=1e-6)
 
 

@@ -11,7 +11,7 @@ from typing import Annotated
 
 import typer
 
-from workbench.cli import calibrating, measuring
+from workbench.cli import calibrating, measuring, plates
 from workbench.cli.options import PlateOption, RobotOption, say
 from workbench.errors import WorkbenchError
 
@@ -80,3 +80,4 @@ for command in (
     calibrating.export,
 ):
     app.command()(command)
+app.add_typer(plates.plates)

@@ -96,9 +96,19 @@ def _norms(
 
 
 def position_weight(
-    robot: Robot, q_region: Float[np.ndarray, "rows n"], names: tuple[str, ...]
+    robot: Robot,
+    q_region: Float[np.ndarray, "rows n"],
+    names: tuple[str, ...],
+    weights: Float[np.ndarray, " p"] | None = None,
 ) -> Float[np.ndarray, "p p"]:
-    """W with trace(W C) = mean square position error over the poses [m² per product of two units]."""
+    """W with trace(W C) = mean square position error over the poses [m² per product of two units].
+
+    Args:
+        robot: Geometry at which the poses are linearised.
+        q_region: Joint positions of poses that matter [rad or m].
+        names: The identified parameters.
+        weights: Scaling of the parameters, as in `Linearisation.weights`, where C is of scaled ones.
+    """
     _, twists = sensitivity(robot, q_region, names)
-    moves = twists[:, :3].reshape(-1, len(names))
+    moves = twists[:, :3].reshape(-1, len(names)) * (1.0 if weights is None else weights)
     return moves.T @ moves / len(q_region)

@@ -14,12 +14,14 @@ from jaxtyping import Float
 from workbench.design.accuracy import predicted_error
 from workbench.design.criterion import Criterion, index_criterion, region_criterion
 from workbench.design.exchange import exchange
+from workbench.design.freedom import visible, visible_basis
 from workbench.design.indices import AbstractSetIndex, index_named
 from workbench.design.plate import AUTO, Kind, Plate
+from workbench.design.target_rows import SIGMA_POSITION, SIGMA_ROTATION, linearise_targets
 from workbench.errors import DataError, OptionError
 from workbench.model import inverse
 from workbench.model.inverse import Branch, Task
-from workbench.model.linearisation import Linearisation, linearise
+from workbench.model.linearisation import Linearisation
 from workbench.robots.robot import Robot
 from workbench.types import Outcome, frozen
 
@@ -95,8 +97,8 @@ def choose_branches(
     goal: Float[np.ndarray, "rows n"] | str,
     rng: np.random.Generator,
     names: tuple[str, ...] | None = None,
-    sigma_position: float = 1e-4,
-    sigma_rotation: float = 3.490658503988659e-4,
+    sigma_position: float = SIGMA_POSITION,
+    sigma_rotation: float = SIGMA_ROTATION,
     starts: int = STARTS,
     progress: Callable[[float], None] | None = None,
     cancel: Callable[[], bool] | None = None,
@@ -124,12 +126,19 @@ def choose_branches(
     slots = np.repeat(np.arange(len(solutions)), [len(target) for target in solutions])
     labels = [branch.name for target in solutions for branch in target]
     q = np.array([branch.q for target in solutions for branch in target])
-    linearisation = linearise(
-        robot, q, names=names, sigma_position=sigma_position, sigma_rotation=sigma_rotation
+    linearisation = linearise_targets(
+        robot,
+        plate,
+        q,
+        slots=slots,
+        names=names,
+        sigma_position=sigma_position,
+        sigma_rotation=sigma_rotation,
     )
-    options = _information(linearisation, plate, slots)
+    basis = visible_basis(robot, names)
+    options = _information(visible(linearisation, basis))
     allowed = _allowed(plate, slots, labels)
-    criterion = _criterion(robot, linearisation, goal, len(solutions))
+    criterion = _criterion(robot, linearisation, goal, len(solutions), basis)
     single = {
         name: np.array([_place(slots, labels, slot, name) for slot in range(len(solutions))])
         for name in single_branches(solutions)
@@ -142,9 +151,9 @@ def choose_branches(
 
     def worth(choice: np.ndarray) -> float:
         """The cost without the ridge of the criterion, which would gloss over unseen parameters."""
-        chosen = _chosen(linearisation, plate, choice)
+        chosen = _chosen(linearisation, choice)
         if isinstance(goal, str):
-            return -index_named(goal).value(chosen)
+            return -index_named(goal).value(visible(chosen, basis))
         return predicted_error(chosen, robot, goal).position_rms
 
     return BranchChoice(
@@ -160,10 +169,10 @@ def _place(slots: np.ndarray, labels: list[str], slot: int, name: str) -> int:
     return next(int(i) for i in np.flatnonzero(slots == slot) if labels[i] == name)
 
 
-def _chosen(linearisation: Linearisation, plate: Plate, choice: np.ndarray) -> Linearisation:
-    """The rows of the chosen solutions: six of a seat, three of a socket or point."""
-    counts = [6 if target.kind is Kind.SEAT else 3 for target in plate.targets]
-    rows = np.concatenate([6 * i + np.arange(count) for i, count in zip(choice, counts, strict=True)])
+def _chosen(linearisation: Linearisation, choice: np.ndarray) -> Linearisation:
+    """The measurements of the chosen solutions."""
+    rows = np.concatenate([np.flatnonzero(linearisation.measurement == i) for i in choice])
+    counts = np.bincount(linearisation.measurement)[choice]
     return replace(
         linearisation,
         jacobian=linearisation.jacobian[rows],
@@ -172,13 +181,10 @@ def _chosen(linearisation: Linearisation, plate: Plate, choice: np.ndarray) -> L
     )
 
 
-def _information(linearisation: Linearisation, plate: Plate, slots: np.ndarray) -> np.ndarray:
+def _information(linearisation: Linearisation) -> np.ndarray:
     """AᵀA of every solution; sockets and points give their position only."""
-    blocks = linearisation.scaled.reshape(len(slots), 6, -1).copy()
-    for i, slot in enumerate(slots):
-        if plate.targets[slot].kind is not Kind.SEAT:
-            blocks[i, 3:] = 0.0
-    return blocks.transpose(0, 2, 1) @ blocks
+    starts = np.searchsorted(linearisation.measurement, np.arange(1, linearisation.measurements))
+    return np.stack([block.T @ block for block in np.split(linearisation.scaled, starts)])
 
 
 def _allowed(plate: Plate, slots: np.ndarray, labels: list[str]) -> np.ndarray:
@@ -199,10 +205,14 @@ def _allowed(plate: Plate, slots: np.ndarray, labels: list[str]) -> np.ndarray:
 
 
 def _criterion(
-    robot: Robot, linearisation: Linearisation, goal: np.ndarray | str, measurements: int
+    robot: Robot,
+    linearisation: Linearisation,
+    goal: np.ndarray | str,
+    measurements: int,
+    basis: np.ndarray | None,
 ) -> Criterion:
     if not isinstance(goal, str):
-        return region_criterion(robot, goal, linearisation.names, linearisation.weights)
+        return region_criterion(robot, goal, linearisation.names, linearisation.weights, basis)
     index = index_named(goal)
     if not isinstance(index, AbstractSetIndex):
         raise OptionError(f"index {goal} looks at single poses; choose branches by O1 … O5 or a region")

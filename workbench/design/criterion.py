@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.design.accuracy import position_weight
+from workbench.design.freedom import visible_weight
 from workbench.design.indices import AbstractSetIndex
 from workbench.robots.robot import Robot
 
@@ -36,6 +37,7 @@ def region_criterion(
     q_region: Float[np.ndarray, "rows n"],
     names: tuple[str, ...],
     weights: Float[np.ndarray, " p"],
+    basis: Float[np.ndarray, "p r"] | None = None,
 ) -> Criterion:
     """Root mean square predicted position error over poses that matter [m]: I-optimality.
 
@@ -44,8 +46,9 @@ def region_criterion(
         q_region: Joint positions of those poses [rad or m].
         names: The identified parameters.
         weights: Scaling of the parameters, as in `Linearisation.weights`.
+        basis: Combinations of scaled parameters that the Gram matrices are of, see `design.freedom`.
     """
-    weight = position_weight(robot, q_region, names) * np.outer(weights, weights)
+    weight = visible_weight(position_weight(robot, q_region, names, weights), basis)
 
     def cost(grams: Grams) -> Float[np.ndarray, " sets"]:
         return np.sqrt((np.linalg.inv(_ridged(grams)) * weight).sum((1, 2)))

@@ -12,12 +12,16 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench import se3
+from workbench.design.plate import Plate
 from workbench.design.region import Region
 from workbench.design.sampling import TRIES, in_base
 from workbench.errors import DataError
 from workbench.model import inverse
 from workbench.model.forward import tool_poses
 from workbench.robots.robot import Robot
+
+PLATE_POSES, PLATE_CONE = 60, np.deg2rad(60.0)
+"""Poses of a plate's region for which errors are predicted; how far they turn from its targets [rad]."""
 
 
 def region_poses(
@@ -42,6 +46,7 @@ def region_poses(
     Raises:
         DataError: practically no random pose can be reached.
     """
+    _check_reach(robot, region)
     rows: list[np.ndarray] = []
     reached, tries = 0, 0
     while reached < number:
@@ -56,6 +61,20 @@ def region_poses(
                 f"{region.min.tolist()} to {region.max.tolist()} m; move the region or widen the cone"
             )
     return np.array(rows)
+
+
+def plate_region_poses(
+    robot: Robot, plate: Plate, number: int = PLATE_POSES, *, cone: float = PLATE_CONE
+) -> Float[np.ndarray, "rows n"]:
+    """Poses that a plate's region asks for: any place and branch, turned from a target by up to a cone.
+
+    The same plate gives the same poses, so that predicted errors compare.
+
+    Raises:
+        DataError: the region is out of reach.
+    """
+    rng = np.random.default_rng(0)
+    return region_poses(robot, plate.region, number, rng=rng, towards=plate.poses[:, :3, :3], cone=cone)
 
 
 def nearby_poses(
@@ -97,6 +116,17 @@ def nearby_poses(
                 f"region {region.min.tolist()} to {region.max.tolist()} m; move the region"
             )
     return found[:number]
+
+
+def _check_reach(robot: Robot, region: Region) -> None:
+    """Refuse a region whose nearest point is beyond the arm's reach."""
+    nearest = float(np.linalg.norm(np.clip(0.0, region.min, region.max)))
+    if nearest > robot.reach:
+        raise DataError(
+            f"the region {region.min.tolist()} to {region.max.tolist()} m lies outside the reach of robot "
+            f"'{robot.name}': its nearest point is {nearest:.3f} m from the base, the arm reaches "
+            f"{robot.reach:.3f} m; move the region"
+        )
 
 
 def _random_poses(region, number, rng, towards, cone) -> Float[np.ndarray, "number 4 4"]:

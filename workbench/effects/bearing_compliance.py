@@ -10,7 +10,15 @@ from typing import final
 
 import numpy as np
 
-from workbench.effects.effect import AbstractEffect, Insertion, Loads, across, inserted_names, paired
+from workbench.effects.effect import (
+    AbstractEffect,
+    Insertion,
+    Loads,
+    across,
+    across_components,
+    inserted_names,
+    paired,
+)
 
 
 @final
@@ -39,7 +47,10 @@ class BearingCompliance(AbstractEffect):
         """See the module."""
         return paired(-across(chain, self.joints, wrenches))
 
-    def slope(self, chain, motion, wrenches, change, constants):
-        """−c times the change of the moments."""
-        out = -across(chain, self.joints, change) * np.array(self.coefficients)[:, None, None]
-        return out.reshape(len(out), -1, out.shape[-1])
+    def components(self, chain):
+        """Moments across the axes."""
+        return across_components(chain, self.joints)
+
+    def slope(self, chain, motion, wrenches):
+        """−c."""
+        return np.tile(-np.diag(np.repeat(self.coefficients, 2)), (len(motion), 1, 1))

@@ -13,7 +13,16 @@ from typing import final
 
 import numpy as np
 
-from workbench.effects.effect import AbstractEffect, Insertion, Loads, across, inserted_names, paired
+from workbench.effects.effect import (
+    AbstractEffect,
+    Insertion,
+    Loads,
+    across,
+    across_components,
+    blocks,
+    inserted_names,
+    paired,
+)
 
 
 @final
@@ -42,14 +51,15 @@ class ClearanceTilt(AbstractEffect):
         """See the module; 0 where no moment tips the link."""
         return paired(-_direction(across(chain, self.joints, wrenches))[0])
 
-    def slope(self, chain, motion, wrenches, change, constants):
-        """The direction turns with the part of the change across it."""
+    def components(self, chain):
+        """Moments across the axes."""
+        return across_components(chain, self.joints)
+
+    def slope(self, chain, motion, wrenches):
+        """The direction d turns with what acts across it: −c (1 − d dᵀ) / |(τ_x, τ_y)|."""
         direction, size = _direction(across(chain, self.joints, wrenches))
-        turning = across(chain, self.joints, change)
-        along = (direction[..., None] * turning).sum(2, keepdims=True)
-        out = (turning - along * direction[..., None]) / size[..., None]
-        out = -out * np.array(self.coefficients)[:, None, None]
-        return out.reshape(len(out), -1, out.shape[-1])
+        turning = np.eye(2) - direction[..., :, None] * direction[..., None, :]
+        return blocks(-turning / size[..., None] * np.array(self.coefficients)[:, None, None])
 
 
 def _direction(moment: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -11,8 +11,8 @@ the load, so that load effects carry a minus sign: a positive compliance sags.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
 from enum import IntEnum
 
 import numpy as np
@@ -24,6 +24,8 @@ from workbench.motion import Motion
 
 Law = Float[np.ndarray, "rows e c"]
 Wrenches = Float[np.ndarray, "_ _ 6"]
+NO_COMPONENTS = np.zeros((0, 2), np.int64)
+NO_COMPONENTS.setflags(write=False)
 
 
 class Loads(IntEnum):
@@ -105,24 +107,26 @@ class AbstractEffect(ABC):
             wrenches: Through every joint in its own axes [N, N m]; empty where `loads` asks for none.
         """
 
-    def slope(
-        self,
-        chain: Chain,
-        motion: Motion,
-        wrenches: Wrenches,
-        change: Float[np.ndarray, "rows n 6 p"],
-        constants: Int[np.ndarray, " p"],
-    ) -> Float[np.ndarray, "rows e p"] | None:
-        """Derivative of Σ c φ in P numbers through wrenches and constants; None where it has none.
+    def components(self, chain: Chain) -> Int[np.ndarray, "m 2"]:
+        """Joint and place in [f; τ] of what its law varies smoothly with; none by default."""
+        return NO_COMPONENTS
 
-        Args:
-            chain: As in `law`.
-            motion: As in `law`.
-            wrenches: As in `law`.
-            change: Derivative of the wrenches.
-            constants: Element whose constant each number is; -1 for none.
-        """
+    def slope(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Float[np.ndarray, "rows e m"]:
+        """Derivative of Σ c φ in the M wrench components of `components`; arguments as in `law`."""
+        return np.zeros((len(motion), len(self.elements(chain)), len(self.components(chain))))
+
+    def growth(
+        self, chain: Chain, motion: Motion, wrenches: Wrenches, constants: Int[np.ndarray, " p"]
+    ) -> Float[np.ndarray, "rows e p"] | None:
+        """Derivative of Σ c φ in the constants of P elements at given wrenches; None where it is 0."""
         return None
+
+    def sized(self, values: Mapping[str, float]) -> "AbstractEffect":
+        """The same effect with those of its coefficients that are named."""
+        if values.keys().isdisjoint(self.names):
+            return self
+        pairs = zip(self.names, self.coefficients, strict=True)
+        return replace(self, coefficients=tuple(float(values.get(name, c)) for name, c in pairs))
 
     def mistake(self, chain: Chain) -> str | None:
         """What is wrong with its own settings, in a clause; None if nothing is."""
@@ -159,7 +163,7 @@ class AbstractEffect(ABC):
 
 def driven(chain: Chain, joint: int) -> Element:
     """The (first) element that a joint drives."""
-    return chain.elements[int(np.argmax(chain.drivers == joint))]
+    return chain.elements[chain.driven[joint]]
 
 
 def driven_names(chain: Chain, joints: Iterable[int]) -> tuple[str, ...]:
@@ -172,10 +176,14 @@ def turns(chain: Chain, joint: int) -> bool:
     return not 0 <= joint < chain.dof or Axis(driven(chain, joint).axis).turns
 
 
-def own(chain: Chain, joints: Sequence[int], wrenches: Float[np.ndarray, "rows n 6 *p"]) -> np.ndarray:
-    """Moment about (force along) each joint's own axis, (rows, joints, …) [N m or N]."""
-    components = [(driven(chain, j).axis + 3) % 6 for j in joints]
-    return wrenches[:, list(joints), components]
+def own_components(chain: Chain, joints: Iterable[int]) -> Int[np.ndarray, "j 2"]:
+    """Joint and component of [f; τ] of the moment about (force along) each joint's own axis."""
+    return np.array([[j, (driven(chain, j).axis + 3) % 6] for j in joints], np.int64).reshape(-1, 2)
+
+
+def own(chain: Chain, joints: Sequence[int], wrenches: Wrenches) -> Float[np.ndarray, "rows j"]:
+    """Moment about (force along) each joint's own axis [N m or N]."""
+    return wrenches[:, *own_components(chain, joints).T]
 
 
 def across_axes(chain: Chain, joint: int) -> tuple[int, int]:
@@ -184,10 +192,15 @@ def across_axes(chain: Chain, joint: int) -> tuple[int, int]:
     return (axis + 1) % 3, (axis + 2) % 3
 
 
-def across(chain: Chain, joints: Sequence[int], wrenches: Float[np.ndarray, "rows n 6 *p"]) -> np.ndarray:
-    """Moments across each joint's axis, (rows, joints, 2, …) [N m]."""
-    components = np.array([[3 + a for a in across_axes(chain, j)] for j in joints]).reshape(-1, 2)
-    return wrenches[:, np.array(joints, int)[:, None], components]
+def across_components(chain: Chain, joints: Iterable[int]) -> Int[np.ndarray, "j2 2"]:
+    """Joint and component of [f; τ] of the two moments across each joint's axis."""
+    found = [[j, 3 + axis] for j in joints for axis in across_axes(chain, j)]
+    return np.array(found, np.int64).reshape(-1, 2)
+
+
+def across(chain: Chain, joints: Sequence[int], wrenches: Wrenches) -> Float[np.ndarray, "rows j 2"]:
+    """Moments across each joint's axis [N m]."""
+    return wrenches[:, *across_components(chain, joints).T].reshape(len(wrenches), len(joints), 2)
 
 
 def inserted_names(chain: Chain, joints: Iterable[int], kind: Insertion) -> tuple[str, ...]:
@@ -207,6 +220,15 @@ def paired(columns: Float[np.ndarray, "rows j 2"]) -> Float[np.ndarray, "rows e 
     for j in range(joints):
         out[:, j, :, j] = columns[:, j]
     return out.reshape(rows, 2 * joints, joints)
+
+
+def blocks(pairs: Float[np.ndarray, "rows j 2 2"]) -> Float[np.ndarray, "rows e e"]:
+    """Matrices with a block of two rows and columns for every joint."""
+    rows, joints = pairs.shape[:2]
+    out = np.zeros((rows, joints, 2, joints, 2))
+    for j in range(joints):
+        out[:, j, :, j] = pairs[:, j]
+    return out.reshape(rows, 2 * joints, 2 * joints)
 
 
 def drifting(base: tuple[Element, ...], effects: Iterable[AbstractEffect]) -> tuple[Element, ...]:
@@ -231,7 +253,7 @@ def with_insertions(
     out: list[Element] = []
     for place, element in enumerate(elements):
         joint = element.joint
-        if joint is None or place != int(np.argmax(chain.drivers == joint)):
+        if joint is None or place != chain.driven[joint]:
             out.append(element)
             continue
         sides: dict[Insertion, list[Element]] = {

@@ -6,7 +6,18 @@
 from dataclasses import dataclass
 from typing import final
 
-from workbench.effects.effect import AbstractEffect, Insertion, Loads, diagonal, driven_names, own, turns
+import numpy as np
+
+from workbench.effects.effect import (
+    AbstractEffect,
+    Insertion,
+    Loads,
+    diagonal,
+    driven_names,
+    own,
+    own_components,
+    turns,
+)
 
 
 @final
@@ -35,7 +46,10 @@ class JointCompliance(AbstractEffect):
         """See the module."""
         return diagonal(-own(chain, self.joints, wrenches))
 
-    def slope(self, chain, motion, wrenches, change, constants):
-        """−c times the change of the moment."""
-        c = self.coefficients
-        return -own(chain, self.joints, change) * [[[v] for v in c]]
+    def components(self, chain):
+        """Moments about the axes."""
+        return own_components(chain, self.joints)
+
+    def slope(self, chain, motion, wrenches):
+        """−c."""
+        return np.tile(-np.diag(self.coefficients), (len(motion), 1, 1))

@@ -1,6 +1,8 @@
 """Joint harmonic: an error that repeats k times a turn, such as an eccentric (k = 1) or oval (k = 2) disc.
 
-Δv = c cos(k q) + s sin(k q),      c, s [rad], q as the controller counts it
+    Δv = Σ_k c_k cos(k q) + s_k sin(k q),      c, s [rad], q as the controller counts it
+
+over one order k, or over a band of orders: the teeth of a gear show with their neighbours.
 """
 
 from dataclasses import dataclass
@@ -14,21 +16,28 @@ from workbench.effects.effect import AbstractEffect, Insertion, Loads, driven_na
 @final
 @dataclass(frozen=True)
 class JointHarmonic(AbstractEffect):
-    """Two coefficients a joint.
+    """Two coefficients for every joint and order.
 
     Args:
-        order: k, how often it repeats a turn.
+        order: k, how often it repeats a turn; or several, increasing.
     """
 
-    order: int = 1
+    order: int | tuple[int, ...] = 1
     name = "joint-harmonic"
     loads = Loads.NONE
     insertion = Insertion.NONE
 
     @property
+    def orders(self) -> tuple[int, ...]:
+        """Its orders."""
+        return self.order if isinstance(self.order, tuple) else (self.order,)
+
+    @property
     def names(self):
         """`joint3.cos2`, `joint3.sin2` …"""
-        return tuple(f"joint{j + 1}.{word}{self.order}" for j in self.joints for word in ("cos", "sin"))
+        return tuple(
+            f"joint{j + 1}.{word}{k}" for j in self.joints for k in self.orders for word in ("cos", "sin")
+        )
 
     def units(self, chain):
         """Angles."""
@@ -40,16 +49,17 @@ class JointHarmonic(AbstractEffect):
 
     def law(self, chain, motion, wrenches):
         """See the module."""
-        rows, joints = len(motion), len(self.joints)
-        angle = self.order * motion.q[:, list(self.joints)]
-        out = np.zeros((rows, joints, joints, 2))
+        rows, joints, orders = len(motion), len(self.joints), np.array(self.orders)
+        angle = motion.q[:, list(self.joints), None] * orders
+        out = np.zeros((rows, joints, joints, len(orders), 2))
         for j in range(joints):
-            out[:, j, j, 0], out[:, j, j, 1] = np.cos(angle[:, j]), np.sin(angle[:, j])
-        return out.reshape(rows, joints, 2 * joints)
+            out[:, j, j, :, 0], out[:, j, j, :, 1] = np.cos(angle[:, j]), np.sin(angle[:, j])
+        return out.reshape(rows, joints, len(self.names))
 
     def mistake(self, chain):
-        """An order below 1, or a joint that slides."""
-        if isinstance(self.order, bool) or not isinstance(self.order, int) or self.order < 1:
-            return f"has order = {self.order!r}; give a whole number from 1"
+        """An order below 1, orders that don't increase, or a joint that slides."""
+        whole = all(type(k) is int and k >= 1 for k in self.orders)
+        if not (whole and self.orders and list(self.orders) == sorted(set(self.orders))):
+            return f"has order = {self.order!r}; give a whole number from 1, or a list of increasing ones"
         slides = [j + 1 for j in self.joints if not turns(chain, j)]
         return f"stands on joint {slides[0]}, which slides and has no turns" if slides else None

@@ -17,7 +17,9 @@ from workbench.effects.effect import (
     Insertion,
     Loads,
     across,
-    driven,
+    across_components,
+    blocks,
+    diagonal,
     inserted_names,
     turns,
 )
@@ -47,30 +49,33 @@ class LinkFlexure(AbstractEffect):
 
     def law(self, chain, motion, wrenches):
         """See the module."""
-        turned = self._turned(chain, motion, across(chain, self.joints, wrenches)[..., None])[..., 0]
-        columns = -turned.reshape(len(turned), -1)
-        return columns[:, :, None] * np.eye(columns.shape[1])
+        turned = self._turn(chain, motion) @ across(chain, self.joints, wrenches)[..., None]
+        return diagonal(-turned.reshape(len(motion), -1))
 
-    def slope(self, chain, motion, wrenches, change, constants):
-        """Through the moments, and through the constant that the joint's angle contains."""
-        moments = across(chain, self.joints, wrenches)
-        out = self._turned(chain, motion, across(chain, self.joints, change))
-        still = self._turned(chain, motion, moments[..., None])[..., 0]
-        for k, joint in enumerate(self.joints):
-            mine = constants == chain.index[driven(chain, joint).name]
-            if turns(chain, joint) and mine.any():
-                out[:, k, 0, mine] += still[:, k, 1, None]
-                out[:, k, 1, mine] -= still[:, k, 0, None]
-        out = out.reshape(len(out), len(self.names), -1)
-        return -out * np.array(self.coefficients)[:, None]
+    def components(self, chain):
+        """Moments across the axes."""
+        return across_components(chain, self.joints)
 
-    def _turned(self, chain, motion, moments):
-        """Moments (rows, joints, 2, p) in the axes after the joints."""
-        out = moments.copy()
-        for k, joint in enumerate(self.joints):
-            if turns(chain, joint):
-                angle = motion.q[:, joint] + chain.values[chain.index[driven(chain, joint).name]]
-                c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
-                out[:, k, 0] = c * moments[:, k, 0] + s * moments[:, k, 1]
-                out[:, k, 1] = c * moments[:, k, 1] - s * moments[:, k, 0]
-        return out
+    def slope(self, chain, motion, wrenches):
+        """−c R(v)ᵀ."""
+        return blocks(-self._sizes() * self._turn(chain, motion))
+
+    def growth(self, chain, motion, wrenches, constants):
+        """Through the constant that the joint's angle contains: dR(v)ᵀ/dv is R(v)ᵀ and a quarter turn."""
+        quarter = np.array([[0.0, 1.0], [-1.0, 0.0]])
+        moments = across(chain, self.joints, wrenches)[..., None]
+        change = -self._sizes() * (quarter @ self._turn(chain, motion) @ moments)
+        mine = np.array([turns(chain, j) * (constants == chain.driven[j]) for j in self.joints])
+        return (change * mine[:, None]).reshape(len(motion), len(self.names), -1)
+
+    def _sizes(self) -> np.ndarray:
+        """Coefficients (joints, 2, 1)."""
+        return np.reshape(self.coefficients, (-1, 2, 1))
+
+    def _turn(self, chain, motion) -> np.ndarray:
+        """R(v)ᵀ (rows, joints, 2, 2), from the axes before the joints to those after them."""
+        joints = list(self.joints)
+        turning = [turns(chain, j) for j in joints]
+        angle = np.where(turning, motion.q[:, joints] + chain.values[chain.driven[joints]], 0.0)
+        c, s = np.cos(angle), np.sin(angle)
+        return np.moveaxis(np.array([[c, s], [-s, c]]), (0, 1), (2, 3))

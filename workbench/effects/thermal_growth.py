@@ -54,7 +54,7 @@ class ThermalGrowth(AbstractEffect):
                 lengths[:, column] += motion.q[:, chain.drivers[k]]
         return (lengths * self._warmer(motion)[:, None])[..., None]
 
-    def slope(self, chain, motion, wrenches, change, constants):
+    def growth(self, chain, motion, wrenches, constants):
         """A constant that is longer grows more."""
         same = np.array(_lengths(chain))[:, None] == constants
         return self.coefficients[0] * self._warmer(motion)[:, None, None] * same

@@ -12,6 +12,7 @@ from numba import njit
 
 from workbench import chain as chains
 from workbench.chain import Chain
+from workbench.effects import AbstractEffect
 from workbench.errors import DataError
 from workbench.measure.dataset import Dataset
 from workbench.measure.observations import OBSERVATIONS, AbstractObservation, Channel
@@ -76,11 +77,10 @@ class Bent:
     names: tuple[str, ...]
     places: np.ndarray
 
-    def at(self, x: np.ndarray) -> Robot:
-        """The robot with the coefficients set."""
-        if not self.names:
-            return self.robot
-        return self.robot.with_values(dict(zip(self.names, x[self.places].tolist(), strict=True)))
+    def effects(self, x: np.ndarray) -> tuple[AbstractEffect, ...]:
+        """The robot's effects with the coefficients set."""
+        given = dict(zip(self.names, x[self.places].tolist(), strict=True))
+        return tuple(e.sized(given) for e in self.robot.effects)
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +126,8 @@ class Block:
         values = self.values(x)
         if self.bent is None:
             return chains.poses(self.chain, self.q, values=values)
-        shift = shift_of(self.bent.at(x), self.bent.motion, values=values)
+        bent = self.bent
+        shift = shift_of(bent.robot, bent.motion, values=values, effects=bent.effects(x))
         return chains.poses(self.chain, self.q, values=values, shift=shift)
 
     def twists(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -135,7 +136,9 @@ class Block:
         if self.bent is None:
             return chains.twists(self.chain, self.q, self.elements, values=values)
         bent = self.bent
-        return effect_columns(bent.at(x), bent.motion, self.elements, bent.names, values=values)
+        return effect_columns(
+            bent.robot, bent.motion, self.elements, bent.names, values=values, effects=bent.effects(x)
+        )
 
     @property
     def stop(self) -> int:

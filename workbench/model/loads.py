@@ -1,20 +1,27 @@
 """How the wrenches through the joints change with the values of the chain, rows at rest.
 
-With S, C the mass and first moment of all that element k (twist [v; a] at the tool p_e) carries, the lever of
-the weight grows by a × (C − S p_e) + S v per unit of v_k. Elements behind a joint change its moment by the
-cross product of that with −g; those before it turn joint and masses alike, which is a turn of gravity by −a.
+With S, C the mass and first moment of all that element k (axis a through p_k) carries, C grows by
+a × (C − S p_k) per unit of v_k if it turns, and by S a if it slides. A component of a joint's wrench along
+the unit vector u, which stands on the link before the joint, is
 
-    k behind j:   Δτ_j = g × (a × (C_k − S_k p_e) + S_k v)
-    k before j:   Δτ_j = g × (a × L_j) − a × τ_j,   Δf_j = −a × f_j,      L_j = C_j − S_j p_j
+    u·τ_j = u·(g × L_j),      L_j = C_j − S_j p_j,            u·f_j = −S_j u·g
 
-in the axes of the joint (see `statics`). Elements of the base change nothing, as gravity is given after them.
+Elements behind the joint change L_j; those before it turn joint and masses alike, which is a turn of gravity
+by −a.
+
+    k behind j:   Δ(u·τ_j) = (u × g)·ΔC,             Δ(u·f_j) = 0
+    k before j:   Δ(u·τ_j) = ((L_j × u) × g)·a,      Δ(u·f_j) = −S_j (u × g)·a      (0 if k slides)
+
+Elements of the base change nothing, as gravity is given after them (see `statics`).
 """
+
+from typing import no_type_check
 
 import numpy as np
 from jaxtyping import Float, Int
+from numba import njit
 
-from workbench import chain as chains
-from workbench.chain import NO_SHIFT
+from workbench.chain import NO_SHIFT, _advance
 from workbench.model.statics import masses
 from workbench.robots.robot import Robot
 from workbench.types import JointRows
@@ -24,56 +31,154 @@ def wrench_derivative(
     robot: Robot,
     q: JointRows,
     columns: Int[np.ndarray, " p"],
+    components: Int[np.ndarray, "m 2"],
     *,
     payload: Float[np.ndarray, " _"] | None = None,
     values: Float[np.ndarray, " k"] | None = None,
     shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
-) -> Float[np.ndarray, "rows n 6 p"]:
-    """Derivative of `statics.joint_wrenches` in the values of some elements.
+) -> Float[np.ndarray, "rows m p"]:
+    """Derivative of some components of `statics.joint_wrenches` in the values of some elements.
 
     Args:
         robot: Geometry with masses; n joints.
         q: Joint positions [rad or m].
         columns: Elements of the full chain, each once.
+        components: Joint (column of q), and component of [f; τ] in the joint's own axes.
         payload: Mass at the tool, one number a row [kg].
         values: Constants of the chain to use instead of the robot's own.
         shift: What effects add to each element's value.
     """
-    chain, weights, first = robot.chain, masses(robot), robot.base_size
-    joints = np.array([int(np.argmax(chain.drivers == j)) for j in range(robot.dof)])
-    last = len(chain.elements) - 1
-    wanted = np.unique([first - 1, *(joints - 1), *weights.after, last])
-    found = chains.frames(chain, q, wanted, values=values, shift=shift)
-    frames = {int(k): found[:, i] for i, k in enumerate(wanted)}
-    _, twists = chains.twists(chain, q, columns, values=values, shift=shift)
-    v, a = np.moveaxis(twists[:, :3], 1, 2), np.moveaxis(twists[:, 3:], 1, 2)
-    gravity = frames[first - 1][:, :3, :3] @ robot.gravity
-    tool = frames[last][:, :3, 3]
-    after = np.append(weights.after, last)
-    mass = np.broadcast_to(np.append(weights.mass, 0.0), (len(q), len(after))).copy()
-    if payload is not None:
-        mass[:, -1] = payload
-    com = np.vstack([weights.com, np.zeros((1, 3))])
-    places = [
-        frames[int(k)][:, :3, :3] @ c + frames[int(k)][:, :3, 3] for k, c in zip(after, com, strict=True)
-    ]
-    moment = mass[..., None] * np.stack(places, 1)
-    carried = (after >= columns[:, None]).astype(float)
-    total, firsts = mass @ carried.T, np.einsum("pi,rix->rpx", carried, moment)
-    lever = np.cross(a, firsts - total[..., None] * tool[:, None]) + total[..., None] * v
-    behind = np.cross(gravity[:, None], lever)
-    out = np.zeros((len(q), robot.dof, 6, len(columns)))
-    for j, element in enumerate(joints):
-        before = frames[int(element) - 1]
-        mine = (after >= element).astype(float)
-        size = mass @ mine
-        arm = np.einsum("i,rix->rx", mine, moment) - size[:, None] * before[:, :3, 3]
-        force, torque = -size[:, None] * gravity, np.cross(gravity, arm)
-        turned = np.cross(gravity[:, None], np.cross(a, arm[:, None])) - np.cross(a, torque[:, None])
-        pushed = -np.cross(a, force[:, None])
-        later = (columns >= element)[None, :, None]
-        changed = np.where(later, behind, turned)
-        out[:, j, 3:] = np.einsum("rxi,rpx->rip", before[:, :3, :3], changed)
-        out[:, j, :3] = np.einsum("rxi,rpx->rip", before[:, :3, :3], np.where(later, 0.0, pushed))
-    out[..., columns < first] = 0.0
+    chain, weights = robot.chain, masses(robot)
+    out = np.empty((len(q), len(components), len(columns)))
+    _derivatives(
+        robot.base_size,
+        chain.axes,
+        chain.drivers,
+        chain.values if values is None else values,
+        chain.constants,
+        weights.after,
+        weights.mass,
+        weights.com,
+        np.array(robot.gravity, float),
+        np.ascontiguousarray(q),
+        np.zeros(0) if payload is None else np.ascontiguousarray(payload),
+        shift,
+        np.ascontiguousarray(columns),
+        np.ascontiguousarray(components),
+        out,
+    )
     return out
+
+
+@njit(cache=True)
+@no_type_check
+def _cross(a, b, out):
+    out[0] = a[1] * b[2] - a[2] * b[1]
+    out[1] = a[2] * b[0] - a[0] * b[2]
+    out[2] = a[0] * b[1] - a[1] * b[0]
+
+
+@njit(cache=True)
+@no_type_check
+def _carry(t, mass, com, total):
+    """Add a point mass and its first moment about the arm's first frame."""
+    total[0] += mass
+    for i in range(3):
+        total[1 + i] += mass * (t[i, 3] + t[i, 0] * com[0] + t[i, 1] * com[1] + t[i, 2] * com[2])
+
+
+@njit(cache=True)
+@no_type_check
+def _sweep(
+    first, axes, drivers, values, constants, after, mass, com, q, payload, shift, t, frames, element, carried
+):
+    """Frames right before every element, elements of the joints, and mass and first moment behind each."""
+    size = axes.shape[0]
+    for i in range(3):
+        for j in range(4):
+            t[i, j] = 1.0 if i == j else 0.0
+    carried[:] = 0.0
+    link = 0
+    for k in range(first, size):
+        while link < after.shape[0] and after[link] < k:
+            _carry(t, mass[link], com[link], carried[after[link]])
+            link += 1
+        for i in range(3):
+            for j in range(4):
+                frames[k, i, j] = t[i, j]
+        value = values[k]
+        if drivers[k] >= 0:
+            element[drivers[k]] = k
+            value += q[drivers[k]]
+        if shift.shape[0] > 0:
+            value += shift[0, k]
+        if value != 0.0 or axes[k] == 6:
+            _advance(axes[k], value, constants[k], t)
+    while link < after.shape[0]:
+        _carry(t, mass[link], com[link], carried[after[link]])
+        link += 1
+    if payload.shape[0] > 0:
+        carried[size - 1, 0] += payload[0]
+        for i in range(3):
+            carried[size - 1, 1 + i] += payload[0] * t[i, 3]
+    for k in range(size - 1, first, -1):
+        for i in range(4):
+            carried[k - 1, i] += carried[k, i]
+
+
+@njit(cache=True)
+@no_type_check
+def _grow(columns, axes, frames, carried, turn, grown):
+    """Each column's axis (0 if it slides), and what it adds to the first moment behind it."""
+    for p in range(columns.shape[0]):
+        k = columns[p]
+        size, axis = carried[k, 0], axes[k] % 3
+        ax, ay, az = frames[k, 0, axis], frames[k, 1, axis], frames[k, 2, axis]
+        if axes[k] < 3:
+            x = carried[k, 1] - size * frames[k, 0, 3]
+            y = carried[k, 2] - size * frames[k, 1, 3]
+            z = carried[k, 3] - size * frames[k, 2, 3]
+            turn[0, p], turn[1, p], turn[2, p] = ax, ay, az
+            grown[0, p], grown[1, p], grown[2, p] = ay * z - az * y, az * x - ax * z, ax * y - ay * x
+        else:
+            turn[0, p], turn[1, p], turn[2, p] = 0.0, 0.0, 0.0
+            grown[0, p], grown[1, p], grown[2, p] = size * ax, size * ay, size * az
+
+
+@njit(cache=True)
+@no_type_check
+def _derivatives(
+    first, axes, drivers, values, constants, after, mass, com, gravity, q, payload, shift, columns,
+    components, out,
+):  # fmt: skip
+    t, frames, carried = np.empty((3, 4)), np.zeros((axes.shape[0], 3, 4)), np.empty((axes.shape[0], 4))
+    element = np.empty(q.shape[1], np.int64)
+    turn, grown = np.empty((3, columns.shape[0])), np.empty((3, columns.shape[0]))
+    u, lever, side, turned = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    for row in range(q.shape[0]):
+        _sweep(
+            first, axes, drivers, values, constants, after, mass, com, q[row], payload[row : row + 1],
+            shift[row : row + 1], t, frames, element, carried,
+        )  # fmt: skip
+        _grow(columns, axes, frames, carried, turn, grown)
+        for m in range(components.shape[0]):
+            joint, component = element[components[m, 0]], components[m, 1]
+            size = carried[joint, 0]
+            for i in range(3):
+                u[i] = frames[joint, i, component % 3]
+                lever[i] = carried[joint, 1 + i] - size * frames[joint, i, 3]
+            _cross(u, gravity, side)
+            if component < 3:
+                for i in range(3):
+                    turned[i] = -size * side[i]
+                    side[i] = 0.0
+            else:
+                _cross(lever, u, turned)
+                lever[:] = turned
+                _cross(lever, gravity, turned)
+            for p in range(columns.shape[0]):
+                behind = columns[p] >= joint
+                total = 0.0
+                for i in range(3):
+                    total += side[i] * grown[i, p] if behind else turned[i] * turn[i, p]
+                out[row, m, p] = total if columns[p] >= first else 0.0

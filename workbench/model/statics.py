@@ -13,6 +13,7 @@ Links are point masses at their centres of mass; a payload is one in the tool fr
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import no_type_check
 
 import numpy as np
@@ -40,6 +41,7 @@ class Masses:
     com: Float[np.ndarray, "links 3"]
 
 
+@lru_cache(maxsize=16)
 def masses(robot: Robot) -> Masses:
     """The robot's links as point masses; fixed joints without a mass carry none.
 
@@ -163,11 +165,13 @@ def _accelerate(point, origin, spin, change, start, out):
 
 @njit(cache=True)
 @no_type_check
-def _load(t, mass, com, gravity, moving, origin, spin, change, start, total):
-    """Add the force that carries a point mass, and its moment about the arm's first frame, to a body's."""
-    c = np.empty(3)
-    force = np.zeros(3)
+def _load(t, mass, com, gravity, moving, origin, spin, change, start, c, force, total):
+    """Add the force that carries a point mass, and its moment about the arm's first frame, to a body's.
+
+    `c` and `force` are room to work in.
+    """
     for i in range(3):
+        force[i] = 0.0
         c[i] = t[i, 3] + t[i, 0] * com[0] + t[i, 1] * com[1] + t[i, 2] * com[2]
     if moving:
         _accelerate(c, origin, spin, change, start, force)
@@ -219,6 +223,7 @@ def _wrenches(
     totals = np.empty((n + 1, 6))
     order = np.empty(n, np.int64)
     origin, spin, change, start = np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3)
+    c, force = np.empty(3), np.empty(3)
     for row in range(q.shape[0]):
         t[:] = 0.0
         for i in range(3):
@@ -228,7 +233,20 @@ def _wrenches(
         body, link = 0, 0
         for k in range(first, axes.shape[0]):
             while link < after.shape[0] and after[link] < k:
-                _load(t, mass[link], com[link], gravity, moving, origin, spin, change, start, totals[body])
+                _load(
+                    t,
+                    mass[link],
+                    com[link],
+                    gravity,
+                    moving,
+                    origin,
+                    spin,
+                    change,
+                    start,
+                    c,
+                    force,
+                    totals[body],
+                )
                 link += 1
             value = values[k]
             joint = drivers[k]
@@ -248,10 +266,25 @@ def _wrenches(
             if value != 0.0 or axes[k] == 6:
                 _advance(axes[k], value, constants[k], t)
         while link < after.shape[0]:
-            _load(t, mass[link], com[link], gravity, moving, origin, spin, change, start, totals[body])
+            _load(
+                t, mass[link], com[link], gravity, moving, origin, spin, change, start, c, force, totals[body]
+            )
             link += 1
         if payload.shape[0] > 0:
-            _load(t, payload[row], payload_com, gravity, moving, origin, spin, change, start, totals[body])
+            _load(
+                t,
+                payload[row],
+                payload_com,
+                gravity,
+                moving,
+                origin,
+                spin,
+                change,
+                start,
+                c,
+                force,
+                totals[body],
+            )
         _project(before, totals, order, out[row])
 
 

@@ -15,6 +15,7 @@ each followed by `identify(aria, rows)`.
 
 from workbench.pipeline.evaluation import evaluate
 from workbench.pipeline.identification import ALGORITHMS, identify
+from workbench.pipeline.plates import score_plate
 from workbench.pipeline.poses import choose_poses, write_poses
 from workbench.pipeline.simulation import measure_plate, measure_poses
 from workbench.validate.identification import Evaluation, Identification, Run, Validation
@@ -30,5 +31,6 @@ __all__ = [
     "identify",
     "measure_plate",
     "measure_poses",
+    "score_plate",
     "write_poses",
 ]

@@ -8,7 +8,7 @@ import numpy as np
 from workbench.design.branches import choose_branches, plate_solutions
 from workbench.design.plate import Plate
 from workbench.design.poses import informative_poses
-from workbench.design.region_poses import region_poses
+from workbench.design.region_poses import plate_region_poses
 from workbench.design.sampling import random_poses
 from workbench.measure.dataset import Dataset
 from workbench.measure.instruments import Instrument, instrument_named
@@ -17,8 +17,6 @@ from workbench.robots.robot import Robot
 
 RANDOM = "random"
 """Name of the choice of poses that chooses nothing."""
-GOAL_POSES, GOAL_CONE = 60, np.deg2rad(60.0)
-"""Poses of the region, and how far they may turn from the targets, for which branches are designed."""
 DESIGNED = "designed"
 """Name of the choice of branches that spreads them for the smallest predicted error."""
 
@@ -88,7 +86,7 @@ def measure_plate(
     if branch == DESIGNED:
         solutions = plate_solutions(robot, plate)
         near = choose_branches(
-            robot, plate, solutions, goal=_goal(robot, plate), rng=rng, progress=progress
+            robot, plate, solutions, goal=plate_region_poses(robot, plate), rng=rng, progress=progress
         ).q
         branch = "auto"
     rows = simulate_targets(
@@ -96,16 +94,6 @@ def measure_plate(
     )
     note = f"simulated: plate '{plate.name}', {_instrument(instrument).name}, seed {seed}"
     return actual, replace(rows, source=note)
-
-
-def _goal(robot: Robot, plate: Plate) -> np.ndarray | str:
-    """Poses whose predicted error the branches are to make small: those of the region, where there is one."""
-    if plate.region is None:
-        return "O1"
-    rng = np.random.default_rng(0)
-    return region_poses(
-        robot, plate.region, GOAL_POSES, rng=rng, towards=plate.poses[:, :3, :3], cone=GOAL_CONE
-    )
 
 
 def _instrument(instrument: str | Instrument) -> Instrument:

@@ -275,10 +275,7 @@ class Robot:
                 return frame
             return frame.moved(np.array([values.get(k, chain.values[chain.index[k]]) for k in keys]))
 
-        effects = tuple(
-            replace(e, coefficients=tuple(float(values.get(n, self.coefficients[n])) for n in e.names))
-            for e in self.effects
-        )
+        effects = tuple(e.sized(values) for e in self.effects)
         return replace(
             self,
             elements=elements,

@@ -238,6 +238,8 @@ def _setting(default: Any, value: Any, what: str, reader: _Reader) -> Any:
         return tuple(reader.number(v, what) for v in value)
     if isinstance(default, float):
         return reader.number(value, what)
+    if type(default) is int and isinstance(value, list):
+        return tuple(_setting(default, v, what, reader) for v in value)
     if type(value) is not type(default):
         words = {int: "a whole number", bool: "true or false", str: "a word in quotes"}
         raise reader.fail(f"{what} must be {words[type(default)]}, not {value!r}")

@@ -4,12 +4,13 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.design.accuracy import predicted_error
+from workbench.design.freedom import identified_names
 from workbench.design.indices import INDICES, O, evaluate
 from workbench.design.plate import Kind, Plate
 from workbench.model.linearisation import linearise
-from workbench.robots.robot import FRAME_PARTS, Frame, Robot
+from workbench.robots.robot import Robot
 from workbench.session.state import Noise, Score, TargetState
-from workbench.types import Freedom, frozen
+from workbench.types import frozen
 
 
 def score(
@@ -29,7 +30,7 @@ def score(
         noise: The instrument.
         region_q: Poses for which the error is predicted [rad or m].
     """
-    names = parameter_names(robot)
+    names = identified_names(robot)
     used = [i for i, state in enumerate(states) if state.reached]
     per_target = np.full(len(states), np.nan)
     if not used:
@@ -55,12 +56,3 @@ def score(
         position=np.nan if expected is None else expected.position_mean,
         rotation=np.nan if expected is None else expected.rotation_mean,
     )
-
-
-def parameter_names(robot: Robot) -> tuple[str, ...]:
-    """Constants that a calibration of this robot would identify, free frames included."""
-
-    def free(frame: Frame, name: str) -> tuple[str, ...]:
-        return tuple(f"{name}.{part}" for part in FRAME_PARTS) if frame.free is Freedom.FREE else ()
-
-    return (*robot.default_free, *free(robot.base, "base"), *free(robot.tool, "tool"))

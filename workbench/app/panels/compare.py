@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import viser
 
-from workbench.app.colours import AFTER, BEFORE, GHOST, css
 from workbench.app.html import MUTED, badge, block, number, table, text
 from workbench.app.panels.panel import AbstractPanel, on_change, set_value
+from workbench.appearance.colours import AFTER, BEFORE, GHOST, css
 from workbench.session.commands import SetOverlay, ShowRow
 from workbench.session.commands.compare import GREATEST_EXAGGERATION, LEAST_EXAGGERATION
 from workbench.session.state import Session

@@ -3,9 +3,9 @@
 import numpy as np
 import viser
 
-from workbench.app.colours import OUT_OF_REACH, css
 from workbench.app.html import MUTED, block, heading, number, table, text
 from workbench.app.panels.panel import AbstractPanel, on_change, on_press, set_value
+from workbench.appearance.colours import OUT_OF_REACH, css
 from workbench.session.commands import Identify, ShowFit, Tell
 from workbench.session.export import calibrated_toml
 from workbench.session.state import Session

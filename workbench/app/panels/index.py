@@ -3,9 +3,9 @@
 import numpy as np
 import viser
 
-from workbench.app.colours import OUT_OF_REACH, css, target_colour
 from workbench.app.html import MUTED, block, change, heading, number, table, text
 from workbench.app.panels.panel import AbstractPanel
+from workbench.appearance.colours import OUT_OF_REACH, css, target_colour
 from workbench.design.indices import INDICES
 from workbench.session.state import Score, Session
 

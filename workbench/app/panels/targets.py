@@ -3,9 +3,9 @@
 import numpy as np
 import viser
 
-from workbench.app.colours import BLOCKED, OUT_OF_REACH, REACHED, css
 from workbench.app.html import MUTED, badge, block, text
 from workbench.app.panels.panel import AbstractPanel, on_change, set_value
+from workbench.appearance.colours import BLOCKED, OUT_OF_REACH, REACHED, css
 from workbench.session.commands import MoveTarget, Redo, ResetTargets, SelectTarget, Undo
 from workbench.session.state import Session, TargetState
 from workbench.session.worker import Worker

@@ -4,8 +4,8 @@ import numpy as np
 import viser
 from jaxtyping import Float
 
-from workbench.app.bodies import body_frames, make_bodies
 from workbench.app.scene.nodes import add_solid, put
+from workbench.appearance.bodies import body_frames, make_bodies
 from workbench.robots.robot import Robot
 
 SHELL = 1.09

@@ -3,7 +3,7 @@
 import numpy as np
 import viser
 
-from workbench.app.colours import GRID, GRID_SECTION
+from workbench.appearance.colours import GRID, GRID_SECTION
 from workbench.session.state import Session
 
 

@@ -5,7 +5,7 @@ import viser
 from jaxtyping import Float
 
 from workbench import se3
-from workbench.app.shapes import Solid
+from workbench.appearance.shapes import Solid
 
 
 def put(node: viser.SceneNodeHandle, pose: Float[np.ndarray, "4 4"]) -> None:

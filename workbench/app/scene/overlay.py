@@ -4,9 +4,9 @@ import numpy as np
 import viser
 
 from workbench import se3
-from workbench.app.colours import ARROW_AFTER, ARROW_BEFORE, GHOST, MARK
 from workbench.app.scene.arm import Arm
 from workbench.app.scene.part import AbstractPart
+from workbench.appearance.colours import ARROW_AFTER, ARROW_BEFORE, GHOST, MARK
 from workbench.session.comparison import Comparison
 from workbench.session.state import Focus, Overlay, Session
 

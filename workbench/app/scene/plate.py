@@ -3,10 +3,10 @@
 import numpy as np
 import viser
 
-from workbench.app.colours import PLATE, REACHED, REGION, target_colour
 from workbench.app.scene.nodes import add_solid, put
 from workbench.app.scene.part import AbstractPart
-from workbench.app.shapes import SIDE, box, cuboid_edges, target_block
+from workbench.appearance.colours import PLATE, REACHED, REGION, target_colour
+from workbench.appearance.shapes import SIDE, box, cuboid_edges, target_block
 from workbench.design.plate import Target
 from workbench.session.commands import SelectTarget
 from workbench.session.state import Session

@@ -1,8 +1,11 @@
-"""Observability indices: O of single poses, O1 … O5 of a set; a new one is a file and a line here."""
+"""Indices: O of single poses, O1 … O5, A, D of a set, I over a region; a new one is a file and a line."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
 
+from workbench.design.indices.a import A
+from workbench.design.indices.d import D
+from workbench.design.indices.i import I
 from workbench.design.indices.index import AbstractIndex, AbstractSetIndex
 from workbench.design.indices.o import O
 from workbench.design.indices.o1 import O1
@@ -14,9 +17,9 @@ from workbench.errors import OptionError
 from workbench.model.linearisation import Linearisation
 
 INDICES: Mapping[str, AbstractIndex] = MappingProxyType(
-    {index.name: index for index in (O(), O1(), O2(), O3(), O4(), O5())}
+    {index.name: index for index in (O(), O1(), O2(), O3(), O4(), O5(), A(), D())}
 )
-"""Every built-in index by name."""
+"""Every index by name that needs no region; `I` is made for one."""
 
 
 def index_named(name: str, indices: Mapping[str, AbstractIndex] = INDICES) -> AbstractIndex:
@@ -44,8 +47,11 @@ __all__ = [
     "O3",
     "O4",
     "O5",
+    "A",
     "AbstractIndex",
     "AbstractSetIndex",
+    "D",
+    "I",
     "O",
     "evaluate",
     "index_named",

@@ -8,6 +8,7 @@ set this package takes the mean over its poses: O says nothing about the set as 
 poses of high O see six combinations only), for which O1 … O5 are there.
 """
 
+from collections.abc import Iterator
 from typing import final
 
 import numpy as np
@@ -58,14 +59,17 @@ class O(AbstractIndex):  # noqa: E742 - the paper's name
 
     def per_pose(self, linearisation: Linearisation) -> Float[np.ndarray, " measurements"]:
         """O of each pose."""
-        return of_poses(self._blocks(linearisation))
+        result = np.zeros(linearisation.measurements)
+        for poses, blocks in _blocks(linearisation):
+            result[poses] = of_poses(linearisation.unwhitened[blocks])
+        return result
 
     def gradient(self, linearisation: Linearisation) -> Float[np.ndarray, "m p"]:
         """Derivative of the mean by each entry of the whitened Jacobian."""
-        _, gradient = gradient_of_poses(self._blocks(linearisation))
-        return gradient.reshape(linearisation.jacobian.shape) * (
-            linearisation.sigma[:, None] / linearisation.measurements
-        )
+        gradient = np.zeros_like(linearisation.jacobian)
+        for _, blocks in _blocks(linearisation):
+            gradient[blocks] = gradient_of_poses(linearisation.unwhitened[blocks])[1]
+        return gradient * (linearisation.sigma[:, None] / max(linearisation.measurements, 1))
 
     def contributions(self, linearisation: Linearisation) -> Float[np.ndarray, " measurements"]:
         """What the mean loses without each pose."""
@@ -73,6 +77,10 @@ class O(AbstractIndex):  # noqa: E742 - the paper's name
         rest = (values.sum() - values) / max(len(values) - 1, 1)
         return values.mean() - rest
 
-    def _blocks(self, linearisation: Linearisation) -> Float[np.ndarray, "measurements r p"]:
-        count = max(linearisation.measurements, 1)
-        return linearisation.unwhitened.reshape(count, -1, len(linearisation.names))
+
+def _blocks(linearisation: Linearisation) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Poses with equally many rows (six of a pose, three of a point), and the rows of each."""
+    counts = np.bincount(linearisation.measurement)
+    for count in np.unique(counts):
+        poses = np.flatnonzero(counts == count)
+        yield poses, np.searchsorted(linearisation.measurement, poses)[:, None] + np.arange(count)

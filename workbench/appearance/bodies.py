@@ -12,8 +12,8 @@ from jaxtyping import Float
 
 from workbench import chain as chains
 from workbench import se3
-from workbench.app.colours import FOOT, JOINT, LINK, PROBE
-from workbench.app.shapes import Solid, along, ball, cylinder, merged, tube
+from workbench.appearance.colours import FOOT, JOINT, LINK, PROBE
+from workbench.appearance.shapes import Solid, along, ball, cylinder, merged, tube
 from workbench.chain import Element
 from workbench.model.forward import joint_elements
 from workbench.robots.robot import Robot

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from workbench import se3
-from workbench.app.bodies import body_frames, make_bodies
-from workbench.app.shapes import cuboid_edges, cylinder, target_block
+from workbench.appearance.bodies import body_frames, make_bodies
+from workbench.appearance.shapes import cuboid_edges, cylinder, target_block
 from workbench.model.forward import tool_poses
 from workbench.robots import built_in_robots, load_robot
 

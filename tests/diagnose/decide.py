@@ -1,0 +1,148 @@
+"""Which draws can be told apart by anybody: linear theory with the generator's own laws.
+
+A draw is kept if, measured by 120 poses with the usual noise, what geometry cannot follow of each hidden
+effect is `SHOWN` in noise units (root of the sum of squares of the whitened remainder), and still `APART`
+where a single rival, any other effect of the catalogue in any joint, has taken what it can. A soft joint that
+carries no load shows nothing, and no diagnosis can be blamed for that. Rivals with more coefficients do not
+count: the flexure of a link may contain the compliance of the joint after it, but the simpler name is right.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from generator import VirtualArm, four, rotation
+from laws import NAMELESS, WHOLE, Effect, State, change, holding, poses, straight, turns
+
+SHOWN, APART = 20.0, 7.0
+STEP = 1e-6
+RANK = 1e-9
+ORDERS = (1, 2, 3, 4, 5, 6)
+COEFFICIENTS = {"joint-harmonic": 2, "link-flexure": 2, "base-drift": 6}
+
+
+@dataclass(frozen=True, eq=False)
+class Sight:
+    """How small motions of an arm show in its measured poses, whitened, (6 rows, …).
+
+    Args:
+        arm: As made.
+        state: Measured rows.
+        free: Whether base and tool are unknown.
+        sigma: Noise per axis [m, rad].
+    """
+
+    arm: VirtualArm
+    state: State
+    free: bool
+    sigma: tuple[float, float]
+
+    @cached_property
+    def poses(self):
+        """Of the arm that nothing bends."""
+        return poses(self.arm, [], self.state)
+
+    @cached_property
+    def drives(self):
+        """Transforms to right before each drive in the measuring frame, and the moments there."""
+        before, links = straight(self.arm, self.state)
+        return self.arm.base @ before, holding(self.arm, before, links, self.state.payload)
+
+    def displacement(self, effect):
+        """Of the tool by one effect (6 rows,)."""
+        if effect.name in WHOLE:
+            return self._white(change(poses(self.arm, [effect], self.state), self.poses))
+        before, held = self.drives
+        bend = turns(self.arm, effect, self.state, held)
+        turned = np.einsum("jrab,rjb->jra", before[:, :, :3, :3], bend)
+        lever = self.poses[:, :3, 3] - before[:, :, :3, 3]
+        return self._white(np.hstack([np.cross(turned, lever).sum(0), turned.sum(0)]))
+
+    def columns(self, effect):
+        """Per coefficient of an effect (6 rows, c)."""
+        units = STEP * np.eye(coefficients(effect))
+        return np.column_stack([self.displacement(replace(effect, size=tuple(u.tolist()))) for u in units])
+
+    @cached_property
+    def geometry(self):
+        """Per constant of the arm, of base and tool where they are free (6 rows, p)."""
+        moved = []
+        for place in np.argwhere(self.arm.proper()):
+            table = self.arm.table.copy()
+            table[tuple(place)] += STEP
+            moved.append(poses(replace(self.arm, table=table), [], self.state))
+        for part in STEP * np.eye(6) if self.free else ():
+            small = four(rotation(part[3:]))
+            small[:3, 3] = part[:3]
+            base = self.arm.base
+            moved += [base @ small @ np.linalg.inv(base) @ self.poses, self.poses @ small]
+        return np.column_stack([self._white(change(m, self.poses)) for m in moved])
+
+    def left(self, effect, others):
+        """What geometry and other effects, at their sizes, leave of an effect, and the basis they span."""
+        basis = _basis(np.column_stack([self.geometry, *(self.displacement(e) for e in others)]))
+        return _beside(basis, self.displacement(effect)), basis
+
+    def _white(self, twists):
+        return (twists / np.repeat(self.sigma, 3)).ravel()
+
+
+def decidable(sight: Sight, effects):
+    """Whether every hidden effect shows beside geometry, the others and any rival."""
+    for effect in effects:
+        left, basis = sight.left(effect, [e for e in effects if e is not effect])
+        if np.linalg.norm(left) < SHOWN:
+            return False
+        for rival in _rivals(sight.arm, effect):
+            taken = _basis(_beside(basis, sight.columns(rival)))
+            if np.linalg.norm(_beside(taken, left)) < APART:
+                return False
+    return True
+
+
+def shows(sight: Sight, effect, effects):
+    """Whether one of several effects shows beside geometry and the others."""
+    left, _ = sight.left(effect, [e for e in effects if e is not effect])
+    return bool(np.linalg.norm(left) >= SHOWN)
+
+
+def catalogue(arm):
+    """Every effect of the catalogue in every joint."""
+    joints = [(j,) for j in range(arm.dof)]
+    found = [Effect("thermal-growth"), Effect("base-drift")]
+    for name in ("joint-compliance", "bearing-compliance", "clearance-tilt", "link-flexure", "encoder-scale"):
+        found += [Effect(name, j) for j in joints]
+    found += [Effect("backlash", j, detail=cause) for j in joints for cause in ("moment", "motion")]
+    found += [Effect("joint-harmonic", j, detail=k) for j in joints for k in ORDERS]
+    pairs = [(i, k) for i in range(arm.dof) for k in (i - 1, i + 1) if 0 <= k < arm.dof]
+    return found + [Effect("joint-coupling", pair) for pair in pairs]
+
+
+def _rivals(arm, effect):
+    """The catalogue without the effect itself, and without what has more coefficients and may contain it.
+
+    A wobbling mount is mostly the tilt of joint 1, which may stand for it.
+    """
+    found = [r for r in catalogue(arm) if coefficients(r) <= coefficients(effect)]
+    if effect.name == "wobbling mount":
+        return [r for r in found if r.joints != (0,)]
+    me = (effect.name, effect.joints, effect.detail)
+    return [r for r in found if (r.name, r.joints, r.detail) != me]
+
+
+def coefficients(effect):
+    """How many coefficients an effect of the catalogue has; those without a name as many as any."""
+    return 6 if effect.name in NAMELESS else COEFFICIENTS.get(effect.name, 1)
+
+
+def _basis(vectors):
+    """Orthonormal columns that span the given ones, up to rounding."""
+    u, s, _ = np.linalg.svd(
+        vectors / np.maximum(np.linalg.norm(vectors, axis=0), 1e-300), full_matrices=False
+    )
+    return u[:, s > RANK * max(s[0], 1e-300)]
+
+
+def _beside(basis, vectors):
+    """What the basis leaves of vectors."""
+    return vectors - basis @ (basis.T @ vectors)

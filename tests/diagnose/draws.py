@@ -1,0 +1,140 @@
+"""What hides in an arm, drawn at random: effects of given names, in joints and of sizes that are drawn.
+
+The size of an effect is its greatest displacement of the tool over the measured poses, drawn evenly from
+`PEAKS`, as long as no joint has to turn by more than `LARGEST` for it nor to be softer than `SOFTEST`: worn
+but real arms, with errors of ten times the noise and more. Thermal growth is that of steel to plastics; the
+measuring frame creeps as on a tripod that somebody brushed against and that settles.
+"""
+
+import numpy as np
+from laws import TURN, WHOLE, Effect, change, poses, straight_moments, turns
+
+PEAKS = {
+    "joint-compliance": (0.5, 2.0),
+    "backlash": (0.4, 1.2),
+    "clearance-tilt": (0.4, 1.2),
+    "bearing-compliance": (0.5, 2.0),
+    "link-flexure": (0.5, 2.0),
+    "joint-harmonic": (0.4, 1.5),
+    "encoder-scale": (0.5, 2.0),
+    "joint-coupling": (0.5, 2.0),
+    "dent": (0.6, 2.0),
+    "kinked gear": (0.6, 2.0),
+    "dragging hose": (0.6, 2.0),
+    "wobbling mount": (0.6, 2.0),
+}
+"""Least and greatest size [mm]."""
+LARGEST = 4e-3
+"""Greatest angle by which an effect turns a joint [rad]."""
+SOFTEST = 2e-3
+"""Greatest compliance of a joint, a bearing, a link or a mount [rad/(N m)]."""
+GROWTH = (15e-6, 60e-6)
+"""Thermal growth [1/K]."""
+CREEP, TWIST = (0.3e-3, 0.8e-3), (0.1e-3, 0.4e-3)
+"""How far the measuring frame creeps in an hour [m], and turns [rad]."""
+HOUR = 3600.0
+TEETH = 6
+"""Corners of a kinked gear error a turn."""
+PROPORTIONAL = ("joint-compliance", "bearing-compliance", "link-flexure", "wobbling mount")
+
+
+def draw(name, arm, state, rng, *, detail=None, joint=None):
+    """An effect of this name; None where the joint that was drawn can't show one.
+
+    Args:
+        name: As in `laws`.
+        arm: The arm as made, whose weights move it.
+        state: The measured poses, which the size refers to.
+        rng: Source of joint, size and shape.
+        detail: Order of a harmonic, cause of a backlash.
+        joint: Instead of one at random.
+    """
+    if name in WHOLE:
+        return _whole(name, rng)
+    joint = int(rng.integers(arm.dof)) if joint is None else joint
+    template = SHAPES.get(name, _plain)(name, joint, arm, state, rng)
+    return sized(Effect(**({"name": name, "joints": (joint,), "detail": detail} | template)), arm, state, rng)
+
+
+def sized(effect, arm, state, rng):
+    """The effect at a size drawn from `PEAKS`; None if nothing drives it."""
+    peak = 1e-3 * rng.uniform(*PEAKS[effect.name])
+    held = straight_moments(arm, state)
+    largest = np.abs(turns(arm, effect, state, held)).max()
+    if largest < 1e-12:
+        return None
+    trial = effect.scaled(1e-5 / largest)
+    moved = change(poses(arm, [trial], state), poses(arm, [], state))
+    factor = min(peak / np.linalg.norm(moved[:, :3], axis=1).max(), LARGEST / 1e-5)
+    if effect.name in PROPORTIONAL:
+        factor = min(factor, SOFTEST / max(np.abs(trial.size)))
+    return trial.scaled(factor)
+
+
+def _whole(name, rng):
+    if name == "thermal-growth":
+        return Effect(name, (), (float(rng.uniform(*GROWTH)),))
+    parts = [rng.uniform(*size) * _direction(rng) for size in (CREEP, TWIST)]
+    return Effect(name, (), tuple((np.concatenate(parts) / HOUR).tolist()))
+
+
+def _direction(rng):
+    v = rng.standard_normal(3)
+    return v / np.linalg.norm(v)
+
+
+def _plain(name, joint, arm, state, rng):
+    return {}
+
+
+def _signed(name, joint, arm, state, rng):
+    return {"size": (float(rng.choice([-1.0, 1.0])),)}
+
+
+def _coupled(name, joint, arm, state, rng):
+    neighbour = int(rng.choice([j for j in (joint - 1, joint + 1) if 0 <= j < arm.dof]))
+    return {"joints": (joint, neighbour)} | _signed(name, joint, arm, state, rng)
+
+
+def _phased(name, joint, arm, state, rng):
+    phase = rng.uniform(0.0, TURN)
+    return {"size": (float(np.cos(phase)), float(np.sin(phase)))}
+
+
+def _flexible(name, joint, arm, state, rng):
+    return {"size": tuple(rng.uniform(0.3, 1.0, 2).tolist())}
+
+
+def _dent(name, joint, arm, state, rng):
+    low, high = np.quantile(state.q[:, joint], [0.2, 0.8])
+    shape = (float(rng.uniform(low, high)), float(rng.uniform(0.5, 1.0)))
+    return {"shape": shape} | _signed(name, joint, arm, state, rng)
+
+
+def _kinked(name, joint, arm, state, rng):
+    heights = rng.uniform(-1.0, 1.0, TEETH)
+    return {"shape": (float(rng.uniform(0.0, TURN)), *(heights - heights.mean()).tolist())}
+
+
+def _hose(name, joint, arm, state, rng):
+    """Slack over the middle third of the joint's range or so."""
+    low, high = np.quantile(state.q[:, joint], [rng.uniform(0.2, 0.45), rng.uniform(0.55, 0.8)])
+    return {"shape": (float(low), float(high))}
+
+
+def _mount(name, joint, arm, state, rng):
+    """Stuck in a third of the poses or so; always beneath the first joint."""
+    moment = np.linalg.norm(straight_moments(arm, state)[:, 0, :2], axis=1)
+    return {"joints": (0,), "shape": (float(np.quantile(moment, rng.uniform(0.3, 0.5))),)}
+
+
+SHAPES = {
+    "encoder-scale": _signed,
+    "joint-coupling": _coupled,
+    "joint-harmonic": _phased,
+    "link-flexure": _flexible,
+    "dent": _dent,
+    "kinked gear": _kinked,
+    "dragging hose": _hose,
+    "wobbling mount": _mount,
+}

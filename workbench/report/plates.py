@@ -1,0 +1,154 @@
+"""Plates for people and programs: what they tell, target by target and side by side."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from rich import box
+from rich.console import Group, RenderableType
+from rich.markup import escape
+from rich.table import Table
+from rich.text import Text
+
+from workbench.design.indices import INDICES, I
+from workbench.design.plate_score import PlateScore, SetScore
+from workbench.identify.result import combinations
+from workbench.parameters import Parameter
+
+Json = dict[str, Any]
+
+SCORE = "workbench.plate-score/1"
+COMPARISON = "workbench.plate-comparison/1"
+
+
+def new_table(title: str, *columns: str) -> Table:
+    """A table of the usual look: the first column's words on the left, numbers on the right."""
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, title=escape(title), title_justify="left")
+    for number, column in enumerate(columns):
+        table.add_column(escape(column), justify="right" if number else "left", no_wrap=bool(number))
+    return table
+
+
+def score_tables(score: PlateScore) -> RenderableType:
+    """Target by target, then the set in the mixed and in the best single branch."""
+    targets = new_table(
+        f"{score.plate.name} for {score.robot.name}", "target", "branch", "O", "share of I [%]"
+    )
+    chosen = score.measured
+    for k, branch in enumerate(chosen.branches):
+        targets.add_row(
+            str(k + 1), escape(branch), f"{chosen.per_target[k]:.4f}", f"{100 * chosen.shares[k]:.1f}"
+        )
+    sets = new_table("The set", "", "as measured", "one branch")
+    for what, cells in _set_rows([chosen, score.single]):
+        sets.add_row(escape(what), *cells)
+    noise = f"{1e3 * score.sigma[0]:g} mm, {np.rad2deg(score.sigma[1]):g}°"
+    words = [
+        f"predicted errors: {score.region_rows} joint positions in the region, instrument {noise}",
+        "one branch: " + (escape(score.single.branches[0]) if score.single else "none reaches all targets"),
+    ]
+    if chosen.rank < chosen.visible:
+        words.append(f"not told apart: {'; '.join(_open_words(chosen))}; vary targets or branches")
+    return Group(targets, sets, Text("\n".join(words)))
+
+
+def comparison_table(scores: Sequence[PlateScore]) -> RenderableType:
+    """Plates side by side, the best predicted error first named."""
+    table = new_table("Plates compared", "", *(s.plate.name for s in scores))
+    table.add_row("targets", *(str(len(s.plate)) for s in scores))
+    for words, cells in _set_rows([s.measured for s in scores]):
+        table.add_row(escape(words), *cells)
+    single = [s.single.error.position_rms if s.single else np.inf for s in scores]
+    table.add_row(
+        escape("position error with one branch, rms [mm]"), *(_number(1e3 * value) for value in single)
+    )
+    best = min(scores, key=lambda s: s.measured.error.position_rms)
+    return Group(table, Text(f"smallest predicted position error: {best.plate.name}"))
+
+
+def _set_rows(sets: Sequence[SetScore | None]) -> list[tuple[str, list[str]]]:
+    """Words and one cell for each set: predicted errors, rank, indices."""
+    rows: list[tuple[str, list[str]]] = [
+        ("position error, rms [mm]", [_cell(s, lambda s: 1e3 * s.error.position_rms) for s in sets]),
+        ("position error, mean [mm]", [_cell(s, lambda s: 1e3 * s.error.position_mean) for s in sets]),
+        ("orientation error, rms [°]", [_cell(s, lambda s: np.rad2deg(s.error.rotation_rms)) for s in sets]),
+        ("rank", ["–" if s is None else f"{s.rank} of {s.visible}" for s in sets]),
+        ("σmin/σmax of the stacked Jacobian", [_cell(s, lambda s: s.stacked) for s in sets]),
+    ]
+    meanings = {name: index.meaning for name, index in INDICES.items()} | {I.name: I.meaning}
+    for name, meaning in meanings.items():
+        cells = ["–" if s is None else _number(s.indices[name]) for s in sets]
+        rows.append((f"{name}: {meaning}", cells))
+    return rows
+
+
+def _open_words(score: SetScore) -> list[str]:
+    """What a set leaves open, as people say it."""
+    parameters = tuple(Parameter(n, "", 0.0) for n in score.names)
+    return [found.words for found in combinations(score.open, parameters)]
+
+
+def _cell(score: SetScore | None, value) -> str:
+    return "–" if score is None else _number(value(score))
+
+
+def _number(value: float) -> str:
+    return f"{value:.4g}" if np.isfinite(value) else "open"
+
+
+def score_json(score: PlateScore) -> Json:
+    """The same in SI, with angles in rad but errors in mm and degrees as everywhere."""
+    return {"schema": SCORE, **_plate_json(score)}
+
+
+def comparison_json(scores: Sequence[PlateScore]) -> Json:
+    """Scores of several plates."""
+    best = min(scores, key=lambda s: s.measured.error.position_rms)
+    return {
+        "schema": COMPARISON,
+        "robot": scores[0].robot.name,
+        "best": best.plate.name,
+        "plates": [_plate_json(score) for score in scores],
+    }
+
+
+def _plate_json(score: PlateScore) -> Json:
+    return {
+        "robot": score.robot.name,
+        "plate": score.plate.name,
+        "noise": {"position_mm": 1e3 * score.sigma[0], "orientation_deg": np.rad2deg(score.sigma[1])},
+        "targets": [
+            {"target": k + 1, "branch": branch, "q": score.measured.q[k], "O": o, "share": share}
+            for k, (branch, o, share) in enumerate(
+                zip(score.measured.branches, score.measured.per_target, score.measured.shares, strict=True)
+            )
+        ],
+        "set": set_json(score.measured),
+        "one_branch": None
+        if score.single is None
+        else {"branch": score.single.branches[0], **set_json(score.single)},
+    }
+
+
+def set_json(score: SetScore) -> Json:
+    """What one set of measurements is worth."""
+    return {
+        "predicted": {
+            "position_mm": {
+                "mean": 1e3 * score.error.position_mean,
+                "rms": 1e3 * score.error.position_rms,
+                "max": 1e3 * float(score.error.position.max(initial=0.0)),
+            },
+            "orientation_deg": {
+                "mean": np.rad2deg(score.error.rotation_mean),
+                "rms": np.rad2deg(score.error.rotation_rms),
+                "max": float(np.rad2deg(score.error.rotation.max(initial=0.0))),
+            },
+        },
+        "indices": score.indices,
+        "stacked_ratio": score.stacked,
+        "rank": score.rank,
+        "visible": score.visible,
+        "parameters": len(score.names),
+        "open": _open_words(score),
+    }
