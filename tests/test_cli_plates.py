@@ -48,3 +48,58 @@ def test_one_sentence_for_bad_input(run, words, said):
     assert said in err
     assert err.count("\n") == 1
     assert not out
+
+
+def test_clusters_as_a_plate(run, tmp_path):
+    words = ("--robot", "aria", "--side", "100mm", "--index", "O1", "--out", "c.toml", "--json", "c.json")
+    status, out, _ = run("plate", "cluster", *words)
+    assert status == 0
+    assert "joint 1 alone turned" in out
+    found = json.loads((tmp_path / "c.json").read_text())
+    assert (found["best"]["rank"], found["turned"]["rank"]) == (24, 6)
+    assert len(set(found["best"]["cubes"])) == 10
+    status, _, _ = run("plate", "score", "c.toml", "--robot", "aria", "--json", "s.json")
+    assert status == 0
+    scored = json.loads((tmp_path / "s.json").read_text())
+    assert scored["set"]["stacked_ratio"] == pytest.approx(found["best"]["stacked_ratio"], rel=1e-5)
+
+
+def test_regions_that_make_no_sense(run):
+    for region, said in (("0,0:1,1,1", "two corners"), ("nowhere", "nowhere"), ("1,1,1:0,0,0", "empty")):
+        status, _, err = run("plate", "cluster", "--robot", "aria", "--region", region)
+        assert status == 1
+        assert said in err
+
+
+def test_a_plate_is_made_and_comes_back_as_measured(run, tmp_path):
+    """The nominal list, moved by 0.1 mm, is what the measuring machine says; every --plate takes it."""
+    status, out, _ = run("plate", "export", "table2", "--out", "made", "--formats", "csv,sheet,dxf")
+    assert status == 0
+    assert "plate and 10 blocks (5 × A, 5 × B)" in out
+    lines = (tmp_path / "made" / "targets.csv").read_text().splitlines()
+    moved = [line.split(",") for line in lines[1:]]
+    text = [",".join([n, str(float(x) + 0.1), *rest]) for n, x, *rest in moved]
+    (tmp_path / "cmm.csv").write_text("\n".join([lines[0], *text]))
+    status, out, _ = run("plate", "as-measured", "table2", "cmm.csv", "--out", "real.toml")
+    assert status == 0
+    assert "0.100 mm rms" in out
+    status, out, _ = run("plate", "compare", "real.toml", "cmm.csv", "--robot", "aria")
+    assert status == 0
+    words = ("simulate", "--robot", "aria", "--plate", "cmm.csv", "--branch", "auto", "--out", "rows.csv")
+    assert run(*words)[0] == 0
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("export", "table2", "--out", "made", "--formats", "obj"), "known are stl, 3mf"),
+        (("as-measured", "table2", "none.csv", "--out", "real.toml"), "none.csv"),
+        (("as-measured", "table2", "none.csv", "--out", "real.toml", "--frame", "world"), "base or plate"),
+    ],
+)
+def test_bad_input_of_making(run, tmp_path, words, said):
+    status, _, err = run("plate", *words)
+    assert status == 1
+    assert said in err
+    assert err.count("\n") == 1
+    assert not list(tmp_path.iterdir())

@@ -16,7 +16,7 @@ LADDER = [
     "robots",
     "model",
     "design measure compensate",
-    "identify",
+    "identify fabricate",
     "validate",
     "diagnose",
     "report",
@@ -29,7 +29,14 @@ LADDER = [
     "__main__",
 ]
 RUNG = {name: i for i, names in enumerate(LADDER) for name in names.split()}
-HOMES = {"viser": {"app"}, "rerun": {"record"}, "typer": {"cli"}, "yourdfpy": {"robots"}}
+HOMES = {
+    "viser": {"app"},
+    "rerun": {"record"},
+    "typer": {"cli"},
+    "yourdfpy": {"robots"},
+    "ezdxf": {"fabricate"},
+    "OCP": {"fabricate"},
+}
 LONGEST = 450
 LONGER: dict[str, int] = {}
 """Files that wait to be divided; an entry may only shrink."""

@@ -20,7 +20,7 @@ _HOMES = {
     "workbench.measure.dataset": ("Dataset",),
     "workbench.measure.readers": ("read_measurements",),
     "workbench.measure.writer": ("write_measurements",),
-    "workbench.design.plate_toml": ("load_plate",),
+    "workbench.fabricate.as_measured": ("load_plate",),
     "workbench.model.forward": ("tool_poses", "sensitivity", "sensitivity_blocks", "link_frames"),
     "workbench.model.inverse": ("solve", "follow"),
     "workbench.pipeline": (

@@ -28,6 +28,8 @@ LARGEST = 4e-3
 """Greatest angle by which an effect turns a joint [rad]."""
 SOFTEST = 2e-3
 """Greatest compliance of a joint, a bearing, a link or a mount [rad/(N m)]."""
+FEEBLE = 0.05
+"""Moment that friction holds [N m]: a joint or bearing whose moments are not mostly greater has no flanks."""
 GROWTH = (15e-6, 60e-6)
 """Thermal growth [1/K]."""
 CREEP, TWIST = (0.3e-3, 0.8e-3), (0.1e-3, 0.4e-3)
@@ -61,7 +63,7 @@ def sized(effect, arm, state, rng):
     peak = 1e-3 * rng.uniform(*PEAKS[effect.name])
     held = straight_moments(arm, state)
     largest = np.abs(turns(arm, effect, state, held)).max()
-    if largest < 1e-12:
+    if largest < 1e-12 or _feeble(effect, held):
         return None
     trial = effect.scaled(1e-5 / largest)
     moved = change(poses(arm, [trial], state), poses(arm, [], state))
@@ -69,6 +71,14 @@ def sized(effect, arm, state, rng):
     if effect.name in PROPORTIONAL:
         factor = min(factor, SOFTEST / max(np.abs(trial.size)))
     return trial.scaled(factor)
+
+
+def _feeble(effect, held):
+    """Whether the moments that decide on a flank are too small to do so."""
+    own = {"backlash": held[..., 2], "clearance-tilt": np.linalg.norm(held[..., :2], axis=2)}
+    if effect.detail == "motion" or effect.name not in own:
+        return False
+    return bool(np.median(np.abs(own[effect.name][:, effect.joints[0]])) < FEEBLE)
 
 
 def _whole(name, rng):

@@ -199,6 +199,9 @@ def test_what_nobody_can_see_is_not_asked_for():
     rng = np.random.default_rng(0)
     assert draw("joint-compliance", generator.aria(), state, rng, joint=0) is None
     assert draw("joint-compliance", generator.aria(), state, rng, joint=5) is None
+    for joint, feels in ((0, False), (1, True), (5, False)):
+        loose = draw("backlash", case.actual, state, rng, joint=joint, detail="moment")
+        assert (loose is not None) is feels
     soft = draw("joint-compliance", generator.aria(), state, rng, joint=2)
     assert decidable(sight, (soft,))
     assert not decidable(sight, (soft.scaled(0.01),))

@@ -141,7 +141,7 @@ def test_a_failing_task_is_a_message(worker, do):
 
 def test_two_threads_at_once(worker):
     def many(client: int) -> None:
-        for k in range(100):
+        for k in range(25):
             worker.submit(SelectTarget(k % 10))
 
     threads = [threading.Thread(target=many, args=(c,)) for c in range(4)]
@@ -150,8 +150,8 @@ def test_two_threads_at_once(worker):
     for thread in threads:
         thread.join()
     assert worker.wait(60.0)
-    assert len(worker.journal) == 400
-    assert worker.session.revision == 400 - sum(e.ending is not Ending.DONE for e in worker.journal)
+    assert len(worker.journal) == 100
+    assert worker.session.revision == 100 - sum(e.ending is not Ending.DONE for e in worker.journal)
 
 
 def test_news_goes_when_the_user_goes_on_errors_stay(do):

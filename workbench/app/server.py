@@ -13,7 +13,7 @@ from workbench.app.render import BrowserView
 from workbench.design.plate import Plate
 from workbench.errors import FileError, OptionError
 from workbench.robots.robot import Robot
-from workbench.session.commands import LoadData
+from workbench.session.commands import CHORES, LoadData
 from workbench.session.start import start
 from workbench.session.view import AbstractView
 from workbench.session.worker import Worker
@@ -57,7 +57,7 @@ class App:
             stop_server(self.server)
             raise
         waiting.remove()
-        self.worker = Worker(session, views=views)
+        self.worker = Worker(session, views=views, chores=CHORES)
         self.view = BrowserView(self.server, self.worker)
         self.worker.add_view(self.view)
         if first is not None:

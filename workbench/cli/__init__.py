@@ -11,7 +11,7 @@ from typing import Annotated
 
 import typer
 
-from workbench.cli import calibrating, measuring, plates
+from workbench.cli import calibrating, making, measuring, plates
 from workbench.cli.options import PlateOption, RobotOption, say
 from workbench.errors import WorkbenchError
 
@@ -56,7 +56,7 @@ def serve(
 ) -> None:
     """The app in the browser: robot, plate, draggable targets, identification."""
     from workbench.app.server import serve as run
-    from workbench.design.plate_toml import load_plate
+    from workbench.fabricate.as_measured import load_plate
     from workbench.robots import load_robot
 
     run(
@@ -80,4 +80,6 @@ for command in (
     calibrating.export,
 ):
     app.command()(command)
+plates.plates.command()(making.export)
+plates.plates.command("as-measured")(making.as_measured)
 app.add_typer(plates.plates)

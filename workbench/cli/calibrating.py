@@ -80,7 +80,7 @@ def identify(
 ) -> None:
     """Identify the arm's geometry from measurements, and report its error on held-out rows."""
     from workbench import pipeline
-    from workbench.design.plate_toml import load_plate
+    from workbench.fabricate.as_measured import load_plate
     from workbench.report import json as reports
     from workbench.report import table
     from workbench.report.prior import read_prior

@@ -44,7 +44,7 @@ def simulate(
 ) -> None:
     """A virtual arm with hidden manufacturing errors, measured."""
     from workbench import pipeline
-    from workbench.design.plate_toml import load_plate
+    from workbench.fabricate.as_measured import load_plate
     from workbench.measure.writer import write_measurements
     from workbench.robots import load_robot
     from workbench.robots.toml import write_toml
@@ -145,7 +145,7 @@ def capture(
     """
     from rich.console import Console
 
-    from workbench.design.plate_toml import load_plate
+    from workbench.fabricate.as_measured import load_plate
     from workbench.measure.standstill import StandstillDetector
     from workbench.pipeline import acquisition
     from workbench.robots import load_robot
@@ -198,7 +198,7 @@ def drive(
     seed: SeedOption = 0,
 ) -> None:
     """A virtual arm in place of a real one's driver: JSON lines of an arm steered from target to target."""
-    from workbench.design.plate_toml import load_plate
+    from workbench.fabricate.as_measured import load_plate
     from workbench.measure.driver import Pace
     from workbench.measure.send import send_samples
     from workbench.pipeline.virtual import drive_plate

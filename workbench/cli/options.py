@@ -35,7 +35,10 @@ LayoutOption = Annotated[
         help="Layout of the file, found out if not given: plain, ipa-grid, target-deviation, mukca."
     ),
 ]
-PlateOption = Annotated[str | None, typer.Option(help="Plate: a .toml file, or the built-in table2.")]
+PlateOption = Annotated[
+    str | None,
+    typer.Option(help="Plate: a .toml file, the table of a measuring machine, or the built-in table2."),
+]
 SeedOption = Annotated[int, typer.Option(help="Seed of everything random.")]
 
 
@@ -108,6 +111,22 @@ def noise_of(text: str):
     if position <= 0 or rotation <= 0:
         raise OptionError(f"--noise must be greater than zero, not '{text}'")
     return Noise(position, rotation)
+
+
+def region_of(text: str):
+    """A region: of a plate by file or name, or from its corners, `x,y,z:x,y,z` in m."""
+    import numpy as np
+
+    from workbench.design.plate_toml import load_plate
+    from workbench.design.region import Region
+
+    try:
+        low, high = (np.array([float(part) for part in corner.split(",")]) for corner in text.split(":"))
+    except ValueError:
+        return load_plate(text).region
+    if low.shape != (3,) or high.shape != (3,):
+        raise OptionError(f"a region has two corners of three numbers, x,y,z:x,y,z in m, not '{text}'")
+    return Region(min=low, max=high)
 
 
 def check_writable(*files: Path | None, folder: Path | None = None) -> None:

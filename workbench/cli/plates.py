@@ -1,5 +1,6 @@
-"""The commands about fixture plates: `workbench plate score|compare …`."""
+"""The commands about fixture plates: `workbench plate score|compare|cluster …`."""
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -11,6 +12,7 @@ from workbench.cli.options import (
     check_writable,
     noise_of,
     progress_bar,
+    region_of,
     say,
     show,
 )
@@ -84,8 +86,60 @@ def compare(
         say(f"result: {write_json(json, comparison_json(found))}")
 
 
+@plates.command()
+def cluster(
+    robot: RobotOption,
+    region: Annotated[
+        str, typer.Option(help='A plate whose region is meant, or "x,y,z:x,y,z", its corners in m.')
+    ] = "table2",
+    plate: Annotated[
+        str | None, typer.Option(help="A plate whose region is meant, and near whose orientations to stay.")
+    ] = None,
+    side: Annotated[
+        str | None, typer.Option(help="Side of the cubes; as the plate says if not given.")
+    ] = None,
+    number: Annotated[int, typer.Option(help="How many poses.")] = 10,
+    index: Annotated[
+        str, typer.Option(help="Chooses between sets of equal O: I (predicted error), O1 … O5, A, D.")
+    ] = "I",
+    cone: Annotated[str, typer.Option(help="With --plate: how far from its orientations.")] = "60deg",
+    out: Annotated[Path | None, typer.Option(help="Write the poses as a plate here (.toml).")] = None,
+    json: JsonOption = None,
+    seed: SeedOption = 0,
+) -> None:
+    """Workspace clustering: poses with equal O in different cubes of a region, the best such set."""
+    from workbench import pipeline
+    from workbench.design.plate_toml import load_plate, write_plate
+    from workbench.report.plates import cluster_json, cluster_tables
+    from workbench.robots import load_robot
+    from workbench.units import Quantity, parse_quantity
+
+    check_writable(out, json)
+    arm = load_robot(robot)
+    fixture = None if plate is None else load_plate(plate)
+    with progress_bar("cluster") as progress:
+        found = pipeline.cluster_region(
+            arm,
+            region_of(region) if fixture is None else fixture.region,
+            number=number,
+            side=None if side is None else parse_quantity(side, Quantity.LENGTH),
+            index=index,
+            towards=None if fixture is None or not len(fixture) else fixture.poses[:, :3, :3],
+            cone=parse_quantity(cone, Quantity.ANGLE),
+            seed=seed,
+            progress=lambda part: progress(part, "looking for equal O"),
+        )
+    show(cluster_tables(found))
+    if out is not None:
+        say(f"plate: {write_plate(found.plate(), out)}")
+    if json is not None:
+        from workbench.report.json import write_json
+
+        say(f"result: {write_json(json, cluster_json(found))}")
+
+
 def _scored(pipeline, plate: str, robot: str, noise: str, unknown: str | None, seed: int):
-    from workbench.design.plate_toml import load_plate
+    from workbench.fabricate.as_measured import load_plate
     from workbench.robots import load_robot
 
     with progress_bar("score") as progress:

@@ -12,13 +12,13 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.design.accuracy import predicted_error
-from workbench.design.criterion import Criterion, index_criterion, region_criterion
+from workbench.design.criterion import criterion_of, goal_index
 from workbench.design.exchange import exchange
 from workbench.design.freedom import visible, visible_basis
-from workbench.design.indices import AbstractSetIndex, index_named
+from workbench.design.indices import index_named
 from workbench.design.plate import AUTO, Kind, Plate
 from workbench.design.target_rows import SIGMA_POSITION, SIGMA_ROTATION, linearise_targets
-from workbench.errors import DataError, OptionError
+from workbench.errors import DataError
 from workbench.model import inverse
 from workbench.model.inverse import Branch, Task
 from workbench.model.linearisation import Linearisation
@@ -138,7 +138,7 @@ def choose_branches(
     basis = visible_basis(robot, names)
     options = _information(visible(linearisation, basis))
     allowed = _allowed(plate, slots, labels)
-    criterion = _criterion(robot, linearisation, goal, len(solutions), basis)
+    criterion = criterion_of(goal_index(goal, robot, linearisation, basis), len(solutions))
     single = {
         name: np.array([_place(slots, labels, slot, name) for slot in range(len(solutions))])
         for name in single_branches(solutions)
@@ -202,18 +202,3 @@ def _allowed(plate: Plate, slots: np.ndarray, labels: list[str]) -> np.ndarray:
             )
         allowed[slot] &= np.array([label == target.branch for label in labels])
     return allowed
-
-
-def _criterion(
-    robot: Robot,
-    linearisation: Linearisation,
-    goal: np.ndarray | str,
-    measurements: int,
-    basis: np.ndarray | None,
-) -> Criterion:
-    if not isinstance(goal, str):
-        return region_criterion(robot, goal, linearisation.names, linearisation.weights, basis)
-    index = index_named(goal)
-    if not isinstance(index, AbstractSetIndex):
-        raise OptionError(f"index {goal} looks at single poses; choose branches by O1 … O5 or a region")
-    return index_criterion(index, measurements)

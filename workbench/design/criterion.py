@@ -2,34 +2,84 @@
 
 The information of a set is the Gram matrix G = Σ AᵢᵀAᵢ of its scaled, whitened Jacobian. Leaving a
 measurement out and putting another one in adds and takes two small products, so an exchange needs no
-Jacobian of the whole set. A criterion takes a stack of Gram matrices and gives one cost for each.
+Jacobian of the whole set. A criterion takes a stack of Gram matrices and gives one cost for each; its slope
+S = ∂cost/∂G tells which of many exchanges can help: to first order the cost changes by ⟨S, BᵀB − AᵀA⟩. For
+costs that are convex in G (all but those of O2 and O4) no exchange does better than this.
 """
 
-from collections.abc import Callable
+from abc import ABC, abstractmethod
+from typing import final
 
 import numpy as np
 from jaxtyping import Float
 
 from workbench.design.accuracy import position_weight
 from workbench.design.freedom import visible_weight
-from workbench.design.indices import AbstractSetIndex
+from workbench.design.indices import AbstractIndex, AbstractSetIndex, I, index_named
+from workbench.errors import OptionError
+from workbench.model.linearisation import Linearisation
 from workbench.robots.robot import Robot
 
 Grams = Float[np.ndarray, "sets p p"]
-Criterion = Callable[[Grams], Float[np.ndarray, " sets"]]
 
 RIDGE = 1e-12
 """Share of its mean diagonal added to a Gram matrix, so that a set below full rank is merely very bad."""
 
 
-def index_criterion(index: AbstractSetIndex, measurements: int) -> Criterion:
-    """Minus the index of sets of so many measurements."""
+class AbstractCriterion(ABC):
+    """A cost of information, smaller is better."""
 
-    def cost(grams: Grams) -> Float[np.ndarray, " sets"]:
+    @abstractmethod
+    def __call__(self, grams: Grams) -> Float[np.ndarray, " sets"]:
+        """The cost of each Gram matrix."""
+
+    @abstractmethod
+    def slope(self, gram: Float[np.ndarray, "p p"]) -> Float[np.ndarray, "p p"]:
+        """∂cost/∂G at one Gram matrix."""
+
+
+@final
+class IndexCriterion(AbstractCriterion):
+    """Minus an index of sets of so many measurements."""
+
+    def __init__(self, index: AbstractSetIndex, measurements: int):
+        """Of an index and the number of measurements."""
+        self.index, self.measurements = index, measurements
+
+    def __call__(self, grams: Grams) -> Float[np.ndarray, " sets"]:
+        """−index."""
         spectra = np.sqrt(np.clip(np.linalg.eigvalsh(_ridged(grams))[:, ::-1], 1e-300, None))
-        return -index.of_spectra(spectra, measurements)
+        return -self.index.of_spectra(spectra, self.measurements)
 
-    return cost
+    def slope(self, gram: Float[np.ndarray, "p p"]) -> Float[np.ndarray, "p p"]:
+        """−V diag(f'(σ) / 2σ) Vᵀ, as dσ² = vᵀ dG v."""
+        squares, vectors = np.linalg.eigh(_ridged(gram[None])[0])
+        values = np.sqrt(np.clip(squares, 1e-300, None))
+        pull = self.index.slope(values[::-1], self.measurements)[::-1] / (2.0 * values)
+        return -(vectors * pull) @ vectors.T
+
+
+@final
+class RegionCriterion(AbstractCriterion):
+    """√trace(W G⁻¹): root mean square predicted position error [m]."""
+
+    def __init__(self, weight: Float[np.ndarray, "p p"]):
+        """Of W for the parameters that the Gram matrices are of [m²]."""
+        self.weight = weight
+
+    def __call__(self, grams: Grams) -> Float[np.ndarray, " sets"]:
+        """√trace(W G⁻¹)."""
+        return np.sqrt((np.linalg.inv(_ridged(grams)) * self.weight).sum((1, 2)))
+
+    def slope(self, gram: Float[np.ndarray, "p p"]) -> Float[np.ndarray, "p p"]:
+        """−G⁻¹ W G⁻¹ / (2 cost)."""
+        inverse = np.linalg.inv(_ridged(gram[None])[0])
+        return -inverse @ self.weight @ inverse / (2.0 * np.sqrt((inverse * self.weight).sum()))
+
+
+def index_criterion(index: AbstractSetIndex, measurements: int) -> IndexCriterion:
+    """Minus the index of sets of so many measurements."""
+    return IndexCriterion(index, measurements)
 
 
 def region_criterion(
@@ -38,7 +88,7 @@ def region_criterion(
     names: tuple[str, ...],
     weights: Float[np.ndarray, " p"],
     basis: Float[np.ndarray, "p r"] | None = None,
-) -> Criterion:
+) -> RegionCriterion:
     """Root mean square predicted position error over poses that matter [m]: I-optimality.
 
     Args:
@@ -48,12 +98,43 @@ def region_criterion(
         weights: Scaling of the parameters, as in `Linearisation.weights`.
         basis: Combinations of scaled parameters that the Gram matrices are of, see `design.freedom`.
     """
-    weight = visible_weight(position_weight(robot, q_region, names, weights), basis)
+    return RegionCriterion(visible_weight(position_weight(robot, q_region, names, weights), basis))
 
-    def cost(grams: Grams) -> Float[np.ndarray, " sets"]:
-        return np.sqrt((np.linalg.inv(_ridged(grams)) * weight).sum((1, 2)))
 
-    return cost
+def goal_index(
+    goal: Float[np.ndarray, "rows n"] | str,
+    robot: Robot,
+    linearisation: Linearisation,
+    basis: Float[np.ndarray, "p r"] | None = None,
+) -> AbstractIndex:
+    """The index that a goal asks for: I over poses that matter, or one by name.
+
+    Args:
+        goal: Joint positions of poses that matter [rad or m], or the name of an index.
+        robot: Geometry at which those poses are linearised.
+        linearisation: Of any measurements; says what is identified, and how it is scaled.
+        basis: Combinations of scaled parameters that the index is of, see `design.freedom`.
+
+    Raises:
+        OptionError: there is no such index.
+    """
+    if isinstance(goal, str):
+        return index_named(goal)
+    weight = position_weight(robot, goal, linearisation.names, linearisation.weights)
+    return I(visible_weight(weight, basis))
+
+
+def criterion_of(index: AbstractIndex, measurements: int) -> AbstractCriterion:
+    """What an exchange makes small so that an index becomes large.
+
+    Raises:
+        OptionError: the index looks at single poses.
+    """
+    if isinstance(index, I):
+        return RegionCriterion(index.weight)
+    if not isinstance(index, AbstractSetIndex):
+        raise OptionError(f"index {index.name} looks at single poses; choose by O1 … O5, A, D or I")
+    return IndexCriterion(index, measurements)
 
 
 def _ridged(grams: Grams) -> Grams:

@@ -40,6 +40,7 @@ class Target:
         q: The joint angles to measure it with, instead of a branch [rad or m].
         kind: Seat (full pose), socket or point (position only).
         sigma: How well the target itself is known: position [m] and rotation [rad]; None if not said.
+        locked: Whether it keeps its place while others are moved or optimised.
     """
 
     xyz: Vector3
@@ -48,6 +49,7 @@ class Target:
     q: Float[np.ndarray, " n"] | None = None
     kind: Kind = Kind.SEAT
     sigma: tuple[float, float] | None = None
+    locked: bool = False
 
     @cached_property
     def pose(self) -> Matrix4:
@@ -66,6 +68,7 @@ class Plate:
         xyz: Centre of the plate's top in the robot's base [m].
         rpy: Its roll, pitch, yaw [rad].
         size: Length, width and thickness of the solid [m]; None if there is none.
+        notes: What was decided when it was read, one sentence each; they are not written to its file.
     """
 
     name: str
@@ -74,6 +77,7 @@ class Plate:
     xyz: Vector3 = field(default_factory=lambda: ZERO)
     rpy: Vector3 = field(default_factory=lambda: ZERO)
     size: Vector3 | None = None
+    notes: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.targets)

@@ -15,7 +15,7 @@ from workbench.tables import AbstractTableReader
 
 PLATE_KEYS = {"name", "size", "xyz", "rpy", "region", "target"}
 REGION_KEYS = {"min", "max", "cube"}
-TARGET_KEYS = {"xyz", "rpy", "branch", "q", "kind", "sigma"}
+TARGET_KEYS = {"xyz", "rpy", "branch", "q", "kind", "sigma", "locked"}
 
 
 @final
@@ -56,6 +56,7 @@ class _Reader(AbstractTableReader):
             q=self.numbers(table["q"], None, f"{what} q") if "q" in table else None,
             kind=kind,
             sigma=self.sigma(table["sigma"], what) if "sigma" in table else None,
+            locked=self.flag(table.get("locked", False), f"{what} locked"),
         )
 
     def sigma(self, value: Any, what: str) -> tuple[float, float]:
@@ -116,6 +117,8 @@ def _target_table(target: Target) -> dict[str, Any]:
     table["kind"] = str(target.kind)
     if target.sigma is not None:
         table["sigma"] = list(target.sigma)
+    if target.locked:
+        table["locked"] = True
     return table
 
 

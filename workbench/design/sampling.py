@@ -1,5 +1,7 @@
 """Joint positions at random, anywhere within the limits or with the tool in a region."""
 
+from collections.abc import Callable
+
 import numpy as np
 from jaxtyping import Float
 
@@ -28,19 +30,48 @@ def random_poses(
     Raises:
         DataError: the tool practically never gets into the region.
     """
-    low, high = robot.search_limits.T
     if region is None:
+        low, high = robot.search_limits.T
         return rng.uniform(low, high, (number, robot.dof))
+
+    def complaint(found: int, tries: int) -> str:
+        return (
+            f"robot '{robot.name}' hardly ever reaches the region {region.min.tolist()} to "
+            f"{region.max.tolist()} m ({found} of {tries} random joint positions); move the region"
+        )
+
+    return poses_that(
+        robot, number, lambda poses: region.contains(poses[:, :3, 3]), rng=rng, complaint=complaint
+    )
+
+
+def poses_that(
+    robot: Robot,
+    number: int,
+    keep: Callable[[np.ndarray], np.ndarray],
+    *,
+    rng: np.random.Generator,
+    complaint: Callable[[int, int], str],
+) -> Float[np.ndarray, "number n"]:
+    """Random joint positions within the limits whose tool poses are kept [rad or m].
+
+    Args:
+        robot: Geometry with joint limits.
+        number: How many.
+        keep: Which of a stack of tool poses, in the robot's base frame, are kept.
+        rng: Source of the positions.
+        complaint: What to say where practically none is kept, from how many of how many tries were.
+
+    Raises:
+        DataError: practically none is kept.
+    """
+    low, high = robot.search_limits.T
     found = np.zeros((0, robot.dof))
     tries = 0
     while len(found) < number:
         q = rng.uniform(low, high, (BLOCK, robot.dof))
-        inside = region.contains(in_base(robot, tool_poses(robot, q))[:, :3, 3])
-        found = np.concatenate([found, q[inside]])
+        found = np.concatenate([found, q[keep(in_base(robot, tool_poses(robot, q)))]])
         tries += BLOCK
         if tries > 25 * TRIES * max(len(found), 1):
-            raise DataError(
-                f"robot '{robot.name}' hardly ever reaches the region {region.min.tolist()} to "
-                f"{region.max.tolist()} m ({len(found)} of {tries} random joint positions); move the region"
-            )
+            raise DataError(complaint(len(found), tries))
     return found[:number]

@@ -15,7 +15,7 @@ each followed by `identify(aria, rows)`.
 
 from workbench.pipeline.evaluation import evaluate
 from workbench.pipeline.identification import ALGORITHMS, identify
-from workbench.pipeline.plates import score_plate
+from workbench.pipeline.plates import cluster_region, score_plate
 from workbench.pipeline.poses import choose_poses, write_poses
 from workbench.pipeline.simulation import measure_plate, measure_poses
 from workbench.validate.identification import Evaluation, Identification, Run, Validation
@@ -27,6 +27,7 @@ __all__ = [
     "Run",
     "Validation",
     "choose_poses",
+    "cluster_region",
     "evaluate",
     "identify",
     "measure_plate",

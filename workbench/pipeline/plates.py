@@ -1,14 +1,25 @@
-"""Fixture plates as calls: scored, and compared."""
+"""Fixture plates as calls: scored, and found by workspace clustering."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
+from jaxtyping import Float
 
-from workbench.design import plate_score
+from workbench.design import clustering, plate_score
+from workbench.design.clustering import Clustering
+from workbench.design.criterion import goal_index
 from workbench.design.plate import Plate
 from workbench.design.plate_score import PlateScore
+from workbench.design.pose_limits import PoseLimits
+from workbench.design.region import Region
+from workbench.design.region_poses import PLATE_POSES, region_poses
 from workbench.design.target_rows import SIGMA_POSITION, SIGMA_ROTATION
+from workbench.model.linearisation import linearise
 from workbench.robots.robot import Robot
+
+ERROR = "I"
+"""Name of the index that is the predicted error over the region."""
 
 
 def score_plate(
@@ -41,6 +52,52 @@ def score_plate(
         base=base,
         tool=tool,
         rng=np.random.default_rng(seed),
+        progress=progress,
+        cancel=cancel,
+    )
+
+
+def cluster_region(
+    robot: Robot,
+    region: Region,
+    *,
+    number: int = 10,
+    side: float | None = None,
+    index: str = ERROR,
+    towards: Float[np.ndarray, "orientations 3 3"] | None = None,
+    cone: float = np.pi,
+    seed: int = 0,
+    progress: Callable[[float], None] | None = None,
+    cancel: Callable[[], bool] | None = None,
+) -> Clustering:
+    """Poses with equal O in different cubes of a region, the best such set (ARIA 4.2).
+
+    Args:
+        robot: Nominal arm.
+        region: The cuboid.
+        number: How many poses.
+        side: Side L of the cubes [m]; the region's own if None.
+        index: What is made large among sets with equal O: `O1` … `O5`, `A`, `D`, or `I`.
+        towards: Orientations of the tool about which a cone opens; any orientation if None.
+        cone: Greatest angle from the nearest of them [rad].
+        seed: Of the random candidates.
+        progress: Called with the share of the work done.
+        cancel: Asked now and then whether to stop with the best set so far.
+    """
+    rng = np.random.default_rng(seed)
+    goal: str | np.ndarray = index
+    if index == ERROR:
+        goal = region_poses(
+            robot, region, PLATE_POSES, rng=np.random.default_rng(0), towards=towards, cone=cone
+        )
+    middle = robot.search_limits.mean(axis=1)[None]
+    return clustering.cluster_region(
+        robot,
+        region if side is None else replace(region, cube=side),
+        index=goal_index(goal, robot, linearise(robot, middle)),
+        rng=rng,
+        number=number,
+        limits=PoseLimits(towards=towards, cone=cone),
         progress=progress,
         cancel=cancel,
     )

@@ -93,7 +93,7 @@ def measure_plate(
         actual, plate.poses, instrument=_instrument(instrument), rng=rng, branch=branch, near=near
     )
     note = f"simulated: plate '{plate.name}', {_instrument(instrument).name}, seed {seed}"
-    return actual, replace(rows, source=note)
+    return actual, replace(rows, source=note, notes=(*plate.notes, *rows.notes))
 
 
 def _instrument(instrument: str | Instrument) -> Instrument:

@@ -4,21 +4,25 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 from rich import box
 from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
+from workbench.design.clustering import Cluster, Clustering
 from workbench.design.indices import INDICES, I
 from workbench.design.plate_score import PlateScore, SetScore
 from workbench.identify.result import combinations
 from workbench.parameters import Parameter
+from workbench.robots.robot import JointKind, Robot
 
 Json = dict[str, Any]
 
 SCORE = "workbench.plate-score/1"
 COMPARISON = "workbench.plate-comparison/1"
+CLUSTERING = "workbench.clustering/1"
 
 
 def new_table(title: str, *columns: str) -> Table:
@@ -151,4 +155,61 @@ def set_json(score: SetScore) -> Json:
         "visible": score.visible,
         "parameters": len(score.names),
         "open": _open_words(score),
+    }
+
+
+def cluster_tables(found: Clustering) -> RenderableType:
+    """The poses with their cubes, and what equal O alone would have been worth."""
+    cubes = found.region.centres[found.best.cubes]
+    poses = new_table(
+        f"{len(cubes)} poses of equal O for {found.robot.name}",
+        "pose",
+        "cube about [mm]",
+        "O",
+        "joints [°, mm]",
+    )
+    for k, (cube, o, q) in enumerate(zip(cubes, found.best.o, found.best.q, strict=True)):
+        joints = " ".join(f"{v:.1f}" for v in in_degrees(found.robot, q))
+        poses.add_row(str(k + 1), " ".join(f"{1e3 * v:.0f}" for v in cube), f"{o:.5f}", joints)
+    sets = new_table("Sets with equal O", "", "cubes", "O apart [%]", "rank", "σmin/σmax", found.index)
+    for words, cluster in (
+        ("the best", found.best),
+        ("the first found", found.plain),
+        ("joint 1 alone turned", found.turned),
+    ):
+        numbers = (f"{100 * cluster.difference:.2g}", str(cluster.rank))
+        values = (_number(cluster.stacked), _number(cluster.value))
+        sets.add_row(words, str(len(cluster.cubes)), *numbers, *values)
+    return Group(poses, sets)
+
+
+def in_degrees(robot: Robot, q: Float[np.ndarray, " n"]) -> list[float]:
+    """Joint positions for people: degrees, and mm of sliding joints."""
+    return [
+        1e3 * v if joint.kind is JointKind.PRISMATIC else float(np.rad2deg(v))
+        for joint, v in zip(robot.moving, q, strict=True)
+    ]
+
+
+def cluster_json(found: Clustering) -> Json:
+    """The same in SI."""
+    sets = {"best": found.best, "plain": found.plain, "turned": found.turned}
+    return {
+        "schema": CLUSTERING,
+        "robot": found.robot.name,
+        "index": found.index,
+        "region": {"min": found.region.min, "max": found.region.max, "cube": found.region.cube},
+        **{name: _cluster_json(cluster) for name, cluster in sets.items()},
+    }
+
+
+def _cluster_json(cluster: Cluster) -> Json:
+    return {
+        "q": cluster.q,
+        "O": cluster.o,
+        "difference": cluster.difference,
+        "cubes": cluster.cubes,
+        "rank": cluster.rank,
+        "stacked_ratio": cluster.stacked,
+        "index": cluster.value,
     }

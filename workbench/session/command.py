@@ -55,5 +55,17 @@ class AbstractTask(AbstractCommand):
         """The present session with the result."""
 
 
+class AbstractChore(AbstractTask):
+    """A computation that the session itself asks for, so that no change has to wait for it.
+
+    Chores run beside tasks, one at a time, and are cancelled when the session no longer needs them.
+    """
+
+    @classmethod
+    @abstractmethod
+    def needed(cls, session: Session) -> "AbstractChore | None":
+        """The chore that this session needs; None if none. Equal chores compute the same."""
+
+
 class Cancelled(Exception):
     """A task stopped because it was asked to."""

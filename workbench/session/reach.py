@@ -18,7 +18,7 @@ from workbench.model.inverse import follow, solve
 from workbench.model.newton import Task
 from workbench.model.ways import InverseResult, choose, nearest_branch
 from workbench.robots.robot import Robot
-from workbench.session.clearance import is_clear
+from workbench.session.clearance import first_hit, is_clear
 from workbench.session.state import TargetState
 from workbench.types import Matrix4, frozen
 
@@ -41,7 +41,7 @@ def place_all(
     states = [_first(robot, plate, t, r) for t, r in zip(plate.targets, results, strict=True)]
     open_ = [i for i, t in enumerate(plate.targets) if states[i].reached and t.q is None]
     if len(open_) > 1 and len(region_q):
-        solutions = [_clear_ones(robot, plate, results[i]) for i in open_]
+        solutions = [_choices(robot, plate, plate.targets[i], results[i]) for i in open_]
         targets = (
             _with_known_branch(plate.targets[i], ways) for i, ways in zip(open_, solutions, strict=True)
         )
@@ -52,18 +52,31 @@ def place_all(
     return tuple(states)
 
 
+def ways_to(robot: Robot, target: Target) -> tuple[Branch, ...]:
+    """All branches within limits that reach a target."""
+    return _solve(robot, target).within_limits
+
+
+def place(robot: Robot, plate: Plate, target: Target, near: Float[np.ndarray, " n"]) -> TargetState:
+    """The arm at a target from nothing: in its named branch, or else in the one nearest to `near`."""
+    return _state(robot, plate, _solve(robot, target), near=near, branch=target.branch)
+
+
 def advance(robot: Robot, plate: Plate, target: Target, before: TargetState) -> TargetState:
-    """The arm at a target that has moved a little, in the same branch if that reaches it."""
+    """The arm at a target that has moved a little, in the same branch if that reaches it.
+
+    A branch that was chosen by hand is kept: where it does not reach, the target is out of reach.
+    """
     followed = follow(robot, _in_measuring_frame(robot, target), before.q, task=_task(robot, target))
     if followed.converged and before.reached:
         return _reached(robot, plate, followed.q, before.branch)
     near = followed.q if followed.converged else before.q
-    return _state(robot, plate, _solve(robot, target), near=near)
+    return place(robot, plate, target, near)
 
 
 def settle(robot: Robot, target: Target, before: TargetState) -> TargetState:
     """The same posture under its right name, which may have changed on the way."""
-    if not before.reached:
+    if not before.reached or target.branch != AUTO:
         return before
     branch = nearest_branch(_solve(robot, target), before.q)
     return before if branch is None else replace(before, branch=branch.name)
@@ -71,17 +84,20 @@ def settle(robot: Robot, target: Target, before: TargetState) -> TargetState:
 
 def _first(robot: Robot, plate: Plate, target: Target, result: InverseResult) -> TargetState:
     if target.q is None:
+        target = _with_known_branch(target, result.within_limits)
         return _state(robot, plate, result, branch=target.branch)
     return advance(robot, plate, target, TargetState(target.q, True, target.branch))
 
 
 def _reached(robot: Robot, plate: Plate, q: Float[np.ndarray, " n"], branch: str) -> TargetState:
-    return TargetState(frozen(q), True, branch, clear=bool(is_clear(robot, plate, q[None])[0]))
+    return TargetState(frozen(q), True, branch, hit=first_hit(robot, plate, q))
 
 
-def _clear_ones(robot: Robot, plate: Plate, result: InverseResult) -> tuple[Branch, ...]:
-    """The branches that keep clear of the plate; all, where none does."""
+def _choices(robot: Robot, plate: Plate, target: Target, result: InverseResult) -> tuple[Branch, ...]:
+    """The branch chosen by hand, or those that keep clear of the plate; all, where none does."""
     within = result.within_limits
+    if target.branch in result.names:
+        return within
     clear = is_clear(robot, plate, np.stack([b.q for b in within]))
     return tuple(b for b, c in zip(within, clear, strict=True) if c) or within
 
@@ -97,12 +113,14 @@ def _state(
     try:
         chosen = choose(result, near=near, branch=branch)
     except OptionError:  # a named branch that the target does not have any more
-        chosen = choose(result, near=near)
+        chosen = None
     if chosen is not None and chosen.within_limits:
         return _reached(robot, plate, chosen.q, chosen.name)
     nearest = result.nearest
     missing = (nearest.position_error, nearest.rotation_error)
-    return TargetState(frozen(nearest.q), False, reason=result.reason or "", missing=missing)
+    others = len(result.within_limits)
+    reason = result.reason or f"the chosen branch '{branch}' does not get here, {others} others do"
+    return TargetState(frozen(nearest.q), False, reason=reason, missing=missing)
 
 
 def _with_known_branch(target: Target, ways: tuple[Branch, ...]) -> Target:

@@ -3,14 +3,20 @@
 import numpy as np
 from jaxtyping import Float
 
-from workbench.design.accuracy import predicted_error
+from workbench.design.accuracy import position_weight, predicted_error
+from workbench.design.contributions import rise_without_each
 from workbench.design.freedom import identified_names
 from workbench.design.indices import INDICES, O, evaluate
 from workbench.design.plate import Kind, Plate
-from workbench.model.linearisation import linearise
+from workbench.model.linearisation import Linearisation, linearise
 from workbench.robots.robot import Robot
 from workbench.session.state import Noise, Score, TargetState
 from workbench.types import frozen
+
+WORST = 3
+"""How many of the worst-determined parameters are named."""
+UNDETERMINED = 1e-6
+"""Share of a parameter in the unidentifiable combinations above which it counts as open."""
 
 
 def score(
@@ -28,14 +34,14 @@ def score(
         plate: Whose targets they are.
         states: How the arm stands at every target.
         noise: The instrument.
-        region_q: Poses for which the error is predicted [rad or m].
+        region_q: Poses for which the error is predicted [rad or m]; without any it stays unknown.
     """
     names = identified_names(robot)
     used = [i for i, state in enumerate(states) if state.reached]
-    per_target = np.full(len(states), np.nan)
+    per_target, rises = np.full(len(states), np.nan), np.full(len(states), np.nan)
     if not used:
         nothing = dict.fromkeys(INDICES, 0.0)
-        return Score(frozen(per_target), nothing, 0, 0, len(names), np.inf, np.inf, np.inf)
+        return Score(frozen(per_target), nothing, 0, 0, len(names), np.inf, np.inf, np.inf, frozen(rises))
     points_only = all(plate.targets[i].kind is not Kind.SEAT for i in used)
     linearisation = linearise(
         robot,
@@ -46,6 +52,8 @@ def score(
     )
     per_target[used] = O().per_pose(linearisation)
     expected = predicted_error(linearisation, robot, region_q) if len(region_q) else None
+    if expected is not None:
+        rises[used] = rise_without_each(linearisation, position_weight(robot, region_q, names))
     return Score(
         per_target=frozen(per_target),
         indices=evaluate(linearisation),
@@ -55,4 +63,16 @@ def score(
         condition=linearisation.condition,
         position=np.nan if expected is None else expected.position_mean,
         rotation=np.nan if expected is None else expected.rotation_mean,
+        rises=frozen(rises),
+        worst=worst_determined(linearisation),
+        linearisation=linearisation,
     )
+
+
+def worst_determined(linearisation: Linearisation) -> tuple[tuple[str, float, str], ...]:
+    """Parameters with the largest standard error, angles as arcs at the arm's reach; open ones first."""
+    errors = np.sqrt(np.diag(linearisation.covariance))
+    open_ = (linearisation.unidentifiable**2).sum(1) > UNDETERMINED
+    errors = np.where(open_, np.inf, errors)
+    worst = np.argsort(-errors / linearisation.weights, kind="stable")[:WORST]
+    return tuple((linearisation.names[i], float(errors[i]), linearisation.units[i]) for i in worst)

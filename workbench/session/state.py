@@ -11,9 +11,13 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from workbench.design.plate import Plate
+from workbench.design.cubes import CubeMap
+from workbench.design.plate import Plate, Target
+from workbench.design.region import Region
 from workbench.errors import OptionError
 from workbench.measure.dataset import Dataset
+from workbench.model.branches import Branch
+from workbench.model.linearisation import Linearisation
 from workbench.robots.robot import Robot
 from workbench.session.comparison import Comparison
 
@@ -24,10 +28,21 @@ MESSAGES = 4
 
 
 class Focus(StrEnum):
-    """What the arm in the scene stands at: the selected target, or a measured row."""
+    """What the arm in the scene stands at: the selected target, a measured row, or where it was jogged."""
 
     TARGET = "target"
     ROW = "row"
+    JOG = "jog"
+
+
+class Field(StrEnum):
+    """What the cubes of the region are coloured by."""
+
+    NONE = "none"
+    REACH = "reach"
+    INDEX = "index"
+    PREDICTED = "predicted"
+    MEASURED = "measured"
 
 
 class Severity(StrEnum):
@@ -76,7 +91,7 @@ class TargetState:
         branch: Name of the inverse-kinematics solution; empty where none is reached.
         reason: Why it is out of reach; empty where it is reached.
         missing: Distance that is missing [m] and angle [rad].
-        clear: Whether the arm keeps clear of the plate there, as far as a quick look tells.
+        hit: What the arm would run into there, and with which link, as far as a quick look tells.
     """
 
     q: Float[np.ndarray, " n"]
@@ -84,7 +99,12 @@ class TargetState:
     branch: str = ""
     reason: str = ""
     missing: tuple[float, float] = (0.0, 0.0)
-    clear: bool = True
+    hit: str = ""
+
+    @property
+    def clear(self) -> bool:
+        """Whether the arm runs into nothing."""
+        return not self.hit
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,6 +120,9 @@ class Score:
         condition: Condition number of the scaled Jacobian; infinite below full rank.
         position: Predicted mean position error in the region after calibration [m]; NaN if unknown.
         rotation: Predicted mean rotation error there [rad]; NaN if unknown.
+        rises: By what share the predicted error would rise without each target; NaN where nothing is lost.
+        worst: Worst-determined parameters first: name, standard error and its unit (m or rad).
+        linearisation: The reached targets' Jacobian; None without any.
     """
 
     per_target: Float[np.ndarray, " targets"]
@@ -110,6 +133,9 @@ class Score:
     condition: float
     position: float
     rotation: float
+    rises: Float[np.ndarray, " targets"]
+    worst: tuple[tuple[str, float, str], ...] = ()
+    linearisation: Linearisation | None = None
 
 
 @dataclass(frozen=True)
@@ -139,6 +165,7 @@ class Loaded:
         notes: Decisions that the reader took, one sentence each.
         virtual: Whether a virtual arm made them.
         checks: Rows that are measured for checking only and never fitted.
+        actual: The virtual arm that was measured, hidden from every computation.
     """
 
     dataset: Dataset
@@ -147,6 +174,7 @@ class Loaded:
     notes: tuple[str, ...] = ()
     virtual: bool = False
     checks: Dataset | None = None
+    actual: Robot | None = None
 
 
 @dataclass(frozen=True)
@@ -159,6 +187,27 @@ class Job:
 
 
 @dataclass(frozen=True, kw_only=True)
+class CubeView:
+    """How the cubes of the region are shown.
+
+    Args:
+        field: What colours them.
+        cut: Axis that is cut across: 0, 1, 2, or None for all layers.
+        layer: Which layer across that axis is kept, counted from 0.
+        least: Cubes below this share of the colour scale are hidden.
+        greatest: Cubes above this share are hidden.
+        picked: Number of the cube whose values are shown; None: none.
+    """
+
+    field: Field = Field.NONE
+    cut: int | None = None
+    layer: int = 0
+    least: float = 0.0
+    greatest: float = 1.0
+    picked: int | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
 class Overlay:
     """What is laid over the scene once there are measurements and a fit."""
 
@@ -166,6 +215,7 @@ class Overlay:
     calibrated: bool = True
     frames: bool = True
     arrows: bool = True
+    ghosts: bool = True
     exaggeration: float = 50.0
 
 
@@ -182,12 +232,23 @@ class Session:
         score: What the targets would tell about the robot.
         first_score: The score of the fixture as it was loaded, to compare with.
         region_q: Joint positions of poses in the region, for the predicted error [rad or m].
+        sampled: The region that `region_q` was drawn from; another one than the plate's: work is under way.
+        cubes: What is known of the cubes of the region, once worked out.
+        cube_view: How they are shown.
+        ways: All branches within limits that reach the selected target.
+        ways_of: The target that they belong to.
         noise: The instrument.
         selected: Number of the selected target.
         focus: What the arm stands at.
         holder: Who drags a target, if anybody.
         done: Steps that undo goes back to, oldest first.
         undone: Steps that redo goes forward to, nearest last.
+        history: Scores after every step, oldest first.
+        best: The plate with the least predicted error so far.
+        best_score: Its score.
+        jogged: Joint positions of the jogged arm [rad or m]; None: it was not jogged.
+        held: Parameters that are not identified, though the robot would have them free.
+        left_out: Measured rows that the user keeps out, counted as in the data.
         loaded: Measurements, if any.
         identification: The last identification of these measurements, if any.
         fit: Name of the algorithm whose robot is shown.
@@ -195,6 +256,7 @@ class Session:
         row: Measured row that is looked at.
         overlay: What is laid over the scene.
         job: Long work under way, if any.
+        chore: What is being worked out by the way; empty if nothing.
         messages: The last messages, oldest first.
         told: Number of messages so far.
         revision: Number of changes so far.
@@ -208,12 +270,23 @@ class Session:
     score: Score
     first_score: Score
     region_q: Float[np.ndarray, "poses n"]
+    sampled: Region | None = None
+    cubes: CubeMap | None = None
+    cube_view: CubeView = field(default_factory=CubeView)
+    ways: tuple[Branch, ...] = ()
+    ways_of: Target | None = None
     noise: Noise = field(default_factory=Noise)
     selected: int = 0
     focus: Focus = Focus.TARGET
     holder: Holder | None = None
     done: tuple[Step, ...] = ()
     undone: tuple[Step, ...] = ()
+    history: tuple[Score, ...] = ()
+    best: Step | None = None
+    best_score: Score | None = None
+    jogged: Float[np.ndarray, " n"] | None = None
+    held: frozenset[str] = frozenset()
+    left_out: frozenset[int] = frozenset()
     loaded: Loaded | None = None
     identification: Any = None
     fit: str = ""
@@ -221,6 +294,7 @@ class Session:
     row: int = 0
     overlay: Overlay = field(default_factory=Overlay)
     job: Job | None = None
+    chore: str = ""
     messages: tuple[Message, ...] = ()
     told: int = 0
     revision: int = 0

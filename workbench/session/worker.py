@@ -3,7 +3,9 @@
 Callers only put commands into the queue. A waiting command that has a key (a drag) gives way to a newer one
 of the same key; a command without a key is a barrier, so that order never changes. A task is computed in a
 second thread from the snapshot at its start, so dragging goes on meanwhile; there is one task at a time,
-and it can be cancelled. Whatever a command raises becomes a message; the session stands as it was.
+and it can be cancelled. Chores, which the session itself asks for, have a thread of their own; one that is
+no longer needed is cancelled and forgotten. Whatever a command raises becomes a message; the session stands
+as it was.
 """
 
 import logging
@@ -15,7 +17,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from workbench.errors import WorkbenchError
-from workbench.session.command import AbstractChange, AbstractCommand, AbstractTask, Cancelled
+from workbench.session.command import AbstractChange, AbstractChore, AbstractCommand, AbstractTask, Cancelled
 from workbench.session.journal import Ending, Entry
 from workbench.session.state import Job, Session, Severity
 from workbench.session.view import AbstractView
@@ -31,6 +33,7 @@ class _Progress:
 
     fraction: float
     text: str
+    is_chore: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,9 +57,19 @@ class _AddView:
 class Worker:
     """Owns a session. All methods may be called from any thread."""
 
-    def __init__(self, session: Session, *, views: Iterable[AbstractView] = ()):
+    def __init__(
+        self,
+        session: Session,
+        *,
+        views: Iterable[AbstractView] = (),
+        chores: Iterable[type[AbstractChore]] = (),
+    ):
         self._session = session
         self._views = list(views)
+        self._chores = tuple(chores)
+        self._chore: AbstractChore | None = None
+        self._failed: AbstractChore | None = None
+        self._chore_cancel = threading.Event()
         self._journal: list[Entry] = []
         self._queue: deque[AbstractCommand | _Progress | _Ended | _AddView] = deque()
         self._changed = threading.Condition()
@@ -98,12 +111,13 @@ class Worker:
         """Block until nothing is waiting or running; False after the timeout [s]."""
         with self._changed:
             return self._changed.wait_for(
-                lambda: not self._queue and not self._busy and self._task is None, timeout
+                lambda: not (self._queue or self._busy or self._task or self._chore), timeout
             )
 
     def close(self) -> None:
         """Stop the thread, cancel its task, and close the views."""
         self._cancel.set()
+        self._chore_cancel.set()
         with self._changed:
             self._closing = True
             self._changed.notify_all()
@@ -120,6 +134,7 @@ class Worker:
                 return
 
     def _run(self) -> None:
+        self._look_for_chores()
         while True:
             with self._changed:
                 self._busy = False
@@ -130,13 +145,14 @@ class Worker:
                 item, self._busy = self._queue.popleft(), True
             before = self._session
             self._take(item)
+            self._look_for_chores()
             if self._session is not before:
                 self._session = replace(self._session, revision=before.revision + 1)
                 self._draw(self._views)
 
     def _take(self, item: Any) -> None:
         if isinstance(item, _Progress):
-            if self._session.job is not None:
+            if self._session.job is not None and not item.is_chore:
                 job = replace(self._session.job, fraction=item.fraction, text=item.text)
                 self._session = replace(self._session, job=job)
         elif isinstance(item, _Ended):
@@ -171,20 +187,34 @@ class Worker:
         self._task = task
         self._cancel.clear()
         self._session = replace(self._session, job=Job(task.title))
-        arguments = (task, self._session, basis)
+        self._start(task, basis, self._cancel)
+
+    def _look_for_chores(self) -> None:
+        """Begin the first chore that the session needs, and cancel the running one if it no longer does."""
+        wanted = next((c for kind in self._chores if (c := kind.needed(self._session)) is not None), None)
+        if self._chore is not None:
+            if all(kind.needed(self._session) != self._chore for kind in self._chores):
+                self._chore_cancel.set()
+        elif wanted is not None and wanted != self._failed:
+            self._chore, self._chore_cancel = wanted, threading.Event()
+            self._session = replace(self._session, chore=wanted.title)
+            self._start(wanted, len(self._journal), self._chore_cancel)
+
+    def _start(self, task: AbstractTask, basis: int, cancel: threading.Event) -> None:
+        arguments = (task, self._session, basis, cancel)
         threading.Thread(target=self._compute, args=arguments, name="workbench-task", daemon=True).start()
 
-    def _compute(self, task: AbstractTask, session: Session, basis: int) -> None:
+    def _compute(self, task: AbstractTask, session: Session, basis: int, cancel: threading.Event) -> None:
         begin, last = time.monotonic(), 0.0
 
         def progress(fraction: float, text: str) -> None:
             nonlocal last
             if time.monotonic() - last > PROGRESS_INTERVAL:
                 last = time.monotonic()
-                self._put(_Progress(fraction, text))
+                self._put(_Progress(fraction, text, isinstance(task, AbstractChore)))
 
         try:
-            result = task.compute(session, progress=progress, cancel=self._cancel.is_set)
+            result = task.compute(session, progress=progress, cancel=cancel.is_set)
             self._put(_Ended(task, basis, time.monotonic() - begin, result))
         except Exception as error:
             self._put(_Ended(task, basis, time.monotonic() - begin, error=error))
@@ -195,6 +225,9 @@ class Worker:
             self._changed.notify_all()
 
     def _end(self, ended: _Ended) -> None:
+        if isinstance(ended.command, AbstractChore):
+            self._end_chore(ended.command, ended)
+            return
         self._task = None
         self._session = replace(self._session, job=None)
         try:
@@ -204,6 +237,21 @@ class Worker:
             self._note(ended.command, Ending.DONE, ended.basis, ended.seconds)
         except Exception as error:
             self._fail(ended.command, error, ended.basis, ended.seconds)
+
+    def _end_chore(self, chore: AbstractChore, ended: _Ended) -> None:
+        """A chore that was cancelled leaves nothing; one that failed is not tried again in the same place."""
+        self._chore, self._failed = None, None
+        self._session = replace(self._session, chore="")
+        try:
+            if ended.error is not None:
+                raise ended.error
+            self._session = chore.finish(self._session, ended.result)
+            self._note(chore, Ending.DONE, ended.basis, ended.seconds)
+        except Cancelled:
+            pass
+        except Exception as error:
+            self._failed = chore
+            self._fail(chore, error, ended.basis, ended.seconds)
 
     def _fail(self, command: AbstractCommand, error: Exception, basis: int, seconds: float) -> None:
         if isinstance(error, Cancelled):

@@ -1,36 +1,61 @@
 """Commands: everything that can be asked of a session, one file per subject."""
 
+from workbench.session.commands.arm import ChooseRobot, Jog, JogTo, LoadModel
+from workbench.session.commands.arrange import ApplyPattern, PlaceTargets, Snap, SnapTarget
+from workbench.session.commands.branches import ChooseBranch, MixBranches
+from workbench.session.commands.choices import HoldParameter, LeaveRowsOut
 from workbench.session.commands.compare import SetOverlay, ShowFit, ShowRow
 from workbench.session.commands.data import ForgetData, LoadData, MeasureVirtualArm
+from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
+from workbench.session.commands.edit import AddTarget, CopyTarget, DeleteTarget, LockTarget, RenumberTarget
 from workbench.session.commands.fit import Identify
 from workbench.session.commands.messages import Dismiss, Tell
 from workbench.session.commands.noise import SetNoise
-from workbench.session.commands.targets import (
-    DropTarget,
-    GrabTarget,
-    MoveTarget,
-    Redo,
-    ResetTargets,
-    SelectTarget,
-    Undo,
-)
+from workbench.session.commands.region import MapCubes, SampleRegion, SetRegion, ShowCubes
+from workbench.session.commands.undo import Redo, ResetTargets, RestoreBest, Undo
+
+CHORES = (SampleRegion, MapCubes)
+"""What sessions work out by themselves."""
 
 __all__ = [
+    "CHORES",
+    "AddTarget",
+    "ApplyPattern",
+    "ChooseBranch",
+    "ChooseRobot",
+    "CopyTarget",
+    "DeleteTarget",
     "Dismiss",
     "DropTarget",
     "ForgetData",
     "GrabTarget",
+    "HoldParameter",
     "Identify",
+    "Jog",
+    "JogTo",
+    "LeaveRowsOut",
     "LoadData",
+    "LoadModel",
+    "LockTarget",
+    "MapCubes",
     "MeasureVirtualArm",
+    "MixBranches",
     "MoveTarget",
+    "PlaceTargets",
     "Redo",
+    "RenumberTarget",
     "ResetTargets",
+    "RestoreBest",
+    "SampleRegion",
     "SelectTarget",
     "SetNoise",
     "SetOverlay",
+    "SetRegion",
+    "ShowCubes",
     "ShowFit",
     "ShowRow",
+    "Snap",
+    "SnapTarget",
     "Tell",
     "Undo",
 ]

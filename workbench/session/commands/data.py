@@ -11,7 +11,6 @@ import numpy as np
 
 from workbench.design.region_poses import nearby_poses
 from workbench.errors import DataError, OptionError, WorkbenchError
-from workbench.measure.dataset import Dataset
 from workbench.measure.instruments import Instrument, Observes
 from workbench.measure.plausible import check_plausible
 from workbench.measure.simulate import simulate, simulate_targets, virtual_arm
@@ -19,14 +18,16 @@ from workbench.robots.robot import Robot
 from workbench.session.command import AbstractChange, AbstractTask, Cancel, Cancelled, Progress
 from workbench.session.comparison import compare, joined
 from workbench.session.facts import facts_of
+from workbench.session.hidden import hidden_effect
 from workbench.session.reach import advance
-from workbench.session.state import Focus, Loaded, Session, Severity
+from workbench.session.state import CubeView, Field, Focus, Loaded, Session, Severity
 
 LARGEST_FILE = 20 * 1024 * 1024
 """Files beyond this size are refused [bytes]."""
 CHECKS = 40
 """Poses in the region that a virtual arm is measured at besides the targets, to be held out."""
 MOST_SEED = 2**32 - 1
+MOST_MORE = 500
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,7 @@ class LoadData(AbstractTask):
     @property
     def title(self) -> str:
         """Words for the journal."""
-        return f"Read {_safe(self.name)}"
+        return f"Read {safe_name(self.name)}"
 
     @property
     def key(self) -> Hashable | None:
@@ -54,10 +55,10 @@ class LoadData(AbstractTask):
     def check(self, session: Session) -> None:
         """The file must hold something and not be too large."""
         if not self.content:
-            raise DataError(f"{_safe(self.name)} is empty; choose a file with measurements")
+            raise DataError(f"{safe_name(self.name)} is empty; choose a file with measurements")
         if len(self.content) > LARGEST_FILE:
             raise DataError(
-                f"{_safe(self.name)} has {len(self.content) / 2**20:.0f} MiB, the page takes up to "
+                f"{safe_name(self.name)} has {len(self.content) / 2**20:.0f} MiB, the page takes up to "
                 f"{LARGEST_FILE / 2**20:.0f}; use the command 'workbench identify' for larger files"
             )
 
@@ -67,7 +68,7 @@ class LoadData(AbstractTask):
 
         progress(0.0, "reading")
         with tempfile.TemporaryDirectory(prefix="workbench-") as folder:
-            path = Path(folder) / _safe(self.name)
+            path = Path(folder) / safe_name(self.name)
             path.write_bytes(self.content)
             try:
                 understood = preview(path, joints=session.robot.dof)
@@ -95,9 +96,13 @@ class MeasureVirtualArm(AbstractTask):
 
     Args:
         seed: Of the hidden errors and of the noise: the same seed is the same arm.
+        surprise: Whether the arm also has a hidden effect that its geometry can't explain.
+        more: Poses of the region that are measured for fitting besides the targets.
     """
 
     seed: int = 1
+    surprise: bool = False
+    more: int = 0
 
     @property
     def title(self) -> str:
@@ -113,6 +118,8 @@ class MeasureVirtualArm(AbstractTask):
         """There must be targets in reach."""
         if not 0 <= self.seed <= MOST_SEED:
             raise OptionError(f"seed {self.seed} can't be used; give a whole number from 0 to {MOST_SEED}")
+        if not 0 <= self.more <= MOST_MORE:
+            raise OptionError(f"{self.more} more poses can't be measured; give 0 to {MOST_MORE}")
         if not any(state.reached for state in session.states):
             raise DataError("the arm reaches no target; drag at least a few targets into its reach")
 
@@ -122,6 +129,8 @@ class MeasureVirtualArm(AbstractTask):
         robot, noise = session.robot, session.noise
         progress(0.1, "building the arm")
         actual = virtual_arm(robot, rng=rng)
+        if self.surprise:
+            actual = actual.with_effects(*robot.effects, hidden_effect(robot, rng))
         instrument = Instrument(
             name="as set in the Plate tab",
             observes=Observes.POSE,
@@ -131,20 +140,21 @@ class MeasureVirtualArm(AbstractTask):
         progress(0.3, "measuring at the targets")
         used, near = _postures(actual, session)
         rows = simulate_targets(actual, session.plate.poses[used], instrument=instrument, rng=rng, near=near)
-        progress(0.6, "measuring the poses for checking")
-        checks_q = nearby_poses(robot, session.plate.region, CHECKS, rng=rng, measured=near)
-        checks = simulate(actual, checks_q, instrument=instrument, rng=rng)
+        progress(0.6, "measuring in the region")
+        around = nearby_poses(robot, session.plate.region, CHECKS + self.more, rng=rng, measured=near)
+        seen = simulate(actual, around, instrument=instrument, rng=rng)
+        checks = seen.take(np.arange(CHECKS))
+        rows = joined(rows, seen.take(np.arange(CHECKS, len(seen))))
         if cancel():
             raise Cancelled
         name = f"Virtual arm {self.seed}"
-        return Loaded(
-            replace(rows, source=name), name, _virtual_facts(rows, session), virtual=True, checks=checks
-        )
+        facts = _virtual_facts(len(used), session, self)
+        return Loaded(replace(rows, source=name), name, facts, virtual=True, checks=checks, actual=actual)
 
     def finish(self, session: Session, result: Any) -> Session:
         """The session with the rows."""
         return _with_data(session, result).tell(
-            Severity.INFO, f"{result.name} was measured at {len(result.dataset)} targets"
+            Severity.INFO, f"{result.name} was measured at {len(result.dataset)} poses"
         )
 
 
@@ -196,21 +206,35 @@ def _with_data(session: Session, loaded: Loaded | None) -> Session:
         data = joined(loaded.dataset, loaded.checks)
         shown = compare(data, np.arange(len(data)) >= len(loaded.dataset), session.robot, None)
     return replace(
-        session, loaded=loaded, identification=None, fit="", comparison=shown, row=0, focus=Focus.TARGET
+        session,
+        loaded=loaded,
+        identification=None,
+        fit="",
+        comparison=shown,
+        row=0,
+        focus=Focus.TARGET,
+        left_out=frozenset(),
+        cube_view=_without_measured(session.cube_view),
     )
 
 
-def _virtual_facts(rows: Dataset, session: Session) -> tuple[tuple[str, str], ...]:
+def _without_measured(view: CubeView) -> CubeView:
+    return replace(view, field=Field.NONE) if view.field is Field.MEASURED else view
+
+
+def _virtual_facts(targets: int, session: Session, command: MeasureVirtualArm) -> tuple[tuple[str, str], ...]:
     noise = session.noise
-    left_out = len(session.states) - len(rows)
+    left_out = len(session.states) - targets
+    hidden = "hidden errors up to 5 mm and 5° per constant"
+    more = f", and {command.more} poses of the region" if command.more else ""
     return (
-        ("Arm", "hidden errors up to 5 mm and 5° per constant"),
-        ("Measured at", f"{len(rows)} targets" + (f"; {left_out} out of reach left out" if left_out else "")),
+        ("Arm", hidden + (", and an effect that is no geometry" if command.surprise else "")),
+        ("Measured at", f"{targets} targets{more}" + (f"; {left_out} left out" if left_out else "")),
         ("Kept for checking", f"{CHECKS} poses of the region near the targets"),
         ("Noise", f"{noise.position * 1e3:g} mm, {np.rad2deg(noise.rotation):g}°"),
     )
 
 
-def _safe(name: str) -> str:
+def safe_name(name: str) -> str:
     """The last part of a file name, of harmless characters only; its ending is kept."""
     return re.sub(r"[^\w.+ ()-]", "_", re.split(r"[/\\]", name)[-1])[-80:].lstrip(".") or "file"

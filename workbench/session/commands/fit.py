@@ -50,6 +50,8 @@ class Identify(AbstractTask):
             raise DataError("there are no measurements yet; load a file or measure a virtual arm first")
         if not self.algorithms or set(self.algorithms) - set(ALGORITHMS):
             raise OptionError("choose at least one of the algorithms OLS, OPT1 and OPT2")
+        if not set(session.robot.default_free) - session.held:
+            raise OptionError("every parameter is held; tick at least one of them to be identified")
         if not 0.0 <= self.held_out < 1.0:
             raise OptionError(f"{self.held_out:.0%} of the rows can't be held out; give 0 to 90 %")
 
@@ -65,6 +67,8 @@ class Identify(AbstractTask):
             algorithms=self.algorithms,
             held_out=self.held_out if loaded.checks is None else loaded.checks,
             frames=self.frames,
+            free=tuple(n for n in session.robot.default_free if n not in session.held),
+            exclude=dict.fromkeys(sorted(session.left_out), "left out by hand"),
             seed=self.seed,
             progress=progress,
             cancel=cancel,

@@ -5,11 +5,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from workbench.design.plate import Plate
 from workbench.errors import OptionError
 from workbench.session.command import AbstractChange
-from workbench.session.score import score
-from workbench.session.state import Noise, Score, Session, TargetState
+from workbench.session.state import Noise, Session
+from workbench.session.steps import judged_anew
 
 LARGEST_POSITION, LARGEST_ROTATION = 0.1, float(np.deg2rad(10.0))
 
@@ -50,13 +49,4 @@ class SetNoise(AbstractChange):
     def apply(self, session: Session) -> Session:
         """The session afterwards; the first score is made anew as well, so that the two compare."""
         noise = Noise(self.position, self.rotation)
-
-        def scored(plate: Plate, states: tuple[TargetState, ...]) -> Score:
-            return score(session.robot, plate, states, noise=noise, region_q=session.region_q)
-
-        return replace(
-            session,
-            noise=noise,
-            score=scored(session.plate, session.states),
-            first_score=scored(session.first_plate, session.first_states),
-        )
+        return judged_anew(replace(session, noise=noise))

@@ -1,0 +1,104 @@
+"""Another robot, another plate, jogging; rows left out and parameters held; the hidden effect."""
+
+import numpy as np
+import pytest
+
+from workbench import se3
+from workbench.design.plate_toml import write_plate
+from workbench.model.forward import tool_poses
+from workbench.robots import load_robot
+from workbench.robots.toml import write_toml
+from workbench.session.commands import (
+    ChooseRobot,
+    HoldParameter,
+    Identify,
+    Jog,
+    JogTo,
+    LeaveRowsOut,
+    LoadModel,
+    MeasureVirtualArm,
+    MoveTarget,
+)
+from workbench.session.commands.arm import standing
+from workbench.session.state import Focus, Severity
+
+
+def test_another_robot_gets_a_plate_that_it_reaches(do):
+    session = do(ChooseRobot("katana450"))
+    assert session.robot.name == load_robot("katana450").name
+    assert session.score.reached == 10
+    assert session.plate.name == "Circle"
+    assert "10 targets in reach" in session.messages[-1].text
+    assert do(ChooseRobot("panda")).robot.dof == 7
+
+
+def test_files_of_robots_and_plates_are_opened(do, first, tmp_path):
+    plate = write_plate(do(MoveTarget(0, (0.5, 0.3, 0.25), (-2.6, 0.0, 0.0))).plate, tmp_path / "p.toml")
+    robot = write_toml(load_robot("ur5"), tmp_path / "r.toml")
+    session = do(LoadModel("mine.toml", robot.read_bytes()))
+    assert session.robot.dof == 6
+    assert session.robot.name == load_robot("ur5").name
+    session = do(LoadModel("../p.toml", plate.read_bytes()))
+    assert session.plate.targets[0].xyz.tolist() == [0.5, 0.3, 0.25]
+    assert session.first_plate is session.plate
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("a.toml", b""),
+        ("a.toml", b"nonsense ="),
+        ("a.urdf", b"<robot/>"),
+        ("a.pdf", b"%PDF"),
+        ("a.toml", b" " * 3_000_000),
+    ],
+)
+def test_bad_files_leave_the_session_as_it_was(do, first, name, content):
+    session = do(LoadModel(name, content))
+    assert session.robot is first.robot
+    assert session.messages[-1].severity is Severity.ERROR
+    assert "/tmp" not in session.messages[-1].text
+
+
+def test_jogging_by_joints_and_by_pose(do, first):
+    q = tuple(0.9 * first.states[0].q)
+    session = do(Jog(q))
+    assert session.focus is Focus.JOG
+    assert np.array_equal(standing(session), q)
+    wanted = tool_poses(first.robot, np.array([q]))[0]
+    place = wanted[:3, 3] + [0.0, 0.02, 0.01]
+    session = do(JogTo(tuple(place.tolist()), tuple(se3.matrix_to_rpy(wanted[:3, :3]).tolist())))
+    assert tool_poses(first.robot, session.jogged[None])[0][:3, 3] == pytest.approx(place, abs=1e-7)
+    far = do(JogTo((5.0, 0.0, 0.0), (0.0, 0.0, 0.0)))
+    assert far.messages[-1].severity is Severity.WARNING
+    for bad in (
+        Jog((99.0, *q[1:])),
+        Jog((np.nan, *q[1:])),
+        Jog(q[:3]),
+        JogTo((np.inf, 0.0, 0.0), (0.0, 0.0, 0.0)),
+    ):
+        assert do(bad).messages[-1].severity is Severity.ERROR
+
+
+def test_rows_left_out_and_parameters_held_are_not_used(do):
+    do(MeasureVirtualArm(3, more=20), LeaveRowsOut((0, 4)), HoldParameter("joint2.alpha", True))
+    session = do(Identify(("ols",)))
+    found = session.identification
+    assert sorted(row for row, _ in found.excluded) == [0, 4]
+    assert len(found.train_rows) == 28
+    assert "joint2.alpha" not in [p.name for p in found.runs["ols"].fit.parameters]
+    assert do(LeaveRowsOut((77,))).messages[-1].severity is Severity.ERROR
+    assert do(HoldParameter("nothing", True)).messages[-1].severity is Severity.ERROR
+
+
+def test_too_few_rows_are_said(do):
+    session = do(MeasureVirtualArm(3), LeaveRowsOut(tuple(range(9))), Identify(("ols",)))
+    assert session.identification is None
+    assert session.messages[-1].severity is Severity.ERROR
+
+
+def test_a_surprise_is_no_geometry(do):
+    """The fitted geometry leaves much more than noise, on rows that it was fitted to."""
+    plain = do(MeasureVirtualArm(5, more=60), Identify(("opt2",))).identification.runs["opt2"]
+    odd = do(MeasureVirtualArm(5, surprise=True, more=60), Identify(("opt2",))).identification.runs["opt2"]
+    assert odd.held_out.position_mm.mean > 2.0 * plain.held_out.position_mm.mean

@@ -1,0 +1,177 @@
+"""Editing targets: add, copy, delete, renumber, lock, snap, patterns, tables, branches, the best so far."""
+
+import numpy as np
+import pytest
+
+from workbench import se3
+from workbench.design.accuracy import predicted_error
+from workbench.design.plate_toml import read_plate, write_plate
+from workbench.model.forward import tool_poses
+from workbench.session import replay
+from workbench.session.commands import (
+    AddTarget,
+    ApplyPattern,
+    ChooseBranch,
+    CopyTarget,
+    DeleteTarget,
+    GrabTarget,
+    LockTarget,
+    MixBranches,
+    MoveTarget,
+    PlaceTargets,
+    RenumberTarget,
+    RestoreBest,
+    SelectTarget,
+    SnapTarget,
+    Undo,
+)
+from workbench.session.state import Severity
+
+TILTS = (float(np.deg2rad(-150.0)), float(np.deg2rad(-160.0)))
+
+
+def places(session):
+    return session.plate.poses[:, :3, 3]
+
+
+def test_add_copy_delete_and_undo(do, first):
+    session = do(AddTarget())
+    assert len(session.plate) == len(session.states) == 11
+    assert session.selected == 10
+    session = do(CopyTarget(2))
+    assert places(session)[11] - places(first)[2] == pytest.approx([0.06, 0, 0])
+    session = do(DeleteTarget(0))
+    assert places(session)[0] == pytest.approx(places(first)[1])
+    assert len(session.score.per_target) == 11
+    session = do(Undo(), Undo(), Undo())
+    assert session.plate is first.plate
+
+
+def test_the_last_target_stays(do):
+    session = do(*(DeleteTarget(0) for _ in range(10)))
+    assert len(session.plate) == 1
+    assert session.messages[-1].severity is Severity.ERROR
+
+
+def test_renumbering_moves_the_others_by_one(do, first):
+    session = do(RenumberTarget(8, 1))
+    wanted = places(first)[[0, 8, 1, 2, 3, 4, 5, 6, 7, 9]]
+    assert places(session) == pytest.approx(wanted)
+    assert session.selected == 1
+    # the set has not changed, only the order of its rows
+    assert session.score.indices["O1"] == pytest.approx(first.score.indices["O1"], rel=1e-9)
+
+
+def test_a_locked_target_stays_in_place_through_everything(do, first, tmp_path):
+    held = do(LockTarget(3, True))
+    rpy = (-2.6, 0.0, 0.0)
+    for command in (
+        MoveTarget(3, (0.4, 0.4, 0.3), rpy),
+        GrabTarget(3, 7),
+        DeleteTarget(3),
+        SnapTarget(3, "grid"),
+    ):
+        session = do(command)
+        assert session.plate is held.plate
+        assert "locked" in session.messages[-1].text
+    session = do(ApplyPattern("spiral", 6, (0.3, 0.35, 0.24), 0.2, TILTS))
+    assert places(session)[3] == pytest.approx(places(first)[3])
+    assert read_plate(write_plate(session.plate, tmp_path / "p.toml")).targets[3].locked
+    assert not do(LockTarget(3, False)).plate.targets[3].locked
+
+
+def test_the_circle_of_ten_is_table_2(do, first):
+    session = do(ApplyPattern("circle", 10, (0.316, 0.354, 0.235), 0.25, TILTS))
+    assert np.abs(session.plate.poses - first.plate.poses).max() < 1e-3
+    assert all(s.reached for s in session.states)
+
+
+@pytest.mark.parametrize("name", ["line", "grid", "spiral"])
+def test_patterns_lie_within_their_width_and_apart(do, name):
+    session = do(ApplyPattern(name, 9, (0.3, 0.35, 0.25), 0.2, TILTS))
+    away = places(session) - [0.3, 0.35, 0.25]
+    assert np.abs(away).max() <= 0.2 + 1e-12
+    gaps = np.linalg.norm(away[:, None] - away[None], axis=2) + np.eye(9)
+    assert gaps.min() > 0.04
+    assert session.plate.targets[1].rpy[0] == TILTS[1]
+
+
+def test_a_bad_pattern_or_table_changes_nothing(do, first):
+    for command in (
+        ApplyPattern("star", 9, (0.3, 0.35, 0.25), 0.2, TILTS),
+        ApplyPattern("line", 0, (0.3, 0.35, 0.25), 0.2, TILTS),
+        ApplyPattern("line", 3, (0.3, 0.35, np.inf), 0.2, TILTS),
+        PlaceTargets(()),
+        PlaceTargets(((0.3, 0.3, 0.3, 0.0, 0.0),)),
+        PlaceTargets(((0.3, 0.3, np.nan, 0.0, 0.0, 0.0),)),
+        SnapTarget(0, "moon"),
+    ):
+        session = do(command)
+        assert session.plate is first.plate
+        assert session.messages[-1].severity is Severity.ERROR
+
+
+def test_a_typed_table_moves_adds_and_keeps(do, first):
+    rows = [(*t.xyz.tolist(), *t.rpy.tolist()) for t in first.plate.targets]
+    rows[4] = (0.2, 0.45, 0.25, *rows[4][3:])
+    session = do(PlaceTargets((*rows, (0.3, 0.35, 0.3, -2.7, 0.0, 0.2))))
+    assert len(session.plate) == 11
+    assert session.plate.targets[0] is first.plate.targets[0]
+    assert session.plate.targets[4].xyz.tolist() == [0.2, 0.45, 0.25]
+    assert len(do(PlaceTargets(tuple(rows[:3]))).plate) == 3
+
+
+def test_snapping(do, first):
+    moved = do(MoveTarget(0, (0.5137, 0.3491, 0.2612), (-2.6, 0.0, 0.0)))
+    on_grid = do(SnapTarget(0, "grid")).plate.targets[0].xyz
+    assert on_grid == pytest.approx([0.51, 0.35, 0.26], abs=1e-12)
+    centre = do(Undo(), SnapTarget(0, "cube")).plate.targets[0].xyz
+    gaps = np.linalg.norm(moved.plate.region.centres - moved.plate.targets[0].xyz, axis=1)
+    assert centre == pytest.approx(moved.plate.region.centres[gaps.argmin()])
+    on_plate = do(Undo(), SnapTarget(0, "plate")).plate.targets[0].xyz
+    local = se3.apply(se3.inverse(first.plate.pose), on_plate)
+    assert local[2] == pytest.approx(0.05, abs=1e-12)
+
+
+def test_a_branch_chosen_by_hand_is_taken_and_kept(do):
+    session = do(SelectTarget(4))
+    now = session.states[4].branch
+    other = next(way for way in session.ways if way.name != now)
+    session = do(ChooseBranch(4, other.name))
+    assert session.states[4].branch == other.name
+    tool = tool_poses(session.robot, session.states[4].q[None])[0]
+    assert np.abs(se3.pose_error(session.plate.targets[4].pose, tool)).max() < 1e-8
+    assert do(MixBranches()).states[4].branch == other.name
+    assert do(ChooseBranch(4, "auto")).plate.targets[4].branch == "auto"
+    refused = do(ChooseBranch(4, "nonsense"))
+    assert refused.messages[-1].severity is Severity.ERROR
+
+
+def test_the_contribution_of_a_target_is_what_is_lost_without_it(do, first):
+    rise = first.score.rises[6]
+    session = do(DeleteTarget(6))
+    full = predicted_error(first.score.linearisation, first.robot, first.region_q).position_rms
+    rest = predicted_error(session.score.linearisation, first.robot, first.region_q).position_rms
+    assert rise == pytest.approx(rest / full - 1.0, rel=1e-6)
+
+
+def test_worst_determined_are_named_and_open_ones_come_first(do, first):
+    name, error, unit = first.score.worst[0]
+    stds = np.sqrt(np.diag(first.score.linearisation.covariance))
+    assert error == pytest.approx(stds[first.score.linearisation.names.index(name)])
+    assert unit in ("m", "rad")
+    session = do(*(DeleteTarget(0) for _ in range(8)))
+    assert session.score.rank < session.score.parameters
+    assert np.isinf(session.score.worst[0][1])
+    assert np.isnan(session.score.rises).all()
+
+
+def test_the_best_so_far_comes_back(do, first, worker):
+    worse = do(MoveTarget(0, (0.2, 0.36, 0.235), (-2.6, 0.0, 0.0)), DeleteTarget(7))
+    assert worse.score.position > first.score.position
+    assert len(worse.history) == 3
+    session = do(RestoreBest())
+    assert session.score.position == pytest.approx(min(s.position for s in session.history))
+    again = replay(first, worker.journal)
+    assert np.array_equal(again.plate.poses, session.plate.poses)
+    assert "best" in do(RestoreBest()).messages[-1].text

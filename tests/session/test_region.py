@@ -1,0 +1,149 @@
+"""The region and its cubes: chores work them out, fields agree with computations of their own."""
+
+import threading
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from workbench import se3
+from workbench.design.accuracy import predicted_error
+from workbench.design.cubes import map_cubes
+from workbench.design.region import Region
+from workbench.model import inverse
+from workbench.model.forward import tool_poses
+from workbench.session import Worker
+from workbench.session.command import AbstractChore
+from workbench.session.commands import CHORES, MeasureVirtualArm, SelectTarget, SetRegion, ShowCubes
+from workbench.session.cubes import values
+from workbench.session.journal import Ending
+from workbench.session.state import CubeView, Field, Severity
+
+LOW, HIGH = (0.1, 0.1, 0.2), (0.5, 0.5, 0.4)
+
+
+@pytest.fixture
+def run(first):
+    running = Worker(first, chores=CHORES)
+    yield running
+    running.close()
+
+
+def after(run, *commands):
+    for command in commands:
+        run.submit(command)
+        assert run.wait(60.0)
+    return run.session
+
+
+def test_a_new_region_is_judged_anew(run, first):
+    session = after(run, SetRegion(LOW, HIGH, 0.1))
+    region = session.plate.region
+    assert region.shape == (4, 4, 2)
+    assert session.sampled is region
+    tools = tool_poses(session.robot, session.region_q)[:, :3, 3]
+    assert region.contains(tools).all()
+    assert session.score.position != first.score.position
+    assert session.best_score is session.score
+    assert session.chore == ""
+
+
+def test_cubes_are_looked_at_only_when_shown(run):
+    assert after(run, SetRegion(LOW, HIGH, 0.1)).cubes is None
+    session = after(run, ShowCubes(CubeView(field=Field.REACH)))
+    assert len(session.cubes) == 32
+    assert session.cubes.region is session.plate.region
+
+
+def test_fields_agree_with_computations_of_their_own(run):
+    session = after(run, SetRegion(LOW, HIGH, 0.1), ShowCubes(CubeView(field=Field.PREDICTED)))
+    cubes, score = session.cubes, session.score
+    rotations = session.plate.poses[:8, :3, :3]
+    for i in (0, 13, 31):
+        poses = [se3.pose(r, cubes.region.centres[i]) for r in rotations]
+        assert cubes.reached[i] == sum(inverse.solve(session.robot, p).reachable for p in poses)
+        tool = tool_poses(session.robot, cubes.q[i][None])[0]
+        assert tool[:3, 3] == pytest.approx(cubes.region.centres[i], abs=1e-7)
+        expected = predicted_error(score.linearisation, session.robot, cubes.q[i][None])
+        assert values(session).numbers[i] == pytest.approx(expected.position_rms, rel=1e-9)
+
+
+def test_out_of_reach_cubes_have_no_error(first):
+    region = Region(min=np.full(3, 0.2), max=np.full(3, 1.2), cube=0.25)
+    names = first.robot.default_free
+    cubes = map_cubes(first.robot, region, first.plate.poses[:2, :3, :3], names=names)
+    seen = cubes.reached > 0
+    assert 0 < seen.sum() < len(cubes)
+    assert np.isnan(cubes.errors(first.score.linearisation)[~seen]).all()
+    assert np.isfinite(cubes.errors(first.score.linearisation)[seen]).all()
+
+
+def test_measured_errors_are_means_over_the_rows_in_each_cube(run):
+    session = after(run, MeasureVirtualArm(2, more=30), ShowCubes(CubeView(field=Field.MEASURED)))
+    rows, region = session.comparison, session.plate.region
+    errors = np.linalg.norm(rows.measured - rows.nominal[:, :3, 3], axis=1)
+    number = int(region.cells(rows.measured[:1])[0])
+    inside = np.abs(rows.measured - region.centres[number]) <= 0.5 * region.size / region.shape
+    assert values(session).numbers[number] == pytest.approx(errors[inside.all(1)].mean())
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        SetRegion((0.5, 0.1, 0.1), (0.1, 0.5, 0.4), 0.1),
+        SetRegion(LOW, HIGH, 0.001),
+        SetRegion(LOW, HIGH, 0.0),
+        SetRegion(LOW, (np.inf, 0.5, 0.4), 0.1),
+        SetRegion(LOW, (30.0, 0.5, 0.4), 0.1),
+        ShowCubes(CubeView(field=Field.MEASURED)),
+    ],
+)
+def test_nonsense_is_refused(run, first, command):
+    session = after(run, command)
+    assert session.plate is first.plate
+    assert session.messages[-1].severity is Severity.ERROR
+
+
+@dataclass(frozen=True)
+class Stubborn(AbstractChore):
+    """Wants target 1 selected; waits, or fails."""
+
+    selected: int
+    title = "Stubborn"
+    key = None
+
+    @classmethod
+    def needed(cls, session):
+        return None if session.selected in (0, 9) else cls(session.selected)
+
+    def check(self, session):
+        pass
+
+    def compute(self, session, *, progress, cancel):
+        if self.selected == 5:
+            raise ValueError("no")
+        while not cancel():
+            threading.Event().wait(0.005)
+        return "late"
+
+    def finish(self, session, result):
+        return replace(session, selected=9)
+
+
+def test_a_chore_that_is_no_longer_needed_is_cancelled(first):
+    run = Worker(first, chores=(Stubborn,))
+    try:
+        run.submit(SelectTarget(1))
+        while not run.session.chore:
+            threading.Event().wait(0.005)
+        session = after(run, SelectTarget(0))
+        assert session.selected == 9  # it ended and was put in, as its `finish` did not object
+        session = after(run, SelectTarget(5))
+        assert run.journal[-1].ending is Ending.FAILED
+        assert "failed" in session.messages[-1].text
+        failures = len(run.journal)
+        run.cancel()
+        assert run.wait(5.0)
+        assert len(run.journal) == failures  # not tried again in the same place
+    finally:
+        run.close()

@@ -1,0 +1,230 @@
+"""Commands about the arm and the plate as wholes: another arm, another plate, jogging by hand."""
+
+import tempfile
+from collections.abc import Hashable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from workbench import se3
+from workbench.design.patterns import pattern
+from workbench.design.plate import Kind, Plate
+from workbench.design.plate_toml import read_plate
+from workbench.design.region import Region
+from workbench.errors import FileError, OptionError, WorkbenchError
+from workbench.model.inverse import Task, follow
+from workbench.robots import load_robot
+from workbench.robots.robot import Robot
+from workbench.session.command import AbstractChange, AbstractTask, Cancel, Progress
+from workbench.session.commands.data import safe_name
+from workbench.session.start import start
+from workbench.session.state import Focus, Session, Severity
+from workbench.types import frozen
+
+LARGEST_MODEL = 2 * 1024 * 1024
+"""Robot and plate files beyond this size are refused [bytes]."""
+
+
+@dataclass(frozen=True)
+class ChooseRobot(AbstractTask):
+    """Begin anew with another built-in robot, on the present plate if it reaches at least half of it."""
+
+    name: str
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return f"Choose the robot {self.name}"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Every one counts."""
+        return None
+
+    def check(self, session: Session) -> None:
+        """Nobody may be dragging."""
+        _check_quiet(session)
+
+    def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
+        """The arm at the targets."""
+        progress(0.2, "working out how it reaches the targets")
+        return begin_with(load_robot(self.name), session)
+
+    def finish(self, session: Session, result: Any) -> Session:
+        """The new session."""
+        return _begun(session, result)
+
+
+@dataclass(frozen=True)
+class LoadModel(AbstractTask):
+    """Begin anew with a robot or a plate from a file.
+
+    Args:
+        name: Its name, of which only the ending matters.
+        content: Its bytes.
+    """
+
+    name: str
+    content: bytes = field(repr=False)
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return f"Open {safe_name(self.name)}"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Every file counts."""
+        return None
+
+    def check(self, session: Session) -> None:
+        """Something must be in it, and not too much."""
+        _check_quiet(session)
+        if not 0 < len(self.content) <= LARGEST_MODEL:
+            raise FileError(
+                f"has {len(self.content) / 2**20:.1f} MiB; give a robot (TOML, URDF) or plate (TOML) of at "
+                f"most {LARGEST_MODEL // 2**20} MiB",
+                path=safe_name(self.name),
+            )
+
+    def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
+        """Read it, and bring the arm to the targets."""
+        progress(0.1, "reading")
+        with tempfile.TemporaryDirectory(prefix="workbench-") as folder:
+            path = Path(folder) / safe_name(self.name)
+            path.write_bytes(self.content)
+            try:
+                if b"[[target]]" in self.content:
+                    return start(session.robot, read_plate(path), noise=session.noise)
+                return begin_with(load_robot(path), session)
+            except WorkbenchError as error:
+                raise OptionError(str(error).replace(f"{folder}/", "")) from error
+
+    def finish(self, session: Session, result: Any) -> Session:
+        """The new session."""
+        return _begun(session, result)
+
+
+@dataclass(frozen=True)
+class Jog(AbstractChange):
+    """Put the arm at these joint positions; nothing is measured or moved there.
+
+    Args:
+        q: Joint positions [rad or m].
+    """
+
+    q: tuple[float, ...]
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return "Jog the arm"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Only the newest place of the slider matters."""
+        return "jog"
+
+    def check(self, session: Session) -> None:
+        """So many joints, within their limits."""
+        limits = session.robot.limits
+        session.robot.check_joints(np.array([self.q]))
+        for i, (value, (low, high)) in enumerate(zip(self.q, limits, strict=True)):
+            if not (np.isfinite(value) and low - 1e-6 <= value <= high + 1e-6):
+                raise OptionError(f"joint {i + 1} can't stand at {value:.4g}; it has {low:.4g} to {high:.4g}")
+
+    def apply(self, session: Session) -> Session:
+        """The session afterwards."""
+        return replace(session, jogged=frozen(np.array(self.q)), focus=Focus.JOG)
+
+
+@dataclass(frozen=True)
+class JogTo(AbstractChange):
+    """Bring the tool to a typed pose, by the solution next to where the arm stands.
+
+    Args:
+        xyz: Position of the tool, robot's base [m].
+        rpy: Its roll, pitch, yaw [rad].
+    """
+
+    xyz: tuple[float, float, float]
+    rpy: tuple[float, float, float]
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return "Bring the tool to a pose"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Only the newest pose matters."""
+        return "jog"
+
+    def check(self, session: Session) -> None:
+        """Finite numbers."""
+        if not np.isfinite((*self.xyz, *self.rpy)).all():
+            raise OptionError("the tool can't be brought to a pose that is not of finite numbers")
+
+    def apply(self, session: Session) -> Session:
+        """The session afterwards; where the pose is out of reach, the arm comes as near as it can."""
+        pose = se3.pose(se3.rpy_to_matrix(np.array(self.rpy)), np.array(self.xyz))
+        found = follow(session.robot, session.robot.base.pose @ pose, standing(session))
+        session = replace(session, jogged=found.q, focus=Focus.JOG)
+        if found.converged:
+            return session
+        return session.tell(
+            Severity.WARNING,
+            f"the arm stops {1e3 * found.position_error:.1f} mm and "
+            f"{np.rad2deg(found.rotation_error):.1f}° short of that pose; choose a nearer one",
+        )
+
+
+def standing(session: Session) -> np.ndarray:
+    """Joint positions of the arm as it is drawn [rad or m]."""
+    if session.focus is Focus.ROW and session.comparison is not None:
+        return session.comparison.q[session.row]
+    if session.focus is Focus.JOG and session.jogged is not None:
+        return session.jogged
+    return session.states[session.selected].q
+
+
+def begin_with(robot: Robot, session: Session) -> Session:
+    """A session with another robot, on the present plate or on one that suits the arm."""
+    begun = start(robot, session.plate, noise=session.noise)
+    if 2 * begun.score.reached >= len(session.plate):
+        return begun
+    return start(robot, suited_plate(robot), noise=session.noise)
+
+
+def suited_plate(robot: Robot) -> Plate:
+    """A circle of ten targets before an arm, sized by its reach as Table 2 is by ARIA's.
+
+    Arms with fewer than six joints can't take any orientation: theirs are sockets, which hold a position.
+    """
+    kind = Kind.SEAT if robot.dof >= int(Task.POSE) else Kind.SOCKET
+    reach = robot.reach
+    centre = np.array([0.42, 0.0, 0.25]) * reach
+    half = np.array([0.24, 0.24, 0.13]) * reach
+    region = Region(min=centre - half * [1, 1, 0.5], max=centre + 1.5 * half, cube=float(0.05 * reach))
+    circle = pattern("circle", 10, centre=centre, radius=0.18 * reach)
+    size = np.array([0.52 * reach, 0.52 * reach, 0.012])
+    return Plate(
+        name="Circle",
+        targets=tuple(replace(target, kind=kind) for target in circle),
+        region=region,
+        xyz=frozen(centre - [0.0, 0.0, 0.05]),
+        size=frozen(size),
+    )
+
+
+def _begun(session: Session, begun: Session) -> Session:
+    begun = replace(begun, told=session.told, revision=session.revision, job=session.job)
+    words = f"{begun.robot.name} on the plate '{begun.plate.name}': {begun.score.reached} targets in reach"
+    return begun.tell(Severity.INFO, words)
+
+
+def _check_quiet(session: Session) -> None:
+    if session.holder is not None:
+        raise OptionError("somebody drags a target at present; wait until it is let go")

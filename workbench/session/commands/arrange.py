@@ -1,0 +1,177 @@
+"""Commands that place targets: snap one, type the whole table, lay them out in a pattern."""
+
+from collections.abc import Hashable
+from dataclasses import dataclass, replace
+from enum import StrEnum
+
+import numpy as np
+
+from workbench import se3
+from workbench.design.patterns import MOST_TARGETS, pattern
+from workbench.design.plate import Plate, Target
+from workbench.errors import OptionError
+from workbench.session.command import AbstractChange
+from workbench.session.commands.drag import MoveTarget, check_place
+from workbench.session.reach import place_all
+from workbench.session.state import Session
+from workbench.session.steps import changed, check_free, check_unlocked
+from workbench.types import Vector3, frozen
+
+GRID = 0.01
+"""Pitch of the grid that targets snap to [m]."""
+HEIGHT = 0.05
+"""Height of a target above the plate that it snaps to [m], as in ARIA Fig. 6."""
+
+
+class Snap(StrEnum):
+    """What a target snaps to."""
+
+    PLATE = "plate"
+    GRID = "grid"
+    CUBE = "cube"
+
+
+@dataclass(frozen=True)
+class SnapTarget(AbstractChange):
+    """Put a target on the nearest place above the plate, of the grid, or at the centre of a cube."""
+
+    target: int
+    to: str
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return f"Snap target {self.target + 1} to {self.to}"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Every one counts."""
+        return None
+
+    def check(self, session: Session) -> None:
+        """The target must exist and be unlocked."""
+        check_unlocked(session, self.target)
+        check_free(session)
+        if self.to not in list(Snap):
+            raise OptionError(f"targets snap to plate, grid or cube, not to '{self.to}'")
+
+    def apply(self, session: Session) -> Session:
+        """The session afterwards."""
+        target = session.plate.targets[self.target]
+        x, y, z = snapped(session.plate, target.xyz, Snap(self.to)).tolist()
+        roll, pitch, yaw = target.rpy.tolist()
+        return MoveTarget(self.target, (x, y, z), (roll, pitch, yaw)).apply(session)
+
+
+@dataclass(frozen=True)
+class PlaceTargets(AbstractChange):
+    """The whole table of targets, typed: position [m] and roll, pitch, yaw [rad] of each.
+
+    Targets keep what else is known of them by their number; more rows are new targets, fewer delete the last.
+    """
+
+    rows: tuple[tuple[float, ...], ...]
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return f"Type the coordinates of {len(self.rows)} targets"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Every one counts."""
+        return None
+
+    def check(self, session: Session) -> None:
+        """Six sensible numbers each; locked targets stay where they are."""
+        check_free(session)
+        if not 1 <= len(self.rows) <= MOST_TARGETS:
+            raise OptionError(f"the table has {len(self.rows)} targets; give 1 to {MOST_TARGETS}")
+        for i, row in enumerate(self.rows):
+            if len(row) != 6:
+                raise OptionError(f"line {i + 1} has {len(row)} numbers; give x y z roll pitch yaw")
+            check_place(i, row[:3], row[3:])
+        for i, target in enumerate(session.plate.targets):
+            if target.locked and (i >= len(self.rows) or not _same(target, self.rows[i])):
+                check_unlocked(session, i)
+
+    def apply(self, session: Session) -> Session:
+        """The session afterwards; targets that did not change stay as they are."""
+        old = session.plate.targets
+        targets = []
+        for i, row in enumerate(self.rows):
+            if i < len(old) and _same(old[i], row):
+                targets.append(old[i])
+                continue
+            model = old[min(i, len(old) - 1)]
+            xyz, rpy = frozen(np.array(row[:3])), frozen(np.array(row[3:]))
+            targets.append(replace(model, xyz=xyz, rpy=rpy, q=None, locked=model.locked and i < len(old)))
+        return placed_anew(session, tuple(targets))
+
+
+@dataclass(frozen=True)
+class ApplyPattern(AbstractChange):
+    """Lay the targets out in a pattern (ARIA §4.3); locked targets stay, and count.
+
+    Args:
+        name: circle, line, grid or spiral.
+        number: How many targets.
+        centre: Middle of the pattern, robot's base [m].
+        radius: Half its width [m].
+        tilts: Roll angles given to the targets in turn [rad].
+    """
+
+    name: str
+    number: int
+    centre: tuple[float, float, float]
+    radius: float
+    tilts: tuple[float, ...]
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return f"{self.number} targets in a {self.name}"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Every one counts."""
+        return None
+
+    def check(self, session: Session) -> None:
+        """The pattern must make sense."""
+        check_free(session)
+        for i, target in enumerate(self._targets()):
+            check_place(i, tuple(target.xyz), tuple(target.rpy))
+
+    def apply(self, session: Session) -> Session:
+        """The session afterwards."""
+        old = session.plate.targets
+        new = [old[i] if i < len(old) and old[i].locked else t for i, t in enumerate(self._targets())]
+        return placed_anew(session, (*new, *(t for t in old[len(new) :] if t.locked)))
+
+    def _targets(self) -> tuple[Target, ...]:
+        centre = np.array(self.centre)
+        return pattern(self.name, self.number, centre=centre, radius=self.radius, tilts=self.tilts)
+
+
+def placed_anew(session: Session, targets: tuple[Target, ...]) -> Session:
+    """The session with these targets, the arm in the best mix of branches."""
+    plate = replace(session.plate, targets=targets)
+    rng = np.random.default_rng(0)
+    states = place_all(session.robot, plate, region_q=session.region_q, rng=rng)
+    return changed(session, plate, states)
+
+
+def snapped(plate: Plate, xyz: Vector3, to: Snap) -> Vector3:
+    """The nearest place of that kind [m]."""
+    if to is Snap.GRID:
+        return np.round(xyz / GRID) * GRID
+    if to is Snap.CUBE:
+        centres = plate.region.centres
+        return centres[np.argmin(np.linalg.norm(centres - xyz, axis=1))]
+    local = se3.apply(se3.inverse(plate.pose), xyz)
+    return se3.apply(plate.pose, np.array([local[0], local[1], HEIGHT]))
+
+
+def _same(target: Target, row: tuple[float, ...]) -> bool:
+    return (*target.xyz.tolist(), *target.rpy.tolist()) == row

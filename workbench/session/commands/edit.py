@@ -1,0 +1,186 @@
+"""Commands that change the set of targets: add, copy, delete, renumber, lock."""
+
+from collections.abc import Hashable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from workbench.design.patterns import MOST_TARGETS
+from workbench.design.plate import Target
+from workbench.errors import OptionError
+from workbench.session.command import AbstractChange
+from workbench.session.reach import place
+from workbench.session.state import Session
+from workbench.session.steps import changed, check_free, check_unlocked, with_item
+from workbench.types import Vector3, frozen
+
+BESIDE = np.array([0.06, 0.0, 0.0])
+"""Where a copy stands, from its original [m]."""
+
+
+@dataclass(frozen=True)
+class AddTarget(AbstractChange):
+    """A new target in the middle of the region, at the height and angles of the selected one."""
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return "Add a target"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Every one counts."""
+        return None
+
+    def check(self, session: Session) -> None:
+        """Nobody may be dragging, and there must be room."""
+        check_free(session)
+        _check_room(session)
+
+    def apply(self, session: Session) -> Session:
+        """The session afterwards, the new target selected."""
+        region, model = session.plate.region, session.plate.targets[session.selected]
+        middle = 0.5 * (region.min + region.max)
+        return _with_new(session, model, np.array([middle[0], middle[1], model.xyz[2]]))
+
+
+@dataclass(frozen=True)
+class CopyTarget(AbstractChange):
+    """A copy of a target, beside it."""
+
+    target: int
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return f"Copy target {self.target + 1}"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Every copy counts."""
+        return None
+
+    def check(self, session: Session) -> None:
+        """The target must exist, and there must be room."""
+        session.check_target(self.target)
+        check_free(session)
+        _check_room(session)
+
+    def apply(self, session: Session) -> Session:
+        """The session afterwards, the copy selected."""
+        model = session.plate.targets[self.target]
+        return _with_new(session, model, model.xyz + BESIDE)
+
+
+@dataclass(frozen=True)
+class DeleteTarget(AbstractChange):
+    """Take a target away."""
+
+    target: int
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return f"Delete target {self.target + 1}"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Every one counts."""
+        return None
+
+    def check(self, session: Session) -> None:
+        """It must exist, not be locked, and not be the last one."""
+        check_unlocked(session, self.target)
+        check_free(session)
+        if len(session.plate) == 1:
+            raise OptionError("the last target can't be deleted; move it instead")
+
+    def apply(self, session: Session) -> Session:
+        """The session afterwards; targets behind it move up by one number."""
+        targets = _without(session.plate.targets, self.target)
+        states = _without(session.states, self.target)
+        return changed(session, replace(session.plate, targets=targets), states)
+
+
+@dataclass(frozen=True)
+class RenumberTarget(AbstractChange):
+    """Give a target another number in the order of measuring; those between move by one.
+
+    Args:
+        target: Which one, counted from 0.
+        place: Its new place, counted from 0.
+    """
+
+    target: int
+    place: int
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return f"Make target {self.target + 1} number {self.place + 1}"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Every one counts."""
+        return None
+
+    def check(self, session: Session) -> None:
+        """Both numbers must exist."""
+        session.check_target(self.target)
+        session.check_target(self.place)
+        check_free(session)
+
+    def apply(self, session: Session) -> Session:
+        """The session afterwards."""
+
+        def moved(items: tuple) -> tuple:
+            rest = _without(items, self.target)
+            return (*rest[: self.place], items[self.target], *rest[self.place :])
+
+        plate = replace(session.plate, targets=moved(session.plate.targets))
+        return changed(session, plate, moved(session.states), selected=self.place)
+
+
+@dataclass(frozen=True)
+class LockTarget(AbstractChange):
+    """Lock a target in its place, or unlock it."""
+
+    target: int
+    locked: bool
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return f"{'Lock' if self.locked else 'Unlock'} target {self.target + 1}"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Only the newest wish matters."""
+        return ("lock", self.target)
+
+    def check(self, session: Session) -> None:
+        """It must exist."""
+        session.check_target(self.target)
+        check_free(session)
+
+    def apply(self, session: Session) -> Session:
+        """The session afterwards."""
+        target = replace(session.plate.targets[self.target], locked=self.locked)
+        plate = replace(session.plate, targets=with_item(session.plate.targets, self.target, target))
+        return changed(session, plate, session.states)
+
+
+def _check_room(session: Session) -> None:
+    if len(session.plate) >= MOST_TARGETS:
+        raise OptionError(f"a plate has {MOST_TARGETS} targets at most; delete one first")
+
+
+def _with_new(session: Session, model: Target, xyz: Vector3) -> Session:
+    target = replace(model, xyz=frozen(xyz), q=None, locked=False)
+    state = place(session.robot, session.plate, target, session.states[session.selected].q)
+    plate = replace(session.plate, targets=(*session.plate.targets, target))
+    return changed(session, plate, (*session.states, state), selected=len(plate) - 1)
+
+
+def _without(items: tuple, index: int) -> tuple:
+    return (*items[:index], *items[index + 1 :])

@@ -1,0 +1,200 @@
+"""Commands about the region: its corners and cubes, what colours them, and the work behind the colours."""
+
+from collections.abc import Hashable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from workbench.design.cubes import CubeMap, map_cubes
+from workbench.design.freedom import identified_names
+from workbench.design.region import Region
+from workbench.errors import DataError, OptionError
+from workbench.session.command import AbstractChange, AbstractChore, Cancel, Cancelled, Progress
+from workbench.session.region import draw_region
+from workbench.session.state import CubeView, Field, Session
+from workbench.session.steps import judged_anew, remember
+
+MOST_CUBES = 12_000
+"""More cubes than this are refused: the page would no longer be fluid."""
+FARTHEST = 10.0
+"""Corners beyond this are refused [m]."""
+ORIENTATIONS = 8
+"""Orientations of the targets that are tried in every cube, at most."""
+
+Corner = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class SetRegion(AbstractChange):
+    """Give the region other corners or other cubes.
+
+    Args:
+        least: Corner with the least coordinates [m].
+        greatest: Corner with the greatest [m].
+        cube: Greatest side of a cube [m].
+        step: Whether undo goes back to before it; not so between the first and the last place of a drag.
+    """
+
+    least: Corner
+    greatest: Corner
+    cube: float
+    step: bool = True
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return "Change the region"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Only the newest place of a drag matters."""
+        return ("region", self.step)
+
+    def check(self, session: Session) -> None:
+        """It must be a cuboid of sensible size, with not too many cubes."""
+        if not np.isfinite((*self.least, *self.greatest, self.cube)).all():
+            raise OptionError("the region's corners must be finite numbers")
+        if max(map(abs, (*self.least, *self.greatest))) > FARTHEST:
+            raise OptionError(f"the region must stay within {FARTHEST:g} m of the base")
+        cubes = self.region().cubes
+        if cubes > MOST_CUBES:
+            raise OptionError(f"this gives {cubes} cubes; {MOST_CUBES} can be shown: make the cubes larger")
+
+    def apply(self, session: Session) -> Session:
+        """The session afterwards; what depends on the region is worked out by chores."""
+        if self.step:
+            session = remember(session)
+        view = replace(session.cube_view, picked=None, layer=0)
+        return replace(session, plate=replace(session.plate, region=self.region()), cube_view=view)
+
+    def region(self) -> Region:
+        """The region."""
+        return Region(min=np.array(self.least), max=np.array(self.greatest), cube=self.cube)
+
+
+@dataclass(frozen=True)
+class ShowCubes(AbstractChange):
+    """Choose what colours the cubes, and which of them are seen."""
+
+    view: CubeView
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return f"Colour the cubes by {self.view.field}"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Only the newest choice matters."""
+        return "cubes"
+
+    def check(self, session: Session) -> None:
+        """There must be something to show."""
+        if self.view.field is Field.MEASURED and session.comparison is None:
+            raise DataError("there are no measurements yet; load a file or measure a virtual arm first")
+
+    def apply(self, session: Session) -> Session:
+        """The session afterwards."""
+        return replace(session, cube_view=self.view)
+
+
+@dataclass(frozen=True)
+class SampleRegion(AbstractChore):
+    """Draw the poses of the region for which errors are predicted."""
+
+    least: Corner
+    greatest: Corner
+    robot: str
+
+    @classmethod
+    def needed(cls, session: Session) -> "SampleRegion | None":
+        """Where the poses belong to another region."""
+        region = session.plate.region
+        if session.sampled is region:
+            return None
+        return cls(corner(region.min), corner(region.max), session.robot.name)
+
+    @property
+    def title(self) -> str:
+        """Words for the page."""
+        return "Drawing poses in the region"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Every one counts."""
+        return None
+
+    def check(self, session: Session) -> None:
+        """Always possible."""
+
+    def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
+        """The poses."""
+        drawn = draw_region(session.robot, session.plate.region, np.random.default_rng(0))
+        return session.plate.region, drawn
+
+    def finish(self, session: Session, result: Any) -> Session:
+        """The session with the poses, everything judged by them."""
+        region, drawn = result
+        if session.plate.region is not region:
+            raise Cancelled
+        return judged_anew(replace(session, sampled=region, region_q=drawn))
+
+
+@dataclass(frozen=True)
+class MapCubes(AbstractChore):
+    """Look at every cube of the region, once somebody wants to see them."""
+
+    least: Corner
+    greatest: Corner
+    cube: float
+    robot: str
+
+    @classmethod
+    def needed(cls, session: Session) -> "MapCubes | None":
+        """Where cubes are shown that were not looked at yet."""
+        region = session.plate.region
+        is_known = session.cubes is not None and session.cubes.region is region
+        if is_known or session.cube_view.field in (Field.NONE, Field.MEASURED):
+            return None
+        return cls(corner(region.min), corner(region.max), region.cube, session.robot.name)
+
+    @property
+    def title(self) -> str:
+        """Words for the page."""
+        return "Looking at every cube of the region"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Every one counts."""
+        return None
+
+    def check(self, session: Session) -> None:
+        """Always possible."""
+
+    def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
+        """The map."""
+        found = map_cubes(
+            session.robot,
+            session.plate.region,
+            session.plate.poses[:ORIENTATIONS, :3, :3],
+            names=identified_names(session.robot),
+            progress=lambda share: progress(share, "reaching for every cube"),
+            cancel=cancel,
+        )
+        if found is None:
+            raise Cancelled
+        return found
+
+    def finish(self, session: Session, result: Any) -> Session:
+        """The session with the map."""
+        found: CubeMap = result
+        if session.plate.region is not found.region:
+            raise Cancelled
+        return replace(session, cubes=found)
+
+
+def corner(point: np.ndarray) -> Corner:
+    """A point as plain numbers."""
+    x, y, z = point.tolist()
+    return x, y, z

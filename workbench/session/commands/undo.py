@@ -1,0 +1,120 @@
+"""Commands that go back: undo, redo, to the plate as loaded, to the best one so far."""
+
+from collections.abc import Hashable
+from dataclasses import dataclass, replace
+
+from workbench.session.command import AbstractChange
+from workbench.session.state import Session, Severity, Step
+from workbench.session.steps import check_free, first_difference, remember, settled, stand
+
+
+@dataclass(frozen=True)
+class Undo(AbstractChange):
+    """Take the last step back."""
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return "Undo"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Every step counts."""
+        return None
+
+    def check(self, session: Session) -> None:
+        """Nobody may be dragging."""
+        check_free(session)
+
+    def apply(self, session: Session) -> Session:
+        """The session afterwards."""
+        if not session.done:
+            return session.tell(Severity.INFO, "there is nothing to undo: no target has been moved")
+        step = session.done[-1]
+        undone = (*session.undone, Step(session.plate, session.states))
+        return restored(replace(session, done=session.done[:-1], undone=undone), step)
+
+
+@dataclass(frozen=True)
+class Redo(AbstractChange):
+    """Make the last undone step again."""
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return "Redo"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Every step counts."""
+        return None
+
+    def check(self, session: Session) -> None:
+        """Nobody may be dragging."""
+        check_free(session)
+
+    def apply(self, session: Session) -> Session:
+        """The session afterwards."""
+        if not session.undone:
+            return session.tell(Severity.INFO, "there is nothing to redo: no move has been undone")
+        step = session.undone[-1]
+        done = (*session.done, Step(session.plate, session.states))
+        return restored(replace(session, undone=session.undone[:-1], done=done), step)
+
+
+@dataclass(frozen=True)
+class ResetTargets(AbstractChange):
+    """Put the plate back to how it was loaded; can be undone."""
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return "Reset the targets"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Every reset counts."""
+        return None
+
+    def check(self, session: Session) -> None:
+        """Nobody may be dragging."""
+        check_free(session)
+
+    def apply(self, session: Session) -> Session:
+        """The session afterwards."""
+        first = session.first_plate
+        if session.plate is first:
+            return session.tell(Severity.INFO, f"the targets already stand as in '{first.name}'")
+        return restored(remember(session), Step(first, session.first_states))
+
+
+@dataclass(frozen=True)
+class RestoreBest(AbstractChange):
+    """Put the plate back to where it was best so far; can be undone."""
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return "Back to the best so far"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Every wish counts."""
+        return None
+
+    def check(self, session: Session) -> None:
+        """Nobody may be dragging."""
+        check_free(session)
+
+    def apply(self, session: Session) -> Session:
+        """The session afterwards."""
+        if session.best is None or session.best.plate is session.plate:
+            return session.tell(Severity.INFO, "this is the best plate so far")
+        return restored(remember(session), session.best)
+
+
+def restored(session: Session, step: Step) -> Session:
+    """The session with the targets of a step, the first one that differs selected."""
+    return settled(
+        stand(session, step.plate, step.states, selected=first_difference(session.plate, step.plate))
+    )
