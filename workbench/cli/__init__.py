@@ -11,7 +11,7 @@ from typing import Annotated
 
 import typer
 
-from workbench.cli import calibrating, making, measuring, plates
+from workbench.cli import calibrating, designing, making, measuring, plates
 from workbench.cli.options import PlateOption, RobotOption, say
 from workbench.errors import WorkbenchError
 
@@ -80,6 +80,8 @@ for command in (
     calibrating.export,
 ):
     app.command()(command)
+plates.plates.command()(designing.optimise)
+plates.plates.command("yield")(designing.yield_)
 plates.plates.command()(making.export)
 plates.plates.command("as-measured")(making.as_measured)
 app.add_typer(plates.plates)

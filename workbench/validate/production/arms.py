@@ -42,7 +42,8 @@ class Chunk:
         worst: Greatest error of each arm along any axis: position [m] and rotation [rad].
         within: Share of each arm's tests that meet the requirement.
         planned: Arms that did so in the planned branches.
-        squares: Sum over these of the squared position [m²] and rotation error [rad²] at each pose that matters.
+        squares: Sum over these of the squared position [m²] and rotation error [rad²] at each pose of the
+            bank.
         counts: How many of them were judged there.
     """
 
@@ -130,9 +131,7 @@ def _errors(
     """Actual minus calibrated pose at the tests."""
     chain, columns = job.robot.chain, job.robot.chain.indices(job.names)
     q = job.bank[tests.ravel()]
-    there = chains.poses(
-        actual.chain, q, shift=bent(actual, q, np.repeat(made, tests.shape[1], axis=0))
-    )
+    there = chains.poses(actual.chain, q, shift=bent(actual, q, np.repeat(made, tests.shape[1], axis=0)))
     model = chains.poses(chain, q, shift=_spread(chain, columns, found, tests.shape[1]))
     return se3.pose_error(there, model).reshape(*tests.shape, 6)
 

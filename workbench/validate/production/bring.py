@@ -61,7 +61,6 @@ def bring(
         targets: Actual poses of the tool, measuring frame.
         ways: Nominal joint positions, the wanted ones first [rad or m].
         held: What of [p; φ] each target holds.
-
     """
     arms, count = targets.shape[:2]
     wanted, rows = targets.reshape(-1, 4, 4), np.tile(held, (arms, 1))
@@ -78,8 +77,10 @@ def bring(
         open_ = open_[~met]
         if not len(open_):
             break
-    used = used.reshape(arms, count)
-    return Brought(q.reshape(arms, count, -1), (used >= 0).all(1), (used == 0).all(1))
+    met_all, as_planned = (
+        np.logical_and.reduce(flags.reshape(arms, count), axis=1) for flags in (used >= 0, used == 0)
+    )
+    return Brought(q.reshape(arms, count, -1), met_all, as_planned)
 
 
 def bent(actual: Robot, q: Float[np.ndarray, "rows n"], made: Float[np.ndarray, "rows k"]) -> np.ndarray:

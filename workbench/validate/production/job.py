@@ -1,4 +1,4 @@
-"""What a trial of many virtual arms needs: the plate and its errors, the arms' errors, the poses that matter."""
+"""What a trial of many arms needs: the plate and its errors, the arms' errors, the poses that matter."""
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -136,7 +136,6 @@ class Job:
         rank = self.linearisation.rank()
         return frozen(self.linearisation.weights[:, None] * self.linearisation.factors[2][:rank].T)
 
-
     def predicted(self) -> Float[np.ndarray, "rows 2"]:
         """Predicted mean square position [m²] and rotation error [rad²] at the poses that matter.
 
@@ -157,6 +156,7 @@ class Job:
         _, twists = sensitivity(self.robot, self.bank, self.names)
         off = twists @ (pull @ np.linalg.cholesky(noise))
         return np.stack([(off[:, :3] ** 2).sum((1, 2)), (off[:, 3:] ** 2).sum((1, 2))], -1)
+
 
 def held_by(plate: Plate) -> Bool[np.ndarray, "targets 6"]:
     """What of [p; φ] each target holds."""

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -127,13 +128,17 @@ def gather(
         both = [np.bincount(cube, part)[seen] / samples[seen] for part in sums.T]
         return frozen(np.sqrt(np.stack(both, -1)))
 
-    def joined(name: str) -> np.ndarray:
+    def joined(name: str) -> Any:
         return frozen(np.concatenate([getattr(chunk, name) for chunk in chunks]))
 
-    parts = ("reached", "planned", "position", "rotation", "worst", "within")
-    found = Yield(
+    return Yield(
         requirement=job.requirement,
-        **{name: joined(name) for name in parts},
+        reached=joined("reached"),
+        planned=joined("planned"),
+        position=joined("position"),
+        rotation=joined("rotation"),
+        worst=joined("worst"),
+        within=joined("within"),
         cells=frozen(cells[seen]),
         predicted=per_cube(expected),
         observed=per_cube(squares),
@@ -141,7 +146,6 @@ def gather(
         sources=sources,
         outcome=outcome,
     )
-    return found
 
 
 def rms_of(chunks: Sequence[Chunk]) -> tuple[float, float]:
