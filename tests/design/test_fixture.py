@@ -17,7 +17,7 @@ from workbench.design.fixture.blocks import (
     places_of,
     tool_poses_at,
 )
-from workbench.design.fixture.clearance import Hull, block_hull, hull_distances, plate_hull
+from workbench.design.fixture.clearance import block_hulls, hull_distances, plate_hull
 from workbench.design.fixture.distances import segment_distances
 from workbench.design.fixture.gains import gains
 from workbench.design.fixture.making import Making
@@ -90,7 +90,7 @@ def test_blocks_collide_as_they_are_made(plate):
             plate.pose @ block.pose,
             0.5 * block.side * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], float),
         )
-        mine = block_corners(plate, pose)
+        mine = block_corners(plate, pose[None])[0]
         assert np.allclose(mine[:4], foot, atol=1e-9)
         heights = se3.apply(se3.inverse(plate.pose), mine[4:])[:, 2]
         assert sorted({heights.min(), heights.max()}) == pytest.approx(sorted(block.heights), abs=1e-9)
@@ -98,7 +98,7 @@ def test_blocks_collide_as_they_are_made(plate):
 
 def test_a_face_too_steep_has_a_short_bar_behind_it(plate):
     steep = tool_poses_at(plate, np.array([[0.0, 0.0, 0.2, STEEPEST + 0.1, 0.0, 0.0]]))[0]
-    behind = se3.apply(se3.inverse(steep), block_corners(plate, steep))
+    behind = se3.apply(se3.inverse(steep), block_corners(plate, steep[None])[0])
     assert behind[:, 2].min() == pytest.approx(0.0, abs=1e-12)
     assert behind[:, 2].max() < 0.05
 
@@ -130,7 +130,7 @@ def test_an_arm_is_as_far_from_a_hull_as_its_samples_say(aria, plate):
     lines = arm.lines(q)
     hull = plate_hull(plate)
     every = np.ones(len(arm.radii), bool)
-    found = hull_distances(arm, lines, hull, looked_at=every, far=5.0)
+    found = hull_distances(arm, lines, [hull], looked_at=every, far=5.0)
     share = np.linspace(0.0, 1.0, 1500)[:, None]
     for row, distance in zip(lines, found, strict=True):
         gaps = []
@@ -148,12 +148,13 @@ def test_an_arm_is_as_far_from_a_hull_as_its_samples_say(aria, plate):
 def test_far_bounds_what_is_measured(aria, plate):
     arm = arm_shape(aria)
     lines = arm.lines(rng(5).uniform(*aria.limits.T, (30, 6)))
-    hull = block_hull(plate, plate.poses[0])
+    hull = block_hulls(plate, plate.poses[:1])[0]
     every = np.ones(len(arm.radii), bool)
-    exact = hull_distances(arm, lines, hull, looked_at=every, far=5.0)
-    near = hull_distances(arm, lines, hull, looked_at=every, far=0.05)
+    exact = hull_distances(arm, lines, [hull], looked_at=every, far=5.0)
+    near = hull_distances(arm, lines, [hull], looked_at=every, far=0.05)
     assert np.allclose(near, np.minimum(exact, 0.05))
-    assert isinstance(hull, Hull)
+    each = hull_distances(arm, lines, [hull] * 30, looked_at=every, far=0.05)
+    assert np.array_equal(each, near)
 
 
 @pytest.mark.parametrize("name", ["aria", "ur10", "katana450", "panda"])

@@ -122,7 +122,7 @@ def test_ten_millimetres_stay_free(name, request, aria):
     frames = link_frames(aria, np.stack([t.q for t in plate.targets]))
     radii = aria.reach * np.linspace(0.035, 0.021, 6)
     share = np.linspace(0.0, 1.0, 200)[:, None]
-    hulls = [block_corners(plate, pose) for pose in plate.poses]
+    hulls = block_corners(plate, plate.poses)
     for number, row in enumerate(frames):
         for link in range(1, 6):
             start, end = row[link, :3, 3], row[link + 1, :3, 3]
