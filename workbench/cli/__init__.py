@@ -11,7 +11,8 @@ from typing import Annotated
 
 import typer
 
-from workbench.cli import calibrating, cli, designing, from, making, measuring, opening, plates, reproducing, workbench
+from workbench.cli import calibrating, designing, making, measuring, plates, reproducing
+from workbench.cli.opening import open_session
 from workbench.cli.options import PlateOption, RobotOption, say
 from workbench.errors import WorkbenchError
 

@@ -9,13 +9,15 @@ from workbench.cli.options import (
     JsonOption,
     RobotOption,
     SeedOption,
+    UnknownOption,
     check_writable,
     noise_of,
     progress_bar,
     say,
     show,
+    unknown_frames,
 )
-from workbench.cli.plates import FreeFramesOption, PlateArgument, unknown_frames
+from workbench.cli.plates import PlateArgument
 from workbench.errors import OptionError
 
 ToleranceOption = Annotated[
@@ -58,7 +60,7 @@ def optimise(
     floor: Annotated[
         str, typer.Option(help="Height of the table in the robot's base; none: there is no table.")
     ] = "0mm",
-    unknown: FreeFramesOption = None,
+    unknown: UnknownOption = None,
     json: JsonOption = None,
     seed: SeedOption = 0,
 ) -> None:
@@ -70,7 +72,7 @@ def optimise(
     from workbench.robots import load_robot
 
     check_writable(out, json)
-    frames = unknown_frames(unknown)
+    base, tool = unknown_frames(unknown)
     wish = _wish(targets, branches, reading, blocks, heights, angles, tilt, turn, tolerance)
     wish = _within(wish, clearance, limit_margin, spacing, retreat, floor)
     with progress_bar("optimise") as progress:
@@ -83,8 +85,8 @@ def optimise(
             visits=visits,
             seed=seed,
             progress=lambda part: progress(part, "looking for better targets"),
-            base=frames["base"],
-            tool=frames["tool"],
+            base=base,
+            tool=tool,
         )
     show(design_tables(found))
     say(f"plate: {write_plate(found.plate, out)}")
