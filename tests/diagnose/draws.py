@@ -28,6 +28,8 @@ LARGEST = 4e-3
 """Greatest angle by which an effect turns a joint [rad]."""
 SOFTEST = 2e-3
 """Greatest compliance of a joint, a bearing, a link or a mount [rad/(N m)]."""
+FEEBLE = 0.05
+"""Moment that friction holds [N m]: a joint or bearing whose moments are not mostly greater has no flanks."""
 GROWTH = (15e-6, 60e-6)
 """Thermal growth [1/K]."""
 CREEP, TWIST = (0.3e-3, 0.8e-3), (0.1e-3, 0.4e-3)
@@ -61,7 +63,7 @@ def sized(effect, arm, state, rng):
     peak = 1e-3 * rng.uniform(*PEAKS[effect.name])
     held = straight_moments(arm, state)
     largest = np.abs(turns(arm, effect, state, held)).max()
-    if largest < 1e-12:
+    if largest < 1e-12 or _feeble(effect, held):
         return None
     trial = effect.scaled(1e-5 / largest)
     moved = change(poses(arm, [trial], state), poses(arm, [], state))
@@ -69,6 +71,30 @@ def sized(effect, arm, state, rng):
     if effect.name in PROPORTIONAL:
         factor = min(factor, SOFTEST / max(np.abs(trial.size)))
     return trial.scaled(factor)
+
+
+def settled(arm, effects, state):
+    """Rows (rows,) in which no play hangs between its flanks, where friction would decide."""
+    held, out = straight_moments(arm, state), np.ones(len(state.q), bool)
+    for effect in effects:
+        deciding = _deciding(effect, held)
+        out &= True if deciding is None else deciding >= FEEBLE
+    return out
+
+
+def _feeble(effect, held):
+    """Whether the moments that decide on a flank are mostly too small to do so."""
+    deciding = _deciding(effect, held)
+    return deciding is not None and bool(np.median(deciding) < FEEBLE)
+
+
+def _deciding(effect, held):
+    """Size (rows,) of the moment that decides on a flank; None where none does."""
+    if effect.name == "clearance-tilt":
+        return np.linalg.norm(held[:, effect.joints[0], :2], axis=1)
+    if effect.name == "backlash" and effect.detail == "moment":
+        return np.abs(held[:, effect.joints[0], 2])
+    return None
 
 
 def _whole(name, rng):

@@ -2,7 +2,7 @@
 
 import threading
 import webbrowser
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
 
 import viser
@@ -14,10 +14,10 @@ from workbench.design.plate import Plate
 from workbench.errors import FileError, OptionError
 from workbench.robots.robot import Robot
 from workbench.session.commands import CHORES, LoadData
-from workbench.session.start import start
-from workbench.session.view import AbstractView
+from workbench.session.journal.folder import Begun, unrecorded
 from workbench.session.worker import Worker
 
+Begin = Callable[[Robot, Plate], Begun]
 PORT = 8090
 """Port that is tried first where none is asked for."""
 
@@ -31,7 +31,7 @@ class App:
         data: Measurement file to begin with.
         host: Address to listen at.
         port: Port; 0 for any free one; None for the usual one, or any free one where that is taken.
-        views: Further views of the session, such as a recording.
+        begin: Makes the session of robot and plate, with what follows it, such as a recording.
         on_bound: Told the page's address as soon as it can be opened, before the session is worked out.
     """
 
@@ -43,7 +43,7 @@ class App:
         data: Path | str | None = None,
         host: str = "127.0.0.1",
         port: int | None = 0,
-        views: Iterable[AbstractView] = (),
+        begin: Begin = unrecorded,
         on_bound: Callable[[str], None] | None = None,
     ):
         first = None if data is None else _file(data)
@@ -52,12 +52,12 @@ class App:
         if on_bound is not None:
             on_bound(self.url)
         try:
-            session = start(robot, plate)
+            begun = begin(robot, plate)
         except BaseException:
             stop_server(self.server)
             raise
         waiting.remove()
-        self.worker = Worker(session, views=views, chores=CHORES)
+        self.worker = Worker(begun.session, keepers=begun.keepers, journal=begun.entries, chores=CHORES)
         self.view = BrowserView(self.server, self.worker)
         self.worker.add_view(self.view)
         if first is not None:
@@ -83,7 +83,7 @@ def serve(
     host: str = "127.0.0.1",
     port: int | None = None,
     open_browser: bool = True,
-    views: Iterable[AbstractView] = (),
+    begin: Begin = unrecorded,
     on_ready: Callable[[str], None] | None = None,
 ) -> None:
     """Show the page until interrupted.
@@ -95,7 +95,7 @@ def serve(
         host: Address to listen at; anything but the loopback address lets other machines in.
         port: Port; None for the usual one, or any free one where that is taken.
         open_browser: Whether to open the page in the user's browser.
-        views: Further views of the session, such as a recording.
+        begin: Makes the session of robot and plate, with what follows it, such as a recording.
         on_ready: Told the page's address as soon as it can be opened.
 
     Raises:
@@ -111,7 +111,7 @@ def serve(
 
     app = None
     try:
-        app = App(robot, plate, data=data, host=host, port=port, views=views, on_bound=bound)
+        app = App(robot, plate, data=data, host=host, port=port, begin=begin, on_bound=bound)
         threading.Event().wait()
     except KeyboardInterrupt:
         pass

@@ -11,7 +11,8 @@ from typing import Annotated
 
 import typer
 
-from workbench.cli import calibrating, making, measuring, plates
+from workbench.cli import calibrating, making, measuring, plates, reproducing
+from workbench.cli.opening import open_session
 from workbench.cli.options import PlateOption, RobotOption, say
 from workbench.errors import WorkbenchError
 
@@ -53,15 +54,23 @@ def serve(
     open_browser: Annotated[
         bool, typer.Option("--open/--no-open", help="Open the page in the browser.")
     ] = True,
+    session: Annotated[
+        Path | None,
+        typer.Option(help="Go on with this recording, or record here; recordings/DATE-ROBOT if not given."),
+    ] = None,
+    step: Annotated[
+        int | None, typer.Option(help="With --session: branch off after this step, into a new recording.")
+    ] = None,
+    record: Annotated[bool, typer.Option("--record/--no-record", help="Record the session.")] = True,
 ) -> None:
     """The app in the browser: robot, plate, draggable targets, identification."""
     from workbench.app.server import serve as run
-    from workbench.fabricate.as_measured import load_plate
-    from workbench.robots import load_robot
 
+    opening = open_session(robot, plate or "table2", session=session, step=step, record=record)
     run(
-        load_robot(robot),
-        load_plate(plate or "table2"),
+        opening.robot,
+        opening.plate,
+        begin=opening.begin,
         data=data,
         host=host,
         port=port,
@@ -83,3 +92,4 @@ for command in (
 plates.plates.command()(making.export)
 plates.plates.command("as-measured")(making.as_measured)
 app.add_typer(plates.plates)
+app.add_typer(reproducing.works)

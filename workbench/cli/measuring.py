@@ -27,7 +27,8 @@ def simulate(
     plate: PlateOption = None,
     poses: Annotated[int | None, typer.Option(help="Number of poses, instead of a plate.")] = None,
     index: Annotated[
-        str, typer.Option(help="With --poses: random, or the index to maximise, O or O1 … O5.")
+        str,
+        typer.Option(help="With --poses: random, iso-cube (ISO 9283), or an index to maximise: O, O1 … O5."),
     ] = "random",
     instrument: Annotated[
         str | None, typer.Option(help="What measures: plate, laser-tracker, tracker-6d …")
@@ -35,7 +36,10 @@ def simulate(
     branch: Annotated[
         str, typer.Option(help="With --plate: designed, mixed, auto (one branch), or a branch by name.")
     ] = "designed",
-    effect: Annotated[str | None, typer.Option(help="A hidden effect; none are known yet.")] = None,
+    effect: Annotated[
+        list[str] | None,
+        typer.Option(help="A hidden effect, NAME[:joint[:size]], such as backlash:3. May be repeated."),
+    ] = None,
     actual: Annotated[Path | None, typer.Option(help="Write the hidden actual arm here (.toml).")] = None,
     of: Annotated[
         str | None, typer.Option(help="Measure this arm instead of one with hidden errors.")
@@ -49,8 +53,6 @@ def simulate(
     from workbench.robots import load_robot
     from workbench.robots.toml import write_toml
 
-    if effect is not None:
-        raise OptionError("--effect: there are no hidden effects yet; leave the option out")
     if (plate is None) == (poses is None):  # from here on one of the two is given
         raise OptionError("give either --plate FILE or --poses NUMBER")
     if poses is not None and poses < 1:
@@ -66,6 +68,7 @@ def simulate(
                 branch=branch,
                 instrument=instrument or "plate",
                 actual=measured,
+                effects=effect or (),
                 seed=seed,
                 progress=lambda part: progress(part, "choosing branches"),
             )
@@ -76,12 +79,16 @@ def simulate(
                 index=index,
                 instrument=instrument or "tracker-6d",
                 actual=measured,
+                effects=effect or (),
                 seed=seed,
                 progress=lambda part: progress(part, "choosing poses"),
             )
     sliding = [i for i, joint in enumerate(arm.moving) if joint.kind == "prismatic"]
     write_measurements(rows, out, prismatic=sliding)
     say(f"{len(rows)} rows of a virtual {arm.name}: {out}")
+    for note in rows.notes:
+        if note.startswith("hidden"):
+            say(note)
     if actual is not None:
         say(f"hidden actual arm: {write_toml(hidden, actual)}")
 

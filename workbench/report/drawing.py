@@ -95,3 +95,16 @@ def svg(figure: Figure, name: str) -> str:
     content = re.sub(r'(\bid="|href="#|url\(#)', rf"\g<1>{name}-", content)
     content = content.replace(INK, "currentColor")
     return "\n".join(line.rstrip() for line in content.splitlines()) + "\n"
+
+
+def png(figure: Figure, dots: int = 130) -> bytes:
+    """The figure as a PNG picture on white, the same for the same data.
+
+    Args:
+        figure: To be written.
+        dots: Per inch.
+    """
+    buffer = io.BytesIO()
+    with look():
+        figure.savefig(buffer, format="png", dpi=dots, facecolor="white", metadata={"Software": None})
+    return buffer.getvalue()

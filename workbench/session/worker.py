@@ -18,7 +18,9 @@ from typing import Any
 
 from workbench.errors import WorkbenchError
 from workbench.session.command import AbstractChange, AbstractChore, AbstractCommand, AbstractTask, Cancelled
+from workbench.session.commands.messages import Tell
 from workbench.session.journal import Ending, Entry
+from workbench.session.keeper import AbstractKeeper
 from workbench.session.state import Job, Session, Severity
 from workbench.session.view import AbstractView
 
@@ -55,7 +57,15 @@ class _AddView:
 
 
 class Worker:
-    """Owns a session. All methods may be called from any thread."""
+    """Owns a session. All methods may be called from any thread.
+
+    Args:
+        session: To begin with.
+        views: What draws its snapshots.
+        chores: What the session may ask for by itself.
+        keepers: What follows its commands.
+        journal: Commands before, if the session goes on from an older one.
+    """
 
     def __init__(
         self,
@@ -63,19 +73,30 @@ class Worker:
         *,
         views: Iterable[AbstractView] = (),
         chores: Iterable[type[AbstractChore]] = (),
+        keepers: Iterable[AbstractKeeper] = (),
+        journal: Iterable[Entry] = (),
     ):
         self._session = session
-        self._views = list(views)
+        self._views, self._keepers = list(views), list(keepers)
         self._chores = tuple(chores)
         self._chore: AbstractChore | None = None
         self._failed: AbstractChore | None = None
         self._chore_cancel = threading.Event()
-        self._journal: list[Entry] = []
+        self._journal: list[Entry] = list(journal)
+        before = self._journal[-1].at if self._journal else 0.0
+        self._origin = time.monotonic() - before
         self._queue: deque[AbstractCommand | _Progress | _Ended | _AddView] = deque()
         self._changed = threading.Condition()
         self._cancel = threading.Event()
         self._task: AbstractTask | None = None
         self._busy = self._closing = False
+        for keeper in self._keepers:
+            keeper.begin(
+                session,
+                step=len(self._journal),
+                at=before,
+                tell=lambda severity, text: self.submit(Tell(text, severity)),
+            )
         self._thread = threading.Thread(target=self._run, name="workbench-session", daemon=True)
         self._thread.start()
 
@@ -124,6 +145,8 @@ class Worker:
         self._thread.join(5.0)
         for view in self._views:
             view.close()
+        for keeper in self._keepers:
+            keeper.close()
 
     def _drop_older(self, command: AbstractCommand) -> None:
         for waiting in reversed(self._queue):
@@ -181,8 +204,8 @@ class Worker:
     def _begin(self, task: AbstractTask, basis: int) -> None:
         if self._task is not None:
             text = f"{self._task.title} is still running; wait for it or cancel it first"
-            self._note(task, Ending.REFUSED, basis, 0.0, text)
             self._session = self._session.tell(Severity.WARNING, text)
+            self._note(task, Ending.REFUSED, basis, 0.0, text)
             return
         self._task = task
         self._cancel.clear()
@@ -262,13 +285,20 @@ class Worker:
             ending, severity = Ending.FAILED, Severity.ERROR
             text = f"{command.title} failed ({type(error).__name__}: {error}); the session stands as it was"
             log.error("%s failed", command.title, exc_info=error)
-        self._note(command, ending, basis, seconds, text)
         self._session = self._session.tell(severity, text)
+        self._note(command, ending, basis, seconds, text)
 
     def _note(
         self, command: AbstractCommand, ending: Ending, basis: int, seconds: float, text: str = ""
     ) -> None:
-        self._journal.append(Entry(command, ending, basis, time.time(), seconds, text))
+        at = time.monotonic() - self._origin
+        entry = Entry(command, ending, basis, time.time(), seconds, text, at)
+        self._journal.append(entry)
+        for keeper in self._keepers:
+            try:
+                keeper.note(len(self._journal), entry, self._session)
+            except Exception:
+                log.exception("a keeper could not follow the session")
 
     def _draw(self, views: Iterable[AbstractView]) -> None:
         for view in views:

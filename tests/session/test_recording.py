@@ -1,0 +1,373 @@
+"""A session in a folder: written line by line, read, gone on with, branched; and what can go wrong."""
+
+import fcntl
+import itertools
+import json
+import os
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import fields
+from pathlib import Path
+from typing import get_type_hints
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from workbench.errors import FileError, OptionError
+from workbench.robots import built_in_robots, load_robot
+from workbench.session import Worker
+from workbench.session.commands import (
+    DropTarget,
+    GrabTarget,
+    Identify,
+    LoadData,
+    MeasureVirtualArm,
+    MoveTarget,
+    SelectTarget,
+    SetNoise,
+    SetOverlay,
+    ShowRow,
+    Undo,
+)
+from workbench.session.journal import codec, replay
+from workbench.session.journal.check import check
+from workbench.session.journal.entry import Ending
+from workbench.session.journal.folder import begin, branch, resume
+from workbench.session.journal.reader import JOURNAL, read_recording
+from workbench.session.state import Overlay, Severity
+
+RPY = (-2.6, 0.0, 0.0)
+
+
+class Run:
+    """A recorded session that takes one command after the other."""
+
+    def __init__(self, begun):
+        self.begun, self.folder = begun, begun.folder
+        self.worker = Worker(begun.session, keepers=begun.keepers, journal=begun.entries)
+
+    def __call__(self, *commands):
+        for command in commands:
+            self.worker.submit(command)
+            assert self.worker.wait(60.0)
+        return self.worker.session
+
+    @property
+    def lines(self):
+        return (self.folder / JOURNAL).read_bytes().splitlines()
+
+
+@pytest.fixture
+def record(tmp_path, first):
+    """Begins recorded sessions, and ends them."""
+    running = []
+
+    def make(begun=None, **where) -> Run:
+        begun = begun or begin(first.robot, first.plate, **({"root": tmp_path / "recordings"} | where))
+        running.append(Run(begun))
+        return running[-1]
+
+    yield make
+    for run in running:
+        run.worker.close()
+
+
+def moves(first, count=8, target=2):
+    """A drag."""
+    x, y, z = first.plate.targets[target].xyz.tolist()
+    yield GrabTarget(target, 1)
+    for k in range(count):
+        yield MoveTarget(target, (x + 0.002 * k, y, z), RPY, 1)
+    yield DropTarget(1)
+
+
+@pytest.fixture(scope="module")
+def whole(first, tmp_path_factory):
+    """A session of every kind of command, closed; with its last snapshot."""
+    run = Run(begin(first.robot, first.plate, folder=tmp_path_factory.mktemp("whole")))
+    csv = b"q1[deg],q2[deg],q3[deg],q4[deg],q5[deg],q6[deg],x[mm],y[mm],z[mm]\n1,2,3,4,5,6,700,8,9\n"
+    run(*moves(first), Undo(), LoadData("my data.csv", csv), MeasureVirtualArm(3), Identify(("ols",)))
+    session = run(ShowRow(3), SetNoise(2e-4, 1e-3), SetOverlay(Overlay(arrows=False)), Identify(("opt9",)))
+    run.worker.close()
+    return run.folder, session, run.worker.journal
+
+
+def test_the_recording_is_the_journal(whole):
+    folder, _, journal = whole
+    recording = read_recording(folder)
+    assert recording.notes == ()
+    assert recording.header["schema"] == "workbench.journal/1"
+    assert [(e.command, e.ending, e.basis) for e in recording.entries] == [
+        (e.command, e.ending, e.basis) for e in journal
+    ]
+    assert recording.lines[-1].entry.ending is Ending.REFUSED
+    assert "OLS, OPT1 and OPT2" in recording.lines[-1].says[-1]
+    assert sorted(p.name for p in (folder / "inputs").iterdir() if p.suffix == ".csv")
+    times = [e.at for e in recording.entries]
+    assert times == sorted(times)
+
+
+def test_a_replay_comes_to_the_same_numbers(whole):
+    folder, session, _ = whole
+    replayed = check(read_recording(folder))
+    assert replayed.differences == ()
+    assert replayed.compared > 1000
+    again = replayed.session
+    assert np.array_equal(again.identification.runs["ols"].fit.x, session.identification.runs["ols"].fit.x)
+    assert (again.row, again.noise, again.overlay) == (session.row, session.noise, session.overlay)
+
+
+def test_a_number_that_was_changed_is_named(whole, tmp_path):
+    folder = shutil.copytree(whole[0], tmp_path / "copy")
+    lines = (folder / JOURNAL).read_text().splitlines()
+    line = json.loads(lines[3])
+    line["numbers"]["targets"]["3"]["q"][1] += 1e-6
+    lines[3] = json.dumps(line)
+    (folder / JOURNAL).write_text("\n".join(lines) + "\n")
+    replayed = check(read_recording(folder))
+    assert [(d.step, d.name) for d in replayed.differences] == [(3, "targets.3.q.2")]
+    assert replayed.largest.size == pytest.approx(1e-6, rel=0.5)
+
+
+def test_a_session_goes_on(record, first, tmp_path):
+    run = record()
+    before = run(*moves(first), SelectTarget(4))
+    run.worker.close()
+    recording = read_recording(run.folder)
+    again = record(resume(recording, replay(recording.first, recording.entries)))
+    assert again.folder == run.folder
+    assert again.worker.session.score.indices == before.score.indices
+    again(Undo(), MeasureVirtualArm(2), Identify(("ols",)))
+    again.worker.close()
+    whole = read_recording(run.folder)
+    assert [e.command for e in whole.entries[-3:]] == [Undo(), MeasureVirtualArm(2), Identify(("ols",))]
+    assert [e.at for e in whole.entries] == sorted(e.at for e in whole.entries)
+    assert check(whole).differences == ()
+
+
+def test_a_branch_leaves_the_first_session_alone(record, whole, tmp_path):
+    folder = whole[0]
+    content = (folder / JOURNAL).read_bytes()
+    recording = read_recording(folder, to=5)
+    now = replay(recording.first, recording.entries)
+    run = record(branch(recording, now, root=tmp_path / "b"))
+    run(SelectTarget(7))
+    run.worker.close()
+    assert (folder / JOURNAL).read_bytes() == content
+    new = read_recording(run.folder)
+    assert new.header["branched"] == {"from": folder.name, "step": 5}
+    assert len(new.lines) == 6
+    assert check(new).differences == ()
+    with pytest.raises(OptionError, match="no step 99"):
+        read_recording(folder, to=99)
+
+
+def test_a_torn_last_line_is_left_out_said_and_written_over(record, first):
+    run = record()
+    run(*moves(first))
+    run.worker.close()
+    path = run.folder / JOURNAL
+    path.write_bytes(path.read_bytes()[:-40])
+    recording = read_recording(run.folder)
+    assert len(recording.lines) == 9
+    assert "incomplete" in recording.notes[0]
+    again = record(resume(recording, replay(recording.first, recording.entries)))
+    again(SelectTarget(1))
+    again.worker.close()
+    assert [type(e.command) for e in read_recording(run.folder).entries[-2:]] == [MoveTarget, SelectTarget]
+
+
+@pytest.mark.parametrize(
+    ("spoil", "words"),
+    [
+        (lambda lines: [*lines[:3], b"{oops", *lines[4:]], "step 3"),
+        (lambda lines: lines[:3] + lines[4:], "it says step 4"),
+        (lambda lines: [*lines[:2], lines[2].replace(b"MoveTarget", b"FlyTarget"), *lines[3:]], "FlyTarget"),
+        (lambda lines: [lines[0].replace(b"journal/1", b"journal/2"), *lines[1:]], "newer"),
+        (lambda lines: [b"{}", *lines[1:]], "no schema"),
+        (lambda lines: [b"\xff\xfe"], "no schema"),
+        (lambda lines: [lines[0], lines[1].replace(b'"target"', b'"aim"')], "no 'aim'"),
+    ],
+)
+def test_damage_is_one_clear_sentence(whole, tmp_path, spoil, words):
+    folder = shutil.copytree(whole[0], tmp_path / "copy")
+    path = folder / JOURNAL
+    path.write_bytes(b"\n".join(spoil(path.read_bytes().splitlines())) + b"\n")
+    with pytest.raises(FileError, match=words) as found:
+        read_recording(folder)
+    assert "\n" not in str(found.value)
+
+
+def test_up_to_the_damage_it_can_be_used(whole, tmp_path):
+    folder = shutil.copytree(whole[0], tmp_path / "copy")
+    path = folder / JOURNAL
+    lines = path.read_bytes().splitlines()
+    path.write_bytes(b"\n".join([*lines[:6], b"#", *lines[7:]]) + b"\n")
+    assert len(read_recording(folder, to=5).lines) == 5
+
+
+def test_an_input_that_was_changed_or_lies_elsewhere_is_refused(whole, tmp_path):
+    folder = shutil.copytree(whole[0], tmp_path / "copy")
+    file = next((folder / "inputs").glob("*.csv"))
+    file.write_bytes(file.read_bytes() + b"9")
+    with pytest.raises(FileError, match="was changed"):
+        read_recording(folder)
+    file.unlink()
+    with pytest.raises(FileError, match="is missing"):
+        read_recording(folder)
+    path = folder / JOURNAL
+    path.write_text(path.read_text().replace(f"inputs/{file.name}", "inputs/../../../etc/passwd"))
+    with pytest.raises(FileError, match="outside"):
+        read_recording(folder)
+
+
+@pytest.mark.parametrize("name", ["nothing", "empty"])
+def test_no_recording_is_said(tmp_path, name):
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(FileError, match="holds no journal"):
+        read_recording(tmp_path / name)
+
+
+# -- trouble with the disk ------------------------------------------------------------------------
+
+
+def test_two_at_once_on_one_folder(record, first, whole, tmp_path):
+    run = record()
+    run(SelectTarget(2))
+    with pytest.raises(OptionError, match=str(os.getpid())):
+        resume(read_recording(run.folder), first)
+    run(SelectTarget(3))
+    assert len(run.lines) == 3
+
+
+def test_two_new_ones_at_once_have_folders_of_their_own(record, first, monkeypatch):
+    folders = {record().folder for _ in range(3)}
+    assert len(folders) == 3
+
+
+def test_no_place_for_recordings(record, first, tmp_path):
+    """Where recordings should go is a file: the session goes on, and its user is told."""
+    (tmp_path / "file").write_text("")
+    run = record(root=tmp_path / "file")
+    session = run(SelectTarget(3))
+    assert run.folder is None
+    assert session.selected == 3
+    assert "not recorded" in session.messages[0].text
+
+
+def test_a_full_disk_is_told_and_nothing_is_missing_afterwards(record, first):
+    """The file may not grow: the session goes on, earlier lines stay whole, later ones follow."""
+    run = record()
+    run(*moves(first, 4))
+    size = (run.folder / JOURNAL).stat().st_size
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size + 700, hard))
+    try:
+        session = run(*moves(first, 6, target=4), SelectTarget(0))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    told = [m for m in session.messages if m.severity is Severity.WARNING]
+    assert len(told) == 1
+    assert "nothing can be recorded at present" in told[0].text
+    assert session.selected == 0
+    assert len(read_recording(run.folder).lines) < len(run.worker.journal)
+    run(SelectTarget(1))
+    assert "recorded again" in run.worker.session.messages[-1].text
+    run.worker.close()
+    recording = read_recording(run.folder)
+    assert [e.command for e in recording.entries] == [e.command for e in run.worker.journal]
+    assert check(recording).differences == ()
+
+
+def test_the_wall_clock_may_jump(record, monkeypatch):
+    run = record()
+    run(SelectTarget(1))
+    monkeypatch.setattr(time, "time", lambda: 86_400.0)
+    run(SelectTarget(2))
+    monkeypatch.setattr(time, "time", lambda: 4e9)
+    run(SelectTarget(3))
+    run.worker.close()
+    entries = read_recording(run.folder).entries
+    assert entries[0].at < entries[1].at < entries[2].at < 60.0
+    assert entries[1].time == 86_400.0
+
+
+SCRIPT = """
+import sys, itertools
+from pathlib import Path
+sys.path.insert(0, sys.argv[2])
+from workbench.design.plate_toml import load_plate
+from workbench.robots import load_robot
+from workbench.session import Worker
+from workbench.session.commands import *
+from workbench.session.journal.folder import begin
+begun = begin(load_robot("aria"), load_plate("table2"), folder=Path(sys.argv[1]))
+worker = Worker(begun.session, keepers=begun.keepers)
+for k in itertools.count():
+    worker.submit(MoveTarget(k % 10, (0.4, 0.2 + 0.001 * (k % 50), 0.25), (-2.6, 0.0, 0.0)))
+    worker.wait()
+    print(k + 1, flush=True)
+"""
+
+
+def test_a_kill_loses_at_most_the_last_command(tmp_path):
+    folder = tmp_path / "killed"
+    root = Path(__file__).resolve().parents[2]
+    process = subprocess.Popen(
+        [sys.executable, "-c", SCRIPT, folder, root], stdout=subprocess.PIPE, text=True
+    )
+    said = list(itertools.islice(process.stdout, 37))
+    os.kill(process.pid, signal.SIGKILL)
+    said += process.stdout.readlines()
+    process.wait()
+    process.stdout.close()
+    recording = read_recording(folder)
+    done = int([line for line in said if line.endswith("\n")][-1])
+    assert done <= len(recording.lines) <= done + 1
+    assert check(recording.upto(20)).differences == ()
+    lock = os.open(folder / ".lock", os.O_RDWR)
+    fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)  # the dead process holds nothing
+    os.close(lock)
+
+
+# -- commands as plain data -----------------------------------------------------------------------
+
+KINDS = st.sampled_from(list(codec.COMMANDS.values())).flatmap(
+    lambda kind: st.tuples(
+        st.just(kind), st.fixed_dictionaries({n: st.from_type(h) for n, h in get_type_hints(kind).items()})
+    )
+)
+"""Every command with any values of its fields' types: a new command is tested without a line here."""
+
+
+@given(KINDS)
+def test_commands_come_back_as_they_were(drawn):
+    kind, arguments = drawn
+    command = kind(**{f.name: arguments[f.name] for f in fields(kind)})
+    values, files = codec.encode(command)
+    text = json.dumps(values, allow_nan=False)
+    again = codec.decode(type(command).__name__, json.loads(text), files.__getitem__)
+    for field in fields(command):
+        a, b = getattr(command, field.name), getattr(again, field.name)
+        assert repr(a) == repr(b)
+        assert type(a) is type(b)
+
+
+def test_a_stranger_is_no_command():
+    with pytest.raises(TypeError):
+        codec.encode("Undo")
+
+
+@pytest.mark.parametrize("name", built_in_robots())
+def test_a_recording_keeps_every_built_in_robot(record, first, name, tmp_path):
+    begun = begin(load_robot(name), first.plate, folder=tmp_path / "r")
+    recording = read_recording(tmp_path / "r")
+    assert recording.robot.default_free == begun.session.robot.default_free
+    assert not check(recording).differences
+    begun.keepers[0].close()

@@ -1,0 +1,91 @@
+"""Lines at the end of a file: each whole or not at all, and none lost while the disk is full.
+
+A line is handed to the operating system before the next command is taken, so the end of the process by
+whatever signal loses no line that was written. What can't be written waits in memory and is tried again
+with the next line.
+"""
+
+import errno
+import fcntl
+import os
+from collections import deque
+from collections.abc import Mapping
+from pathlib import Path
+
+from workbench.errors import OptionError
+from workbench.files import write_bytes
+
+LOCK = ".lock"
+
+
+class Appender:
+    """Appends to one file of a folder, which nobody else appends to meanwhile.
+
+    Args:
+        path: The file.
+        length: How much of it is kept [bytes]; what follows is cut off with the next line.
+
+    Raises:
+        OptionError: another process records in this folder.
+        OSError: the folder can't be written.
+    """
+
+    def __init__(self, path: Path, *, length: int = 0):
+        self._folder, self._length = path.parent, length
+        self._waiting: deque[tuple[bytes, Mapping[str, bytes]]] = deque()
+        self._lock = _lock(path.parent)
+        try:
+            self._file = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o666)
+        except OSError:
+            os.close(self._lock)
+            raise
+
+    @property
+    def waiting(self) -> int:
+        """Lines that could not be written so far."""
+        return len(self._waiting)
+
+    def add(self, line: str, files: Mapping[str, bytes] | None = None) -> None:
+        """Write a line after the files that it speaks of, and what has been waiting before it.
+
+        Raises:
+            OSError, FileError: it can't be written now; it waits.
+        """
+        self._waiting.append((line.encode() + b"\n", files or {}))
+        while self._waiting:
+            content, needed = self._waiting[0]
+            for name, data in needed.items():
+                if not (self._folder / name).exists():
+                    write_bytes(self._folder / name, data)
+            self._write(content)
+            self._waiting.popleft()
+
+    def close(self) -> None:
+        """Let others append."""
+        os.close(self._file)
+        os.close(self._lock)
+
+    def _write(self, content: bytes) -> None:
+        if os.fstat(self._file).st_size != self._length:
+            os.ftruncate(self._file, self._length)
+        if os.write(self._file, content) != len(content):
+            os.ftruncate(self._file, self._length)
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        self._length += len(content)
+
+
+def _lock(folder: Path) -> int:
+    """Hold the folder's lock, which the operating system frees with the process."""
+    lock = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT, 0o666)
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        owner = os.read(lock, 20).decode(errors="replace").strip()
+        os.close(lock)
+        raise OptionError(
+            f"{folder} is being recorded by process {owner or 'unknown'}; end that one first, or branch off "
+            "with --step"
+        ) from None
+    os.ftruncate(lock, 0)
+    os.pwrite(lock, str(os.getpid()).encode(), 0)
+    return lock

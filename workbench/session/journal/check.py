@@ -1,0 +1,99 @@
+"""A replay that compares: the numbers that were written then, with those that come out now."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from workbench.session.journal.numbers import numbers_of
+from workbench.session.journal.reader import Recording
+from workbench.session.journal.replay import steps
+from workbench.session.state import Session
+
+Progress = Callable[[float, str], None]
+
+
+@dataclass(frozen=True)
+class Difference:
+    """A value that came out otherwise.
+
+    Args:
+        step: After which command; 0 is the beginning.
+        name: Which, such as `targets.3.q.2`.
+        then: As it was written.
+        now: As it comes out.
+    """
+
+    step: int
+    name: str
+    then: Any
+    now: Any
+
+    @property
+    def size(self) -> float:
+        """Difference of two numbers relative to the larger of them and 1; infinite for anything else."""
+        if _is_number(self.then) and _is_number(self.now):
+            return abs(self.then - self.now) / max(1.0, abs(self.then), abs(self.now))
+        return float("inf")
+
+
+@dataclass(frozen=True, eq=False)
+class Replayed:
+    """What a replay came to.
+
+    Args:
+        session: After the last command.
+        steps: Commands that were done again.
+        compared: How many values were compared.
+        differences: Those that are not exactly the same.
+    """
+
+    session: Session
+    steps: int
+    compared: int
+    differences: tuple[Difference, ...]
+
+    @property
+    def largest(self) -> Difference | None:
+        """The greatest difference; None if there is none."""
+        return max(self.differences, key=lambda d: d.size, default=None)
+
+
+def check(recording: Recording, *, progress: Progress | None = None) -> Replayed:
+    """Do all commands again and compare every number of the journal."""
+    session = recording.first
+    found: list[Difference] = []
+    written = recording.header.get("numbers", {})
+    compared = _compare(0, written, session, found)
+    for step, (line, session) in enumerate(
+        zip(recording.lines, steps(recording.first, recording.entries), strict=True), start=1
+    ):
+        compared += _compare(step, line.numbers, session, found)
+        if progress is not None:
+            progress(step / len(recording.lines), line.title)
+    return Replayed(session, len(recording.lines), compared, tuple(found))
+
+
+def _compare(step: int, written: dict[str, Any], session: Session, found: list[Difference]) -> int:
+    now = numbers_of(session, written)
+    compared = 0
+    for name, then, value in _pairs(written, now, ""):
+        compared += 1
+        if then != value:
+            found.append(Difference(step, name, then, value))
+    return compared
+
+
+def _pairs(then: Any, now: Any, name: str) -> Iterator[tuple[str, Any, Any]]:
+    """Values of two trees by name; what is only in the second one was not written and counts not."""
+    if isinstance(then, dict) and isinstance(now, dict):
+        for key, value in then.items():
+            yield from _pairs(value, now.get(key), f"{name}.{key}" if name else key)
+    elif isinstance(then, list) and isinstance(now, list) and len(then) == len(now):
+        for i, (a, b) in enumerate(zip(then, now, strict=True), start=1):
+            yield from _pairs(a, b, f"{name}.{i}")
+    else:
+        yield name, then, now
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)

@@ -1,0 +1,113 @@
+"""Commands as plain data and back, by their field's types; files in them go beside the journal.
+
+A command is a frozen record of plain values, so every command is written and read by the same few rules. A
+field that an older journal lacks has its default; a command or a field that is unknown here is refused.
+"""
+
+import dataclasses
+import hashlib
+import math
+import types
+import typing
+from collections.abc import Callable, Mapping
+from enum import Enum
+from pathlib import PurePosixPath
+from typing import Any
+
+from workbench.session import commands
+from workbench.session.command import AbstractCommand
+
+COMMANDS: dict[str, type[AbstractCommand]] = {
+    name: found
+    for name, found in vars(commands).items()
+    if isinstance(found, type) and issubclass(found, AbstractCommand)
+}
+"""Commands that a journal may hold: all that `session.commands` hands out."""
+INPUTS = "inputs"
+"""Folder of the files that commands brought."""
+LONGEST_SUFFIX = 8
+
+Load = Callable[[str], bytes]
+
+
+def encode(command: AbstractCommand) -> tuple[dict[str, Any], dict[str, bytes]]:
+    """Fields of a command as plain data, and the files in it by their place in the recording.
+
+    Raises:
+        TypeError: the command is none that a journal may hold, or has a value that can't be written.
+    """
+    if COMMANDS.get(type(command).__name__) is not type(command):
+        raise TypeError(f"{type(command).__name__} is no command of the session")
+    files: dict[str, bytes] = {}
+    suffix = PurePosixPath(str(getattr(command, "name", ""))).suffix[:LONGEST_SUFFIX]
+    ending = suffix if suffix[1:].isalnum() else ""
+    return _record(command, files, ending), files
+
+
+def decode(name: str, values: Mapping[str, Any], load: Load) -> AbstractCommand:
+    """The command of a line.
+
+    Args:
+        name: Of the command.
+        values: Its fields.
+        load: Gives the content of a file by its place in the recording.
+
+    Raises:
+        ValueError: there is no such command, or it has no such fields.
+    """
+    if name not in COMMANDS:
+        raise ValueError(f"the command '{name}' is unknown")
+    return _build(COMMANDS[name], values, load)
+
+
+def file_name(content: bytes, ending: str) -> str:
+    """Place of a file in a recording, from its content."""
+    return f"{INPUTS}/{hashlib.sha256(content).hexdigest()[:20]}{ending}"
+
+
+def _record(value: Any, files: dict[str, bytes], ending: str) -> dict[str, Any]:
+    return {f.name: _plain(getattr(value, f.name), files, ending) for f in dataclasses.fields(value)}
+
+
+def _plain(value: Any, files: dict[str, bytes], ending: str) -> Any:
+    if isinstance(value, Enum):
+        return value.value
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    if isinstance(value, tuple | list):
+        return [_plain(v, files, ending) for v in value]
+    if isinstance(value, bytes):
+        name = file_name(value, ending)
+        files[name] = value
+        return {"file": name}
+    if dataclasses.is_dataclass(value):
+        return _record(value, files, ending)
+    raise TypeError(f"a value of type {type(value).__name__} can't be written")
+
+
+def _build(kind: Any, values: Mapping[str, Any], load: Load) -> Any:
+    hints = typing.get_type_hints(kind)
+    names = {f.name for f in dataclasses.fields(kind)}
+    if unknown := sorted(set(values) - names):
+        raise ValueError(f"'{kind.__name__}' has no '{unknown[0]}'")
+    return kind(**{name: _typed(hints[name], value, load) for name, value in values.items()})
+
+
+def _typed(hint: Any, value: Any, load: Load) -> Any:
+    """A plain value as its field's type asks for."""
+    if isinstance(hint, types.UnionType) or typing.get_origin(hint) is typing.Union:
+        first = next(kind for kind in typing.get_args(hint) if kind is not type(None))
+        return None if value is None else _typed(first, value, load)
+    if typing.get_origin(hint) in (tuple, list):
+        kinds = typing.get_args(hint)
+        each = [kinds[0]] * len(value) if kinds[-1] is ... or len(kinds) == 1 else list(kinds)
+        return tuple(_typed(k, v, load) for k, v in zip(each, value, strict=True))
+    if hint is bytes:
+        return load(value["file"])
+    if dataclasses.is_dataclass(hint):
+        return _build(hint, value, load)
+    if isinstance(hint, type) and issubclass(hint, bool | int | float | str | Enum):
+        return hint(value)
+    return value

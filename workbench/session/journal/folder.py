@@ -1,0 +1,181 @@
+"""A recording's folder: begun, gone on with, branched.
+
+    recordings/2026-11-21-133000-aria/
+        journal.jsonl     a header, then one line a command
+        inputs/           robot, plate and measurement files, as they were
+        session.rrd       pictures for the rerun viewer
+
+A session begins from the recording's own copies of robot and plate, so that a replay has the same beginning
+to the last digit.
+"""
+
+import json
+import re
+import shutil
+from dataclasses import dataclass
+from datetime import datetime
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+
+from workbench.design.plate import Plate
+from workbench.design.plate_toml import plate_to_table, read_plate
+from workbench.errors import OptionError, WorkbenchError
+from workbench.files import write_text
+from workbench.report.json import plain
+from workbench.robots.robot import Robot
+from workbench.robots.toml import read_toml, robot_to_table
+from workbench.session.journal.appender import Appender
+from workbench.session.journal.entry import Entry
+from workbench.session.journal.logbook import Logbook
+from workbench.session.journal.numbers import changed
+from workbench.session.journal.reader import JOURNAL, PLATE, ROBOT, SCHEMA, Recording
+from workbench.session.keeper import AbstractKeeper
+from workbench.session.start import start
+from workbench.session.state import Session
+
+ROOT = Path("recordings")
+"""Where sessions go by default, below the current folder."""
+
+
+@dataclass(frozen=True, eq=False)
+class Begun:
+    """A session, and what follows it.
+
+    Args:
+        session: To begin with.
+        keepers: What follows its commands, such as its journal.
+        folder: Where it is recorded; None if nowhere.
+        entries: Commands before, if the session goes on from a recording.
+    """
+
+    session: Session
+    keepers: tuple[AbstractKeeper, ...] = ()
+    folder: Path | None = None
+    entries: tuple[Entry, ...] = ()
+
+
+def unrecorded(robot: Robot, plate: Plate) -> Begun:
+    """A new session that leaves no trace."""
+    return Begun(start(robot, plate))
+
+
+def begin(robot: Robot, plate: Plate, *, folder: Path | None = None, root: Path = ROOT) -> Begun:
+    """A new session, recorded in a new folder.
+
+    Where none can be made the session begins all the same, and its user is told.
+
+    Args:
+        robot: Nominal robot.
+        plate: Fixture.
+        folder: Where to record; a folder below `root`, named by date, time and robot, if None.
+        root: Where recordings go.
+    """
+    try:
+        folder = _make(folder, root, robot.name)
+        write_text(folder / ROBOT, tomli_w.dumps(robot_to_table(robot)))
+        write_text(folder / PLATE, tomli_w.dumps(plate_to_table(plate)))
+        session = start(read_toml(folder / ROBOT), read_plate(folder / PLATE))
+        file = Appender(folder / JOURNAL)
+        file.add(json.dumps(_header(session), ensure_ascii=False))
+    except (OSError, WorkbenchError) as error:
+        trouble = f"this session is not recorded: {_why(error, folder or root)}"
+        return Begun(start(robot, plate), (Logbook(None, trouble=trouble),))
+    return Begun(session, (Logbook(file),), folder)
+
+
+def resume(recording: Recording, session: Session) -> Begun:
+    """Go on with a recording at its end, in its own folder.
+
+    Args:
+        recording: As it was read.
+        session: Its state after the last line.
+
+    Raises:
+        OptionError: another process records there.
+    """
+    folder = recording.folder
+    try:
+        file = Appender(folder / JOURNAL, length=recording.length)
+    except OSError as error:
+        trouble = f"what is done from here on is not recorded: {_why(error, folder)}"
+        return Begun(session, (Logbook(None, trouble=trouble),), None, recording.entries)
+    return Begun(session, (Logbook(file),), folder, recording.entries)
+
+
+def branch(recording: Recording, session: Session, *, root: Path = ROOT) -> Begun:
+    """Go on from a step of a recording, in a new folder with a copy of all that went before.
+
+    Args:
+        recording: Cut off after that step.
+        session: Its state there.
+        root: Where recordings go.
+    """
+    header = recording.header | {
+        "branched": {"from": recording.folder.name, "step": len(recording.lines)},
+        "began": _now().isoformat(timespec="seconds"),
+    }
+    folder = None
+    try:
+        folder = _make(None, root, session.robot.name)
+        shutil.copytree(recording.folder / ROBOT.parent, folder / ROBOT.parent, dirs_exist_ok=True)
+        lines = [json.dumps(header, ensure_ascii=False), *(line.text for line in recording.lines)]
+        write_text(folder / JOURNAL, "".join(f"{line}\n" for line in lines))
+        file = Appender(folder / JOURNAL, length=(folder / JOURNAL).stat().st_size)
+    except (OSError, WorkbenchError) as error:
+        trouble = f"what is done from here on is not recorded: {_why(error, folder or root)}"
+        return Begun(session, (Logbook(None, trouble=trouble),), None, recording.entries)
+    return Begun(session, (Logbook(file),), folder, recording.entries)
+
+
+def _header(session: Session) -> dict[str, Any]:
+    return plain(
+        {
+            "schema": SCHEMA,
+            "workbench": _version(),
+            "began": _now().isoformat(timespec="seconds"),
+            "robot": session.robot.name,
+            "plate": session.plate.name,
+            "numbers": changed(session, None),
+        }
+    )
+
+
+def _make(folder: Path | None, root: Path, robot: str) -> Path:
+    """A folder that was not there, or one that is empty."""
+    if folder is not None:
+        if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+            raise OptionError(f"{folder} is there already and holds no session; give a new folder")
+        folder.mkdir(parents=True, exist_ok=True)
+        return folder
+    stem = f"{_now():%Y-%m-%d-%H%M%S}-{re.sub(r'[^a-z0-9]+', '-', robot.lower()).strip('-') or 'robot'}"
+    root.mkdir(parents=True, exist_ok=True)
+    for number in range(1, 1000):
+        made = root / (stem if number == 1 else f"{stem}-{number}")
+        try:
+            made.mkdir()
+        except FileExistsError:
+            if not root.is_dir():
+                raise
+        else:
+            return made
+    raise OptionError(f"{root} is full of recordings of this second; try again")
+
+
+def _version() -> str:
+    try:
+        return version("workbench")
+    except PackageNotFoundError:  # run from its source
+        return ""
+
+
+def _now() -> datetime:
+    return datetime.now().astimezone()
+
+
+def _why(error: Exception, place: Path) -> str:
+    if isinstance(error, OSError):
+        return f"{place} can't be written ({error.strerror})"
+    return str(error)

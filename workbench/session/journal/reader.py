@@ -1,0 +1,188 @@
+"""Reading a recording: its header, its commands, and what can be said about its end.
+
+A last line without an end is the trace of a program that was stopped while it wrote: it is left out, and
+said. Any other damage is refused, with the step up to which the recording can be used.
+"""
+
+import json
+from dataclasses import dataclass, replace
+from datetime import datetime
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from workbench.design.plate import Plate
+from workbench.design.plate_toml import read_plate
+from workbench.errors import FileError, OptionError
+from workbench.robots.robot import Robot
+from workbench.robots.toml import read_toml
+from workbench.session.journal import codec
+from workbench.session.journal.entry import Ending, Entry
+from workbench.session.start import start
+from workbench.session.state import Session
+
+NAME, NUMBER = "workbench.journal", 1
+SCHEMA = f"{NAME}/{NUMBER}"
+JOURNAL = "journal.jsonl"
+ROBOT, PLATE = Path(codec.INPUTS, "robot.toml"), Path(codec.INPUTS, "plate.toml")
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """One command of a recording.
+
+    Args:
+        entry: The command and what became of it.
+        title: The command in words.
+        says: Messages that it gave.
+        numbers: What changed in the session.
+        text: The line itself.
+    """
+
+    entry: Entry
+    title: str
+    says: tuple[str, ...]
+    numbers: dict[str, Any]
+    text: str
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """A recording as it was read.
+
+    Args:
+        folder: Where it is.
+        header: Its first line.
+        lines: Its commands, in order.
+        length: Bytes of the journal that are whole lines.
+        notes: What a reader should know, one sentence each.
+    """
+
+    folder: Path
+    header: dict[str, Any]
+    lines: tuple[Line, ...]
+    length: int
+    notes: tuple[str, ...] = ()
+
+    @property
+    def entries(self) -> tuple[Entry, ...]:
+        """Its commands with what became of them."""
+        return tuple(line.entry for line in self.lines)
+
+    @property
+    def seconds(self) -> float:
+        """Time of the session at its last command [s]."""
+        return self.lines[-1].entry.at if self.lines else 0.0
+
+    @cached_property
+    def robot(self) -> Robot:
+        """Its nominal robot."""
+        return read_toml(self.folder / ROBOT)
+
+    @cached_property
+    def plate(self) -> Plate:
+        """Its fixture as it was in the beginning."""
+        return read_plate(self.folder / PLATE)
+
+    @cached_property
+    def first(self) -> Session:
+        """The session in which nothing has happened yet."""
+        return start(self.robot, self.plate)
+
+    def upto(self, step: int) -> "Recording":
+        """The recording cut off after so many commands.
+
+        Raises:
+            OptionError: it has fewer.
+        """
+        if not 0 <= step <= len(self.lines):
+            raise OptionError(
+                f"{self.folder} has steps 0 to {len(self.lines)}, no step {step}; give one of these"
+            )
+        return replace(self, lines=self.lines[:step])
+
+
+def read_recording(folder: Path | str, *, to: int | None = None) -> Recording:
+    """Read a recording.
+
+    Args:
+        folder: Where it is.
+        to: Read up to this step only; what follows may be damaged.
+
+    Raises:
+        FileError: there is none, it is of a newer kind, or it is damaged.
+        OptionError: it has no such step.
+    """
+    folder = Path(folder)
+    path = folder / JOURNAL
+    try:
+        content = path.read_bytes()
+    except OSError:
+        raise FileError(
+            f"holds no {JOURNAL}; give a folder that 'workbench serve' has recorded", path=str(folder)
+        ) from None
+    *whole, rest = content.split(b"\n")
+    if not whole:
+        raise FileError("has no whole line; this recording was stopped before it began", path=str(path))
+    header = _header(whole[0], path)
+    wanted = whole[1:] if to is None else whole[1 : max(to, 0) + 1]
+    lines = tuple(_line(text, number, path) for number, text in enumerate(wanted, start=1))
+    notes: tuple[str, ...] = ()
+    if rest:
+        notes = (f"the last line of {path} is incomplete and was left out: the program was stopped there",)
+    found = Recording(folder, header, lines, len(content) - len(rest), notes)
+    return found if to is None else found.upto(to)
+
+
+def _header(text: bytes, path: Path) -> dict[str, Any]:
+    try:
+        header = json.loads(text)
+        name, _, number = header["schema"].partition("/")
+        kind = int(number)
+    except (ValueError, KeyError, TypeError, AttributeError):
+        raise FileError("its first line names no schema; this is no journal", path=str(path)) from None
+    if name != NAME or kind > NUMBER:
+        raise FileError(
+            f"has the schema {header['schema']}, and this version reads {SCHEMA}; install a newer workbench",
+            path=str(path),
+        )
+    return header
+
+
+def _line(text: bytes, step: int, path: Path) -> Line:
+    try:
+        found = json.loads(text)
+        if found["step"] != step:
+            raise ValueError(f"it says step {found['step']}")
+        command = codec.decode(found["command"], found["fields"], lambda name: _load(path.parent, name))
+        entry = Entry(
+            command=command,
+            ending=Ending(found["ending"]),
+            basis=int(found["basis"]),
+            time=datetime.fromisoformat(found["time"]).timestamp(),
+            seconds=float(found["seconds"]),
+            text=found["text"],
+            at=float(found["at"]),
+        )
+        return Line(entry, found["title"], tuple(found["says"]), found["numbers"], text.decode())
+    except (ValueError, KeyError, TypeError) as error:
+        why = f"'{error.args[0]}' is missing" if isinstance(error, KeyError) else str(error)
+        raise FileError(
+            f"step {step} can't be read ({why}); --step {step - 1} opens the session before it",
+            path=str(path),
+            line=step + 1,
+        ) from None
+
+
+def _load(folder: Path, name: str) -> bytes:
+    """A file of the recording, exactly as it was then."""
+    place = Path(name)
+    if place.is_absolute() or place.parts[:1] != (codec.INPUTS,) or ".." in place.parts:
+        raise ValueError(f"'{name}' lies outside the recording")
+    try:
+        content = (folder / place).read_bytes()
+    except OSError:
+        raise ValueError(f"the file '{name}' is missing") from None
+    if codec.file_name(content, place.suffix) != name:
+        raise ValueError(f"the file '{name}' was changed since")
+    return content

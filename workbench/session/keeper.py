@@ -1,0 +1,39 @@
+"""A keeper: anything that follows a session command by command (a journal's file, a recording)."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+
+from workbench.session.journal.entry import Entry
+from workbench.session.state import Session, Severity
+
+Tell = Callable[[Severity, str], None]
+"""Tells the user something, from any thread."""
+
+
+class AbstractKeeper(ABC):
+    """Told of every command by the worker's thread; must be quick and never raise."""
+
+    @abstractmethod
+    def begin(self, session: Session, *, step: int, at: float, tell: Tell) -> None:
+        """Before the first command.
+
+        Args:
+            session: As it stands.
+            step: Number of commands before, if the session goes on from an older one.
+            at: Time of the session by then [s].
+            tell: For trouble that the user should know of.
+        """
+
+    @abstractmethod
+    def note(self, step: int, entry: Entry, session: Session) -> None:
+        """A command has ended; this is the session afterwards.
+
+        Args:
+            step: Number of the command, counted from 1.
+            entry: The command and what became of it.
+            session: Snapshot after it.
+        """
+
+    @abstractmethod
+    def close(self) -> None:
+        """The session ends; nothing is noted afterwards."""
