@@ -52,7 +52,7 @@ def test_targets_are_edited_with_buttons_tables_and_keys(app, look):
     screen.page.wait_for_timeout(500)
     assert np.abs(settled().plate.poses - first.poses).max() < 1e-3
 
-    page.locator("canvas").first.click(position={"x": 40, "y": 700})
+    page.mouse.click(40, 700)
     page.keyboard.press("n")
     page.wait_for_timeout(200)
     assert settled().selected == (number + 1) % 10
