@@ -13,6 +13,7 @@ The three runs of the paper's toolbox (ARIA 4.1.4) are three short calls:
 each followed by `identify(aria, rows)`.
 """
 
+from workbench.pipeline.compensation import compensate_trajectory
 from workbench.pipeline.evaluation import evaluate
 from workbench.pipeline.identification import ALGORITHMS, identify
 from workbench.pipeline.plates import cluster_region, score_plate
@@ -28,6 +29,7 @@ __all__ = [
     "Validation",
     "choose_poses",
     "cluster_region",
+    "compensate_trajectory",
     "evaluate",
     "identify",
     "measure_plate",
