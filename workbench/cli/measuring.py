@@ -13,10 +13,14 @@ from workbench.cli.options import (
     PlateOption,
     RobotOption,
     SeedOption,
+    UnknownOption,
     check_writable,
+    orientations_of,
     progress_bar,
+    region_of,
     say,
     show,
+    unknown_frames,
 )
 from workbench.errors import OptionError
 
@@ -96,20 +100,49 @@ def simulate(
 def poses(
     robot: RobotOption,
     number: Annotated[int, typer.Option(help="How many poses.")],
-    index: Annotated[str, typer.Option(help="Observability index to maximise: O, or O1 … O5.")] = "O1",
+    index: Annotated[
+        str, typer.Option(help="Index to maximise: O, O1 … O5, A, D, or I (predicted error in the region).")
+    ] = "O1",
     candidates: Annotated[
         Path | None, typer.Option("--from", help="Choose from the rows of this file.")
     ] = None,
+    region: Annotated[
+        str | None, typer.Option(help='Where the tool has to be: a plate\'s region, or "x,y,z:x,y,z" in m.')
+    ] = None,
+    towards: Annotated[
+        str | None, typer.Option(help='Orientation to stay near: "roll,pitch,yaw" in degrees, or a plate.')
+    ] = None,
+    cone: Annotated[str, typer.Option(help="With --towards: how far from it.")] = "60deg",
+    margin: Annotated[str, typer.Option(help="Least distance of turning joints from their limits.")] = "0deg",
+    spread: Annotated[str, typer.Option(help="Least distance between the tool's places.")] = "0mm",
+    travel: Annotated[
+        str | None, typer.Option(help="Greatest travel of any joint from one pose to the next.")
+    ] = None,
+    method: Annotated[
+        str, typer.Option(help="exchange, or greedy: the choice before any exchange.")
+    ] = "exchange",
+    unknown: UnknownOption = None,
     out: Annotated[Path | None, typer.Option(help="Write the joint positions here (.csv).")] = None,
     json: JsonOption = None,
     seed: SeedOption = 0,
 ) -> None:
-    """Informative poses for a calibration: those with the largest observability index."""
+    """Informative poses for a calibration: those with the largest observability index, in a short order."""
     from workbench import pipeline
+    from workbench.design.pose_limits import PoseLimits
     from workbench.report.poses import poses_json, poses_table
     from workbench.robots import load_robot
+    from workbench.units import Quantity, parse_quantity
 
     arm = load_robot(robot)
+    limits = PoseLimits(
+        region=None if region is None else region_of(region),
+        towards=None if towards is None else orientations_of(towards),
+        cone=parse_quantity(cone, Quantity.ANGLE),
+        margin=parse_quantity(margin, Quantity.ANGLE),
+        spread=parse_quantity(spread, Quantity.LENGTH),
+        travel=None if travel is None else parse_quantity(travel, Quantity.ANGLE),
+    )
+    base, tool = unknown_frames(unknown)
     check_writable(out, json)
     with progress_bar("poses") as progress:
         found = pipeline.choose_poses(
@@ -118,7 +151,11 @@ def poses(
             index=index,
             seed=seed,
             candidates=candidates,
+            limits=limits,
+            method=method,
             progress=lambda part: progress(part, f"raising {index}"),
+            base=base,
+            tool=tool,
         )
     show(poses_table(arm, found))
     if out is not None:

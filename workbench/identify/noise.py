@@ -63,7 +63,7 @@ def from_repeats(data: Dataset) -> Noise | None:
 
 
 def from_fit(problem: Problem, search: Search) -> Noise | None:
-    """Root mean square of what a search leaves, per channel; None where that is rounding or nothing is left."""
+    """Root mean square of what a search leaves, per channel; None where that is rounding."""
     return of_residual(problem, search.x)
 
 
