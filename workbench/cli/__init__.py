@@ -11,7 +11,7 @@ from typing import Annotated
 
 import typer
 
-from workbench.cli import calibrating, designing, making, measuring, plates, reproducing
+from workbench.cli import calibrating, compensating, designing, making, measuring, plates, reproducing
 from workbench.cli.opening import open_session
 from workbench.cli.options import PlateOption, RobotOption, say
 from workbench.errors import WorkbenchError
@@ -87,6 +87,7 @@ for command in (
     measuring.capture,
     measuring.drive,
     calibrating.export,
+    compensating.compensate,
 ):
     app.command()(command)
 plates.plates.command()(designing.optimise)
