@@ -39,12 +39,11 @@ def _pair(line, view: View, rows: Rows) -> None:
     left, std = rows.along(view.elements, view.direction)
     weight = 1.0 / std**2
     before, after = view.scale * (left + view.law), view.scale * left
-    ink = INK
-    for axes, values in zip(line, (before, after), strict=True):
-        axes.axhline(0.0, color=ink, lw=0.6)
-        x = view.x + (_spread(len(view.x)) if view.steps else 0.0)
+    x = view.x + (_spread(len(view.x)) if view.steps else 0.0)
+    for axes, values, law in zip(line, (before, after), (view.scale * view.law, 0.0 * view.law), strict=True):
+        axes.axhline(0.0, color=INK, lw=0.6)
         _points(axes, x, values, weight, rows.held_out)
-        _means(axes, view, values, weight)
+        _means(axes, view, after, law, weight)
         axes.set_xlabel(view.driver)
         grid(axes, "both")
     _curve(line[0], view)
@@ -66,15 +65,15 @@ def _points(axes: Axes, x, values, weight, held) -> None:
     chosen = says[np.unique(np.linspace(0, len(says) - 1, min(len(says), POINTS)).round().astype(int))]
     for mine, colour, marker, words in (
         (~held, COLOURS[0], "o", "fitted rows"),
-        (held, COLOURS[3], "D", "held-out rows"),
+        (held, COLOURS[2], "D", "held-out rows"),
     ):
         part = chosen[mine[chosen]]
         if len(part):
-            axes.plot(x[part], values[part], marker, ms=3.2, color=colour, alpha=0.55, mew=0, label=words)
+            axes.plot(x[part], values[part], marker, ms=3.8, color=colour, alpha=0.65, mew=0, label=words)
 
 
-def _means(axes: Axes, view: View, values, weight) -> None:
-    """Weighted means of bins with their standard errors."""
+def _means(axes: Axes, view: View, values, law, weight) -> None:
+    """Weighted means of what is left in bins with their standard errors, upon the law at their middle."""
     if view.steps:
         edges = np.array([-1.5, -0.5, 0.5, 1.5])
     else:
@@ -87,13 +86,14 @@ def _means(axes: Axes, view: View, values, weight) -> None:
         if mine.sum() < LEAST:
             continue
         w = weight[mine] / weight[mine].sum()
-        m = float(w @ values[mine])
-        centre.append(float(w @ view.x[mine]))
-        mean.append(m)
+        m, middle = float(w @ values[mine]), float(w @ view.x[mine])
+        centre.append(middle)
+        mean.append(m + float(law[np.argmin(np.abs(view.x - middle))]))
         error.append(float(np.sqrt((w**2) @ (values[mine] - m) ** 2)))
     axes.errorbar(
-        centre, mean, yerr=error, fmt="s", ms=4.5, color=INK, capsize=2, elinewidth=1.0, label="mean ± its error"
-    )
+        centre, mean, yerr=error, fmt="s", ms=4.5, color=INK, capsize=2, elinewidth=1.0, zorder=4,
+        label="mean ± its error",
+    )  # fmt: skip
 
 
 def _curve(axes: Axes, view: View) -> None:

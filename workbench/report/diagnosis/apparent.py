@@ -26,6 +26,7 @@ from workbench.model.deflection import deflect
 from workbench.motion import Motion
 from workbench.robots.robot import Robot
 from workbench.validate.errors import instrument_fit
+from workbench.validate.spoken import spoken_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,12 +43,10 @@ class Rows:
 
     @classmethod
     def of(cls, result: Diagnosis) -> "Rows":
-        """Those of a diagnosis; held-out sessions whose base no fitted row shows are left out."""
+        """Those of a diagnosis."""
         fit = result.after_fit
         places = {p.name: x for p, x in zip(fit.parameters, fit.x.tolist(), strict=True) if p.is_instrument}
-        held = result.held_out_data
-        if held.session is not None and (fit.problem.frames.base_per_session):
-            held = held.take(np.isin(held.session, fit.problem.data.sessions))
+        held = judged_rows(result)
         parts = [fit.problem.data] + ([held] if len(held) else [])
         problems = tuple(_closed(result.calibrated, data, fit.problem, places) for data in parts)
         return cls(problems, float(np.sqrt(fit.variance_factor)))
@@ -86,7 +85,7 @@ class Rows:
     def along(
         self, elements: tuple[str, ...], direction: Float[np.ndarray, "rows e"]
     ) -> tuple[Float[np.ndarray, " rows"], Float[np.ndarray, " rows"]]:
-        """Apparent size of an increment in every row, and its standard error (infinite where it shows nothing).
+        """Apparent size of an increment in every row, and its standard error; infinite where it shows none.
 
         Args:
             elements: Elements of the chain that it changes.
@@ -103,6 +102,15 @@ class Rows:
         shows = seen > 0.0
         safe = np.where(shows, seen, 1.0)
         return np.where(shows, pull / safe, 0.0), np.where(shows, self.sigma / np.sqrt(safe), np.inf)
+
+
+def judged_rows(result: Diagnosis) -> Dataset:
+    """Held-out rows whose session was fitted, within the joint ranges that the model speaks of."""
+    held, fitted = result.held_out_data, result.after_fit.problem
+    keep = spoken_of(result.calibrated, held)
+    if held.session is not None and fitted.frames.base_per_session:
+        keep &= np.isin(held.session, fitted.data.sessions)
+    return held.take(keep)
 
 
 def _closed(robot: Robot, data: Dataset, fitted: Problem, places: dict[str, float]) -> Problem:

@@ -1,11 +1,13 @@
 """Picture of the errors: nominal arm, geometry alone, with the effects; on fitted and on held-out rows."""
 
+from itertools import islice
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from workbench.diagnose.record import Diagnosis
-from workbench.report.drawing import COLOURS, INK, NOMINAL, grid, look, new_figure
+from workbench.report.drawing import COLOURS, NOMINAL, grid, look, new_figure
 from workbench.report.numbers import short
 
 MODELS = ("nominal", "geometry alone", "with the effects")
@@ -29,10 +31,9 @@ def errors(result: Diagnosis) -> Figure:
 
 def _means(axes: Axes, result: Diagnosis, name: str, unit: str, words: str) -> None:
     """Mean (filled) and greatest error (open) on a logarithmic scale."""
-    place, ticks, labels = 0, [], []
-    for model, ink, validation in zip(
-        MODELS, INKS, (result.nominal, result.before, result.after), strict=True
-    ):
+    place, ticks, labels = 0.0, [], []
+    shown = (result.nominal, result.before, *((result.after,) if result.effects else ()))
+    for model, ink, validation in zip(MODELS, INKS, shown, strict=False):
         for rows, found in (("fitted", validation.train), ("held out", validation.held_out)):
             spread = None if found is None else getattr(found, name)
             if spread is None:
@@ -65,8 +66,10 @@ def _histogram(axes: Axes, result: Diagnosis, name: str, scale: float, unit: str
     )
     before, after = before[np.isfinite(before)], after[np.isfinite(after)]
     top = max(float(np.quantile(before, 0.995, method="higher")), float(np.quantile(after, 0.995)), 1e-9)
-    bins = np.linspace(0.0, 1.05 * top, int(np.clip(np.sqrt(len(before)) * 2.5, 12, 60)))
-    for values, ink, words in ((before, INKS[1], MODELS[1]), (after, INKS[2], MODELS[2])):
+    count = int(np.clip(np.sqrt(len(before)) * 2.5, 12, 60))
+    bins = np.linspace(0.0, 1.05 * top, count).tolist()
+    drawn = zip((before, after), INKS[1:], MODELS[1:], strict=True)
+    for values, ink, words in islice(drawn, 2 if result.effects else 1):
         axes.hist(values, bins=bins, color=ink, alpha=0.45)
         axes.hist(values, bins=bins, color=ink, histtype="step", lw=1.4, label=words)
     axes.set_xlabel(f"{name} error [{unit}]")

@@ -56,7 +56,9 @@ def _accepted(found: Accepted, result: Diagnosis) -> Json:
         **_effect(effect),
         "coefficients": [
             {"name": name, "value": value, "std": std, "unit": unit}
-            for name, value, std, unit in zip(effect.names, effect.coefficients, found.std, units, strict=True)
+            for name, value, std, unit in zip(
+                effect.names, effect.coefficients, found.std, units, strict=True
+            )
         ],
         "p_value": found.p_value,
         "gain": found.gain,

@@ -75,7 +75,9 @@ def _shape(axes: Axes, result: Diagnosis, joint: int, effects: list[AbstractEffe
     axes.axhline(0.0, color=INK, lw=0.6)
     low = float(min((shape - SURE * std).min(), 0.0))
     height = max(float((shape + SURE * std).max()) - low, 1e-12)
-    axes.plot(scale * q, np.full(len(q), low - 0.08 * height), "|", color=INK, ms=5, mew=0.5, label="measured there")
+    axes.plot(
+        scale * q, np.full(len(q), low - 0.08 * height), "|", color=INK, ms=5, mew=0.5, label="measured there"
+    )
     axes.set_title(f"joint {joint + 1}")
     axes.set_xlabel(f"{'angle' if unit == '°' else 'position'} of joint {joint + 1} [{unit}]")
     axes.set_ylabel(f"error [{'mrad' if unit == '°' else 'mm'}]")
