@@ -11,7 +11,16 @@ from typing import Annotated
 
 import typer
 
-from workbench.cli import calibrating, designing, diagnosing, making, measuring, plates, reproducing
+from workbench.cli import (
+    calibrating,
+    compensating,
+    designing,
+    diagnosing,
+    making,
+    measuring,
+    plates,
+    reproducing,
+)
 from workbench.cli.opening import open_session
 from workbench.cli.options import PlateOption, RobotOption, say
 from workbench.errors import WorkbenchError
@@ -88,6 +97,7 @@ for command in (
     measuring.capture,
     measuring.drive,
     calibrating.export,
+    compensating.compensate,
 ):
     app.command()(command)
 plates.plates.command()(designing.optimise)
