@@ -95,3 +95,16 @@ def svg(figure: Figure, name: str) -> str:
     content = re.sub(r'(\bid="|href="#|url\(#)', rf"\g<1>{name}-", content)
     content = content.replace(INK, "currentColor")
     return "\n".join(line.rstrip() for line in content.splitlines()) + "\n"
+
+
+def png(figure: Figure, *, dots: float = 110.0) -> bytes:
+    """The figure as a picture of pixels on white, for viewers that take no SVG.
+
+    Args:
+        figure: To be written.
+        dots: Pixels per inch.
+    """
+    buffer = io.BytesIO()
+    with look():
+        figure.savefig(buffer, format="png", dpi=dots, facecolor="white", metadata={"Software": None})
+    return buffer.getvalue()
