@@ -102,6 +102,27 @@ def check_errors(errors: dict) -> None:
     assert errors["position_mm"].keys() == SPREAD == errors["orientation_deg"].keys()
 
 
+def test_hidden_effects_are_simulated(run):
+    """An effect acts on the rows as it stands in the actual arm's file, and what drives it is written."""
+    status, out, _ = run(
+        *("simulate", "--robot", "aria", "--poses", 30, "--out", "d.csv", "--actual", "a.toml"),
+        *("--effect", "joint-compliance:2:4e-5", "--effect", "thermal-growth", "--instrument", "ideal"),
+    )
+    assert status == 0
+    assert "joint2.compliance 4e-05 rad/(N*m)" in out
+    actual = load_robot("a.toml")
+    assert set(actual.coefficients) == {"joint2.compliance", "arm.thermal_growth"}
+    rows = read_measurements(Path("d.csv"), joints=6)
+    assert len(set(rows.payload)) > 1
+    assert np.ptp(rows.temperature) > 5.0
+    assert run("evaluate", "d.csv", "--robot", "a.toml", "--json", "e.json")[0] == 0
+    assert json.loads(Path("e.json").read_text())["errors"]["position_mm"]["max"] < 1e-6
+    plate = ("simulate", "--robot", "aria", "--plate", "table2", "--of", "a.toml", "--out", "p.csv")
+    assert run(*plate, "--instrument", "ideal")[0] == 0
+    assert run("evaluate", "p.csv", "--robot", "a.toml", "--json", "e.json")[0] == 0
+    assert json.loads(Path("e.json").read_text())["errors"]["position_mm"]["max"] < 1e-6
+
+
 def test_a_driven_arm_is_captured_and_identified(run):
     """The line of the README: drive | capture, then identify, with real processes for the pipe."""
     program = [sys.executable, "-c", "from workbench.cli import main; main()"]

@@ -20,7 +20,8 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 TESTS = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(TESTS.parent), str(TESTS), str(TESTS / "diagnose")]
 
-from arms import ARMS, CASES, make  # noqa: E402
+from arms import ARMS, make  # noqa: E402
+from cases import CASES  # noqa: E402
 from counts import NOTHING, by_kind, confusion, share, shares  # noqa: E402
 from judge import judge  # noqa: E402
 from rich.console import Console  # noqa: E402

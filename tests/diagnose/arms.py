@@ -13,19 +13,19 @@ postures over its joint ranges in a useful workspace, columns of time, temperatu
 
 import tempfile
 import zlib
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import generator
 import numpy as np
+from cases import ANY, CASES, POOL, Case, named
 from decide import Sight, decidable, shows
-from draws import HOUR, draw
-from generator import VirtualArm, four, move, rotation, turn
-from laws import NAMELESS, Effect, State
+from draws import HOUR, draw, settled
+from generator import four, move, rotation, turn
+from laws import State
 from laws import poses as bent_poses
 
 from workbench.measure.dataset import Dataset
-from workbench.robots.robot import Robot
 from workbench.robots.toml import read_toml
 
 TUNING, JUDGING = range(10_000), range(1_000_000, 2_000_000)
@@ -69,108 +69,6 @@ ARMS = {
 """A 6R arm, a 6R arm with three parallel axes, and a 5R arm, all with masses."""
 
 
-@dataclass(frozen=True)
-class Named:
-    """What a diagnosis should say.
-
-    Args:
-        name: Of the effect in the catalogue.
-        joints: Counted from 0; empty where it concerns the whole arm.
-        detail: Order of a harmonic; `moment` or `motion` for backlash; else None.
-    """
-
-    name: str
-    joints: tuple[int, ...] = ()
-    detail: int | str | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class Case:
-    """One arm with its measurements.
-
-    Args:
-        kind: Which of `CASES`.
-        arm: Which of `ARMS`.
-        seed: What it was drawn from.
-        robot: The nominal arm as the program gets it; base and tool fixed or free.
-        data: The measured rows as the program gets them.
-        exact: Noise-free rows of the same arm and tool with their drivers, none of them misplaced.
-        truth: What should be named.
-        allowed: What may be named beside it: true as well, but too small to be asked for.
-        misseated: Rows that are off.
-        hidden: The effects with their sizes.
-        actual: The arm as made.
-        state: Drivers of the measured rows.
-        sigma: Noise per axis [m, rad].
-        draws: How many draws it took until one could be told apart.
-    """
-
-    kind: str
-    arm: str
-    seed: int
-    robot: Robot
-    data: Dataset
-    exact: Dataset
-    truth: tuple[Named, ...]
-    allowed: tuple[Named, ...]
-    misseated: tuple[int, ...]
-    hidden: tuple[Effect, ...]
-    actual: VirtualArm
-    state: State
-    sigma: tuple[float, float]
-    draws: int
-
-
-@dataclass(frozen=True)
-class Kind:
-    """A kind of case.
-
-    Args:
-        effects: Names and details of what is hidden; `any` stands for one of the catalogue.
-        everywhere: Whether every joint has it.
-        payload: Least and greatest mass at the tool [kg], if it is always there; equal for a tool's own.
-        misseated: Whether some rows are off.
-    """
-
-    effects: tuple[tuple[str, int | str | None], ...] = ()
-    everywhere: bool = False
-    payload: tuple[float, float] | None = None
-    misseated: bool = False
-
-
-ANY = ("any", None)
-CASES = {
-    "none": Kind(),
-    "compliance": Kind((("joint-compliance", None),)),
-    "compliance-all": Kind((("joint-compliance", None),), everywhere=True),
-    "backlash-moment": Kind((("backlash", "moment"),)),
-    "backlash-motion": Kind((("backlash", "motion"),)),
-    "payload": Kind((("joint-compliance", None),), payload=(0.0, 2.0)),
-    "tool-payload": Kind((("joint-compliance", None),), payload=(1.5, 1.5)),
-    **{f"harmonic-{k}": Kind((("joint-harmonic", k),)) for k in (1, 2, 3, 4, 5)},
-    "scale": Kind((("encoder-scale", None),)),
-    "coupling": Kind((("joint-coupling", None),)),
-    "thermal": Kind((("thermal-growth", None),)),
-    "drift": Kind((("base-drift", None),)),
-    "clearance": Kind((("clearance-tilt", None),)),
-    "bearing": Kind((("bearing-compliance", None),)),
-    "flexure": Kind((("link-flexure", None),)),
-    "two": Kind((ANY, ANY)),
-    "dent": Kind((("dent", None),)),
-    "kinked-gear": Kind((("kinked gear", None),)),
-    "dragging-hose": Kind((("dragging hose", None),)),
-    "wobbling-mount": Kind((("wobbling mount", None),)),
-    "misseated": Kind(misseated=True),
-    "misseated-any": Kind((ANY,), misseated=True),
-}
-POOL = tuple(
-    kind.effects[0]
-    for kind in CASES.values()
-    if kind.effects and kind.effects[0] != ANY and kind.effects[0][0] not in NAMELESS
-)
-"""What `any` may be."""
-
-
 def make(
     kind: str,
     seed: int,
@@ -202,12 +100,11 @@ def make(
         actual = replace(actual, base=_off(actual.base, of_arm), tool=_off(actual.tool, of_arm))
     chosen = CASES[kind]
     load = chosen.payload or ((0.0, 2.0) if of_arm.random() < 0.5 else None)
-    states = [
-        _states(actual, rows, rng, load) for rows, rng in ((max(ROWS, poses), of_rows), (EXACT, of_exact))
-    ]
-    sight = Sight(actual, states[0].take(slice(0, ROWS)), free_frames, SIGMA)
+    drawn = _states(actual, max(ROWS, poses), of_rows, load)
+    sight = Sight(actual, drawn.take(slice(0, ROWS)), free_frames, SIGMA)
     hidden, tries = _hide(chosen, sight, of_effect)
-    state = states[0].take(slice(0, poses))
+    state, exact = drawn.take(slice(0, poses)), _states(actual, 2 * EXACT, of_exact, load)
+    exact = exact.take(np.flatnonzero(settled(actual, hidden, exact))[:EXACT])
     sigma = (noise * SIGMA[0], noise * SIGMA[1])
     data, off = _measured(actual, hidden, state, sigma, of_noise, chosen.misseated)
     known = {"payload"} if load else set()
@@ -218,7 +115,7 @@ def make(
         seed=seed,
         robot=_robot(nominal, arm, free_frames),
         data=_table(data, state, known, observation),
-        exact=_table(bent_poses(actual, hidden, states[1]), states[1], known, "pose"),
+        exact=_table(bent_poses(actual, hidden, exact), exact, known, "pose"),
         truth=tuple(named(e) for e in hidden if e not in small),
         allowed=tuple(named(e) for e in small),
         misseated=off,
@@ -228,15 +125,6 @@ def make(
         sigma=sigma,
         draws=tries,
     )
-
-
-def named(effect: Effect) -> Named:
-    """What a diagnosis should call an effect."""
-    if effect.name == "wobbling mount":
-        return Named(effect.name, effect.joints)
-    if effect.name in NAMELESS:
-        return Named("local-joint-error", effect.joints)
-    return Named(effect.name, effect.joints, effect.detail)
 
 
 def _off(frame, rng):

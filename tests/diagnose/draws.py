@@ -73,12 +73,28 @@ def sized(effect, arm, state, rng):
     return trial.scaled(factor)
 
 
+def settled(arm, effects, state):
+    """Rows (rows,) in which no play hangs between its flanks, where friction would decide."""
+    held, out = straight_moments(arm, state), np.ones(len(state.q), bool)
+    for effect in effects:
+        deciding = _deciding(effect, held)
+        out &= True if deciding is None else deciding >= FEEBLE
+    return out
+
+
 def _feeble(effect, held):
-    """Whether the moments that decide on a flank are too small to do so."""
-    own = {"backlash": held[..., 2], "clearance-tilt": np.linalg.norm(held[..., :2], axis=2)}
-    if effect.detail == "motion" or effect.name not in own:
-        return False
-    return bool(np.median(np.abs(own[effect.name][:, effect.joints[0]])) < FEEBLE)
+    """Whether the moments that decide on a flank are mostly too small to do so."""
+    deciding = _deciding(effect, held)
+    return deciding is not None and bool(np.median(deciding) < FEEBLE)
+
+
+def _deciding(effect, held):
+    """Size (rows,) of the moment that decides on a flank; None where none does."""
+    if effect.name == "clearance-tilt":
+        return np.linalg.norm(held[:, effect.joints[0], :2], axis=1)
+    if effect.name == "backlash" and effect.detail == "moment":
+        return np.abs(held[:, effect.joints[0], 2])
+    return None
 
 
 def _whole(name, rng):

@@ -13,9 +13,9 @@ import time
 from dataclasses import asdict, dataclass
 
 import numpy as np
-from arms import Case, Named
+from cases import Case, Named
 
-from workbench.errors import DataError, WorkbenchError
+from workbench.errors import DataError
 from workbench.measure.dataset import Dataset
 from workbench.model.forward import tool_poses
 from workbench.motion import Motion
@@ -93,8 +93,9 @@ def judge(case: Case, diagnose, **options) -> Judged:
     facts = {"kind": case.kind, "arm": case.arm, "seed": case.seed, "truth": case.truth}
     try:
         said = diagnose(case.robot, case.data, **options)
-    except WorkbenchError as error:
-        return Judged(**facts, missed=case.truth, verdict=str(error), failed=True)
+    except Exception as error:  # one that breaks is counted, and the others are still judged
+        said = f"{type(error).__name__}: {error}"
+        return Judged(**facts, missed=case.truth, verdict=said, failed=True, misseated=len(case.misseated))
     seconds = time.perf_counter() - start
     found = names(said.effects)
     missed, extra = compare(case, found, str(said.verdict))

@@ -13,8 +13,8 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from generator import VirtualArm, four, rotation
 
-ROUNDS = 6
-"""Rounds of the bent arm; each brings three digits, as arms give way by milliradians."""
+ROUNDS = 10
+"""Rounds of the bent arm; each brings three digits where moments bend it, half a one where they flip play."""
 WARM = 20.0
 """Temperature at which lengths are as given [degC]."""
 TURN = 2.0 * np.pi

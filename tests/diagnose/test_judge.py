@@ -5,20 +5,14 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from arms import TUNING, Named, make
+from arms import TUNING, make
+from cases import Named, told
 from counts import confusion, shares
 from judge import judge, names
 
 from workbench.effects import EFFECTS
 from workbench.errors import DataError
 from workbench.robots.toml import read_toml
-
-
-def told(effect):
-    """A hidden effect as the package writes it."""
-    settings = {"joint-harmonic": "order", "backlash": "by"}
-    more = {settings[effect.name]: effect.detail} if effect.detail is not None else {}
-    return EFFECTS[effect.name](effect.joints, effect.size, **more)
 
 
 @pytest.fixture

@@ -16,6 +16,7 @@ from workbench.robots import load_robot
 from workbench.session import Session, Worker
 from workbench.session.command import AbstractCommand
 from workbench.session.commands import (
+    CHORES,
     DropTarget,
     GrabTarget,
     Identify,
@@ -68,7 +69,7 @@ def play(folder: Path, *, pause: float = PAUSE) -> Worker:
     """Record the session; the worker is closed."""
     begun = begin(load_robot("aria"), load_plate("table2"), folder=folder)
     keepers = (*begun.keepers, recorder(folder))
-    worker = Worker(begun.session, keepers=keepers)
+    worker = Worker(begun.session, keepers=keepers, chores=CHORES)
     for command in commands(begun.session):
         worker.submit(command)
         if not worker.wait(120.0):

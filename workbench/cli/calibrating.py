@@ -33,7 +33,9 @@ from workbench.errors import OptionError
 def identify(
     data: DataArgument,
     robot: RobotOption,
-    algorithm: Annotated[str, typer.Option(help="ols, opt1, opt2, or all.")] = "all",
+    algorithm: Annotated[
+        str, typer.Option(help="ols, opt1, opt2, influence, several with commas between, or all.")
+    ] = "ols,opt1,opt2",
     held_out: Annotated[
         str, typer.Option(help="Share of rows to hold out (0.2: a fifth), a file of them, or session:NAME.")
     ] = "0.2",
@@ -48,6 +50,9 @@ def identify(
     ] = None,
     report: Annotated[Path | None, typer.Option(help="Write an HTML report into this folder.")] = None,
     json: JsonOption = None,
+    level: Annotated[
+        int, typer.Option(help="1: joint offsets alone; 2: the whole geometry.", min=1, max=2)
+    ] = 2,
     free: Annotated[str | None, typer.Option(help="Constants to identify: joint1.theta,joint2.a …")] = None,
     exclude: Annotated[
         str | None, typer.Option(help="Data rows to keep out, comma-separated, from 0.")
@@ -86,6 +91,8 @@ def identify(
     from workbench.report.prior import read_prior
     from workbench.robots import load_robot
 
+    if level == 1 and free is not None:
+        raise OptionError("--level 1 frees the joint offsets alone; leave either it or --free out")
     arm = load_robot(robot)
     rows = with_markers(read_rows(data, arm, columns, sheet, layout), tool_markers, base_markers)
     check_robot_file(save)
@@ -97,7 +104,7 @@ def identify(
             algorithms=tuple(pipeline.ALGORITHMS) if algorithm == "all" else tuple(algorithm.split(",")),
             held_out=held_out_of(held_out, arm, columns, sheet, layout),
             frames=frames,
-            free=names_of(free),
+            free=arm.joint_offsets if level == 1 else names_of(free),
             exclude=dict.fromkeys(whole_numbers(exclude, "--exclude"), "by hand"),
             region=None if region is None else load_plate(region).region,
             bounds=bounds_of(bounds or []),

@@ -33,6 +33,8 @@ from workbench.types import Outcome, frozen
 
 CANDIDATES, CONED = 6000, 2000
 """Random poses in the region; fewer within an orientation cone, where they are harder to come by."""
+ROOMY = PoseLimits(margin=0.2, dexterity=0.1)
+"""Limits where none are given: arms with errors of 5 mm and 5° in every constant reached all such poses."""
 TOLERANCE = 0.01
 """Greatest relative difference of O within a set."""
 BANDS = 8
@@ -157,7 +159,7 @@ def cluster_region(
         rng: Source of the candidates.
         number: How many poses.
         tolerance: Greatest relative difference of O that counts as equal before it is made exact.
-        limits: What else is asked of single poses, such as an orientation cone.
+        limits: What else is asked of single poses, such as an orientation cone; `ROOMY` if None.
         candidates: How many random poses are looked at; 6000 if None, 2000 within a cone.
         progress: Called with the share of the work done.
         cancel: Asked now and then whether to stop with the best set so far.
@@ -175,7 +177,7 @@ def cluster_region(
             f"{number} poses need {number} different cubes, the region has {region.cubes} of side "
             f"{region.cube:g} m; ask for fewer poses or smaller cubes"
         )
-    wanted = replace(limits or PoseLimits(), region=region)
+    wanted = replace(limits or ROOMY, region=region)
     size = candidates or (CANDIDATES if wanted.towards is None else CONED)
     pool = _pool(robot, region, wanted, index, size, rng)
     bands = _bands(pool, number, tolerance)
@@ -267,7 +269,7 @@ def _level(pool: _Pool, q: np.ndarray) -> Cluster:
         step = slope * ((goal - o) / np.maximum((slope**2).sum(1), 1e-9))[:, None]
         moved = np.clip(q + step, low, high)
         poses = in_base(pool.robot, tool_poses(pool.robot, moved))
-        stays = (pool.region.cells(poses[:, :3, 3]) == home.cubes) & pool.limits.inside(poses)
+        stays = (pool.region.cells(poses[:, :3, 3]) == home.cubes) & pool.limits.admits(pool.robot, moved)
         q[stays] = moved[stays]
     level = pool.cluster(q)
     return level if level.difference < home.difference and level.rank >= home.rank else home

@@ -1,8 +1,11 @@
 """What is asked of chosen poses beside information: where the tool is, how it is turned, how far apart.
 
-Region and orientation cone concern each pose alone, the spread concerns every two of them, and the travel
-every two that follow each other in the order of measuring. Candidates are folded first: of all full turns of
-a joint the one nearest to the middle of its limits is taken, which changes no pose and shortens the travel.
+Region, orientation cone and room concern each pose alone, the spread concerns every two of them, and the
+travel every two that follow each other in the order of measuring. Room is what an arm with manufacturing
+errors needs to reach a pose too: a margin to its joint limits, and a distance from singular postures.
+
+Candidates are folded first: of all full turns of a joint the one nearest to the middle of its limits is
+taken, which changes no pose and shortens the travel.
 """
 
 from dataclasses import dataclass
@@ -13,7 +16,7 @@ from jaxtyping import Bool, Float
 from workbench.design.region import Region
 from workbench.design.sampling import in_base, poses_that, random_poses
 from workbench.errors import OptionError
-from workbench.model.forward import tool_poses
+from workbench.model.forward import geometric_jacobian, tool_poses
 from workbench.robots.robot import JointKind, Robot
 from workbench.types import frozen
 
@@ -26,35 +29,56 @@ class PoseLimits:
         region: Where the tool is; anywhere if None.
         towards: Orientations of the tool about which the cone opens; any orientation if None.
         cone: Greatest angle between the tool's orientation and the nearest of them [rad].
+        margin: Least distance of a turning joint from its limits [rad].
+        dexterity: Least singular value of the geometric Jacobian, lengths in units of the arm's reach.
         spread: Least distance between the tool's places in two poses [m].
         travel: Greatest travel of any joint from one pose to the next [rad or m]; any if None.
 
     Raises:
-        OptionError: a cone, spread or travel that is not positive.
+        OptionError: a cone or travel that is not positive, or a negative spread, margin or dexterity.
     """
 
     region: Region | None = None
     towards: Float[np.ndarray, "orientations 3 3"] | None = None
     cone: float = np.pi
+    margin: float = 0.0
+    dexterity: float = 0.0
     spread: float = 0.0
     travel: float | None = None
 
     def __post_init__(self):
-        if not self.cone > 0 or self.spread < 0 or (self.travel is not None and not self.travel > 0):
+        least = min(self.spread, self.margin, self.dexterity)
+        if least < 0 or not self.cone > 0 or (self.travel is not None and not self.travel > 0):
             raise OptionError(
-                f"a cone of {np.rad2deg(self.cone):g}°, a spread of {1e3 * self.spread:g} mm and a travel of "
-                f"{self.travel} can't be asked for; none may be negative, and cone and travel not zero"
+                f"a cone of {np.rad2deg(self.cone):g}°, margin {np.rad2deg(self.margin):g}°, spread "
+                f"{1e3 * self.spread:g} mm and a travel of {self.travel} can't be asked for; none may be "
+                "negative, and cone and travel not zero"
             )
 
     @property
     def single(self) -> bool:
         """Whether anything is asked of single poses."""
-        return self.region is not None or self.towards is not None
+        placed = self.region is not None or self.towards is not None
+        return placed or self.margin > 0 or self.dexterity > 0
 
     @property
     def pairs(self) -> bool:
         """Whether anything is asked of pairs."""
         return self.spread > 0 or self.travel is not None
+
+    def admits(self, robot: Robot, q: Float[np.ndarray, "rows n"]) -> Bool[np.ndarray, " rows"]:
+        """Which joint positions keep all that is asked of single poses."""
+        kept = self.inside(in_base(robot, tool_poses(robot, q)))
+        kept[kept] = self._has_room(robot, q[kept])
+        return kept
+
+    def _has_room(self, robot: Robot, q: np.ndarray) -> np.ndarray:
+        low, high = robot.limits.T
+        away = np.minimum(q - low, high - q)[:, turning(robot)].min(1, initial=np.inf) >= self.margin
+        if self.dexterity > 0 and away.any():
+            jacobian = geometric_jacobian(robot, q[away]) / np.repeat([robot.reach, 1.0], 3)[:, None]
+            away[away] = np.linalg.svd(jacobian, compute_uv=False)[:, -1] >= self.dexterity
+        return away
 
     def inside(self, poses: Float[np.ndarray, "rows 4 4"]) -> Bool[np.ndarray, " rows"]:
         """Which poses of the tool, in the robot's base frame, lie in the region and the cone."""
@@ -86,7 +110,7 @@ class PoseLimits:
         poses = in_base(robot, tool_poses(robot, q))
         near = self.clash(poses[:, :3, 3])
         np.fill_diagonal(near, False)
-        kept = self.inside(poses) & ~near.any(1)
+        kept = self.admits(robot, q) & ~near.any(1)
         if self.travel is not None:
             far = np.abs(np.diff(q, axis=0)).max(1, initial=0.0) > self.travel
             kept[:-1] &= ~far
@@ -94,13 +118,17 @@ class PoseLimits:
         return kept
 
 
+def turning(robot: Robot) -> Bool[np.ndarray, " n"]:
+    """Which joints turn."""
+    return np.array([joint.kind is not JointKind.PRISMATIC for joint in robot.moving])
+
+
 def folded(robot: Robot, q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows n"]:
     """The same poses with every turning joint in the turn nearest to the middle of its limits [rad or m]."""
     low, high = robot.search_limits.T
-    turns = np.array([joint.kind is not JointKind.PRISMATIC for joint in robot.moving])
     middle = 0.5 * (low + high)
     near = q - 2.0 * np.pi * np.round((q - middle) / (2.0 * np.pi))
-    return frozen(np.where(turns & (near >= low) & (near <= high), near, q))
+    return frozen(np.where(turning(robot) & (near >= low) & (near <= high), near, q))
 
 
 def sample_poses(
@@ -123,14 +151,46 @@ def sample_poses(
     def complaint(found: int, tries: int) -> str:
         return _none_found(robot, limits, found, tries)
 
-    return poses_that(robot, number, limits.inside, rng=rng, complaint=complaint)
+    return poses_that(robot, number, lambda q: limits.admits(robot, q), rng=rng, complaint=complaint)
+
+
+def walks(
+    robot: Robot,
+    starts: Float[np.ndarray, "walks n"],
+    steps: int,
+    limits: PoseLimits,
+    *,
+    rng: np.random.Generator,
+) -> Float[np.ndarray, "rows n"]:
+    """Random walks from poses that keep the limits, no step longer than the travel: candidates in reach.
+
+    Args:
+        robot: Geometry with joint limits.
+        starts: Where the walks begin [rad or m].
+        steps: How many steps each makes; one that would leave the limits is not made.
+        limits: With a travel.
+        rng: Source of the steps.
+    """
+    low, high = robot.search_limits.T
+    stride = np.inf if limits.travel is None else limits.travel
+    here, rows = starts.copy(), []
+    for _ in range(steps):
+        reach = np.minimum(stride, high - low)
+        there = np.clip(here + rng.uniform(-1.0, 1.0, here.shape) * reach, low, high)
+        kept = limits.admits(robot, there)
+        here[kept] = there[kept]
+        rows.append(here[kept])
+    return np.concatenate(rows)
 
 
 def _none_found(robot: Robot, limits: PoseLimits, found: int, tries: int) -> str:
     """Which limits conflict, by how many random poses keep each alone."""
     region, cone = limits.region, f"orientation cone of {np.rad2deg(limits.cone):.3g}°"
     if region is None:
-        return f"robot '{robot.name}' hardly ever keeps the {cone} ({found} of {tries} tries); widen it"
+        return (
+            f"robot '{robot.name}' hardly ever keeps the {cone} with a margin of "
+            f"{np.rad2deg(limits.margin):.3g}° to its limits ({found} of {tries} tries); ask for less"
+        )
     box = f"region {region.min.tolist()} to {region.max.tolist()} m"
     q = random_poses(robot, tries, rng=np.random.default_rng(0))
     poses = in_base(robot, tool_poses(robot, q))
@@ -142,5 +202,6 @@ def _none_found(robot: Robot, limits: PoseLimits, found: int, tries: int) -> str
         )
     return (
         f"the {box} and the {cone} conflict: of {tries} random joint positions of robot '{robot.name}' "
-        f"{placed} keep the region, {turned} the cone, {found} both; move the region or widen the cone"
+        f"{placed} keep the region, {turned} the cone, {found} both and a margin of "
+        f"{np.rad2deg(limits.margin):.3g}° to the limits; move the region or widen the cone"
     )

@@ -40,9 +40,10 @@ def random_poses(
             f"{region.max.tolist()} m ({found} of {tries} random joint positions); move the region"
         )
 
-    return poses_that(
-        robot, number, lambda poses: region.contains(poses[:, :3, 3]), rng=rng, complaint=complaint
-    )
+    def inside(q: np.ndarray) -> np.ndarray:
+        return region.contains(in_base(robot, tool_poses(robot, q))[:, :3, 3])
+
+    return poses_that(robot, number, inside, rng=rng, complaint=complaint)
 
 
 def poses_that(
@@ -53,12 +54,12 @@ def poses_that(
     rng: np.random.Generator,
     complaint: Callable[[int, int], str],
 ) -> Float[np.ndarray, "number n"]:
-    """Random joint positions within the limits whose tool poses are kept [rad or m].
+    """Random joint positions within the limits that are kept [rad or m].
 
     Args:
         robot: Geometry with joint limits.
         number: How many.
-        keep: Which of a stack of tool poses, in the robot's base frame, are kept.
+        keep: Which of a stack of joint positions are kept.
         rng: Source of the positions.
         complaint: What to say where practically none is kept, from how many of how many tries were.
 
@@ -70,7 +71,7 @@ def poses_that(
     tries = 0
     while len(found) < number:
         q = rng.uniform(low, high, (BLOCK, robot.dof))
-        found = np.concatenate([found, q[keep(in_base(robot, tool_poses(robot, q)))]])
+        found = np.concatenate([found, q[keep(q)]])
         tries += BLOCK
         if tries > 25 * TRIES * max(len(found), 1):
             raise DataError(complaint(len(found), tries))

@@ -3,6 +3,7 @@
 from enum import Enum
 
 import numpy as np
+from jaxtyping import Float
 
 from workbench import se3
 from workbench.identify.identifier import Search
@@ -62,12 +63,17 @@ def from_repeats(data: Dataset) -> Noise | None:
 
 
 def from_fit(problem: Problem, search: Search) -> Noise | None:
-    """Root mean square of what a fit leaves, per channel; None where that is rounding or nothing is left.
+    """Root mean square of what a search leaves, per channel; None where that is rounding."""
+    return of_residual(problem, search.x)
+
+
+def of_residual(problem: Problem, x: Float[np.ndarray, " p"]) -> Noise | None:
+    """Root mean square of what is left at x, per channel; None where that is rounding or nothing is left.
 
     The share of the rows that went into the parameters is the trace of the hat matrix, so that what a prior
     already knew costs nothing.
     """
-    at = problem.evaluate(search.x)
+    at = problem.evaluate(x)
     free = problem.count - effective_parameters(problem, at.jacobian)
     if free < 1.0:
         return None
@@ -84,8 +90,8 @@ def from_fit(problem: Problem, search: Search) -> Noise | None:
 
 def effective_parameters(problem: Problem, jacobian: np.ndarray) -> float:
     """Trace of the hat matrix of the measured rows: parameters that they, and not a prior, determine."""
-    factor = factorise(jacobian, np.zeros(len(jacobian)))
+    factor = factorise(jacobian, np.zeros(len(jacobian)), problem.units)
     if problem.prior is None:
         return float(factor.rank)
-    half = jacobian[: problem.size] @ (factor.vt[factor.seen] / factor.s[factor.seen, None]).T
+    half = jacobian[: problem.size] @ factor.root
     return float((half**2).sum())

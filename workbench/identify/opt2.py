@@ -1,6 +1,6 @@
 """OPT2: Levenberg–Marquardt, the counterpart of the paper's `lsqnonlin` (ARIA 4.1.3).
 
-Minimises ½|r(x)|² with the step (JᵀJ + λ I)⁻¹ Jᵀr, in rad and m; λ follows the ratio of the actual to the
+Minimises ½|r(x)|² with the step (JᵀJ + λ I)⁻¹ Jᵀr, in natural units; λ follows the ratio of the actual to the
 promised decrease. One factorisation serves all λ of an iteration.
 
 Source: Nielsen, Damping parameter in Marquardt's method, IMM-REP-1999-05 (the update of λ).
@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
+from jaxtyping import Float
 
 from workbench.identify.identifier import AbstractIdentifier, OnStep, Search, ended, gauge_step, settled
 from workbench.identify.linear import factorise
@@ -34,9 +35,11 @@ class Opt2(AbstractIdentifier):
     name = "opt2"
     title = "OPT2"
 
-    def search(self, problem: Problem, *, on_step: OnStep | None = None) -> Search:
-        """See the module."""
-        x = problem.start.copy()
+    def search(
+        self, problem: Problem, *, on_step: OnStep | None = None, begin: Float[np.ndarray, " p"] | None = None
+    ) -> Search:
+        """See the module; from `begin` instead of the nominal values, where an answer nearby is known."""
+        x = problem.start.copy() if begin is None else begin.copy()
         at = problem.evaluate(x)
         history = [0.5 * float(at.residual @ at.residual)]
         damping = None
@@ -45,7 +48,7 @@ class Opt2(AbstractIdentifier):
                 return Search(x, Outcome.DIVERGED, tuple(history))
             if on_step and on_step(iteration, history[-1]):
                 return Search(x, Outcome.CANCELLED, tuple(history))
-            factor = factorise(at.jacobian, at.residual)
+            factor = factorise(at.jacobian, at.residual, problem.units)
             if settled(factor, factor.predicted_decrease(), problem.count):
                 return Search(x, Outcome.CONVERGED, tuple(history))
             damping = self.damping * factor.s[0] ** 2 if damping is None else damping

@@ -28,6 +28,7 @@ from workbench.identify.blocks import (
 )
 from workbench.measure.dataset import Dataset
 from workbench.measure.observations import Channel
+from workbench.model.deflection import law_sizes
 from workbench.parameters import Parameter, default_bounds
 from workbench.robots.robot import FRAME_PARTS, Frame, Robot, SessionFrames
 from workbench.types import frozen
@@ -103,6 +104,7 @@ class Problem:
             OptionError: free, effects or bounds name what the robot does not have.
         """
         robot.check_joints(data.q, data.source)
+        robot.check_ranges(data.q, data.row, data.source)
         frames = frames or FrameFreedom()
         noise = noise or Noise()
         names = tuple(robot.default_free if free is None else free)
@@ -161,6 +163,16 @@ class Problem:
         """Names of the unknowns, in the order of x."""
         return tuple(p.name for p in self.parameters)
 
+    @cached_property
+    def units(self) -> Float[np.ndarray, " p"]:
+        """What of each unknown changes the arm by 1 rad or 1 m: itself, or for a coefficient of an effect the
+        reciprocal of its law's largest value over the rows [unit of the unknown]."""
+        largest: dict[str, float] = {}
+        for bent in (b.bent for b in self.blocks if b.bent is not None):
+            for name, size in law_sizes(bent.robot, bent.motion, bent.names).items():
+                largest[name] = max(size, largest.get(name, 0.0))
+        return frozen(np.array([1.0 / (largest.get(p.name) or 1.0) for p in self.parameters]))
+
     @property
     def size(self) -> int:
         """Number of measured residual components."""
@@ -200,9 +212,9 @@ class Problem:
         jacobian = np.zeros((self.size + extra, len(x)))
         for block in self.blocks:
             poses, twists = block.twists(x)
-            part = block.observation.see(poses, self._unknown(block, x))
+            part = block.observation.see(poses, self.unknown(block, x))
             rows = slice(block.start, block.stop)
-            weight = self._weight(block)
+            weight = self.weight(block)
             residual[rows] = (part.residual * weight).ravel()
             add_whitened(part.by_twist, twists, weight, block.places, jacobian[rows])
             if len(block.unknowns):
@@ -219,8 +231,8 @@ class Problem:
         cost, gradient = 0.0, np.zeros(len(x))
         for block in self.blocks:
             poses, twists = block.twists(x)
-            part = block.observation.see(poses, self._unknown(block, x))
-            pull = part.residual * self._weight(block) ** 2
+            part = block.observation.see(poses, self.unknown(block, x))
+            pull = part.residual * self.weight(block) ** 2
             cost += 0.5 * float((part.residual * pull).sum())
             wrench = (pull[:, None] @ part.by_twist)[:, 0]
             gradient[block.places] -= wrench.ravel() @ twists.reshape(-1, len(block.places))
@@ -238,8 +250,8 @@ class Problem:
         """Whitened residual alone."""
         parts = []
         for block in self.blocks:
-            part = block.observation.see(block.poses(x), self._unknown(block, x))
-            parts.append((part.residual * self._weight(block)).ravel())
+            part = block.observation.see(block.poses(x), self.unknown(block, x))
+            parts.append((part.residual * self.weight(block)).ravel())
         if self.prior is not None:
             parts.append(-self.prior @ (x - self.prior_centre))
         return np.concatenate(parts)
@@ -306,13 +318,15 @@ class Problem:
             sessions.append(SessionFrames(name, base, tool))
         return replace(robot, sessions=tuple(sessions))
 
-    def _unknown(self, block: Block, x: np.ndarray) -> np.ndarray:
+    def unknown(self, block: Block, x: np.ndarray) -> np.ndarray:
+        """Values of a block's instrument unknowns at x."""
         values = block.known.copy()
         mine = block.unknowns >= 0
         values[mine] = x[block.unknowns[mine]]
         return values
 
-    def _weight(self, block: Block) -> np.ndarray:
+    def weight(self, block: Block) -> np.ndarray:
+        """What whitens a block's residual components, (rows, components)."""
         if self.row_weights is None:
             return block.inverse_sigma
         return block.inverse_sigma * self.row_weights[block.rows, None]

@@ -18,6 +18,7 @@ from workbench.measure.dataset import Dataset
 from workbench.measure.instruments import Instrument, Observes
 from workbench.model import inverse
 from workbench.model.forward import tool_poses
+from workbench.motion import Motion
 from workbench.robots.robot import Robot
 from workbench.types import Vector3
 
@@ -67,6 +68,7 @@ def simulate(
     rng: np.random.Generator,
     joint_noise: float = 0.0,
     anchors: Mapping[str, Vector3] | None = None,
+    motion: Motion | None = None,
 ) -> Dataset:
     """Measure an arm at given joint positions.
 
@@ -77,6 +79,7 @@ def simulate(
         rng: Source of the noise.
         joint_noise: Standard deviation of the joint readings [rad or m]; 0 for exact ones.
         anchors: Places that distances are measured from [m]; three about the base if None.
+        motion: What drives the arm's effects beside q, one row a joint position; written into the rows.
 
     Returns:
         One row a joint position; its `q` are the readings.
@@ -90,8 +93,9 @@ def simulate(
             "orientations at each point"
         )
     anchors = _three_anchors(actual) if anchors is None else anchors
-    seen = _observe(instrument, tool_poses(actual, q), rng, anchors)
-    return _dataset(actual, q, instrument, rng, joint_noise, seen)
+    state = None if motion is None else motion.at(q)
+    seen = _observe(instrument, tool_poses(actual, q, motion=state), rng, anchors)
+    return _dataset(actual, q, instrument, rng, joint_noise, seen, motion=motion)
 
 
 def simulate_targets(
@@ -104,6 +108,7 @@ def simulate_targets(
     near: Float[np.ndarray, "targets n"] | None = None,
     joint_noise: float = 0.0,
     anchors: Mapping[str, Vector3] | None = None,
+    motion: Motion | None = None,
 ) -> Dataset:
     """Bring an arm to the targets of a fixture and measure it there.
 
@@ -121,6 +126,7 @@ def simulate_targets(
             the nearest other, and a note says so.
         joint_noise: Standard deviation of the joint readings [rad or m]; 0 for exact ones.
         anchors: Places that distances are measured from [m]; three about the base if None.
+        motion: What drives the arm's effects beside q, one row a target; written into the rows.
 
     Returns:
         One row a target.
@@ -134,19 +140,19 @@ def simulate_targets(
         imposed = se3.pose(imposed[:, :3, :3], imposed[:, :3, 3] + noise)
     notes: tuple[str, ...] = ()
     if near is None:
-        q = _in_branches(actual, imposed, branch)
+        q = _in_branches(actual, imposed, branch, motion)
     else:
         actual.check_joints(near, "near")
-        q, notes = _follow(actual, imposed, near)
+        q, notes = _follow(actual, imposed, near, motion)
     anchors = _three_anchors(actual) if anchors is None else anchors
     if instrument.observes is Observes.CONTACT:
         seen = {"contact": _points(targets[:, :3, 3])}
     else:
         seen = _observe(instrument, imposed, rng, anchors)
-    return _dataset(actual, q, instrument, rng, joint_noise, seen, notes)
+    return _dataset(actual, q, instrument, rng, joint_noise, seen, notes, motion)
 
 
-def _dataset(actual, q, instrument, rng, joint_noise, seen, notes=()) -> Dataset:
+def _dataset(actual, q, instrument, rng, joint_noise, seen, notes=(), motion=None) -> Dataset:
     readings = q + rng.normal(0.0, joint_noise, q.shape) if joint_noise > 0 else q.copy()
     sigma = None
     if instrument.sigma_position > 0:
@@ -159,6 +165,7 @@ def _dataset(actual, q, instrument, rng, joint_noise, seen, notes=()) -> Dataset
         source=f"virtual {actual.name}",
         notes=(f"simulated with instrument '{instrument.name}'", *notes),
         **seen,
+        **({} if motion is None else motion.drivers),
     )
 
 
@@ -195,12 +202,15 @@ def _points(places: Float[np.ndarray, "rows 3"]) -> np.ndarray:
     return np.array([f"point {order[n]}" for n in number.tolist()])
 
 
-def _follow(actual: Robot, poses: np.ndarray, near: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:
+def _follow(
+    actual: Robot, poses: np.ndarray, near: np.ndarray, motion: Motion | None
+) -> tuple[np.ndarray, tuple[str, ...]]:
     """The solutions next to given joint positions, and a note on each that the limits turned elsewhere."""
-    followed = inverse.follow_many(actual, poses, near)
+    followed = inverse.follow_many(actual, poses, near, motion=motion)
     q, notes = followed.q.copy(), []
     for row in np.flatnonzero(~followed.converged):
-        result = inverse.solve(actual, poses[row])
+        state = None if motion is None else motion.take(np.array([row]))
+        result = inverse.solve(actual, poses[row], motion=state)
         other = inverse.choose(result, near=near[row])
         if other is None:
             raise DataError(f"target {row + 1} is not reachable within limits: {result.reason}")
@@ -211,9 +221,11 @@ def _follow(actual: Robot, poses: np.ndarray, near: np.ndarray) -> tuple[np.ndar
     return q, tuple(notes)
 
 
-def _in_branches(actual: Robot, poses: np.ndarray, branch: str | Sequence[str]) -> np.ndarray:
+def _in_branches(
+    actual: Robot, poses: np.ndarray, branch: str | Sequence[str], motion: Motion | None
+) -> np.ndarray:
     solutions = []
-    for number, result in enumerate(inverse.solve_many(actual, poses), start=1):
+    for number, result in enumerate(inverse.solve_many(actual, poses, motion=motion), start=1):
         if not result.reachable:
             raise DataError(f"target {number} is not reachable within limits: {result.reason}")
         solutions.append({b.name: b for b in result.within_limits})

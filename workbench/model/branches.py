@@ -37,6 +37,8 @@ STRUCTURE = 0.35
 MOST_TURNS = 4096
 """Alternatives that `Branch.turns` lists at most."""
 TURN = 2.0 * np.pi
+LIMIT_SLACK = 1e-9
+"""A joint counts as within its limits up to this [rad or m]."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -10,6 +10,7 @@ from workbench.design.region import Region
 from workbench.errors import OptionError
 from workbench.identify.frames import Sessions
 from workbench.identify.identifier import AbstractIdentifier
+from workbench.identify.influence import InfluenceBased
 from workbench.identify.ols import Ols
 from workbench.identify.opt1 import Opt1
 from workbench.identify.opt2 import Opt2
@@ -24,8 +25,10 @@ from workbench.types import Outcome
 from workbench.validate.errors import Errors
 from workbench.validate.identification import Identification, Run, Validation
 
-ALGORITHMS: dict[str, AbstractIdentifier] = {a.name: a for a in (Ols(), Opt1(), Opt2())}
+ALGORITHMS: dict[str, AbstractIdentifier] = {a.name: a for a in (Ols(), Opt1(), Opt2(), InfluenceBased())}
 """The identification algorithms by name; a new one is one more file and one more entry."""
+USUAL = ("ols", "opt1", "opt2")
+"""The paper's three, which run where nothing else is said."""
 REWEIGHTINGS = 10
 """Rounds of a robust loss."""
 
@@ -34,7 +37,7 @@ def identify(
     robot: Robot,
     data: Dataset,
     *,
-    algorithms: Sequence[str] = ("ols", "opt1", "opt2"),
+    algorithms: Sequence[str] = USUAL,
     held_out: float | Dataset | tuple[str, ...] = 0.2,
     frames: Sessions | str = Sessions.AUTO,
     free: Sequence[str] | None = None,

@@ -11,7 +11,6 @@ from workbench.design.clustering import Clustering
 from workbench.design.criterion import goal_index
 from workbench.design.plate import Plate
 from workbench.design.plate_score import PlateScore
-from workbench.design.pose_limits import PoseLimits
 from workbench.design.region import Region
 from workbench.design.region_poses import PLATE_POSES, region_poses
 from workbench.design.target_rows import SIGMA_POSITION, SIGMA_ROTATION
@@ -97,7 +96,7 @@ def cluster_region(
         index=goal_index(goal, robot, linearise(robot, middle)),
         rng=rng,
         number=number,
-        limits=PoseLimits(towards=towards, cone=cone),
+        limits=replace(clustering.ROOMY, towards=towards, cone=cone),
         progress=progress,
         cancel=cancel,
     )

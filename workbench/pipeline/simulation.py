@@ -1,22 +1,27 @@
 """Virtual arms, measured: the paper's first two ways of acquisition (ARIA 4.1.2) as one call each."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from workbench.design.branches import choose_branches, plate_solutions
+from workbench.design.iso_cube import iso_cube_poses
 from workbench.design.plate import Plate
 from workbench.design.poses import informative_poses
 from workbench.design.region_poses import plate_region_poses
 from workbench.design.sampling import random_poses
+from workbench.effects import AbstractEffect
 from workbench.measure.dataset import Dataset
+from workbench.measure.hidden import hidden_effects, varied_state
 from workbench.measure.instruments import Instrument, instrument_named
 from workbench.measure.simulate import simulate, simulate_targets, virtual_arm
 from workbench.robots.robot import Robot
 
 RANDOM = "random"
 """Name of the choice of poses that chooses nothing."""
+ISO_CUBE = "iso-cube"
+"""Name of the choice of poses by ISO 9283."""
 DESIGNED = "designed"
 """Name of the choice of branches that spreads them for the smallest predicted error."""
 
@@ -28,6 +33,7 @@ def measure_poses(
     index: str = RANDOM,
     instrument: str | Instrument = "tracker-6d",
     actual: Robot | None = None,
+    effects: Sequence[str | AbstractEffect] = (),
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
 ) -> tuple[Robot, Dataset]:
@@ -36,9 +42,11 @@ def measure_poses(
     Args:
         robot: Nominal arm.
         number: How many poses.
-        index: `random`, or the observability index to maximise (ARIA eqs. 17, 18): `O`, `O1` … `O5`.
+        index: `random`; `iso-cube` (ISO 9283, Katana §3.4); or the observability index to maximise (ARIA
+            eqs. 17, 18): `O`, `O1` … `O5`.
         instrument: What measures.
         actual: The arm to measure; one with hidden manufacturing errors if None.
+        effects: What else is hidden in it, such as `joint-compliance:2`; see `measure.hidden`.
         seed: Of the hidden errors, the poses and the noise.
         progress: Called with the share of the work done.
 
@@ -46,14 +54,17 @@ def measure_poses(
         The actual arm and the rows.
     """
     rng = np.random.default_rng(seed)
-    actual = virtual_arm(robot, rng=rng) if actual is None else actual
+    actual, notes = _hidden(robot, actual, effects, rng)
     if index == RANDOM:
         q = random_poses(robot, number, rng=rng)
+    elif index == ISO_CUBE:
+        q = iso_cube_poses(robot, number, rng=rng).q
     else:
         q = informative_poses(robot, number, index=index, rng=rng, progress=progress).q
-    rows = simulate(actual, q, instrument=_instrument(instrument), rng=rng)
+    state = varied_state(actual, q, rng=rng) if actual.effects else None
+    rows = simulate(actual, q, instrument=_instrument(instrument), rng=rng, motion=state)
     note = f"simulated: {number} poses ({index}), {_instrument(instrument).name}, seed {seed}"
-    return actual, replace(rows, source=note)
+    return actual, replace(rows, source=note, notes=(*rows.notes, *notes))
 
 
 def measure_plate(
@@ -63,6 +74,7 @@ def measure_plate(
     branch: str = DESIGNED,
     instrument: str | Instrument = "plate",
     actual: Robot | None = None,
+    effects: Sequence[str | AbstractEffect] = (),
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
 ) -> tuple[Robot, Dataset]:
@@ -74,6 +86,7 @@ def measure_plate(
         branch: `auto`, `mixed`, a branch by name, or `designed`: the mix with the smallest predicted error.
         instrument: What measures; `plate` is the seat itself.
         actual: The arm to measure; one with hidden manufacturing errors if None.
+        effects: What else is hidden in it, such as `joint-compliance:2`; see `measure.hidden`.
         seed: Of the hidden errors and the noise.
         progress: Called with the share of the work done.
 
@@ -81,7 +94,7 @@ def measure_plate(
         The actual arm and the rows, one a target.
     """
     rng = np.random.default_rng(seed)
-    actual = virtual_arm(robot, rng=rng) if actual is None else actual
+    actual, notes = _hidden(robot, actual, effects, rng)
     near = None
     if branch == DESIGNED:
         solutions = plate_solutions(robot, plate)
@@ -89,11 +102,27 @@ def measure_plate(
             robot, plate, solutions, goal=plate_region_poses(robot, plate), rng=rng, progress=progress
         ).q
         branch = "auto"
+    nowhere = np.zeros((len(plate), actual.dof))
     rows = simulate_targets(
-        actual, plate.poses, instrument=_instrument(instrument), rng=rng, branch=branch, near=near
+        actual,
+        plate.poses,
+        instrument=_instrument(instrument),
+        rng=rng,
+        branch=branch,
+        near=near,
+        motion=varied_state(actual, nowhere, rng=rng) if actual.effects else None,
     )
     note = f"simulated: plate '{plate.name}', {_instrument(instrument).name}, seed {seed}"
-    return actual, replace(rows, source=note, notes=(*plate.notes, *rows.notes))
+    return actual, replace(rows, source=note, notes=(*plate.notes, *rows.notes, *notes))
+
+
+def _hidden(
+    robot: Robot, actual: Robot | None, effects: Sequence[str | AbstractEffect], rng: np.random.Generator
+) -> tuple[Robot, tuple[str, ...]]:
+    """The arm to measure, with what is hidden in it, and a sentence on each effect."""
+    actual = virtual_arm(robot, rng=rng) if actual is None else actual
+    hidden, notes = hidden_effects(actual, effects, rng=rng)
+    return actual.with_effects(*actual.effects, *hidden) if hidden else actual, notes
 
 
 def _instrument(instrument: str | Instrument) -> Instrument:

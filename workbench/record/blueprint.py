@@ -32,7 +32,7 @@ def side_by_side(first: Session, second: Session) -> rrb.Blueprint:
 def _page(contents: rrb.Container) -> rrb.Blueprint:
     return rrb.Blueprint(
         contents,
-        rrb.TimePanel(state="collapsed", timeline=STEP, play_state="paused"),
+        rrb.TimePanel(state="collapsed", timeline=STEP, play_state="following"),
         rrb.BlueprintPanel(state="collapsed"),
         rrb.SelectionPanel(state="collapsed"),
     )
@@ -47,8 +47,8 @@ def _right(prefix: str = "") -> rrb.Container:
         rrb.Tabs(
             _plots(prefix, "predicted", "Predicted errors", ("position_mm", "rotation_deg")),
             _plots(prefix, "index", "Indices", ("O", "O1", "O2", "O3", "O4", "O5")),
-            rrb.TimeSeriesView(origin=f"{prefix}error", name="Errors, before and after"),
-            rrb.TimeSeriesView(origin=f"{prefix}row_error", name="Errors by row (timeline measured_row)"),
+            rrb.TimeSeriesView(origin=f"{prefix}error", name="Errors"),
+            rrb.TimeSeriesView(origin=f"{prefix}row_error", name="By row"),
         ),
         _tables(prefix),
     )
@@ -56,7 +56,7 @@ def _right(prefix: str = "") -> rrb.Container:
 
 def _tables(prefix: str = "") -> rrb.Container:
     return rrb.Tabs(
-        rrb.BarChartView(origin=f"{prefix}target/index_O", name="Index O of each target"),
+        rrb.BarChartView(origin=f"{prefix}target/index_O", name="Index O by target"),
         _document(f"{prefix}parameters", "Parameters"),
         rrb.Spatial2DView(origin=f"{prefix}figure/before_after", name="Before and after"),
         rrb.Spatial2DView(origin=f"{prefix}figure/corrections", name="Corrections"),
@@ -85,7 +85,11 @@ def _scene(session: Session, prefix: str = "", name: str = "") -> rrb.Spatial3DV
 
 
 def _log(prefix: str = "") -> rrb.TextLogView:
-    return rrb.TextLogView(origin=f"{prefix}log", name=f"{prefix.strip('/')} What was done".strip())
+    return rrb.TextLogView(
+        origin=f"{prefix}log",
+        name=f"{prefix.strip('/')} What was done".strip(),
+        columns=rrb.TextLogColumns(text_log_columns=["LogLevel", "Body"]),
+    )
 
 
 def _document(path: str, name: str) -> rrb.TextDocumentView:

@@ -3,9 +3,13 @@
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import rerun as rr
+import rerun.blueprint as rrb
+
 from workbench.errors import FileError
-from workbench.record.blueprint import blueprint
+from workbench.record.blueprint import blueprint, side_by_side
 from workbench.record.canvas import Canvas
+from workbench.record.compare import compare
 from workbench.record.drawing import Drawing, thinned
 from workbench.record.entities import Moment
 from workbench.record.outlet import FileOutlet
@@ -22,20 +26,25 @@ def write_pictures(recording: Recording, path: Path, *, progress: Progress | Non
     Raises:
         FileError: it can't be written.
     """
-    trouble: list[str] = []
+    outlet = _outlet(path, recording.folder.name, blueprint(recording.first))
+    draw_all(recording, Canvas([outlet]), progress=progress)
+    return _finish(outlet, path)
+
+
+def _outlet(path: Path, name: str, layout: rrb.Blueprint) -> FileOutlet:
     try:
-        outlet = FileOutlet(
-            path, recording.folder.name, blueprint=blueprint(recording.first), tell=trouble.append
-        )
+        return FileOutlet(path, name, blueprint=layout)
     except OSError as error:
         raise FileError(
             f"can't be written ({error.strerror}); choose another place", path=str(path)
         ) from None
-    canvas = Canvas([outlet])
-    draw_all(recording, canvas, progress=progress)
-    canvas.close()
-    if trouble:
-        raise FileError("can't be written as a whole; is the disk full?", path=str(path))
+
+
+def _finish(outlet: FileOutlet, path: Path) -> Path:
+    """The file, if it is whole."""
+    outlet.close()
+    if outlet.trouble:
+        raise FileError(f"{outlet.trouble}; choose another place", path=str(path))
     return path
 
 
@@ -58,3 +67,14 @@ def moments(recording: Recording) -> Iterator[Moment]:
             if all(m.text != text for m in said.messages):
                 said = said.tell(Severity.INFO, text)
         yield Moment(step, line.entry.at, said, line.entry)
+
+
+def write_comparison(first: Recording, second: Recording, path: Path) -> Path:
+    """Two sessions in one file, below `A/` and `B/`, with the table of what differs."""
+    layout = side_by_side(first.first, second.first)
+    outlet = _outlet(path, f"{first.folder.name} with {second.folder.name}", layout)
+    for prefix, recording in (("A/", first), ("B/", second)):
+        draw_all(recording, Canvas([outlet], prefix=prefix))
+    text = compare([first, second]).markdown()
+    Canvas([outlet]).log("differences", rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN), static=True)
+    return _finish(outlet, path)

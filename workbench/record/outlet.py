@@ -48,10 +48,16 @@ class FileOutlet(AbstractOutlet):
         recording: Identity of the recording; parts of one session share it.
         blueprint: How the viewer is laid out.
         tell: Told once of trouble with the disk.
+
+    Attributes:
+        trouble: What was told; empty if all is well.
     """
 
-    def __init__(self, path: Path, recording: str, *, blueprint: rrb.Blueprint, tell: Tell):
+    def __init__(
+        self, path: Path, recording: str, *, blueprint: rrb.Blueprint, tell: Tell = lambda text: None
+    ):
         self._path, self._tell = path, tell
+        self.trouble = ""
         self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666)
         self._end, inlet = os.pipe()
         self._pump = threading.Thread(target=self._move, name="workbench-recording", daemon=True)
@@ -67,7 +73,7 @@ class FileOutlet(AbstractOutlet):
 
     def _move(self) -> None:
         """Bytes from the pipe into the file; the pipe is always emptied."""
-        waiting, in_trouble, dropped = bytearray(), False, False
+        waiting, dropped = bytearray(), False
         while chunk := os.read(self._end, CHUNK):
             if dropped:
                 continue
@@ -76,9 +82,9 @@ class FileOutlet(AbstractOutlet):
                 while waiting:
                     del waiting[: os.write(self._file, waiting)]
             except OSError as error:
-                if not in_trouble:
-                    in_trouble = True
-                    self._tell(f"{self._path.name} can't be written ({error.strerror}); the session goes on")
+                if not self.trouble:
+                    self.trouble = f"{self._path.name} can't be written ({error.strerror})"
+                    self._tell(f"{self.trouble}; the session goes on")
                 dropped = len(waiting) > MOST_WAITING
         os.close(self._end)
         os.close(self._file)

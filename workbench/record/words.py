@@ -1,10 +1,13 @@
 """A session in plain words: each decision as a sentence, its subject, its parameters as a table."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
+from workbench.identify.result import Fit
 from workbench.report.numbers import signed, standard_error
 from workbench.report.parameters import unseen
-from workbench.session.commands import GrabTarget, MoveTarget
+from workbench.session.commands import DropTarget, MoveTarget
 from workbench.session.journal.entry import Ending, Entry
 from workbench.session.state import Session
 
@@ -14,17 +17,22 @@ UNITS = {"rad": (float(np.rad2deg(1.0)), "°"), "m": (1e3, "mm")}
 def sentence(entry: Entry, session: Session, says: list[str]) -> str:
     """What was done and what came of it."""
     words = entry.command.title
-    if isinstance(entry.command, MoveTarget | GrabTarget) and entry.ending is Ending.DONE:
-        words += _place(session, entry.command.target)
+    if isinstance(entry.command, MoveTarget | DropTarget) and entry.ending is Ending.DONE:
+        words += _place(session)
     if entry.ending in (Ending.CANCELLED, Ending.FAILED):
         words += f" ({entry.ending})"
     text = "; ".join(says) or entry.text
     return f"{words}: {text}" if text else words
 
 
-def _place(session: Session, number: int) -> str:
-    x, y, z = 1e3 * session.plate.targets[number].xyz
-    return f" at {x:.1f}, {y:.1f}, {z:.1f} mm"
+def _place(session: Session) -> str:
+    """Where the target stands now, and what that means."""
+    state, (x, y, z) = session.states[session.selected], 1e3 * session.plate.targets[session.selected].xyz
+    words = f": target {session.selected + 1} is at {x:.1f}, {y:.1f}, {z:.1f} mm"
+    if not state.reached:
+        return f"{words}, out of reach"
+    error = 1e3 * session.score.position
+    return f"{words}; predicted error {error:.3g} mm" if np.isfinite(error) else words
 
 
 def about(session: Session) -> str:
@@ -55,14 +63,18 @@ def parameters_markdown(session: Session) -> str:
     if found is None:
         return "Nothing has been identified yet."
     fit = found.runs[session.fit].fit
-    hidden = unseen(fit)
     lines = [f"**{fit.title}**: {fit.outcome}", "", "| parameter | nominal | identified | std. error | |"]
     lines.append("|---|---:|---:|---:|---|")
-    for p, value, std in zip(fit.parameters, fit.x, fit.std, strict=True):
-        scale, unit = UNITS.get(p.unit, (1.0, p.unit))
-        error = "not seen" if p.name in hidden else standard_error(float(scale * std), 4)
-        cells = (p.words, signed(scale * p.nominal, 4), signed(float(scale * value), 4), error, unit)
-        lines.append("| " + " | ".join(cells) + " |")
+    lines += ["| " + " | ".join(cells) + " |" for cells in parameter_rows(fit)]
     if found.unidentifiable:
         lines += ["", "Can't be told apart: " + "; ".join(found.unidentifiable) + "."]
     return "\n".join(lines)
+
+
+def parameter_rows(fit: Fit) -> Iterator[tuple[str, str, str, str, str]]:
+    """Name, nominal and identified value, standard error and unit of every parameter."""
+    hidden = unseen(fit)
+    for p, value, std in zip(fit.parameters, fit.x, fit.std, strict=True):
+        scale, unit = UNITS.get(p.unit, (1.0, p.unit))
+        error = "not seen" if p.name in hidden else standard_error(float(scale * std), 4)
+        yield p.words, signed(scale * p.nominal, 4), signed(float(scale * value), 4), error, unit

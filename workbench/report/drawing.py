@@ -97,12 +97,12 @@ def svg(figure: Figure, name: str) -> str:
     return "\n".join(line.rstrip() for line in content.splitlines()) + "\n"
 
 
-def png(figure: Figure, *, dots: float = 110.0) -> bytes:
-    """The figure as a picture of pixels on white, for viewers that take no SVG.
+def png(figure: Figure, dots: int = 130) -> bytes:
+    """The figure as a PNG picture on white, the same for the same data.
 
     Args:
         figure: To be written.
-        dots: Pixels per inch.
+        dots: Per inch.
     """
     buffer = io.BytesIO()
     with look():

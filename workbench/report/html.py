@@ -97,7 +97,7 @@ def render(
         facts=_facts(result),
         best=best.fit.title,
         held_out=best.held_out is not None,
-        cards=_cards(before, after),
+        cards=cards_of(before, after),
         errors=_errors_rows(result),
         turned=after.orientation_deg is not None,
         check=check,
@@ -106,7 +106,7 @@ def render(
         check_strip=_strip(check),
         check_failed=[int(r) for r in rows.row[check.judged & ~check.passed][:LISTED]],
         check_failed_count=int((check.judged & ~check.passed).sum()),
-        drawings=[(d, Markup(_themed(d.svg))) for d in drawings],
+        drawings=[(d, Markup(themed(d.svg))) for d in drawings],
         algorithms=[_algorithm(run, run is best) for run in result.runs.values()],
         legend=LEGEND,
         unidentifiable=result.unidentifiable,
@@ -120,7 +120,7 @@ def render(
     )
 
 
-def _themed(svg: str) -> str:
+def themed(svg: str) -> str:
     """The picture with colours that the page may brighten on a dark ground."""
     for number, colour in enumerate(COLOURS):
         svg = svg.replace(colour, f"var(--figure-{number}, {colour})")
@@ -196,7 +196,8 @@ def _facts(result: Identification) -> list[tuple[str, str]]:
     return facts
 
 
-def _cards(before: Errors, after: Errors) -> list[dict[str, str]]:
+def cards_of(before: Errors, after: Errors) -> list[dict[str, str]]:
+    """Mean and greatest errors, before and after, as short words."""
     cards = []
     for what, unit, old, new in (
         ("position error", " mm", before.position_mm, after.position_mm),

@@ -10,6 +10,7 @@ from workbench.record.canvas import Canvas
 from workbench.record.entities.entity import AbstractEntity, Moment
 from workbench.record.shapes import mesh
 
+LABEL = (241, 245, 249)
 LONGEST = 64
 """Places that a trail keeps; of more, evenly chosen ones."""
 
@@ -49,7 +50,8 @@ class Targets(AbstractEntity):
                 path = f"world/plate/targets/{i + 1}"
                 canvas.log(path, mesh(target_block(target.pose, session.plate.pose), colour, flat=True))
                 place = target.xyz + np.array([0.0, 0.0, 0.75 * SIDE])
-                canvas.log(f"{path}/number", rr.Points3D([place], radii=1e-4, labels=[f"{i + 1}"]))
+                number = rr.Points3D([place], radii=1e-4, colors=LABEL, labels=[f"{i + 1}"])
+                canvas.log(f"{path}/number", number)
         for i in [i for i in self._drawn if i >= len(session.plate)]:
             del self._drawn[i]
             canvas.clear(f"world/plate/targets/{i + 1}")

@@ -23,7 +23,12 @@ class RegionOutline(AbstractEntity):
         region = moment.session.plate.region
         if region is not self._drawn:
             self._drawn = region
-            box = rr.Boxes3D(centers=[0.5 * (region.min + region.max)], sizes=[region.size], colors=REGION)
+            box = rr.Boxes3D(
+                centers=[0.5 * (region.min + region.max)],
+                sizes=[region.size],
+                colors=REGION,
+                fill_mode=rr.components.FillMode.MajorWireframe,
+            )
             canvas.log("world/region/outline", box)
 
 

@@ -44,23 +44,32 @@ class Series(AbstractEntity):
 
 
 class RowErrors(AbstractEntity):
-    """`row_error/nominal_mm` and `row_error/calibrated_mm` on the timeline `measured_row`."""
+    """`row_error/N_FIT/nominal_mm` and `…/calibrated_mm` on the timeline `measured_row`.
+
+    Rows that were drawn can't be taken back, so every fit has a path of its own: N counts identifications.
+    """
 
     def __init__(self) -> None:
-        self._drawn: object = None
+        self._identification: object = None
+        self._count = 0
+        self._drawn: set[str] = set()
 
     def draw(self, canvas: Canvas, moment: Moment) -> None:
-        """Draw all rows when there are others."""
-        rows = moment.session.comparison
-        if rows is None or rows is self._drawn:
+        """Draw all rows of a fit once."""
+        session = moment.session
+        if session.identification is not None and session.identification is not self._identification:
+            self._identification = session.identification
+            self._count += 1
+        rows = session.comparison
+        group = f"row_error/{self._count}_{session.fit}"
+        if rows is None or rows.calibrated is None or group in self._drawn:
             return
-        self._drawn = rows
+        self._drawn.add(group)
         errors = 1e3 * np.array([rows.errors(i) for i in range(len(rows))])
-        for k, (name, colour) in enumerate(ARMS.items()):
-            if np.isfinite(errors[:, k]).any():
-                path = f"row_error/{name}_mm"
-                canvas.log(path, rr.SeriesLines(names=f"{name} mm", colors=colour), static=True)
-                canvas.rows(path, rr.Scalars.columns(scalars=errors[:, k]), len(rows))
+        for values, (name, colour) in zip(errors.T, ARMS.items(), strict=True):
+            path = f"{group}/{name}_mm"
+            canvas.log(path, rr.SeriesLines(names=f"{session.fit}: {name} mm", colors=colour), static=True)
+            canvas.rows(path, rr.Scalars.columns(scalars=values), len(rows))
 
 
 class TargetBars(AbstractEntity):

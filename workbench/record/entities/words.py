@@ -20,13 +20,14 @@ class Log(AbstractEntity):
         """Write the line of this step."""
         if moment.entry is None:
             self._told = moment.session.told
-            canvas.log("log", rr.TextLog(f"Step {moment.step}: the session begins", level="INFO"))
+            words = "The session begins" if moment.step == 0 else "The session goes on"
+            canvas.log("log", rr.TextLog(words, level="INFO"))
             return
         says = [m.text for m in moment.session.messages if m.number > self._told]
         self._told = moment.session.told
         if moment.is_passing and not says and moment.entry.ending is Ending.DONE:
             return
-        text = f"Step {moment.step}: {sentence(moment.entry, moment.session, says)}"
+        text = sentence(moment.entry, moment.session, says)
         canvas.log("log", rr.TextLog(text, level=LEVELS[moment.entry.ending]))
 
 

@@ -1,0 +1,41 @@
+"""Options that the Katana work asks for, from end to end: levels, influence."""
+
+import json
+
+import pytest
+
+
+@pytest.fixture
+def rows(run):
+    words = ("simulate", "--robot", "katana450", "--poses", 60, "--index", "iso-cube", "--seed", 3)
+    assert run(*words, "--out", "d.csv")[0] == 0
+    return "d.csv"
+
+
+def identified(run, tmp_path, *words):
+    status, out, err = run("identify", "d.csv", "--robot", "katana450", *words, "--json", "r.json")
+    assert status == 0, err
+    return json.loads((tmp_path / "r.json").read_text())["algorithms"], out
+
+
+def test_level_1_frees_the_offsets_alone(run, tmp_path, rows):
+    """Offsets alone leave most of an error that the whole geometry removes."""
+    offsets, _ = identified(run, tmp_path, "--level", 1, "--algorithm", "ols")
+    whole, _ = identified(run, tmp_path, "--level", 2, "--algorithm", "ols")
+    assert [p["name"] for p in offsets["ols"]["parameters"]] == [f"joint{i}.theta" for i in range(1, 6)]
+    errors = [found["ols"]["held_out"]["position_mm"]["mean"] for found in (offsets, whole)]
+    assert errors[0] > 10.0 * errors[1]
+    status, _, err = run("identify", rows, "--robot", "katana450", "--level", 1, "--free", "joint1.theta")
+    assert status == 1
+    assert "--level 1" in err
+
+
+def test_influence_is_an_algorithm(run, tmp_path, rows):
+    found, out = identified(run, tmp_path, "--algorithm", "ols,influence")
+    assert set(found) == {"ols", "influence"}
+    assert "INFLUENCE" in out
+    assert found["influence"]["converged"]
+    everything, _ = identified(run, tmp_path, "--algorithm", "all")
+    assert set(everything) == {"ols", "opt1", "opt2", "influence"}
+    usual, _ = identified(run, tmp_path)
+    assert set(usual) == {"ols", "opt1", "opt2"}

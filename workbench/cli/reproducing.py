@@ -1,0 +1,49 @@
+"""The commands that do the two works again: `workbench reproduce aria`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from workbench.cli.options import JsonOption, SeedOption, check_writable, progress_bar, say, show
+
+works = typer.Typer(
+    name="reproduce",
+    help="The works behind this program done again: printed numbers beside ours.",
+    no_args_is_help=True,
+)
+
+
+@works.callback()
+def reproduce() -> None:
+    """The works behind this program done again: printed numbers beside ours."""
+
+
+@works.command()
+def aria(
+    out: Annotated[
+        Path | None, typer.Option(help="Write a page with pictures and tables into this folder.")
+    ] = None,
+    arms: Annotated[int, typer.Option(help="How many virtual arms are compared.")] = 100,
+    json: JsonOption = None,
+    seed: SeedOption = 0,
+) -> None:
+    """Kinematic calibration of a lightweight manipulator: tables, pose selection, Fig. 7 over many arms."""
+    from workbench.reproduce.aria import reproduce_aria
+    from workbench.reproduce.finding import findings_table
+
+    check_writable(json, folder=out)
+    with progress_bar("reproduce") as progress:
+        found = reproduce_aria(arms=arms, seed=seed, progress=progress)
+    show(findings_table(found.findings))
+    if out is not None:
+        from workbench.reproduce.page import write_aria
+
+        with progress_bar("drawing") as progress:
+            page = write_aria(found, out, progress=progress)
+        say(f"page: {page}")
+    if json is not None:
+        from workbench.report.json import write_json
+        from workbench.reproduce.page import aria_json
+
+        say(f"result: {write_json(json, aria_json(found))}")

@@ -1,0 +1,129 @@
+"""Geometry and accepted effects fitted together, nothing linearised."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+from scipy import linalg
+
+from workbench.diagnose.evidence import Model, coefficients, precision_of, solve
+from workbench.diagnose.grams import Grams
+from workbench.effects import AbstractEffect
+from workbench.identify import noise as noises
+from workbench.identify.identifier import OnStep
+from workbench.identify.opt2 import Opt2
+from workbench.identify.problem import Problem
+from workbench.identify.result import Fit
+from workbench.measure.dataset import Dataset
+from workbench.robots.robot import Robot
+
+STEPS = 60
+"""Most steps of a fit."""
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """A model and its fit.
+
+    Args:
+        model: The accepted effects.
+        fit: Geometry and coefficients.
+    """
+
+    model: Model
+    fit: Fit
+
+    @property
+    def problem(self) -> Problem:
+        """What was fitted."""
+        return self.fit.problem
+
+
+def refit(
+    problem: Problem,
+    grams: Grams | None,
+    model: Model,
+    *,
+    data: Dataset | None = None,
+    known: Mapping[str, float] | None = None,
+    begin: Mapping[str, float] | None = None,
+    on_step: OnStep | None = None,
+) -> Fitted:
+    """Fit geometry and a model's effects, and let the noise be what the fit leaves.
+
+    Args:
+        problem: The geometric problem, whose noise weighs positions against rotations.
+        grams: Inner products from which the model's precisions come; None for no effects.
+        model: Accepted effects.
+        data: Other rows than the problem's.
+        known: Known places of anchors or contacts [m].
+        begin: Where unknowns were found by an earlier fit [SI]; the others begin at their nominal values.
+        on_step: Called after every step; True cancels.
+    """
+    rows = problem.data if data is None else data
+    own = problem.robot.effects
+    robot = problem.robot.with_effects(*own, *(t.candidate.effect for t in model))
+    names = [n for t in model for n in t.candidate.names]
+    free = [p.name for p in problem.parameters if p.is_geometry]
+    built = Problem.build(
+        robot, rows, free=free, frames=problem.frames, noise=problem.noise, known=known, effects=names
+    )
+    if grams is not None and any(t.candidate.shrunk for t in model):
+        built = _shrinking(built, grams, model)
+    here = np.array([(begin or {}).get(p.name, p.nominal) for p in built.parameters])
+    search = Opt2(limit=STEPS).search(built, on_step=on_step, begin=here)
+    fit = Fit(
+        algorithm="opt2",
+        title="OPT2",
+        problem=built,
+        x=search.x,
+        outcome=search.outcome,
+        history=search.history,
+        seconds=0.0,
+    )
+    return Fitted(model, fit)
+
+
+def with_own_noise(fitted: Fitted, problem: Problem) -> Problem:
+    """The geometric problem, weighed by what a fit leaves; as it is where rows bring their own noise."""
+    if noises.given_by_rows(problem) is noises.Given.ALL:
+        return problem
+    left = noises.of_residual(fitted.problem, fitted.fit.x)
+    return problem if left is None else problem.with_noise(left)
+
+
+def robot_with(problem: Problem, x: Float[np.ndarray, " p"], grams: Grams, model: Model) -> Robot:
+    """The arm with another model in place of its own, by the linear solution at a fit.
+
+    Args:
+        problem: The problem of the fit at which the inner products were taken.
+        x: Its answer.
+        grams: The inner products.
+        model: Effects to put in.
+    """
+    found = coefficients(grams, model)
+    step = grams.basis @ solve(grams, model, grams.total)[: grams.geometry]
+    plain = np.array([not p.is_coefficient for p in problem.parameters], bool)
+    moved = x.copy()
+    moved[plain] += step
+    arm = problem.robot_at(moved)
+    offered = {p.name for p in problem.parameters if p.is_coefficient}
+    own = [e for e in arm.effects if not offered & set(e.names)]
+    return arm.with_effects(*own, *(_sized(t.candidate.effect, found) for t in model))
+
+
+def _sized(effect: AbstractEffect, found: Mapping[str, float]) -> AbstractEffect:
+    return replace(effect, coefficients=tuple(found[n] for n in effect.names))
+
+
+def _shrinking(problem: Problem, grams: Grams, model: Model) -> Problem:
+    """The problem with the variances of shrunk coefficients as prior knowledge that they are near zero."""
+    shrunk = [t for t in model if t.candidate.shrunk]
+    names = [n for t in shrunk for n in t.candidate.names]
+    blocks = []
+    for term in shrunk:
+        scale = grams.scales(term.candidate.names)
+        precision = precision_of(grams, term) * np.outer(scale, scale)
+        blocks.append(np.linalg.cholesky(precision).T)
+    return problem.with_prior(names, np.zeros(len(names)), linalg.block_diag(*blocks))

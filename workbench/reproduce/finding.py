@@ -1,0 +1,65 @@
+"""Findings: a printed number or statement beside what comes out here, and why they differ if they do."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from rich import box
+from rich.console import Group, RenderableType
+from rich.markup import escape
+from rich.table import Table
+from rich.text import Text
+
+
+class Verdict(StrEnum):
+    """How a printed number fares."""
+
+    AGREES = "agrees"
+    DIFFERS = "differs"
+    NONE = "none can be given"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Finding:
+    """One printed number or statement.
+
+    Args:
+        where: Table, figure, equation or section of the work.
+        what: What it says something about, with its unit.
+        printed: As printed.
+        here: What comes out here; a dash where nothing can.
+        verdict: Whether the two agree.
+        reason: Why they differ or nothing can be given, or what makes them agree; may be empty.
+    """
+
+    where: str
+    what: str
+    printed: str
+    here: str
+    verdict: Verdict
+    reason: str = ""
+
+
+def judged(
+    where: str, what: str, printed: str, here: str, agrees: bool | np.bool_, reason: str = ""
+) -> Finding:
+    """A finding that agrees or not."""
+    verdict = Verdict.AGREES if agrees else Verdict.DIFFERS
+    return Finding(where=where, what=what, printed=printed, here=here, verdict=verdict, reason=reason)
+
+
+def without(where: str, what: str, printed: str, reason: str) -> Finding:
+    """A printed number that nothing here can be set beside."""
+    return Finding(where=where, what=what, printed=printed, here="–", verdict=Verdict.NONE, reason=reason)
+
+
+def findings_table(findings: tuple[Finding, ...]) -> RenderableType:
+    """Printed numbers beside ours, and below why some differ."""
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for heading in ("where", "what", "printed", "here", "verdict"):
+        table.add_column(heading)
+    for finding in findings:
+        cells = (finding.where, finding.what, finding.printed, finding.here, str(finding.verdict))
+        table.add_row(*(escape(cell) for cell in cells))
+    reasons = [f"{f.where}, {f.what}: {f.reason}" for f in findings if f.verdict is not Verdict.AGREES]
+    return Group(table, Text("\n".join(reasons)))
