@@ -14,6 +14,7 @@ each followed by `identify(aria, rows)`.
 """
 
 from workbench.diagnose.record import Diagnosis
+from workbench.pipeline.compensation import compensate_trajectory
 from workbench.pipeline.diagnosis import diagnose
 from workbench.pipeline.evaluation import evaluate
 from workbench.pipeline.identification import ALGORITHMS, identify
@@ -31,6 +32,7 @@ __all__ = [
     "Validation",
     "choose_poses",
     "cluster_region",
+    "compensate_trajectory",
     "diagnose",
     "evaluate",
     "identify",
