@@ -15,6 +15,7 @@ from workbench.cli import (
     calibrating,
     compensating,
     designing,
+    diagnosing,
     making,
     measuring,
     plates,
@@ -93,6 +94,7 @@ def serve(
 
 for command in (
     calibrating.identify,
+    diagnosing.diagnose,
     calibrating.evaluate,
     measuring.simulate,
     measuring.poses,

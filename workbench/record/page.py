@@ -12,14 +12,14 @@ from workbench.files import write_text
 from workbench.record.words import parameter_rows
 from workbench.report.corrections import corrections
 from workbench.report.drawing import svg
-from workbench.report.error_grid import order_of_measuring
 from workbench.report.error_plots import before_after
-from workbench.report.html import cards_of, themed
+from workbench.report.html import error_cards, themed
 from workbench.report.numbers import short
 from workbench.session.journal.check import Replayed
 from workbench.session.journal.entry import Ending
 from workbench.session.journal.reader import Recording
 from workbench.session.state import Score, Session
+from workbench.validate.error_columns import order_of_measuring
 
 DEGREES = float(np.rad2deg(1.0))
 PREDICTED = (("mean predicted error [mm]", 1e3), ("mean predicted rotation error [°]", DEGREES))
@@ -45,7 +45,7 @@ def write_page(recording: Recording, replayed: Replayed, path: Path) -> Path:
         replayed=replayed,
         cards=[]
         if run is None
-        else cards_of(found.nominal.held_out or found.nominal.train, run.held_out or run.train),
+        else error_cards(found.nominal.held_out or found.nominal.train, run.held_out or run.train),
         notes=[*recording.notes, *(() if found is None else found.warnings)],
         facts=_facts(recording, last),
         scores=list(_scores(first.score, last.score)),

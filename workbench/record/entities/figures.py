@@ -6,8 +6,8 @@ from workbench.record.canvas import Canvas
 from workbench.record.entities.entity import AbstractEntity, Moment
 from workbench.report.corrections import corrections
 from workbench.report.drawing import png
-from workbench.report.error_grid import order_of_measuring
 from workbench.report.error_plots import before_after
+from workbench.validate.error_columns import order_of_measuring
 
 
 class Figures(AbstractEntity):
