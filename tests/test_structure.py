@@ -48,6 +48,7 @@ HOOKS = {
     "AbstractEffect.components",
     "AbstractEffect.growth",
     "AbstractEffect.slope",
+    "AbstractEffect.ranges",
     "AbstractEffect.mistake",
 }
 """Methods that say `nothing` by default: most observations have no unknowns of their own, most effects feel

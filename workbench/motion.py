@@ -1,6 +1,6 @@
 """The state in which a robot is observed: what the laws of effects may depend on, one row a pose."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -62,8 +62,17 @@ class Motion:
 
     def take(self, rows: slice | np.ndarray) -> "Motion":
         """The chosen rows."""
-        rest = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "q"}
-        return Motion(self.q[rows], **{name: v if v is None else v[rows] for name, v in rest.items()})
+        return Motion(self.q[rows], **{name: values[rows] for name, values in self.drivers.items()})
+
+    def at(self, q: Float[np.ndarray, "rows n"]) -> "Motion":
+        """The same state at other joint positions."""
+        return replace(self, q=q)
+
+    @property
+    def drivers(self) -> dict[str, np.ndarray]:
+        """Whatever is known beside q, by name."""
+        found = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "q"}
+        return {name: values for name, values in found.items() if values is not None}
 
     def need(self, driver: str, effect: str) -> np.ndarray:
         """A driver that an effect can't do without, complete in every row.

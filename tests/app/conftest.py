@@ -62,6 +62,11 @@ class Screen:
     def press(self, name: str) -> None:
         self.page.get_by_role("button", name=name, exact=True).click()
 
+    def choose(self, label: str, option: str) -> None:
+        """Choose in a drop-down list."""
+        self.page.get_by_label(label, exact=True).click()
+        self.page.get_by_role("option", name=option, exact=True).click()
+
     def wait_text(self, testid: str, wanted: str, timeout: float = 60_000) -> None:
         self.page.wait_for_function(
             '([id, words]) => document.querySelector(`[data-testid="${id}"]`)?.innerText.includes(words)',

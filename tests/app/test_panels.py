@@ -1,16 +1,32 @@
 """Panels without a browser: every control explains itself, and strange text stays text."""
 
+import zipfile
+
 import numpy as np
 import pytest
 
 from workbench.app import html
+from workbench.app.panels.arrange import rows_of, table_of
+from workbench.app.panels.choices import read_rows
 from workbench.app.panels.header import next_step
-from workbench.session.commands import Tell
+from workbench.design.plate_toml import read_plate
+from workbench.errors import OptionError
+from workbench.measure.readers import read_measurements
+from workbench.model.forward import tool_poses
+from workbench.robots import load_robot
+from workbench.session.commands import ChooseRobot, Identify, MeasureVirtualArm, Tell
+from workbench.session.export import (
+    calibrated_toml,
+    calibrated_urdf,
+    measurements_csv,
+    plate_toml,
+    report_zip,
+)
 
 
 def test_every_control_has_a_tooltip(app):
     controls = list(app.server.gui._gui_input_handle_from_uuid.values())
-    assert len(controls) > 20
+    assert len(controls) > 60
     assert [c.label for c in controls if hasattr(c, "label") and not c.hint] == []
 
 
@@ -43,6 +59,68 @@ def test_numbers(value, shown):
 
 
 def test_changes_are_green_where_better():
-    assert "#15803d" in html.change(2.0, 1.0, larger_is_better=True)
-    assert "#b91c1c" in html.change(2.0, 1.0, larger_is_better=False)
+    assert html.GOOD in html.change(2.0, 1.0, larger_is_better=True)
+    assert html.BAD in html.change(2.0, 1.0, larger_is_better=False)
     assert html.change(np.inf, 1.0, larger_is_better=True) == ""
+
+
+def test_a_typed_table_says_which_line_is_wrong(app):
+    plate = app.worker.session.plate
+    assert rows_of(table_of(plate), plate)[3] == (*plate.targets[3].xyz, *plate.targets[3].rpy)
+    assert rows_of("1; 2; 3; 0; 0; 90", plate)[0] == pytest.approx((1e-3, 2e-3, 3e-3, 0, 0, np.pi / 2))
+    for words, wanted in (("1 2 3", "3 numbers"), ("1 2 3 4 5 6\n1 2 x 4 5 6", "line 2")):
+        with pytest.raises(OptionError, match=wanted):
+            rows_of(words, plate)
+
+
+def test_row_numbers_are_read_as_people_write_them():
+    assert read_rows(" 3, 17;20-22 ") == (3, 17, 20, 21, 22)
+    assert read_rows("") == ()
+    with pytest.raises(ValueError, match="seven"):
+        read_rows("seven")
+
+
+def test_what_needs_data_is_off_until_there_are_some(app):
+    def is_off(label):
+        handles = app.server.gui._gui_input_handle_from_uuid.values()
+        return next(c.disabled for c in handles if getattr(c, "label", "") == label)
+
+    labels = ("Measurements (CSV)", "Report (ZIP)", "Identify", "Pose", "Leave this row out")
+    assert all(is_off(label) for label in labels)
+    assert not is_off("Plate (TOML)")
+    app.worker.submit(MeasureVirtualArm(2))
+    app.worker.submit(Identify(("ols",)))
+    assert app.worker.wait(60.0)
+    app.worker.submit(Identify(("ols",)))
+    assert app.worker.wait(60.0)
+    assert not any(is_off(label) for label in labels)
+
+
+def test_another_robot_rebuilds_scene_and_panels(app):
+    app.worker.submit(ChooseRobot("panda"))
+    assert app.worker.wait(60.0)
+    labels = [getattr(c, "label", "") for c in app.server.gui._gui_input_handle_from_uuid.values()]
+    assert "Joint 7 [°]" in labels
+    names = list(app.server.scene._handle_from_node_name)
+    assert "/arm/body7" in names
+    assert sum(name.startswith("/targets/") for name in names) == len(app.worker.session.plate)
+
+
+def test_exports_are_files_that_can_be_read_again(app, tmp_path):
+    app.worker.submit(MeasureVirtualArm(2))
+    app.worker.wait(60.0)
+    app.worker.submit(Identify(("opt2",)))
+    app.worker.wait(60.0)
+    session = app.worker.session
+    made = {}
+    for make in (plate_toml, measurements_csv, calibrated_toml, calibrated_urdf, report_zip):
+        name, content = make(session)
+        (tmp_path / name).write_bytes(content)
+        made[make] = tmp_path / name
+    assert len(read_plate(made[plate_toml])) == 10
+    assert len(read_measurements(made[measurements_csv], joints=6)) == 10
+    q = session.comparison.q[:5]
+    wanted = tool_poses(session.identification.runs["opt2"].calibrated, q)
+    for path in (made[calibrated_toml], made[calibrated_urdf]):
+        assert np.abs(tool_poses(load_robot(path), q) - wanted).max() < 1e-9
+    assert "report/report.html" in zipfile.ZipFile(made[report_zip]).namelist()

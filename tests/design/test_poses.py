@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from workbench.design.indices import INDICES
-from workbench.design.poses import _Search, informative_poses, random_poses
+from workbench.design.pose_climb import PoseClimb
+from workbench.design.poses import informative_poses, random_poses
 from workbench.design.region import Region
 from workbench.design.sampling import in_base
 from workbench.errors import DataError, OptionError, ShapeError
@@ -94,7 +95,7 @@ def test_in_a_region_the_result_stays_there(aria, index):
 def test_gradient_of_an_index_by_the_joint_positions(aria):
     q = rng(6).uniform(-0.9, 0.9, (5, 6))
     for index in INDICES.values():
-        search = _Search(aria, index, {}, None, None)
+        search = PoseClimb(aria, index, {})
         value, slope = search.value_and_gradient(q)
         direction = rng(7).normal(size=q.shape)
         step = 1e-5

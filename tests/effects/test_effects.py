@@ -288,7 +288,7 @@ def test_a_local_error_refuses_outside_its_range(arms):
     q = np.zeros((3, 6))
     forward.tool_poses(robot, q)
     q[2, 1] = 0.85
-    with pytest.raises(DataError, match=r"joint 2 is known from -0.9 to 0.8.*row 2.*0.85"):
+    with pytest.raises(DataError, match=r"joint 2 is known from -51.57° to 45.84°.*row 2.*48.7°"):
         forward.tool_poses(robot, q)
     periodic = robot.with_effects(sized(robot, CATALOGUE["local-joint-error periodic"]))
     np.testing.assert_allclose(

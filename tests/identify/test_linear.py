@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from workbench.identify.identifier import gauge_step
 from workbench.identify.linear import factorise
 from workbench.identify.result import combinations
 from workbench.parameters import Parameter
@@ -76,3 +77,28 @@ def test_covariance_is_zero_along_what_is_not_seen():
     jacobian[:, 4] = 0.0
     factor = factorise(jacobian, residual)
     np.testing.assert_allclose(factor.covariance()[4], 0.0, atol=1e-20)
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_natural_units_make_limits_mean_the_same(seed):
+    """A parameter counted in another unit is as well seen as before, and everything follows."""
+    rng = np.random.default_rng(seed)
+    jacobian, residual = full(rng)
+    jacobian[:, 2] = 1e-3 * rng.normal(size=30)
+    jacobian[:, 4] = jacobian[:, 0]
+    units = 10.0 ** rng.uniform(-6, 3, 5)
+    plain, scaled = factorise(jacobian, residual), factorise(jacobian / units, residual, units)
+    assert scaled.rank == plain.rank == 3
+    np.testing.assert_allclose(scaled.s, plain.s, rtol=1e-6, atol=1e-6)
+    np.testing.assert_allclose(scaled.step() / units, plain.step(), rtol=1e-6, atol=1e-12)
+    # both ways to the same matrix lose digits where a large unit meets a small one
+    covariance = scaled.covariance() / np.outer(units, units)
+    np.testing.assert_allclose(covariance, plain.covariance(), rtol=1e-6, atol=1e-12)
+    information = (jacobian / units).T @ (jacobian / units)
+    np.testing.assert_allclose(
+        scaled.information() * np.outer(units, units), information * np.outer(units, units), atol=1e-3
+    )
+    null = scaled.null_space[:, 0]
+    np.testing.assert_allclose(null / null[0], [1, 0, 0, 0, -1], atol=1e-6)
+    step = gauge_step(scaled, np.zeros(5), units * np.array([1.0, 0.0, 0.0, 0.0, 3.0]))
+    np.testing.assert_allclose(step / units, [1.0, 0.0, 0.0, 0.0, -1.0], atol=1e-6)

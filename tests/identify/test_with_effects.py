@@ -11,12 +11,15 @@ from workbench.effects import EFFECTS
 from workbench.errors import DataError, OptionError
 from workbench.identify.problem import FrameFreedom, Problem
 from workbench.measure.dataset import Dataset
+from workbench.model.deflection import shift_of
+from workbench.motion import Motion
 from workbench.pipeline import evaluate, identify
 from workbench.report.parameters import parameter_table
 from workbench.robots.robot import FRAME_PARTS
 from workbench.robots.toml import read_toml, write_toml
 from workbench.types import Freedom, Outcome
 from workbench.validate.components import row_components
+from workbench.validate.expected import transfer
 
 SIGMA = 5e-5, np.deg2rad(0.01)
 POSE = generator.turn("z", 2.0) @ generator.turn("x", 0.6) @ generator.move("x", 1.2)
@@ -162,3 +165,53 @@ def test_unknown_coefficients_are_refused(tmp_path):
     data = rows_of(generator.aria(), np.zeros((3, 6)), np.random.default_rng(0))
     with pytest.raises(OptionError, match=r"joint3.compliance.*joint2.compliance"):
         Problem.build(robot, data, effects=["joint3.compliance"])
+
+
+def test_the_natural_unit_of_a_coefficient_bends_the_arm_by_one(tmp_path):
+    problem = problem_with_effects(tmp_path)
+    units = dict(zip(problem.names, problem.units.tolist(), strict=True))
+    assert {units[p.name] for p in problem.parameters if not p.is_coefficient} == {1.0}
+    for name in problem.robot.coefficients:
+        robot = problem.robot.with_values(dict.fromkeys(problem.robot.coefficients, 0.0))
+        small = 1e-6 * units[name]
+        shift = shift_of(robot.with_values({name: small}), Motion.of(problem.data))
+        assert np.abs(shift).max() == pytest.approx(1e-6, rel=5e-3)
+
+
+def test_a_coefficient_that_no_row_drives_is_named(tmp_path):
+    """All rows at the reference temperature: nothing tells how much the arm grows."""
+    arm, rng = generator.aria(), np.random.default_rng(5)
+    robot = robot_of(arm, tmp_path, EFFECTS["thermal-growth"]((), reference=20.0))
+    data = replace(rows_of(arm, arm.random(rng, 30), rng), temperature=np.full(30, 20.0))
+    run = identify(robot, data, algorithms=("ols",), held_out=0.0, effects=["arm.thermal_growth"])
+    assert "arm.thermal_growth" in [n for c in run.runs["ols"].fit.unidentifiable for n in c.names]
+
+
+def test_what_effects_leave_uncertain_counts_too(tmp_path):
+    arm, rng = generator.aria(), np.random.default_rng(5)
+    robot = robot_of(arm, tmp_path, EFFECTS["joint-harmonic"]((1,), order=2))
+    # joint 2 hardly moves: its harmonic is open elsewhere, the rest is not
+    q = arm.random(rng, 60)
+    q[:, 1] = rng.uniform(0.4, 0.5, 60)
+    data = rows_of(arm, q, rng)
+    runs = [
+        identify(robot, data, algorithms=("ols",), held_out=0.0, free=("joint3.theta",), effects=effects)
+        for effects in ((), tuple(robot.coefficients))
+    ]
+    without, found = (r.runs["ols"].fit for r in runs)
+    rng = np.random.default_rng(0)
+    assert transfer(found, rng=rng).ratio > 3.0 * transfer(without, rng=rng).ratio
+
+
+def test_rows_beyond_a_range_are_named_by_their_place_in_the_file(tmp_path):
+    arm, rng = generator.aria(), np.random.default_rng(5)
+    effect = EFFECTS["local-joint-error"]((1,), knots=(-1.0, 0.0, 1.0))
+    robot = robot_of(arm, tmp_path, effect)
+    q = arm.random(rng, 20)
+    q[:, 1] = 0.5
+    q[12, 1] = 1.5
+    data = replace(rows_of(arm, q, rng), row=np.arange(100, 120))
+    for attempt in (lambda: evaluate(robot, data), lambda: Problem.build(robot, data, free=("joint1.d",))):
+        with pytest.raises(DataError, match=r"joint 2 is known from -57.3° to 57.3°.*row 112.*85.94°"):
+            attempt()
+    np.testing.assert_array_equal(robot.known_limits[1], [robot.limits[1, 0], 1.0])

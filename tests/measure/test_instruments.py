@@ -12,6 +12,7 @@ from workbench.measure.simulate import simulate, simulate_targets, virtual_arm
 from workbench.measure.surfaces import three_planes
 from workbench.measure.writer import write_measurements
 from workbench.model.forward import link_frames, tool_poses
+from workbench.motion import Motion
 from workbench.pipeline import identify, measure_poses
 from workbench.robots import load_robot
 
@@ -166,3 +167,17 @@ def test_what_a_probe_or_an_instrument_refuses(katana):
     assert "--poses" in str(error.value)
     with pytest.raises(OptionError):
         Instrument(name="x", observes=Observes.POINT, sigma_position=1e-5, samples=0)
+
+
+def test_a_bent_arm_touches_with_its_bend(katana):
+    """With a compliant joint 2, the tip that gravity bends stands on the ball; the rigid one would not."""
+    actual, rows = measure_poses(
+        katana, 60, instrument="sphere-probe", effects=("joint-compliance:2:1e-3",), seed=4
+    )
+    kept = rows.take(rows.included)
+    spreads = []
+    for arm in (actual, actual.with_effects()):
+        tips = tool_poses(arm, kept.q, motion=Motion.of(kept))[:, :3, 3]
+        spreads.append(max(tips[kept.contact == n].std(axis=0).max() for n in np.unique(kept.contact)))
+    assert spreads[0] < 6e-5
+    assert spreads[1] > 2e-4

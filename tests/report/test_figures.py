@@ -6,10 +6,11 @@ import pytest
 
 from workbench.report.corrections import corrections
 from workbench.report.drawing import INK, svg
-from workbench.report.error_grid import STEMS, Column, columns_of, error_grid, order_of_measuring
+from workbench.report.error_grid import STEMS, error_grid
 from workbench.report.error_plots import before_after, error_where, residual_histogram
 from workbench.report.figures import NAMES, all_figures
 from workbench.validate.components import RowComponents
+from workbench.validate.error_columns import Column, columns_of, order_of_measuring
 
 
 def stems(axes):

@@ -5,9 +5,11 @@ from html import escape
 
 import numpy as np
 
-MUTED = "#64748b"
-LINE = "#e2e8f0"
-FONT = "font-size:13px;line-height:1.45;color:#1e293b"
+MUTED = "var(--mantine-color-dimmed)"
+LINE = "var(--mantine-color-default-border)"
+FONT = "font-size:13px;line-height:1.45;color:var(--mantine-color-text)"
+GOOD, BAD, CAREFUL = "#16a34a", "#dc2626", "#c2700a"
+"""Colours of words that read on light and on dark pages."""
 
 
 def text(value: object) -> str:
@@ -88,6 +90,6 @@ def change(now: float, first: float, *, larger_is_better: bool) -> str:
     if abs(share) < 5e-4:
         return f'<span style="color:{MUTED}">unchanged</span>'
     good = (share > 0) == larger_is_better
-    colour = "#15803d" if good else "#b91c1c"
+    colour = GOOD if good else BAD
     shown = f"{100 * share:+.1f} %" if abs(share) < 9.995 else f"×{now / first:.0f}"
     return f'<span style="color:{colour}">{shown.replace("-", "−")}</span>'

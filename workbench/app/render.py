@@ -1,29 +1,32 @@
-"""The browser as a view of the session: scene parts and panels, drawn together."""
+"""The browser as a view of the session: the scene and the panels, drawn together."""
 
 from collections.abc import Sequence
 
 import viser
 
+from workbench.app.panels.arm import ArmPanel
+from workbench.app.panels.arrange import ArrangePanel
+from workbench.app.panels.choices import ChoicesPanel
 from workbench.app.panels.compare import ComparePanel
 from workbench.app.panels.data import DataPanel
+from workbench.app.panels.files import FilesPanel
 from workbench.app.panels.fit import FitPanel
 from workbench.app.panels.header import Header
+from workbench.app.panels.history import HistoryPanel
 from workbench.app.panels.index import IndexPanel
+from workbench.app.panels.jog import JogPanel
+from workbench.app.panels.look import LookPanel
 from workbench.app.panels.noise import NoisePanel
 from workbench.app.panels.panel import AbstractPanel
+from workbench.app.panels.region import RegionPanel
 from workbench.app.panels.targets import TargetsPanel
 from workbench.app.scene.gizmo import Gizmo
-from workbench.app.scene.ground import add_ground
-from workbench.app.scene.nominal_arm import NominalArm
-from workbench.app.scene.overlay import OverlayPart
-from workbench.app.scene.part import AbstractPart
-from workbench.app.scene.plate import PlatePart
+from workbench.app.scene.scene import Scene
 from workbench.session.state import Session
 from workbench.session.view import AbstractView
 from workbench.session.worker import Worker
 
-PANEL_WIDTH = 390
-BRAND = (37, 99, 235)
+PANEL_WIDTH = 450
 
 
 class BrowserView(AbstractView):
@@ -33,24 +36,20 @@ class BrowserView(AbstractView):
         self._server = server
         session = worker.session
         with server.atomic():
-            server.gui.set_panel_label(f"{session.robot.name} · {session.plate.name}")
-            add_ground(server, session)
-            self._parts: Sequence[AbstractPart] = (
-                PlatePart(server, worker, session),
-                NominalArm(server, session),
-                OverlayPart(server, session),
-                gizmo := Gizmo(server, worker, session),
-            )
-            self.gizmo = gizmo
+            self._scene = Scene(server, worker, session)
             self._panels = _build_panels(server, worker)
             for panel in self._panels:
                 panel.show(session)
 
+    @property
+    def gizmo(self) -> Gizmo:
+        """The handles of the selected target."""
+        return self._scene.gizmo
+
     def draw(self, session: Session) -> None:
         """Show a snapshot."""
         with self._server.atomic():
-            for part in self._parts:
-                part.show(session)
+            self._scene.show(session)
             for panel in self._panels:
                 panel.show(session)
 
@@ -60,20 +59,31 @@ class BrowserView(AbstractView):
 
 def _build_panels(server: viser.ViserServer, worker: Worker) -> Sequence[AbstractPanel]:
     gui = server.gui
-    gui.configure_theme(show_logo=False, show_share_button=False, brand_color=BRAND)
     gui.main_panel.dock_right()
     gui.main_panel.set_width(PANEL_WIDTH)
     header = Header(worker)
     header.build(server)
     panels: list[AbstractPanel] = [header]
     tabs = gui.add_tab_group()
-    for title, icon, contents in (
-        ("Plate", viser.Icon.TARGET, (TargetsPanel(worker), IndexPanel(), NoisePanel(worker))),
-        ("Measure", viser.Icon.RULER_MEASURE, (DataPanel(worker),)),
-        ("Identify", viser.Icon.MATH_FUNCTION, (FitPanel(worker),)),
-        ("Compare", viser.Icon.STACK_2, (ComparePanel(worker),)),
+    for title, contents in (
+        (
+            "Plate",
+            (
+                TargetsPanel(worker),
+                IndexPanel(),
+                HistoryPanel(),
+                ArrangePanel(worker),
+                NoisePanel(worker),
+            ),
+        ),
+        ("Region", (RegionPanel(worker),)),
+        ("Measure", (DataPanel(worker),)),
+        ("Identify", (FitPanel(worker), ChoicesPanel(worker))),
+        ("Compare", (ComparePanel(worker),)),
+        ("Arm", (ArmPanel(worker), JogPanel(worker))),
+        ("Files", (FilesPanel(worker), LookPanel(worker))),
     ):
-        with tabs.add_tab(title, icon):
+        with tabs.add_tab(title):
             for panel in contents:
                 panel.build(server)
                 panels.append(panel)

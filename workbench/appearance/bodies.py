@@ -15,8 +15,8 @@ from workbench import se3
 from workbench.appearance.colours import FOOT, JOINT, LINK, PROBE
 from workbench.appearance.shapes import Solid, along, ball, cylinder, merged, tube
 from workbench.chain import Element
-from workbench.model.forward import joint_elements
-from workbench.robots.robot import Robot
+from workbench.model.forward import joint_elements, link_frames
+from workbench.robots.robot import JointKind, Robot
 from workbench.types import Matrix4
 
 THICK, THIN = 0.035, 0.021
@@ -46,6 +46,16 @@ class Body:
 
 
 def make_bodies(robot: Robot, *, swell: float = 1.0) -> tuple[Body, ...]:
+    """The bodies of the robot's file, or generated ones where it has none.
+
+    Args:
+        robot: The arm.
+        swell: How much thicker than usual generated ones are: for a shell about another arm.
+    """
+    return file_bodies(robot) or generated_bodies(robot, swell=swell)
+
+
+def generated_bodies(robot: Robot, *, swell: float = 1.0) -> tuple[Body, ...]:
     """The base's body and one per joint, each in its own frame of `body_frames`.
 
     Args:
@@ -63,6 +73,24 @@ def make_bodies(robot: Robot, *, swell: float = 1.0) -> tuple[Body, ...]:
         housing = _housing(element, float(radii[i]), first=i == 0)
         bodies[k] = _link(ways[i], float(radii[i]), housing, last=last)
     return (_foot(robot, int(drivers[order[0]]), float(radii[0])), *(b for b in bodies if b is not None))
+
+
+def file_bodies(robot: Robot) -> tuple[Body, ...]:
+    """Bodies as the robot's URDF shows them, in the frames of `body_frames`; none without meshes."""
+    if robot.urdf is None:
+        return ()
+    from workbench.robots.meshes import link_meshes  # yourdfpy takes half a second to import
+
+    still = np.zeros(robot.dof)
+    links = link_frames(robot, still[None])[0]
+    into = se3.inverse(robot.base.pose @ body_frames(robot, still))
+    moving = np.cumsum([0, *(joint.kind is not JointKind.FIXED for joint in robot.joints)])
+    parts: list[list[Part]] = [[] for _ in range(robot.dof + 1)]
+    for piece in link_meshes(robot):
+        body = int(moving[piece.entry])
+        solid = Solid(piece.vertices, piece.faces).moved(into[body] @ links[piece.entry])
+        parts[body].append(Part(solid, piece.colour))
+    return tuple(Body(tuple(p)) for p in parts) if any(parts) else ()
 
 
 def body_frames(robot: Robot, q: Float[np.ndarray, " n"]) -> Float[np.ndarray, "bodies 4 4"]:

@@ -11,7 +11,7 @@ from typing import Annotated
 
 import typer
 
-from workbench.cli import calibrating, making, measuring, plates, reproducing
+from workbench.cli import calibrating, compensating, designing, making, measuring, plates, reproducing
 from workbench.cli.opening import open_session
 from workbench.cli.options import PlateOption, RobotOption, say
 from workbench.errors import WorkbenchError
@@ -87,8 +87,11 @@ for command in (
     measuring.capture,
     measuring.drive,
     calibrating.export,
+    compensating.compensate,
 ):
     app.command()(command)
+plates.plates.command()(designing.optimise)
+plates.plates.command("yield")(designing.yield_)
 plates.plates.command()(making.export)
 plates.plates.command("as-measured")(making.as_measured)
 app.add_typer(plates.plates)

@@ -13,10 +13,14 @@ from workbench.cli.options import (
     PlateOption,
     RobotOption,
     SeedOption,
+    UnknownOption,
     check_writable,
+    orientations_of,
     progress_bar,
+    region_of,
     say,
     show,
+    unknown_frames,
 )
 from workbench.errors import OptionError
 
@@ -39,7 +43,10 @@ def simulate(
     branch: Annotated[
         str, typer.Option(help="With --plate: designed, mixed, auto (one branch), or a branch by name.")
     ] = "designed",
-    effect: Annotated[str | None, typer.Option(help="A hidden effect; none are known yet.")] = None,
+    effect: Annotated[
+        list[str] | None,
+        typer.Option(help="A hidden effect, NAME[:joint[:size]], such as backlash:3. May be repeated."),
+    ] = None,
     actual: Annotated[Path | None, typer.Option(help="Write the hidden actual arm here (.toml).")] = None,
     of: Annotated[
         str | None, typer.Option(help="Measure this arm instead of one with hidden errors.")
@@ -53,8 +60,6 @@ def simulate(
     from workbench.robots import load_robot
     from workbench.robots.toml import write_toml
 
-    if effect is not None:
-        raise OptionError("--effect: there are no hidden effects yet; leave the option out")
     if (plate is None) == (poses is None):  # from here on one of the two is given
         raise OptionError("give either --plate FILE or --poses NUMBER")
     if poses is not None and poses < 1:
@@ -70,6 +75,7 @@ def simulate(
                 branch=branch,
                 instrument=instrument or "plate",
                 actual=measured,
+                effects=effect or (),
                 seed=seed,
                 progress=lambda part: progress(part, "choosing branches"),
             )
@@ -80,12 +86,16 @@ def simulate(
                 index=index,
                 instrument=instrument or "tracker-6d",
                 actual=measured,
+                effects=effect or (),
                 seed=seed,
                 progress=lambda part: progress(part, "choosing poses"),
             )
     sliding = [i for i, joint in enumerate(arm.moving) if joint.kind == "prismatic"]
     write_measurements(rows, out, prismatic=sliding)
     say(f"{len(rows)} rows of a virtual {arm.name}: {out}")
+    for note in rows.notes:
+        if note.startswith("hidden"):
+            say(note)
     if actual is not None:
         say(f"hidden actual arm: {write_toml(hidden, actual)}")
 
@@ -93,20 +103,49 @@ def simulate(
 def poses(
     robot: RobotOption,
     number: Annotated[int, typer.Option(help="How many poses.")],
-    index: Annotated[str, typer.Option(help="Observability index to maximise: O, or O1 … O5.")] = "O1",
+    index: Annotated[
+        str, typer.Option(help="Index to maximise: O, O1 … O5, A, D, or I (predicted error in the region).")
+    ] = "O1",
     candidates: Annotated[
         Path | None, typer.Option("--from", help="Choose from the rows of this file.")
     ] = None,
+    region: Annotated[
+        str | None, typer.Option(help='Where the tool has to be: a plate\'s region, or "x,y,z:x,y,z" in m.')
+    ] = None,
+    towards: Annotated[
+        str | None, typer.Option(help='Orientation to stay near: "roll,pitch,yaw" in degrees, or a plate.')
+    ] = None,
+    cone: Annotated[str, typer.Option(help="With --towards: how far from it.")] = "60deg",
+    margin: Annotated[str, typer.Option(help="Least distance of turning joints from their limits.")] = "0deg",
+    spread: Annotated[str, typer.Option(help="Least distance between the tool's places.")] = "0mm",
+    travel: Annotated[
+        str | None, typer.Option(help="Greatest travel of any joint from one pose to the next.")
+    ] = None,
+    method: Annotated[
+        str, typer.Option(help="exchange, or greedy: the choice before any exchange.")
+    ] = "exchange",
+    unknown: UnknownOption = None,
     out: Annotated[Path | None, typer.Option(help="Write the joint positions here (.csv).")] = None,
     json: JsonOption = None,
     seed: SeedOption = 0,
 ) -> None:
-    """Informative poses for a calibration: those with the largest observability index."""
+    """Informative poses for a calibration: those with the largest observability index, in a short order."""
     from workbench import pipeline
+    from workbench.design.pose_limits import PoseLimits
     from workbench.report.poses import poses_json, poses_table
     from workbench.robots import load_robot
+    from workbench.units import Quantity, parse_quantity
 
     arm = load_robot(robot)
+    limits = PoseLimits(
+        region=None if region is None else region_of(region),
+        towards=None if towards is None else orientations_of(towards),
+        cone=parse_quantity(cone, Quantity.ANGLE),
+        margin=parse_quantity(margin, Quantity.ANGLE),
+        spread=parse_quantity(spread, Quantity.LENGTH),
+        travel=None if travel is None else parse_quantity(travel, Quantity.ANGLE),
+    )
+    base, tool = unknown_frames(unknown)
     check_writable(out, json)
     with progress_bar("poses") as progress:
         found = pipeline.choose_poses(
@@ -115,7 +154,11 @@ def poses(
             index=index,
             seed=seed,
             candidates=candidates,
+            limits=limits,
+            method=method,
             progress=lambda part: progress(part, f"raising {index}"),
+            base=base,
+            tool=tool,
         )
     show(poses_table(arm, found))
     if out is not None:

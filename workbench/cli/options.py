@@ -39,6 +39,10 @@ PlateOption = Annotated[
     str | None,
     typer.Option(help="Plate: a .toml file, the table of a measuring machine, or the built-in table2."),
 ]
+UnknownOption = Annotated[
+    str | None,
+    typer.Option("--unknown", help="Frames that are identified too: base, tool, base,tool, or none."),
+]
 SeedOption = Annotated[int, typer.Option(help="Seed of everything random.")]
 
 
@@ -111,6 +115,32 @@ def noise_of(text: str):
     if position <= 0 or rotation <= 0:
         raise OptionError(f"--noise must be greater than zero, not '{text}'")
     return Noise(position, rotation)
+
+
+def unknown_frames(text: str | None) -> tuple[bool | None, bool | None]:
+    """Whether base and tool are identified, from `base,tool`, one of them, or none; None where not said."""
+    if text is None:
+        return None, None
+    words = set() if text == "none" else {word.strip() for word in text.split(",")}
+    if strange := words - {"base", "tool"}:
+        raise OptionError(f"--unknown takes base, tool, both with a comma, or none, not '{min(strange)}'")
+    return "base" in words, "tool" in words
+
+
+def orientations_of(text: str):
+    """Orientations of the tool: `roll,pitch,yaw` in degrees, or those of a plate's targets."""
+    import numpy as np
+
+    from workbench import se3
+    from workbench.design.plate_toml import load_plate
+
+    try:
+        angles = np.deg2rad([float(part) for part in text.split(",")])
+    except ValueError:
+        return load_plate(text).poses[:, :3, :3]
+    if angles.shape != (3,):
+        raise OptionError(f"an orientation is roll,pitch,yaw in degrees, or a plate, not '{text}'")
+    return se3.rpy_to_matrix(angles)[None]
 
 
 def region_of(text: str):

@@ -9,12 +9,14 @@ from workbench.cli.options import (
     JsonOption,
     RobotOption,
     SeedOption,
+    UnknownOption,
     check_writable,
     noise_of,
     progress_bar,
     region_of,
     say,
     show,
+    unknown_frames,
 )
 from workbench.errors import OptionError
 
@@ -24,20 +26,6 @@ plates = typer.Typer(
 
 PlateArgument = Annotated[str, typer.Argument(help="Plate: a .toml file, or the built-in table2.")]
 NoiseOption = Annotated[str, typer.Option(help='Standard deviations of the instrument: "0.1mm,0.02deg".')]
-FreeFramesOption = Annotated[
-    str | None,
-    typer.Option("--unknown", help="Frames that are identified too: base, tool, base,tool, or none."),
-]
-
-
-def unknown_frames(text: str | None) -> dict[str, bool | None]:
-    """Which frames are identified, from words such as `base,tool`; as the robot's file says if not given."""
-    if text is None:
-        return {"base": None, "tool": None}
-    words = set() if text == "none" else {word.strip() for word in text.split(",")}
-    if strange := words - {"base", "tool"}:
-        raise OptionError(f"--unknown takes base, tool, both with a comma, or none, not '{min(strange)}'")
-    return {"base": "base" in words, "tool": "tool" in words}
 
 
 @plates.command()
@@ -45,7 +33,7 @@ def score(
     plate: PlateArgument,
     robot: RobotOption,
     noise: NoiseOption = "0.1mm,0.02deg",
-    unknown: FreeFramesOption = None,
+    unknown: UnknownOption = None,
     json: JsonOption = None,
     seed: SeedOption = 0,
 ) -> None:
@@ -67,7 +55,7 @@ def compare(
     plate: Annotated[list[str], typer.Argument(help="Two or more plates: .toml files, or built-in ones.")],
     robot: RobotOption,
     noise: NoiseOption = "0.1mm,0.02deg",
-    unknown: FreeFramesOption = None,
+    unknown: UnknownOption = None,
     json: JsonOption = None,
     seed: SeedOption = 0,
 ) -> None:
@@ -142,6 +130,7 @@ def _scored(pipeline, plate: str, robot: str, noise: str, unknown: str | None, s
     from workbench.fabricate.as_measured import load_plate
     from workbench.robots import load_robot
 
+    base, tool = unknown_frames(unknown)
     with progress_bar("score") as progress:
         return pipeline.score_plate(
             load_robot(robot),
@@ -149,5 +138,6 @@ def _scored(pipeline, plate: str, robot: str, noise: str, unknown: str | None, s
             sigma=tuple(noise_of(noise)),
             seed=seed,
             progress=lambda part: progress(part, f"{plate}: choosing branches"),
-            **unknown_frames(unknown),
+            base=base,
+            tool=tool,
         )

@@ -35,7 +35,7 @@ class PoseLimits:
         travel: Greatest travel of any joint from one pose to the next [rad or m]; any if None.
 
     Raises:
-        OptionError: a cone, spread or travel that is not positive.
+        OptionError: a cone or travel that is not positive, or a negative spread, margin or dexterity.
     """
 
     region: Region | None = None
@@ -47,10 +47,12 @@ class PoseLimits:
     travel: float | None = None
 
     def __post_init__(self):
-        if not self.cone > 0 or self.spread < 0 or (self.travel is not None and not self.travel > 0):
+        least = min(self.spread, self.margin, self.dexterity)
+        if least < 0 or not self.cone > 0 or (self.travel is not None and not self.travel > 0):
             raise OptionError(
-                f"a cone of {np.rad2deg(self.cone):g}°, a spread of {1e3 * self.spread:g} mm and a travel of "
-                f"{self.travel} can't be asked for; none may be negative, and cone and travel not zero"
+                f"a cone of {np.rad2deg(self.cone):g}°, margin {np.rad2deg(self.margin):g}°, spread "
+                f"{1e3 * self.spread:g} mm and a travel of {self.travel} can't be asked for; none may be "
+                "negative, and cone and travel not zero"
             )
 
     @property
@@ -150,6 +152,35 @@ def sample_poses(
         return _none_found(robot, limits, found, tries)
 
     return poses_that(robot, number, lambda q: limits.admits(robot, q), rng=rng, complaint=complaint)
+
+
+def walks(
+    robot: Robot,
+    starts: Float[np.ndarray, "walks n"],
+    steps: int,
+    limits: PoseLimits,
+    *,
+    rng: np.random.Generator,
+) -> Float[np.ndarray, "rows n"]:
+    """Random walks from poses that keep the limits, no step longer than the travel: candidates in reach.
+
+    Args:
+        robot: Geometry with joint limits.
+        starts: Where the walks begin [rad or m].
+        steps: How many steps each makes; one that would leave the limits is not made.
+        limits: With a travel.
+        rng: Source of the steps.
+    """
+    low, high = robot.search_limits.T
+    stride = np.inf if limits.travel is None else limits.travel
+    here, rows = starts.copy(), []
+    for _ in range(steps):
+        reach = np.minimum(stride, high - low)
+        there = np.clip(here + rng.uniform(-1.0, 1.0, here.shape) * reach, low, high)
+        kept = limits.admits(robot, there)
+        here[kept] = there[kept]
+        rows.append(here[kept])
+    return np.concatenate(rows)
 
 
 def _none_found(robot: Robot, limits: PoseLimits, found: int, tries: int) -> str:

@@ -2,22 +2,30 @@
 
 For `O` this is the paper's way, ARIA eqs. (17), (18) and §4.1.2: random starts, each improved by itself
 within the joint limits. Every pose climbs to the maximum next to its own start, so the starts' spread is
-kept: with one start for all, the maxima would be ten times the same pose. For O1 … O5, which judge the set
-as a whole, poses are exchanged for better ones out of many candidates, and the set is then moved
-continuously within the limits. Whatever happens, the result is never worse than the start.
+kept: with one start for all, the maxima would be ten times the same pose. For the indices that judge the set
+as a whole, poses are chosen greedily out of many candidates and exchanged for better ones, and the set is
+then moved continuously within its limits. Whatever happens, the result is never worse than the start.
+
+Limits (region, orientation cone, room, spread, travel) are kept throughout; at the end the poses are put in
+an order of measuring with short ways.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
-from scipy.optimize import Bounds, minimize
 
-from workbench.design.criterion import index_criterion
-from workbench.design.dexchange import d_exchange
-from workbench.design.exchange import exchange
-from workbench.design.indices import O1, AbstractIndex, AbstractSetIndex, O, index_named
+from workbench.design.criterion import criterion_of, goal_index
+from workbench.design.dexchange import d_bound, d_exchange
+from workbench.design.exchange import Exchanged, exchange
+from workbench.design.feasible import feasible_start
+from workbench.design.freedom import visible_basis
+from workbench.design.greedy import greedy_choice
+from workbench.design.indices import O1, D, O
+from workbench.design.measuring_order import measuring_order, travels
+from workbench.design.pose_climb import PoseClimb
+from workbench.design.pose_limits import PoseLimits, folded
+from workbench.design.pose_task import Cancel, Method, PoseTask, Progress
 from workbench.design.region import Region
 from workbench.design.sampling import random_poses
 from workbench.errors import DataError, OptionError
@@ -25,28 +33,20 @@ from workbench.model.linearisation import linearise
 from workbench.robots.robot import Robot
 from workbench.types import Outcome, frozen
 
-CANDIDATES = 300
-"""Random candidates for a set, where none are given."""
-STEP = 1e-5
-"""Half-width of the central differences of the Jacobian [rad or m]; their error is about 1e-10."""
-POLISH_STEPS = 100
-"""Greatest number of steps of the continuous improvement."""
-
-Progress = Callable[[float], None]
-Cancel = Callable[[], bool]
-
 
 @dataclass(frozen=True, eq=False)
 class PoseSet:
     """A set of joint positions and what it is worth.
 
     Args:
-        q: Joint positions [rad or m], inside the limits.
+        q: Joint positions [rad or m], inside the limits, in an order of measuring with short ways.
         index: Name of the index.
         before: The index at the random start.
         after: The index of q, never below `before`.
         history: The index after each stage or step, start first.
         outcome: How the search ended.
+        bound: Proven upper bound of the index over all choices from the candidates; None where the poses
+            were not chosen from given ones, or the index is not O1 or D.
     """
 
     q: Float[np.ndarray, "number n"]
@@ -55,76 +55,12 @@ class PoseSet:
     after: float
     history: tuple[float, ...]
     outcome: Outcome
+    bound: float | None = None
 
-
-class _Cancelled(Exception):
-    """Leaves the optimiser when the user cancels."""
-
-
-@dataclass(frozen=True)
-class _Search:
-    """One search: the arm, what is asked of the poses, and how to talk to the user."""
-
-    robot: Robot
-    index: AbstractIndex
-    options: dict
-    progress: Progress | None
-    cancel: Cancel | None
-
-    def value(self, q: np.ndarray) -> float:
-        return self.index.value(linearise(self.robot, q, **self.options))
-
-    def value_and_gradient(self, q: np.ndarray) -> tuple[float, np.ndarray]:
-        """The index and its derivative by every joint position."""
-        linearisation = linearise(self.robot, q, **self.options)
-        rows, joints = q.shape
-        outer = self.index.gradient(linearisation).reshape(rows, -1)
-        moved = q[None, :, None, :] + STEP * np.array([1.0, -1.0])[:, None, None, None] * np.eye(joints)
-        near = linearise(self.robot, moved.reshape(-1, joints), **self.options).jacobian
-        plus, minus = near.reshape(2, rows, joints, -1)
-        slope = np.einsum("rjk,rk->rj", plus - minus, outer) / (2.0 * STEP)
-        return self.index.value(linearisation), slope
-
-    def climb(self, q: np.ndarray) -> tuple[np.ndarray, list[float], Outcome]:
-        """Local maximum of log(index) within the limits, from q; q itself if nothing is better."""
-        start = self.value(q)
-        best, history = (start, q), [start]
-        if start <= 0.0:
-            return q, history, Outcome.STALLED
-        low, high = np.tile(self.robot.search_limits.T[:, None], (1, len(q), 1)).reshape(2, -1)
-
-        def fall(x: np.ndarray) -> tuple[float, np.ndarray]:
-            nonlocal best
-            if self.cancel is not None and self.cancel():
-                raise _Cancelled
-            trial = x.reshape(q.shape)
-            value, slope = self.value_and_gradient(trial)
-            if value > best[0]:
-                best = (value, trial.copy())
-            if value <= 0.0:
-                return 1e3, np.zeros_like(x)
-            return -np.log(value), -slope.ravel() / value
-
-        try:
-            found = minimize(
-                fall,
-                q.ravel(),
-                jac=True,
-                method="L-BFGS-B",
-                bounds=Bounds(low, high),
-                options={"maxiter": POLISH_STEPS},
-                callback=lambda _: history.append(best[0]),
-            )
-            outcome = (
-                Outcome.CONVERGED
-                if found.status == 0
-                else Outcome.ITERATION_LIMIT
-                if found.status == 1
-                else Outcome.STALLED
-            )
-        except _Cancelled:
-            outcome = Outcome.CANCELLED
-        return best[1], [*history, best[0]], outcome
+    @property
+    def travels(self) -> Float[np.ndarray, " steps"]:
+        """Greatest travel of any joint from each pose to the next [rad or m]."""
+        return travels(self.q)
 
 
 def informative_poses(
@@ -136,6 +72,9 @@ def informative_poses(
     candidates: Float[np.ndarray, "options n"] | None = None,
     names: tuple[str, ...] | None = None,
     region: Region | None = None,
+    limits: PoseLimits | None = None,
+    matter: Float[np.ndarray, "rows n"] | None = None,
+    method: Method = Method.EXCHANGE,
     sigma_position: float = 1e-4,
     sigma_rotation: float | None = 3.490658503988659e-4,
     progress: Progress | None = None,
@@ -147,12 +86,15 @@ def informative_poses(
         robot: Geometry with base, tool and limits.
         number: How many poses.
         rng: Source of the random starts and candidates.
-        index: `O`, or `O1` … `O5`.
+        index: `O`, `O1` … `O5`, `A`, `D`, or `I`: the predicted error at `matter`.
         candidates: Joint positions to choose from, such as those of a `Dataset`; the result is then among
             them. Without, random ones, and the result is improved continuously within the limits.
-        names: Constants to be identified; the robot's default free ones if None.
-        region: Where the tool has to be. The continuous improvement would leave it, so with a region the
-            result is among the random candidates.
+        names: Constants to be identified, `base.…` and `tool.…` among them where these are unknown; the
+            robot's default free ones if None.
+        region: Where the tool has to be; short for `limits`.
+        limits: Region, orientation cone, room, spread and travel.
+        matter: Poses that matter, for the index `I` [rad or m].
+        method: Exchange after the greedy choice, or the greedy choice alone; both are then improved.
         sigma_position: Standard deviation of a measured coordinate [m].
         sigma_rotation: Standard deviation of a measured rotation [rad]; None for points.
         progress: Called with the share of the work done.
@@ -160,10 +102,10 @@ def informative_poses(
 
     Raises:
         OptionError: no such index, no poses asked for, or too few for the parameters.
-        DataError: fewer candidates than poses.
+        DataError: fewer candidates than poses, or limits that conflict; says which.
     """
-    chosen = index_named(index)
-    options = {"names": names, "sigma_position": sigma_position, "sigma_rotation": sigma_rotation}
+    if index == "I" and matter is None:
+        raise OptionError("index I is the predicted error over poses that matter; give a region or a plate")
     if number < 1:
         raise OptionError(f"{number} poses were asked for; give at least 1")
     if candidates is not None:
@@ -172,17 +114,22 @@ def informative_poses(
             raise DataError(
                 f"{number} poses can't be chosen from {len(candidates)} candidates; give more candidates"
             )
-    search = _Search(robot, chosen, options, progress, cancel)
-    free = candidates is None and region is None
-    if isinstance(chosen, AbstractSetIndex):
-        _check_enough(robot, number, options)
-        return _set(search, chosen, number, candidates, region, rng, free)
-    return _single(search, number, candidates, region, rng, free)
+    options = {"names": names, "sigma_position": sigma_position, "sigma_rotation": sigma_rotation}
+    limits = limits or PoseLimits()
+    basis = visible_basis(robot, names)
+    middle = linearise(robot, robot.search_limits.mean(1)[None], names=names)
+    wanted = index if matter is None or index != "I" else matter
+    climb = PoseClimb(robot, goal_index(wanted, robot, middle, basis), options, basis, cancel)
+    asked = replace(limits, region=limits.region or region)
+    task = PoseTask(climb, number, asked, candidates, method, rng, progress)
+    if isinstance(climb.index, O):
+        return _single(task)
+    _check_enough(number, len(middle.names) if basis is None else basis.shape[1], sigma_rotation)
+    return _set(task)
 
 
-def _check_enough(robot: Robot, number: int, options: dict) -> None:
-    parameters = len(robot.default_free if options["names"] is None else options["names"])
-    rows = 3 if options["sigma_rotation"] is None else 6
+def _check_enough(number: int, parameters: int, sigma_rotation: float | None) -> None:
+    rows = 3 if sigma_rotation is None else 6
     least = -(-parameters // rows)
     if number < least:
         raise OptionError(
@@ -191,75 +138,126 @@ def _check_enough(robot: Robot, number: int, options: dict) -> None:
         )
 
 
-def _single(search, number, candidates, region, rng, free) -> PoseSet:
+def _single(task: PoseTask) -> PoseSet:
     """The paper's way: each random start is improved by itself, so that the spread of the starts is kept.
 
-    Where the poses must stay candidates, these are dealt to the poses at random and each takes its best.
+    Where the poses must stay candidates or keep limits, these are dealt to the poses at random and each takes
+    its best that does not clash with those before it.
     """
-    robot = search.robot
-    if not free:
-        pool = candidates
-        if pool is None:
-            pool = random_poses(robot, max(CANDIDATES, 5 * number), rng=rng, region=region)
-        hands = np.array_split(rng.permutation(len(pool)), number)
-        worth = O().per_pose(linearise(robot, pool, **search.options))
-        before = search.value(pool[[hand[0] for hand in hands]])
-        q = pool[[hand[np.argmax(worth[hand])] for hand in hands]]
-        return _result(search, q, before, [before], Outcome.CONVERGED)
-    q = random_poses(robot, number, rng=rng)
-    before = search.value(q)
+    if task.candidates is None and not task.limits.single and not task.limits.pairs:
+        return _climbed_one_by_one(task)
+    pool = task.pool()
+    hands = np.array_split(task.rng.permutation(len(pool)), task.number)
+    worth = O().per_pose(task.climb.at(pool))
+    before = task.climb.value(pool[[hand[0] for hand in hands]])
+    if task.limits.pairs:
+        clash, follow = task.pairs(pool)
+        start = feasible_start(task.blocks(pool), task.number, task.limits, clash, follow, rng=task.rng)
+        before = task.climb.value(pool[start])
+        chosen = _best_single(start, worth, clash, follow)
+    else:
+        chosen = np.array([hand[np.argmax(worth[hand])] for hand in hands])
+    return _result(task, pool[chosen], before, [before], Outcome.CONVERGED)
+
+
+def _best_single(start, worth, clash, follow) -> np.ndarray:
+    """Each pose of a feasible set in turn exchanged for the candidate of greatest O that keeps the limits."""
+    chosen = start.copy()
+    for slot in range(len(chosen)):
+        open_ones = ~clash[np.delete(chosen, slot)].any(0)
+        for neighbour in (*chosen[max(slot - 1, 0) : slot], *chosen[slot + 1 : slot + 2]):
+            open_ones &= True if follow is None else follow[neighbour]
+        best = int(np.argmax(np.where(open_ones, worth, -np.inf)))
+        chosen[slot] = best if worth[best] > worth[chosen[slot]] else chosen[slot]
+    return chosen
+
+
+def _climbed_one_by_one(task: PoseTask) -> PoseSet:
+    q = folded(task.robot, random_poses(task.robot, task.number, rng=task.rng)).copy()
+    before = task.climb.value(q)
     outcome, history = Outcome.CONVERGED, [before]
-    for row in range(number):
-        better, _, ended = search.climb(q[row : row + 1])
+    for row in range(task.number):
+        better, _, ended = task.climb.climb(q[row : row + 1])
         q[row] = better[0]
-        history.append(search.value(q))
-        if search.progress is not None:
-            search.progress((row + 1) / number)
+        history.append(task.climb.value(q))
+        task.report((row + 1) / task.number)
         outcome = outcome if ended is Outcome.CONVERGED else ended
         if ended is Outcome.CANCELLED:
             break
-    return _result(search, q, before, history, outcome)
+    return _result(task, q, before, history, outcome)
 
 
-def _set(search, index, number, candidates, region, rng, free) -> PoseSet:
-    """Exchange among candidates for the index of the whole set, then a continuous climb where free."""
-    robot = search.robot
-    count = max(CANDIDATES, 5 * number)
-    pool = candidates if candidates is not None else random_poses(robot, count, rng=rng, region=region)
-    linearisation = linearise(robot, pool, **search.options)
-    blocks = linearisation.scaled.reshape(len(pool), -1, len(linearisation.names))
-    start = rng.choice(len(pool), number, replace=False)
-    before = search.value(pool[start])
-    found = min(
-        (d_exchange(blocks, number, start=s, cancel=search.cancel) for s in (None, start)),
-        key=lambda result: result.cost,
-    )
-    if not isinstance(index, O1):
-        found = exchange(
-            blocks.transpose(0, 2, 1) @ blocks,
-            np.ones((number, len(pool)), bool),
-            index_criterion(index, number),
-            starts=np.stack([found.choice, start]),
-            distinct=True,
-            progress=search.progress and (lambda share: search.progress(0.5 * share)),
-            cancel=search.cancel,
-        )
-    q = pool[found.choice]
-    value = search.value(q)
-    if value < before:  # rounding only: no exchange raises the cost
+def _set(task: PoseTask) -> PoseSet:
+    """Greedy choice and exchange among candidates for the index of the whole set, then a continuous climb."""
+    pool = task.pool()
+    blocks = task.blocks(pool)
+    clash, follow = None, None
+    if limited := task.limits.pairs:
+        clash, follow = task.pairs(pool)
+        start = feasible_start(blocks, task.number, task.limits, clash, follow, rng=task.rng)
+    else:
+        start = task.rng.choice(len(pool), task.number, replace=False)
+    before = task.climb.value(pool[start])
+    if task.method is Method.GREEDY and not limited:
+        choice, outcome = greedy_choice(blocks, task.number), Outcome.CONVERGED
+    elif task.method is Method.GREEDY:
+        choice, outcome = start, Outcome.CONVERGED
+    else:
+        found = _exchanged(task, blocks, start, clash, follow)
+        choice, outcome = found.choice, found.outcome
+    task.report(0.6)
+    q, value = pool[choice], task.climb.value(pool[choice])
+    if value < before:  # the greedy choice is of D-optimality; and rounding
         q, value = pool[start], before
-    history, outcome = [before, value], found.outcome
-    if free and outcome is not Outcome.CANCELLED:
-        q, steps, outcome = search.climb(q)
+    history = [before, value]
+    bound = None
+    if task.candidates is not None:
+        bound = _bound(task, blocks)
+    elif outcome is not Outcome.CANCELLED:
+        free = not limited and not task.limits.single
+        q, steps, outcome = task.climb.climb(q) if free else task.climb.climb_within(q, task.limits)
         history += steps[1:]
-    return _result(search, q, before, history, outcome)
+    return replace(_result(task, q, before, history, outcome), bound=bound)
 
 
-def _result(search, q, before, history, outcome) -> PoseSet:
-    after = search.value(q)
-    if search.progress is not None:
-        search.progress(1.0)
-    return PoseSet(frozen(q), search.index.name, before, after, (*history, after), outcome)
+def _exchanged(task: PoseTask, blocks, start, clash, follow) -> Exchanged:
+    """Exchange for the task's index, from the start and, without limits on pairs, from the D-optimal set."""
+    cancel = task.climb.cancel
+    starts = [start]
+    if clash is None:
+        found = min(
+            (d_exchange(blocks, task.number, start=s, cancel=cancel) for s in (None, start)),
+            key=lambda result: result.cost,
+        )
+        if isinstance(task.index, O1 | D):
+            return found
+        starts = [found.choice, start]
+    return exchange(
+        blocks.transpose(0, 2, 1) @ blocks,
+        np.ones((task.number, len(blocks)), bool),
+        criterion_of(task.index, task.number),
+        starts=np.stack(starts),
+        distinct=True,
+        clash=clash,
+        follow=follow,
+        progress=task.progress and (lambda share: task.report(0.5 * share)),
+        cancel=cancel,
+    )
 
 
-__all__ = ["PoseSet", "informative_poses", "random_poses"]
+def _bound(task: PoseTask, blocks) -> float | None:
+    """Upper bound of the index over all choices of candidates, where there is one."""
+    if not isinstance(task.index, O1 | D):
+        return None
+    bound = d_bound(blocks, task.number)
+    return bound**2 if isinstance(task.index, D) else bound
+
+
+def _result(task: PoseTask, q: np.ndarray, before: float, history, outcome: Outcome) -> PoseSet:
+    ordered = q[measuring_order(q, longest=task.limits.travel)]
+    after = task.climb.value(ordered)
+    task.report(1.0)
+    return PoseSet(frozen(ordered), task.index.name, before, after, (*history, after), outcome)
+
+
+__all__ = ["Method", "PoseSet", "informative_poses", "random_poses"]

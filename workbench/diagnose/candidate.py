@@ -48,7 +48,7 @@ class Candidate:
         return isinstance(self.effect, JointHarmonic | LocalJointError)
 
     def excludes(self, other: "Candidate") -> bool:
-        """Whether the two can't stand in one model: they share coefficients, or one's shape holds the other's."""
+        """Whether the two can't stand in one model: one holds the other, or a part of it."""
         if set(self.names) & set(other.names):
             return True
         alike = self.maps_joint and other.maps_joint and self.effect.joints == other.effect.joints

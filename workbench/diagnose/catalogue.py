@@ -29,7 +29,7 @@ from workbench.robots.robot import Robot
 HIGHEST_ORDER = 80
 """Harmonics beyond this are not looked for."""
 BANDS = (20, 40, 80)
-"""Highest orders of the bands that are tried, where there are twice as many rows as a single order asks for."""
+"""Highest orders of bands; they ask for twice as many rows as a single order."""
 ROWS_PER_ORDER, ROWS_PER_KNOT = 6, 4
 """Rows that a harmonic order asks for, and a knot of a spline, whose height is shrunk."""
 KNOTS = 40
@@ -89,8 +89,8 @@ def _of_load(robot: Robot, motion: Motion) -> tuple[list[AbstractEffect], list[s
         own = [e for e in effects if e.loads is Loads.OWN]
         return own, ["the robot has no masses: only effects of the measured joint torques were tried"]
     return [], [
-        "the robot has no masses: effects of load (compliance, backlash, clearance) could not be tried; add mass "
-        "and com to its joints, or torque columns to the data"
+        "the robot has no masses: effects of load (compliance, backlash, clearance) could not be tried; add "
+        "mass and com to its joints, or torque columns to the data"
     ]
 
 
@@ -126,8 +126,8 @@ def _confounded(motion: Motion) -> list[str]:
     }
     names = list(drivers)
     return [
-        f"{a} and {b} run together in these rows ({100 * abs(r):.0f} % correlated): their effects can hardly be "
-        "told apart"
+        f"{a} and {b} run together in these rows ({100 * abs(r):.0f} % correlated): their effects can "
+        "hardly be told apart"
         for i, a in enumerate(names)
         for b in names[i + 1 :]
         if abs(r := np.corrcoef(drivers[a], drivers[b])[0, 1]) > CONFOUNDED

@@ -1,4 +1,4 @@
-"""Columns of candidates: how every residual component answers to the coefficients of effects not yet accepted.
+"""Columns of candidates: how every residual component answers to coefficients of effects.
 
 An effect's column is the sum of its elements' twists times its law, seen by the block's observation and
 whitened; the moments are those of the arm as it is bent by what was accepted. Of the total derivative the
@@ -12,6 +12,7 @@ from jaxtyping import Float
 
 from workbench import chain as chains
 from workbench.effects import AbstractEffect
+from workbench.effects.effect import driven_names
 from workbench.identify.blocks import Block
 from workbench.identify.problem import Problem
 from workbench.model.deflection import deflect
@@ -44,15 +45,35 @@ def candidate_columns(
     Yields:
         A block of the problem, and its residual components' derivative in the coefficients.
     """
+    for block, robot, motion in _arms(problem, x):
+        yield block, _seen(problem, x, block, *effect_twists(robot, motion, effects))
+
+
+def joint_columns(
+    problem: Problem, x: Float[np.ndarray, " p"]
+) -> Iterator[tuple[Block, Float[np.ndarray, "m n"]]]:
+    """Whitened residual components per radian or metre of every joint, block by block."""
+    for block, robot, motion in _arms(problem, x):
+        chain, bent = robot.chain, deflect(robot, motion)
+        elements = chain.indices(driven_names(chain, range(robot.dof)))
+        poses, twists = chains.twists(chain, motion.q, np.asarray(elements), shift=bent.shift)
+        yield block, _seen(problem, x, block, poses, twists)
+
+
+def _arms(problem: Problem, x: np.ndarray) -> Iterator[tuple[Block, Robot, Motion]]:
+    """The arm at x with the frames of every block, and the block's rows."""
     arm = problem.robot_at(x)
     for block in problem.blocks:
         frames = problem.frames.session_frames(arm, block.session)
-        own = arm.with_frames(base=frames.base, tool=frames.tool)
         motion = Motion.of(problem.data).take(block.rows)
-        poses, twists = effect_twists(own, motion, effects)
-        part = block.observation.see(poses, problem.unknown(block, x))
-        seen = (part.by_twist * problem.weight(block)[..., None]) @ twists
-        yield block, seen.reshape(-1, seen.shape[-1])
+        yield block, arm.with_frames(base=frames.base, tool=frames.tool), motion
+
+
+def _seen(problem: Problem, x: np.ndarray, block: Block, poses: np.ndarray, twists: np.ndarray) -> np.ndarray:
+    """Twists as the block's observation sees them, whitened."""
+    part = block.observation.see(poses, problem.unknown(block, x))
+    seen = (part.by_twist * problem.weight(block)[..., None]) @ twists
+    return seen.reshape(-1, seen.shape[-1])
 
 
 def effect_twists(

@@ -36,7 +36,7 @@ class Term:
 
     Args:
         candidate: The effect.
-        precision: λ of its shrunk coefficients, in units of the whitened residual's variance; 0 for free ones.
+        precision: λ of its shrunk coefficients, in units of the residual's variance; 0 for free ones.
     """
 
     candidate: Candidate
@@ -131,7 +131,7 @@ def _shrunk(left: Left, candidate: Candidate, inner: np.ndarray, along: np.ndarr
     best = int(np.argmax(gains))
     gain = float(gains[best])
     log_p = float(stats.chi2.logsf(2.0 * max(gain, 0.0), 2))
-    charged = gain - 0.5 * np.log(left.grams.count) - candidate.handicap
+    charged = gain - 0.5 * float(np.log(left.grams.count)) - candidate.handicap
     return Offer(Term(candidate, float(tried[best])), charged, log_p)
 
 

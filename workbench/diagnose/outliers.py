@@ -19,7 +19,7 @@ LEVEL = 0.01
 LEAST = 4.0
 """… and it must be off by this many times the typical row, at least,"""
 BEYOND = 3.0
-"""… and by this many times what nine rows in ten stay within: real errors have longer tails than normal ones."""
+"""… and by this many times what nine rows in ten keep: real errors have longer tails than normal ones."""
 ROUNDS = 8
 """Rounds of the robust fit with which the search for outliers begins."""
 

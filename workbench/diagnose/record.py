@@ -92,7 +92,7 @@ class Diagnosis:
         after_rows: Likewise.
         effects: What was accepted, in the order in which it was found.
         ranking: What each candidate would have brought to the geometry alone, the best first.
-        noise: What is left, as standard deviations per axis [m], [rad]; NaN for rotations that nobody measured.
+        noise: What is left, per axis [m], [rad]; NaN for rotations that nobody measured.
         floor: Noise that was known beforehand, from repeats or as given; None if it was not.
         joint_noise: Standard deviation of joint readings that would explain what is left [rad]; None if it is
             no such noise.

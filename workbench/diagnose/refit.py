@@ -47,6 +47,7 @@ def refit(
     *,
     data: Dataset | None = None,
     known: Mapping[str, float] | None = None,
+    begin: Mapping[str, float] | None = None,
     on_step: OnStep | None = None,
 ) -> Fitted:
     """Fit geometry and a model's effects, and let the noise be what the fit leaves.
@@ -57,6 +58,7 @@ def refit(
         model: Accepted effects.
         data: Other rows than the problem's.
         known: Known places of anchors or contacts [m].
+        begin: Where unknowns were found by an earlier fit [SI]; the others begin at their nominal values.
         on_step: Called after every step; True cancels.
     """
     rows = problem.data if data is None else data
@@ -69,7 +71,8 @@ def refit(
     )
     if grams is not None and any(t.candidate.shrunk for t in model):
         built = _shrinking(built, grams, model)
-    search = Opt2(limit=STEPS).search(built, on_step=on_step)
+    here = np.array([(begin or {}).get(p.name, p.nominal) for p in built.parameters])
+    search = Opt2(limit=STEPS).search(built, on_step=on_step, begin=here)
     fit = Fit(
         algorithm="opt2",
         title="OPT2",

@@ -1,4 +1,4 @@
-"""The search for effects: add the best, try to exchange, prune, until nothing is left that chance can't explain.
+"""The search for effects: add the best, exchange, prune, until chance explains the rest.
 
 A candidate enters when three judges agree: the evidence prefers it to every other, chance would bring as much
 in less than `ALPHA` of all arms (corrected for the number of candidates that were tried), and the error on
@@ -85,7 +85,7 @@ def confirmed(grams: Grams, smaller: Model, larger: Model) -> bool:
 
 def _add(grams: Grams, candidates: Sequence[Candidate], model: Model) -> tuple[Model | None, list[Offer]]:
     """The model with the best further effect; those refused on the way."""
-    refused = []
+    refused: list[Offer] = []
     offers = [o for o in _offers(left_by(grams, model), candidates) if significant(o, len(candidates))]
     for best in sorted(offers, key=lambda o: -o.gain)[:5]:
         if confirmed(grams, model, (*model, best.term)):

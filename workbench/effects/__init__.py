@@ -4,7 +4,7 @@ from workbench.effects.backlash import Backlash
 from workbench.effects.base_drift import BaseDrift
 from workbench.effects.bearing_compliance import BearingCompliance
 from workbench.effects.clearance_tilt import ClearanceTilt
-from workbench.effects.effect import AbstractEffect, Insertion, Loads, drifting, with_insertions
+from workbench.effects.effect import AbstractEffect, Insertion, Loads, check_ranges, drifting, with_insertions
 from workbench.effects.encoder_scale import EncoderScale
 from workbench.effects.joint_compliance import JointCompliance
 from workbench.effects.joint_coupling import JointCoupling
@@ -31,4 +31,4 @@ EFFECTS: dict[str, type[AbstractEffect]] = {
 }
 """The catalogue by the names of files."""
 
-__all__ = ["EFFECTS", "AbstractEffect", "Insertion", "Loads", "drifting", "with_insertions"]
+__all__ = ["EFFECTS", "AbstractEffect", "Insertion", "Loads", "check_ranges", "drifting", "with_insertions"]

@@ -19,11 +19,13 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from workbench.chain import Axis, Chain, Element
-from workbench.errors import RobotError
+from workbench.errors import DataError, RobotError
 from workbench.motion import Motion
 
 Law = Float[np.ndarray, "rows e c"]
 Wrenches = Float[np.ndarray, "_ _ 6"]
+ROUNDING = 1e-9
+"""How far outside its range a joint may be by rounding [rad or m]."""
 NO_COMPONENTS = np.zeros((0, 2), np.int64)
 NO_COMPONENTS.setflags(write=False)
 
@@ -128,6 +130,10 @@ class AbstractEffect(ABC):
         pairs = zip(self.names, self.coefficients, strict=True)
         return replace(self, coefficients=tuple(float(values.get(name, c)) for name, c in pairs))
 
+    def ranges(self) -> dict[int, tuple[float, float]]:
+        """Least and greatest position of the joints within which alone it is known; none by default."""
+        return {}
+
     def mistake(self, chain: Chain) -> str | None:
         """What is wrong with its own settings, in a clause; None if nothing is."""
         return None
@@ -159,6 +165,40 @@ class AbstractEffect(ABC):
     def settings(cls) -> tuple[str, ...]:
         """Names of what its record holds beside joints and coefficients."""
         return tuple(f.name for f in fields(cls) if f.name not in ("joints", "coefficients"))
+
+
+def check_ranges(
+    effects: Iterable[AbstractEffect],
+    chain: Chain,
+    q: Float[np.ndarray, "rows n"],
+    *,
+    rows: Int[np.ndarray, " rows"] | None = None,
+    source: str = "",
+) -> None:
+    """Refuse joint positions where an effect is not known.
+
+    Args:
+        effects: What may have been learned on part of a joint's range.
+        chain: Of the arm.
+        q: Joint positions [rad or m].
+        rows: Their numbers for people; counted from 0 if None.
+        source: Where they came from, for the message.
+
+    Raises:
+        DataError: names joint, position, range and row.
+    """
+    for effect in effects:
+        for joint, (low, high) in effect.ranges().items():
+            outside = ~((q[:, joint] >= low - ROUNDING) & (q[:, joint] <= high + ROUNDING))
+            if outside.any():
+                row = int(np.argmax(outside))
+                unit, size = ("°", 180.0 / np.pi) if turns(chain, joint) else (" m", 1.0)
+                least, greatest, found = (f"{v * size:.4g}{unit}" for v in (low, high, q[row, joint]))
+                raise DataError(
+                    f"{source}{': ' if source else ''}effect '{effect.name}' of joint {joint + 1} is known "
+                    f"from {least} to {greatest} only, and row {row if rows is None else rows[row]} has the "
+                    f"joint at {found}; stay within, or learn it there too"
+                )
 
 
 def driven(chain: Chain, joint: int) -> Element:

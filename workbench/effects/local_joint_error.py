@@ -13,12 +13,9 @@ from typing import final
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from workbench.effects.effect import AbstractEffect, Insertion, Loads, driven_names, turns
-from workbench.errors import DataError
+from workbench.effects.effect import AbstractEffect, Insertion, Loads, check_ranges, driven_names, turns
 
 TURN = 2.0 * np.pi
-ROUNDING = 1e-9
-"""How far outside its range a joint may be by rounding [rad or m]."""
 
 
 @final
@@ -60,22 +57,18 @@ class LocalJointError(AbstractEffect):
             return self.range[0], self.range[1]
         return (-np.inf, np.inf) if self.periodic else (self.knots[0], self.knots[-1])
 
+    def ranges(self):
+        """Its own."""
+        return {self.joints[0]: self.limits}
+
     def law(self, chain, motion, wrenches):
         """See the module.
 
         Raises:
             DataError: a joint position outside the range.
         """
-        q = motion.q[:, self.joints[0]]
-        low, high = self.limits
-        outside = ~((q >= low - ROUNDING) & (q <= high + ROUNDING))
-        if outside.any():
-            row = int(np.argmax(outside))
-            raise DataError(
-                f"effect '{self.name}' of joint {self.joints[0] + 1} is known from {low:.4g} to {high:.4g} "
-                f"only, and row {row} has the joint at {q[row]:.4g}; stay within, or learn it there too"
-            )
-        return _basis(self.knots, self.periodic)(q)[:, None, :]
+        check_ranges((self,), chain, motion.q)
+        return _basis(self.knots, self.periodic)(motion.q[:, self.joints[0]])[:, None, :]
 
     def mistake(self, chain):
         """Joints, knots or a range without sense."""

@@ -196,7 +196,8 @@ def _trial(robot, data, freedom, words, noise, free, effects, known) -> _Trial:
         aligned, data, free=free, frames=freedom, noise=noise, known=known, effects=effects
     )
     search = Opt2(limit=40).search(problem)
-    factor = factorise(*reversed(problem.evaluate(search.x)))
+    at = problem.evaluate(search.x)
+    factor = factorise(at.jacobian, at.residual, problem.units)
     limits = np.array([STRANGE_ANGLE if p.unit == "rad" else STRANGE_LENGTH for p in problem.parameters])
     arm = np.array([p.is_geometry for p in problem.parameters], bool)
     moved = np.abs(search.x - problem.start) / limits

@@ -85,4 +85,6 @@ def gauge_step(
 ) -> Float[np.ndarray, " p"]:
     """The step, moved along what can't be seen so that the parameters end as near to nominal as they can."""
     n = factor.null_space
-    return step - n @ (n.T @ (from_nominal + step)) if n.shape[1] else step
+    if not n.shape[1]:
+        return step
+    return step - factor.units * (n @ (n.T @ ((from_nominal + step) / factor.units)))

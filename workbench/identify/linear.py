@@ -1,11 +1,13 @@
 """The linear algebra that every algorithm shares: one factorisation, its rank, and what it can't see.
 
-The whitened Jacobian is compressed to its triangular factor, whatever the number of rows. Parameters are
-measured in rad and m, which weigh alike for arms of about a metre. A direction in parameter space is
-*unseen* when its singular value is rounding (`RANK_TOLERANCE`), and *hardly seen* when the stated noise
-leaves it uncertain by more than `HARDLY` rad or m: beyond that the model is no longer linear, and a search
-along it wanders without fitting anything. No step goes along either, and both are named in the result; along
-the unseen ones the parameters end as close to nominal as they can (minimum norm, as `lsqminnorm`).
+The whitened Jacobian is compressed to its triangular factor, whatever the number of rows. Every parameter is
+measured in a natural unit: what changes the arm by 1 rad or 1 m, which weigh alike for arms of about a metre.
+Constants have rad and m themselves; a coefficient's unit follows from its law (`Problem.units`). A direction
+in parameter space is *unseen* when its singular value is rounding (`RANK_TOLERANCE`), and *hardly seen* when
+the stated noise leaves it uncertain by more than `HARDLY` natural units: beyond that the model is no longer
+linear, and a search along it wanders without fitting anything. No step goes along either, and both are named
+in the result; along the unseen ones the parameters end as close to nominal as they can (minimum norm, as
+`lsqminnorm`).
 """
 
 from dataclasses import dataclass
@@ -17,24 +19,26 @@ from jaxtyping import Bool, Float
 RANK_TOLERANCE = 1e-10
 """Relative singular value below which a combination of parameters counts as not seen at all."""
 HARDLY = 0.2
-"""Standard error [rad or m] above which a combination of parameters counts as hardly seen."""
+"""Standard error [natural units] above which a combination of parameters counts as hardly seen."""
 
 
 @dataclass(frozen=True, eq=False)
 class Factor:
-    """J = Q R, R = U S Vᵀ, and the compressed residual Qᵀr.
+    """J D = Q R, R = U S Vᵀ with D the natural units, and the compressed residual Qᵀr.
 
     Args:
         s: Singular values, largest first; zeros where rows are fewer than columns.
-        vt: Right vectors, one for every parameter [rad, m].
+        vt: Right vectors, one for every parameter [natural units].
         along: Uᵀ Qᵀ r, the residual along each left vector.
         residual_square: |r|².
+        units: D, one natural unit of every parameter [rad, m, or whatever it is measured in].
     """
 
     s: Float[np.ndarray, " p"]
     vt: Float[np.ndarray, "p p"]
     along: Float[np.ndarray, " p"]
     residual_square: float
+    units: Float[np.ndarray, " p"]
 
     @cached_property
     def visible(self) -> Bool[np.ndarray, " p"]:
@@ -43,7 +47,7 @@ class Factor:
 
     @cached_property
     def uncertainty(self) -> Float[np.ndarray, " p"]:
-        """Standard error along every direction [rad, m] for the stated noise."""
+        """Standard error along every direction [natural units] for the stated noise."""
         return np.where(self.visible, 1.0 / np.where(self.visible, self.s, 1.0), np.inf)
 
     @cached_property
@@ -58,18 +62,18 @@ class Factor:
 
     @cached_property
     def null_space(self) -> Float[np.ndarray, "p n"]:
-        """Directions in parameter space [rad, m] that change no row, orthonormal."""
+        """Directions in parameter space [natural units] that change no row, orthonormal."""
         return self.vt[~self.visible].T
 
     @cached_property
     def hardly(self) -> Float[np.ndarray, "p n"]:
-        """Directions that the rows show, but too faintly to identify, orthonormal."""
+        """Directions [natural units] that the rows show, but too faintly to identify, orthonormal."""
         return self.vt[self.visible & ~self.seen].T
 
     def step(self, damping: float = 0.0) -> Float[np.ndarray, " p"]:
         """Step that reduces the residual most: Gauss–Newton, or Levenberg–Marquardt if damped."""
         s = self.s[self.seen]
-        return self.vt[self.seen].T @ (self.along[self.seen] * (s / (s**2 + damping)))
+        return self.units * (self.vt[self.seen].T @ (self.along[self.seen] * (s / (s**2 + damping))))
 
     def predicted_decrease(self, damping: float = 0.0) -> float:
         """Decrease of |r|² that the linear model promises for that step."""
@@ -79,21 +83,41 @@ class Factor:
 
     def covariance(self) -> Float[np.ndarray, "p p"]:
         """Covariance of the minimum-norm solution for unit noise."""
-        half = (self.vt[self.seen] / self.s[self.seen, None]).T
-        return half @ half.T
+        return self.root @ self.root.T
+
+    @cached_property
+    def root(self) -> Float[np.ndarray, "p r"]:
+        """Square root of that covariance."""
+        return self.units[:, None] * (self.vt[self.seen] / self.s[self.seen, None]).T
+
+    def information(self) -> Float[np.ndarray, "p p"]:
+        """JᵀJ: what the rows know, with zeros for what they do not."""
+        half = self.s[:, None] * self.vt / self.units
+        return half.T @ half
 
     @property
     def condition(self) -> float:
-        """Ratio of the largest to the smallest singular value that counts, in rad and m."""
+        """Ratio of the largest to the smallest singular value that counts, in natural units."""
         return float(self.s.max() / self.s[self.seen].min()) if self.rank else np.inf
 
 
-def factorise(jacobian: Float[np.ndarray, "m p"], residual: Float[np.ndarray, " m"]) -> Factor:
-    """Compress and decompose a whitened Jacobian and its residual."""
+def factorise(
+    jacobian: Float[np.ndarray, "m p"],
+    residual: Float[np.ndarray, " m"],
+    units: Float[np.ndarray, " p"] | None = None,
+) -> Factor:
+    """Compress and decompose a whitened Jacobian and its residual.
+
+    Args:
+        jacobian: Whitened, per unit of each parameter.
+        residual: Whitened.
+        units: Natural unit of every parameter; 1 if None.
+    """
     p = jacobian.shape[1]
-    r = np.asarray(np.linalg.qr(np.concatenate([jacobian, residual[:, None]], axis=1), mode="r"))
+    units = np.ones(p) if units is None else units
+    r = np.asarray(np.linalg.qr(np.concatenate([jacobian * units, residual[:, None]], axis=1), mode="r"))
     size = min(p, len(r))
     u, s, vt = np.linalg.svd(r[:size, :p])
     along = np.zeros(p)
     along[: len(s)] = (u.T @ r[:size, p])[: len(s)]
-    return Factor(np.pad(s, (0, p - len(s))), vt, along, float(residual @ residual))
+    return Factor(np.pad(s, (0, p - len(s))), vt, along, float(residual @ residual), units)

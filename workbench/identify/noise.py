@@ -63,7 +63,7 @@ def from_repeats(data: Dataset) -> Noise | None:
 
 
 def from_fit(problem: Problem, search: Search) -> Noise | None:
-    """Root mean square of what a search leaves, per channel; None where that is rounding or nothing is left."""
+    """Root mean square of what a search leaves, per channel; None where that is rounding."""
     return of_residual(problem, search.x)
 
 
@@ -90,8 +90,8 @@ def of_residual(problem: Problem, x: Float[np.ndarray, " p"]) -> Noise | None:
 
 def effective_parameters(problem: Problem, jacobian: np.ndarray) -> float:
     """Trace of the hat matrix of the measured rows: parameters that they, and not a prior, determine."""
-    factor = factorise(jacobian, np.zeros(len(jacobian)))
+    factor = factorise(jacobian, np.zeros(len(jacobian)), problem.units)
     if problem.prior is None:
         return float(factor.rank)
-    half = jacobian[: problem.size] @ (factor.vt[factor.seen] / factor.s[factor.seen, None]).T
+    half = jacobian[: problem.size] @ factor.root
     return float((half**2).sum())

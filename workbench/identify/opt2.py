@@ -1,6 +1,6 @@
 """OPT2: Levenberg–Marquardt, the counterpart of the paper's `lsqnonlin` (ARIA 4.1.3).
 
-Minimises ½|r(x)|² with the step (JᵀJ + λ I)⁻¹ Jᵀr, in rad and m; λ follows the ratio of the actual to the
+Minimises ½|r(x)|² with the step (JᵀJ + λ I)⁻¹ Jᵀr, in natural units; λ follows the ratio of the actual to the
 promised decrease. One factorisation serves all λ of an iteration.
 
 Source: Nielsen, Damping parameter in Marquardt's method, IMM-REP-1999-05 (the update of λ).
@@ -48,7 +48,7 @@ class Opt2(AbstractIdentifier):
                 return Search(x, Outcome.DIVERGED, tuple(history))
             if on_step and on_step(iteration, history[-1]):
                 return Search(x, Outcome.CANCELLED, tuple(history))
-            factor = factorise(at.jacobian, at.residual)
+            factor = factorise(at.jacobian, at.residual, problem.units)
             if settled(factor, factor.predicted_decrease(), problem.count):
                 return Search(x, Outcome.CONVERGED, tuple(history))
             damping = self.damping * factor.s[0] ** 2 if damping is None else damping

@@ -28,6 +28,7 @@ from workbench.identify.blocks import (
 )
 from workbench.measure.dataset import Dataset
 from workbench.measure.observations import Channel
+from workbench.model.deflection import law_sizes
 from workbench.parameters import Parameter, default_bounds
 from workbench.robots.robot import FRAME_PARTS, Frame, Robot, SessionFrames
 from workbench.types import frozen
@@ -103,6 +104,7 @@ class Problem:
             OptionError: free, effects or bounds name what the robot does not have.
         """
         robot.check_joints(data.q, data.source)
+        robot.check_ranges(data.q, data.row, data.source)
         frames = frames or FrameFreedom()
         noise = noise or Noise()
         names = tuple(robot.default_free if free is None else free)
@@ -160,6 +162,16 @@ class Problem:
     def names(self) -> tuple[str, ...]:
         """Names of the unknowns, in the order of x."""
         return tuple(p.name for p in self.parameters)
+
+    @cached_property
+    def units(self) -> Float[np.ndarray, " p"]:
+        """What of each unknown changes the arm by 1 rad or 1 m: itself, or for a coefficient of an effect the
+        reciprocal of its law's largest value over the rows [unit of the unknown]."""
+        largest: dict[str, float] = {}
+        for bent in (b.bent for b in self.blocks if b.bent is not None):
+            for name, size in law_sizes(bent.robot, bent.motion, bent.names).items():
+                largest[name] = max(size, largest.get(name, 0.0))
+        return frozen(np.array([1.0 / (largest.get(p.name) or 1.0) for p in self.parameters]))
 
     @property
     def size(self) -> int:

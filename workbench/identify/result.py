@@ -30,7 +30,7 @@ class Combination:
 
     Args:
         names: The parameters, the heaviest first.
-        weights: Their shares [rad or m], the largest 1.
+        weights: Their shares [natural units], the largest 1.
         words: For people, such as `base yaw with joint1.theta`.
     """
 
@@ -82,7 +82,7 @@ class Fit:
     def factor(self) -> Factor:
         """Factorisation of the whitened Jacobian at the answer."""
         at = self.problem.evaluate(self.x)
-        return factorise(at.jacobian, at.residual)
+        return factorise(at.jacobian, at.residual, self.problem.units)
 
     @cached_property
     def whitened(self) -> Float[np.ndarray, " m"]:
@@ -114,7 +114,7 @@ class Fit:
 
     @property
     def condition(self) -> float:
-        """Condition number of what can be seen, in rad and m."""
+        """Condition number of what can be seen, in natural units."""
         return self.factor.condition
 
     @cached_property

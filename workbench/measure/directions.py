@@ -27,7 +27,7 @@ def with_directions(data: Dataset) -> Dataset:
     sign = np.where(np.abs(moved) > STILL, np.sign(moved), 0.0)
     out = np.empty_like(sign)
     out[order] = _held(sign, session[order])
-    note = "direction of motion: from the order of the rows in time, as if the arm came straight from the last one"
+    note = "direction of motion: from the order of the rows in time, each reached straight from the last"
     return replace(data, direction=out, notes=(*data.notes, note))
 
 

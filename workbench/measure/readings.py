@@ -9,6 +9,7 @@ from workbench import se3
 from workbench.measure.instruments import Instrument, Observes
 from workbench.measure.sight import lost, station
 from workbench.model.forward import link_frames
+from workbench.motion import Motion
 from workbench.robots.robot import Robot
 from workbench.types import Vector3
 
@@ -46,14 +47,19 @@ def read_poses(
 
 
 def read_tilts(
-    instrument: Instrument, actual: Robot, q: Float[np.ndarray, "rows n"], rng: np.random.Generator
+    instrument: Instrument,
+    actual: Robot,
+    q: Float[np.ndarray, "rows n"],
+    rng: np.random.Generator,
+    *,
+    motion: Motion | None = None,
 ) -> dict[int, Float[np.ndarray, "rows 2"]]:
     """Slopes of the x and y axes of every moving link against the horizontal [rad], by link from 1.
 
     The horizontal is the plane across the arm's gravity; an axis that points upwards has a positive slope.
     """
     up = -actual.base.rotation @ actual.gravity / np.linalg.norm(actual.gravity)
-    frames = link_frames(actual, q)[:, 1:-1]
+    frames = link_frames(actual, q, motion=motion)[:, 1:-1]
     moving = [i for i, joint in enumerate(actual.joints) if joint.kind != "fixed"]
     _, turn = instrument.deviations
     slopes = np.arcsin(np.clip(np.einsum("rlij,i->rlj", frames[:, moving, :3, :2], up), -1.0, 1.0))

@@ -22,6 +22,7 @@ from workbench.measure.readings import read_poses, read_tilts, three_anchors, un
 from workbench.measure.surfaces import three_planes, touch_balls, touch_planes
 from workbench.model import inverse
 from workbench.model.forward import tool_poses
+from workbench.motion import Motion
 from workbench.robots.robot import Robot
 from workbench.types import Vector3
 
@@ -69,6 +70,7 @@ def simulate(
     rng: np.random.Generator,
     joint_noise: float = 0.0,
     anchors: Mapping[str, Vector3] | None = None,
+    motion: Motion | None = None,
 ) -> Dataset:
     """Measure an arm at given joint positions.
 
@@ -79,6 +81,7 @@ def simulate(
         rng: Source of the noise.
         joint_noise: Standard deviation of the joint readings [rad or m]; 0 for exact ones.
         anchors: Places that distances are measured from [m]; three about the base if None.
+        motion: What drives the arm's effects beside q, one row a joint position; written into the rows.
 
     Returns:
         One row a joint position; its `q` are the readings.
@@ -93,26 +96,28 @@ def simulate(
         )
     anchors = three_anchors(actual) if anchors is None else anchors
     if instrument.observes in (Observes.SPHERE, Observes.PLANE):
-        return _touching(actual, q, instrument, rng, joint_noise, anchors)
-    poses = tool_poses(actual, q)
+        return _touching(actual, q, instrument, rng, joint_noise, anchors, motion)
+    state = None if motion is None else motion.at(q)
+    poses = tool_poses(actual, q, motion=state)
     seen: dict[str, Any]
     if instrument.observes is Observes.TILT:
-        seen = {"tilt": read_tilts(instrument, actual, q, rng)}
+        seen = {"tilt": read_tilts(instrument, actual, q, rng, motion=state)}
     else:
         seen = read_poses(instrument, poses, rng, anchors)
-    return _dataset(actual, q, instrument, rng, joint_noise, poses, seen)
+    return _dataset(actual, q, instrument, rng, joint_noise, poses, seen, motion=motion)
 
 
-def _touching(actual, q, instrument, rng, joint_noise, anchors) -> Dataset:
+def _touching(actual, q, instrument, rng, joint_noise, anchors, motion) -> Dataset:
     """Rows of a probe that goes to balls or planes from each joint position."""
     sigma, _ = instrument.deviations
     if instrument.observes is Observes.SPHERE:
         balls = {f"ball {name}": place for name, place in anchors.items()}
-        touched = touch_balls(actual, q, balls, sigma=sigma, rng=rng)
+        touched = touch_balls(actual, q, balls, sigma=sigma, rng=rng, motion=motion)
     else:
-        touched = touch_planes(actual, q, three_planes(actual), sigma=sigma, rng=rng)
-    poses = tool_poses(actual, touched.q)
-    rows = _dataset(actual, touched.q, instrument, rng, joint_noise, poses, {"contact": touched.names})
+        touched = touch_planes(actual, q, three_planes(actual), sigma=sigma, rng=rng, motion=motion)
+    state = None if motion is None else motion.at(touched.q)
+    poses, seen = tool_poses(actual, touched.q, motion=state), {"contact": touched.names}
+    rows = _dataset(actual, touched.q, instrument, rng, joint_noise, poses, seen, motion=motion)
     return without(rows, np.where(touched.reached, "", "out of the arm's reach"))
 
 
@@ -126,6 +131,7 @@ def simulate_targets(
     near: Float[np.ndarray, "targets n"] | None = None,
     joint_noise: float = 0.0,
     anchors: Mapping[str, Vector3] | None = None,
+    motion: Motion | None = None,
 ) -> Dataset:
     """Bring an arm to the targets of a fixture and measure it there.
 
@@ -143,6 +149,7 @@ def simulate_targets(
             the nearest other, and a note says so.
         joint_noise: Standard deviation of the joint readings [rad or m]; 0 for exact ones.
         anchors: Places that distances are measured from [m]; three about the base if None.
+        motion: What drives the arm's effects beside q, one row a target; written into the rows.
 
     Returns:
         One row a target.
@@ -161,22 +168,23 @@ def simulate_targets(
         imposed = se3.pose(imposed[:, :3, :3], imposed[:, :3, 3] + noise)
     notes: tuple[str, ...] = ()
     if near is None:
-        q = _in_branches(actual, imposed, branch)
+        q = _in_branches(actual, imposed, branch, motion)
     else:
         actual.check_joints(near, "near")
-        q, notes = _follow(actual, imposed, near)
+        q, notes = _follow(actual, imposed, near, motion)
     anchors = three_anchors(actual) if anchors is None else anchors
     seen: dict[str, Any]
     if instrument.observes is Observes.CONTACT:
         seen = {"contact": _points(targets[:, :3, 3])}
     elif instrument.observes is Observes.TILT:
-        seen = {"tilt": read_tilts(instrument, actual, q, rng)}
+        state = None if motion is None else motion.at(q)
+        seen = {"tilt": read_tilts(instrument, actual, q, rng, motion=state)}
     else:
         seen = read_poses(instrument, imposed, rng, anchors)
-    return _dataset(actual, q, instrument, rng, joint_noise, imposed, seen, notes)
+    return _dataset(actual, q, instrument, rng, joint_noise, imposed, seen, notes, motion)
 
 
-def _dataset(actual, q, instrument, rng, joint_noise, poses, seen, notes=()) -> Dataset:
+def _dataset(actual, q, instrument, rng, joint_noise, poses, seen, notes=(), motion=None) -> Dataset:
     readings = q + rng.normal(0.0, joint_noise, q.shape) if joint_noise > 0 else q.copy()
     position, rotation = instrument.deviations
     sigma = None
@@ -192,6 +200,7 @@ def _dataset(actual, q, instrument, rng, joint_noise, poses, seen, notes=()) -> 
         source=f"virtual {actual.name}",
         notes=(f"simulated with instrument '{instrument.name}'", *notes),
         **seen,
+        **({} if motion is None else motion.drivers),
     )
     return without(rows, reasons)
 
@@ -224,12 +233,15 @@ def _points(places: Float[np.ndarray, "rows 3"]) -> np.ndarray:
     return np.array([f"point {order[n]}" for n in number.tolist()])
 
 
-def _follow(actual: Robot, poses: np.ndarray, near: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:
+def _follow(
+    actual: Robot, poses: np.ndarray, near: np.ndarray, motion: Motion | None
+) -> tuple[np.ndarray, tuple[str, ...]]:
     """The solutions next to given joint positions, and a note on each that the limits turned elsewhere."""
-    followed = inverse.follow_many(actual, poses, near)
+    followed = inverse.follow_many(actual, poses, near, motion=motion)
     q, notes = followed.q.copy(), []
     for row in np.flatnonzero(~followed.converged):
-        result = inverse.solve(actual, poses[row])
+        state = None if motion is None else motion.take(np.array([row]))
+        result = inverse.solve(actual, poses[row], motion=state)
         other = inverse.choose(result, near=near[row])
         if other is None:
             raise DataError(f"target {row + 1} is not reachable within limits: {result.reason}")
@@ -240,9 +252,11 @@ def _follow(actual: Robot, poses: np.ndarray, near: np.ndarray) -> tuple[np.ndar
     return q, tuple(notes)
 
 
-def _in_branches(actual: Robot, poses: np.ndarray, branch: str | Sequence[str]) -> np.ndarray:
+def _in_branches(
+    actual: Robot, poses: np.ndarray, branch: str | Sequence[str], motion: Motion | None
+) -> np.ndarray:
     solutions = []
-    for number, result in enumerate(inverse.solve_many(actual, poses), start=1):
+    for number, result in enumerate(inverse.solve_many(actual, poses, motion=motion), start=1):
         if not result.reachable:
             raise DataError(f"target {number} is not reachable within limits: {result.reason}")
         solutions.append({b.name: b for b in result.within_limits})

@@ -15,6 +15,7 @@ from workbench import se3
 from workbench.model import inverse
 from workbench.model.forward import tool_poses
 from workbench.model.inverse import Task
+from workbench.motion import Motion
 from workbench.robots.robot import Robot
 from workbench.types import Vector3
 
@@ -67,6 +68,7 @@ def touch_balls(
     *,
     sigma: float,
     rng: np.random.Generator,
+    motion: Motion | None = None,
 ) -> Touched:
     """Find the centres of balls in turn by touching them all around.
 
@@ -76,10 +78,11 @@ def touch_balls(
         balls: Centres by name [m].
         sigma: Standard deviation of a centre's coordinate [m].
         rng: Source of the noise.
+        motion: What drives the arm's effects beside q.
     """
     names = np.array(list(balls))[np.arange(len(q)) % len(balls)]
     centres = np.stack([balls[name] for name in names])
-    return _bring(actual, q, centres + rng.normal(0.0, sigma, centres.shape), names)
+    return _bring(actual, q, centres + rng.normal(0.0, sigma, centres.shape), names, motion)
 
 
 def touch_planes(
@@ -89,18 +92,25 @@ def touch_planes(
     *,
     sigma: float,
     rng: np.random.Generator,
+    motion: Motion | None = None,
 ) -> Touched:
     """Touch planes in turn from the given joint positions; arguments as `touch_balls`."""
     names = np.array(list(planes))[np.arange(len(q)) % len(planes)]
     normals = np.stack([planes[name].normal for name in names])
     offsets = np.array([planes[name].offset for name in names]) + rng.normal(0.0, sigma, len(q))
-    tips = tool_poses(actual, q)[:, :3, 3]
+    tips = _poses(actual, q, motion)[:, :3, 3]
     gaps = offsets - (normals * tips).sum(axis=1)
-    return _bring(actual, q, tips + gaps[:, None] * normals, names)
+    return _bring(actual, q, tips + gaps[:, None] * normals, names, motion)
 
 
-def _bring(actual: Robot, q: np.ndarray, tips: Float[np.ndarray, "rows 3"], names: np.ndarray) -> Touched:
+def _bring(
+    actual: Robot, q: np.ndarray, tips: Float[np.ndarray, "rows 3"], names: np.ndarray, motion: Motion | None
+) -> Touched:
     """The joint positions next to q whose tip is at each place."""
-    targets = se3.pose(tool_poses(actual, q)[:, :3, :3], tips)
-    found = inverse.follow_many(actual, targets, q, task=Task.POSITION)
+    targets = se3.pose(_poses(actual, q, motion)[:, :3, :3], tips)
+    found = inverse.follow_many(actual, targets, q, task=Task.POSITION, motion=motion)
     return Touched(np.where(found.converged[:, None], found.q, q), names, found.converged)
+
+
+def _poses(actual: Robot, q: np.ndarray, motion: Motion | None) -> np.ndarray:
+    return tool_poses(actual, q, motion=None if motion is None else motion.at(q))

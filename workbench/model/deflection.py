@@ -129,6 +129,20 @@ def effect_columns(
     return poses, out
 
 
+def law_sizes(robot: Robot, motion: Motion, coefficients: Sequence[str]) -> dict[str, float]:
+    """Largest change of any element over the rows per unit of some coefficients [rad or m per unit]."""
+    laws = _laws(robot.chain, motion, robot.effects, loaded=False)
+    if any(e.loads for e in robot.effects):
+        bent = deflect(robot, motion)
+        laws |= _laws(robot.chain, motion, robot.effects, loaded=True, wrenches=bent.wrenches)
+    sizes = {
+        name: float(np.abs(laws[i][:, :, k]).max(initial=0.0))
+        for i, effect in enumerate(robot.effects)
+        for k, name in enumerate(effect.names)
+    }
+    return {name: sizes[name] for name in coefficients}
+
+
 def _laws(
     chain: Chain,
     motion: Motion,

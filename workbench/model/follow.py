@@ -1,4 +1,7 @@
-"""Following a target: one warm-started damped Newton run within the limits, for drags (`newton`)."""
+"""Following a target: one warm-started damped Newton run within the limits, for drags (`newton`).
+
+An arm that bends is then settled (`settle`).
+"""
 
 from dataclasses import dataclass
 
@@ -7,6 +10,8 @@ from jaxtyping import Bool, Float
 
 from workbench.model.arm import compile_arm
 from workbench.model.newton import Task, refine
+from workbench.model.settle import settle
+from workbench.motion import Motion
 from workbench.robots.robot import Robot
 from workbench.types import frozen
 
@@ -47,6 +52,7 @@ def follow(
     q_start: Float[np.ndarray, " n"],
     *,
     task: Task | None = None,
+    motion: Motion | None = None,
 ) -> Followed:
     """The solution next to a start, or the nearest that the arm comes to within its limits.
 
@@ -55,8 +61,9 @@ def follow(
         pose: Tool pose in the measuring frame [m]; trusted to be one.
         q_start: Where to start, as a rule the last solution [rad or m].
         task: What of the pose must be met; by default what so many joints can meet.
+        motion: What drives a robot's effects beside q, one row; its own q is not looked at.
     """
-    many = follow_many(robot, pose[None], q_start[None], task=task)
+    many = follow_many(robot, pose[None], q_start[None], task=task, motion=motion)
     return Followed(
         frozen(many.q[0]),
         bool(many.converged[0]),
@@ -71,9 +78,14 @@ def follow_many(
     q_starts: Float[np.ndarray, "rows n"],
     *,
     task: Task | None = None,
+    motion: Motion | None = None,
 ) -> FollowedMany:
     """`follow` for every row."""
     robot.check_joints(q_starts)
     arm, task = compile_arm(robot), task or Task.default(robot.dof)
-    r = refine(arm, poses, q_starts[:, arm.columns], task=task, limits=arm.limits, iterations=FOLLOW_STEPS)
+    limits = robot.known_limits
+    held = limits[arm.columns]
+    r = refine(arm, poses, q_starts[:, arm.columns], task=task, limits=held, iterations=FOLLOW_STEPS)
+    if robot.effects:
+        r = settle(robot, poses, r.x[:, arm.places], task=task, limits=limits, motion=motion)
     return FollowedMany(frozen(r.x[:, arm.places]), r.converged, r.position_error, r.rotation_error)

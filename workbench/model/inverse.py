@@ -3,7 +3,10 @@
 `solve` finds all solution branches where there are finitely many, for any geometry (`solutions`), names them
 (`branches`) and explains failure (`unreachable`). `follow` is one warm-started damped Newton run within the
 limits, for drags (`newton`). Nothing here assumes a nominal structure, so a calibrated arm is solved exactly.
-Effects that depend on the state (compliance, backlash …) are not part of the geometry and not of this.
+
+An arm that bends (`Robot.effects`) has the branches of its geometry, each moved to where the bent arm reaches
+the target (`settle`); reasons, and the nearest configuration to what is out of reach, are the geometry's. A
+branch keeps its turn: with an effect that does not repeat every turn, `follow` from another one.
 """
 
 import numpy as np
@@ -12,11 +15,13 @@ from jaxtyping import Float
 from workbench.errors import DataError, ShapeError
 from workbench.model import unreachable
 from workbench.model.arm import Arm, compile_arm
-from workbench.model.branches import Branch, branch_names, margins, representative
+from workbench.model.bent_branches import bent_result
+from workbench.model.branches import LIMIT_SLACK, Branch, branch_names, margins, representative
 from workbench.model.follow import Followed, FollowedMany, follow, follow_many
 from workbench.model.newton import Task, refine
 from workbench.model.solutions import Solutions, all_solutions, distinct, random_starts, task_jacobian
 from workbench.model.ways import InverseResult, Nearest, choose, nearest_branch, quality
+from workbench.motion import Motion
 from workbench.robots.robot import Robot
 from workbench.types import frozen
 
@@ -39,8 +44,6 @@ REPRESENTATIVES = 8
 """Solutions shown of a redundant arm."""
 SPREAD_STARTS = 96
 """Starts from which they are chosen, per round."""
-LIMIT_SLACK = 1e-9
-"""A joint counts as within its limits up to this [rad or m]."""
 
 
 def solve(
@@ -50,6 +53,7 @@ def solve(
     task: Task | None = None,
     rng: np.random.Generator | None = None,
     limits: Float[np.ndarray, "n 2"] | None = None,
+    motion: Motion | None = None,
 ) -> InverseResult:
     """Every way to reach a pose of the tool.
 
@@ -58,13 +62,15 @@ def solve(
         pose: Tool pose in the measuring frame [m].
         task: What of it must be met; by default what so many joints can meet.
         rng: For the random starts that stand beside the algebraic ones; seeded with 0 if None.
-        limits: Limits to use instead of the robot's [rad or m]; infinite ones to leave them aside.
+        limits: Limits to use instead of the robot's [rad or m]; infinite ones to leave them aside. An effect
+            that is known on part of a joint's range narrows them.
+        motion: What drives a robot's effects beside q, one row; its own q is not looked at.
 
     Raises:
-        DataError: the pose is not finite or no rigid motion.
+        DataError: the pose is not finite or no rigid motion, or an effect misses what drives it.
         ShapeError: limits have another number of joints than the robot.
     """
-    return solve_many(robot, np.asarray(pose)[None], task=task, rng=rng, limits=limits)[0]
+    return solve_many(robot, np.asarray(pose)[None], task=task, rng=rng, limits=limits, motion=motion)[0]
 
 
 def solve_many(
@@ -74,8 +80,9 @@ def solve_many(
     task: Task | None = None,
     rng: np.random.Generator | None = None,
     limits: Float[np.ndarray, "n 2"] | None = None,
+    motion: Motion | None = None,
 ) -> list[InverseResult]:
-    """`solve` for several poses at once, at less than half the time each."""
+    """`solve` for several poses at once, at less than half the time each; a row of `motion` a pose."""
     arm, task = compile_arm(robot), task or Task.default(robot.dof)
     rng = np.random.default_rng(0) if rng is None else rng
     targets, limits = check_poses(poses), _limits(robot, limits)
@@ -84,7 +91,11 @@ def solve_many(
         solutions = [_spread(arm, t[None], task, inner, rng) for t in targets]
     else:
         solutions = all_solutions(arm, targets, task=task, rng=rng)
-    return [_result(arm, t, s, task, limits, rng) for t, s in zip(targets, solutions, strict=True)]
+    results = [_result(arm, t, s, task, limits, rng) for t, s in zip(targets, solutions, strict=True)]
+    if not robot.effects:
+        return results
+    states = [None if motion is None else motion.take(np.array([i])) for i in range(len(results))]
+    return [bent_result(robot, t, r, limits, s) for t, r, s in zip(targets, results, states, strict=True)]
 
 
 def check_poses(poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, "rows 4 4"]:
@@ -113,14 +124,14 @@ def check_poses(poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, "rows
 
 def _limits(robot: Robot, limits: np.ndarray | None) -> np.ndarray:
     if limits is None:
-        return robot.limits
+        return robot.known_limits
     if limits.shape != (robot.dof, 2):
         raise ShapeError(
             f"limits are for {len(limits)} joints, robot '{robot.name}' has {robot.dof}; give one pair each",
             expected=robot.dof,
             found=len(limits),
         )
-    return frozen(np.array(limits, float))
+    return robot.narrowed(np.array(limits, float))
 
 
 def _spread(

@@ -13,6 +13,9 @@ The three runs of the paper's toolbox (ARIA 4.1.4) are three short calls:
 each followed by `identify(aria, rows)`.
 """
 
+from workbench.diagnose.record import Diagnosis
+from workbench.pipeline.compensation import compensate_trajectory
+from workbench.pipeline.diagnosis import diagnose
 from workbench.pipeline.evaluation import evaluate
 from workbench.pipeline.identification import ALGORITHMS, identify
 from workbench.pipeline.plates import cluster_region, score_plate
@@ -22,12 +25,15 @@ from workbench.validate.identification import Evaluation, Identification, Run, V
 
 __all__ = [
     "ALGORITHMS",
+    "Diagnosis",
     "Evaluation",
     "Identification",
     "Run",
     "Validation",
     "choose_poses",
     "cluster_region",
+    "compensate_trajectory",
+    "diagnose",
     "evaluate",
     "identify",
     "measure_plate",

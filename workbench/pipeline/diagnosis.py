@@ -1,4 +1,4 @@
-"""Diagnosis from end to end: geometry, outliers, effects one after the other, verdict, what to measure next."""
+"""Diagnosis from end to end: geometry, outliers, effects, verdict, what to measure next."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -6,138 +6,232 @@ from time import perf_counter
 
 import numpy as np
 
-from workbench.diagnose.catalogue import Catalogue, catalogue
-from workbench.diagnose.evidence import Model
-from workbench.diagnose.grams import Grams, compress
-from workbench.diagnose.outliers import robust_fit, standing_out
-from workbench.diagnose.refit import Fitted, refit, with_own_noise
-from workbench.diagnose.search import Found, search
-from workbench.identify.problem import Noise, Problem
+from workbench.design.region import Region
+from workbench.diagnose.leftover import joint_noise, structured
+from workbench.diagnose.next_poses import next_poses
+from workbench.diagnose.record import Accepted, Diagnosis, Ranked, judged
+from workbench.diagnose.refit import robot_with
+from workbench.diagnose.rivals import ambiguous, ranked, rivals_of
+from workbench.diagnose.stages import Searched, Stage, geometry_first, rounds
+from workbench.diagnose.verdict import conclude, too_few
+from workbench.diagnose.words import sentence
+from workbench.effects.local_joint_error import LocalJointError
+from workbench.identify import noise as noises
+from workbench.identify.frames import Sessions
+from workbench.identify.problem import Noise
 from workbench.measure.dataset import Dataset
-from workbench.motion import Motion
-from workbench.pipeline.preparation import Cancel, Progress, on_step, prepare
+from workbench.measure.directions import with_directions
+from workbench.pipeline.preparation import Cancel, Prepared, Progress, on_step, prepare
 from workbench.robots.robot import Robot
+from workbench.validate.errors import Errors, RowErrors
+from workbench.validate.identification import Validation
 
-FOLDS = 5
-PASSES = 5
-
-
-def folds_of(data: Dataset, count: int, rng: np.random.Generator) -> np.ndarray:
-    """Fold of every row; whole groups."""
-    groups = np.arange(len(data)) if data.group is None else np.unique(data.group, return_inverse=True)[1]
-    order = rng.permutation(int(groups.max()) + 1)
-    return (np.argsort(order) % count)[groups]
+GROSS, GROSS_PART = 10.0, 0.02
+"""Rows off by this many times the median of the aligned nominal arm, and by this part of the reach, are set
+apart before anything is fitted."""
+TRIES = 3
 
 
-def diagnose_raw(robot, data, *, held_out=0.2, seed=0, verbose=False, **kw):
+def diagnose(
+    robot: Robot,
+    data: Dataset,
+    *,
+    held_out: float | Dataset | tuple[str, ...] = 0.2,
+    frames: Sessions | str = Sessions.AUTO,
+    free: Sequence[str] | None = None,
+    exclude: Mapping[int, str] | None = None,
+    region: Region | None = None,
+    noise: Noise | None = None,
+    known: Mapping[str, float] | None = None,
+    seed: int = 0,
+    progress: Progress | None = None,
+    cancel: Cancel | None = None,
+) -> Diagnosis:
+    """Find what the model of an arm lacks, add it, and judge it on rows that took no part.
+
+    Args:
+        robot: Nominal arm; effects that it carries already act as they are.
+        data: Measurements, with whatever may drive an effect.
+        held_out: Share of rows to hold out, rows of another file, or names of sessions; they choose nothing.
+        frames: Whether sessions share base and tool, have their own, or the data decide.
+        free: Constants of the geometry; the robot's default ones if None.
+        exclude: Rows to keep out, with the reason.
+        region: Keep only rows whose nominal tool position lies in this cuboid of the robot's base frame.
+        noise: Standard deviations [m], [rad]; from repeats or the fit if None.
+        known: Known places of anchors or contacts [m], such as `anchor[A].x`.
+        seed: Chooses the held-out rows and the folds.
+        progress: Called with the part done and what is being done.
+        cancel: Asked often; True ends the search with what it has.
+
+    Raises:
+        DataError: too few rows, or data that contradict the robot beyond doubt.
+        OptionError: an unknown constant or option.
+    """
     began = perf_counter()
-    ready = prepare(robot, data, held_out=held_out, seed=seed, **kw)
-    t1 = perf_counter()
+    report = progress or (lambda part, text: None)
+    ready, gross = _prepared(
+        robot,
+        with_directions(data),
+        dict(exclude or {}),
+        held_out=held_out,
+        frames=frames,
+        free=free,
+        region=region,
+        noise=noise,
+        known=known,
+        seed=seed,
+        progress=lambda part, text: report(0.3 * part, text),
+        cancel=cancel,
+    )
     rng = np.random.default_rng(seed)
-    problem = ready.problem
-    all_rows = problem.data
-    keep = np.ones(len(all_rows), bool)
-    fitted = refit(problem, None, ())
-    keep = ~standing_out(fitted.problem, robust_fit(fitted.problem, fitted.fit.x), keep)
-    fitted = refit(problem, None, (), data=all_rows.take(keep))
-    keep, fitted, problem = _settle(problem, None, (), all_rows, keep, fitted)
-    before = fitted
-    fold = folds_of(all_rows, FOLDS, rng)
-    model: Model = ()
-    for k in range(PASSES):
-        offered = catalogue(robot, Motion.of(fitted.problem.data))
-        effects = [c.effect for c in offered.candidates]
-        grams = compress(fitted.problem, fitted.fit.x, effects, fold[keep])
-        model = _same(model, offered.candidates)
-        found = search(grams, offered.candidates, model)
-        if verbose:
-            print(
-                "pass",
-                k,
-                round(perf_counter() - began, 2),
-                [
-                    (
-                        t.candidate.effect.name,
-                        [j + 1 for j in t.candidate.effect.joints],
-                        getattr(t.candidate.effect, "order", ""),
-                        round(o.gain, 1),
-                        round(o.log_p, 1),
-                    )
-                    for t, o in zip(found.model, found.offers)
-                ],
-                "distrusted",
-                len(found.distrusted),
-            )
-        changed = _labels(found.model) != _labels(model)
-        model = found.model
-        if not changed and k > 0:
-            break
-        fitted = refit(problem, grams, model, data=all_rows.take(keep))
-        old = keep
-        keep, fitted, problem = _settle(problem, grams, model, all_rows, keep, fitted)
-        if not changed and (old == keep).all():
-            break
-    if verbose:
-        print(
-            "prepare",
-            round(t1 - began, 2),
-            "total",
-            round(perf_counter() - began, 2),
-            "outliers",
-            np.flatnonzero(~keep),
-        )
-    return ready, before, fitted, found, grams, keep, perf_counter() - began
-
-
-def _labels(model):
-    return sorted(
-        (
-            t.candidate.effect.name,
-            t.candidate.effect.joints,
-            str(getattr(t.candidate.effect, "order", "")),
-            t.candidate.shrunk,
-        )
-        for t in model
+    steps = {"known": ready.places, "on_step": on_step(cancel)}
+    report(0.3, "fitting the geometry, setting outliers apart")
+    first = geometry_first(ready.problem, **steps)
+    searches = rounds(first, rng, tell=lambda text: report(0.5, text), **steps)
+    report(0.8, "judging what was found")
+    last = searches[-1]
+    floor = noise if noise is not None else noises.from_repeats(ready.problem.data)
+    before, after = _validated(ready, first), _validated(ready, last.stage)
+    accepted = _accepted(ready, last)
+    fit = last.stage.fitted.fit
+    shaky = joint_noise(fit)
+    verdict, message = conclude(
+        accepted,
+        fit,
+        before=judged(before[0]),
+        after=judged(after[0]),
+        floor=floor,
+        structure=structured(fit, rng),
+        distrusted=last.found.distrusted,
+        joint_noise=shaky,
+    )
+    report(0.9, "choosing poses to measure next")
+    asked = [e.effect for e in accepted] + ambiguous(accepted)
+    outliers = np.union1d(gross, ready.train_rows[~last.stage.keep]).astype(np.int64)
+    notes = [*ready.notes, *last.offered.notes, *too_few(fit, last.offered), *after[2]]
+    report(1.0, "done")
+    return Diagnosis(
+        robot=robot,
+        data=ready.data,
+        train_rows=ready.train_rows,
+        held_out_rows=ready.held_out_rows,
+        held_out_data=ready.held,
+        excluded=tuple(e for e in ready.excluded if e[1] != _GROSS_REASON),
+        outliers=outliers,
+        nominal=Validation(Errors.of(ready.nominal_rows[0]), ready.nominal_rows[1].summary),
+        before_fit=first.fitted.fit,
+        after_fit=fit,
+        before=before[0],
+        after=after[0],
+        before_rows=before[1],
+        after_rows=after[1],
+        effects=accepted,
+        ranking=ranked(searches[0]),
+        noise=last.stage.geometric.noise
+        if fit.problem.component_channels.any()
+        else last.stage.geometric.noise._replace(rotation=np.nan),
+        floor=floor,
+        joint_noise=None if shaky is None else shaky.sigma,
+        verdict=verdict,
+        message=message,
+        measure_next=next_poses(fit.problem, fit.x, asked, rng=rng),
+        notes=tuple(notes),
+        seconds=perf_counter() - began,
     )
 
 
-def _same(model, candidates):
-    """The model's terms among the candidates of a new pass."""
+_GROSS_REASON = "stands out by far"
+
+
+def _prepared(robot: Robot, data: Dataset, exclude: dict[int, str], **options) -> tuple[Prepared, np.ndarray]:
+    """Rows and frames; rows that no error of an arm explains bend even these and are set apart."""
+    gross: list[int] = []
+    ready = prepare(robot, data, exclude=exclude, **options)
+    for _ in range(TRIES):
+        off = ready.nominal_rows[0].position
+        bad = off > max(GROSS * float(np.median(off)), GROSS_PART * robot.reach)
+        if not bad.any():
+            break
+        found = ready.train_rows[bad]
+        gross += found.tolist()
+        exclude |= dict.fromkeys(ready.data.row[found].tolist(), _GROSS_REASON)
+        ready = prepare(robot, data, exclude=exclude, **options)
+    return ready, np.array(gross, np.int64)
+
+
+def _validated(ready: Prepared, stage: Stage) -> tuple[Validation, tuple[RowErrors, RowErrors], list[str]]:
+    """Errors on the fitted rows, outliers left out, and on the held-out rows that the model can speak of."""
+    fit = stage.fitted.fit
+    arm = fit.calibrated
+    found = {p.name: v for p, v in zip(fit.parameters, fit.x.tolist(), strict=True) if p.is_instrument}
+    spoken = _within(arm, ready.held)
+    judge = replace(ready, problem=fit.problem, held=ready.held.take(spoken))
+    train, held = judge.errors(arm, found)
+    notes = []
+    if not spoken.all():
+        notes.append(
+            f"{int((~spoken).sum())} held-out rows lie outside the joint range on which a joint's error was "
+            "learned; they are not judged"
+        )
+    return Validation(Errors.of(train), held.summary), (train, held), notes
+
+
+def _within(arm: Robot, data: Dataset) -> np.ndarray:
+    """Rows on which an arm's maps of joint errors were learned."""
+    keep = np.ones(len(data), bool)
+    for effect in arm.effects:
+        if isinstance(effect, LocalJointError):
+            q = data.q[:, effect.joints[0]]
+            keep &= (q >= effect.limits[0]) & (q <= effect.limits[1])
+    return keep
+
+
+def _mean_mm(ready: Prepared, last: Searched, arm: Robot) -> float:
+    """Mean error of an arm on the held-out rows; on the fitted ones where there are none [mm]."""
+    fit = last.stage.fitted.fit
+    found = {p.name: v for p, v in zip(fit.parameters, fit.x.tolist(), strict=True) if p.is_instrument}
+    own = last.stage.fitted.problem.data
+    data = ready.held if len(ready.held) else own
+    judge = replace(ready, problem=fit.problem, held=data.take(_within(arm, data)))
+    rows = judge.errors(arm, found)[1]
+    return 1e3 * float(rows.position.mean()) if len(rows.position) else float("nan")
+
+
+def _accepted(ready: Prepared, last: Searched) -> tuple[Accepted, ...]:
+    """The effects of the last fit with their standard errors, rivals, and what each brought."""
+    fitted, grams, found = last.stage.fitted, last.grams, last.found
+    fit, arm = fitted.fit, fitted.fit.calibrated
+    std = dict(zip(fitted.problem.names, fit.std.tolist(), strict=True))
+    sized = {e.names: e for e in arm.effects}
+    order = sorted(range(len(found.model)), key=lambda k: -found.offers[k].gain)
+    model = tuple(found.model[k] for k in order)
     out = []
-    for t in model:
-        for c in candidates:
-            if (
-                c.effect.name == t.candidate.effect.name
-                and c.names == t.candidate.names
-                and c.shrunk == t.candidate.shrunk
-                and (not c.shrunk or np.array_equal(c.covariance, t.candidate.covariance))
-            ):
-                out.append(replace(t, candidate=c))
-                break
+    previous = _mean_mm(ready, last, robot_with(fitted.problem, fit.x, grams, ()))
+    for place, k in enumerate(order):
+        term, offered = found.model[k], found.offers[k]
+        now = _mean_mm(ready, last, robot_with(fitted.problem, fit.x, grams, model[: place + 1]))
+        effect = sized[term.candidate.names]
+        alternatives = tuple(
+            Ranked(
+                rival.term.candidate.effect,
+                rival.gain,
+                float(np.exp(rival.log_p)),
+                _mean_mm(ready, last, robot_with(fitted.problem, fit.x, grams, (*rest, rival.term))),
+                rival.term.candidate.shrunk,
+            )
+            for rest, rival in rivals_of(last, term)
+        )
+        out.append(
+            Accepted(
+                effect=effect,
+                std=tuple(std[n] for n in effect.names),
+                gain=offered.gain,
+                p_value=float(np.exp(offered.log_p)),
+                before_mm=previous,
+                after_mm=now,
+                alternatives=alternatives,
+                words=sentence(effect),
+            )
+        )
+        previous = now
     return tuple(out)
-
-
-def _settle(problem, grams, model, all_rows, keep, fitted):
-    for _ in range(4):
-        problem = with_own_noise(fitted, problem)
-        whole = refit_problem_on_all(fitted, all_rows, problem)
-        out = standing_out(whole, fitted.fit.x, keep, fitted.fit.factor)
-        new = ~out
-        if (new == keep).all():
-            break
-        keep = new
-        fitted = refit(problem, grams, model, data=all_rows.take(keep))
-    fitted = refit(problem, grams, model, data=all_rows.take(keep))
-    return keep, fitted, problem
-
-
-def refit_problem_on_all(fitted, all_rows, problem):
-    p = fitted.problem
-    return Problem.build(
-        p.robot,
-        all_rows,
-        free=[q.name for q in p.parameters if q.is_geometry],
-        frames=p.frames,
-        noise=problem.noise,
-        effects=[q.name for q in p.parameters if q.is_coefficient],
-    )

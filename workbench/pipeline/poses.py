@@ -5,8 +5,11 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.design.poses import PoseSet, informative_poses
-from workbench.errors import DataError
+from workbench.design.freedom import identified_names
+from workbench.design.pose_limits import PoseLimits
+from workbench.design.poses import Method, PoseSet, informative_poses
+from workbench.design.region_poses import PLATE_POSES, region_poses
+from workbench.errors import DataError, OptionError
 from workbench.files import write_text
 from workbench.measure.readers import read_trajectory
 from workbench.robots.robot import JointKind, Robot
@@ -18,29 +21,63 @@ def choose_poses(
     *,
     index: str = "O1",
     candidates: Path | None = None,
+    limits: PoseLimits | None = None,
+    method: Method | str = Method.EXCHANGE,
+    base: bool | None = None,
+    tool: bool | None = None,
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
+    cancel: Callable[[], bool] | None = None,
 ) -> PoseSet:
-    """Joint positions with a large observability index.
+    """Joint positions with a large observability index, in an order of measuring.
 
     Args:
         robot: Nominal arm with limits.
         number: How many.
-        index: `O` (ARIA eqs. 17, 18, pose by pose) or `O1` … `O5` of the whole set.
+        index: `O` (ARIA eqs. 17, 18, pose by pose), `O1` … `O5`, `A`, `D` of the whole set, or `I`: the
+            predicted error in the limits' region.
         candidates: A file of measurements or joint rows to choose from.
+        limits: Region, orientation cone, room, spread and travel.
+        method: `exchange`, or `greedy` for the greedy choice alone.
+        base: Whether the base is unknown and identified too; as the robot says if None.
+        tool: Whether the tool is.
         seed: Of the random starts.
         progress: Called with the share of the work done.
+        cancel: Asked now and then whether to stop with the best poses so far.
 
     Raises:
-        DataError: fewer candidates than poses.
+        DataError: fewer candidates than poses, or limits that conflict.
+        OptionError: no such index or method.
     """
+    if method not in tuple(Method):
+        raise OptionError(f"there is no method '{method}'; choose from {', '.join(Method)}")
     rows = None if candidates is None else read_trajectory(candidates, joints=robot.dof).q
     if candidates is not None and rows is None:
         raise DataError(f"{candidates}: has no joint columns (q1[rad] …) to choose poses from")
     if rows is not None and len(rows) < number:
         raise DataError(f"{candidates}: {len(rows)} rows, but {number} poses are wanted; give more rows")
-    rng = np.random.default_rng(seed)
-    return informative_poses(robot, number, index=index, candidates=rows, rng=rng, progress=progress)
+    return informative_poses(
+        robot,
+        number,
+        index=index,
+        candidates=rows,
+        names=identified_names(robot, base=base, tool=tool),
+        limits=limits,
+        matter=_matter(robot, limits) if index == "I" else None,
+        method=Method(method),
+        rng=np.random.default_rng(seed),
+        progress=progress,
+        cancel=cancel,
+    )
+
+
+def _matter(robot: Robot, limits: PoseLimits | None) -> np.ndarray | None:
+    """Poses of the limits' region; None where there is none."""
+    if limits is None or limits.region is None:
+        return None
+    rng = np.random.default_rng(0)
+    towards, cone = limits.towards, limits.cone
+    return region_poses(robot, limits.region, PLATE_POSES, rng=rng, towards=towards, cone=cone)
 
 
 def write_poses(robot: Robot, poses: PoseSet, path: Path | str) -> Path:

@@ -1,6 +1,6 @@
 """Virtual arms, measured: the paper's first two ways of acquisition (ARIA 4.1.2) as one call each."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +12,9 @@ from workbench.design.plate import Plate
 from workbench.design.poses import informative_poses
 from workbench.design.region_poses import plate_region_poses
 from workbench.design.sampling import random_poses
+from workbench.effects import AbstractEffect
 from workbench.measure.dataset import Dataset
+from workbench.measure.hidden import hidden_effects, varied_state
 from workbench.measure.instruments import Instrument, instrument_named
 from workbench.measure.simulate import simulate, simulate_targets, virtual_arm
 from workbench.robots.robot import Robot
@@ -34,6 +36,7 @@ def measure_poses(
     index: str = RANDOM,
     instrument: str | Instrument = "tracker-6d",
     actual: Robot | None = None,
+    effects: Sequence[str | AbstractEffect] = (),
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
 ) -> tuple[Robot, Dataset]:
@@ -46,6 +49,7 @@ def measure_poses(
             or the observability index to maximise (ARIA eqs. 17, 18): `O`, `O1` … `O5`.
         instrument: What measures.
         actual: The arm to measure; one with hidden manufacturing errors if None.
+        effects: What else is hidden in it, such as `joint-compliance:2`; see `measure.hidden`.
         seed: Of the hidden errors, the poses and the noise.
         progress: Called with the share of the work done.
 
@@ -53,7 +57,7 @@ def measure_poses(
         The actual arm and the rows.
     """
     rng = np.random.default_rng(seed)
-    actual = virtual_arm(robot, rng=rng) if actual is None else actual
+    actual, notes = _hidden(robot, actual, effects, rng)
     if index == RANDOM:
         q = random_poses(robot, number, rng=rng)
     elif index == CIRCLE_POINTS:
@@ -62,9 +66,10 @@ def measure_poses(
         q = iso_cube_poses(robot, number, rng=rng).q
     else:
         q = informative_poses(robot, number, index=index, rng=rng, progress=progress).q
-    rows = simulate(actual, q, instrument=_instrument(instrument), rng=rng)
+    state = varied_state(actual, q, rng=rng) if actual.effects else None
+    rows = simulate(actual, q, instrument=_instrument(instrument), rng=rng, motion=state)
     note = f"simulated: {number} poses ({index}), {_instrument(instrument).name}, seed {seed}"
-    return actual, replace(rows, source=note)
+    return actual, replace(rows, source=note, notes=(*rows.notes, *notes))
 
 
 def measure_plate(
@@ -74,6 +79,7 @@ def measure_plate(
     branch: str = DESIGNED,
     instrument: str | Instrument = "plate",
     actual: Robot | None = None,
+    effects: Sequence[str | AbstractEffect] = (),
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
 ) -> tuple[Robot, Dataset]:
@@ -85,6 +91,7 @@ def measure_plate(
         branch: `auto`, `mixed`, a branch by name, or `designed`: the mix with the smallest predicted error.
         instrument: What measures; `plate` is the seat itself.
         actual: The arm to measure; one with hidden manufacturing errors if None.
+        effects: What else is hidden in it, such as `joint-compliance:2`; see `measure.hidden`.
         seed: Of the hidden errors and the noise.
         progress: Called with the share of the work done.
 
@@ -92,7 +99,7 @@ def measure_plate(
         The actual arm and the rows, one a target.
     """
     rng = np.random.default_rng(seed)
-    actual = virtual_arm(robot, rng=rng) if actual is None else actual
+    actual, notes = _hidden(robot, actual, effects, rng)
     near = None
     if branch == DESIGNED:
         solutions = plate_solutions(robot, plate)
@@ -100,11 +107,27 @@ def measure_plate(
             robot, plate, solutions, goal=plate_region_poses(robot, plate), rng=rng, progress=progress
         ).q
         branch = "auto"
+    nowhere = np.zeros((len(plate), actual.dof))
     rows = simulate_targets(
-        actual, plate.poses, instrument=_instrument(instrument), rng=rng, branch=branch, near=near
+        actual,
+        plate.poses,
+        instrument=_instrument(instrument),
+        rng=rng,
+        branch=branch,
+        near=near,
+        motion=varied_state(actual, nowhere, rng=rng) if actual.effects else None,
     )
     note = f"simulated: plate '{plate.name}', {_instrument(instrument).name}, seed {seed}"
-    return actual, replace(rows, source=note, notes=(*plate.notes, *rows.notes))
+    return actual, replace(rows, source=note, notes=(*plate.notes, *rows.notes, *notes))
+
+
+def _hidden(
+    robot: Robot, actual: Robot | None, effects: Sequence[str | AbstractEffect], rng: np.random.Generator
+) -> tuple[Robot, tuple[str, ...]]:
+    """The arm to measure, with what is hidden in it, and a sentence on each effect."""
+    actual = virtual_arm(robot, rng=rng) if actual is None else actual
+    hidden, notes = hidden_effects(actual, effects, rng=rng)
+    return actual.with_effects(*actual.effects, *hidden) if hidden else actual, notes
 
 
 def _instrument(instrument: str | Instrument) -> Instrument:

@@ -11,8 +11,9 @@ from matplotlib.figure import Figure
 
 from workbench.report.corrections import corrections
 from workbench.report.drawing import svg
-from workbench.report.error_grid import STEMS, columns_of, error_grid, order_of_measuring
+from workbench.report.error_grid import STEMS, error_grid
 from workbench.report.error_plots import POINTS, before_after, error_where, residual_histogram
+from workbench.validate.error_columns import columns_of, order_of_measuring
 from workbench.validate.identification import Identification
 from workbench.validate.requirement import Requirement
 

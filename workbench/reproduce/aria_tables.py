@@ -14,6 +14,7 @@ from workbench.model.linearisation import linearise
 from workbench.reproduce import aria_printed as printed
 from workbench.reproduce.aria_arms import TITLES, Acquisition, identified, mean_errors
 from workbench.reproduce.finding import Finding, judged, without
+from workbench.robots.library import load_robot
 from workbench.robots.robot import Robot
 from workbench.validate.requirement import Requirement
 
@@ -66,7 +67,7 @@ def requirement() -> tuple[Finding, ...]:
 
 def jacobian(robot: Robot, q: Float[np.ndarray, "rows n"]) -> tuple[Finding, ...]:
     """Eqs. (13a–e) as printed, at the constants of Table 4, beside the exact derivative."""
-    actual = robot.with_values({name: float(text) for name, text in printed.named(printed.TABLE_4).items()})
+    actual = load_robot("aria-table4")
     frames = link_frames(actual, q)
     tool = frames[:, -1, :3, 3]
     findings = []
@@ -176,7 +177,7 @@ def real_example(robot: Robot, tool: Acquisition) -> tuple[tuple[Finding, ...], 
     """Table 4 and §5: what a virtual arm with the identified constants says about the printed errors."""
     texts = printed.named(printed.TABLE_4)
     names = tuple(texts)
-    actual = robot.with_values({name: float(text) for name, text in texts.items()})
+    actual = load_robot("aria-table4")
     rows = tool.measure(actual, INSTRUMENTS["ideal"], np.random.default_rng(0))
     short = actual.with_values({"joint6.d": float(robot.values(("joint6.d",))[0])})
     position, angle = mean_errors(actual, robot, rows.q)

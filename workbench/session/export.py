@@ -1,24 +1,98 @@
-"""What a session hands out as files."""
+"""What a session hands out as files: name and content of each."""
 
+import io
+import re
 import tempfile
+import zipfile
+from collections.abc import Callable
 from pathlib import Path
 
+from workbench.design.plate_toml import write_plate
 from workbench.errors import DataError
+from workbench.measure.writer import write_measurements
+from workbench.robots.robot import JointKind, Robot
 from workbench.robots.toml import write_toml
 from workbench.session.state import Session
 
+File = tuple[str, bytes]
 
-def calibrated_toml(session: Session) -> tuple[str, bytes]:
-    """File name and content of the shown fit's calibrated robot.
+
+def plate_toml(session: Session) -> File:
+    """The plate with its targets as they stand."""
+    return f"{_stem(session.plate.name)}.toml", _written(
+        lambda path: write_plate(session.plate, path), "toml"
+    )
+
+
+def measurements_csv(session: Session) -> File:
+    """The loaded or virtually measured rows.
+
+    Raises:
+        DataError: there are none.
+    """
+    if session.loaded is None:
+        raise DataError("there are no measurements to save; load a file or measure a virtual arm first")
+    data = session.loaded.dataset
+    sliding = [i for i, j in enumerate(session.robot.moving) if j.kind is JointKind.PRISMATIC]
+    content = _written(lambda path: write_measurements(data, path, prismatic=sliding), "csv")
+    return f"{_stem(Path(session.loaded.name).stem)}.csv", content
+
+
+def calibrated_toml(session: Session) -> File:
+    """The shown fit's calibrated robot.
 
     Raises:
         DataError: nothing has been identified.
     """
-    if session.identification is None:
-        raise DataError("nothing has been identified yet, so there is no calibrated robot to save")
-    calibrated = session.identification.runs[session.fit].calibrated
+    robot = _calibrated(session)
+    return f"{_stem(session.robot.name)}-calibrated.toml", _written(
+        lambda path: write_toml(robot, path), "toml"
+    )
+
+
+def calibrated_urdf(session: Session) -> File:
+    """The same as URDF, which has no place for effects.
+
+    Raises:
+        DataError: nothing has been identified.
+    """
+    from workbench.robots.urdf import write_urdf  # yourdfpy takes half a second to import
+
+    robot = _calibrated(session)
+    content = _written(lambda path: write_urdf(robot, path, leave_out_effects=True), "urdf")
+    return f"{_stem(session.robot.name)}-calibrated.urdf", content
+
+
+def report_zip(session: Session) -> File:
+    """The report of the identification as a folder in a ZIP file.
+
+    Raises:
+        DataError: nothing has been identified.
+    """
+    from workbench.report.html import write_report  # matplotlib takes a second to import
+
+    _calibrated(session)
+    packed = io.BytesIO()
     with tempfile.TemporaryDirectory(prefix="workbench-") as folder:
-        path = write_toml(calibrated, Path(folder) / "calibrated.toml")
-        content = path.read_bytes()
-    stem = "".join(c if c.isalnum() else "-" for c in session.robot.name.lower()) or "robot"
-    return f"{stem}-calibrated.toml", content
+        write_report(session.identification, Path(folder) / "report")
+        with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+            for path in sorted((Path(folder) / "report").iterdir()):
+                archive.write(path, f"report/{path.name}")
+    return f"{_stem(session.robot.name)}-report.zip", packed.getvalue()
+
+
+def _calibrated(session: Session) -> Robot:
+    if session.identification is None:
+        raise DataError("nothing has been identified yet; measure or load, then identify first")
+    return session.identification.runs[session.fit].calibrated
+
+
+def _written(write: Callable[[Path], object], ending: str) -> bytes:
+    with tempfile.TemporaryDirectory(prefix="workbench-") as folder:
+        path = Path(folder) / f"file.{ending}"
+        write(path)
+        return path.read_bytes()
+
+
+def _stem(name: str) -> str:
+    return re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-") or "file"

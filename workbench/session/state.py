@@ -197,6 +197,7 @@ class CubeView:
         least: Cubes below this share of the colour scale are hidden.
         greatest: Cubes above this share are hidden.
         picked: Number of the cube whose values are shown; None: none.
+        corners: Whether the corners of the region carry handles.
     """
 
     field: Field = Field.NONE
@@ -205,6 +206,7 @@ class CubeView:
     least: float = 0.0
     greatest: float = 1.0
     picked: int | None = None
+    corners: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -255,6 +257,7 @@ class Session:
         comparison: Measured against predicted, row by row, once there are measurements.
         row: Measured row that is looked at.
         overlay: What is laid over the scene.
+        is_dark: Whether pages are dark.
         job: Long work under way, if any.
         chore: What is being worked out by the way; empty if nothing.
         messages: The last messages, oldest first.
@@ -293,6 +296,7 @@ class Session:
     comparison: Comparison | None = None
     row: int = 0
     overlay: Overlay = field(default_factory=Overlay)
+    is_dark: bool = False
     job: Job | None = None
     chore: str = ""
     messages: tuple[Message, ...] = ()

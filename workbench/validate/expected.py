@@ -5,13 +5,15 @@ region) may leave a combination of constants so uncertain that the model is good
 numbers side by side say so before anybody trusts it elsewhere.
 """
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
 
-from workbench import chain as chains
 from workbench.identify.result import Fit
+from workbench.model.forward import sensitivity
+from workbench.motion import Motion
 
 ELSEWHERE = 400
 """Random poses that stand for the whole joint space."""
@@ -45,26 +47,23 @@ class Transfer(NamedTuple):
         return self.anywhere.position / max(self.near.position, 1e-15)
 
 
-def expected_error(fit: Fit, q: Float[np.ndarray, "rows n"]) -> Expected:
+def expected_error(fit: Fit, motion: Motion) -> Expected:
     """Expected error of a fit's arm at some joint positions.
 
     Args:
         fit: Constants of the arm with their covariance; base and tool count with the arm as one, as the
             first session has them.
-        q: Joint positions [rad or m].
+        motion: Where: joint positions, and what drives the arm's effects.
     """
     problem = fit.problem
     robot = problem.robot_at(fit.x)
     session = problem.data.sessions[0]
     frames = robot.session_frames(session)
-    chain = robot.with_frames(base=frames.base, tool=frames.tool).chain
-    columns, places = [], []
-    for place, name in enumerate(problem.names):
-        element = name.replace(f"[{session}]", "")
-        if element in chain.index:
-            columns.append(chain.index[element])
-            places.append(place)
-    _, twists = chains.twists(chain, q, np.array(columns, np.int64))
+    arm = robot.with_frames(base=frames.base, tool=frames.tool)
+    own = {place: name.replace(f"[{session}]", "") for place, name in enumerate(problem.names)}
+    own = {place: n for place, n in own.items() if n in arm.chain.index or n in arm.coefficients}
+    places = list(own)
+    _, twists = sensitivity(arm, motion.q, tuple(own.values()), motion=motion)
     covariance = (fit.covariance + _unseen(fit))[np.ix_(places, places)]
     spread = np.einsum("rip,pq,riq->ri", twists, covariance, twists)
     position, rotation = spread[:, :3].sum(1), spread[:, 3:].sum(1)
@@ -72,18 +71,26 @@ def expected_error(fit: Fit, q: Float[np.ndarray, "rows n"]) -> Expected:
 
 
 def _unseen(fit: Fit) -> Float[np.ndarray, "p p"]:
-    """Covariance of what the rows did not show: as large as arms are made badly (ARIA 2.4), not zero."""
+    """Covariance of what the rows did not show: as large as arms are made badly (ARIA 2.4), not zero.
+
+    A coefficient then bends the arm by as much as a length is off.
+    """
     open_ones = fit.factor.vt[~fit.factor.seen]
     made = np.array([MADE_ANGLE if p.unit == "rad" else MADE_LENGTH for p in fit.parameters])
-    projector = open_ones.T @ open_ones
+    projector = fit.factor.units[:, None] * (open_ones.T @ open_ones)
     return (projector * made**2) @ projector.T
 
 
 def transfer(fit: Fit, *, rng: np.random.Generator) -> Transfer:
-    """Expected errors near the fitted rows and at random joint positions within the limits."""
+    """Expected errors near the fitted rows and at random joint positions within the limits.
+
+    What drives effects (load, temperature …) is as in the rows.
+    """
     limits = fit.problem.robot.search_limits
-    anywhere = rng.uniform(limits[:, 0], limits[:, 1], (ELSEWHERE, len(limits)))
-    return Transfer(expected_error(fit, fit.problem.data.q), expected_error(fit, anywhere))
+    near = Motion.of(fit.problem.data)
+    anywhere = near.take(rng.integers(0, len(near), ELSEWHERE))
+    anywhere = replace(anywhere, q=rng.uniform(limits[:, 0], limits[:, 1], (ELSEWHERE, len(limits))))
+    return Transfer(expected_error(fit, near), expected_error(fit, anywhere))
 
 
 def transfer_words(found: Transfer, sees_rotation: bool) -> str:

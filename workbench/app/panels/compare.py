@@ -7,8 +7,8 @@ import viser
 
 from workbench.app.html import MUTED, badge, block, number, table, text
 from workbench.app.panels.panel import AbstractPanel, on_change, set_value
-from workbench.appearance.colours import AFTER, BEFORE, GHOST, css
-from workbench.session.commands import SetOverlay, ShowRow
+from workbench.appearance.colours import AFTER, BEFORE, FITTED, GHOST, HELD_OUT, LEFT_OUT, css
+from workbench.session.commands import LeaveRowsOut, SetOverlay, ShowRow
 from workbench.session.commands.compare import GREATEST_EXAGGERATION, LEAST_EXAGGERATION
 from workbench.session.state import Session
 from workbench.session.worker import Worker
@@ -18,6 +18,7 @@ VIEW = np.array([1.0, -0.86, 0.66])
 FAR = 3.4
 """Distance from which a ball fills the picture, in its radii."""
 SWITCHES = {
+    "ghosts": ("Other branches", "Show faint arms in the other postures that reach the selected target."),
     "nominal": ("Nominal arm", "Show the solid arm at the measured joint positions."),
     "calibrated": ("Calibrated arm", "Show the amber arm, with the identified parameters."),
     "frames": ("Frames", "Show where the instrument saw the tool."),
@@ -42,6 +43,12 @@ class ComparePanel(AbstractPanel):
         )
         on_change(self._row, lambda: self._worker.submit(ShowRow(int(self._row.value) - 1)))
         self._readout = gui.add_html("")
+        self._leave = gui.add_checkbox(
+            "Leave this row out",
+            False,
+            hint="Keep this row out of the next identification, because something went wrong with it.",
+        )
+        on_change(self._leave, self._leave_out)
         overlay = self._worker.session.overlay
         with gui.add_folder("Shown in the scene"):
             self._switches = {
@@ -80,10 +87,15 @@ class ComparePanel(AbstractPanel):
         for name, box in self._switches.items():
             set_value(box, getattr(overlay, name))
         set_value(self._times, int(overlay.exaggeration))
-        for control in (*self._switches.values(), self._times):
-            control.disabled = session.identification is None
+        for name, control in (*self._switches.items(), ("times", self._times)):
+            control.disabled = name != "ghosts" and session.identification is None
         self._look.disabled = comparison is None
         self._readout.content = _readout(session)
+        fitted = comparison is not None and not comparison.held_out[session.row]
+        can_leave = fitted and session.loaded is not None
+        self._leave.disabled = not can_leave
+        number = int(comparison.number[session.row]) if comparison is not None and can_leave else -1
+        set_value(self._leave, number in session.left_out)
 
     def _look_at_all(self, event: viser.GuiEvent) -> None:
         comparison = self._worker.session.comparison
@@ -95,6 +107,14 @@ class ComparePanel(AbstractPanel):
         with event.client.atomic():
             event.client.camera.look_at = middle
             event.client.camera.position = middle + FAR * radius * VIEW / np.linalg.norm(VIEW)
+
+    def _leave_out(self) -> None:
+        session = self._worker.session
+        if session.comparison is None:
+            return
+        number = {int(session.comparison.number[session.row])}
+        rows = session.left_out | number if self._leave.value else session.left_out - number
+        self._worker.submit(LeaveRowsOut(tuple(sorted(rows))))
 
     def _set(self) -> None:
         switches = {name: bool(box.value) for name, box in self._switches.items()}
@@ -131,7 +151,9 @@ def _readout(session: Session) -> str:
 
 def _legend() -> str:
     return block(
-        f'{badge("Calibrated arm", css(GHOST))}<div style="color:{MUTED}">Arrows start where the tool was '
+        f"{badge('Fitted', css(FITTED))} &nbsp; {badge('Held out', css(HELD_OUT))} &nbsp; "
+        f"{badge('Left out', css(LEFT_OUT))}<br>{badge('Calibrated arm', css(GHOST))}"
+        f'<div style="color:{MUTED}">Arrows start where the tool was '
         "measured and point to where the model expects it.</div>",
         style="margin:6px 0 10px",
     )

@@ -5,7 +5,7 @@ import viser
 from workbench.app.html import LINE, MUTED, block, heading, pairs, text
 from workbench.app.panels.panel import AbstractPanel, on_press
 from workbench.session.commands import ForgetData, LoadData, MeasureVirtualArm, Tell
-from workbench.session.commands.data import LARGEST_FILE
+from workbench.session.commands.data import LARGEST_FILE, MOST_MORE
 from workbench.session.state import Loaded, Session
 from workbench.session.worker import Worker
 
@@ -41,6 +41,20 @@ class DataPanel(AbstractPanel):
                 step=1,
                 hint="Another number is another arm with other hidden errors.",
             )
+            self._surprise = gui.add_checkbox(
+                "Surprise me",
+                False,
+                hint="Hide an effect that geometry can't explain (play, compliance or a bent gear) in one "
+                "joint, to see what an identification then leaves.",
+            )
+            self._more = gui.add_number(
+                "More poses",
+                0,
+                min=0,
+                max=MOST_MORE,
+                step=10,
+                hint="Poses in the region that are measured for fitting besides the targets.",
+            )
             measure = gui.add_button(
                 "Measure a virtual arm",
                 icon=viser.Icon.ROBOT,
@@ -55,7 +69,7 @@ class DataPanel(AbstractPanel):
             visible=False,
             hint="Take the measurements and what was identified from them off the page.",
         )
-        on_press(measure, lambda: self._worker.submit(MeasureVirtualArm(int(self._seed.value))))
+        on_press(measure, lambda: self._measure())
         on_press(self._forget, lambda: self._worker.submit(ForgetData()))
         on_press_upload(self._upload, self._worker)
 
@@ -66,6 +80,10 @@ class DataPanel(AbstractPanel):
         self._shown = session.loaded
         self._preview.content = _nothing() if session.loaded is None else _preview(session.loaded)
         self._forget.visible = session.loaded is not None
+
+    def _measure(self) -> None:
+        seed, more = int(self._seed.value), int(self._more.value)
+        self._worker.submit(MeasureVirtualArm(seed, surprise=bool(self._surprise.value), more=more))
 
 
 def on_press_upload(button: viser.GuiUploadButtonHandle, worker: Worker) -> None:

@@ -3,14 +3,19 @@
 import numpy as np
 import viser
 
-from workbench.app.html import MUTED, block, heading, number, table, text
+from workbench.app.html import CAREFUL, GOOD, MUTED, badge, block, heading, number, table, text
+from workbench.app.panels.figure import error_figure
+from workbench.app.panels.files import save
 from workbench.app.panels.panel import AbstractPanel, on_change, on_press, set_value
 from workbench.appearance.colours import OUT_OF_REACH, css
-from workbench.session.commands import Identify, ShowFit, Tell
+from workbench.session.commands import Identify, ShowFit
 from workbench.session.export import calibrated_toml
 from workbench.session.state import Session
 from workbench.session.worker import Worker
+from workbench.validate.error_columns import columns_of
+from workbench.validate.requirement import Requirement
 
+POSITION, ORIENTATION = "Position [mm]", "Orientation [°]"
 TITLES = {"ols": "OLS", "opt1": "OPT1", "opt2": "OPT2"}
 HINTS = {
     "ols": "Gauss–Newton steps of least length (ordinary least squares): fast, exact near the nominal arm.",
@@ -72,7 +77,16 @@ class FitPanel(AbstractPanel):
             visible=False,
             hint="Download the robot with the shown fit's parameters, for the commands and for next time.",
         )
-        self._save.on_click(self._download)
+        self._save.on_click(lambda event: save(event, self._worker, calibrated_toml))
+        self._requirement = gui.add_html("", visible=False)
+        self._errors_of = gui.add_dropdown(
+            "Errors of",
+            (POSITION, ORIENTATION),
+            visible=False,
+            hint="What the plots below show, axis by axis; rest the mouse on a stem to see its row.",
+        )
+        on_change(self._errors_of, self._draw_figure)
+        self._figure = gui.add_html("", visible=False)
         self._parameters = gui.add_html("", visible=False)
         self._remarks = gui.add_html("", visible=False)
 
@@ -84,12 +98,21 @@ class FitPanel(AbstractPanel):
             return
         self._shown = shown
         found = session.identification
-        for part in (self._fit, self._save, self._parameters, self._remarks):
+        shown_parts = (
+            self._requirement,
+            self._errors_of,
+            self._figure,
+            self._parameters,
+            self._remarks,
+        )
+        for part in (self._fit, self._save, *shown_parts):
             part.visible = found is not None
         self._errors.content = _nothing(session) if found is None else _errors(session)
         if found is not None:
             self._fit.options = [TITLES[name] for name in found.runs]
             set_value(self._fit, TITLES[session.fit])
+            self._requirement.content = _requirement(session)
+            self._draw_figure()
             self._parameters.content = _parameters(session)
             self._remarks.content = block(_remarks(session), testid="remarks", style="margin-bottom:10px")
 
@@ -98,13 +121,13 @@ class FitPanel(AbstractPanel):
         share = 0.01 * float(self._held_out.value)
         self._worker.submit(Identify(algorithms, share, FRAMES[self._frames.value]))
 
-    def _download(self, event: viser.GuiEvent) -> None:
-        try:
-            name, content = calibrated_toml(self._worker.session)
-            assert event.client is not None
-            event.client.send_file_download(name, content, save_immediately=True)
-        except Exception as error:  # shown on the page instead of lost in viser's thread pool
-            self._worker.submit(Tell(f"the robot could not be saved: {error}"))
+    def _draw_figure(self) -> None:
+        found = self._worker.session.identification
+        if found is None:
+            return
+        rotation = self._errors_of.value == ORIENTATION
+        drawing = error_figure(found, rotation=rotation) or "Not measured."
+        self._figure.content = block(drawing, style="margin:4px 0 8px")
 
 
 def _nothing(session: Session) -> str:
@@ -125,7 +148,7 @@ def _errors(session: Session) -> str:
     for name, run in found.runs.items():
         label = TITLES[name] if name != session.fit else f"<b>{TITLES[name]}</b>"
         outcome = "✓" if run.fit.outcome.ok else "✗"
-        colour = "#15803d" if run.fit.outcome.ok else css(OUT_OF_REACH)
+        colour = GOOD if run.fit.outcome.ok else css(OUT_OF_REACH)
         mark = f'<span title="{text(run.fit.outcome)}" style="color:{colour}">{outcome}</span>'
         rows.append((label, *_cells(run), mark))
     held = len(found.held_out_data)
@@ -140,14 +163,32 @@ def _cells(validation) -> tuple[str, str, str]:
     return number(errors.position_mm.mean), number(errors.position_mm.max), turned
 
 
+def _requirement(session: Session) -> str:
+    """Pass or fail by ARIA eq. (3) of the shown fit, on held-out rows where there are any."""
+    found = session.identification
+    column = columns_of(found)[1 + list(found.runs).index(session.fit)]
+    rows, kind = (column.held_out, "held-out") if len(column.held_out) else (column.train, "fitted")
+    check = Requirement().check(rows)
+    if np.isnan(check.share):
+        return ""
+    mark = badge("Passes" if check.ok else "Fails", GOOD if check.ok else css(OUT_OF_REACH))
+    passed = f"{int(check.passed.sum())} of {int(check.judged.sum())} {kind} poses"
+    return block(
+        f'{mark} <span style="color:{MUTED}" title="ARIA eq. (3): needle of 200 mm, target of 5 mm radius. '
+        f'Change it with the command workbench evaluate.">{passed} keep {text(Requirement().words)}</span>',
+        testid="requirement",
+        style="margin:4px 0",
+    )
+
+
 def _remarks(session: Session) -> str:
     """What the user should know besides the numbers."""
     found = session.identification
     return "".join(
         _list(head, items, colour)
         for head, items, colour in (
-            ("Can't be told apart with these poses; kept next to nominal", found.unidentifiable, "#b45309"),
-            ("Warnings", found.warnings, "#b45309"),
+            ("Can't be told apart with these poses; kept next to nominal", found.unidentifiable, CAREFUL),
+            ("Warnings", found.warnings, CAREFUL),
             ("Decisions", found.notes, MUTED),
         )
     )

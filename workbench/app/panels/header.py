@@ -9,9 +9,9 @@ from workbench.session.state import Focus, Message, Session, Severity
 from workbench.session.worker import Worker
 
 TINTS = {
-    Severity.INFO: ("#eff6ff", "#1d4ed8"),
-    Severity.WARNING: ("#fffbeb", "#b45309"),
-    Severity.ERROR: ("#fef2f2", "#b91c1c"),
+    Severity.INFO: ("rgba(59,130,246,.12)", "#3b82f6"),
+    Severity.WARNING: ("rgba(245,158,11,.14)", "#c2700a"),
+    Severity.ERROR: ("rgba(239,68,68,.13)", "#dc2626"),
 }
 
 
@@ -20,16 +20,18 @@ class Header(AbstractPanel):
 
     def __init__(self, worker: Worker):
         self._worker = worker
+        self._label = ""
 
     def build(self, server: viser.ViserServer) -> None:
         """Hint, message with its button, progress with its button."""
-        gui = server.gui
+        gui = self._gui = server.gui
         self._hint = gui.add_html("")
         self._message = gui.add_html("", visible=False)
         self._dismiss = gui.add_button(
             "Dismiss", color="gray", visible=False, icon=viser.Icon.X, hint="Put this message away."
         )
         on_press(self._dismiss, lambda: self._worker.submit(Dismiss()))
+        self._chore = gui.add_html("", visible=False)
         self._work = gui.add_html("", visible=False)
         self._bar = gui.add_progress_bar(0.0, visible=False, animated=True)
         self._cancel = gui.add_button(
@@ -43,11 +45,17 @@ class Header(AbstractPanel):
 
     def show(self, session: Session) -> None:
         """The newest message only; older ones have been seen."""
+        label = f"{session.robot.name} · {session.plate.name}"
+        if label != self._label:
+            self._label = label
+            self._gui.set_panel_label(label)
         self._hint.content = _hint(session)
         newest = session.messages[-1] if session.messages else None
         self._message.content = "" if newest is None else _message(newest)
         self._message.visible = newest is not None
         self._dismiss.visible = newest is not None and newest.severity is not Severity.INFO
+        self._chore.content = block(f"{text(session.chore)} …", testid="chore", style=f"color:{MUTED}")
+        self._chore.visible = bool(session.chore)
         job = session.job
         for part in (self._work, self._bar, self._cancel):
             part.visible = job is not None
@@ -94,7 +102,8 @@ def _message(message: Message) -> str:
     return (
         '<div style="padding:0 12px;margin:6px 0 10px">'
         f'<div data-testid="message" data-severity="{message.severity}" data-number="{message.number}" '
-        f'style="font-size:13px;line-height:1.45;background:{ground};color:{ink};border-left:3px solid {ink};'
+        f'style="font-size:13px;line-height:1.45;background:{ground};'
+        f"color:var(--mantine-color-text);border-left:3px solid {ink};"
         'border-radius:4px;padding:6px 10px;overflow-wrap:anywhere">'
         f"{text(_sentence(message.text))}</div></div>"
     )

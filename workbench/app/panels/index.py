@@ -27,6 +27,7 @@ class IndexPanel(AbstractPanel):
             + _predicted(now, first)
             + heading("Index O of each target")
             + _bars(session)
+            + _worst(now)
             + heading("Observability of the whole set, larger is better")
             + _indices(now, first)
             + _rank(now),
@@ -60,20 +61,49 @@ def _bars(session: Session) -> str:
     for i, (value, state) in enumerate(zip(values, session.states, strict=True)):
         colour = css(target_colour(state, selected=i == session.selected))
         high = 3.0 if np.isnan(value) else max(3.0, HEIGHT * float(value))
+        rise = session.score.rises[i]
         words = f"target {i + 1}: " + (f"O = {value:.3f}" if state.reached else "out of reach")
+        words += f"; without it {100 * rise:+.0f} % error" if np.isfinite(rise) else ""
         x = step * i
         parts.append(
             f'<rect x="{x + 0.14 * step:.1f}" y="{HEIGHT - high:.1f}" width="{0.72 * step:.1f}" '
             f'height="{high:.1f}" rx="2" fill="{colour}"><title>{text(words)}</title></rect>'
             f'<text x="{x + 0.5 * step:.1f}" y="{HEIGHT + 13}" text-anchor="middle" font-size="11" '
-            f'fill="{MUTED}">{i + 1}</text>'
+            f'style="fill:{MUTED}">{i + 1}</text>'
         )
     own, box = values[session.selected], f"0 0 {WIDTH} {HEIGHT + 17}"
     return (
         f'<svg viewBox="{box}" width="100%" data-testid="bars">{"".join(parts)}</svg>'
-        f'<div style="color:{MUTED}">Target {session.selected + 1}: <span data-testid="own">{number(own)}'
-        "</span> (inverse condition number, 1 is best)</div>"
+        f'<div style="color:{MUTED}" title="Inverse condition number of the target alone; 1 is best.">'
+        f'Target {session.selected + 1}: <span data-testid="own">{number(own)}</span>'
+        f"{_loss(session.score.rises[session.selected])}</div>"
     )
+
+
+def _loss(rise: float) -> str:
+    """What would be lost without the selected target."""
+    if np.isnan(rise):
+        return ""
+    words = "parameters could not be told apart" if np.isinf(rise) else f"{100 * rise:+.0f} % error"
+    return f' · without it <span data-testid="loss">{words}</span>'
+
+
+def _worst(now: Score) -> str:
+    """The parameters that are determined worst, by name."""
+    if not now.worst:
+        return ""
+    shown = ", ".join(f"{text(name)} {_spread(error, unit)}" for name, error, unit in now.worst)
+    return (
+        f'<div data-testid="worst" style="color:{MUTED}" title="Parameters with the largest standard error '
+        f'after a calibration here; angles count as arcs at the arm&#39;s reach.">'
+        f"Least certain: {shown}</div>"
+    )
+
+
+def _spread(error: float, unit: str) -> str:
+    if np.isinf(error):
+        return "open"
+    return f"±{number(1e3 * error, 2)} mm" if unit == "m" else f"±{number(np.rad2deg(error), 2)}°"
 
 
 def _indices(now: Score, first: Score) -> str:

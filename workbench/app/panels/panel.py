@@ -26,6 +26,21 @@ def set_value(control: Any, value: Any) -> None:
     control.value = value
 
 
+def set_options(control: Any, options: list[str], value: str) -> None:
+    """Show these options with one of them chosen; nothing is sent if nothing has changed."""
+    if list(control.options) != options:
+        control.options = options
+    set_value(control, value)
+
+
+def on_choice(buttons: Any, actions: dict[str, Callable[[], None]]) -> None:
+    """Call the action of the button that a user presses in a group."""
+
+    @buttons.on_click
+    async def _(event: viser.GuiEvent) -> None:
+        actions[event.target.value]()
+
+
 def on_change(control: Any, action: Callable[[], None]) -> None:
     """Call the action when a user changes the control, not when the program does."""
 

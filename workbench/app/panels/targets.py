@@ -1,17 +1,30 @@
-"""The targets: choose one, type its place, take moves back."""
+"""The selected target: its place, state, branch and lock; steps back and forth."""
 
 import numpy as np
 import viser
 
 from workbench.app.html import MUTED, badge, block, text
-from workbench.app.panels.panel import AbstractPanel, on_change, set_value
+from workbench.app.panels.panel import AbstractPanel, on_change, on_choice, set_options, set_value
 from workbench.appearance.colours import BLOCKED, OUT_OF_REACH, REACHED, css
-from workbench.session.commands import MoveTarget, Redo, ResetTargets, SelectTarget, Undo
+from workbench.design.plate import AUTO
+from workbench.session.commands import (
+    AddTarget,
+    ChooseBranch,
+    CopyTarget,
+    DeleteTarget,
+    LockTarget,
+    MoveTarget,
+    Redo,
+    ResetTargets,
+    RestoreBest,
+    SelectTarget,
+    Undo,
+)
 from workbench.session.state import Session, TargetState
 from workbench.session.worker import Worker
 from workbench.types import Vector3
 
-UNDO, REDO, RESET = "Undo", "Redo", "Reset"
+LEFT_TO_PROGRAM = "left to the program"
 
 
 class TargetsPanel(AbstractPanel):
@@ -21,12 +34,11 @@ class TargetsPanel(AbstractPanel):
         self._worker = worker
 
     def build(self, server: viser.ViserServer) -> None:
-        """Choice, coordinates, state, history."""
-        gui, session = server.gui, self._worker.session
-        names = [str(i + 1) for i in range(len(session.plate))]
+        """Choice, coordinates, branch, state, history."""
+        gui = server.gui
         self._choice = gui.add_dropdown(
             "Target",
-            names,
+            ["1"],
             hint="The target that the arm goes to; clicking a block in the scene does the same.",
         )
         on_change(self._choice, lambda: self._worker.submit(SelectTarget(int(self._choice.value) - 1)))
@@ -44,30 +56,76 @@ class TargetsPanel(AbstractPanel):
         )
         for field in (self._xyz, self._rpy):
             on_change(field, self._typed)
-        self._state = gui.add_html("")
-        self._history = gui.add_button_group(
-            "Moves",
-            (UNDO, REDO, RESET),
-            hint="Take the last move back, make it again, or put all targets back where they were at first.",
+        self._branch = gui.add_dropdown(
+            "Branch",
+            [LEFT_TO_PROGRAM],
+            hint="Which solution of the inverse kinematics the arm takes; the faint arms show the others. It "
+            "decides the accuracy as much as the place does.",
         )
-        commands = {UNDO: Undo(), REDO: Redo(), RESET: ResetTargets()}
-
-        @self._history.on_click
-        async def _(event: viser.GuiEvent) -> None:
-            self._worker.submit(commands[event.target.value])
+        on_change(self._branch, self._choose_branch)
+        self._state = gui.add_html("")
+        self._locked = gui.add_checkbox(
+            "Locked", False, hint="Keep this target where it is, whatever moves the others."
+        )
+        on_change(self._locked, lambda: self._worker.submit(LockTarget(self._number, self._locked.value)))
+        self._build_buttons(gui)
 
     def show(self, session: Session) -> None:
         """The selected target."""
         i = session.selected
         target, state = session.plate.targets[i], session.states[i]
-        set_value(self._choice, str(i + 1))
+        set_options(self._choice, [str(k + 1) for k in range(len(session.plate))], str(i + 1))
         set_value(self._xyz, _millimetres(target.xyz))
         set_value(self._rpy, _degrees(target.rpy))
+        known = [way.name for way in session.ways] if session.ways_of is target else []
+        mine = [target.branch] if target.branch not in (AUTO, *known) else []
+        chosen = LEFT_TO_PROGRAM if target.branch == AUTO else target.branch
+        set_options(self._branch, [LEFT_TO_PROGRAM, *mine, *known], chosen)
+        set_value(self._locked, target.locked)
+        for control in (self._xyz, self._rpy):
+            control.disabled = target.locked
         self._state.content = block(_state(state), testid="state", style="margin:4px 0 6px")
+
+    @property
+    def _number(self) -> int:
+        return int(self._choice.value) - 1
+
+    def _build_buttons(self, gui: viser.GuiApi) -> None:
+        submit = self._worker.submit
+        on_choice(
+            gui.add_button_group(
+                "Target",
+                ("Add", "Copy", "Delete"),
+                hint="Add a target in the middle of the region, copy the selected one, or delete it.",
+            ),
+            {
+                "Add": lambda: submit(AddTarget()),
+                "Copy": lambda: submit(CopyTarget(self._number)),
+                "Delete": lambda: submit(DeleteTarget(self._number)),
+            },
+        )
+        on_choice(
+            gui.add_button_group(
+                "Steps",
+                ("Undo", "Redo", "Best", "Reset"),
+                hint="Take the last step back, make it again, go back to the best plate so far (least "
+                "predicted error), or to the plate as it was loaded.",
+            ),
+            {
+                "Undo": lambda: submit(Undo()),
+                "Redo": lambda: submit(Redo()),
+                "Best": lambda: submit(RestoreBest()),
+                "Reset": lambda: submit(ResetTargets()),
+            },
+        )
+
+    def _choose_branch(self) -> None:
+        name = self._branch.value
+        self._worker.submit(ChooseBranch(self._number, AUTO if name == LEFT_TO_PROGRAM else name))
 
     def _typed(self) -> None:
         """What was typed; numbers that were not touched keep all their digits."""
-        i = int(self._choice.value) - 1
+        i = self._number
         target = self._worker.session.plate.targets[i]
         xyz = _merge(self._xyz.value, _millimetres(target.xyz), target.xyz, 1e-3)
         rpy = _merge(self._rpy.value, _degrees(target.rpy), target.rpy, float(np.deg2rad(1.0)))
@@ -91,19 +149,25 @@ def _merge(typed, shown, exact, unit: float) -> tuple[float, float, float]:
 
 
 def _state(state: TargetState) -> str:
-    branch = (
-        f'<span style="color:{MUTED}" title="Which solution of the inverse kinematics the arm takes. It '
-        f'matters for the accuracy as much as the place."> · {text(state.branch)}</span>'
-    )
     if state.reached and state.clear:
-        return badge("Reached", css(REACHED)) + branch
+        return badge("Reached", css(REACHED)) + f'<span style="color:{MUTED}"> · {text(state.branch)}</span>'
     if state.reached:
-        words = "In this posture the arm would run into the plate."
-        return badge("Blocked", css(BLOCKED)) + branch + f'<div style="color:{MUTED}">{words}</div>'
+        words = "Choose another branch, or move the target."
+        return (
+            badge("Blocked", css(BLOCKED))
+            + f'<span style="color:{MUTED}"> · {text(state.branch)}</span>'
+            + f"<div>In this posture {text(state.hit)}.</div>"
+            + f'<div style="color:{MUTED}">{words}</div>'
+        )
     distance, angle = state.missing
+    short = (
+        f"The arm stops {1e3 * distance:.1f} mm and {np.rad2deg(angle):.1f}° short of it. Drag the target "
+        "back, or press Undo."
+        if distance > 1e-6 or angle > 1e-6
+        else "Choose another branch, or leave the choice to the program."
+    )
     return (
         badge("Out of reach", css(OUT_OF_REACH))
         + f"<div>{text(state.reason[:1].upper() + state.reason[1:])}.</div>"
-        + f'<div style="color:{MUTED}">The arm stops {1e3 * distance:.1f} mm and {np.rad2deg(angle):.1f}° '
-        + "short of it. Drag the target back, or press Undo.</div>"
+        + f'<div style="color:{MUTED}">{short}</div>'
     )

@@ -5,7 +5,7 @@ import viser
 from jaxtyping import Float
 
 from workbench.app.scene.nodes import add_solid, put
-from workbench.appearance.bodies import body_frames, make_bodies
+from workbench.appearance.bodies import body_frames, generated_bodies, make_bodies
 from workbench.robots.robot import Robot
 
 SHELL = 1.09
@@ -19,7 +19,10 @@ class Arm:
         server: Where.
         name: Name of its node, such as `/arm`.
         robot: Geometry with which its bodies are made.
-        ghost: Colour of a translucent arm; None for the solid, two-coloured one.
+        ghost: Colour of a translucent arm; None for the solid one in its own colours.
+        opacity: Of a translucent arm.
+        swell: How much thicker than usual a translucent arm is.
+        is_plain: Whether it is drawn from its geometry even where its file has meshes, which costs less.
     """
 
     def __init__(
@@ -29,13 +32,17 @@ class Arm:
         robot: Robot,
         *,
         ghost: tuple[int, int, int] | None = None,
+        opacity: float = 0.3,
+        swell: float = SHELL,
+        is_plain: bool = False,
     ):
         self._root = server.scene.add_frame(name, show_axes=False)
         self._nodes = []
-        for i, body in enumerate(make_bodies(robot, swell=1.0 if ghost is None else SHELL)):
+        make = generated_bodies if is_plain else make_bodies
+        for i, body in enumerate(make(robot, swell=1.0 if ghost is None else swell)):
             self._nodes.append(server.scene.add_frame(f"{name}/body{i}", show_axes=False))
             if ghost is not None and body.solid is not None:
-                add_solid(server, f"{name}/body{i}/ghost", body.solid, ghost, opacity=0.3)
+                add_solid(server, f"{name}/body{i}/ghost", body.solid, ghost, opacity=opacity)
             elif ghost is None:
                 for j, part in enumerate(body.parts):
                     add_solid(server, f"{name}/body{i}/part{j}", part.solid, part.colour)

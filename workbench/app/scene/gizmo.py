@@ -47,14 +47,13 @@ class Gizmo(AbstractPart):
         self.handles = {ARROWS: arrows, RINGS: rings}
         for kind, handle in self.handles.items():
             self._listen(kind, handle)
-        server.on_client_disconnect(self._left)
         self.show(session)
 
     def show(self, session: Session) -> None:
         """Put the handles on the selected target, except the one in somebody's hand."""
         self._session = session
         for kind, handle in self.handles.items():
-            handle.visible = session.focus is Focus.TARGET
+            handle.visible = session.focus is Focus.TARGET and not _locked(session)
             if self._dragged is None or self._dragged[0] != kind:
                 put(handle, self._pose(kind))
 
@@ -101,6 +100,11 @@ class Gizmo(AbstractPart):
             put(self.handles[kind], off)
         put(self.handles[kind], pose)
 
-    def _left(self, client: viser.ClientHandle) -> None:
+    def left(self, client: viser.ClientHandle) -> None:
+        """A page has gone: whatever it held is let go."""
         if self._dragged is not None and self._dragged[1] == client.client_id:
             self._let_go(client.client_id)
+
+
+def _locked(session: Session) -> bool:
+    return session.plate.targets[session.selected].locked

@@ -2,16 +2,23 @@
 
 import numpy as np
 import viser
-from jaxtyping import Float
+from jaxtyping import Float, UInt8
 
 from workbench import se3
 from workbench.appearance.shapes import Solid
+
+GAMMA = 2.2
 
 
 def put(node: viser.SceneNodeHandle, pose: Float[np.ndarray, "4 4"]) -> None:
     """Give a node a pose (viser does not send one that it already has)."""
     node.position = pose[:3, 3]
     node.wxyz = se3.matrix_to_quaternion(pose[:3, :3])
+
+
+def linear(colours: UInt8[np.ndarray, "n 3"]) -> UInt8[np.ndarray, "n 3"]:
+    """Colours of a batched mesh, which the page takes for linear ones."""
+    return np.round(255.0 * (colours / 255.0) ** GAMMA).astype(np.uint8)
 
 
 def add_solid(

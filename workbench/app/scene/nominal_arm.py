@@ -1,10 +1,11 @@
-"""The nominal arm: at the selected target, or at the measured row that is looked at."""
+"""The nominal arm: at the selected target, at the measured row that is looked at, or where it was jogged."""
 
 import numpy as np
 import viser
 
 from workbench.app.scene.arm import Arm
 from workbench.app.scene.part import AbstractPart
+from workbench.session.commands.arm import standing
 from workbench.session.state import Focus, Session
 
 
@@ -18,9 +19,8 @@ class NominalArm(AbstractPart):
 
     def show(self, session: Session) -> None:
         """Stand where the focus is."""
-        rows = session.comparison if session.focus is Focus.ROW else None
-        q = session.states[session.selected].q if rows is None else rows.q[session.row]
-        self._arm.visible = session.overlay.nominal or rows is None
+        q = standing(session)
+        self._arm.visible = session.overlay.nominal or session.focus is not Focus.ROW
         if q is not self._q and (self._q is None or not np.array_equal(q, self._q)):
             self._q = q
             self._arm.stand(session.robot, q)

@@ -5,11 +5,18 @@ import viser
 
 from workbench import se3
 from workbench.app.scene.arm import Arm
+from workbench.app.scene.nodes import linear
 from workbench.app.scene.part import AbstractPart
-from workbench.appearance.colours import ARROW_AFTER, ARROW_BEFORE, GHOST, MARK
+from workbench.appearance.colours import ARROW_AFTER, ARROW_BEFORE, FITTED, GHOST, HELD_OUT, LEFT_OUT, MARK
+from workbench.appearance.shapes import ball
+from workbench.session.commands import ShowRow
+from workbench.session.commands.arm import standing
 from workbench.session.comparison import Comparison
 from workbench.session.state import Focus, Overlay, Session
+from workbench.session.worker import Worker
 
+POINT = 0.006
+"""Radius of a measured place's ball [m]."""
 MOST_ROWS = 400
 """Rows drawn at most; of more, evenly chosen ones."""
 
@@ -17,8 +24,9 @@ MOST_ROWS = 400
 class OverlayPart(AbstractPart):
     """Drawn anew when the comparison changes; moved when another row is looked at."""
 
-    def __init__(self, server: viser.ViserServer, session: Session):
-        self._server = server
+    def __init__(self, server: viser.ViserServer, worker: Worker, session: Session):
+        self._server, self._worker = server, worker
+        self._left_out: frozenset[int] = frozenset()
         self._ghost: Arm | None = None
         self._drawn: Comparison | None = None
         self._overlay: Overlay | None = None
@@ -32,16 +40,20 @@ class OverlayPart(AbstractPart):
         if changed:
             self._replace_ghost(session)
             self._draw_frames(comparison)
+        if changed or session.left_out is not self._left_out:
+            self._left_out = session.left_out
+            self._draw_points(session)
         if changed or overlay is not self._overlay:
             self._draw_arrows(comparison, overlay)
         self._drawn, self._overlay = comparison, overlay
         rows = comparison if session.focus is Focus.ROW else None
         if self._ghost is not None:
-            self._ghost.visible = rows is not None and overlay.calibrated
-            if rows is not None:
-                self._ghost.stand(session.identification.runs[session.fit].calibrated, rows.q[session.row])
-        if "frames" in self._nodes:
-            self._nodes["frames"].visible = overlay.frames
+            self._ghost.visible = session.focus is not Focus.TARGET and overlay.calibrated
+            if session.focus is not Focus.TARGET:
+                self._ghost.stand(session.identification.runs[session.fit].calibrated, standing(session))
+        for name in ("frames", "points"):
+            if name in self._nodes:
+                self._nodes[name].visible = overlay.frames
         self._mark(rows, session.row)
 
     def _replace_ghost(self, session: Session) -> None:
@@ -72,14 +84,31 @@ class OverlayPart(AbstractPart):
                 axes_length=0.035,
                 axes_radius=0.0016,
             )
-        else:
-            self._nodes["frames"] = self._server.scene.add_point_cloud(
-                "/measured/points",
-                comparison.measured[rows],
-                colors=MARK,
-                point_size=0.006,
-                point_shape="circle",
-            )
+
+    def _draw_points(self, session: Session) -> None:
+        """A ball at every measured place, coloured by what the row is for; a click looks at the row."""
+        self._remove("points")
+        comparison = session.comparison
+        rows = np.arange(0) if comparison is None else _rows(comparison)
+        if comparison is None or not len(rows):
+            return
+        solid = ball(POINT, np.zeros(3))
+        points = self._server.scene.add_batched_meshes_simple(
+            "/measured/points",
+            solid.vertices,
+            solid.faces,
+            batched_wxyzs=np.tile([1.0, 0.0, 0.0, 0.0], (len(rows), 1)),
+            batched_positions=comparison.measured[rows],
+            batched_colors=linear(row_colours(comparison, session.left_out)[rows]),
+            lod="off",
+            cast_shadow=False,
+            receive_shadow=False,
+        )
+        self._nodes["points"] = points
+
+        @points.on_click
+        async def _(event: viser.SceneNodePointerEvent) -> None:
+            self._worker.submit(ShowRow(int(rows[event.instance_index])))
 
     def _draw_arrows(self, comparison: Comparison | None, overlay: Overlay) -> None:
         self._remove("before", "after")
@@ -118,6 +147,13 @@ class OverlayPart(AbstractPart):
                 receive_shadow=False,
             )
         self._nodes["mark"].position = place
+
+
+def row_colours(comparison: Comparison, left_out: frozenset[int]) -> np.ndarray:
+    """Colour of every row: fitted, held out, or left out by hand."""
+    colours = np.where(comparison.held_out[:, None], HELD_OUT, FITTED)
+    out = np.isin(comparison.number, list(left_out)) & ~comparison.held_out
+    return np.where(out[:, None], LEFT_OUT, colours).astype(np.uint8)
 
 
 def _rows(comparison: Comparison) -> np.ndarray:

@@ -1,12 +1,12 @@
-"""The fixture: its solid, the numbered target blocks, and the region's outline."""
+"""The fixture: its solid, and the numbered target blocks."""
 
 import numpy as np
 import viser
 
 from workbench.app.scene.nodes import add_solid, put
 from workbench.app.scene.part import AbstractPart
-from workbench.appearance.colours import PLATE, REACHED, REGION, target_colour
-from workbench.appearance.shapes import SIDE, box, cuboid_edges, target_block
+from workbench.appearance.colours import PLATE, REACHED, target_colour
+from workbench.appearance.shapes import SIDE, box, target_block
 from workbench.design.plate import Target
 from workbench.session.commands import SelectTarget
 from workbench.session.state import Session
@@ -14,34 +14,33 @@ from workbench.session.worker import Worker
 
 
 class PlatePart(AbstractPart):
-    """Plate, blocks and region. A click on a block selects its target."""
+    """Plate and blocks. A click on a block selects its target."""
 
     def __init__(self, server: viser.ViserServer, worker: Worker, session: Session):
         self._server, self._worker = server, worker
         plate = session.plate
         if plate.size is not None:
             put(add_solid(server, "/plate", box(plate.size), PLATE, flat=True), plate.pose)
-        server.scene.add_line_segments(
-            "/region",
-            cuboid_edges(plate.region.min, plate.region.max),
-            colors=REGION,
-            thickness=1.6,
-            thickness_units="screen",
-        )
-        self._targets: list[Target | None] = [None] * len(plate)
+        self._targets: list[Target] = []
         self._blocks: list[viser.MeshHandle] = []
         self._labels: list[viser.LabelHandle] = []
-        for i in range(len(plate)):
-            self._add(i, session)
         self.show(session)
 
     def show(self, session: Session) -> None:
-        """Move the blocks that have moved, and colour all by their state."""
-        for i, (target, state) in enumerate(zip(session.plate.targets, session.states, strict=True)):
+        """As many blocks as targets, each where it stands, coloured by its state."""
+        targets = session.plate.targets
+        while len(self._blocks) > len(targets):
+            self._blocks.pop().remove()
+            self._labels.pop().remove()
+            self._targets.pop()
+        for i in range(len(self._blocks), len(targets)):
+            self._add(i, session)
+        for i, (target, state) in enumerate(zip(targets, session.states, strict=True)):
             if target is not self._targets[i]:
                 self._targets[i] = target
                 self._blocks[i].vertices = target_block(target.pose, session.plate.pose).vertices
                 self._labels[i].position = _label_place(target)
+                self._labels[i].text = _label(i, target)
             self._blocks[i].color = target_colour(state, selected=i == session.selected)
 
     def _add(self, i: int, session: Session) -> None:
@@ -50,19 +49,24 @@ class PlatePart(AbstractPart):
         block = add_solid(self._server, f"/targets/{i + 1}", solid, REACHED, flat=True)
 
         @block.on_click
-        async def _(event) -> None:
+        async def _(event: viser.SceneNodePointerEvent) -> None:
             self._worker.submit(SelectTarget(i))
 
+        self._targets.append(target)
         self._blocks.append(block)
         self._labels.append(
             self._server.scene.add_label(
                 f"/target_numbers/{i + 1}",
-                f"{i + 1}",
+                _label(i, target),
                 position=_label_place(target),
                 anchor="bottom-center",
                 font_screen_scale=0.85,
             )
         )
+
+
+def _label(i: int, target: Target) -> str:
+    return f"{i + 1} (locked)" if target.locked else f"{i + 1}"
 
 
 def _label_place(target: Target) -> np.ndarray:

@@ -205,11 +205,11 @@ def suited_plate(robot: Robot) -> Plate:
     """
     kind = Kind.SEAT if robot.dof >= int(Task.POSE) else Kind.SOCKET
     reach = robot.reach
-    centre = np.array([0.42, 0.0, 0.25]) * reach
-    half = np.array([0.24, 0.24, 0.13]) * reach
+    centre = np.array([0.45, 0.0, 0.25]) * reach
+    half = np.array([0.2, 0.24, 0.12]) * reach
     region = Region(min=centre - half * [1, 1, 0.5], max=centre + 1.5 * half, cube=float(0.05 * reach))
-    circle = pattern("circle", 10, centre=centre, radius=0.18 * reach)
-    size = np.array([0.52 * reach, 0.52 * reach, 0.012])
+    circle = pattern("circle", 10, centre=centre, radius=0.16 * reach)
+    size = np.array([0.42 * reach, 0.42 * reach, 0.012])
     return Plate(
         name="Circle",
         targets=tuple(replace(target, kind=kind) for target in circle),

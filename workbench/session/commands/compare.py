@@ -106,3 +106,27 @@ class SetOverlay(AbstractChange):
     def apply(self, session: Session) -> Session:
         """The session afterwards."""
         return replace(session, overlay=self.overlay)
+
+
+@dataclass(frozen=True)
+class SetDark(AbstractChange):
+    """Make all pages dark, or light."""
+
+    is_dark: bool
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return "Dark pages" if self.is_dark else "Light pages"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Only the newest wish matters."""
+        return "dark"
+
+    def check(self, session: Session) -> None:
+        """Nothing can be wrong."""
+
+    def apply(self, session: Session) -> Session:
+        """The session afterwards."""
+        return replace(session, is_dark=self.is_dark)

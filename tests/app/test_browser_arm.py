@@ -1,0 +1,79 @@
+"""The arm in a real Chromium: a file with meshes, jogging; dark pages, help, downloads."""
+
+from importlib.metadata import distribution
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from workbench.app.server import App
+from workbench.design.plate_toml import read_plate
+from workbench.robots import load_robot
+from workbench.robots.meshes import link_meshes
+from workbench.session.commands.arm import standing, suited_plate
+
+FILES = distribution("example-robot-data").files or []
+
+
+def urdf(name: str) -> Path:
+    return Path(str(next(f for f in FILES if f.name == name).locate())).resolve()
+
+
+def test_meshes_of_a_urdf_hang_on_their_links():
+    robot = load_robot(urdf("ur5_robot.urdf"))
+    pieces = link_meshes(robot)
+    assert {p.entry for p in pieces} >= set(range(1, 7))
+    assert sum(len(p.faces) for p in pieces) > 10_000
+    entries = {p.entry for p in pieces}
+    links = [np.concatenate([p.vertices for p in pieces if p.entry == entry]) for entry in entries]
+    longest = max(np.ptp(vertices, axis=0).max() for vertices in links)
+    assert longest == pytest.approx(0.55, abs=0.1)  # the upper arm is 425 mm from axis to axis
+
+
+def test_a_urdf_without_its_meshes_is_drawn_from_its_geometry(tmp_path):
+    copy = tmp_path / "ur5.urdf"
+    copy.write_bytes(urdf("ur5_robot.urdf").read_bytes())
+    assert link_meshes(load_robot(copy)) == ()
+    assert link_meshes(load_robot("aria")) == ()
+
+
+@pytest.fixture
+def app():
+    robot = load_robot(urdf("ur5_robot.urdf"))
+    running = App(robot, suited_plate(robot))
+    yield running
+    running.close()
+
+
+@pytest.mark.browser
+def test_another_arm_is_chosen_jogged_and_the_page_made_dark(app, look, tmp_path):
+    screen = look()
+    screen.shoot("meshes")
+    screen.tab("Arm")
+    slider = screen.page.get_by_role("textbox").first
+    slider.fill("40")
+    slider.press("Tab")
+    screen.page.wait_for_timeout(300)
+    app.worker.wait()
+    assert standing(app.worker.session)[0] == pytest.approx(np.deg2rad(40.0), abs=1e-6)
+    screen.shoot("jogged")
+    screen.choose("Robot", "panda")
+    screen.press("Change to this robot")
+    screen.wait_text("arm", "Panda")
+    screen.page.wait_for_function("() => window.__viserMutable.nodePoseData['/arm/body7'] !== undefined")
+    screen.shoot("panda")
+
+    screen.tab("Files")
+    with screen.page.expect_download() as download:
+        screen.press("Plate (TOML)")
+    saved = tmp_path / "plate.toml"
+    download.value.save_as(saved)
+    assert len(read_plate(saved)) == len(app.worker.session.plate)
+    screen.page.get_by_role("checkbox", name="Dark", exact=True).check()
+    screen.page.wait_for_function(
+        "() => document.documentElement.getAttribute('data-mantine-color-scheme') === 'dark'"
+    )
+    screen.press("Help and keys")
+    screen.wait_text("help", "Keys")
+    screen.shoot("help")
+    screen.press("Close")

@@ -1,0 +1,46 @@
+"""The region in a real Chromium: cubes with colours and numbers, a corner that is dragged."""
+
+import numpy as np
+import pytest
+
+pytestmark = pytest.mark.browser
+
+
+def test_cubes_are_coloured_clicked_and_move_a_target_and_a_corner_is_dragged(app, look):
+    screen = look()
+    screen.tab("Region")
+    screen.choose("Cubes show", "Predicted error")
+    screen.wait_text("legend", "mm")
+    screen.shoot("cubes")
+    screen.choose("Slice", "one layer of z")
+    app.worker.wait()
+    region = app.worker.session.plate.region
+    wanted = int(np.argmin(np.linalg.norm(region.centres - [0.47, 0.35, region.centres[0, 2]], axis=1)))
+    screen.page.mouse.click(*screen.pixel(region.centres[wanted]))
+    screen.wait_text("cube", "Reached in")
+    app.worker.wait()
+    clicked = app.worker.session.cube_view.picked
+    assert np.linalg.norm(region.centres[clicked] - region.centres[wanted]) < 1.5 * region.cube
+    screen.shoot("cube")
+    screen.press("Move the selected target there")
+    screen.page.wait_for_timeout(200)
+    app.worker.wait()
+    assert app.worker.session.plate.targets[0].xyz == pytest.approx(region.centres[clicked])
+
+    screen.page.get_by_label("Handles on two corners").check()
+    screen.page.wait_for_timeout(300)
+    app.worker.wait()
+    place = np.array(region.max)
+    tip = place + 0.9 * 0.12 * app.worker.session.robot.reach * np.eye(3)[2]
+    at, end = screen.pixel(tip), screen.pixel(tip + 0.1 * np.eye(3)[2])
+    screen.page.mouse.move(*at)
+    screen.page.wait_for_timeout(150)
+    screen.page.mouse.down()
+    screen.page.mouse.move(*end, steps=5)
+    screen.page.mouse.up()
+    screen.page.wait_for_timeout(300)
+    app.worker.wait()
+    moved = app.worker.session.plate.region
+    assert moved.max[2] - region.max[2] == pytest.approx(0.1, abs=0.02)
+    assert app.worker.session.sampled is moved
+    screen.shoot("corner")

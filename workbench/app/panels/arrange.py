@@ -1,0 +1,171 @@
+"""Arranging targets: another number, snapping, patterns, the whole table typed or pasted."""
+
+from functools import partial
+
+import numpy as np
+import viser
+
+from workbench.app.panels.panel import AbstractPanel, on_choice, on_press, set_value
+from workbench.design.patterns import MOST_TARGETS, PATTERNS
+from workbench.design.plate import Plate
+from workbench.errors import OptionError, WorkbenchError
+from workbench.session.commands import (
+    ApplyPattern,
+    MixBranches,
+    PlaceTargets,
+    RenumberTarget,
+    SnapTarget,
+    Tell,
+)
+from workbench.session.state import Session
+from workbench.session.worker import Worker
+
+NAMES = {name.capitalize(): name for name in PATTERNS}
+SEPARATORS = str.maketrans({",": " ", ";": " ", "\t": " ", "−": "-"})
+
+
+class ArrangePanel(AbstractPanel):
+    """What moves several targets at once, or one with precision."""
+
+    def __init__(self, worker: Worker):
+        self._worker = worker
+        self._shown: Plate | None = None
+
+    def build(self, server: viser.ViserServer) -> None:
+        """Folders, closed at first."""
+        gui = server.gui
+        mix = gui.add_button(
+            "Best mix of branches",
+            icon=viser.Icon.ARROWS_SHUFFLE,
+            color="gray",
+            hint="Choose the branches together so that the predicted error is least; branches chosen by "
+            "hand stay.",
+        )
+        on_press(mix, lambda: self._worker.submit(MixBranches()))
+        with gui.add_folder("Snap and number", expand_by_default=False):
+            self._build_snap(gui)
+        with gui.add_folder("Pattern", expand_by_default=False):
+            self._build_pattern(gui)
+        with gui.add_folder("Coordinates of all targets", expand_by_default=False):
+            self._build_table(gui)
+
+    def show(self, session: Session) -> None:
+        """The table as the targets stand, except while somebody drags."""
+        set_value(self._number, session.selected + 1)
+        self._number.max = len(session.plate)
+        if session.plate is not self._shown and session.holder is None:
+            self._shown = session.plate
+            set_value(self._table, table_of(session.plate))
+
+    def _build_snap(self, gui: viser.GuiApi) -> None:
+        on_choice(
+            gui.add_button_group(
+                "Snap to",
+                ("Plate", "Grid", "Cube"),
+                hint="Put the selected target 50 mm above the plate, on the 10 mm grid, or at the centre of "
+                "the nearest cube of the region.",
+            ),
+            {name: partial(self._snap, name.lower()) for name in ("Plate", "Grid", "Cube")},
+        )
+        self._number = gui.add_number(
+            "Number",
+            1,
+            min=1,
+            max=MOST_TARGETS,
+            step=1,
+            hint="The place of the selected target in the order of measuring.",
+        )
+
+        @self._number.on_update
+        async def _(event: viser.GuiEvent) -> None:
+            if event.client_id is not None:
+                selected = self._worker.session.selected
+                self._worker.submit(RenumberTarget(selected, int(self._number.value) - 1))
+
+    def _build_pattern(self, gui: viser.GuiApi) -> None:
+        self._pattern = gui.add_dropdown(
+            "Pattern", list(NAMES), hint="How the targets are laid out. The circle is the paper's Table 2."
+        )
+        self._count = gui.add_number(
+            "Targets", 10, min=1, max=MOST_TARGETS, step=1, hint="How many targets there will be."
+        )
+        self._centre = gui.add_vector3(
+            "Centre [mm]", (316.0, 354.0, 235.0), step=1.0, hint="Middle of the pattern, from the base."
+        )
+        self._radius = gui.add_number(
+            "Half width [mm]", 250.0, min=1.0, max=5000.0, step=1.0, hint="Radius, or half the edge."
+        )
+        self._tilts = gui.add_vector2(
+            "Tilts [°]", (-150.0, -160.0), step=1.0, hint="Roll angles given to the targets in turn."
+        )
+        lay = gui.add_button(
+            "Lay the targets out",
+            icon=viser.Icon.GRID_DOTS,
+            hint="Replace all targets that are not locked by this pattern; Undo brings them back.",
+        )
+        on_press(lay, self._lay_out)
+
+    def _build_table(self, gui: viser.GuiApi) -> None:
+        self._table = gui.add_text(
+            "x y z [mm] r p y [°]",
+            "",
+            multiline=True,
+            hint="One line a target: x y z in mm, then roll, pitch, yaw in degrees. Type, or paste from a "
+            "spreadsheet; more lines are more targets.",
+        )
+        apply = gui.add_button(
+            "Apply the coordinates",
+            icon=viser.Icon.CHECK,
+            color="gray",
+            hint="Put the targets where the table says; Undo brings them back.",
+        )
+        on_press(apply, self._apply_table)
+
+    def _snap(self, to: str) -> None:
+        self._worker.submit(SnapTarget(self._worker.session.selected, to))
+
+    def _lay_out(self) -> None:
+        x, y, z = (1e-3 * float(v) for v in self._centre.value)
+        tilts = tuple(float(np.deg2rad(v)) for v in self._tilts.value)
+        radius = 1e-3 * float(self._radius.value)
+        name = NAMES[self._pattern.value]
+        self._worker.submit(ApplyPattern(name, int(self._count.value), (x, y, z), radius, tilts))
+
+    def _apply_table(self) -> None:
+        try:
+            self._worker.submit(PlaceTargets(rows_of(self._table.value, self._worker.session.plate)))
+        except WorkbenchError as error:
+            self._worker.submit(Tell(str(error)))
+
+
+def table_of(plate: Plate) -> str:
+    """The targets as lines of text, mm and degrees."""
+    rows = np.column_stack([1e3 * plate.poses[:, :3, 3], np.rad2deg([t.rpy for t in plate.targets])])
+    return "\n".join("  ".join(_short(v) for v in row) for row in rows)
+
+
+def rows_of(words: str, plate: Plate) -> tuple[tuple[float, ...], ...]:
+    """The numbers of a typed table in m and rad; lines that were not touched keep all their digits.
+
+    Raises:
+        OptionError: a line that is not six numbers; says which.
+    """
+    shown = table_of(plate).splitlines()
+    rows = []
+    for i, line in enumerate(line for line in words.splitlines() if line.strip()):
+        if i < len(shown) and line.split() == shown[i].split():
+            target = plate.targets[i]
+            rows.append((*target.xyz.tolist(), *target.rpy.tolist()))
+            continue
+        try:
+            numbers = [float(word) for word in line.translate(SEPARATORS).split()]
+        except ValueError:
+            raise OptionError(f"line {i + 1} of the table, '{line[:40]}', is not all numbers") from None
+        if len(numbers) != 6:
+            raise OptionError(f"line {i + 1} of the table has {len(numbers)} numbers; give x y z r p y")
+        rows.append((*(1e-3 * np.array(numbers[:3])).tolist(), *np.deg2rad(numbers[3:]).tolist()))
+    return tuple(rows)
+
+
+def _short(value: float) -> str:
+    return f"{round(value, 3) + 0.0:g}" if abs(value) < 1e5 else f"{value:.1f}"

@@ -1,0 +1,96 @@
+"""Moving the arm by hand: a slider for each joint, and a pose to go to."""
+
+from functools import partial
+
+import numpy as np
+import viser
+
+from workbench import se3
+from workbench.app.html import MUTED, block
+from workbench.app.panels.panel import AbstractPanel, on_change, on_press, set_value
+from workbench.model.forward import tool_poses
+from workbench.robots.robot import JointKind, Robot
+from workbench.session.commands import Jog, JogTo
+from workbench.session.commands.arm import standing
+from workbench.session.state import Session
+from workbench.session.worker import Worker
+
+
+class JogPanel(AbstractPanel):
+    """The sliders follow the arm, whatever moves it; made anew for another arm."""
+
+    def __init__(self, worker: Worker):
+        self._worker = worker
+        self._robot: Robot | None = None
+        self._sliders: list[viser.GuiSliderHandle] = []
+
+    def build(self, server: viser.ViserServer) -> None:
+        """A folder for the joints, and the pose."""
+        gui = self._gui = server.gui
+        self._folder = gui.add_folder("Joints")
+        with gui.add_folder("Tool"):
+            self._xyz = gui.add_vector3(
+                "Position [mm]", (0.0, 0.0, 0.0), step=1.0, hint="Where the tool is to go, from the base."
+            )
+            self._rpy = gui.add_vector3(
+                "Angles [°]", (0.0, 0.0, 0.0), step=1.0, hint="Roll, pitch and yaw that it is to have."
+            )
+            go = gui.add_button(
+                "Go to this pose",
+                icon=viser.Icon.ARROW_RIGHT,
+                color="gray",
+                hint="Bring the tool there by the solution next to where the arm stands.",
+            )
+            on_press(go, self._go)
+        self._readout = gui.add_html("")
+
+    def show(self, session: Session) -> None:
+        """Where the arm stands."""
+        if session.robot is not self._robot:
+            self._rebuild(session.robot)
+        q = standing(session)
+        for slider, value, joint in zip(self._sliders, q, session.robot.moving, strict=True):
+            shown = 1e3 * value if joint.kind is JointKind.PRISMATIC else np.rad2deg(value)
+            set_value(slider, float(np.clip(round(float(shown), 1), slider.min, slider.max)))
+        tool = se3.inverse(session.robot.base.pose) @ tool_poses(session.robot, q[None])[0]
+        shown_rpy = np.round(np.rad2deg(se3.matrix_to_rpy(tool[:3, :3])), 1) + 0.0
+        place = ", ".join(f"{1e3 * v:.1f}" for v in tool[:3, 3])
+        angles = ", ".join(f"{v:.1f}" for v in shown_rpy)
+        words = f"Tool now at {place} mm, turned by {angles}°."
+        self._readout.content = block(words, testid="tool", style=f"color:{MUTED};margin:4px 0")
+
+    def _rebuild(self, robot: Robot) -> None:
+        self._robot = robot
+        for slider in self._sliders:
+            slider.remove()
+        self._sliders = []
+        with self._folder:
+            for i, joint in enumerate(robot.moving):
+                slides = joint.kind is JointKind.PRISMATIC
+                scale = 1e3 if slides else float(np.rad2deg(1.0))
+                low, high = (scale * v for v in robot.search_limits[i])
+                slider = self._gui.add_slider(
+                    f"Joint {i + 1} [{'mm' if slides else '°'}]",
+                    float(np.floor(10 * low) / 10),
+                    float(np.ceil(10 * high) / 10),
+                    0.1,
+                    float(np.clip(0.0, low, high)),
+                    hint="Turn this joint by hand; the nominal and the calibrated arm follow.",
+                )
+                on_change(slider, partial(self._jog, i))
+                self._sliders.append(slider)
+
+    def _jog(self, moved: int) -> None:
+        """The moved joint from its slider, the others as they stand."""
+        session = self._worker.session
+        q = standing(session).copy()
+        slides = session.robot.moving[moved].kind is JointKind.PRISMATIC
+        value = float(self._sliders[moved].value)
+        value = 1e-3 * value if slides else float(np.deg2rad(value))
+        q[moved] = float(np.clip(value, *session.robot.search_limits[moved]))
+        self._worker.submit(Jog(tuple(q.tolist())))
+
+    def _go(self) -> None:
+        x, y, z = (1e-3 * float(v) for v in self._xyz.value)
+        roll, pitch, yaw = (float(np.deg2rad(v)) for v in self._rpy.value)
+        self._worker.submit(JogTo((x, y, z), (roll, pitch, yaw)))

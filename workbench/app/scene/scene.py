@@ -1,0 +1,57 @@
+"""The whole scene of one arm on one plate; made anew for another arm or plate."""
+
+from collections.abc import Sequence
+
+import viser
+
+from workbench.app.scene.corners import Corners
+from workbench.app.scene.cubes import CubesPart
+from workbench.app.scene.ghosts import BranchGhosts
+from workbench.app.scene.gizmo import Gizmo
+from workbench.app.scene.ground import Ground, first_view
+from workbench.app.scene.nominal_arm import NominalArm
+from workbench.app.scene.overlay import OverlayPart
+from workbench.app.scene.part import AbstractPart
+from workbench.app.scene.plate import PlatePart
+from workbench.session.state import Session
+from workbench.session.worker import Worker
+
+
+class Scene(AbstractPart):
+    """All parts of the scene, drawn together."""
+
+    def __init__(self, server: viser.ViserServer, worker: Worker, session: Session):
+        self._server, self._worker = server, worker
+        self._build(session)
+        server.on_client_disconnect(lambda client: self.gizmo.left(client))
+
+    def show(self, session: Session) -> None:
+        """Draw this snapshot, all of it anew where the arm or the plate is another one."""
+        if session.robot is not self._robot or session.first_plate is not self._plate:
+            self._server.scene.reset()
+            self._build(session)
+            self._look(session)
+        for part in self._parts:
+            part.show(session)
+
+    def _build(self, session: Session) -> None:
+        server, worker = self._server, self._worker
+        self._robot, self._plate = session.robot, session.first_plate
+        self.gizmo = Gizmo(server, worker, session)
+        self._parts: Sequence[AbstractPart] = (
+            Ground(server, session),
+            PlatePart(server, worker, session),
+            NominalArm(server, session),
+            BranchGhosts(server, session),
+            CubesPart(server, worker, session),
+            Corners(server, worker, session),
+            OverlayPart(server, worker, session),
+            self.gizmo,
+        )
+
+    def _look(self, session: Session) -> None:
+        """Every page looks at the new arm."""
+        position, look_at = first_view(session)
+        for client in self._server.get_clients().values():
+            client.camera.look_at = look_at
+            client.camera.position = position

@@ -1,0 +1,138 @@
+"""Poses to measure next: those that best separate effects which the rows can't tell apart, or sharpen them.
+
+Poses are drawn over the joint ranges that were measured. The information matrix of geometry, accepted effects
+and their rivals grows by every pose; the next one is that which adds most to the log determinant of what is
+asked for, the rest being eliminated (Ds-optimality), one after the other.
+
+Source: Atkinson, Donev, Tobias, Optimum experimental designs, with SAS, 2007, section 10.3.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.diagnose.columns import candidate_columns, carriers
+from workbench.effects import AbstractEffect
+from workbench.identify.problem import Problem
+from workbench.measure.dataset import Dataset
+from workbench.model.forward import tool_poses
+from workbench.motion import Motion
+from workbench.robots.robot import Robot
+
+POOL = 400
+"""Poses to choose from."""
+WIDER = 0.1
+"""Part of the measured box by which a pose may leave it."""
+WEAK = 1e-8
+"""Information [relative] that is taken for granted, so that what nothing shows can be asked for."""
+
+
+def next_poses(
+    problem: Problem,
+    x: Float[np.ndarray, " p"],
+    effects: Sequence[AbstractEffect],
+    *,
+    rng: np.random.Generator,
+    count: int = 5,
+) -> Float[np.ndarray, "_ n"]:
+    """Joint positions to measure next.
+
+    Args:
+        problem: What was fitted.
+        x: Its answer.
+        effects: What is to be sharpened and told apart; the geometry as a whole if empty.
+        rng: Draws the poses.
+        count: How many poses.
+    """
+    pool = _pool(problem, x, rng)
+    if not len(pool.q):
+        return pool.q
+    asked = carriers(effects)
+    now, new = _columns(problem, x, asked), _columns(_like(problem, x, pool), x, asked)
+    scale = np.maximum(np.linalg.norm(now, axis=0), 1e-12)
+    information = (now / scale).T @ (now / scale)
+    information[np.diag_indices(len(information))] += WEAK
+    per_pose = (new / scale).reshape(len(pool), -1, len(scale))
+    known = len(scale) - sum(len(e.names) for e in asked) if asked else 0
+    return pool.q[_greedy(information, per_pose, known, count)]
+
+
+def _greedy(information: np.ndarray, per_pose: np.ndarray, known: int, count: int) -> list[int]:
+    """Poses that add most to log |M| − log |M of what is not asked for|, one after the other."""
+    chosen: list[int] = []
+    eye = np.eye(per_pose.shape[1])
+    for _ in range(min(count, len(per_pose))):
+        gain = _log_det(eye + per_pose @ np.linalg.solve(information, per_pose.transpose(0, 2, 1)))
+        if known:
+            own = per_pose[:, :, :known]
+            gain -= _log_det(eye + own @ np.linalg.solve(information[:known, :known], own.transpose(0, 2, 1)))
+        gain[chosen] = -np.inf
+        chosen.append(int(np.argmax(gain)))
+        information = information + per_pose[chosen[-1]].T @ per_pose[chosen[-1]]
+    return chosen
+
+
+def _log_det(matrices: np.ndarray) -> np.ndarray:
+    return np.linalg.slogdet(matrices)[1]
+
+
+def _columns(problem: Problem, x: np.ndarray, effects: Sequence[AbstractEffect]) -> np.ndarray:
+    """Whitened columns of geometry and effects."""
+    plain = np.array([not p.is_coefficient for p in problem.parameters], bool)
+    geometry = problem.evaluate(x).jacobian[: problem.size, plain]
+    if not effects:
+        return geometry
+    return np.concatenate(
+        [geometry, np.concatenate([columns for _, columns in candidate_columns(problem, x, effects)])], axis=1
+    )
+
+
+def _like(problem: Problem, x: np.ndarray, pool: Dataset) -> Problem:
+    """The same problem on poses that were not measured yet."""
+    return Problem.build(
+        problem.robot,
+        pool,
+        free=[p.name for p in problem.parameters if p.is_geometry],
+        frames=problem.frames,
+        noise=problem.noise,
+        effects=[p.name for p in problem.parameters if p.is_coefficient],
+    )
+
+
+def _pool(problem: Problem, x: np.ndarray, rng: np.random.Generator) -> Dataset:
+    """Poses within the joint ranges that were measured, whose tool stays about where it was measured."""
+    data, arm = problem.data, problem.robot_at(x).with_effects()
+    low, high = data.q.min(0), data.q.max(0)
+    session = data.sessions[0]
+    frames = problem.frames.session_frames(arm, session)
+    arm = arm.with_frames(base=frames.base, tool=frames.tool)
+    q = rng.uniform(low, high, (8 * POOL, data.joints))
+    inside = _about(arm, data.q, q)
+    return _unmeasured(data, q[inside][:POOL], arm, session)
+
+
+def _about(arm: Robot, measured: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Which poses have the tool within the box of the measured ones, a little widened."""
+    seen = tool_poses(arm, measured)[:, :3, 3]
+    margin = WIDER * np.ptp(seen, axis=0)
+    at = tool_poses(arm, q)[:, :3, 3]
+    return ((at >= seen.min(0) - margin) & (at <= seen.max(0) + margin)).all(1)
+
+
+def _unmeasured(data: Dataset, q: np.ndarray, arm: Robot, session: str) -> Dataset:
+    """Rows as the instrument would see them, drivers as in a typical row."""
+    like = data.take(np.resize(np.arange(len(data)), len(q)))
+    poses = tool_poses(arm, q, motion=Motion(q))
+    return replace(
+        like,
+        q=q,
+        row=np.arange(len(q)),
+        position=None if like.position is None else poses[:, :3, 3],
+        rotation=None if like.rotation is None else poses[:, :3, :3],
+        session=None if like.session is None else np.full(len(q), session),
+        group=None,
+        torque=None,
+        sigma=None,
+    )

@@ -1,0 +1,64 @@
+"""Rivals: effects that would do nearly as well in an accepted one's place, and how all candidates rank."""
+
+import numpy as np
+
+from workbench.diagnose.evidence import Model, Offer, Term, drop, left_by, offer
+from workbench.diagnose.record import Accepted, Ranked
+from workbench.diagnose.stages import Searched
+from workbench.effects import AbstractEffect
+
+LISTED = 3
+"""Rivals that are listed for an effect."""
+CLOSE = np.log(20.0)
+"""Log evidence within which two effects can't be told apart: odds of twenty to one."""
+MENTIONED = 0.5
+"""Part of an effect's evidence that a rival must have to be mentioned."""
+RANKED = 40
+"""Candidates in the ranking."""
+
+
+def rivals_of(searched: Searched, term: Term) -> list[tuple[Model, Offer]]:
+    """The best candidates for the place of an accepted term, each with the model that they would join."""
+    rest = drop(searched.found.model, [term])
+    left = left_by(searched.grams, rest)
+    own = offer(left, term.candidate)
+    offers = [
+        found
+        for c in searched.offered.candidates
+        if c is not term.candidate
+        and not any(c.excludes(t.candidate) for t in rest)
+        and (found := offer(left, c)) is not None
+        and own is not None
+        and found.gain > max(MENTIONED * own.gain, own.gain - 100.0)
+    ]
+    best: dict[tuple, Offer] = {}
+    for found in sorted(offers, key=lambda o: -o.gain):
+        effect = found.term.candidate.effect
+        key = (str(effect.name), effect.joints)
+        if key != (str(term.candidate.effect.name), term.candidate.effect.joints):
+            best.setdefault(key, found)
+    return [(rest, found) for found in list(best.values())[:LISTED]]
+
+
+def ambiguous(accepted: tuple[Accepted, ...]) -> list[AbstractEffect]:
+    """Rivals that the rows can't tell from what was accepted."""
+    return [r.effect for a in accepted for r in a.alternatives if a.gain - r.gain < CLOSE]
+
+
+def ranked(searched: Searched) -> tuple[Ranked, ...]:
+    """What the candidates would bring to the geometry alone, the best first; one a kind, joint and order."""
+    left = left_by(searched.grams, ())
+    offers = [o for c in searched.offered.candidates if (o := offer(left, c)) is not None]
+    best: dict[tuple, Offer] = {}
+    for found in sorted(offers, key=lambda o: -o.gain):
+        effect = found.term.candidate.effect
+        best.setdefault((str(effect.name), effect.joints, getattr(effect, "order", 0)), found)
+    return tuple(
+        Ranked(
+            o.term.candidate.effect,
+            o.gain,
+            float(np.exp(o.log_p)),
+            shrunk=o.term.candidate.shrunk,
+        )
+        for o in list(best.values())[:RANKED]
+    )

@@ -1,0 +1,196 @@
+"""The rounds of a diagnosis: fit, set outliers apart, weigh anew, search for effects, fit again.
+
+A stage is everything that holds after a fit. Rounds end when a search finds what an earlier one has found
+already.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Int
+
+from workbench.diagnose.candidate import Candidate
+from workbench.diagnose.catalogue import Catalogue, catalogue
+from workbench.diagnose.evidence import Model
+from workbench.diagnose.grams import Grams, compress
+from workbench.diagnose.outliers import robust_fit, standing_out
+from workbench.diagnose.refit import Fitted, refit, with_own_noise
+from workbench.diagnose.search import Found, search
+from workbench.identify.identifier import OnStep
+from workbench.identify.problem import Problem
+from workbench.measure.dataset import Dataset
+from workbench.motion import Motion
+
+ROUNDS = 5
+"""Most searches for effects."""
+SETTLINGS = 3
+"""Most rounds of outliers after one fit."""
+FOLDS = 5
+"""Parts into which the rows are divided for cross-validation."""
+
+Tell = Callable[[str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Stage:
+    """What holds after a fit.
+
+    Args:
+        rows: All rows to fit, outliers among them.
+        keep: Which of them were fitted.
+        geometric: The problem of the geometry on the fitted rows, weighed by what the fit leaves.
+        fitted: Geometry and accepted effects.
+    """
+
+    rows: Dataset
+    keep: Bool[np.ndarray, " rows"]
+    geometric: Problem
+    fitted: Fitted
+
+
+@dataclass(frozen=True, eq=False)
+class Searched:
+    """A search at a stage.
+
+    Args:
+        stage: Where it was made.
+        offered: What was tried.
+        grams: The inner products at the stage.
+        found: What was found.
+    """
+
+    stage: Stage
+    offered: Catalogue
+    grams: Grams
+    found: Found
+
+
+def geometry_first(
+    problem: Problem, *, known: Mapping[str, float] | None = None, on_step: OnStep | None = None
+) -> Stage:
+    """The geometry alone, with outliers set apart.
+
+    Args:
+        problem: Geometry, on all rows to fit.
+        known: Known places of anchors or contacts [m].
+        on_step: Called after every step; True cancels.
+    """
+    rows = problem.data
+    fitted = refit(problem, None, (), known=known, on_step=on_step)
+    everything = np.ones(len(rows), bool)
+    out = standing_out(fitted.problem, robust_fit(fitted.problem, fitted.fit.x), everything)
+    stage = Stage(rows, ~out, problem, fitted)
+    return _settle(_fit(stage, None, (), known, on_step), None, known, on_step)
+
+
+def rounds(
+    stage: Stage,
+    rng: np.random.Generator,
+    *,
+    known: Mapping[str, float] | None = None,
+    tell: Tell | None = None,
+    on_step: OnStep | None = None,
+) -> tuple[Searched, ...]:
+    """Search and fit until nothing new is found.
+
+    Args:
+        stage: The geometry alone.
+        rng: Divides the rows into folds.
+        known: Known places of anchors or contacts [m].
+        tell: Called with what is being done.
+        on_step: Called after every step; True cancels.
+
+    Returns:
+        The searches, the last of them at the final fit.
+    """
+    fold = folds_of(stage.rows, rng)
+    done: list[Searched] = []
+    seen: set[frozenset[str]] = set()
+    for number in range(ROUNDS):
+        if tell is not None:
+            tell(f"round {number + 1}: trying every effect on every joint")
+        last = _search(stage, fold, on_step)
+        done.append(last)
+        key = frozenset(_key(t.candidate) for t in last.found.model)
+        stalled = key in seen or (on_step is not None and on_step(number, 0.0))
+        seen.add(key)
+        if _same(last.found.model, stage.fitted.model) or stalled:
+            break
+        if tell is not None:
+            tell(f"round {number + 1}: fitting geometry and {len(last.found.model)} effects")
+        stage = _fit(stage, last.grams, last.found.model, known, on_step)
+        stage = _settle(stage, last.grams, known, on_step)
+    return tuple(done)
+
+
+def folds_of(data: Dataset, rng: np.random.Generator) -> Int[np.ndarray, " rows"]:
+    """Fold of every row, whole groups together."""
+    groups = np.arange(len(data)) if data.group is None else np.unique(data.group, return_inverse=True)[1]
+    count = min(FOLDS, int(groups.max()) + 1)
+    order = rng.permutation(int(groups.max()) + 1)
+    return (np.argsort(order) % count)[groups]
+
+
+def _search(stage: Stage, fold: np.ndarray, on_step: OnStep | None) -> Searched:
+    problem = stage.fitted.problem
+    offered = catalogue(stage.geometric.robot, Motion.of(stage.rows))
+    effects = [c.effect for c in offered.candidates]
+    grams = compress(problem, stage.fitted.fit.x, effects, fold[stage.keep])
+    start = _among(stage.fitted.model, offered.candidates)
+    asked = None if on_step is None else lambda model: on_step(0, 0.0)
+    return Searched(stage, offered, grams, search(grams, offered.candidates, start, on_step=asked))
+
+
+def _fit(stage: Stage, grams: Grams | None, model: Model, known, on_step) -> Stage:
+    """The stage with another model, or other rows, fitted; from where the last fit ended."""
+    begin = dict(zip(stage.fitted.problem.names, stage.fitted.fit.x.tolist(), strict=True))
+    rows = stage.rows.take(stage.keep)
+    fitted = refit(stage.geometric, grams, model, data=rows, known=known, begin=begin, on_step=on_step)
+    return replace(stage, fitted=fitted)
+
+
+def _settle(stage: Stage, grams: Grams | None, known, on_step) -> Stage:
+    """Weigh by what the fit leaves and set outliers apart until both stand still."""
+    for _ in range(SETTLINGS):
+        stage = replace(stage, geometric=with_own_noise(stage.fitted, stage.geometric))
+        whole = _on_all_rows(stage, known)
+        keep = ~standing_out(whole, stage.fitted.fit.x, stage.keep, stage.fitted.fit.factor)
+        if (keep == stage.keep).all():
+            break
+        stage = _fit(replace(stage, keep=keep), grams, stage.fitted.model, known, on_step)
+    return _fit(stage, grams, stage.fitted.model, known, on_step)
+
+
+def _on_all_rows(stage: Stage, known) -> Problem:
+    """The fitted problem on all rows, outliers among them."""
+    problem = stage.fitted.problem
+    if stage.keep.all():
+        return problem.with_noise(stage.geometric.noise)
+    return Problem.build(
+        problem.robot,
+        stage.rows,
+        free=[p.name for p in problem.parameters if p.is_geometry],
+        frames=problem.frames,
+        noise=stage.geometric.noise,
+        known=known,
+        effects=[p.name for p in problem.parameters if p.is_coefficient],
+    )
+
+
+def _key(candidate: Candidate) -> str:
+    """What tells candidates of different rounds apart."""
+    shape = "" if candidate.covariance is None else f"{candidate.covariance[0, 1]:.6f}"
+    return f"{candidate.effect.name} {candidate.names} {shape}"
+
+
+def _same(a: Model, b: Model) -> bool:
+    return {_key(t.candidate) for t in a} == {_key(t.candidate) for t in b}
+
+
+def _among(model: Model, candidates: tuple[Candidate, ...]) -> Model:
+    """A model's terms as candidates of another round, as far as that offers them."""
+    offered = {_key(c): c for c in candidates}
+    return tuple(
+        replace(t, candidate=offered[_key(t.candidate)]) for t in model if _key(t.candidate) in offered
+    )

@@ -1,0 +1,98 @@
+"""Effects in plain words."""
+
+import numpy as np
+
+from workbench.effects import AbstractEffect
+from workbench.effects.joint_harmonic import JointHarmonic
+from workbench.effects.local_joint_error import LocalJointError
+
+LARGEST = 3
+"""Orders of a band that are named."""
+
+
+def label(effect: AbstractEffect) -> str:
+    """Short, for tables: `joint-harmonic, joint 3, order 2`."""
+    joints = [str(j + 1) for j in effect.joints]
+    words = [str(effect.name)]
+    if joints:
+        words.append(f"joint{'s' if len(joints) > 1 else ''} {' by '.join(joints)}")
+    if isinstance(effect, JointHarmonic):
+        orders = effect.orders
+        words.append(f"order {orders[0]}" if len(orders) == 1 else f"orders {orders[0]}–{orders[-1]}")
+    if getattr(effect, "by", None) == "motion":
+        words.append("by motion")
+    return ", ".join(words)
+
+
+def sentence(effect: AbstractEffect) -> str:
+    """What an effect with its coefficients does."""
+    who = f"joint {effect.joints[0] + 1}" if effect.joints else "the arm"
+    size = _size(effect)
+    match str(effect.name):
+        case "joint-compliance":
+            text = f"{who} gives way by {size} under the moment about its axis"
+        case "backlash":
+            cause = "its last motion" if getattr(effect, "by", "") == "motion" else "its load"
+            text = f"{who} has play: it lies {size} to either side, as {cause} decides"
+        case "clearance-tilt":
+            text = f"the bearing of {who} is loose: the link tips over by {size}, the way the load pushes it"
+        case "bearing-compliance":
+            text = f"the bearing of {who} tips over by {size} under the moment across its axis"
+        case "link-flexure":
+            text = f"the link after {who} bends by {size} under the moment that it carries"
+        case "joint-harmonic" if isinstance(effect, JointHarmonic):
+            text = f"{who} strays by {size} {_times(effect)}"
+        case "encoder-scale":
+            text = f"{who} turns {size} too {'far' if effect.coefficients[0] > 0 else 'little'}"
+        case "joint-coupling":
+            text = f"{who} moves along with joint {effect.joints[1] + 1}: {size} of its angle"
+        case "thermal-growth":
+            text = f"the lengths grow with the temperature: {size}"
+        case "base-drift":
+            text = f"the measuring frame creeps with time: {size}"
+        case _:
+            text = f"{who} has a smooth error of its own of up to {size} that fits no other name"
+    return text[0].upper() + text[1:]
+
+
+def _times(effect: JointHarmonic) -> str:
+    """How often a turn."""
+    orders = effect.orders
+    if len(orders) == 1:
+        return {1: "once per turn", 2: "twice per turn"}.get(orders[0], f"{orders[0]} times per turn")
+    pairs = np.array(effect.coefficients).reshape(len(effect.joints), len(orders), 2)
+    strength = np.hypot(pairs[..., 0], pairs[..., 1]).max(0)
+    largest = sorted(orders[i] for i in np.argsort(-strength)[:LARGEST])
+    return f"many times per turn, most at {', '.join(map(str, largest))}"
+
+
+def _size(effect: AbstractEffect) -> str:
+    """Its largest coefficient in readable units."""
+    values = np.abs(effect.coefficients)
+    largest = float(values.max())
+    match str(effect.name):
+        case "joint-compliance" | "bearing-compliance" | "link-flexure":
+            return f"{1e3 * largest:.3g} mrad/(N·m)"
+        case "joint-harmonic" if isinstance(effect, JointHarmonic):
+            return f"{1e3 * _amplitude(effect):.3g} mrad"
+        case "encoder-scale" | "joint-coupling":
+            return f"{100 * largest:.3g} %"
+        case "thermal-growth":
+            return f"{1e6 * effect.coefficients[0]:.3g} µm/(m·K)"
+        case "base-drift":
+            speed, turning = np.linalg.norm(values[:3]), np.linalg.norm(values[3:])
+            return f"{3.6e6 * speed:.3g} mm/h and {3600 * np.rad2deg(turning):.2g} °/h"
+        case "local-joint-error" if isinstance(effect, LocalJointError):
+            return f"{1e3 * largest:.3g} mrad"
+        case _:
+            return f"{1e3 * largest:.3g} mrad"
+
+
+def _amplitude(effect: JointHarmonic) -> float:
+    """Greatest deviation within a turn [rad]."""
+    q = np.linspace(0.0, 2.0 * np.pi, 2048)
+    pairs = np.array(effect.coefficients).reshape(len(effect.joints), len(effect.orders), 2)
+    waves = pairs[..., :1] * np.cos(np.outer(effect.orders, q)) + pairs[..., 1:] * np.sin(
+        np.outer(effect.orders, q)
+    )
+    return float(np.abs(waves.sum(1)).max())
