@@ -112,31 +112,22 @@ def compensate(
     state = Motion(q) if motion is None else motion.at(q)
     robot.check_ranges(q, source="trajectory")
     refuse_beyond(robot, q, "asks for")
-    arm = compile_arm(robot)
-    held = robot.known_limits[arm.columns]
-    wanted = rigid_targets(robot, commanded.poses, state)
-    before = refine(arm, wanted, q[:, arm.columns], task=commanded.task, iterations=0)
+    before = _missed(commanded, state)
     _refuse_singular(robot, commanded, before)
-    if method is Method.ONE_STEP:
-        x = refine(arm, wanted, q[:, arm.columns], task=commanded.task, limits=held, iterations=1).x
-        there = rigid_targets(robot, commanded.poses, state.at(x[:, arm.places]))
-        after = refine(arm, there, x, task=commanded.task, iterations=0)
-    else:
-        after = settle(
-            robot, commanded.poses, q, task=commanded.task, limits=robot.known_limits, motion=state
-        )
-    _refuse_large(robot, after.x[:, arm.places], q, after)
-    worse = after.cost(WEIGHT * arm.length) > before.cost(WEIGHT * arm.length)
+    after = _corrected(commanded, state, method)
+    places, weight = compile_arm(robot).places, WEIGHT * compile_arm(robot).length
+    _refuse_large(robot, after.x[:, places], q, after)
+    worse = after.cost(weight) > before.cost(weight)
     worse |= after.position_error > np.maximum(before.position_error, AT_LIMIT)
-    new = np.where(worse[:, None], q, after.x[:, arm.places])
+    state = state.at(frozen(np.where(worse[:, None], q, after.x[:, places])))
     errors = PathErrors(
         frozen(np.where(worse, before.position_error, after.position_error)),
         frozen(np.where(worse, before.rotation_error, after.rotation_error)),
     )
-    speed = _speeds(robot, new, state, max_speed)
+    speed = _speeds(robot, state, max_speed)
     return Compensation(
         commanded=commanded,
-        motion=state.at(frozen(new)),
+        motion=state,
         method=method,
         before=PathErrors(frozen(before.position_error), frozen(before.rotation_error)),
         after=errors,
@@ -144,6 +135,25 @@ def compensate(
         speed=speed,
         notes=(*commanded.notes, *_left(method, errors, worse, speed, max_speed)),
     )
+
+
+def _missed(commanded: Commanded, state: Motion) -> Refined:
+    """What the bent arm misses in a state."""
+    arm = compile_arm(commanded.calibrated)
+    wanted = rigid_targets(commanded.calibrated, commanded.poses, state)
+    return refine(arm, wanted, state.q[:, arm.columns], task=commanded.task, iterations=0)
+
+
+def _corrected(commanded: Commanded, state: Motion, method: Method) -> Refined:
+    """Corrected joints with what they still miss."""
+    robot, task = commanded.calibrated, commanded.task
+    limits = robot.known_limits
+    if method is Method.ITERATED:
+        return settle(robot, commanded.poses, state.q, task=task, limits=limits, motion=state)
+    arm = compile_arm(robot)
+    wanted = rigid_targets(robot, commanded.poses, state)
+    step = refine(arm, wanted, state.q[:, arm.columns], task=task, limits=limits[arm.columns], iterations=1)
+    return _missed(commanded, state.at(step.x[:, arm.places]))
 
 
 def _refuse_singular(robot: Robot, commanded: Commanded, before: Refined) -> None:
@@ -181,15 +191,15 @@ def _refuse_large(robot: Robot, new: np.ndarray, q: np.ndarray, after: Refined) 
         )
 
 
-def _speeds(robot: Robot, q: np.ndarray, state: Motion, most: float | None) -> np.ndarray | None:
+def _speeds(robot: Robot, state: Motion, most: float | None) -> np.ndarray | None:
     """Greatest speed of every joint between two rows; refuse one above `most`."""
-    if state.time is None or len(q) < 2:
+    if state.time is None or len(state) < 2:
         if most is not None:
             raise OptionError(
                 "a greatest speed is given, but the trajectory has no time; add the column time[s]"
             )
         return None
-    speed = np.abs(np.diff(q, axis=0)) / np.diff(state.time)[:, None]
+    speed = np.abs(np.diff(state.q, axis=0)) / np.diff(state.time)[:, None]
     if most is not None and (speed > most).any():
         row, joint = np.argwhere(speed > most)[0]
         unit = "m/s" if robot.moving[joint].kind is JointKind.PRISMATIC else "rad/s"

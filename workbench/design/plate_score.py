@@ -66,7 +66,8 @@ class PlateScore:
         robot: The arm.
         measured: In the branches that are to be measured.
         single: In the best single branch for all targets; None where no branch reaches all.
-        sigma: Standard deviations of the instrument [m], [rad].
+        sigma: Standard deviations of the instrument [m], [rad]; they whiten the rows for all indices but O.
+        length: Length at which an angle counts as an arc, for all indices but O [m].
         region_rows: For how many joint positions in the region the error is predicted.
         outcome: How the choice of branches ended.
     """
@@ -76,6 +77,7 @@ class PlateScore:
     measured: SetScore
     single: SetScore | None
     sigma: tuple[float, float]
+    length: float
     region_rows: int
     outcome: Outcome
 
@@ -193,6 +195,7 @@ def score_plate(
         if alike is None
         else scorer.score(single_branches(solutions)[alike], (alike,) * len(plate)),
         sigma=sigma,
+        length=robot.reach,
         region_rows=len(q_region),
         outcome=choice.outcome,
     )
