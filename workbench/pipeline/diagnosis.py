@@ -73,7 +73,7 @@ def diagnose(
         robot,
         with_directions(data),
         dict(exclude or {}),
-        held_out=held_out,
+        held_out=with_directions(held_out) if isinstance(held_out, Dataset) else held_out,
         frames=frames,
         free=free,
         region=region,
@@ -97,7 +97,7 @@ def diagnose(
     shaky = joint_noise(fit)
     verdict, message = conclude(
         accepted,
-        fit,
+        noise=last.stage.geometric.noise,
         before=judged(before[0]),
         after=judged(after[0]),
         floor=floor,
