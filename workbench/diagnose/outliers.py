@@ -20,6 +20,8 @@ LEAST = 4.0
 """… and it must be off by this many times the typical row, at least,"""
 BEYOND = 3.0
 """… and by this many times what nine rows in ten keep: real errors have longer tails than normal ones."""
+SETTLED = 0.05
+"""Change of the weights that ends a robust fit."""
 ROUNDS = 8
 """Rounds of the robust fit with which the search for outliers begins."""
 
@@ -31,9 +33,13 @@ def robust_fit(problem: Problem, x: Float[np.ndarray, " p"]) -> Float[np.ndarray
         problem: All rows.
         x: Least-squares fit.
     """
+    old = np.ones(len(problem.data))
     for _ in range(ROUNDS):
         residual = problem.residual(x)[: problem.size]
         weights = row_weights(_sizes(problem, residual, np.ones(problem.size)).max(1), Loss.TUKEY)
+        if np.abs(weights - old).max() < SETTLED:
+            break
+        old = weights
         weighted = problem.with_row_weights(weights)
         x = Opt2(limit=10).search(weighted).x
     return x
@@ -53,13 +59,17 @@ def standing_out(
         fitted: Which.
         factor: Factorisation of the Jacobian of those; None to leave leverage out.
     """
-    at = problem.evaluate(x)
-    room = np.ones(problem.size)
-    if factor is not None:
-        half = at.jacobian[: problem.size] @ (factor.vt[factor.seen] / factor.s[factor.seen, None]).T
-        leverage = (half**2).sum(1)
-        room = np.where(fitted[problem.component_rows], np.maximum(1.0 - leverage, 0.1), 1.0 + leverage)
-    sizes = _sizes(problem, at.residual[: problem.size], room)
+    room, residual = np.ones(problem.size), np.empty(problem.size)
+    for block, piece in problem.pieces(x):
+        if block is None:
+            continue
+        rows = slice(block.start, block.stop)
+        residual[rows] = piece.residual
+        if factor is not None:
+            leverage = ((piece.jacobian @ factor.root) ** 2).sum(1)
+            mine = fitted[problem.component_rows[rows]]
+            room[rows] = np.where(mine, np.maximum(1.0 - leverage, 0.1), 1.0 + leverage)
+    sizes = _sizes(problem, residual, room)
     tail = BEYOND * np.quantile(sizes, 0.9, axis=0)
     chance = np.sqrt(stats.chi2.isf(LEVEL / len(sizes), 3) / stats.chi2.median(3))
     return (sizes > np.maximum(tail, max(chance, LEAST))).any(1)
