@@ -11,7 +11,17 @@ from typing import Annotated
 
 import typer
 
-from workbench.cli import calibrating, designing, making, measuring, plates, reproducing
+from workbench.cli import (
+    calibrating,
+    compensating,
+    designing,
+    diagnosing,
+    making,
+    measuring,
+    plates,
+    recordings,
+    reproducing,
+)
 from workbench.cli.opening import open_session
 from workbench.cli.options import PlateOption, RobotOption, say
 from workbench.errors import WorkbenchError
@@ -62,11 +72,14 @@ def serve(
         int | None, typer.Option(help="With --session: branch off after this step, into a new recording.")
     ] = None,
     record: Annotated[bool, typer.Option("--record/--no-record", help="Record the session.")] = True,
+    rerun: Annotated[
+        str | None, typer.Option(help="Show the session in this open rerun viewer as well: HOST:PORT.")
+    ] = None,
 ) -> None:
     """The app in the browser: robot, plate, draggable targets, identification."""
     from workbench.app.server import serve as run
 
-    opening = open_session(robot, plate or "table2", session=session, step=step, record=record)
+    opening = open_session(robot, plate or "table2", session=session, step=step, record=record, live=rerun)
     run(
         opening.robot,
         opening.plate,
@@ -81,12 +94,16 @@ def serve(
 
 for command in (
     calibrating.identify,
+    diagnosing.diagnose,
     calibrating.evaluate,
     measuring.simulate,
     measuring.poses,
     measuring.capture,
     measuring.drive,
     calibrating.export,
+    compensating.compensate,
+    recordings.review,
+    recordings.replay,
 ):
     app.command()(command)
 plates.plates.command()(designing.optimise)
