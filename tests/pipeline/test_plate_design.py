@@ -70,7 +70,7 @@ def test_distances_change_as_their_anchors_move(aria, plate):
 
 
 def test_six_contacts_locate_a_cube_in_all_six_directions(aria, plate):
-    """Each contact moves along its normal as the point of the cube there does; together they hold the pose."""
+    """Each contact moves along its normal as the cube's point there does; together they hold the pose."""
     rows = contact_rows()
     assert np.linalg.matrix_rank(rows) == 6
     assert sorted(np.abs(rows[:, :3]).argmax(1)) == [0, 0, 1, 2, 2, 2]
@@ -133,7 +133,7 @@ def test_what_no_reading_is(aria, plate):
 
 
 def test_an_optimised_plate_calibrates_arms_better_than_table_2(run, tmp_path, aria):
-    """Predicted and tried out, over the same poses: any place, any branch, 60° about Table 2's orientations."""
+    """Predicted and tried out over the same poses: any place and branch, 60° about Table 2's targets."""
     words = ("plate", "optimise", "table2", "--robot", "aria", "--out", "best.toml", "--json", "best.json")
     status, out, _ = run(*words, "--tilt", "40deg", "--spacing", "75mm", "--places", "250")
     assert status == 0
