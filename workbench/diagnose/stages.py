@@ -15,15 +15,15 @@ from workbench.diagnose.catalogue import Catalogue, catalogue
 from workbench.diagnose.evidence import Model, validated
 from workbench.diagnose.grams import Grams, compress
 from workbench.diagnose.outliers import robust_fit, standing_out
-from workbench.diagnose.refit import Fitted, linear_answer, refit, with_own_noise
+from workbench.diagnose.refit import Fitted, large, linear_answer, refit, with_own_noise
 from workbench.diagnose.search import WORTH, Found, judged, search
 from workbench.identify.identifier import OnStep
 from workbench.identify.problem import Problem
 from workbench.measure.dataset import Dataset
 from workbench.motion import Motion
 
-ROUNDS = 5
-"""Most searches for effects."""
+ROUNDS, FEW_ROUNDS = 5, 2
+"""Most searches for effects; fewer for large problems."""
 SETTLINGS = 3
 """Most rounds of outliers after one fit."""
 FOLDS = 5
@@ -119,7 +119,7 @@ def rounds(
         if _same(last.found.model, stage.fitted.model) or not _better(last):
             done[-1] = _as_fitted(last)
             break
-        if stalled or number == ROUNDS - 1:
+        if stalled or number == (FEW_ROUNDS if large(stage.fitted.problem) else ROUNDS) - 1:
             done[-1] = _as_fitted(last)
             break
         if tell is not None:
@@ -172,7 +172,7 @@ def _fit(stage: Stage, grams: Grams | None, model: Model, known, on_step) -> Sta
 
 def _settle(stage: Stage, grams: Grams | None, known, on_step) -> Stage:
     """Set outliers apart until the rows stand still, then weigh by what the fit leaves."""
-    for _ in range(SETTLINGS):
+    for _ in range(1 if large(stage.fitted.problem) else SETTLINGS):
         whole = _on_all_rows(stage, known)
         keep = ~standing_out(whole, stage.fitted.fit.x, stage.keep, stage.fitted.fit.factor)
         if (keep == stage.keep).all():
@@ -195,6 +195,11 @@ def _on_all_rows(stage: Stage, known) -> Problem:
         known=known,
         effects=[p.name for p in problem.parameters if p.is_coefficient],
     )
+
+
+def as_candidates(model: Model, searched: Searched) -> Model:
+    """A model's terms as candidates of another search, in their order; those not offered there left out."""
+    return _among(model, searched.offered.candidates)
 
 
 def _key(candidate: Candidate) -> str:
