@@ -149,6 +149,7 @@ def score_plate(
     sigma: tuple[float, float] = (SIGMA_POSITION, SIGMA_ROTATION),
     base: bool | None = None,
     tool: bool | None = None,
+    matter: Float[np.ndarray, "rows n"] | None = None,
     rng: np.random.Generator,
     progress: Callable[[float], None] | None = None,
     cancel: Callable[[], bool] | None = None,
@@ -161,6 +162,7 @@ def score_plate(
         sigma: Standard deviations of the instrument, position [m] and rotation [rad].
         base: Whether the base is unknown and identified too; as the robot says if None.
         tool: Whether the tool is.
+        matter: Poses for which the error is predicted [rad or m]; those of the plate's own region if None.
         rng: Source of the mixes of branches that are tried.
         progress: Called with the share of the work done.
         cancel: Asked now and then whether to stop with the best branches so far.
@@ -171,7 +173,7 @@ def score_plate(
     check_place(robot, plate)
     names = identified_names(robot, base=base, tool=tool)
     solutions = plate_solutions(robot, plate)
-    q_region = plate_region_poses(robot, plate)
+    q_region = plate_region_poses(robot, plate) if matter is None else matter
     choice = choose_branches(
         robot,
         plate,

@@ -18,7 +18,7 @@ from workbench.pipeline.compensation import compensate_trajectory
 from workbench.pipeline.diagnosis import diagnose
 from workbench.pipeline.evaluation import evaluate
 from workbench.pipeline.identification import ALGORITHMS, identify
-from workbench.pipeline.plates import cluster_region, score_plate
+from workbench.pipeline.plates import cluster_region, score_plate, score_plates
 from workbench.pipeline.poses import choose_poses, write_poses
 from workbench.pipeline.simulation import measure_plate, measure_poses
 from workbench.validate.identification import Evaluation, Identification, Run, Validation
@@ -39,5 +39,6 @@ __all__ = [
     "measure_plate",
     "measure_poses",
     "score_plate",
+    "score_plates",
     "write_poses",
 ]

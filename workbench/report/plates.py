@@ -66,12 +66,14 @@ def comparison_table(scores: Sequence[PlateScore]) -> RenderableType:
     table.add_row("targets", *(str(len(s.plate)) for s in scores))
     for words, cells in _set_rows([s.measured for s in scores]):
         table.add_row(escape(words), *cells)
-    single = [s.single.error.position_rms if s.single else np.inf for s in scores]
-    table.add_row(
-        escape("position error with one branch, rms [mm]"), *(_number(1e3 * value) for value in single)
-    )
+    single = [_cell(s.single, lambda one: 1e3 * one.error.position_rms) for s in scores]
+    table.add_row(escape("position error with one branch, rms [mm]"), *single)
     best = min(scores, key=lambda s: s.measured.error.position_rms)
-    return Group(table, Text(f"smallest predicted position error: {best.plate.name}"))
+    words = (
+        f"errors are predicted in the region of {scores[0].plate.name}, about its orientations\n"
+        f"smallest predicted position error: {best.plate.name}"
+    )
+    return Group(table, Text(words))
 
 
 def _set_rows(sets: Sequence[SetScore | None]) -> list[tuple[str, list[str]]]:
@@ -115,6 +117,7 @@ def comparison_json(scores: Sequence[PlateScore]) -> Json:
     return {
         "schema": COMPARISON,
         "robot": scores[0].robot.name,
+        "region_of": scores[0].plate.name,
         "best": best.plate.name,
         "plates": [_plate_json(score) for score in scores],
     }
