@@ -4,8 +4,10 @@ from workbench.session.commands.arm import ChooseRobot, Jog, JogTo, LoadModel
 from workbench.session.commands.arrange import ApplyPattern, PlaceTargets, Snap, SnapTarget
 from workbench.session.commands.branches import ChooseBranch, MixBranches
 from workbench.session.commands.choices import HoldParameter, LeaveRowsOut
+from workbench.session.commands.cluster import ClusterTargets
 from workbench.session.commands.compare import SetDark, SetOverlay, ShowFit, ShowRow
 from workbench.session.commands.data import ForgetData, LoadData, MeasureVirtualArm
+from workbench.session.commands.diagnose import AddEffects, Diagnose, TakeNextPoses
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.edit import AddTarget, CopyTarget, DeleteTarget, LockTarget, RenumberTarget
 from workbench.session.commands.fit import Identify
@@ -19,12 +21,15 @@ CHORES = (SampleRegion, MapCubes)
 
 __all__ = [
     "CHORES",
+    "AddEffects",
     "AddTarget",
     "ApplyPattern",
     "ChooseBranch",
     "ChooseRobot",
+    "ClusterTargets",
     "CopyTarget",
     "DeleteTarget",
+    "Diagnose",
     "Dismiss",
     "DropTarget",
     "ForgetData",
@@ -57,6 +62,7 @@ __all__ = [
     "ShowRow",
     "Snap",
     "SnapTarget",
+    "TakeNextPoses",
     "Tell",
     "Undo",
 ]

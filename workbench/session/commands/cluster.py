@@ -1,0 +1,65 @@
+"""The command that searches poses of equal index in different cubes (ARIA §4.2)."""
+
+from collections.abc import Hashable
+from dataclasses import dataclass
+from typing import Any
+
+from workbench.design.patterns import MOST_TARGETS
+from workbench.errors import OptionError
+from workbench.session.command import AbstractTask, Cancel, Cancelled, Progress
+from workbench.session.commands.arrange import placed_anew
+from workbench.session.state import Session, Severity
+from workbench.session.steps import check_free
+
+
+@dataclass(frozen=True)
+class ClusterTargets(AbstractTask):
+    """Replace the targets by poses with equal O in mutually different cubes of the region.
+
+    Args:
+        number: How many.
+        seed: Of the search.
+    """
+
+    number: int = 10
+    seed: int = 0
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return f"Search {self.number} poses of equal index"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Every search counts."""
+        return None
+
+    def check(self, session: Session) -> None:
+        """A sensible number, and as many cubes."""
+        check_free(session)
+        most = min(MOST_TARGETS, session.plate.region.cubes)
+        if not 2 <= self.number <= most:
+            raise OptionError(f"{self.number} poses in different cubes can't be searched; give 2 to {most}")
+
+    def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
+        """The search."""
+        from workbench.pipeline.plates import cluster_region  # imported only where it is needed
+
+        plate = session.plate
+        found = cluster_region(
+            session.robot,
+            plate.region,
+            number=self.number,
+            seed=self.seed,
+            progress=lambda share: progress(share, "searching"),
+            cancel=cancel,
+        )
+        if cancel():
+            raise Cancelled
+        return found.plate().targets
+
+    def finish(self, session: Session, result: Any) -> Session:
+        """The session with the targets; locked ones give way too, as the set belongs together."""
+        check_free(session)
+        session = placed_anew(session, result)
+        return session.tell(Severity.INFO, f"{len(result)} poses of equal index are the targets now")
