@@ -11,7 +11,7 @@ from typing import Annotated
 
 import typer
 
-from workbench.cli import calibrating, making, measuring, plates, reproducing
+from workbench.cli import calibrating, designing, making, measuring, plates, reproducing
 from workbench.cli.opening import open_session
 from workbench.cli.options import PlateOption, RobotOption, say
 from workbench.errors import WorkbenchError
@@ -89,6 +89,8 @@ for command in (
     calibrating.export,
 ):
     app.command()(command)
+plates.plates.command()(designing.optimise)
+plates.plates.command("yield")(designing.yield_)
 plates.plates.command()(making.export)
 plates.plates.command("as-measured")(making.as_measured)
 app.add_typer(plates.plates)

@@ -123,16 +123,7 @@ def branch_names(arm: Arm, x: Float[np.ndarray, "rows n"]) -> list[str]:
     """
     if len(x) == 0:
         return []
-    signs = _signs(arm, x)
-    if signs is None:
-        wrapped = np.where(arm.slides, x, np.angle(np.exp(1j * x)))[:, arm.places]
-        plain = ["".join("+" if v >= 0 else "-" for v in row) for row in wrapped]
-    else:
-        plain = [
-            f"shoulder {'right' if s >= 0 else 'left'}, elbow {'up' if e >= 0 else 'down'}, "
-            f"wrist {'no flip' if f >= 0 else 'flip'}"
-            for s, e, f in signs
-        ]
+    plain = plain_names(arm, x)
     count: Counter[str] = Counter()
     names = list(plain)
     for i in np.lexsort(np.angle(np.exp(1j * x)).round(6).T[::-1]):
@@ -140,6 +131,24 @@ def branch_names(arm: Arm, x: Float[np.ndarray, "rows n"]) -> list[str]:
         if count[plain[i]] > 1:
             names[i] = f"{plain[i]} ({count[plain[i]]})"
     return names
+
+
+def plain_names(arm: Arm, x: Float[np.ndarray, "rows n"]) -> list[str]:
+    """A name for every configuration by its signs alone, whatever the others are called.
+
+    Args:
+        arm: Its n joints.
+        x: Configurations in the chain's order [rad or m].
+    """
+    signs = _signs(arm, x)
+    if signs is None:
+        wrapped = np.where(arm.slides, x, np.angle(np.exp(1j * x)))[:, arm.places]
+        return ["".join("+" if v >= 0 else "-" for v in row) for row in wrapped]
+    return [
+        f"shoulder {'right' if s >= 0 else 'left'}, elbow {'up' if e >= 0 else 'down'}, "
+        f"wrist {'no flip' if f >= 0 else 'flip'}"
+        for s, e, f in signs
+    ]
 
 
 def _signs(arm: Arm, x: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows 3"] | None:

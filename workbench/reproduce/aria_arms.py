@@ -22,7 +22,9 @@ from workbench.pipeline.identification import ALGORITHMS
 from workbench.robots.robot import Robot
 from workbench.validate.components import RowComponents, row_components
 
-TITLES = ("NOM", *(algorithm.title for algorithm in ALGORITHMS.values()))
+THREE = tuple(ALGORITHMS[name] for name in ("ols", "opt1", "opt2"))
+"""The algorithms of the paper's toolbox, §4.1.3."""
+TITLES = ("NOM", *(algorithm.title for algorithm in THREE))
 """The nominal arm, then the algorithms, as the columns of Fig. 7."""
 WEIGHTS = Noise(1e-4, float(np.deg2rad(0.02)))
 """Standard deviations that weigh position and rotation [m], [rad]; a plate's."""
@@ -168,7 +170,7 @@ def compare_acquisitions(
 def identified(robot: Robot, rows: Dataset) -> tuple[Robot, ...]:
     """The nominal arm, and what each algorithm makes of the rows; base and tool are known."""
     problem = Problem.build(robot, rows, noise=WEIGHTS)
-    return robot, *(problem.robot_at(a.search(problem).x) for a in ALGORITHMS.values())
+    return robot, *(problem.robot_at(a.search(problem).x) for a in THREE)
 
 
 def mean_errors(actual: Robot, model: Robot, q: Float[np.ndarray, "rows n"]) -> tuple[float, float]:

@@ -1,0 +1,230 @@
+"""The commands that design a plate and try it out: plate optimise, plate yield."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from workbench.cli.options import (
+    JsonOption,
+    RobotOption,
+    SeedOption,
+    UnknownOption,
+    check_writable,
+    noise_of,
+    progress_bar,
+    say,
+    show,
+    unknown_frames,
+)
+from workbench.cli.plates import PlateArgument
+from workbench.errors import OptionError
+
+ToleranceOption = Annotated[
+    str | None,
+    typer.Option(help='Making: holes within ± and blocks within ±, "0.05mm,0.05deg"; exact if not given.'),
+]
+
+
+def optimise(
+    plate: PlateArgument,
+    robot: RobotOption,
+    out: Annotated[Path, typer.Option(help="Write the designed plate here (.toml).")],
+    targets: Annotated[
+        int | None, typer.Option(help="How many; as many as the plate has if not given.")
+    ] = None,
+    branches: Annotated[str, typer.Option(help="mixed, or single: one branch for all targets.")] = "mixed",
+    reading: Annotated[
+        str, typer.Option(help="What is read at a target: seat, socket, point, contacts, ball-bar.")
+    ] = "seat",
+    blocks: Annotated[str, typer.Option(help="Blocks: flat, stepped or tilted.")] = "tilted",
+    heights: Annotated[str | None, typer.Option(help='Heights of blocks: "40mm,120mm".')] = None,
+    angles: Annotated[
+        str | None,
+        typer.Option(help='The only tilts that may be made: "0deg,15deg,30deg"; any if not given.'),
+    ] = None,
+    tilt: Annotated[str, typer.Option(help="Greatest tilt of a block.")] = "45deg",
+    turn: Annotated[
+        str, typer.Option(help="Blocks are turned by multiples of this; 0deg: at will.")
+    ] = "0deg",
+    noise: Annotated[
+        str | None,
+        typer.Option(help='Standard deviations of a visit: "0.1mm,0.02deg"; usual ones if not given.'),
+    ] = None,
+    visits: Annotated[int, typer.Option(help="How often each target is visited.")] = 1,
+    tolerance: ToleranceOption = None,
+    clearance: Annotated[str, typer.Option(help="Least distance from plate, blocks, table, arm.")] = "10mm",
+    limit_margin: Annotated[str, typer.Option(help="Least distance of joints from their limits.")] = "10deg",
+    spacing: Annotated[str, typer.Option(help="Least distance of two targets on the plate.")] = "80mm",
+    retreat: Annotated[str, typer.Option(help="How far the probe must be able to go back.")] = "50mm",
+    floor: Annotated[
+        str, typer.Option(help="Height of the table in the robot's base; none: there is no table.")
+    ] = "0mm",
+    unknown: UnknownOption = None,
+    json: JsonOption = None,
+    seed: SeedOption = 0,
+) -> None:
+    """The best plate for a region: places, block angles and branches, reachable and free of collisions."""
+    from workbench.design.plate_toml import write_plate
+    from workbench.fabricate.as_measured import load_plate
+    from workbench.pipeline import plate_design
+    from workbench.report.plate_design import design_json, design_tables
+    from workbench.robots import load_robot
+
+    check_writable(out, json)
+    base, tool = unknown_frames(unknown)
+    wish = _wish(targets, branches, reading, blocks, heights, angles, tilt, turn, tolerance)
+    wish = _within(wish, clearance, limit_margin, spacing, retreat, floor)
+    with progress_bar("optimise") as progress:
+        found = plate_design.optimise_plate(
+            load_robot(robot),
+            load_plate(plate),
+            wish=wish,
+            reading=reading,
+            sigma=None if noise is None else tuple(noise_of(noise)),
+            visits=visits,
+            seed=seed,
+            progress=lambda part: progress(part, "looking for better targets"),
+            base=base,
+            tool=tool,
+        )
+    show(design_tables(found))
+    say(f"plate: {write_plate(found.plate, out)}")
+    if json is not None:
+        from workbench.report.json import write_json
+
+        say(f"result: {write_json(json, design_json(found))}")
+
+
+def yield_(
+    plate: PlateArgument,
+    robot: RobotOption,
+    arms: Annotated[int, typer.Option(help="How many virtual arms.")] = 10_000,
+    noise: Annotated[
+        str, typer.Option(help='How well a seat returns and is read: "0.1mm,0.02deg".')
+    ] = "0.1mm,0.02deg",
+    joint_noise: Annotated[str, typer.Option(help="Of the joint readings.")] = "0deg",
+    tolerance: ToleranceOption = None,
+    effects_of: Annotated[
+        str | None,
+        typer.Option("--effects-of", help="Robot file whose effects the actual arms have, undeclared."),
+    ] = None,
+    errors: Annotated[
+        str, typer.Option(help="Greatest manufacturing errors of the arms: length and angle.")
+    ] = "5mm,5deg",
+    orientations: Annotated[
+        str | None,
+        typer.Option(help="Judge about the orientations of this plate's targets, to compare plates."),
+    ] = None,
+    scheduler: Annotated[
+        str | None, typer.Option(help="Dask scheduler, such as tcp://host:8786; else this machine's cores.")
+    ] = None,
+    json: JsonOption = None,
+    seed: SeedOption = 0,
+) -> None:
+    """How many arms of a production are good enough after a calibration with the plate, and what to blame."""
+    from workbench.fabricate.as_measured import load_plate
+    from workbench.pipeline import plate_design
+    from workbench.report.plate_design import yield_json, yield_tables
+    from workbench.robots import load_robot
+    from workbench.units import Quantity, parse_quantity
+
+    check_writable(json)
+    length, angle = _pair(errors, "--errors")
+    with progress_bar("yield") as progress:
+        found = plate_design.try_plate(
+            load_robot(robot),
+            load_plate(plate),
+            arms=arms,
+            sigma=tuple(noise_of(noise)),
+            joint_sigma=parse_quantity(joint_noise, Quantity.ANGLE),
+            making=_making(tolerance),
+            undeclared=() if effects_of is None else load_robot(effects_of).effects,
+            length=length,
+            angle=angle,
+            towards=None if orientations is None else load_plate(orientations),
+            scheduler=scheduler,
+            seed=seed,
+            progress=lambda part: progress(part, f"{arms} arms"),
+        )
+    show(yield_tables(found))
+    if json is not None:
+        from workbench.report.json import write_json
+
+        say(f"result: {write_json(json, yield_json(found))}")
+
+
+def _wish(targets, branches, reading, blocks, heights, angles, tilt, turn, tolerance):
+    """What is asked of the fixture, from people's words."""
+    from workbench.design.fixture.blocks import Blocks, BlockStyle
+    from workbench.design.fixture.optimise import Postures, Wish
+    from workbench.pipeline.plate_design import IN_THE_AIR
+    from workbench.units import Quantity, parse_quantity
+
+    usual = IN_THE_AIR if reading == "ball-bar" else Blocks().heights
+    return Wish(
+        number=targets,
+        postures=_choice(Postures, branches, "--branches"),
+        blocks=Blocks(
+            style=_choice(BlockStyle, blocks, "--blocks"),
+            heights=usual if heights is None else _two(heights, "--heights"),
+            greatest_tilt=parse_quantity(tilt, Quantity.ANGLE),
+            tilts=()
+            if angles is None
+            else tuple(parse_quantity(part, Quantity.ANGLE) for part in angles.split(",")),
+            turn=parse_quantity(turn, Quantity.ANGLE),
+        ),
+        making=_making(tolerance),
+    )
+
+
+def _within(wish, clearance: str, limit_margin: str, spacing: str, retreat: str, floor: str):
+    """The same with its margins."""
+    from dataclasses import replace
+
+    from workbench.design.fixture.constraints import Constraints
+    from workbench.units import Quantity, parse_quantity
+
+    constraints = Constraints(
+        clearance=parse_quantity(clearance, Quantity.LENGTH),
+        limit_margin=parse_quantity(limit_margin, Quantity.ANGLE),
+        spacing=parse_quantity(spacing, Quantity.LENGTH),
+        retreat=parse_quantity(retreat, Quantity.LENGTH),
+        floor=None if floor == "none" else parse_quantity(floor, Quantity.LENGTH),
+    )
+    return replace(wish, constraints=constraints)
+
+
+def _making(text: str | None):
+    from workbench.design.fixture.making import Making
+
+    position, angle = (0.0, 0.0) if text is None else _pair(text, "--tolerance")
+    return Making(position=position, angle=angle)
+
+
+def _pair(text: str, option: str) -> tuple[float, float]:
+    """A length and an angle."""
+    from workbench.units import Quantity, parse_quantity
+
+    parts = text.split(",")
+    if len(parts) != 2:
+        raise OptionError(f"{option} takes a length and an angle, \"0.05mm,0.05deg\", not '{text}'")
+    return parse_quantity(parts[0], Quantity.LENGTH), parse_quantity(parts[1], Quantity.ANGLE)
+
+
+def _two(text: str, option: str) -> tuple[float, float]:
+    """Two lengths."""
+    from workbench.units import Quantity, parse_quantity
+
+    parts = text.split(",")
+    if len(parts) != 2:
+        raise OptionError(f"{option} takes two lengths, \"40mm,120mm\", not '{text}'")
+    return parse_quantity(parts[0], Quantity.LENGTH), parse_quantity(parts[1], Quantity.LENGTH)
+
+
+def _choice(kinds, text: str, option: str):
+    """One of a few words."""
+    try:
+        return kinds(text)
+    except ValueError:
+        raise OptionError(f"{option} is {', '.join(kinds)}, not '{text}'") from None
