@@ -61,6 +61,7 @@ def serve(
     step: Annotated[
         int | None, typer.Option(help="With --session: branch off after this step, into a new recording.")
     ] = None,
+    demo: Annotated[bool, typer.Option("--demo", help="Play a story of two minutes first.")] = False,
     record: Annotated[bool, typer.Option("--record/--no-record", help="Record the session.")] = True,
 ) -> None:
     """The app in the browser: robot, plate, draggable targets, identification."""
@@ -72,6 +73,7 @@ def serve(
         opening.plate,
         begin=opening.begin,
         data=data,
+        demo=demo,
         host=host,
         port=port,
         open_browser=open_browser,

@@ -260,6 +260,7 @@ class Session:
         comparison: Measured against predicted, row by row, once there are measurements.
         row: Measured row that is looked at.
         overlay: What is laid over the scene.
+        caption: What the demo says at present; empty if none plays.
         is_dark: Whether pages are dark.
         job: Long work under way, if any.
         chore: What is being worked out by the way; empty if nothing.
@@ -301,6 +302,7 @@ class Session:
     comparison: Comparison | None = None
     row: int = 0
     overlay: Overlay = field(default_factory=Overlay)
+    caption: str = ""
     is_dark: bool = False
     job: Job | None = None
     chore: str = ""

@@ -11,7 +11,7 @@ from workbench.session.commands.diagnose import AddEffects, Diagnose, TakeNextPo
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.edit import AddTarget, CopyTarget, DeleteTarget, LockTarget, RenumberTarget
 from workbench.session.commands.fit import Identify
-from workbench.session.commands.messages import Dismiss, Tell
+from workbench.session.commands.messages import Dismiss, SetCaption, Tell
 from workbench.session.commands.noise import SetNoise
 from workbench.session.commands.region import MapCubes, SampleRegion, SetRegion, ShowCubes
 from workbench.session.commands.undo import Redo, ResetTargets, RestoreBest, Undo
@@ -53,6 +53,7 @@ __all__ = [
     "RestoreBest",
     "SampleRegion",
     "SelectTarget",
+    "SetCaption",
     "SetDark",
     "SetNoise",
     "SetOverlay",
