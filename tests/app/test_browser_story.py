@@ -21,7 +21,7 @@ def app():
 
 def test_the_demo_plays_to_its_end_and_the_numbers_fall(app, look):
     screen = look()
-    screen.wait_text("caption", END[:40], timeout=120_000)
+    screen.wait_text("message", END[:40], timeout=120_000)
     app.demo.join(10.0)
     assert app.demo.is_finished
     session = app.worker.session
@@ -37,7 +37,6 @@ def test_the_demo_plays_to_its_end_and_the_numbers_fall(app, look):
     screen.press("Make the next poses targets")
     screen.tab("Plate")
     screen.wait_text("rank", f"{number + len(found.measure_next)} targets")
-    assert not screen.page.locator('[data-testid="caption"]').count() or session.caption
     screen.shoot("next")
 
 

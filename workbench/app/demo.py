@@ -19,8 +19,9 @@ from workbench.session.commands import (
     SetCaption,
     ShowCubes,
     ShowRow,
+    Tell,
 )
-from workbench.session.state import CubeView, Field, Session
+from workbench.session.state import CubeView, Field, Session, Severity
 from workbench.session.worker import Worker
 
 CLIENT = 1_000_000
@@ -97,10 +98,10 @@ class Demo:
         self._worker.submit(command)
 
     def _leave(self) -> None:
-        """Let go what is held, and take the caption away unless it is the last one."""
-        last: list[AbstractCommand] = [DropTarget(CLIENT)]
-        if not self.is_finished:
-            last.append(SetCaption(""))
+        """Let go what is held, take the caption away, and say goodbye if the story was told."""
+        last: list[AbstractCommand] = [DropTarget(CLIENT), SetCaption("")]
+        if self.is_finished:
+            last.append(Tell(END, Severity.INFO))
         for command in last:
             self._mine = command
             self._worker.submit(command)
@@ -146,7 +147,6 @@ def story(session: Callable[[], Session]) -> Iterator[Scene]:
     if found is not None and found.effects:
         yield Scene(f"Found: {found.message}", seconds=8.0)
         yield Scene("The effect is added to the model …", (AddEffects(),), seconds=8.0)
-    yield Scene(END, seconds=4.0)
 
 
 def drag(session: Session, target: int, way: np.ndarray) -> tuple[AbstractCommand, ...]:

@@ -12,6 +12,7 @@ from workbench.errors import OptionError, WorkbenchError
 from workbench.session.commands import (
     ApplyPattern,
     ClusterTargets,
+    ImprovePlate,
     MixBranches,
     PlaceTargets,
     RenumberTarget,
@@ -43,6 +44,13 @@ class ArrangePanel(AbstractPanel):
             "hand stay.",
         )
         on_press(mix, lambda: self._worker.submit(MixBranches()))
+        self._improve = gui.add_button(
+            "Improve this plate",
+            icon=viser.Icon.SPARKLES,
+            hint="Let the program place all targets for the least predicted error in the region, reachable "
+            "and free of collisions. Runs beside your work; Cancel stops it, Undo brings the old plate back.",
+        )
+        on_press(self._improve, self._improve_plate)
         self._cluster = gui.add_button(
             "Search poses of equal index",
             icon=viser.Icon.SEARCH,
@@ -61,7 +69,8 @@ class ArrangePanel(AbstractPanel):
     def show(self, session: Session) -> None:
         """The table as the targets stand, except while somebody drags."""
         set_value(self._number, session.selected + 1)
-        self._cluster.disabled = session.job is not None
+        for button in (self._improve, self._cluster):
+            button.disabled = session.job is not None
         self._number.max = len(session.plate)
         if session.plate is not self._shown and session.holder is None:
             self._shown = session.plate
@@ -133,6 +142,9 @@ class ArrangePanel(AbstractPanel):
 
     def _snap(self, to: str) -> None:
         self._worker.submit(SnapTarget(self._worker.session.selected, to))
+
+    def _improve_plate(self) -> None:
+        self._worker.submit(ImprovePlate(seed=len(self._worker.session.history)))
 
     def _search(self) -> None:
         number = len(self._worker.session.plate)

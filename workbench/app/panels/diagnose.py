@@ -152,16 +152,14 @@ def _residuals(found: Diagnosis) -> str:
 
 
 def _ranking(found: Diagnosis) -> str:
-    rows = [
-        (
-            text(named(ranked.effect)),
-            number(ranked.gain),
-            "–" if ranked.held_out_mm is None else number(ranked.held_out_mm),
-        )
-        for ranked in found.ranking[:CANDIDATES]
-    ]
+    tried = any(ranked.held_out_mm is not None for ranked in found.ranking[:CANDIDATES])
+    rows = []
+    for ranked in found.ranking[:CANDIDATES]:
+        left = "–" if ranked.held_out_mm is None else number(ranked.held_out_mm)
+        rows.append((text(named(ranked.effect)), number(ranked.gain), *((left,) if tried else ())))
     head = heading("Candidates by what they bring to the geometry alone")
-    return head + table(("", "evidence [nat]", "then left [mm]"), rows, testid="ranking") if rows else ""
+    columns = ("", "evidence [nat]", *(("then left [mm]",) if tried else ()))
+    return head + table(columns, rows, testid="ranking") if rows else ""
 
 
 def _notes(found: Diagnosis) -> str:

@@ -4,7 +4,6 @@ from workbench.session.commands.arm import ChooseRobot, Jog, JogTo, LoadModel
 from workbench.session.commands.arrange import ApplyPattern, PlaceTargets, Snap, SnapTarget
 from workbench.session.commands.branches import ChooseBranch, MixBranches
 from workbench.session.commands.choices import HoldParameter, LeaveRowsOut
-from workbench.session.commands.cluster import ClusterTargets
 from workbench.session.commands.compare import SetDark, SetOverlay, ShowFit, ShowRow
 from workbench.session.commands.data import ForgetData, LoadData, MeasureVirtualArm
 from workbench.session.commands.diagnose import AddEffects, Diagnose, TakeNextPoses
@@ -14,6 +13,7 @@ from workbench.session.commands.fit import Identify
 from workbench.session.commands.messages import Dismiss, SetCaption, Tell
 from workbench.session.commands.noise import SetNoise
 from workbench.session.commands.region import MapCubes, SampleRegion, SetRegion, ShowCubes
+from workbench.session.commands.search import ClusterTargets, ImprovePlate
 from workbench.session.commands.undo import Redo, ResetTargets, RestoreBest, Undo
 
 CHORES = (SampleRegion, MapCubes)
@@ -36,6 +36,7 @@ __all__ = [
     "GrabTarget",
     "HoldParameter",
     "Identify",
+    "ImprovePlate",
     "Jog",
     "JogTo",
     "LeaveRowsOut",

@@ -1,4 +1,4 @@
-"""The command that searches poses of equal index in different cubes (ARIA §4.2)."""
+"""Commands that search whole plates: poses of equal index (ARIA §4.2), and the plate with the least error."""
 
 from collections.abc import Hashable
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from workbench.errors import OptionError
 from workbench.session.command import AbstractTask, Cancel, Cancelled, Progress
 from workbench.session.commands.arrange import placed_anew
 from workbench.session.state import Session, Severity
-from workbench.session.steps import check_free
+from workbench.session.steps import check_free, is_better
 
 
 @dataclass(frozen=True)
@@ -63,3 +63,57 @@ class ClusterTargets(AbstractTask):
         check_free(session)
         session = placed_anew(session, result)
         return session.tell(Severity.INFO, f"{len(result)} poses of equal index are the targets now")
+
+
+@dataclass(frozen=True)
+class ImprovePlate(AbstractTask):
+    """Let the program place all targets for the least predicted error in the region, free of collisions.
+
+    Args:
+        seed: Of the search.
+    """
+
+    seed: int = 0
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return "Improve this plate"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Every search counts."""
+        return None
+
+    def check(self, session: Session) -> None:
+        """Nothing may be locked: the search moves all targets."""
+        check_free(session)
+        locked = [i + 1 for i, target in enumerate(session.plate.targets) if target.locked]
+        if locked:
+            raise OptionError(f"the search places all targets anew; unlock target {locked[0]} first")
+
+    def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
+        """The search."""
+        from workbench.pipeline.plate_design import optimise_plate  # imported only where it is needed
+
+        noise = session.noise
+        found = optimise_plate(
+            session.robot,
+            session.plate,
+            sigma=(noise.position, noise.rotation),
+            seed=self.seed,
+            progress=lambda share: progress(share, "placing targets"),
+            cancel=cancel,
+        )
+        if cancel():
+            raise Cancelled
+        return found.plate.targets
+
+    def finish(self, session: Session, result: Any) -> Session:
+        """The session with the targets, if they are better."""
+        check_free(session)
+        better = placed_anew(session, result)
+        if not is_better(better.score, session.score):
+            return session.tell(Severity.INFO, "the search found nothing better than the present plate")
+        before, now = 1e3 * session.score.position, 1e3 * better.score.position
+        return better.tell(Severity.INFO, f"predicted error in the region: {before:.3g} → {now:.3g} mm")
