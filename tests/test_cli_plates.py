@@ -25,14 +25,6 @@ def test_score_says_what_is_not_told_apart(run):
     assert "not told apart: base x with tool x" in out
 
 
-def test_plates_compared(run, tmp_path):
-    words = ("plate", "compare", "table2", "table2", "--robot", "aria", "--json", "both.json")
-    status, out, _ = run(*words)
-    assert status == 0
-    assert "smallest predicted position error: Table 2" in out
-    assert len(json.loads((tmp_path / "both.json").read_text())["plates"]) == 2
-
-
 @pytest.mark.parametrize(
     ("words", "said"),
     [

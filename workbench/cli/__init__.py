@@ -11,7 +11,16 @@ from typing import Annotated
 
 import typer
 
-from workbench.cli import calibrating, designing, making, measuring, plates, reproducing
+from workbench.cli import (
+    calibrating,
+    compensating,
+    designing,
+    diagnosing,
+    making,
+    measuring,
+    plates,
+    reproducing,
+)
 from workbench.cli.opening import open_session
 from workbench.cli.options import PlateOption, RobotOption, say
 from workbench.errors import WorkbenchError
@@ -83,12 +92,14 @@ def serve(
 
 for command in (
     calibrating.identify,
+    diagnosing.diagnose,
     calibrating.evaluate,
     measuring.simulate,
     measuring.poses,
     measuring.capture,
     measuring.drive,
     calibrating.export,
+    compensating.compensate,
 ):
     app.command()(command)
 plates.plates.command()(designing.optimise)

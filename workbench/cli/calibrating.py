@@ -6,13 +6,23 @@ from typing import Annotated
 import typer
 
 from workbench.cli.options import (
+    BaseMarkersOption,
     ColumnsOption,
     DataArgument,
+    ExcludeOption,
+    FramesOption,
+    FreeOption,
+    HeldOutOption,
     JsonOption,
     LayoutOption,
+    NoiseOption,
+    RegionOption,
+    ReportOption,
     RobotOption,
+    SaveOption,
     SeedOption,
     SheetOption,
+    ToolMarkersOption,
     bounds_of,
     check_robot_file,
     check_writable,
@@ -36,33 +46,21 @@ def identify(
     algorithm: Annotated[
         str, typer.Option(help="ols, opt1, opt2, influence, several with commas between, or all.")
     ] = "ols,opt1,opt2",
-    held_out: Annotated[
-        str, typer.Option(help="Share of rows to hold out (0.2: a fifth), a file of them, or session:NAME.")
-    ] = "0.2",
-    frames: Annotated[
-        str, typer.Option(help="shared, per-session, or auto: base and tool over sessions.")
-    ] = "auto",
-    region: Annotated[
-        str | None, typer.Option(help="Keep only rows inside the region of this plate.")
-    ] = None,
-    save: Annotated[
-        Path | None, typer.Option(help="Write the calibrated robot here (.toml or .urdf).")
-    ] = None,
-    report: Annotated[Path | None, typer.Option(help="Write an HTML report into this folder.")] = None,
+    held_out: HeldOutOption = "0.2",
+    frames: FramesOption = "auto",
+    region: RegionOption = None,
+    save: SaveOption = None,
+    report: ReportOption = None,
     json: JsonOption = None,
     level: Annotated[
         int, typer.Option(help="1: joint offsets alone; 2: the whole geometry.", min=1, max=2)
     ] = 2,
-    free: Annotated[str | None, typer.Option(help="Constants to identify: joint1.theta,joint2.a …")] = None,
-    exclude: Annotated[
-        str | None, typer.Option(help="Data rows to keep out, comma-separated, from 0.")
-    ] = None,
+    free: FreeOption = None,
+    exclude: ExcludeOption = None,
     bounds: Annotated[
         list[str] | None, typer.Option(help="Bound for OPT1, in SI: joint1.theta=-0.1:0.1. May be repeated.")
     ] = None,
-    noise: Annotated[
-        str | None, typer.Option(help='Standard deviations of the instrument: "0.05mm,0.01deg".')
-    ] = None,
+    noise: NoiseOption = None,
     loss: Annotated[str, typer.Option(help="squares, huber, or tukey: how outlying rows count.")] = "squares",
     prior: Annotated[
         Path | None, typer.Option(help="An earlier result (--json) of this robot, as prior knowledge.")
@@ -70,14 +68,8 @@ def identify(
     renew: Annotated[
         str | None, typer.Option(help="With --prior: joints that were replaced, such as 3 or 3,4.")
     ] = None,
-    tool_markers: Annotated[
-        Path | None,
-        typer.Option(help="Places of the markers on the tool, one row m1x[mm] …: poses are made."),
-    ] = None,
-    base_markers: Annotated[
-        Path | None,
-        typer.Option(help="Markers on the base, two rows: as designed, as seen. Frames are joined."),
-    ] = None,
+    tool_markers: ToolMarkersOption = None,
+    base_markers: BaseMarkersOption = None,
     seed: SeedOption = 0,
     columns: ColumnsOption = None,
     sheet: SheetOption = None,

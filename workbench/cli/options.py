@@ -43,6 +43,45 @@ UnknownOption = Annotated[
     str | None,
     typer.Option("--unknown", help="Frames that are identified too: base, tool, base,tool, or none."),
 ]
+HeldOutOption = Annotated[
+    str,
+    typer.Option(
+        "--held-out", help="Share of rows to hold out (0.2: a fifth), a file of them, or session:NAME."
+    ),
+]
+FramesOption = Annotated[
+    str, typer.Option("--frames", help="shared, per-session, or auto: base and tool over sessions.")
+]
+RegionOption = Annotated[
+    str | None, typer.Option("--region", help="Keep only rows inside the region of this plate.")
+]
+SaveOption = Annotated[
+    Path | None, typer.Option("--save", help="Write the calibrated robot here (.toml or .urdf).")
+]
+ReportOption = Annotated[Path | None, typer.Option("--report", help="Write an HTML report into this folder.")]
+FreeOption = Annotated[
+    str | None, typer.Option("--free", help="Constants to identify: joint1.theta,joint2.a …")
+]
+ExcludeOption = Annotated[
+    str | None, typer.Option("--exclude", help="Data rows to keep out, comma-separated, from 0.")
+]
+NoiseOption = Annotated[
+    str | None,
+    typer.Option("--noise", help='Standard deviations of the instrument: "0.05mm,0.01deg".'),
+]
+ToolMarkersOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--tool-markers", help="Places of the markers on the tool, one row m1x[mm] …: poses are made."
+    ),
+]
+BaseMarkersOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--base-markers",
+        help="Markers on the base, two rows: as designed, as seen. Frames are joined.",
+    ),
+]
 SeedOption = Annotated[int, typer.Option(help="Seed of everything random.")]
 
 
@@ -183,8 +222,10 @@ def save_robot(arm, path: Path) -> Path:
     return write_toml(arm, path)
 
 
-def check_robot_file(path: Path | None) -> None:
-    """Refuse an ending that no robot file has, before the work begins."""
+def check_robot_file(path: Path | None, *, effects: bool = False) -> None:
+    """Refuse an ending that no robot file has (or none with effects), before the work begins."""
+    if effects and path is not None and path.suffix.lower() == ".urdf":
+        raise OptionError(f"{path}: a URDF has no place for effects; save the arm as .toml")
     if path is not None and path.suffix.lower() not in (".toml", ".urdf"):
         raise OptionError(f"{path}: a robot is written as .toml or .urdf; choose one of these endings")
 

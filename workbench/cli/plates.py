@@ -39,10 +39,22 @@ def score(
 ) -> None:
     """What a plate tells about the arm: O per target, all indices, predicted errors in its region."""
     from workbench import pipeline
+    from workbench.fabricate.as_measured import load_plate
     from workbench.report.plates import score_json, score_tables
+    from workbench.robots import load_robot
 
     check_writable(json)
-    found = _scored(pipeline, plate, robot, noise, unknown, seed)
+    base, tool = unknown_frames(unknown)
+    with progress_bar("score") as progress:
+        found = pipeline.score_plate(
+            load_robot(robot),
+            load_plate(plate),
+            sigma=tuple(noise_of(noise)),
+            seed=seed,
+            progress=lambda part: progress(part, "choosing branches"),
+            base=base,
+            tool=tool,
+        )
     show(score_tables(found))
     if json is not None:
         from workbench.report.json import write_json
@@ -59,14 +71,26 @@ def compare(
     json: JsonOption = None,
     seed: SeedOption = 0,
 ) -> None:
-    """Plates side by side: predicted errors, ranks and indices."""
+    """Plates side by side: errors predicted in the first one's region, ranks and indices."""
     from workbench import pipeline
+    from workbench.fabricate.as_measured import load_plate
     from workbench.report.plates import comparison_json, comparison_table
+    from workbench.robots import load_robot
 
     if len(plate) < 2:
         raise OptionError("plate compare needs two plates or more")
     check_writable(json)
-    found = [_scored(pipeline, one, robot, noise, unknown, seed) for one in plate]
+    base, tool = unknown_frames(unknown)
+    with progress_bar("compare") as progress:
+        found = pipeline.score_plates(
+            load_robot(robot),
+            [load_plate(one) for one in plate],
+            sigma=tuple(noise_of(noise)),
+            seed=seed,
+            progress=lambda part: progress(part, "choosing branches"),
+            base=base,
+            tool=tool,
+        )
     show(comparison_table(found))
     if json is not None:
         from workbench.report.json import write_json
@@ -124,20 +148,3 @@ def cluster(
         from workbench.report.json import write_json
 
         say(f"result: {write_json(json, cluster_json(found))}")
-
-
-def _scored(pipeline, plate: str, robot: str, noise: str, unknown: str | None, seed: int):
-    from workbench.fabricate.as_measured import load_plate
-    from workbench.robots import load_robot
-
-    base, tool = unknown_frames(unknown)
-    with progress_bar("score") as progress:
-        return pipeline.score_plate(
-            load_robot(robot),
-            load_plate(plate),
-            sigma=tuple(noise_of(noise)),
-            seed=seed,
-            progress=lambda part: progress(part, f"{plate}: choosing branches"),
-            base=base,
-            tool=tool,
-        )

@@ -66,7 +66,8 @@ class PlateScore:
         robot: The arm.
         measured: In the branches that are to be measured.
         single: In the best single branch for all targets; None where no branch reaches all.
-        sigma: Standard deviations of the instrument [m], [rad].
+        sigma: Standard deviations of the instrument [m], [rad]; they whiten the rows for all indices but O.
+        length: Length at which an angle counts as an arc, for all indices but O [m].
         region_rows: For how many joint positions in the region the error is predicted.
         outcome: How the choice of branches ended.
     """
@@ -76,6 +77,7 @@ class PlateScore:
     measured: SetScore
     single: SetScore | None
     sigma: tuple[float, float]
+    length: float
     region_rows: int
     outcome: Outcome
 
@@ -147,6 +149,7 @@ def score_plate(
     sigma: tuple[float, float] = (SIGMA_POSITION, SIGMA_ROTATION),
     base: bool | None = None,
     tool: bool | None = None,
+    matter: Float[np.ndarray, "rows n"] | None = None,
     rng: np.random.Generator,
     progress: Callable[[float], None] | None = None,
     cancel: Callable[[], bool] | None = None,
@@ -159,6 +162,7 @@ def score_plate(
         sigma: Standard deviations of the instrument, position [m] and rotation [rad].
         base: Whether the base is unknown and identified too; as the robot says if None.
         tool: Whether the tool is.
+        matter: Poses for which the error is predicted [rad or m]; those of the plate's own region if None.
         rng: Source of the mixes of branches that are tried.
         progress: Called with the share of the work done.
         cancel: Asked now and then whether to stop with the best branches so far.
@@ -169,7 +173,7 @@ def score_plate(
     check_place(robot, plate)
     names = identified_names(robot, base=base, tool=tool)
     solutions = plate_solutions(robot, plate)
-    q_region = plate_region_poses(robot, plate)
+    q_region = plate_region_poses(robot, plate) if matter is None else matter
     choice = choose_branches(
         robot,
         plate,
@@ -193,6 +197,7 @@ def score_plate(
         if alike is None
         else scorer.score(single_branches(solutions)[alike], (alike,) * len(plate)),
         sigma=sigma,
+        length=robot.reach,
         region_rows=len(q_region),
         outcome=choice.outcome,
     )

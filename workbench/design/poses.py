@@ -141,8 +141,9 @@ def _check_enough(number: int, parameters: int, sigma_rotation: float | None) ->
 def _single(task: PoseTask) -> PoseSet:
     """The paper's way: each random start is improved by itself, so that the spread of the starts is kept.
 
-    Where the poses must stay candidates or keep limits, these are dealt to the poses at random and each takes
-    its best that does not clash with those before it.
+    Where the poses must stay candidates or keep limits, candidates are dealt to them at random and each takes
+    its best; where pairs are limited, a choice that keeps them is improved pose by pose. Poses that need not
+    stay candidates then climb within the limits.
     """
     if task.candidates is None and not task.limits.single and not task.limits.pairs:
         return _climbed_one_by_one(task)
@@ -157,7 +158,11 @@ def _single(task: PoseTask) -> PoseSet:
         chosen = _best_single(start, worth, clash, follow)
     else:
         chosen = np.array([hand[np.argmax(worth[hand])] for hand in hands])
-    return _result(task, pool[chosen], before, [before], Outcome.CONVERGED)
+    q, history, outcome = pool[chosen], [before], Outcome.CONVERGED
+    if task.candidates is None:
+        q, steps, outcome = task.climb.climb_within(q, task.limits)
+        history += steps
+    return _result(task, q, before, history, outcome)
 
 
 def _best_single(start, worth, clash, follow) -> np.ndarray:

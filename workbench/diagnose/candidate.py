@@ -37,6 +37,12 @@ class Candidate:
         """Whether its coefficients share a variance that the data decide."""
         return self.covariance is not None
 
+    @cached_property
+    def root(self) -> Float[np.ndarray, "k k"]:
+        """Lower root of the covariance."""
+        assert self.covariance is not None, "only shrunk candidates have one"
+        return np.linalg.cholesky(self.covariance)
+
     @property
     def handicap(self) -> float:
         """Log evidence that it must bring beyond a named effect."""

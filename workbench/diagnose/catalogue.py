@@ -26,9 +26,9 @@ from workbench.effects.thermal_growth import ThermalGrowth
 from workbench.motion import Motion
 from workbench.robots.robot import Robot
 
-HIGHEST_ORDER = 80
+HIGHEST_ORDER = 64
 """Harmonics beyond this are not looked for."""
-BANDS = (20, 40, 80)
+BANDS = (16, 32, 64)
 """Highest orders of bands; they ask for twice as many rows as a single order."""
 ROWS_PER_ORDER, ROWS_PER_KNOT = 6, 4
 """Rows that a harmonic order asks for, and a knot of a spline, whose height is shrunk."""

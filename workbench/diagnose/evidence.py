@@ -28,6 +28,8 @@ UNSEEN = 1e-8
 PRECISIONS = np.logspace(-4.0, 8.0, 37)
 """Precisions that are tried for shrunk coefficients, relative to what the rows say of a typical one."""
 JITTER = 1e-12
+EVIDENT = 4.0
+"""F ratios below this are chance in any number of tries; their p-value is not worked out."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,41 +85,71 @@ class Offer:
     log_p: float
 
 
-def left_by(grams: Grams, model: Model) -> Left:
-    """Fit a model and geometry, and take them off all columns."""
+def left_by(grams: Grams, model: Model, only: Sequence[str] | None = None) -> Left:
+    """Fit a model and geometry, and take them off all columns, or off those of some coefficients only."""
     own, precision = _own(grams, model)
     used = np.concatenate([np.arange(grams.geometry), own])
     block = grams.total[np.ix_(used, used)].copy()
     block[grams.geometry :, grams.geometry :] += precision
     block[np.diag_indices(len(used))] += JITTER
     factor = linalg.cholesky(block, lower=True, check_finite=False)
-    half = linalg.solve_triangular(factor, grams.total[used], lower=True, check_finite=False)
-    inner = grams.total - half.T @ half
+    last = grams.total.shape[0] - 1
+    asked = np.arange(last + 1) if only is None else np.append(grams.columns(only), last)
+    half = linalg.solve_triangular(factor, grams.total[np.ix_(used, asked)], lower=True, check_finite=False)
+    part = grams.total[np.ix_(asked, asked)] - half.T @ half
+    inner = part if only is None else np.zeros_like(grams.total)
+    if only is not None:
+        inner[np.ix_(asked, asked)] = part
     free = sum(len(t.candidate.names) for t in model if not t.candidate.shrunk)
     return Left(grams, model, inner, grams.count - grams.geometry - free)
 
 
 def offer(left: Left, candidate: Candidate) -> Offer | None:
     """What a candidate would bring to a model; None where the rows don't show it."""
+    return next(iter(offers(left, [candidate])), None)
+
+
+def offers(left: Left, candidates: Sequence[Candidate]) -> list[Offer]:
+    """What candidates would bring to a model, each alone; those that the rows don't show are left out."""
+    found = [o for c in candidates if c.shrunk and (o := _shrunk(left, c)) is not None]
+    sizes: dict[int, list[Candidate]] = {}
+    for c in candidates:
+        if not c.shrunk:
+            sizes.setdefault(len(c.names), []).append(c)
+    for alike in sizes.values():
+        found += _free(left, alike)
+    return found
+
+
+def _free(left: Left, candidates: Sequence[Candidate]) -> list[Offer]:
+    """Candidates with the same number of free coefficients."""
+    columns = np.stack([left.grams.columns(c.names) for c in candidates])
+    value, vectors = np.linalg.eigh(left.inner[columns[:, :, None], columns[:, None, :]])
+    along = (vectors.transpose(0, 2, 1) @ left.inner[columns, -1, None])[..., 0]
+    seen = value > UNSEEN
+    rank = seen.sum(1)
+    taken = np.where(seen, along**2 / np.where(seen, value, 1.0), 0.0).sum(1)
+    rest = np.maximum(left.square - taken, 1e-300)
+    gain = 0.5 * left.freedom * np.log(left.square / rest) - 0.5 * rank * np.log(left.grams.count)
+    usable = (rank > 0) & (left.freedom > rank + 1)
+    return [
+        Offer(Term(candidates[int(i)]), float(gain[i]), _log_p(taken[i], rest[i], int(rank[i]), left.freedom))
+        for i in np.flatnonzero(usable)
+    ]
+
+
+def _log_p(taken: float, rest: float, rank: int, freedom: int) -> float:
+    """Logarithm of the F test's p-value."""
+    ratio = (taken / rank) / (rest / (freedom - rank))
+    if ratio < EVIDENT:
+        return 0.0
+    return float(stats.f.logsf(ratio, rank, freedom - rank))
+
+
+def _shrunk(left: Left, candidate: Candidate) -> Offer | None:
+    """A candidate whose coefficients share a variance: the variance that the rows like best."""
     columns = left.grams.columns(candidate.names)
     inner, along = left.inner[np.ix_(columns, columns)], left.inner[columns, -1]
-    if candidate.covariance is not None:
-        return _shrunk(left, candidate, inner, along)
-    value, vectors = linalg.eigh(inner, check_finite=False)
-    seen = value > UNSEEN
-    rank = int(seen.sum())
-    if not rank or left.freedom <= rank + 1:
-        return None
-    taken = float(((vectors.T @ along)[seen] ** 2 / value[seen]).sum())
-    rest = max(left.square - taken, 1e-300)
-    gain = 0.5 * left.freedom * np.log(left.square / rest) - 0.5 * rank * np.log(left.grams.count)
-    ratio = (taken / rank) / (rest / (left.freedom - rank))
-    log_p = float(stats.f.logsf(ratio, rank, left.freedom - rank))
-    return Offer(Term(candidate), float(gain) - candidate.handicap, log_p)
-
-
-def _shrunk(left: Left, candidate: Candidate, inner: np.ndarray, along: np.ndarray) -> Offer | None:
-    """A candidate whose coefficients share a variance: the variance that the rows like best."""
     root = _root(left.grams, candidate)
     value, vectors = linalg.eigh(root.T @ inner @ root, check_finite=False)
     value = np.maximum(value, 0.0)
@@ -174,9 +206,7 @@ def precision_of(grams: Grams, term: Term) -> Float[np.ndarray, "k k"]:
 
 def _root(grams: Grams, candidate: Candidate) -> np.ndarray:
     """Lower root of the prior covariance of scaled coefficients, up to the common factor."""
-    assert candidate.covariance is not None, "only shrunk candidates have one"
-    scale = grams.scales(candidate.names)
-    return scale[:, None] * np.linalg.cholesky(candidate.covariance)
+    return grams.scales(candidate.names)[:, None] * candidate.root
 
 
 def _own(grams: Grams, model: Model) -> tuple[np.ndarray, np.ndarray]:

@@ -62,16 +62,27 @@ def next_poses(
 def _greedy(information: np.ndarray, per_pose: np.ndarray, known: int, count: int) -> list[int]:
     """Poses that add most to log |M| − log |M of what is not asked for|, one after the other."""
     chosen: list[int] = []
-    eye = np.eye(per_pose.shape[1])
+    whole = np.linalg.inv(information)
+    rest = np.linalg.inv(information[:known, :known])
     for _ in range(min(count, len(per_pose))):
-        gain = _log_det(eye + per_pose @ np.linalg.solve(information, per_pose.transpose(0, 2, 1)))
-        if known:
-            own = per_pose[:, :, :known]
-            gain -= _log_det(eye + own @ np.linalg.solve(information[:known, :known], own.transpose(0, 2, 1)))
+        gain = _gain(whole, per_pose) - _gain(rest, per_pose[:, :, :known])
         gain[chosen] = -np.inf
         chosen.append(int(np.argmax(gain)))
-        information = information + per_pose[chosen[-1]].T @ per_pose[chosen[-1]]
+        whole = _grown(whole, per_pose[chosen[-1]])
+        rest = _grown(rest, per_pose[chosen[-1], :, :known])
     return chosen
+
+
+def _gain(covariance: np.ndarray, per_pose: np.ndarray) -> np.ndarray:
+    """What every pose adds to the log determinant of the information."""
+    seen = per_pose @ covariance @ per_pose.transpose(0, 2, 1)
+    return _log_det(np.eye(per_pose.shape[1]) + seen)
+
+
+def _grown(covariance: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """The covariance once a pose is measured."""
+    half = rows @ covariance
+    return covariance - half.T @ np.linalg.solve(np.eye(len(rows)) + half @ rows.T, half)
 
 
 def _log_det(matrices: np.ndarray) -> np.ndarray:

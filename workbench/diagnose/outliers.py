@@ -20,6 +20,8 @@ LEAST = 4.0
 """… and it must be off by this many times the typical row, at least,"""
 BEYOND = 3.0
 """… and by this many times what nine rows in ten keep: real errors have longer tails than normal ones."""
+SETTLED = 0.05
+"""Change of the weights that ends a robust fit."""
 ROUNDS = 8
 """Rounds of the robust fit with which the search for outliers begins."""
 
@@ -31,9 +33,13 @@ def robust_fit(problem: Problem, x: Float[np.ndarray, " p"]) -> Float[np.ndarray
         problem: All rows.
         x: Least-squares fit.
     """
+    old = np.ones(len(problem.data))
     for _ in range(ROUNDS):
         residual = problem.residual(x)[: problem.size]
         weights = row_weights(_sizes(problem, residual, np.ones(problem.size)).max(1), Loss.TUKEY)
+        if np.abs(weights - old).max() < SETTLED:
+            break
+        old = weights
         weighted = problem.with_row_weights(weights)
         x = Opt2(limit=10).search(weighted).x
     return x

@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Float
 from scipy import linalg
 
 from workbench.diagnose.evidence import Model, coefficients, precision_of, solve
@@ -85,6 +84,16 @@ def refit(
     return Fitted(model, fit)
 
 
+def linear_answer(fitted: Fitted, grams: Grams, model: Model) -> dict[str, float]:
+    """Unknowns of another model by the linear solution at a fit, by name [SI]."""
+    problem, x = fitted.problem, fitted.fit.x
+    step = grams.basis @ solve(grams, model, grams.total)[: grams.geometry]
+    plain = [p.name for p in problem.parameters if not p.is_coefficient]
+    known = dict(zip(problem.names, x.tolist(), strict=True))
+    moved = {name: known[name] + change for name, change in zip(plain, step.tolist(), strict=True)}
+    return moved | coefficients(grams, model)
+
+
 def with_own_noise(fitted: Fitted, problem: Problem) -> Problem:
     """The geometric problem, weighed by what a fit leaves; as it is where rows bring their own noise."""
     if noises.given_by_rows(problem) is noises.Given.ALL:
@@ -93,24 +102,14 @@ def with_own_noise(fitted: Fitted, problem: Problem) -> Problem:
     return problem if left is None else problem.with_noise(left)
 
 
-def robot_with(problem: Problem, x: Float[np.ndarray, " p"], grams: Grams, model: Model) -> Robot:
-    """The arm with another model in place of its own, by the linear solution at a fit.
-
-    Args:
-        problem: The problem of the fit at which the inner products were taken.
-        x: Its answer.
-        grams: The inner products.
-        model: Effects to put in.
-    """
-    found = coefficients(grams, model)
-    step = grams.basis @ solve(grams, model, grams.total)[: grams.geometry]
-    plain = np.array([not p.is_coefficient for p in problem.parameters], bool)
-    moved = x.copy()
-    moved[plain] += step
-    arm = problem.robot_at(moved)
-    offered = {p.name for p in problem.parameters if p.is_coefficient}
-    own = [e for e in arm.effects if not offered & set(e.names)]
-    return arm.with_effects(*own, *(_sized(t.candidate.effect, found) for t in model))
+def robot_with(fitted: Fitted, grams: Grams, model: Model) -> Robot:
+    """The arm with another model in place of a fit's own, by the linear solution at that fit."""
+    answer = linear_answer(fitted, grams, model)
+    problem = fitted.problem
+    arm = problem.robot_at(np.array([answer.get(name, 0.0) for name in problem.names]))
+    gone = {p.name for p in problem.parameters if p.is_coefficient}
+    own = [e for e in arm.effects if not gone & set(e.names)]
+    return arm.with_effects(*own, *(_sized(t.candidate.effect, answer) for t in model))
 
 
 def _sized(effect: AbstractEffect, found: Mapping[str, float]) -> AbstractEffect:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from workbench.diagnose.evidence import Model, Offer, Term, drop, left_by, offer
+from workbench.diagnose.evidence import Model, Offer, Term, drop, left_by, offer, offers
 from workbench.diagnose.record import Accepted, Ranked
 from workbench.diagnose.stages import Searched
 from workbench.effects import AbstractEffect
@@ -12,7 +12,9 @@ LISTED = 3
 CLOSE = np.log(20.0)
 """Log evidence within which two effects can't be told apart: odds of twenty to one."""
 MENTIONED = 0.5
-"""Part of an effect's evidence that a rival must have to be mentioned."""
+"""Part of an effect's evidence that a rival must have to be mentioned …"""
+FAR = 100.0
+"""… and how far below the effect's it may lie at most."""
 RANKED = 40
 """Candidates in the ranking."""
 
@@ -22,17 +24,14 @@ def rivals_of(searched: Searched, term: Term) -> list[tuple[Model, Offer]]:
     rest = drop(searched.found.model, [term])
     left = left_by(searched.grams, rest)
     own = offer(left, term.candidate)
-    offers = [
-        found
+    others = [
+        c
         for c in searched.offered.candidates
-        if c is not term.candidate
-        and not any(c.excludes(t.candidate) for t in rest)
-        and (found := offer(left, c)) is not None
-        and own is not None
-        and found.gain > max(MENTIONED * own.gain, own.gain - 100.0)
+        if c is not term.candidate and not any(c.excludes(t.candidate) for t in rest)
     ]
+    least = np.inf if own is None else max(MENTIONED * own.gain, own.gain - FAR)
     best: dict[tuple, Offer] = {}
-    for found in sorted(offers, key=lambda o: -o.gain):
+    for found in sorted((o for o in offers(left, others) if o.gain > least), key=lambda o: -o.gain):
         effect = found.term.candidate.effect
         key = (str(effect.name), effect.joints)
         if key != (str(term.candidate.effect.name), term.candidate.effect.joints):
@@ -48,9 +47,8 @@ def ambiguous(accepted: tuple[Accepted, ...]) -> list[AbstractEffect]:
 def ranked(searched: Searched) -> tuple[Ranked, ...]:
     """What the candidates would bring to the geometry alone, the best first; one a kind, joint and order."""
     left = left_by(searched.grams, ())
-    offers = [o for c in searched.offered.candidates if (o := offer(left, c)) is not None]
     best: dict[tuple, Offer] = {}
-    for found in sorted(offers, key=lambda o: -o.gain):
+    for found in sorted(offers(left, searched.offered.candidates), key=lambda o: -o.gain):
         effect = found.term.candidate.effect
         best.setdefault((str(effect.name), effect.joints, getattr(effect, "order", 0)), found)
     return tuple(

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.diagnose.candidate import Candidate
-from workbench.diagnose.evidence import Left, Model, Offer, drop, left_by, offer, validated
+from workbench.diagnose.evidence import Left, Model, Offer, drop, left_by, offer, offers, validated
 from workbench.diagnose.grams import Grams
 
 ALPHA = 0.01
@@ -21,6 +21,10 @@ ROUNDS = 40
 """Most effects of one arm."""
 EXCHANGES = 6
 """Rounds of exchange after each entry."""
+FEW = 4
+"""Effects up to which exchanges are tried after every entry; from then on once nothing enters."""
+WORTH = 0.005
+"""Part of the cross-validated square by which an effect must lower it."""
 BETTER = 0.5
 """Log evidence by which an exchange must be better, so that equals stay."""
 
@@ -32,13 +36,11 @@ class Found:
     Args:
         model: Accepted effects.
         offers: What each of them brings to the others, in the model's order.
-        rivals: What every candidate would bring beside the model, the best first.
         distrusted: Candidates that chance can't explain, but that folds did not confirm.
     """
 
     model: Model
     offers: tuple[Offer, ...]
-    rivals: tuple[Offer, ...]
     distrusted: tuple[Offer, ...]
 
 
@@ -59,17 +61,25 @@ def search(
     """
     model = exchange(grams, candidates, prune(grams, candidates, start))
     distrusted: list[Offer] = []
+    settled = True
     for _ in range(ROUNDS):
         if on_step is not None and on_step(model):
             break
         added, refused = _add(grams, candidates, model)
-        distrusted += refused
-        if added is None:
+        if added is not None:
+            settled = len(added) <= FEW
+            model = _improved(grams, candidates, added) if settled else prune(grams, candidates, added)
+        elif settled:
+            distrusted = refused
             break
-        model = prune(grams, candidates, exchange(grams, candidates, added))
-    rivals = tuple(sorted(_offers(left_by(grams, model), candidates), key=lambda o: -o.gain))
-    own = tuple(_own_offer(grams, model, k) for k in range(len(model)))
-    return Found(model, own, rivals, tuple(distrusted))
+        else:
+            settled, model = True, _improved(grams, candidates, model)
+    return judged(grams, model, distrusted)
+
+
+def judged(grams: Grams, model: Model, distrusted: Sequence[Offer] = ()) -> Found:
+    """A model as what a search found."""
+    return Found(model, tuple(_own_offer(grams, model, k) for k in range(len(model))), tuple(distrusted))
 
 
 def significant(found: Offer, tries: int) -> bool:
@@ -78,16 +88,21 @@ def significant(found: Offer, tries: int) -> bool:
 
 
 def confirmed(grams: Grams, smaller: Model, larger: Model) -> bool:
-    """Whether the larger model predicts folds better that took no part, by more than the folds differ."""
-    fall = validated(grams, smaller) - validated(grams, larger)
-    return bool(fall.sum() > fall.std(ddof=1) * np.sqrt(len(fall)))
+    """Whether the larger model predicts other folds better: noticeably, and by more than they differ."""
+    before = validated(grams, smaller)
+    fall = before - validated(grams, larger)
+    return bool(fall.sum() > max(WORTH * before.sum(), fall.std(ddof=1) * np.sqrt(len(fall))))
+
+
+def _improved(grams: Grams, candidates: Sequence[Candidate], model: Model) -> Model:
+    return prune(grams, candidates, exchange(grams, candidates, model))
 
 
 def _add(grams: Grams, candidates: Sequence[Candidate], model: Model) -> tuple[Model | None, list[Offer]]:
     """The model with the best further effect; those refused on the way."""
     refused: list[Offer] = []
-    offers = [o for o in _offers(left_by(grams, model), candidates) if significant(o, len(candidates))]
-    for best in sorted(offers, key=lambda o: -o.gain)[:5]:
+    strong = [o for o in _offers(left_by(grams, model), candidates) if significant(o, len(candidates))]
+    for best in sorted(strong, key=lambda o: -o.gain)[:5]:
         if confirmed(grams, model, (*model, best.term)):
             return (*model, best.term), refused
         refused.append(best)
@@ -96,13 +111,12 @@ def _add(grams: Grams, candidates: Sequence[Candidate], model: Model) -> tuple[M
 
 def _offers(left: Left, candidates: Sequence[Candidate]) -> list[Offer]:
     """What all candidates that may stand beside a model would bring."""
-    free = [c for c in candidates if not any(c.excludes(t.candidate) for t in left.model)]
-    return [o for c in free if (o := offer(left, c)) is not None]
+    return offers(left, [c for c in candidates if not any(c.excludes(t.candidate) for t in left.model)])
 
 
 def _own_offer(grams: Grams, model: Model, k: int) -> Offer:
     """What a model's term brings to the others."""
-    found = offer(left_by(grams, drop(model, [model[k]])), model[k].candidate)
+    found = offer(left_by(grams, drop(model, [model[k]]), model[k].candidate.names), model[k].candidate)
     assert found is not None, "a term of a model was seen when it was accepted"
     return found
 
@@ -122,8 +136,8 @@ def _one_exchange(grams: Grams, candidates: Sequence[Candidate], model: Model) -
         rest = drop(model, group)
         left = left_by(grams, rest)
         present = _worth(grams, rest, group)
-        offers = [o for o in _offers(left, candidates) if len(group) == 1 or o.term.candidate.maps_joint]
-        best = max(offers, key=lambda o: o.gain, default=None)
+        others = [o for o in _offers(left, candidates) if len(group) == 1 or o.term.candidate.maps_joint]
+        best = max(others, key=lambda o: o.gain, default=None)
         same = best is not None and len(group) == 1 and best.term.candidate is group[0].candidate
         if best is not None and not same and best.gain > present + BETTER:
             return (*rest, best.term)
@@ -146,7 +160,7 @@ def _worth(grams: Grams, rest: Model, group: Model) -> float:
     """Evidence that a group of terms brings to the rest, one after the other."""
     total, model = 0.0, rest
     for term in group:
-        found = offer(left_by(grams, model), term.candidate)
+        found = offer(left_by(grams, model, term.candidate.names), term.candidate)
         total += 0.0 if found is None else found.gain
         model = (*model, term)
     return total
@@ -155,9 +169,9 @@ def _worth(grams: Grams, rest: Model, group: Model) -> float:
 def prune(grams: Grams, candidates: Sequence[Candidate], model: Model) -> Model:
     """Drop effects, the weakest first, that the others make superfluous."""
     while model:
-        offers = [_own_offer(grams, model, k) for k in range(len(model))]
-        weakest = int(np.argmin([o.gain for o in offers]))
-        if significant(offers[weakest], len(candidates)):
+        own = [_own_offer(grams, model, k) for k in range(len(model))]
+        weakest = int(np.argmin([o.gain for o in own]))
+        if significant(own[weakest], len(candidates)):
             return model
         model = drop(model, [model[weakest]])
     return model

@@ -15,8 +15,8 @@ from workbench.diagnose.catalogue import Catalogue, catalogue
 from workbench.diagnose.evidence import Model
 from workbench.diagnose.grams import Grams, compress
 from workbench.diagnose.outliers import robust_fit, standing_out
-from workbench.diagnose.refit import Fitted, refit, with_own_noise
-from workbench.diagnose.search import Found, search
+from workbench.diagnose.refit import Fitted, linear_answer, refit, with_own_noise
+from workbench.diagnose.search import Found, judged, search
 from workbench.identify.identifier import OnStep
 from workbench.identify.problem import Problem
 from workbench.measure.dataset import Dataset
@@ -115,7 +115,11 @@ def rounds(
         key = frozenset(_key(t.candidate) for t in last.found.model)
         stalled = key in seen or (on_step is not None and on_step(number, 0.0))
         seen.add(key)
-        if _same(last.found.model, stage.fitted.model) or stalled:
+        if _same(last.found.model, stage.fitted.model):
+            break
+        if stalled or number == ROUNDS - 1:
+            fitted = _among(stage.fitted.model, last.offered.candidates)
+            done[-1] = replace(last, found=judged(last.grams, fitted, last.found.distrusted))
             break
         if tell is not None:
             tell(f"round {number + 1}: fitting geometry and {len(last.found.model)} effects")
@@ -143,8 +147,10 @@ def _search(stage: Stage, fold: np.ndarray, on_step: OnStep | None) -> Searched:
 
 
 def _fit(stage: Stage, grams: Grams | None, model: Model, known, on_step) -> Stage:
-    """The stage with another model, or other rows, fitted; from where the last fit ended."""
+    """The stage with another model, or other rows, fitted; from what the last fit says of it."""
     begin = dict(zip(stage.fitted.problem.names, stage.fitted.fit.x.tolist(), strict=True))
+    if grams is not None and model is not stage.fitted.model:
+        begin = linear_answer(stage.fitted, grams, model)
     rows = stage.rows.take(stage.keep)
     fitted = refit(stage.geometric, grams, model, data=rows, known=known, begin=begin, on_step=on_step)
     return replace(stage, fitted=fitted)

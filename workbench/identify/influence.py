@@ -71,7 +71,7 @@ class InfluenceBased(AbstractIdentifier):
                 return Search(x, Outcome.DIVERGED, tuple(history))
             if on_step and on_step(iteration, history[-1]):
                 return Search(x, Outcome.CANCELLED, tuple(history))
-            factor = factorise(at.jacobian, at.residual)
+            factor = factorise(at.jacobian, at.residual, problem.units)
             if settled(factor, factor.predicted_decrease(), problem.count):
                 return Search(x, Outcome.CONVERGED, tuple(history))
             step, decrease = self._round(at, stacks, units)

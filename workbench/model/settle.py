@@ -66,7 +66,9 @@ def settle(
     for _ in range(ROUNDS):
         if not len(going):
             break
-        wanted = _for_the_rigid(robot, poses[going], x[going][:, arm.places], motion, going)
+        now = x[going][:, arm.places]
+        state = Motion(now) if motion is None else motion.take(going).at(now)
+        wanted = rigid_targets(robot, poses[going], state)
         here = refine(arm, wanted, x[going], task=task, limits=held, iterations=0)
         fell = here.cost(weight) < cost[going]
         lower = going[fell]
@@ -80,10 +82,9 @@ def settle(
     return Refined(best, errors[:, 0], errors[:, 1], steps)
 
 
-def _for_the_rigid(
-    robot: Robot, poses: np.ndarray, q: np.ndarray, motion: Motion | None, rows: np.ndarray
-) -> np.ndarray:
-    """Where the rigid arm must be for the bent one to be at the poses, if it bent as it does at q."""
-    state = Motion(q) if motion is None else motion.take(rows).at(q)
-    rigid, bent = chains.poses(robot.chain, q), tool_poses(robot, q, motion=state)
+def rigid_targets(
+    robot: Robot, poses: Float[np.ndarray, "rows 4 4"], state: Motion
+) -> Float[np.ndarray, "rows 4 4"]:
+    """Where the rigid arm must be for the bent one to be at the poses, if it bends as in this state."""
+    rigid, bent = chains.poses(robot.chain, state.q), tool_poses(robot, state.q, motion=state)
     return rigid @ se3.inverse(bent) @ poses

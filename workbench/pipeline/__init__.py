@@ -14,10 +14,11 @@ each followed by `identify(aria, rows)`.
 """
 
 from workbench.diagnose.record import Diagnosis
+from workbench.pipeline.compensation import compensate_trajectory
 from workbench.pipeline.diagnosis import diagnose
 from workbench.pipeline.evaluation import evaluate
 from workbench.pipeline.identification import ALGORITHMS, identify
-from workbench.pipeline.plates import cluster_region, score_plate
+from workbench.pipeline.plates import cluster_region, score_plate, score_plates
 from workbench.pipeline.poses import choose_poses, write_poses
 from workbench.pipeline.simulation import measure_plate, measure_poses
 from workbench.validate.identification import Evaluation, Identification, Run, Validation
@@ -31,11 +32,13 @@ __all__ = [
     "Validation",
     "choose_poses",
     "cluster_region",
+    "compensate_trajectory",
     "diagnose",
     "evaluate",
     "identify",
     "measure_plate",
     "measure_poses",
     "score_plate",
+    "score_plates",
     "write_poses",
 ]

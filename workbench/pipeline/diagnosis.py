@@ -206,17 +206,17 @@ def _accepted(ready: Prepared, last: Searched) -> tuple[Accepted, ...]:
     order = sorted(range(len(found.model)), key=lambda k: -found.offers[k].gain)
     model = tuple(found.model[k] for k in order)
     out = []
-    previous = _mean_mm(ready, last, robot_with(fitted.problem, fit.x, grams, ()))
+    previous = _mean_mm(ready, last, robot_with(fitted, grams, ()))
     for place, k in enumerate(order):
         term, offered = found.model[k], found.offers[k]
-        now = _mean_mm(ready, last, robot_with(fitted.problem, fit.x, grams, model[: place + 1]))
+        now = _mean_mm(ready, last, robot_with(fitted, grams, model[: place + 1]))
         effect = sized[term.candidate.names]
         alternatives = tuple(
             Ranked(
                 rival.term.candidate.effect,
                 rival.gain,
                 float(np.exp(rival.log_p)),
-                _mean_mm(ready, last, robot_with(fitted.problem, fit.x, grams, (*rest, rival.term))),
+                _mean_mm(ready, last, robot_with(fitted, grams, (*rest, rival.term))),
                 rival.term.candidate.shrunk,
             )
             for rest, rival in rivals_of(last, term)

@@ -4,6 +4,7 @@ from workbench.errors import DataError
 from workbench.identify.frames import choose_frames
 from workbench.measure.dataset import Dataset
 from workbench.measure.plausible import check_plausible
+from workbench.pipeline.drivers import with_drivers
 from workbench.robots.robot import Robot
 from workbench.validate.errors import row_errors
 from workbench.validate.identification import Evaluation
@@ -18,7 +19,7 @@ def evaluate(robot: Robot, data: Dataset, *, fit_frames: bool = False) -> Evalua
         fit_frames: Whether base and tool are fitted where the robot's file does not say they are fixed.
     """
     robot.check_joints(data.q, data.source)
-    data = check_plausible(data, robot.limits, robot.reach)
+    data = with_drivers(robot, check_plausible(data, robot.limits, robot.reach))
     notes = list(data.notes)
     used = data.take(data.included)
     if not len(used):

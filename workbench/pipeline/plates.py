@@ -1,7 +1,8 @@
 """Fixture plates as calls: scored, and found by workspace clustering."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from jaxtyping import Float
@@ -10,10 +11,12 @@ from workbench.design import clustering, plate_score
 from workbench.design.clustering import Clustering
 from workbench.design.criterion import goal_index
 from workbench.design.plate import Plate
+from workbench.design.plate_place import check_place
 from workbench.design.plate_score import PlateScore
 from workbench.design.region import Region
-from workbench.design.region_poses import PLATE_POSES, region_poses
+from workbench.design.region_poses import PLATE_POSES, plate_region_poses, region_poses
 from workbench.design.target_rows import SIGMA_POSITION, SIGMA_ROTATION
+from workbench.errors import OptionError
 from workbench.model.linearisation import linearise
 from workbench.robots.robot import Robot
 
@@ -28,6 +31,7 @@ def score_plate(
     sigma: tuple[float, float] = (SIGMA_POSITION, SIGMA_ROTATION),
     base: bool | None = None,
     tool: bool | None = None,
+    matter: Float[np.ndarray, "rows n"] | None = None,
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
     cancel: Callable[[], bool] | None = None,
@@ -40,6 +44,7 @@ def score_plate(
         sigma: Standard deviations of the instrument, position [m] and rotation [rad].
         base: Whether the base is identified too; as the robot says if None.
         tool: Whether the tool is.
+        matter: Poses for which the error is predicted [rad or m]; those of the plate's own region if None.
         seed: Of the mixes of branches that are tried.
         progress: Called with the share of the work done.
         cancel: Asked now and then whether to stop with the best branches so far.
@@ -50,10 +55,67 @@ def score_plate(
         sigma=sigma,
         base=base,
         tool=tool,
+        matter=matter,
         rng=np.random.default_rng(seed),
         progress=progress,
         cancel=cancel,
     )
+
+
+def score_plates(
+    robot: Robot,
+    plates: Sequence[Plate],
+    *,
+    sigma: tuple[float, float] = (SIGMA_POSITION, SIGMA_ROTATION),
+    base: bool | None = None,
+    tool: bool | None = None,
+    seed: int = 0,
+    progress: Callable[[float], None] | None = None,
+    cancel: Callable[[], bool] | None = None,
+) -> tuple[PlateScore, ...]:
+    """Scores that compare: all errors are predicted for the poses that the first plate's region asks for.
+
+    Args:
+        robot: Nominal arm.
+        plates: At least one; those left when cancelled are not scored.
+        sigma: Standard deviations of the instrument, position [m] and rotation [rad].
+        base: Whether the base is identified too; as the robot says if None.
+        tool: Whether the tool is.
+        seed: Of the mixes of branches that are tried.
+        progress: Called with the share of the work done.
+        cancel: Asked now and then whether to stop.
+
+    Raises:
+        OptionError: no plates.
+        DataError: a plate that nothing can be measured on, or a region out of reach.
+    """
+    if not plates:
+        raise OptionError("no plates to score; give at least one")
+    check_place(robot, plates[0])
+    matter = plate_region_poses(robot, plates[0])
+    report = progress or (lambda part: None)
+    scores: list[PlateScore] = []
+    for number, plate in enumerate(plates):
+        if scores and cancel is not None and cancel():
+            break
+        scores.append(
+            score_plate(
+                robot,
+                plate,
+                sigma=sigma,
+                base=base,
+                tool=tool,
+                matter=matter,
+                seed=seed,
+                progress=partial(_part, report, number, len(plates)),
+                cancel=cancel,
+            )
+        )
+    return tuple(scores)
+
+
+def _part(report: Callable[[float], None], done: int, of: int, part: float) -> None:
+    report((done + part) / of)
 
 
 def cluster_region(

@@ -16,6 +16,7 @@ from workbench.identify.prior import Prior
 from workbench.identify.problem import FrameFreedom, Noise, Problem
 from workbench.measure.dataset import Dataset
 from workbench.measure.plausible import check_plausible
+from workbench.pipeline.drivers import with_drivers
 from workbench.pipeline.rows import (
     check_enough,
     choose_rows,
@@ -122,7 +123,7 @@ def prepare(
     robot.check_joints(data.q, data.source)
     sessions = option(Sessions, frames, "frames")
     report(0.0, "checking the rows")
-    data = check_plausible(data, robot.limits, robot.reach)
+    data = with_drivers(robot, check_plausible(data, robot.limits, robot.reach))
     notes = [*data.notes, *unused_observations(data)]
     rows, excluded = choose_rows(robot, data, exclude or {}, region)
     used = data.take(rows)
@@ -199,7 +200,7 @@ def option(kind, value, what: str):
 def _other_rows(robot: Robot, data: Dataset, region: Region | None) -> Dataset:
     """Held-out rows of another file, chosen as the fitted ones are."""
     robot.check_joints(data.q, data.source)
-    data = check_plausible(data, robot.limits, robot.reach)
+    data = with_drivers(robot, check_plausible(data, robot.limits, robot.reach))
     return data.take(choose_rows(robot, data, {}, region)[0])
 
 

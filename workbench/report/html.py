@@ -91,13 +91,13 @@ def render(
     after = best.held_out or best.train
     before = result.nominal.held_out or result.nominal.train
     rows, _, where = _judged(result)
-    return _template().render(
+    return page_template("report.html").render(
         robot=result.robot.name,
         source=result.data.source,
         facts=_facts(result),
         best=best.fit.title,
         held_out=best.held_out is not None,
-        cards=_cards(before, after),
+        cards=error_cards(before, after),
         errors=_errors_rows(result),
         turned=after.orientation_deg is not None,
         check=check,
@@ -106,7 +106,7 @@ def render(
         check_strip=_strip(check),
         check_failed=[int(r) for r in rows.row[check.judged & ~check.passed][:LISTED]],
         check_failed_count=int((check.judged & ~check.passed).sum()),
-        drawings=[(d, Markup(_themed(d.svg))) for d in drawings],
+        drawings=[(d, Markup(themed(d.svg))) for d in drawings],
         algorithms=[_algorithm(run, run is best) for run in result.runs.values()],
         legend=LEGEND,
         unidentifiable=result.unidentifiable,
@@ -120,7 +120,7 @@ def render(
     )
 
 
-def _themed(svg: str) -> str:
+def themed(svg: str) -> str:
     """The picture with colours that the page may brighten on a dark ground."""
     for number, colour in enumerate(COLOURS):
         svg = svg.replace(colour, f"var(--figure-{number}, {colour})")
@@ -128,7 +128,8 @@ def _themed(svg: str) -> str:
 
 
 @cache
-def _template() -> Template:
+def page_template(name: str) -> Template:
+    """A template of a page, everything escaped that is put in."""
     environment = Environment(
         loader=PackageLoader("workbench.report"),
         autoescape=True,
@@ -137,7 +138,7 @@ def _template() -> Template:
         lstrip_blocks=True,
     )
     environment.filters |= {"short": short, "signed": signed, "plusminus": standard_error}
-    return environment.get_template("report.html")
+    return environment.get_template(name)
 
 
 def _judged(result: Identification) -> tuple[Dataset, Robot, str]:
@@ -196,7 +197,8 @@ def _facts(result: Identification) -> list[tuple[str, str]]:
     return facts
 
 
-def _cards(before: Errors, after: Errors) -> list[dict[str, str]]:
+def error_cards(before: Errors, after: Errors) -> list[dict[str, str]]:
+    """What the page shows first: mean and greatest errors before and after."""
     cards = []
     for what, unit, old, new in (
         ("position error", " mm", before.position_mm, after.position_mm),

@@ -41,7 +41,7 @@ def identification_json(result: Identification) -> Json:
                 "excluded": [{"row": row, "reason": reason} for row, reason in result.excluded],
                 "source": result.data.source,
             },
-            "nominal": _validation(result.nominal),
+            "nominal": validation_json(result.nominal),
             "algorithms": {name: _run(run) for name, run in result.runs.items()},
             "unidentifiable": list(result.unidentifiable),
             "warnings": list(result.warnings),
@@ -134,7 +134,8 @@ def _errors(errors: Errors | None) -> Json | None:
     }
 
 
-def _validation(validation: Validation | Run) -> Json:
+def validation_json(validation: Validation | Run) -> Json:
+    """Errors on the fitted and on the held-out rows."""
     return {"train": _errors(validation.train), "held_out": _errors(validation.held_out)}
 
 
@@ -151,7 +152,7 @@ def _pose_errors(errors: PoseErrors) -> Json:
 def _run(run: Run) -> Json:
     fit = run.fit
     return {
-        **_validation(run),
+        **validation_json(run),
         "converged": fit.outcome.ok,
         "outcome": str(fit.outcome),
         "iterations": fit.iterations,

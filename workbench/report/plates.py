@@ -14,6 +14,7 @@ from rich.text import Text
 from workbench.design.clustering import Cluster, Clustering
 from workbench.design.indices import INDICES, I
 from workbench.design.plate_score import PlateScore, SetScore
+from workbench.design.region_poses import PLATE_CONE
 from workbench.identify.result import combinations
 from workbench.parameters import Parameter
 from workbench.robots.robot import JointKind, Robot
@@ -48,7 +49,10 @@ def score_tables(score: PlateScore) -> RenderableType:
         sets.add_row(escape(what), *cells)
     noise = f"{1e3 * score.sigma[0]:g} mm, {np.rad2deg(score.sigma[1]):g}°"
     words = [
-        f"predicted errors: {score.region_rows} joint positions in the region, instrument {noise}",
+        f"predicted errors: {score.region_rows} joint positions in the region, any branch, turned from a "
+        f"target by up to {np.rad2deg(PLATE_CONE):.0f}°; instrument {noise}",
+        f"scaling: rows by these deviations, angles as arcs at {score.length:.3f} m (the arm's reach); O and "
+        "σmin/σmax unscaled, as in the paper",
         "one branch: " + (escape(score.single.branches[0]) if score.single else "none reaches all targets"),
     ]
     if chosen.rank < chosen.visible:
@@ -62,12 +66,14 @@ def comparison_table(scores: Sequence[PlateScore]) -> RenderableType:
     table.add_row("targets", *(str(len(s.plate)) for s in scores))
     for words, cells in _set_rows([s.measured for s in scores]):
         table.add_row(escape(words), *cells)
-    single = [s.single.error.position_rms if s.single else np.inf for s in scores]
-    table.add_row(
-        escape("position error with one branch, rms [mm]"), *(_number(1e3 * value) for value in single)
-    )
+    single = [_cell(s.single, lambda one: 1e3 * one.error.position_rms) for s in scores]
+    table.add_row(escape("position error with one branch, rms [mm]"), *single)
     best = min(scores, key=lambda s: s.measured.error.position_rms)
-    return Group(table, Text(f"smallest predicted position error: {best.plate.name}"))
+    words = (
+        f"errors are predicted in the region of {scores[0].plate.name}, about its orientations\n"
+        f"smallest predicted position error: {best.plate.name}"
+    )
+    return Group(table, Text(words))
 
 
 def _set_rows(sets: Sequence[SetScore | None]) -> list[tuple[str, list[str]]]:
@@ -111,6 +117,7 @@ def comparison_json(scores: Sequence[PlateScore]) -> Json:
     return {
         "schema": COMPARISON,
         "robot": scores[0].robot.name,
+        "region_of": scores[0].plate.name,
         "best": best.plate.name,
         "plates": [_plate_json(score) for score in scores],
     }
@@ -121,6 +128,7 @@ def _plate_json(score: PlateScore) -> Json:
         "robot": score.robot.name,
         "plate": score.plate.name,
         "noise": {"position_mm": 1e3 * score.sigma[0], "orientation_deg": np.rad2deg(score.sigma[1])},
+        "scaling_length_m": score.length,
         "targets": [
             {"target": k + 1, "branch": branch, "q": score.measured.q[k], "O": o, "share": share}
             for k, (branch, o, share) in enumerate(

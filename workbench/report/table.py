@@ -54,11 +54,11 @@ def errors_table(result: Identification) -> Table:
         for _, validated in models
         for errors in (validated.train, validated.held_out)
     )
-    table = _error_columns(turned)
+    table = error_columns(turned)
     for title, validated in models:
         for rows, errors in (("fitted", validated.train), ("held out", validated.held_out)):
             if errors is not None:
-                table.add_row(title if rows == "fitted" else "", rows, *_error_cells(errors, turned))
+                table.add_row(title if rows == "fitted" else "", rows, *error_cells(errors, turned))
         table.add_section()
     return table
 
@@ -66,11 +66,11 @@ def errors_table(result: Identification) -> Table:
 def evaluation_tables(result: Evaluation) -> RenderableType:
     """Errors of a given model, and the decisions that were taken."""
     turned = result.errors.orientation_deg is not None
-    table = _error_columns(turned)
+    table = error_columns(turned)
     table.add_row(
-        escape(result.robot.name), f"{len(result.row_numbers)}", *_error_cells(result.errors, turned)
+        escape(result.robot.name), f"{len(result.row_numbers)}", *error_cells(result.errors, turned)
     )
-    return Group(table, *(_line("note", note) for note in result.notes))
+    return Group(table, *(line("note", note) for note in result.notes))
 
 
 def parameters_tables(fit: Fit) -> RenderableType:
@@ -86,9 +86,9 @@ def parameters_tables(fit: Fit) -> RenderableType:
             table.add_column(escape(name), justify="right", no_wrap=True)
         for joint, cells in content.rows:
             label = joint.removeprefix("joint")
-            for k, line in enumerate(("nominal", "found", "±")):
-                row = [_cell_line(cell, line, digits) for cell in cells]
-                table.add_row(escape(label) if k == 0 else "", line, *row, end_section=k == 2)
+            for k, which in enumerate(("nominal", "found", "±")):
+                row = [_cell_line(cell, which, digits) for cell in cells]
+                table.add_row(escape(label) if k == 0 else "", which, *row, end_section=k == 2)
         parts.append(table)
     if content.others:
         table = Table(box=box.SIMPLE_HEAD, pad_edge=False, title=f"{fit.title}: frames and instrument")
@@ -97,7 +97,7 @@ def parameters_tables(fit: Fit) -> RenderableType:
             table.add_column(name, justify="right", no_wrap=True)
         table.add_column("", no_wrap=True)
         for cell in content.others:
-            values = [_cell_line(cell, line, 6) for line in ("nominal", "found", "±")]
+            values = [_cell_line(cell, which, 6) for which in ("nominal", "found", "±")]
             table.add_row(escape(cell.name), *values, cell.unit)
         parts.append(table)
     parts += [Text(f"{mark} {LEGEND[mark]}", style="dim") for mark in content.marks]
@@ -131,45 +131,47 @@ def use_tables(
     numbers: ControllerNumbers,
 ) -> RenderableType:
     """What to enter into a controller, and what that leaves; the arguments are those of `use.Use`."""
-    left = _plain_table("What remains, against the whole calibrated model")
+    left = plain_table("What remains, against the whole calibrated model")
     left.add_column("entered", overflow="fold")
     for name in ("mean\n[mm]", "max\n[mm]", "mean\n[°]", "max\n[°]"):
         left.add_column(escape(name), justify="right", no_wrap=True)
     for words, values in remaining:
         left.add_row(words, *values)
-    added = _plain_table("Added to each joint's reading")
+    added = plain_table("Added to each joint's reading")
     for name in ("joint", "with tool and base", "offsets only"):
         added.add_column(name, justify="left" if name == "joint" else "right", no_wrap=True)
     for row in offsets:
         added.add_row(*row)
-    placed = _plain_table("Tool and base with them: xyz [mm], roll pitch yaw [°]")
+    placed = plain_table("Tool and base with them: xyz [mm], roll pitch yaw [°]")
     for name in ("frame", "x", "y", "z", "roll", "pitch", "yaw"):
         placed.add_column(name, justify="left" if name == "frame" else "right", no_wrap=True)
     for name, values in frames:
         placed.add_row(name, *values)
     lines = [Text(f"compared at {numbers.rows} joint positions", style="dim")]
     if numbers.held:
-        lines.append(_line("left as they were, as others do the same", ", ".join(numbers.held)))
+        lines.append(line("left as they were, as others do the same", ", ".join(numbers.held)))
     return Group(left, added, placed, *lines)
 
 
 def messages(result: Identification) -> list[RenderableType]:
     """Unidentifiable combinations, warnings and decisions, one line each."""
-    lines: list[RenderableType] = [_line("not identifiable", words) for words in result.unidentifiable]
-    lines += [_line("warning", words) for words in result.warnings]
-    lines += [_line("note", words) for words in result.notes]
+    lines: list[RenderableType] = [line("not identifiable", words) for words in result.unidentifiable]
+    lines += [line("warning", words) for words in result.warnings]
+    lines += [line("note", words) for words in result.notes]
     if result.excluded:
         shown = ", ".join(f"row {row} ({reason})" for row, reason in result.excluded[:5])
         more = len(result.excluded) - 5
-        lines.append(_line("excluded", shown + (f" and {more} more" if more > 0 else "")))
+        lines.append(line("excluded", shown + (f" and {more} more" if more > 0 else "")))
     return lines
 
 
-def _plain_table(title: str) -> Table:
+def plain_table(title: str) -> Table:
+    """A table in the look of all others."""
     return Table(box=box.SIMPLE_HEAD, pad_edge=False, title=escape(title), title_justify="left")
 
 
-def _error_columns(turned: bool) -> Table:
+def error_columns(turned: bool) -> Table:
+    """An empty table of errors in mm, and degrees where orientations were measured."""
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     table.add_column("model", no_wrap=True)
     table.add_column("rows", no_wrap=True)
@@ -179,7 +181,8 @@ def _error_columns(turned: bool) -> Table:
     return table
 
 
-def _error_cells(errors: Errors, turned: bool) -> list[str]:
+def error_cells(errors: Errors, turned: bool) -> list[str]:
+    """Cells of one row of it."""
     cells = [short(value) for value in errors.position_mm]
     if turned:
         rotation = errors.orientation_deg
@@ -187,18 +190,19 @@ def _error_cells(errors: Errors, turned: bool) -> list[str]:
     return cells
 
 
-def _cell_line(cell: Cell | None, line: str, digits: int) -> Text:
+def _cell_line(cell: Cell | None, which: str, digits: int) -> Text:
     if cell is None:
         return Text("")
-    if line == "nominal":
+    if which == "nominal":
         return Text(signed(cell.nominal, digits) + " ", style="dim")
-    if line == "found":
+    if which == "found":
         if cell.state in (State.HELD, State.UNSEEN):
             return Text(str(cell.state), style=STYLES[cell.state])
         return Text(signed(cell.value, digits) + (cell.state or " "), style=STYLES[cell.state] or "bold")
     return Text("" if cell.std is None else standard_error(cell.std, digits) + " ", style="dim")
 
 
-def _line(kind: str, words: str) -> Text:
+def line(kind: str, words: str) -> Text:
+    """One line of the answer with its kind before it."""
     style = {"warning": "yellow", "not identifiable": "yellow"}.get(kind, "dim")
     return Text.assemble((f"{kind}: ", style), words)

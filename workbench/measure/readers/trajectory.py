@@ -23,6 +23,8 @@ class Trajectory:
         q: Joint positions [rad or m]; None when the file has none.
         position: Positions of the tool [m].
         rotation: Orientations of the tool.
+        payload: Mass at the tool [kg]; None when the file has none.
+        temperature: Temperature [degC]; None when the file has none.
         source: Path, for messages.
         notes: Each decision that the reader took.
     """
@@ -33,6 +35,8 @@ class Trajectory:
     rotation: Float[np.ndarray, "rows 3 3"] | None
     source: str
     notes: tuple[str, ...]
+    payload: Float[np.ndarray, " rows"] | None = None
+    temperature: Float[np.ndarray, " rows"] | None = None
 
 
 def read_trajectory(
@@ -70,4 +74,5 @@ def read_trajectory(
         rotation=None if rotation is None else frozen(rotation),
         source=fields.source,
         notes=fields.notes + notes,
+        **{name: frozen(fields.values[name]) for name in ("payload", "temperature") if name in fields.values},
     )

@@ -1,0 +1,95 @@
+"""A trajectory from its file to corrected joints in another: what `workbench compensate` runs."""
+
+from pathlib import Path
+
+import numpy as np
+
+from workbench import se3
+from workbench.compensate.correction import Compensation, Method, compensate
+from workbench.compensate.path import Commanded, command_joints, command_poses
+from workbench.errors import OptionError
+from workbench.measure.dataset import Dataset
+from workbench.measure.directions import with_directions
+from workbench.measure.readers.trajectory import Trajectory
+from workbench.measure.writer import write_measurements
+from workbench.motion import Motion
+from workbench.robots.robot import JointKind, Robot
+
+
+def compensate_trajectory(
+    calibrated: Robot,
+    trajectory: Trajectory,
+    *,
+    nominal: Robot | None = None,
+    method: Method | str = Method.ITERATED,
+    payload: float | None = None,
+    temperature: float | None = None,
+    max_speed: float | None = None,
+) -> Compensation:
+    """Joint positions with which a calibrated arm takes the poses that a trajectory means.
+
+    Args:
+        calibrated: The arm that moves, with its effects.
+        trajectory: Joints, which mean the poses that the nominal arm has there; or poses in the robot's base
+            frame. Where it has both, the joints count.
+        nominal: The arm as the controller computes it. Poses can do without: then the calibrated geometry
+            stands for it.
+        method: `iterated`, or `one-step` (Katana eq. 5.22).
+        payload: Mass at the tool [kg]; the trajectory's own where None.
+        temperature: Temperature [degC]; the trajectory's own where None.
+        max_speed: Greatest speed of any joint [rad/s or m/s]; not checked if None.
+
+    Raises:
+        OptionError: joints without a nominal arm.
+        DataError: a row that can't be, named with its joint.
+    """
+    if trajectory.q is not None and nominal is None:
+        raise OptionError(
+            f"{trajectory.source} has joints, and only the nominal model says which poses they mean; "
+            "give it (--nominal ROBOT)"
+        )
+    commanded = _commanded(calibrated, trajectory, nominal)
+    state = _state(commanded, trajectory, payload, temperature)
+    return compensate(commanded, motion=state, method=method, max_speed=max_speed)
+
+
+def write_trajectory(found: Compensation, path: Path | str) -> Path:
+    """Write the corrected joints as a table with units, `time[s]` where the trajectory has it."""
+    robot = found.commanded.calibrated
+    rows = Dataset(q=found.q, row=np.arange(len(found.q)), time=found.motion.time)
+    sliding = [i for i, joint in enumerate(robot.moving) if joint.kind is JointKind.PRISMATIC]
+    return write_measurements(rows, path, prismatic=sliding)
+
+
+def _commanded(calibrated: Robot, trajectory: Trajectory, nominal: Robot | None) -> Commanded:
+    if trajectory.q is not None and nominal is not None:
+        return command_joints(calibrated, nominal, trajectory.q)
+    assert trajectory.position is not None  # a trajectory has one or the other
+    turned = trajectory.rotation
+    rotation = np.tile(np.eye(3), (len(trajectory.position), 1, 1)) if turned is None else turned
+    return command_poses(
+        calibrated,
+        calibrated.with_effects() if nominal is None else nominal,
+        se3.pose(rotation, trajectory.position),
+        positions_only=turned is None,
+    )
+
+
+def _state(
+    commanded: Commanded, trajectory: Trajectory, payload: float | None, temperature: float | None
+) -> Motion:
+    """What drives effects along the path; directions follow from the order of the rows."""
+    rows = len(commanded.q)
+    time = np.arange(rows, dtype=float) if trajectory.time is None else trajectory.time
+    path = with_directions(Dataset(q=commanded.q, row=np.arange(rows), time=time))
+
+    def constant(value: float | None, own: np.ndarray | None) -> np.ndarray | None:
+        return own if value is None else np.full(rows, value)
+
+    return Motion(
+        commanded.q,
+        direction=path.direction,
+        time=trajectory.time,
+        payload=constant(payload, trajectory.payload),
+        temperature=constant(temperature, trajectory.temperature),
+    )
