@@ -50,6 +50,6 @@ def test_improving_can_be_cancelled_and_puts_in_only_what_is_better(do, worker, 
     worse = ImprovePlate().finish(first, first.plate.targets[:5])
     assert worse.plate is first.plate
     spread = first.plate.with_joints(np.stack([s.q for s in first.states]), ("auto",) * 10).targets
-    more = (*spread, *(replace(t, xyz=t.xyz + [0.0, 0.0, 0.06], q=None) for t in spread))
+    more = (*spread, *(replace(t, xyz=t.xyz + 0.06 * np.eye(3)[2], q=None) for t in spread))
     better = ImprovePlate().finish(first, more)
     assert better.score.position < first.score.position
