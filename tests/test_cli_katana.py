@@ -30,6 +30,17 @@ def test_level_1_frees_the_offsets_alone(run, tmp_path, rows):
     assert "--level 1" in err
 
 
+@pytest.mark.parametrize("instrument", ["laser-tracker-fixed", "inclinometer", "plane-probe"])
+def test_instruments_are_chosen_by_name(run, tmp_path, instrument):
+    words = ("simulate", "--robot", "katana450", "--poses", 80, "--index", "circle-points", "--out", "i.csv")
+    status, out, _ = run(*words, "--instrument", instrument)
+    assert status == 0
+    assert "80 rows" in out
+    head = (tmp_path / "i.csv").read_text().splitlines()[0]
+    wanted = {"laser-tracker-fixed": "x[m]", "inclinometer": "tilt_x2[rad]", "plane-probe": "contact"}
+    assert wanted[instrument] in head
+
+
 def test_influence_is_an_algorithm(run, tmp_path, rows):
     found, out = identified(run, tmp_path, "--algorithm", "ols,influence")
     assert set(found) == {"ols", "influence"}

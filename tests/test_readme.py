@@ -37,6 +37,22 @@ def test_the_commands(tmp_path):
     assert (tmp_path / "calibrated.urdf").is_file()
 
 
+def test_the_recordings(tmp_path):
+    (tmp_path / "recordings").symlink_to(ROOT / "recordings")
+    for line in block("recordings").splitlines():
+        done = subprocess.run(
+            [sys.executable, "-m", *line.split("#")[0].split()],
+            cwd=tmp_path,
+            env=environment(),
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.returncode == 0, (line, done.stderr)
+    assert (tmp_path / "session.html").is_file()
+    assert (tmp_path / "sample.rrd").is_file()
+
+
 def test_the_python(tmp_path):
     done = subprocess.run(
         [sys.executable, "-c", block("python")],

@@ -40,6 +40,8 @@ def measured(robot, rng, kind, rows=ROWS, sessions=None):
             names = np.array(["A", "B"])[np.arange(rows) % 2]
             length = np.array([np.linalg.norm(p - anchors[n]) for p, n in zip(position, names, strict=True)])
             return Dataset(distance=length, anchor=names, **common)
+        case "PlaneObservation":
+            return Dataset(contact=np.array(["plane a", "plane b"])[np.arange(rows) % 2], **common)
         case "ContactObservation":
             return Dataset(contact=np.array(["a", "b", "c"])[np.arange(rows) % 3], **common)
     raise AssertionError(f"no test data for {kind}")

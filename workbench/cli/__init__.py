@@ -19,6 +19,7 @@ from workbench.cli import (
     making,
     measuring,
     plates,
+    recordings,
     reproducing,
 )
 from workbench.cli.opening import open_session
@@ -72,11 +73,14 @@ def serve(
     ] = None,
     demo: Annotated[bool, typer.Option("--demo", help="Play a story of two minutes first.")] = False,
     record: Annotated[bool, typer.Option("--record/--no-record", help="Record the session.")] = True,
+    rerun: Annotated[
+        str | None, typer.Option(help="Show the session in this open rerun viewer as well: HOST:PORT.")
+    ] = None,
 ) -> None:
     """The app in the browser: robot, plate, draggable targets, identification."""
     from workbench.app.server import serve as run
 
-    opening = open_session(robot, plate or "table2", session=session, step=step, record=record)
+    opening = open_session(robot, plate or "table2", session=session, step=step, record=record, live=rerun)
     run(
         opening.robot,
         opening.plate,
@@ -100,6 +104,8 @@ for command in (
     measuring.drive,
     calibrating.export,
     compensating.compensate,
+    recordings.review,
+    recordings.replay,
 ):
     app.command()(command)
 plates.plates.command()(designing.optimise)

@@ -32,10 +32,13 @@ def simulate(
     poses: Annotated[int | None, typer.Option(help="Number of poses, instead of a plate.")] = None,
     index: Annotated[
         str,
-        typer.Option(help="With --poses: random, iso-cube (ISO 9283), or an index to maximise: O, O1 … O5."),
+        typer.Option(
+            help="With --poses: random, iso-cube, circle-points, or an index to maximise: O, O1 … O5."
+        ),
     ] = "random",
     instrument: Annotated[
-        str | None, typer.Option(help="What measures: plate, laser-tracker, tracker-6d …")
+        str | None,
+        typer.Option(help="What measures: plate, laser-tracker, tracker-6d, optotrak …"),
     ] = None,
     branch: Annotated[
         str, typer.Option(help="With --plate: designed, mixed, auto (one branch), or a branch by name.")

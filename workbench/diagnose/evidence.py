@@ -13,7 +13,7 @@ Sources: Schwarz, Estimating the dimension of a model, Ann. Stat. 6(2), 1978; Ma
 Neural Computation 4(3), 1992.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -177,6 +177,19 @@ def solve(grams: Grams, model: Model, inner: Float[np.ndarray, "gc1 gc1"]) -> Fl
     out = np.zeros(grams.total.shape[0] - 1)
     out[used] = linalg.solve(block, inner[used, -1], assume_a="pos", check_finite=False)
     return out
+
+
+def curvature(
+    grams: Grams, model: Model
+) -> tuple[Callable[[np.ndarray], np.ndarray], Float[np.ndarray, "n n"]]:
+    """Solver for, and matrix of, the curvature of a cost in geometry steps and scaled coefficients."""
+    own, precision = _own(grams, model)
+    used = np.concatenate([np.arange(grams.geometry), own])
+    block = grams.total[np.ix_(used, used)].copy()
+    block[grams.geometry :, grams.geometry :] += precision
+    block[np.diag_indices(len(used))] += 1e-9
+    factor = linalg.cho_factor(block, check_finite=False)
+    return (lambda right: linalg.cho_solve(factor, right, check_finite=False)), block
 
 
 def coefficients(grams: Grams, model: Model) -> dict[str, float]:

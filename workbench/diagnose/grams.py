@@ -80,18 +80,20 @@ def compress(
     """
     bearers = carriers(effects)
     names = tuple(name for e in bearers for name in e.names)
-    at = problem.evaluate(x)
     plain = np.array([not p.is_coefficient for p in problem.parameters], bool)
-    jacobian = at.jacobian[: problem.size, plain]
-    factor = factorise(jacobian, at.residual[: problem.size])
-    basis = (factor.vt[factor.seen] / factor.s[factor.seen, None]).T
+    residual, jacobian = np.empty(problem.size), np.empty((problem.size, int(plain.sum())))
+    for block, piece in problem.pieces(x):
+        if block is not None:
+            jacobian[block.start : block.stop] = piece.jacobian[:, plain]
+            residual[block.start : block.stop] = piece.residual
+    basis = factorise(jacobian, residual).root
     accepted = {p.name: v for p, v in zip(problem.parameters, x.tolist(), strict=True) if p.is_coefficient}
     size = basis.shape[1] + len(names) + 1
     sums = np.zeros((int(fold.max()) + 1, size, size))
     present = np.array([accepted.get(n, 0.0) for n in names])
     for block, columns in candidate_columns(problem, x, bearers):
         rows = slice(block.start, block.stop)
-        whole = at.residual[rows] + columns @ present
+        whole = residual[rows] + columns @ present
         table = np.concatenate([jacobian[rows] @ basis, columns, whole[:, None]], axis=1)
         labels = np.repeat(fold[block.rows], table.shape[0] // len(block.rows))
         for f in np.unique(labels):

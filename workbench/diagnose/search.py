@@ -15,7 +15,7 @@ from workbench.diagnose.candidate import Candidate
 from workbench.diagnose.evidence import Left, Model, Offer, drop, left_by, offer, offers, validated
 from workbench.diagnose.grams import Grams
 
-ALPHA = 0.01
+ALPHA = 0.002
 """Share of arms without effects on which one may be claimed."""
 ROUNDS = 40
 """Most effects of one arm."""

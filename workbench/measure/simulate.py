@@ -8,6 +8,8 @@ and the joint angles are what the actual arm takes to be there, from its own inv
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -16,6 +18,8 @@ from workbench import se3
 from workbench.errors import DataError, OptionError
 from workbench.measure.dataset import Dataset
 from workbench.measure.instruments import Instrument, Observes
+from workbench.measure.readings import read_poses, read_tilts, three_anchors, unseen
+from workbench.measure.surfaces import three_planes, touch_balls, touch_planes
 from workbench.model import inverse
 from workbench.model.forward import tool_poses
 from workbench.motion import Motion
@@ -27,8 +31,6 @@ LENGTH_ERROR = 5e-3
 """Greatest manufacturing error of a length [m]."""
 ANGLE_ERROR = float(np.deg2rad(5.0))
 """Greatest manufacturing error of an angle [rad]."""
-ANCHOR_CIRCLE = 0.6
-"""Radius of the circle of three anchors about the base where none are given, as a share of the reach."""
 
 
 def virtual_arm(
@@ -92,10 +94,31 @@ def simulate(
             f"instrument '{instrument.name}' touches fixed points; simulate it at targets, several "
             "orientations at each point"
         )
-    anchors = _three_anchors(actual) if anchors is None else anchors
+    anchors = three_anchors(actual) if anchors is None else anchors
+    if instrument.observes in (Observes.SPHERE, Observes.PLANE):
+        return _touching(actual, q, instrument, rng, joint_noise, anchors, motion)
     state = None if motion is None else motion.at(q)
-    seen = _observe(instrument, tool_poses(actual, q, motion=state), rng, anchors)
-    return _dataset(actual, q, instrument, rng, joint_noise, seen, motion=motion)
+    poses = tool_poses(actual, q, motion=state)
+    seen: dict[str, Any]
+    if instrument.observes is Observes.TILT:
+        seen = {"tilt": read_tilts(instrument, actual, q, rng, motion=state)}
+    else:
+        seen = read_poses(instrument, poses, rng, anchors)
+    return _dataset(actual, q, instrument, rng, joint_noise, poses, seen, motion=motion)
+
+
+def _touching(actual, q, instrument, rng, joint_noise, anchors, motion) -> Dataset:
+    """Rows of a probe that goes to balls or planes from each joint position."""
+    sigma, _ = instrument.deviations
+    if instrument.observes is Observes.SPHERE:
+        balls = {f"ball {name}": place for name, place in anchors.items()}
+        touched = touch_balls(actual, q, balls, sigma=sigma, rng=rng, motion=motion)
+    else:
+        touched = touch_planes(actual, q, three_planes(actual), sigma=sigma, rng=rng, motion=motion)
+    state = None if motion is None else motion.at(touched.q)
+    poses, seen = tool_poses(actual, touched.q, motion=state), {"contact": touched.names}
+    rows = _dataset(actual, touched.q, instrument, rng, joint_noise, poses, seen, motion=motion)
+    return without(rows, np.where(touched.reached, "", "out of the arm's reach"))
 
 
 def simulate_targets(
@@ -134,6 +157,11 @@ def simulate_targets(
     Raises:
         DataError: a target out of reach, or a branch that it does not have; says which and why.
     """
+    if instrument.observes in (Observes.SPHERE, Observes.PLANE):
+        raise OptionError(
+            f"instrument '{instrument.name}' touches its own surfaces, not a plate's targets; simulate it at "
+            "joint positions (--poses)"
+        )
     imposed = actual.base.pose @ targets
     if instrument.observes is Observes.CONTACT:
         noise = rng.normal(0.0, instrument.sigma_position, (len(targets), 3))
@@ -144,21 +172,28 @@ def simulate_targets(
     else:
         actual.check_joints(near, "near")
         q, notes = _follow(actual, imposed, near, motion)
-    anchors = _three_anchors(actual) if anchors is None else anchors
+    anchors = three_anchors(actual) if anchors is None else anchors
+    seen: dict[str, Any]
     if instrument.observes is Observes.CONTACT:
         seen = {"contact": _points(targets[:, :3, 3])}
+    elif instrument.observes is Observes.TILT:
+        state = None if motion is None else motion.at(q)
+        seen = {"tilt": read_tilts(instrument, actual, q, rng, motion=state)}
     else:
-        seen = _observe(instrument, imposed, rng, anchors)
-    return _dataset(actual, q, instrument, rng, joint_noise, seen, notes, motion)
+        seen = read_poses(instrument, imposed, rng, anchors)
+    return _dataset(actual, q, instrument, rng, joint_noise, imposed, seen, notes, motion)
 
 
-def _dataset(actual, q, instrument, rng, joint_noise, seen, notes=(), motion=None) -> Dataset:
+def _dataset(actual, q, instrument, rng, joint_noise, poses, seen, notes=(), motion=None) -> Dataset:
     readings = q + rng.normal(0.0, joint_noise, q.shape) if joint_noise > 0 else q.copy()
+    position, rotation = instrument.deviations
     sigma = None
-    if instrument.sigma_position > 0:
-        turn = np.nan if instrument.sigma_rotation is None else instrument.sigma_rotation
-        sigma = np.tile([instrument.sigma_position] * 3 + [turn] * 3, (len(q), 1))
-    return Dataset(
+    if position > 0:
+        sigma = np.tile([position] * 3 + [np.nan if rotation is None else rotation] * 3, (len(q), 1))
+    reasons, mounted = unseen(instrument, actual, poses, seen)
+    if mounted:
+        notes = (*notes, mounted)
+    rows = Dataset(
         q=readings,
         row=np.arange(len(q)),
         sigma=sigma,
@@ -167,32 +202,28 @@ def _dataset(actual, q, instrument, rng, joint_noise, seen, notes=(), motion=Non
         **seen,
         **({} if motion is None else motion.drivers),
     )
+    return without(rows, reasons)
 
 
-def _observe(
-    instrument: Instrument, poses: np.ndarray, rng: np.random.Generator, anchors: Mapping[str, Vector3]
-) -> dict[str, np.ndarray]:
-    """The columns that the instrument fills when the tool is at the poses."""
-    rows, sigma = len(poses), instrument.sigma_position
-    if instrument.observes is Observes.MARKERS:
-        places = np.einsum("rij,mj->rmi", poses[:, :3, :3], instrument.markers) + poses[:, None, :3, 3]
-        return {"markers": places + rng.normal(0.0, sigma, places.shape)}
-    if instrument.observes is Observes.DISTANCE:
-        names = np.array(list(anchors))[np.arange(rows) % len(anchors)]
-        places = np.stack([anchors[name] for name in names])
-        distances = np.linalg.norm(poses[:, :3, 3] - places, axis=1)
-        return {"distance": distances + rng.normal(0.0, sigma, rows), "anchor": names}
-    columns = {"position": poses[:, :3, 3] + rng.normal(0.0, sigma, (rows, 3))}
-    if instrument.observes is Observes.POSE:
-        turns = se3.rotvec_to_matrix(rng.normal(0.0, instrument.sigma_rotation or 0.0, (rows, 3)))
-        columns["rotation"] = turns @ poses[:, :3, :3]
-    return columns
+def without(rows: Dataset, reasons: np.ndarray) -> Dataset:
+    """The same rows, with nothing measured in those that have a reason, which are kept out.
 
-
-def _three_anchors(robot: Robot) -> dict[str, Vector3]:
-    angles = 2.0 * np.pi * np.arange(3) / 3.0
-    circle = ANCHOR_CIRCLE * robot.reach * np.stack([np.cos(angles), np.sin(angles), np.zeros(3)], -1)
-    return dict(zip("ABC", circle @ robot.base.rotation.T + robot.base.xyz, strict=True))
+    Raises:
+        DataError: no row is left.
+    """
+    gone = reasons != ""
+    if not gone.any():
+        return rows
+    if gone.all():
+        raise DataError(f"{rows.source}: no pose can be measured; the first one is {reasons[0]}")
+    blank: dict[str, Any] = {}
+    for name in ("position", "rotation", "markers", "distance"):
+        values = getattr(rows, name)
+        if values is not None:
+            keep = gone.reshape(-1, *[1] * (values.ndim - 1))
+            blank[name] = np.where(keep, np.nan, values)
+    note = f"{int(gone.sum())} of {len(rows)} poses are not measured; the first one is {reasons[gone][0]}"
+    return replace(rows, exclude=gone, reason=reasons, notes=(*rows.notes, note), **blank)
 
 
 def _points(places: Float[np.ndarray, "rows 3"]) -> np.ndarray:

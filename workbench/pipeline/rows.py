@@ -8,7 +8,7 @@ from workbench.design.region import Region
 from workbench.errors import DataError, OptionError
 from workbench.identify.problem import Problem
 from workbench.measure.dataset import Dataset
-from workbench.measure.observations import OBSERVATIONS, ContactObservation
+from workbench.measure.observations import OBSERVATIONS, ContactObservation, PlaneObservation
 from workbench.measure.observations.distance import DistanceObservation
 from workbench.model.forward import tool_poses
 from workbench.robots.robot import Frame, Robot
@@ -95,16 +95,26 @@ def unused_observations(data: Dataset) -> list[str]:
     return words
 
 
+KNOWN_SHARE = 0.2
+"""Known lengths that are this share of all lengths of the arm give it its scale."""
+
+
 def held_scale(robot: Robot, data: Dataset, free: Sequence[str], known: Mapping[str, float]) -> str | None:
     """The length that must be held because the rows show no scale: contacts with unknown places only.
 
-    Shrinking arm and places together changes no contact, so a free fit ends in a point.
+    Shrinking arm and places together changes no contact, so a free fit ends in a point. Lengths of the arm
+    that are known, such as that of a fixed last link, give the scale.
     """
     kinds = {kind for kind in OBSERVATIONS if kind.applies(data).any()}
-    if kinds != {ContactObservation} or any(n.startswith("contact[") for n in known):
+    without_scale = bool(kinds) and kinds <= {ContactObservation, PlaneObservation}
+    if not without_scale or any(n.startswith("contact[") for n in known):
         return None
-    lengths = [e for e in robot.elements if e.name in free and not e.axis.turns]
-    return max(lengths, key=lambda e: abs(e.value)).name if lengths else None
+    lengths = [e for e in robot.elements if e.unit == "m" and e.matrix is None]
+    unknown = [e for e in lengths if e.name in free]
+    total, open_ones = (sum(abs(e.value) for e in part) for part in (lengths, unknown))
+    if not unknown or total - open_ones >= KNOWN_SHARE * total:
+        return None
+    return max(unknown, key=lambda e: abs(e.value)).name
 
 
 def placed(data: Dataset, known: Mapping[str, float]) -> np.ndarray:
@@ -113,6 +123,7 @@ def placed(data: Dataset, known: Mapping[str, float]) -> np.ndarray:
     for kind, labels, word in (
         (DistanceObservation, data.anchor, "anchor"),
         (ContactObservation, data.contact, "contact"),
+        (PlaneObservation, data.contact, "contact"),
     ):
         applies = kind.applies(data)
         if applies.any() and labels is not None:

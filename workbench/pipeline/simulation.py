@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from workbench.design.branches import choose_branches, plate_solutions
+from workbench.design.circle_points import circle_poses
 from workbench.design.iso_cube import iso_cube_poses
 from workbench.design.plate import Plate
 from workbench.design.poses import informative_poses
@@ -20,6 +21,8 @@ from workbench.robots.robot import Robot
 
 RANDOM = "random"
 """Name of the choice of poses that chooses nothing."""
+CIRCLE_POINTS = "circle-points"
+"""Name of the choice of poses that turns one joint after the other."""
 ISO_CUBE = "iso-cube"
 """Name of the choice of poses by ISO 9283."""
 DESIGNED = "designed"
@@ -42,8 +45,8 @@ def measure_poses(
     Args:
         robot: Nominal arm.
         number: How many poses.
-        index: `random`; `iso-cube` (ISO 9283, Katana §3.4); or the observability index to maximise (ARIA
-            eqs. 17, 18): `O`, `O1` … `O5`.
+        index: `random`; `iso-cube` (ISO 9283, Katana §3.4); `circle-points` (one joint turned at a time);
+            or the observability index to maximise (ARIA eqs. 17, 18): `O`, `O1` … `O5`.
         instrument: What measures.
         actual: The arm to measure; one with hidden manufacturing errors if None.
         effects: What else is hidden in it, such as `joint-compliance:2`; see `measure.hidden`.
@@ -57,6 +60,8 @@ def measure_poses(
     actual, notes = _hidden(robot, actual, effects, rng)
     if index == RANDOM:
         q = random_poses(robot, number, rng=rng)
+    elif index == CIRCLE_POINTS:
+        q = circle_poses(robot, number, rng=rng)
     elif index == ISO_CUBE:
         q = iso_cube_poses(robot, number, rng=rng).q
     else:

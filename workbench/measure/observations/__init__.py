@@ -4,6 +4,7 @@ from workbench.measure.observations.contact import ContactObservation
 from workbench.measure.observations.distance import DistanceObservation
 from workbench.measure.observations.markers import MarkerObservation
 from workbench.measure.observations.observation import AbstractObservation, Channel, Seen
+from workbench.measure.observations.plane import PlaneObservation
 from workbench.measure.observations.point import PointObservation
 from workbench.measure.observations.pose import PoseObservation
 
@@ -12,6 +13,7 @@ OBSERVATIONS: tuple[type[AbstractObservation], ...] = (
     PointObservation,
     MarkerObservation,
     DistanceObservation,
+    PlaneObservation,
     ContactObservation,
 )
 """All kinds, in the order in which a row is asked; each row is seen by the first that fits it."""
@@ -23,6 +25,7 @@ __all__ = [
     "ContactObservation",
     "DistanceObservation",
     "MarkerObservation",
+    "PlaneObservation",
     "PointObservation",
     "PoseObservation",
     "Seen",

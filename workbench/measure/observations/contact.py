@@ -10,6 +10,14 @@ from workbench.measure.dataset import Dataset
 from workbench.measure.observations.observation import AbstractObservation, Channel, Seen
 from workbench.types import frozen
 
+PLANE = "plane"
+"""How the name of a contact with a plane begins."""
+
+
+def touches_plane(contact: np.ndarray) -> Bool[np.ndarray, " rows"]:
+    """Which contacts are with planes, by their names."""
+    return np.char.startswith(np.asarray(contact, str), PLANE)
+
 
 @final
 @dataclass(frozen=True, eq=False)
@@ -32,8 +40,10 @@ class ContactObservation(AbstractObservation):
 
     @classmethod
     def applies(cls, data: Dataset) -> Bool[np.ndarray, " rows"]:
-        """Rows that name a contact."""
-        return np.zeros(len(data), bool) if data.contact is None else data.contact != ""
+        """Rows that name a contact with a point."""
+        if data.contact is None:
+            return np.zeros(len(data), bool)
+        return (data.contact != "") & ~touches_plane(data.contact)
 
     @classmethod
     def of(cls, data: Dataset) -> "ContactObservation":
