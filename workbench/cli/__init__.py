@@ -72,6 +72,7 @@ def serve(
     step: Annotated[
         int | None, typer.Option(help="With --session: branch off after this step, into a new recording.")
     ] = None,
+    demo: Annotated[bool, typer.Option("--demo", help="Play a story of two minutes first.")] = False,
     record: Annotated[bool, typer.Option("--record/--no-record", help="Record the session.")] = True,
     rerun: Annotated[
         str | None, typer.Option(help="Show the session in this open rerun viewer as well: HOST:PORT.")
@@ -87,6 +88,7 @@ def serve(
         opening.plate,
         begin=opening.begin,
         data=data,
+        demo=demo,
         host=host,
         port=port,
         open_browser=open_browser,
