@@ -7,6 +7,7 @@ from pathlib import Path
 
 import viser
 
+from workbench.app.demo import Demo
 from workbench.app.html import block
 from workbench.app.local import EVERYWHERE, LOOPBACK, local_server, stop_server
 from workbench.app.render import BrowserView
@@ -32,6 +33,7 @@ class App:
         host: Address to listen at.
         port: Port; 0 for any free one; None for the usual one, or any free one where that is taken.
         begin: Makes the session of robot and plate, with what follows it, such as a recording.
+        demo: Pace of the demo that plays at first, 1 for two minutes; None: no demo.
         on_bound: Told the page's address as soon as it can be opened, before the session is worked out.
     """
 
@@ -44,6 +46,7 @@ class App:
         host: str = "127.0.0.1",
         port: int | None = 0,
         begin: Begin = unrecorded,
+        demo: float | None = None,
         on_bound: Callable[[str], None] | None = None,
     ):
         first = None if data is None else _file(data)
@@ -62,6 +65,7 @@ class App:
         self.worker.add_view(self.view)
         if first is not None:
             self.worker.submit(first)
+        self.demo = None if demo is None else Demo(self.worker, pace=demo)
 
     @property
     def url(self) -> str:
@@ -70,7 +74,9 @@ class App:
         return f"http://{LOOPBACK[0] if host in EVERYWHERE else host}:{self.server.get_port()}"
 
     def close(self) -> None:
-        """Stop the worker and the server."""
+        """Stop the demo, the worker and the server."""
+        if self.demo is not None:
+            self.demo.stop()
         self.worker.close()
         stop_server(self.server)
 
@@ -84,6 +90,7 @@ def serve(
     port: int | None = None,
     open_browser: bool = True,
     begin: Begin = unrecorded,
+    demo: bool = False,
     on_ready: Callable[[str], None] | None = None,
 ) -> None:
     """Show the page until interrupted.
@@ -96,6 +103,7 @@ def serve(
         port: Port; None for the usual one, or any free one where that is taken.
         open_browser: Whether to open the page in the user's browser.
         begin: Makes the session of robot and plate, with what follows it, such as a recording.
+        demo: Whether a story of two minutes plays at first.
         on_ready: Told the page's address as soon as it can be opened.
 
     Raises:
@@ -111,7 +119,8 @@ def serve(
 
     app = None
     try:
-        app = App(robot, plate, data=data, host=host, port=port, begin=begin, on_bound=bound)
+        pace = 1.0 if demo else None
+        app = App(robot, plate, data=data, host=host, port=port, begin=begin, demo=pace, on_bound=bound)
         threading.Event().wait()
     except KeyboardInterrupt:
         pass

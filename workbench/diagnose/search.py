@@ -84,7 +84,7 @@ def judged(grams: Grams, model: Model, distrusted: Sequence[Offer] = ()) -> Foun
 
 def significant(found: Offer, tries: int) -> bool:
     """Whether chance would hardly bring as much, for so many candidates."""
-    return found.gain > 0.0 and found.log_p + np.log(max(tries, 1)) < np.log(ALPHA)
+    return bool(found.gain > 0.0 and found.log_p + np.log(max(tries, 1)) < np.log(ALPHA))
 
 
 def confirmed(grams: Grams, smaller: Model, larger: Model) -> bool:
