@@ -274,8 +274,8 @@ class Problem:
         """Whitened identification Jacobian alone."""
         return self.evaluate(x).jacobian
 
-    def physical(self, whitened: Float[np.ndarray, " m"]) -> Float[np.ndarray, " m"]:
-        """Measured residual components in m and rad from whitened ones, without robust weights."""
+    def physical(self, whitened: Float[np.ndarray, " _"]) -> Float[np.ndarray, " m"]:
+        """Measured residual components in m and rad from whitened ones; without robust weights or prior."""
         weights = self.inverse_sigma
         if self.row_weights is not None:
             weights = weights * self.row_weights[self.component_rows]
