@@ -5,6 +5,7 @@ the user ends with one sentence on standard error and exit status 1; nothing is 
 """
 
 import os
+import signal
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -80,6 +81,7 @@ def serve(
     """The app in the browser: robot, plate, draggable targets, identification."""
     from workbench.app.server import serve as run
 
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # the recording is finished, as after Ctrl-C
     opening = open_session(robot, plate or "table2", session=session, step=step, record=record, live=rerun)
     run(
         opening.robot,

@@ -83,7 +83,7 @@ def pictures_of(
             say(f"note: {path.name} has no end; what is whole of it is shown")
         files.append(whole)
     last = max((step for path in files if (step := _last_step(path)) is not None), default=-1)
-    if last >= len(recording.lines) - BEHIND:
+    if files and last >= len(recording.lines) - BEHIND:
         return files
     say("note: the pictures are drawn again from the journal")
     return [write_pictures(recording, room / "drawn.rrd", progress=progress)]

@@ -62,10 +62,10 @@ class _Arm:
         self._robot: Robot | None = None
         self._q: np.ndarray | None = None
         self._rows: np.ndarray | None = None
+        self._parts: frozenset[str] = frozenset()
 
     def stand(self, canvas: Canvas, robot: Robot, q: np.ndarray) -> None:
         if robot is not self._robot:
-            self.leave(canvas)
             self._build(canvas, robot)
         elif self._q is not None and np.array_equal(q, self._q):
             return
@@ -91,13 +91,22 @@ class _Arm:
         if self._robot is not None:
             canvas.clear(self._path)
         self._robot = self._q = self._rows = None
+        self._parts = frozenset()
 
     def _build(self, canvas: Canvas, robot: Robot) -> None:
-        self._robot = robot
-        for i, body in enumerate(make_bodies(robot, swell=1.0 if self._ghost is None else SHELL)):
-            for j, part in enumerate(body.parts):
-                colour = (*part.colour, 255) if self._ghost is None else (*self._ghost, round(255 * GHOSTLY))
-                canvas.log(
-                    f"{self._path}/body{i}/part{j}",
-                    mesh(part.solid, colour),
-                )
+        """Draw the bodies over those of another robot; what that one had more goes.
+
+        A `Clear` of the whole arm would take its poses of the same step away as well.
+        """
+        self._robot, self._rows = robot, None
+        solids = {
+            f"{self._path}/body{i}/part{j}": part
+            for i, body in enumerate(make_bodies(robot, swell=1.0 if self._ghost is None else SHELL))
+            for j, part in enumerate(body.parts)
+        }
+        for path, part in solids.items():
+            colour = part.colour if self._ghost is None else (*self._ghost, round(255 * GHOSTLY))
+            canvas.log(path, mesh(part.solid, colour))
+        for path in self._parts - solids.keys():
+            canvas.clear(path)
+        self._parts = frozenset(solids)
