@@ -103,8 +103,9 @@ def undecided(fit: Fit) -> str | None:
     unknowns, data = len(fit.problem.names), fit.problem.data
     if 2 * freedoms(data) < data.joints:
         return (
-            f"The {len(data)} rows lie in one family of poses ({freedoms(data)} of {data.joints} freedoms), which "
-            "can't tell effects from the geometry, so none was looked for; measure poses spread over all joints."
+            f"The {len(data)} rows lie in one family of poses ({freedoms(data)} of {data.joints} freedoms), "
+            "which can't tell effects from the geometry, so none was looked for; measure poses spread over "
+            "all joints."
         )
     if fit.problem.count >= (1.0 + SPARE) * unknowns:
         return None
