@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.diagnose.candidate import Candidate
+from workbench.diagnose.weights import sags
 from workbench.effects import AbstractEffect, Loads
 from workbench.effects.backlash import Backlash
 from workbench.effects.base_drift import BaseDrift
@@ -17,7 +18,7 @@ from workbench.effects.bearing_compliance import BearingCompliance
 from workbench.effects.clearance_tilt import ClearanceTilt
 from workbench.effects.effect import turns
 from workbench.effects.encoder_scale import EncoderScale
-from workbench.effects.gravity_sag import GravitySag, terms_of
+from workbench.effects.gravity_sag import GravitySag
 from workbench.effects.joint_compliance import JointCompliance
 from workbench.effects.joint_coupling import JointCoupling
 from workbench.effects.joint_harmonic import JointHarmonic
@@ -97,21 +98,11 @@ def _of_load(robot: Robot, motion: Motion) -> tuple[list[AbstractEffect], list[s
     if motion.torque is not None and np.isfinite(motion.torque).all():
         own = [e for e in effects if e.loads is Loads.OWN]
         return own, ["the robot has no masses: only effects of the measured joint torques were tried"]
-    return _sags(robot, motion), [
+    return [*sags(robot, motion)], [
         "the robot has no masses: only products of compliance and weight were tried, joint by joint; for "
         "compliances themselves, backlash by load and clearance add mass and com to its joints, or torque "
         "columns without gaps to the data"
     ]
-
-
-def _sags(robot: Robot, motion: Motion) -> list[AbstractEffect]:
-    """Joints that give way to weights that nobody knows; none where nothing weighs."""
-    if not np.any(robot.gravity):
-        return []
-    down = tuple((robot.gravity / np.linalg.norm(robot.gravity)).tolist())
-    loads = motion.payload is not None and np.isfinite(motion.payload).all() and np.ptp(motion.payload) > 0.0
-    turning = [j for j in range(robot.dof) if turns(robot.chain, j)]
-    return [GravitySag((j,), terms=terms_of(robot.chain, j, payload=loads), gravity=down) for j in turning]
 
 
 def _of_drivers(robot: Robot, motion: Motion) -> tuple[list[AbstractEffect], list[str]]:
