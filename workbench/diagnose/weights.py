@@ -19,7 +19,7 @@ def sags(robot: Robot, motion: Motion) -> list[GravitySag]:
         return []
     down = tuple((robot.gravity / np.linalg.norm(robot.gravity)).tolist())
     load = motion.payload
-    varies = load is not None and bool(np.isfinite(load).all()) and np.ptp(load) > 0.0
+    varies = load is not None and bool(np.isfinite(load).all() and np.ptp(load) > 0.0)
     chain = robot.chain
     return [
         GravitySag((j,), terms=terms_of(chain, j, payload=varies), gravity=down)
