@@ -19,22 +19,41 @@ def environment():
     return os.environ | {"PYTHONPATH": str(ROOT), "COLUMNS": "80"}
 
 
-def test_the_commands(tmp_path):
-    lines = [line for line in block("try").splitlines() if line.startswith("workbench ")]
-    assert len(lines) == 6
+def run_lines(lines, folder):
+    """Every line as it is typed, in a folder."""
     for line in lines:
-        words = line.split("#")[0].split()
         done = subprocess.run(
-            [sys.executable, "-m", *words],
-            cwd=tmp_path,
+            [sys.executable, "-m", *line.split("#")[0].split()],
+            cwd=folder,
             env=environment(),
             capture_output=True,
             text=True,
             check=False,
         )
         assert done.returncode == 0, (line, done.stderr)
+
+
+def test_the_commands(tmp_path):
+    lines = [line for line in block("try").splitlines() if line.startswith("workbench ")]
+    assert len(lines) == 6
+    run_lines(lines, tmp_path)
     assert (tmp_path / "report" / "report.html").is_file()
     assert (tmp_path / "calibrated.urdf").is_file()
+
+
+def test_the_diagnosis(tmp_path):
+    lines = block("diagnose").splitlines()
+    assert len(lines) == 3
+    run_lines(lines, tmp_path)
+    assert 'name = "joint-compliance"' in (tmp_path / "soft.toml").read_text()
+    assert (tmp_path / "diagnosis" / "diagnosis.html").is_file()
+
+
+def test_the_recordings(tmp_path):
+    (tmp_path / "recordings").symlink_to(ROOT / "recordings")
+    run_lines(block("recordings").splitlines(), tmp_path)
+    assert (tmp_path / "session.html").is_file()
+    assert (tmp_path / "sample.rrd").is_file()
 
 
 def test_the_python(tmp_path):

@@ -133,7 +133,7 @@ def test_libraries_stay_where_their_idea_lives():
 
 
 def test_the_numeric_core_loads_no_viewer_and_no_command_line():
-    core = [m for m, p in MODULES.items() if RUNG.get(part(p), 0) < RUNG["app"] and m != "workbench"]
+    core = [m for m, p in MODULES.items() if RUNG.get(part(p), 0) < RUNG["record"] and m != "workbench"]
     code = (
         "import sys, importlib\n"
         f"for name in {core!r}: importlib.import_module(name)\n"

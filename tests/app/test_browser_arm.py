@@ -49,7 +49,7 @@ def app():
 def test_another_arm_is_chosen_jogged_and_the_page_made_dark(app, look, tmp_path):
     screen = look()
     screen.shoot("meshes")
-    screen.tab("Arm")
+    screen.tab("More")
     slider = screen.page.get_by_role("textbox").first
     slider.fill("40")
     slider.press("Tab")
@@ -63,7 +63,6 @@ def test_another_arm_is_chosen_jogged_and_the_page_made_dark(app, look, tmp_path
     screen.page.wait_for_function("() => window.__viserMutable.nodePoseData['/arm/body7'] !== undefined")
     screen.shoot("panda")
 
-    screen.tab("Files")
     with screen.page.expect_download() as download:
         screen.press("Plate (TOML)")
     saved = tmp_path / "plate.toml"

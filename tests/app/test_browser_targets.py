@@ -52,10 +52,11 @@ def test_targets_are_edited_with_buttons_tables_and_keys(app, look):
     screen.page.wait_for_timeout(500)
     assert np.abs(settled().plate.poses - first.poses).max() < 1e-3
 
+    before = app.worker.session.selected
     page.mouse.click(40, 700)
     page.keyboard.press("n")
     page.wait_for_timeout(200)
-    assert settled().selected == (number + 1) % 10
+    assert settled().selected == (before + 1) % 10
     page.keyboard.press("Control+z")
     page.wait_for_timeout(300)
     assert len(settled().plate) == 8

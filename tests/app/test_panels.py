@@ -8,6 +8,7 @@ import pytest
 from workbench.app import html
 from workbench.app.panels.arrange import rows_of, table_of
 from workbench.app.panels.choices import read_rows
+from workbench.app.panels.compare import ComparePanel
 from workbench.app.panels.header import next_step
 from workbench.design.plate_toml import read_plate
 from workbench.errors import OptionError
@@ -124,3 +125,12 @@ def test_exports_are_files_that_can_be_read_again(app, tmp_path):
     for path in (made[calibrated_toml], made[calibrated_urdf]):
         assert np.abs(tool_poses(load_robot(path), q) - wanted).max() < 1e-9
     assert "report/report.html" in zipfile.ZipFile(made[report_zip]).namelist()
+
+
+def test_a_few_poses_tell_whether_the_robot_as_opened_still_holds(app):
+    app.worker.submit(MeasureVirtualArm(2))
+    assert app.worker.wait(60.0)
+    rows = app.worker.session.comparison
+    mean = 1e3 * np.linalg.norm(rows.measured - rows.nominal[:, :3, 3], axis=1).mean()
+    readout = next(p for p in app.view._panels if isinstance(p, ComparePanel))._readout.content
+    assert f"{html.number(mean)} mm" in readout

@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from workbench.design.criterion import index_criterion
-from workbench.design.dexchange import _add, _gains, _spread, d_bound, d_exchange
+from workbench.design.dexchange import d_bound, d_exchange
 from workbench.design.exchange import exchange
+from workbench.design.greedy import greedy_choice
 from workbench.design.indices import INDICES
+from workbench.design.low_rank import add, growths, prior, spreads, take_in
 from workbench.errors import OptionError
 from workbench.types import Outcome
 
@@ -64,18 +66,18 @@ def test_low_rank_determinants_against_direct_ones():
     information = np.tensordot(chosen, chosen, ((0, 1), (0, 1)))
     inverse = np.linalg.inv(information)
     flat = some.reshape(-1, 8)
-    spread = _spread(some, flat, inverse)
+    spread = spreads(some, flat, inverse)
     assert np.allclose(spread[4], some[4] @ inverse @ some[4].T)
     reach = inverse @ some[0].T
     cross = (flat @ reach).reshape(12, 6, 6)
     middle = np.linalg.inv(np.eye(6) - spread[0])
-    gains = _gains(spread, cross, middle) * np.linalg.det(np.eye(6) - spread[0])
+    gains = growths(spread, cross, middle) * np.linalg.det(np.eye(6) - spread[0])
     for j in range(12):
         direct = np.linalg.det(information - some[0].T @ some[0] + some[j].T @ some[j])
         assert gains[j] == pytest.approx(direct / np.linalg.det(information), rel=1e-9)
-    _add(spread, cross, middle)
+    add(spread, cross, middle)
     without = np.linalg.inv(information - some[0].T @ some[0])
-    assert np.allclose(spread, _spread(some, flat, without))
+    assert np.allclose(spread, spreads(some, flat, without))
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -113,3 +115,38 @@ def test_bound_is_reached_where_one_candidate_is_best():
     some = np.concatenate([np.eye(3)[None], 0.5 * np.eye(3)[None]])
     assert d_bound(some, 1) == pytest.approx(1.0, rel=5e-3)
     assert -d_exchange(some, 1).cost == pytest.approx(1.0)
+
+
+def test_greedy_choice_takes_the_greatest_determinant_step_by_step():
+    some = blocks(10, 2, 4)
+    chosen = greedy_choice(some, 4)
+    information = prior(some)
+    for slot, new in enumerate(chosen):
+        dets = [
+            -np.inf if j in chosen[:slot] else np.linalg.det(information + b.T @ b)
+            for j, b in enumerate(some)
+        ]
+        assert new == np.argmax(dets)
+        information = information + some[new].T @ some[new]
+
+
+def test_greedy_choice_keeps_clashes_neighbours_and_its_first():
+    some = blocks(12, 2, 3)
+    group = np.arange(12) % 4
+    found = greedy_choice(some, 6, clash=group[:, None] == group)
+    assert sorted(group[found]) == [0, 1, 2, 3]
+    near = np.abs(np.arange(12)[:, None] - np.arange(12)) <= 3
+    path = greedy_choice(some, 5, follow=near, first=6)
+    assert path[0] == 6
+    assert len(set(path.tolist())) == 5
+    assert (np.abs(np.diff(path)) <= 3).all()
+
+
+def test_taking_in_updates_inverse_and_spreads():
+    some = blocks(9, 3, 5)
+    flat = some.reshape(-1, 5)
+    inverse = np.linalg.inv(np.eye(5) + some[0].T @ some[0])
+    spread = spreads(some, flat, inverse)
+    more = take_in(some, flat, inverse, spread, 4)
+    assert np.allclose(more, np.linalg.inv(np.eye(5) + some[0].T @ some[0] + some[4].T @ some[4]))
+    assert np.allclose(spread, spreads(some, flat, more))

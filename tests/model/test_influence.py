@@ -6,7 +6,8 @@ import pytest
 from workbench.design.iso_cube import iso_cube_poses
 from workbench.model.forward import link_frames, tool_poses
 from workbench.model.influence import ANGLE, LENGTH, influence
-from workbench.report.influence import influence_drawing
+from workbench.report.drawing import svg
+from workbench.report.influence import influence_figure
 from workbench.reproduce.katana_printed import CONSTANTS, PRINTED_INFLUENCE
 from workbench.robots import load_robot
 
@@ -61,7 +62,7 @@ def test_the_thesis_reads_like_ours(katana, poses):
 
 
 def test_the_picture_names_every_constant(katana, poses):
-    drawing = influence_drawing(influence(katana, poses, names=CONSTANTS), printed=PRINTED_INFLUENCE)
-    assert all(f">{name}<" in drawing.svg for name in CONSTANTS)
-    assert "printed mean" in drawing.svg
-    assert "118 poses" in drawing.caption
+    figure = influence_figure(influence(katana, poses, names=CONSTANTS), printed=PRINTED_INFLUENCE)
+    text = svg(figure, "influence")
+    assert all(f">{name}<" in text for name in CONSTANTS)
+    assert "printed mean" in text

@@ -9,6 +9,7 @@ from workbench.app.panels.arrange import ArrangePanel
 from workbench.app.panels.choices import ChoicesPanel
 from workbench.app.panels.compare import ComparePanel
 from workbench.app.panels.data import DataPanel
+from workbench.app.panels.diagnose import DiagnosePanel
 from workbench.app.panels.files import FilesPanel
 from workbench.app.panels.fit import FitPanel
 from workbench.app.panels.header import Header
@@ -26,7 +27,7 @@ from workbench.session.state import Session
 from workbench.session.view import AbstractView
 from workbench.session.worker import Worker
 
-PANEL_WIDTH = 450
+PANEL_WIDTH = 470
 
 
 class BrowserView(AbstractView):
@@ -79,9 +80,9 @@ def _build_panels(server: viser.ViserServer, worker: Worker) -> Sequence[Abstrac
         ("Region", (RegionPanel(worker),)),
         ("Measure", (DataPanel(worker),)),
         ("Identify", (FitPanel(worker), ChoicesPanel(worker))),
+        ("Diagnose", (DiagnosePanel(worker),)),
         ("Compare", (ComparePanel(worker),)),
-        ("Arm", (ArmPanel(worker), JogPanel(worker))),
-        ("Files", (FilesPanel(worker), LookPanel(worker))),
+        ("More", (ArmPanel(worker), JogPanel(worker), FilesPanel(worker), LookPanel(worker))),
     ):
         with tabs.add_tab(title):
             for panel in contents:

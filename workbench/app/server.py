@@ -1,5 +1,6 @@
 """The app: a session, its worker, and a page that shows it."""
 
+import signal
 import threading
 import webbrowser
 from collections.abc import Callable
@@ -7,6 +8,7 @@ from pathlib import Path
 
 import viser
 
+from workbench.app.demo import Demo
 from workbench.app.html import block
 from workbench.app.local import EVERYWHERE, LOOPBACK, local_server, stop_server
 from workbench.app.render import BrowserView
@@ -32,6 +34,7 @@ class App:
         host: Address to listen at.
         port: Port; 0 for any free one; None for the usual one, or any free one where that is taken.
         begin: Makes the session of robot and plate, with what follows it, such as a recording.
+        demo: Pace of the demo that plays at first, 1 for two minutes; None: no demo.
         on_bound: Told the page's address as soon as it can be opened, before the session is worked out.
     """
 
@@ -44,6 +47,7 @@ class App:
         host: str = "127.0.0.1",
         port: int | None = 0,
         begin: Begin = unrecorded,
+        demo: float | None = None,
         on_bound: Callable[[str], None] | None = None,
     ):
         first = None if data is None else _file(data)
@@ -62,6 +66,7 @@ class App:
         self.worker.add_view(self.view)
         if first is not None:
             self.worker.submit(first)
+        self.demo = None if demo is None else Demo(self.worker, pace=demo)
 
     @property
     def url(self) -> str:
@@ -70,7 +75,9 @@ class App:
         return f"http://{LOOPBACK[0] if host in EVERYWHERE else host}:{self.server.get_port()}"
 
     def close(self) -> None:
-        """Stop the worker and the server."""
+        """Stop the demo, the worker and the server."""
+        if self.demo is not None:
+            self.demo.stop()
         self.worker.close()
         stop_server(self.server)
 
@@ -84,6 +91,7 @@ def serve(
     port: int | None = None,
     open_browser: bool = True,
     begin: Begin = unrecorded,
+    demo: bool = False,
     on_ready: Callable[[str], None] | None = None,
 ) -> None:
     """Show the page until interrupted.
@@ -96,6 +104,7 @@ def serve(
         port: Port; None for the usual one, or any free one where that is taken.
         open_browser: Whether to open the page in the user's browser.
         begin: Makes the session of robot and plate, with what follows it, such as a recording.
+        demo: Whether a story of two minutes plays at first.
         on_ready: Told the page's address as soon as it can be opened.
 
     Raises:
@@ -109,15 +118,32 @@ def serve(
         if open_browser:
             webbrowser.open(url)
 
-    app = None
+    app, stop = None, threading.Event()
+    before = signal.signal(signal.SIGINT, _stopped_by_interrupt(stop))
     try:
-        app = App(robot, plate, data=data, host=host, port=port, begin=begin, on_bound=bound)
-        threading.Event().wait()
+        pace = 1.0 if demo else None
+        app = App(robot, plate, data=data, host=host, port=port, begin=begin, demo=pace, on_bound=bound)
+        stop.wait()
     except KeyboardInterrupt:
         pass
     finally:
+        signal.signal(signal.SIGINT, before)
         if app is not None:
             app.close()
+
+
+def _stopped_by_interrupt(stop: threading.Event) -> Callable[[int, object], None]:
+    """A handler that asks to stop: an exception raised in the midst of a library may be lost there.
+
+    A second interrupt ends the program wherever it is.
+    """
+
+    def handle(number: int, frame: object) -> None:
+        if stop.is_set():
+            raise KeyboardInterrupt
+        stop.set()
+
+    return handle
 
 
 def _serve(host: str, port: int | None) -> viser.ViserServer:

@@ -5,6 +5,7 @@ the user ends with one sentence on standard error and exit status 1; nothing is 
 """
 
 import os
+import signal
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -19,6 +20,7 @@ from workbench.cli import (
     making,
     measuring,
     plates,
+    recordings,
     reproducing,
 )
 from workbench.cli.opening import open_session
@@ -70,17 +72,23 @@ def serve(
     step: Annotated[
         int | None, typer.Option(help="With --session: branch off after this step, into a new recording.")
     ] = None,
+    demo: Annotated[bool, typer.Option("--demo", help="Play a story of two minutes first.")] = False,
     record: Annotated[bool, typer.Option("--record/--no-record", help="Record the session.")] = True,
+    rerun: Annotated[
+        str | None, typer.Option(help="Show the session in this open rerun viewer as well: HOST:PORT.")
+    ] = None,
 ) -> None:
     """The app in the browser: robot, plate, draggable targets, identification."""
     from workbench.app.server import serve as run
 
-    opening = open_session(robot, plate or "table2", session=session, step=step, record=record)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # the recording is finished, as after Ctrl-C
+    opening = open_session(robot, plate or "table2", session=session, step=step, record=record, live=rerun)
     run(
         opening.robot,
         opening.plate,
         begin=opening.begin,
         data=data,
+        demo=demo,
         host=host,
         port=port,
         open_browser=open_browser,
@@ -98,6 +106,8 @@ for command in (
     measuring.drive,
     calibrating.export,
     compensating.compensate,
+    recordings.review,
+    recordings.replay,
 ):
     app.command()(command)
 plates.plates.command()(designing.optimise)

@@ -60,6 +60,7 @@ def optimise(
     floor: Annotated[
         str, typer.Option(help="Height of the table in the robot's base; none: there is no table.")
     ] = "0mm",
+    places: Annotated[int, typer.Option(help="Random blocks from which the search begins.")] = 2500,
     unknown: UnknownOption = None,
     json: JsonOption = None,
     seed: SeedOption = 0,
@@ -73,7 +74,7 @@ def optimise(
 
     check_writable(out, json)
     base, tool = unknown_frames(unknown)
-    wish = _wish(targets, branches, reading, blocks, heights, angles, tilt, turn, tolerance)
+    wish = _wish(targets, branches, reading, blocks, heights, angles, tilt, turn, tolerance, places)
     wish = _within(wish, clearance, limit_margin, spacing, retreat, floor)
     with progress_bar("optimise") as progress:
         found = plate_design.optimise_plate(
@@ -116,6 +117,7 @@ def yield_(
         str | None,
         typer.Option(help="Judge about the orientations of this plate's targets, to compare plates."),
     ] = None,
+    poses: Annotated[int, typer.Option(help="Poses of the region at which arms are judged.")] = 500,
     scheduler: Annotated[
         str | None, typer.Option(help="Dask scheduler, such as tcp://host:8786; else this machine's cores.")
     ] = None,
@@ -143,6 +145,7 @@ def yield_(
             length=length,
             angle=angle,
             towards=None if orientations is None else load_plate(orientations),
+            poses=poses,
             scheduler=scheduler,
             seed=seed,
             progress=lambda part: progress(part, f"{arms} arms"),
@@ -154,7 +157,7 @@ def yield_(
         say(f"result: {write_json(json, yield_json(found))}")
 
 
-def _wish(targets, branches, reading, blocks, heights, angles, tilt, turn, tolerance):
+def _wish(targets, branches, reading, blocks, heights, angles, tilt, turn, tolerance, places):
     """What is asked of the fixture, from people's words."""
     from workbench.design.fixture.blocks import Blocks, BlockStyle
     from workbench.design.fixture.optimise import Postures, Wish
@@ -175,6 +178,7 @@ def _wish(targets, branches, reading, blocks, heights, angles, tilt, turn, toler
             turn=parse_quantity(turn, Quantity.ANGLE),
         ),
         making=_making(tolerance),
+        places=places,
     )
 
 

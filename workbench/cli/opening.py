@@ -1,7 +1,7 @@
 """The session that `serve` shows: a new one, one that goes on, or a branch of one; recorded or not."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -24,48 +24,70 @@ class Opening:
     begin: Callable
 
 
-def open_session(robot: str, plate: str, *, session: Path | None, step: int | None, record: bool) -> Opening:
+def open_session(
+    robot: str, plate: str, *, session: Path | None, step: int | None, record: bool, live: str | None
+) -> Opening:
     """Decide where the session comes from and where it goes."""
     from workbench.session.journal import folder as folders
     from workbench.session.journal.reader import JOURNAL
 
     if step is not None and session is None:
         raise OptionError("--step needs --session DIR, the recording to branch off from")
+    if live is not None:
+        _check_viewer(live)
     if session is not None and (step is not None or (session / JOURNAL).exists()):
-        return _again(session, step, record)
+        return _again(session, step, record, live)
     from workbench.fabricate.as_measured import load_plate
     from workbench.robots import load_robot
 
     def begin(robot, plate):
-        return (
-            _told(folders.begin(robot, plate, folder=session)) if record else folders.unrecorded(robot, plate)
-        )
+        made = folders.begin(robot, plate, folder=session) if record else folders.unrecorded(robot, plate)
+        return _followed(made, live)
 
     return Opening(load_robot(robot), load_plate(plate), begin)
 
 
-def _again(session: Path, step: int | None, record: bool) -> Opening:
+def _again(session: Path, step: int | None, record: bool, live: str | None) -> Opening:
     """Go on with a recording at its end, or branch off from a step."""
     from workbench.session.journal import folder as folders
     from workbench.session.journal.reader import read_recording
-    from workbench.session.journal.replay import replay
+    from workbench.session.journal.restore import restore
 
     recording = read_recording(session, to=step)
     for note in recording.notes:
         say(f"note: {note}")
 
     def begin(robot, plate):
-        now = replay(recording.first, recording.entries)
+        now = restore(recording)
         if not record:
-            return folders.Begun(now, entries=recording.entries)
+            return _followed(folders.Begun(now, entries=recording.entries), live)
         go_on = folders.resume if step is None else folders.branch
-        return _told(go_on(recording, now))
+        return _followed(go_on(recording, now), live)
 
     return Opening(recording.robot, recording.plate, begin)
 
 
-def _told(begun):
-    """Say where the session is recorded."""
+def _followed(begun, live: str | None):
+    """The session with its pictures, if they can be drawn; says where it is recorded."""
+    from workbench.record import has_rerun
+
     if begun.folder is not None:
         say(f"recording: {begun.folder}")
-    return begun
+    if begun.folder is None and live is None:
+        return begun
+    if not has_rerun():
+        say("note: the journal is written; pictures for the rerun viewer need pip install 'workbench[rerun]'")
+        return begun
+    from workbench.record.start import recorder
+
+    return replace(begun, keepers=(*begun.keepers, recorder(begun.folder, live=live)))
+
+
+def _check_viewer(address: str) -> None:
+    """Refuse an address where no viewer listens before anything begins."""
+    from workbench.record import need_rerun
+
+    need_rerun("--rerun")
+    from workbench.record.outlet import url_of
+
+    url_of(address)

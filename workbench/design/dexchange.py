@@ -6,7 +6,7 @@ determinant after chosen block i has made way for candidate j grows by
     det(I − Vᵢ) det(I + V_j + W_j (I − Vᵢ)⁻¹ W_jᵀ)
 
 so a pass over all candidates costs one product with C Aᵢᵀ and small determinants. C and all V_j follow
-each exchange by the same low-rank update. First the poses are chosen greedily (or a start is given), then
+each exchange by the same update (`low_rank`). First the poses are chosen greedily (or a start is given), then
 every chosen pose in turn is exchanged for the best candidate until a round changes nothing.
 
 The bound: log det is concave in the candidates' weights w (Σ w = 1), so no choice of m candidates exceeds
@@ -18,18 +18,16 @@ Statistics A7(14), 1978 (multiplicative steps).
 """
 
 from collections.abc import Callable
-from typing import no_type_check
 
 import numpy as np
 from jaxtyping import Float, Int
-from numba import njit
 
+from workbench.design import low_rank
 from workbench.design.exchange import ROUNDS, Exchanged
+from workbench.design.greedy import greedy_choice
 from workbench.errors import OptionError
 from workbench.types import Outcome
 
-RIDGE = 1e-10
-"""Information known beforehand, as a share of the candidates' mean, so that C exists from the first pose."""
 BETTER = 1e-10
 """An exchange must raise the determinant by more than this share."""
 HASTE = 2.0
@@ -57,17 +55,16 @@ def d_exchange(
     Raises:
         OptionError: fewer candidates than are to be chosen.
     """
-    count, rows, size = blocks.shape
+    count, rows, _ = blocks.shape
     if number > count:
         raise OptionError(f"{number} poses can't be chosen from {count} candidates; give more candidates")
-    flat = np.ascontiguousarray(blocks.reshape(-1, size))
-    prior = RIDGE * (flat**2).sum() / (count * size) * np.eye(size)
-    chosen = _greedy(blocks, flat, prior, number) if start is None else start.copy()
+    flat, ridge = low_rank.flattened(blocks), low_rank.prior(blocks)
+    chosen = greedy_choice(blocks, number) if start is None else start.copy()
     history = [_cost(blocks[chosen])]
     outcome = Outcome.ITERATION_LIMIT
     for _ in range(ROUNDS):
-        inverse = np.linalg.inv(prior + np.tensordot(blocks[chosen], blocks[chosen], ((0, 1), (0, 1))))
-        spread = _spread(blocks, flat, inverse)
+        inverse = np.linalg.inv(ridge + np.tensordot(blocks[chosen], blocks[chosen], ((0, 1), (0, 1))))
+        spread = low_rank.spreads(blocks, flat, inverse)
         changed = False
         for slot in range(number):
             if cancel is not None and cancel():
@@ -76,14 +73,14 @@ def d_exchange(
             reach = inverse @ blocks[old].T
             cross = (flat @ reach).reshape(count, rows, rows)
             middle = np.linalg.inv(np.eye(rows) - spread[old])
-            gains = _gains(spread, cross, middle)
+            gains = low_rank.growths(spread, cross, middle)
             gains[chosen] = -np.inf
             new = int(np.argmax(gains))
             if gains[new] * np.linalg.det(np.eye(rows) - spread[old]) > 1.0 + BETTER:
                 chosen[slot] = new
                 inverse = inverse + reach @ middle @ reach.T
-                _add(spread, cross, middle)
-                inverse = _take_in(blocks, flat, inverse, spread, new)
+                low_rank.add(spread, cross, middle)
+                inverse = low_rank.take_in(blocks, flat, inverse, spread, new)
                 changed = True
         history.append(_cost(blocks[chosen]))
         if not changed:
@@ -104,7 +101,7 @@ def d_bound(
         steps: Greatest number of multiplicative steps.
     """
     count, rows, size = blocks.shape
-    flat = np.ascontiguousarray(blocks.reshape(-1, size))
+    flat = low_rank.flattened(blocks)
     weights = np.full(count, 1.0 / count)
     least = np.inf
     for _ in range(steps):
@@ -125,104 +122,3 @@ def _cost(chosen: Float[np.ndarray, "number r p"]) -> float:
     number, _, size = chosen.shape
     sign, logarithm = np.linalg.slogdet(np.tensordot(chosen, chosen, ((0, 1), (0, 1))))
     return -float(np.exp(logarithm / (2.0 * size)) / np.sqrt(number)) if sign > 0 else 0.0
-
-
-def _spread(blocks, flat, inverse) -> Float[np.ndarray, "options r r"]:
-    return _products((flat @ inverse).reshape(blocks.shape), blocks)
-
-
-def _greedy(blocks, flat, prior, number) -> Int[np.ndarray, " number"]:
-    inverse = np.linalg.inv(prior)
-    spread = _spread(blocks, flat, inverse)
-    rows = blocks.shape[1]
-    none = np.zeros_like(spread)
-    chosen = np.empty(number, np.int64)
-    for slot in range(number):
-        gains = _gains(spread, none, np.eye(rows))
-        gains[chosen[:slot]] = -np.inf
-        chosen[slot] = int(np.argmax(gains))
-        inverse = _take_in(blocks, flat, inverse, spread, chosen[slot])
-    return chosen
-
-
-def _take_in(blocks, flat, inverse, spread, new) -> np.ndarray:
-    """C with one more block; every V_j is updated in place."""
-    count, rows, _ = blocks.shape
-    reach = inverse @ blocks[new].T
-    middle = -np.linalg.inv(np.eye(rows) + blocks[new] @ reach)
-    _add(spread, (flat @ reach).reshape(count, rows, rows), middle)
-    return inverse + reach @ middle @ reach.T
-
-
-@njit(cache=True)
-@no_type_check
-def _products(left, right):
-    """L_j R_jᵀ of every candidate."""
-    count, rows, size = left.shape
-    result = np.empty((count, rows, rows))
-    for j in range(count):
-        for i in range(rows):
-            for k in range(rows):
-                total = 0.0
-                for m in range(size):
-                    total += left[j, i, m] * right[j, k, m]
-                result[j, i, k] = total
-    return result
-
-
-@njit(cache=True)
-@no_type_check
-def _gains(spread, cross, middle):
-    """det(I + V_j + W_j S W_jᵀ) of every candidate, by elimination without pivots (the matrix is s.p.d.)."""
-    count, rows = spread.shape[0], spread.shape[1]
-    result = np.empty(count)
-    a = np.empty((rows, rows))
-    half = np.empty((rows, rows))
-    for j in range(count):
-        _sandwich(cross[j], middle, half, a)
-        for i in range(rows):
-            for k in range(rows):
-                a[i, k] += spread[j, i, k]
-            a[i, i] += 1.0
-        determinant = 1.0
-        for i in range(rows):
-            determinant *= a[i, i]
-            for k in range(i + 1, rows):
-                factor = a[k, i] / a[i, i]
-                for m in range(i + 1, rows):
-                    a[k, m] -= factor * a[i, m]
-        result[j] = determinant
-    return result
-
-
-@njit(cache=True)
-@no_type_check
-def _add(spread, cross, middle):
-    """V_j += W_j S W_jᵀ for every candidate, in place."""
-    rows = spread.shape[1]
-    a = np.empty((rows, rows))
-    half = np.empty((rows, rows))
-    for j in range(spread.shape[0]):
-        _sandwich(cross[j], middle, half, a)
-        for i in range(rows):
-            for k in range(rows):
-                spread[j, i, k] += a[i, k]
-
-
-@njit(cache=True)
-@no_type_check
-def _sandwich(w, s, half, out):
-    """W S Wᵀ into out."""
-    rows = w.shape[0]
-    for i in range(rows):
-        for k in range(rows):
-            total = 0.0
-            for m in range(rows):
-                total += w[i, m] * s[m, k]
-            half[i, k] = total
-    for i in range(rows):
-        for k in range(rows):
-            total = 0.0
-            for m in range(rows):
-                total += half[i, m] * w[k, m]
-            out[i, k] = total

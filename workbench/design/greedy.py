@@ -10,8 +10,7 @@ Source: Dykstra, Technometrics 13(3), 1971 (sequential augmentation).
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-RIDGE = 1e-10
-"""Information known beforehand, as a share of the candidates' mean, so that C exists from the first pose."""
+from workbench.design import low_rank
 
 
 def greedy_choice(
@@ -34,18 +33,19 @@ def greedy_choice(
     Returns:
         Numbers of the options in the order of choice; fewer than asked where nothing is left.
     """
-    count, rows, size = blocks.shape
-    inverse = np.eye(size) / (RIDGE * (blocks**2).sum() / (count * size))
+    count, rows, _ = blocks.shape
+    flat, inverse = low_rank.flattened(blocks), np.linalg.inv(low_rank.prior(blocks))
+    spread = low_rank.spreads(blocks, flat, inverse)
+    nothing = np.zeros_like(spread)
     left, chosen = np.ones(count, bool), np.zeros(0, np.int64)
     while len(chosen) < number:
         after = left if follow is None or not len(chosen) else left & follow[chosen[-1]]
-        options = np.flatnonzero(after) if len(chosen) or first is None else np.array([first])
-        if not len(options):
+        if not after.any():
             break
-        spread = blocks[options] @ inverse @ blocks[options].transpose(0, 2, 1)
-        new = options[np.argmax(np.linalg.slogdet(np.eye(rows) + spread)[1])]
+        gains = low_rank.growths(spread, nothing, np.eye(rows))
+        new = int(np.argmax(np.where(after, gains, -np.inf)))
+        new = new if len(chosen) or first is None else first
         chosen = np.append(chosen, new)
         left &= ~clash[new] if clash is not None else np.arange(count) != new
-        reach = inverse @ blocks[new].T
-        inverse = inverse - reach @ np.linalg.solve(np.eye(rows) + blocks[new] @ reach, reach.T)
+        inverse = low_rank.take_in(blocks, flat, inverse, spread, new)
     return chosen

@@ -18,6 +18,8 @@ from workbench.effects import AbstractEffect
 from workbench.identify.linear import factorise
 from workbench.identify.problem import Problem
 
+TETHER = 0.005
+"""How far [rad, m] a model of effects may be expected to move the geometry from where it was fitted."""
 SHORTEST = 1e-12
 """Columns shorter than this [whitened residual per unit] are zero."""
 
@@ -39,6 +41,11 @@ class Grams:
     scale: Float[np.ndarray, " c"]
     basis: Float[np.ndarray, "p g"]
     count: int
+
+    @cached_property
+    def tether(self) -> Float[np.ndarray, "g g"]:
+        """Precision that keeps geometry near the fit where effects leave it open: within `TETHER`."""
+        return self.basis.T @ self.basis / TETHER**2
 
     @property
     def geometry(self) -> int:
@@ -80,18 +87,20 @@ def compress(
     """
     bearers = carriers(effects)
     names = tuple(name for e in bearers for name in e.names)
-    at = problem.evaluate(x)
     plain = np.array([not p.is_coefficient for p in problem.parameters], bool)
-    jacobian = at.jacobian[: problem.size, plain]
-    factor = factorise(jacobian, at.residual[: problem.size])
-    basis = (factor.vt[factor.seen] / factor.s[factor.seen, None]).T
+    residual, jacobian = np.empty(problem.size), np.empty((problem.size, int(plain.sum())))
+    for block, piece in problem.pieces(x):
+        if block is not None:
+            jacobian[block.start : block.stop] = piece.jacobian[:, plain]
+            residual[block.start : block.stop] = piece.residual
+    basis = factorise(jacobian, residual).root
     accepted = {p.name: v for p, v in zip(problem.parameters, x.tolist(), strict=True) if p.is_coefficient}
     size = basis.shape[1] + len(names) + 1
     sums = np.zeros((int(fold.max()) + 1, size, size))
     present = np.array([accepted.get(n, 0.0) for n in names])
     for block, columns in candidate_columns(problem, x, bearers):
         rows = slice(block.start, block.stop)
-        whole = at.residual[rows] + columns @ present
+        whole = residual[rows] + columns @ present
         table = np.concatenate([jacobian[rows] @ basis, columns, whole[:, None]], axis=1)
         labels = np.repeat(fold[block.rows], table.shape[0] // len(block.rows))
         for f in np.unique(labels):

@@ -59,13 +59,17 @@ def standing_out(
         fitted: Which.
         factor: Factorisation of the Jacobian of those; None to leave leverage out.
     """
-    at = problem.evaluate(x)
-    room = np.ones(problem.size)
-    if factor is not None:
-        half = at.jacobian[: problem.size] @ (factor.vt[factor.seen] / factor.s[factor.seen, None]).T
-        leverage = (half**2).sum(1)
-        room = np.where(fitted[problem.component_rows], np.maximum(1.0 - leverage, 0.1), 1.0 + leverage)
-    sizes = _sizes(problem, at.residual[: problem.size], room)
+    room, residual = np.ones(problem.size), np.empty(problem.size)
+    for block, piece in problem.pieces(x):
+        if block is None:
+            continue
+        rows = slice(block.start, block.stop)
+        residual[rows] = piece.residual
+        if factor is not None:
+            leverage = ((piece.jacobian @ factor.root) ** 2).sum(1)
+            mine = fitted[problem.component_rows[rows]]
+            room[rows] = np.where(mine, np.maximum(1.0 - leverage, 0.1), 1.0 + leverage)
+    sizes = _sizes(problem, residual, room)
     tail = BEYOND * np.quantile(sizes, 0.9, axis=0)
     chance = np.sqrt(stats.chi2.isf(LEVEL / len(sizes), 3) / stats.chi2.median(3))
     return (sizes > np.maximum(tail, max(chance, LEAST))).any(1)

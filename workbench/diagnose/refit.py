@@ -6,19 +6,26 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import linalg
 
-from workbench.diagnose.evidence import Model, coefficients, precision_of, solve
+from workbench.diagnose.evidence import Model, coefficients, curvature, precision_of, solve
 from workbench.diagnose.grams import Grams
 from workbench.effects import AbstractEffect
 from workbench.identify import noise as noises
-from workbench.identify.identifier import OnStep
+from workbench.identify.identifier import OnStep, Search, ended
 from workbench.identify.opt2 import Opt2
 from workbench.identify.problem import Problem
 from workbench.identify.result import Fit
 from workbench.measure.dataset import Dataset
 from workbench.robots.robot import Robot
+from workbench.types import Outcome
 
 STEPS = 60
 """Most steps of a fit."""
+LARGE = 10_000_000
+"""Numbers of a Jacobian from which on it is not formed any more."""
+SHORTER = (1.0, 0.3, 0.1)
+"""Parts of a step that are tried."""
+CHORDS, PROMISE = 6, 1e-3
+"""Steps with one and the same curvature; they end when one promises less than this many standard errors."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +78,10 @@ def refit(
     if grams is not None and any(t.candidate.shrunk for t in model):
         built = _shrinking(built, grams, model)
     here = np.array([(begin or {}).get(p.name, p.nominal) for p in built.parameters])
-    search = Opt2(limit=STEPS).search(built, on_step=on_step, begin=here)
+    if grams is not None and large(built):
+        search = _chord(built, here, grams, model, on_step)
+    else:
+        search = Opt2(limit=STEPS).search(built, on_step=on_step, begin=here)
     fit = Fit(
         algorithm="opt2",
         title="OPT2",
@@ -82,6 +92,11 @@ def refit(
         seconds=0.0,
     )
     return Fitted(model, fit)
+
+
+def large(problem: Problem) -> bool:
+    """Whether a problem's Jacobian is better not formed."""
+    return problem.size * len(problem.names) > LARGE
 
 
 def linear_answer(fitted: Fitted, grams: Grams, model: Model) -> dict[str, float]:
@@ -98,7 +113,7 @@ def with_own_noise(fitted: Fitted, problem: Problem) -> Problem:
     """The geometric problem, weighed by what a fit leaves; as it is where rows bring their own noise."""
     if noises.given_by_rows(problem) is noises.Given.ALL:
         return problem
-    left = noises.of_residual(fitted.problem, fitted.fit.x)
+    left = noises.of_residual(fitted.problem, fitted.fit.x, fitted.fit.factor)
     return problem if left is None else problem.with_noise(left)
 
 
@@ -110,6 +125,34 @@ def robot_with(fitted: Fitted, grams: Grams, model: Model) -> Robot:
     gone = {p.name for p in problem.parameters if p.is_coefficient}
     own = [e for e in arm.effects if not gone & set(e.names)]
     return arm.with_effects(*own, *(_sized(t.candidate.effect, answer) for t in model))
+
+
+def _chord(problem: Problem, x: np.ndarray, grams: Grams, model: Model, on_step: OnStep | None) -> Search:
+    """Gauss–Newton with the curvature of the inner products: the gradient alone is taken anew."""
+    names = [n for t in model for n in t.candidate.names]
+    solve_for, spread = curvature(grams, model)
+    plain = np.array([not p.is_coefficient for p in problem.parameters], bool)
+    into = np.zeros((len(x), grams.geometry + len(names)))
+    into[plain, : grams.geometry] = grams.basis
+    index = {p.name: i for i, p in enumerate(problem.parameters)}
+    into[[index[n] for n in names], grams.geometry + np.arange(len(names))] = 1.0 / grams.scales(names)
+    cost, gradient = problem.cost_and_gradient(x)
+    history = [cost]
+    for k in range(CHORDS):
+        step = -solve_for(into.T @ gradient)
+        if np.sqrt(step @ spread @ step / len(step)) < PROMISE:
+            return Search(x, Outcome.CONVERGED, tuple(history))
+        if on_step is not None and on_step(k, cost):
+            return Search(x, Outcome.CANCELLED, tuple(history))
+        for shorter in SHORTER:
+            new, slope = problem.cost_and_gradient(x + shorter * (into @ step))
+            if new < cost:
+                break
+        else:
+            return Search(x, ended(-float(step @ (into.T @ gradient)), history), tuple(history))
+        x, cost, gradient = x + shorter * (into @ step), new, slope
+        history.append(cost)
+    return Search(x, Outcome.CONVERGED, tuple(history))
 
 
 def _sized(effect: AbstractEffect, found: Mapping[str, float]) -> AbstractEffect:

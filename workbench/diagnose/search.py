@@ -15,14 +15,14 @@ from workbench.diagnose.candidate import Candidate
 from workbench.diagnose.evidence import Left, Model, Offer, drop, left_by, offer, offers, validated
 from workbench.diagnose.grams import Grams
 
-ALPHA = 0.01
+ALPHA = 0.002
 """Share of arms without effects on which one may be claimed."""
 ROUNDS = 40
 """Most effects of one arm."""
 EXCHANGES = 6
 """Rounds of exchange after each entry."""
-FEW = 4
-"""Effects up to which exchanges are tried after every entry; from then on once nothing enters."""
+FEW, MANY = 3, 8
+"""Effects up to which exchanges are tried after every entry; and once nothing enters."""
 WORTH = 0.005
 """Part of the cross-validated square by which an effect must lower it."""
 BETTER = 0.5
@@ -84,7 +84,7 @@ def judged(grams: Grams, model: Model, distrusted: Sequence[Offer] = ()) -> Foun
 
 def significant(found: Offer, tries: int) -> bool:
     """Whether chance would hardly bring as much, for so many candidates."""
-    return found.gain > 0.0 and found.log_p + np.log(max(tries, 1)) < np.log(ALPHA)
+    return bool(found.gain > 0.0 and found.log_p + np.log(max(tries, 1)) < np.log(ALPHA))
 
 
 def confirmed(grams: Grams, smaller: Model, larger: Model) -> bool:
@@ -123,7 +123,7 @@ def _own_offer(grams: Grams, model: Model, k: int) -> Offer:
 
 def exchange(grams: Grams, candidates: Sequence[Candidate], model: Model) -> Model:
     """Put better effects in the places of accepted ones, one at a time or all maps of a joint together."""
-    for _ in range(EXCHANGES):
+    for _ in range(EXCHANGES if len(model) <= MANY else 0):
         better = _one_exchange(grams, candidates, model)
         if better is None:
             return model

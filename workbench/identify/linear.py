@@ -10,6 +10,7 @@ in the result; along the unseen ones the parameters end as close to nominal as t
 `lsqminnorm`).
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -113,11 +114,26 @@ def factorise(
         residual: Whitened.
         units: Natural unit of every parameter; 1 if None.
     """
-    p = jacobian.shape[1]
-    units = np.ones(p) if units is None else units
-    r = np.asarray(np.linalg.qr(np.concatenate([jacobian * units, residual[:, None]], axis=1), mode="r"))
+    units = np.ones(jacobian.shape[1]) if units is None else units
+    return factorise_pieces([(residual, jacobian)], units)
+
+
+def factorise_pieces(
+    pieces: Iterable[tuple[Float[np.ndarray, " m"], Float[np.ndarray, "m p"]]], units: Float[np.ndarray, " p"]
+) -> Factor:
+    """The same for rows that come in pieces: each is folded into the triangular factor of those before.
+
+    Args:
+        pieces: Residuals and Jacobians, whitened.
+        units: Natural unit of every parameter.
+    """
+    p, square, r = len(units), 0.0, np.zeros((0, len(units) + 1))
+    for residual, jacobian in pieces:
+        new = np.concatenate([jacobian * units, residual[:, None]], axis=1)
+        r = np.asarray(np.linalg.qr(np.concatenate([r, new]) if len(r) else new, mode="r"))
+        square += float(residual @ residual)
     size = min(p, len(r))
     u, s, vt = np.linalg.svd(r[:size, :p])
     along = np.zeros(p)
     along[: len(s)] = (u.T @ r[:size, p])[: len(s)]
-    return Factor(np.pad(s, (0, p - len(s))), vt, along, float(residual @ residual), units)
+    return Factor(np.pad(s, (0, p - len(s))), vt, along, square, units)

@@ -7,7 +7,7 @@ from jaxtyping import Float
 
 from workbench import se3
 from workbench.identify.identifier import Search
-from workbench.identify.linear import factorise
+from workbench.identify.linear import Factor, factorise_pieces
 from workbench.identify.problem import Noise, Problem
 from workbench.measure.dataset import Dataset
 
@@ -67,17 +67,16 @@ def from_fit(problem: Problem, search: Search) -> Noise | None:
     return of_residual(problem, search.x)
 
 
-def of_residual(problem: Problem, x: Float[np.ndarray, " p"]) -> Noise | None:
+def of_residual(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor | None = None) -> Noise | None:
     """Root mean square of what is left at x, per channel; None where that is rounding or nothing is left.
 
     The share of the rows that went into the parameters is the trace of the hat matrix, so that what a prior
     already knew costs nothing.
     """
-    at = problem.evaluate(x)
-    free = problem.count - effective_parameters(problem, at.jacobian)
+    free = problem.count - effective_parameters(problem, factor_at(problem, x) if factor is None else factor)
     if free < 1.0:
         return None
-    components = problem.physical(at.residual)
+    components = problem.physical(problem.residual(x))
     live = problem.inverse_sigma > 0.0
     turned, straight = problem.component_channels & live, ~problem.component_channels & live
     share = max(free / problem.count, 0.02)
@@ -88,10 +87,12 @@ def of_residual(problem: Problem, x: Float[np.ndarray, " p"]) -> Noise | None:
     return Noise(float(position), float(rotation))
 
 
-def effective_parameters(problem: Problem, jacobian: np.ndarray) -> float:
+def factor_at(problem: Problem, x: Float[np.ndarray, " p"]) -> Factor:
+    """Factorisation of a problem's Jacobian, the prior's rows included, block by block."""
+    return factorise_pieces((piece for _, piece in problem.pieces(x)), problem.units)
+
+
+def effective_parameters(problem: Problem, factor: Factor) -> float:
     """Trace of the hat matrix of the measured rows: parameters that they, and not a prior, determine."""
-    factor = factorise(jacobian, np.zeros(len(jacobian)), problem.units)
-    if problem.prior is None:
-        return float(factor.rank)
-    half = jacobian[: problem.size] @ factor.root
-    return float((half**2).sum())
+    known = 0.0 if problem.prior is None else float(((problem.prior @ factor.root) ** 2).sum())
+    return factor.rank - known

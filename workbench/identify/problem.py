@@ -6,7 +6,7 @@ Unknowns x are absolute values [rad or m]: constants of the arm, coefficients of
 of the frames (per session where they differ), and of the instrument (anchors, contacts, markers).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -211,20 +211,34 @@ class Problem:
         residual = np.empty(self.size + extra)
         jacobian = np.zeros((self.size + extra, len(x)))
         for block in self.blocks:
-            poses, twists = block.twists(x)
-            part = block.observation.see(poses, self.unknown(block, x))
             rows = slice(block.start, block.stop)
-            weight = self.weight(block)
-            residual[rows] = (part.residual * weight).ravel()
-            add_whitened(part.by_twist, twists, weight, block.places, jacobian[rows])
-            if len(block.unknowns):
-                mine = block.unknowns >= 0
-                product = (part.by_unknown * weight[..., None]).reshape(rows.stop - rows.start, -1)
-                jacobian[rows, block.unknowns[mine]] = product[:, mine]
+            self._fill(block, x, residual[rows], jacobian[rows])
         if self.prior is not None:
             residual[self.size :] = -self.prior @ (x - self.prior_centre)
             jacobian[self.size :] = self.prior
         return Evaluation(residual, jacobian)
+
+    def pieces(self, x: Float[np.ndarray, " p"]) -> Iterator[tuple[Block | None, Evaluation]]:
+        """Whitened residual and Jacobian block by block, the prior's last, so that no large matrix stands."""
+        for block in self.blocks:
+            rows = block.stop - block.start
+            piece = Evaluation(np.empty(rows), np.zeros((rows, len(x))))
+            self._fill(block, x, *piece)
+            yield block, piece
+        if self.prior is not None:
+            yield None, Evaluation(-self.prior @ (x - self.prior_centre), self.prior)
+
+    def _fill(self, block: Block, x: np.ndarray, residual: np.ndarray, jacobian: np.ndarray) -> None:
+        """Write a block's rows."""
+        poses, twists = block.twists(x)
+        part = block.observation.see(poses, self.unknown(block, x))
+        weight = self.weight(block)
+        residual[:] = (part.residual * weight).ravel()
+        add_whitened(part.by_twist, twists, weight, block.places, jacobian)
+        if len(block.unknowns):
+            mine = block.unknowns >= 0
+            product = (part.by_unknown * weight[..., None]).reshape(len(residual), -1)
+            jacobian[:, block.unknowns[mine]] = product[:, mine]
 
     def cost_and_gradient(self, x: Float[np.ndarray, " p"]) -> tuple[float, Float[np.ndarray, " p"]]:
         """½|r|² and its gradient −Jᵀr, without the Jacobian: each row's residual acts as a wrench."""
@@ -260,8 +274,8 @@ class Problem:
         """Whitened identification Jacobian alone."""
         return self.evaluate(x).jacobian
 
-    def physical(self, whitened: Float[np.ndarray, " m"]) -> Float[np.ndarray, " m"]:
-        """Measured residual components in m and rad from whitened ones, without robust weights."""
+    def physical(self, whitened: Float[np.ndarray, " _"]) -> Float[np.ndarray, " m"]:
+        """Measured residual components in m and rad from whitened ones; without robust weights or prior."""
         weights = self.inverse_sigma
         if self.row_weights is not None:
             weights = weights * self.row_weights[self.component_rows]

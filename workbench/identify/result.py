@@ -9,8 +9,8 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float
 
-from workbench.identify.linear import Factor, factorise
-from workbench.identify.noise import effective_parameters
+from workbench.identify.linear import Factor
+from workbench.identify.noise import effective_parameters, factor_at
 from workbench.identify.problem import Problem
 from workbench.parameters import Parameter
 from workbench.robots.robot import Robot
@@ -81,8 +81,7 @@ class Fit:
     @cached_property
     def factor(self) -> Factor:
         """Factorisation of the whitened Jacobian at the answer."""
-        at = self.problem.evaluate(self.x)
-        return factorise(at.jacobian, at.residual, self.problem.units)
+        return factor_at(self.problem, self.x)
 
     @cached_property
     def whitened(self) -> Float[np.ndarray, " m"]:
@@ -99,8 +98,7 @@ class Fit:
     @cached_property
     def spare(self) -> float:
         """Measured numbers beyond those that the parameters took; below one, errors can't be judged."""
-        jacobian = self.problem.evaluate(self.x).jacobian
-        return self.problem.count - effective_parameters(self.problem, jacobian)
+        return self.problem.count - effective_parameters(self.problem, self.factor)
 
     @cached_property
     def covariance(self) -> Float[np.ndarray, "p p"]:

@@ -24,7 +24,7 @@ from workbench.pipeline.readings import reading_named
 from workbench.robots.robot import Robot
 from workbench.validate.production.job import Errors, Job, held_by
 from workbench.validate.production.result import Yield
-from workbench.validate.production.trial import ARMS, try_production
+from workbench.validate.production.trial import ARMS, check_number, try_production
 from workbench.validate.requirement import Requirement
 
 JUDGED_POSES = 500
@@ -104,6 +104,7 @@ def try_plate(
     angle: float = ANGLE_ERROR,
     requirement: Requirement | None = None,
     towards: Plate | None = None,
+    poses: int = JUDGED_POSES,
     scheduler: str | None = None,
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
@@ -124,14 +125,16 @@ def try_plate(
         requirement: What is asked; ARIA eq. (3) if None.
         towards: Plate about whose targets' orientations the poses of the region are turned by up to 60°, so
             that plates compare; this one if None.
+        poses: Poses of the tool in the region, in all their branches, at which arms are judged.
         scheduler: Address of a Dask scheduler; this machine's cores if None.
         seed: Of everything random.
         progress: Called with the share of the work done.
         cancel: Asked now and then whether to stop with the arms so far.
     """
+    check_number(arms)
     q = planned_joints(robot, plate, sigma)
     asked = plate if towards is None else replace(towards, region=plate.region)
-    bank = plate_region_poses(robot, asked, JUDGED_POSES)
+    bank = plate_region_poses(robot, asked, poses)
     known = known_targets(plate, making or Making())
     errors = Errors(
         seat_position=sigma[0],

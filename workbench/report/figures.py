@@ -13,6 +13,7 @@ from workbench.report.corrections import corrections
 from workbench.report.drawing import svg
 from workbench.report.error_grid import STEMS, error_grid
 from workbench.report.error_plots import POINTS, before_after, error_where, residual_histogram
+from workbench.report.influence import influence_of_fit
 from workbench.validate.error_columns import columns_of, order_of_measuring
 from workbench.validate.identification import Identification
 from workbench.validate.requirement import Requirement
@@ -35,7 +36,10 @@ class Drawing:
     svg: str
 
 
-NAMES = ("errors-position", "errors-orientation", "before-after", "residuals", "error-where", "corrections")
+NAMES = (
+    *("errors-position", "errors-orientation", "before-after", "residuals", "error-where", "corrections"),
+    "influence",
+)
 """Every picture that a report may have."""
 
 
@@ -88,6 +92,9 @@ def all_figures(
          "Identification minus nominal in standard errors, one standard error either way; on the right the "
          "same in mm and mrad. Within the band (two standard errors) a correction may be chance.",
          lambda: corrections(best)),
+        (NAMES[6], "Influence of each constant",
+         "How far the tool moves at the fitted poses when an angle deviates by 0.05° or a length by 0.1 mm, "
+         "one constant at a time.", lambda: influence_of_fit(result)),
     ]  # fmt: skip
     drawings = []
     for name, title, caption, draw in wanted:

@@ -3,9 +3,9 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from workbench.model.influence import Influence
+from workbench.model.influence import Influence, influence
 from workbench.report.drawing import COLOURS, INK, grid, look, new_figure
-from workbench.report.figures import Drawing, svg
+from workbench.validate.identification import Identification
 
 MM = 1e3
 
@@ -35,12 +35,11 @@ def influence_figure(found: Influence, *, printed: dict[str, float] | None = Non
     return figure
 
 
-def influence_drawing(found: Influence, *, printed: dict[str, float] | None = None) -> Drawing:
-    """The picture with its title and caption."""
-    return Drawing(
-        name="influence",
-        title="Influence of each constant",
-        caption=f"How far the tool moves when an angle deviates by 0.05° or a length by 0.1 mm, over "
-        f"{len(found.distances)} poses (Katana §3.5).",
-        svg=svg(influence_figure(found, printed=printed), "influence"),
-    )
+def influence_of_fit(result: Identification) -> Figure | None:
+    """Influence of the arm's identified constants at the fitted poses; None where none was identified."""
+    fit = result.best.fit
+    own = {element.name for element in fit.calibrated.elements}
+    names = tuple(name for name in fit.problem.names if name in own)
+    if not names:
+        return None
+    return influence_figure(influence(fit.calibrated.with_effects(), fit.problem.data.q, names=names))

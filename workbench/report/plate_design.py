@@ -22,7 +22,7 @@ def design_tables(design: PlateDesign) -> RenderableType:
     """Target by target, then what the plate is worth."""
     table = new_table(
         design.plate.name,
-        *("target, branch", "x, y, height [mm]", "tilt, azimuth, spin [°]", "clear [mm]", "limits [°]"),
+        *("target, branch", "place [mm]", "angles [°]", "clear [mm]", "limits [°]"),
     )
     places = places_of(design.plate, design.plate.poses)
     for i, (target, place) in enumerate(zip(design.plate.targets, places, strict=True)):
@@ -39,7 +39,10 @@ def design_tables(design: PlateDesign) -> RenderableType:
 
 def _design_words(design: PlateDesign) -> list[str]:
     error = f"{1e3 * design.cost:.3f} mm, {np.rad2deg(design.rotation):.3f}°"
-    words = [f"predicted error in the region, root mean square: {error}"]
+    words = [
+        "place: x, y on the plate, height; angles: tilt, azimuth, spin; clear of anything; joints to limits",
+        f"predicted error in the region, root mean square: {error}",
+    ]
     if np.isfinite(design.start_cost):
         words.append(f"the given plate: {1e3 * design.start_cost:.3f} mm, {design.gain:.2f} times as much")
     if not design.outcome.ok:

@@ -14,6 +14,7 @@ from jaxtyping import Float
 from workbench.design.cubes import CubeMap
 from workbench.design.plate import Plate, Target
 from workbench.design.region import Region
+from workbench.effects import AbstractEffect
 from workbench.errors import OptionError
 from workbench.measure.dataset import Dataset
 from workbench.model.branches import Branch
@@ -253,10 +254,13 @@ class Session:
         left_out: Measured rows that the user keeps out, counted as in the data.
         loaded: Measurements, if any.
         identification: The last identification of these measurements, if any.
+        diagnosis: The last diagnosis of these measurements, if any.
+        accepted: Effects that were added to the model, as the diagnosis found them.
         fit: Name of the algorithm whose robot is shown.
         comparison: Measured against predicted, row by row, once there are measurements.
         row: Measured row that is looked at.
         overlay: What is laid over the scene.
+        caption: What the demo says at present; empty if none plays.
         is_dark: Whether pages are dark.
         job: Long work under way, if any.
         chore: What is being worked out by the way; empty if nothing.
@@ -292,10 +296,13 @@ class Session:
     left_out: frozenset[int] = frozenset()
     loaded: Loaded | None = None
     identification: Any = None
+    diagnosis: Any = None
+    accepted: tuple[AbstractEffect, ...] = ()
     fit: str = ""
     comparison: Comparison | None = None
     row: int = 0
     overlay: Overlay = field(default_factory=Overlay)
+    caption: str = ""
     is_dark: bool = False
     job: Job | None = None
     chore: str = ""

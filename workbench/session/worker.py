@@ -12,7 +12,7 @@ import logging
 import threading
 import time
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -78,6 +78,7 @@ class Worker:
     ):
         self._session = session
         self._views, self._keepers = list(views), list(keepers)
+        self._listeners: list[Callable[[AbstractCommand], None]] = []
         self._chores = tuple(chores)
         self._chore: AbstractChore | None = None
         self._failed: AbstractChore | None = None
@@ -112,11 +113,17 @@ class Worker:
 
     def submit(self, command: AbstractCommand) -> None:
         """Ask for a command; returns at once."""
+        for listener in self._listeners:
+            listener(command)
         with self._changed:
             if command.key is not None:
                 self._drop_older(command)
             self._queue.append(command)
             self._changed.notify_all()
+
+    def listen(self, listener: Callable[[AbstractCommand], None]) -> None:
+        """Tell this function of every command that is asked for, in the caller's thread."""
+        self._listeners.append(listener)
 
     def cancel(self) -> None:
         """Ask the running task to stop; nothing happens if there is none."""

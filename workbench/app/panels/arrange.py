@@ -11,6 +11,8 @@ from workbench.design.plate import Plate
 from workbench.errors import OptionError, WorkbenchError
 from workbench.session.commands import (
     ApplyPattern,
+    ClusterTargets,
+    ImprovePlate,
     MixBranches,
     PlaceTargets,
     RenumberTarget,
@@ -42,6 +44,21 @@ class ArrangePanel(AbstractPanel):
             "hand stay.",
         )
         on_press(mix, lambda: self._worker.submit(MixBranches()))
+        self._improve = gui.add_button(
+            "Improve this plate",
+            icon=viser.Icon.SPARKLES,
+            hint="Let the program place all targets for the least predicted error in the region, reachable "
+            "and free of collisions. Runs beside your work; Cancel stops it, Undo brings the old plate back.",
+        )
+        on_press(self._improve, self._improve_plate)
+        self._cluster = gui.add_button(
+            "Search poses of equal index",
+            icon=viser.Icon.SEARCH,
+            color="gray",
+            hint="Workspace clustering: replace the targets by as many poses with equal index O in mutually "
+            "different cubes of the region, the best such set. Takes some seconds; Undo brings them back.",
+        )
+        on_press(self._cluster, self._search)
         with gui.add_folder("Snap and number", expand_by_default=False):
             self._build_snap(gui)
         with gui.add_folder("Pattern", expand_by_default=False):
@@ -52,6 +69,8 @@ class ArrangePanel(AbstractPanel):
     def show(self, session: Session) -> None:
         """The table as the targets stand, except while somebody drags."""
         set_value(self._number, session.selected + 1)
+        for button in (self._improve, self._cluster):
+            button.disabled = session.job is not None
         self._number.max = len(session.plate)
         if session.plate is not self._shown and session.holder is None:
             self._shown = session.plate
@@ -123,6 +142,13 @@ class ArrangePanel(AbstractPanel):
 
     def _snap(self, to: str) -> None:
         self._worker.submit(SnapTarget(self._worker.session.selected, to))
+
+    def _improve_plate(self) -> None:
+        self._worker.submit(ImprovePlate(seed=len(self._worker.session.history)))
+
+    def _search(self) -> None:
+        number = len(self._worker.session.plate)
+        self._worker.submit(ClusterTargets(number, seed=len(self._worker.session.history)))
 
     def _lay_out(self) -> None:
         x, y, z = (1e-3 * float(v) for v in self._centre.value)

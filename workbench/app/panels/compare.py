@@ -10,6 +10,7 @@ from workbench.app.panels.panel import AbstractPanel, on_change, set_value
 from workbench.appearance.colours import AFTER, BEFORE, FITTED, GHOST, HELD_OUT, LEFT_OUT, css
 from workbench.session.commands import LeaveRowsOut, SetOverlay, ShowRow
 from workbench.session.commands.compare import GREATEST_EXAGGERATION, LEAST_EXAGGERATION
+from workbench.session.comparison import Comparison
 from workbench.session.state import Session
 from workbench.session.worker import Worker
 
@@ -131,9 +132,7 @@ def _readout(session: Session) -> str:
     kind = "held out" if comparison.held_out[row] else "fitted"
     head = f"Pose {row + 1} of {len(comparison)} · data row {int(comparison.number[row])}"
     if session.identification is None:
-        return block(
-            f"{head}<br>Identify first to compare.", testid="row", style=f"color:{MUTED};margin:6px 0"
-        )
+        return block(f"{head}{_as_opened(comparison, row)}", testid="row", style="margin:6px 0")
     before, after = comparison.errors(row)
     if np.isnan(before):
         words = "No position was measured here, so there is nothing to draw."
@@ -146,6 +145,26 @@ def _readout(session: Session) -> str:
         f'<div style="color:{MUTED}">{text(head)} · {kind}</div>' + table(("Position error", ""), rows),
         testid="row",
         style="margin:6px 0",
+    )
+
+
+def _as_opened(comparison: Comparison, row: int) -> str:
+    """Errors of the robot as it was opened: whether an old calibration still holds, from a few poses."""
+    errors = 1e3 * np.linalg.norm(comparison.measured - comparison.nominal[:, :3, 3], axis=1)
+    if not np.isfinite(errors).any():
+        return "<br>No position was measured."
+    rows = [
+        ("here", f"{number(float(errors[row]))} mm"),
+        ("mean", f"{number(float(np.nanmean(errors)))} mm"),
+        ("largest", f"{number(float(np.nanmax(errors)))} mm"),
+    ]
+    words = (
+        "Nothing is fitted. If this is the arm's calibrated robot, a few poses tell whether the calibration "
+        "still holds; otherwise identify first to compare."
+    )
+    return (
+        table(("Error of the robot as it was opened", ""), rows)
+        + f'<div style="color:{MUTED};margin-top:4px">{words}</div>'
     )
 
 

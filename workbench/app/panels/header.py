@@ -4,7 +4,7 @@ import viser
 
 from workbench.app.html import LINE, MUTED, block, text
 from workbench.app.panels.panel import AbstractPanel, on_press, set_value
-from workbench.session.commands import Dismiss
+from workbench.session.commands import Dismiss, SetCaption
 from workbench.session.state import Focus, Message, Session, Severity
 from workbench.session.worker import Worker
 
@@ -26,6 +26,14 @@ class Header(AbstractPanel):
         """Hint, message with its button, progress with its button."""
         gui = self._gui = server.gui
         self._hint = gui.add_html("")
+        self._stop = gui.add_button(
+            "Stop the demo",
+            color="gray",
+            visible=False,
+            icon=viser.Icon.PLAYER_STOP,
+            hint="End the demo here and go on yourself; touching anything else does the same.",
+        )
+        on_press(self._stop, lambda: self._worker.submit(SetCaption("")))
         self._message = gui.add_html("", visible=False)
         self._dismiss = gui.add_button(
             "Dismiss", color="gray", visible=False, icon=viser.Icon.X, hint="Put this message away."
@@ -50,6 +58,7 @@ class Header(AbstractPanel):
             self._label = label
             self._gui.set_panel_label(label)
         self._hint.content = _hint(session)
+        self._stop.visible = bool(session.caption)
         newest = session.messages[-1] if session.messages else None
         self._message.content = "" if newest is None else _message(newest)
         self._message.visible = newest is not None
@@ -67,6 +76,8 @@ class Header(AbstractPanel):
 
 def next_step(session: Session) -> str:
     """What a newcomer could do now, in HTML."""
+    if session.caption:
+        return f'<span data-testid="caption" style="font-size:15px">{text(session.caption)}</span>'
     if session.job is not None:
         return "You can go on working meanwhile."
     if session.holder is not None:

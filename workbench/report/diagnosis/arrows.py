@@ -86,6 +86,6 @@ def _field(axes, place: np.ndarray, error: np.ndarray, factor: float, top: float
         axis.set_major_locator(MaxNLocator(4))
         axis.pane.set_edgecolor(INK)
         axis.pane.set_alpha(0.04)
-    axes.set_box_aspect(space[1], zoom=1.05)
+    axes.set_box_aspect(tuple(space[1]), zoom=1.0)
     axes.view_init(elev=22, azim=-56)
     return dots

@@ -61,9 +61,9 @@ def sizes(effect: AbstractEffect, std: tuple[float, ...], chain: Chain) -> tuple
 
 
 def lines(effect: AbstractEffect, std: tuple[float, ...], chain: Chain) -> tuple[tuple[str, str], ...]:
-    """Names and values for a table; of many coefficients only the largest."""
+    """Names and values for a table; of many coefficients only the one that is surely largest."""
     found = sizes(effect, std, chain)
     if len(found) <= LISTED:
         return tuple((size.name, size.words) for size in found)
-    largest = max(found, key=lambda size: abs(size.value))
+    largest = max(found, key=lambda size: abs(size.value) - size.std)
     return ((f"{len(found)} coefficients, largest {largest.name}", largest.words),)

@@ -16,7 +16,7 @@ def diagnosis_json(result: Diagnosis) -> Json:
             "schema": DIAGNOSIS,
             "robot": result.robot.name,
             "measurements": {
-                "used": len(result.train_rows),
+                "used": len(result.after_fit.problem.data),
                 "held_out": len(result.held_out_data),
                 "outliers": sorted(result.data.row[result.outliers].tolist()),
                 "excluded": [{"row": row, "reason": reason} for row, reason in result.excluded],

@@ -56,9 +56,9 @@ def errors_table(result: Diagnosis) -> Table:
     """Nominal arm, geometry alone, and with the effects, on fitted and held-out rows."""
     turned = result.after.train.orientation_deg is not None
     table = error_columns(turned)
-    models = [("nominal", result.nominal), ("geometry alone", result.before)]
+    models = [("nominal", result.nominal), ("geometry", result.before)]
     if result.effects:
-        models.append(("with the effects", result.after))
+        models.append(("with effects", result.after))
     for title, validation in models:
         for rows, errors in (("fitted", validation.train), ("held out", validation.held_out)):
             if errors is not None:

@@ -6,12 +6,14 @@ from workbench.session.commands.branches import ChooseBranch, MixBranches
 from workbench.session.commands.choices import HoldParameter, LeaveRowsOut
 from workbench.session.commands.compare import SetDark, SetOverlay, ShowFit, ShowRow
 from workbench.session.commands.data import ForgetData, LoadData, MeasureVirtualArm
+from workbench.session.commands.diagnose import AddEffects, Diagnose, TakeNextPoses
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.edit import AddTarget, CopyTarget, DeleteTarget, LockTarget, RenumberTarget
 from workbench.session.commands.fit import Identify
-from workbench.session.commands.messages import Dismiss, Tell
+from workbench.session.commands.messages import Dismiss, SetCaption, Tell
 from workbench.session.commands.noise import SetNoise
 from workbench.session.commands.region import MapCubes, SampleRegion, SetRegion, ShowCubes
+from workbench.session.commands.search import ClusterTargets, ImprovePlate
 from workbench.session.commands.undo import Redo, ResetTargets, RestoreBest, Undo
 
 CHORES = (SampleRegion, MapCubes)
@@ -19,18 +21,22 @@ CHORES = (SampleRegion, MapCubes)
 
 __all__ = [
     "CHORES",
+    "AddEffects",
     "AddTarget",
     "ApplyPattern",
     "ChooseBranch",
     "ChooseRobot",
+    "ClusterTargets",
     "CopyTarget",
     "DeleteTarget",
+    "Diagnose",
     "Dismiss",
     "DropTarget",
     "ForgetData",
     "GrabTarget",
     "HoldParameter",
     "Identify",
+    "ImprovePlate",
     "Jog",
     "JogTo",
     "LeaveRowsOut",
@@ -48,6 +54,7 @@ __all__ = [
     "RestoreBest",
     "SampleRegion",
     "SelectTarget",
+    "SetCaption",
     "SetDark",
     "SetNoise",
     "SetOverlay",
@@ -57,6 +64,7 @@ __all__ = [
     "ShowRow",
     "Snap",
     "SnapTarget",
+    "TakeNextPoses",
     "Tell",
     "Undo",
 ]

@@ -209,6 +209,8 @@ def _with_data(session: Session, loaded: Loaded | None) -> Session:
         session,
         loaded=loaded,
         identification=None,
+        diagnosis=None,
+        accepted=(),
         fit="",
         comparison=shown,
         row=0,

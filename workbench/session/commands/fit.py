@@ -61,14 +61,16 @@ class Identify(AbstractTask):
 
         loaded = session.loaded
         assert loaded is not None
+        robot, added = session.robot, session.accepted
         found = identify(
-            session.robot,
+            robot.with_effects(*robot.effects, *added) if added else robot,
             loaded.dataset,
             algorithms=self.algorithms,
             held_out=self.held_out if loaded.checks is None else loaded.checks,
             frames=self.frames,
             free=tuple(n for n in session.robot.default_free if n not in session.held),
             exclude=dict.fromkeys(sorted(session.left_out), "left out by hand"),
+            effects=tuple(name for effect in added for name in effect.names),
             seed=self.seed,
             progress=progress,
             cancel=cancel,

@@ -52,3 +52,27 @@ class Dismiss(AbstractChange):
     def apply(self, session: Session) -> Session:
         """The session afterwards."""
         return replace(session, messages=())
+
+
+@dataclass(frozen=True)
+class SetCaption(AbstractChange):
+    """What the demo says; an empty text takes it away."""
+
+    text: str
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return "Caption"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Every one counts."""
+        return None
+
+    def check(self, session: Session) -> None:
+        """Any text will do."""
+
+    def apply(self, session: Session) -> Session:
+        """The session afterwards."""
+        return replace(session, caption=self.text)

@@ -57,6 +57,29 @@ class Replayed:
         """The greatest difference; None if there is none."""
         return max(self.differences, key=lambda d: d.size, default=None)
 
+    @property
+    def words(self) -> str:
+        """The outcome in one sentence."""
+        worst = self.largest
+        if worst is None:
+            return "all the same to the last digit"
+        return (
+            f"{len(self.differences)} differ, {worst.name} after step {worst.step} the most: "
+            f"{worst.then} then, {worst.now} now"
+        )
+
+    def json(self) -> dict[str, Any]:
+        """The outcome as plain data."""
+        return {
+            "schema": "workbench.replay/1",
+            "steps": self.steps,
+            "compared": self.compared,
+            "exact": not self.differences,
+            "differences": [
+                {"step": d.step, "name": d.name, "then": d.then, "now": d.now} for d in self.differences
+            ],
+        }
+
 
 def check(recording: Recording, *, progress: Progress | None = None) -> Replayed:
     """Do all commands again and compare every number of the journal."""

@@ -5,6 +5,7 @@ field that an older journal lacks has its default; a command or a field that is 
 """
 
 import dataclasses
+import functools
 import hashlib
 import math
 import types
@@ -88,11 +89,17 @@ def _plain(value: Any, files: dict[str, bytes], ending: str) -> Any:
 
 
 def _build(kind: Any, values: Mapping[str, Any], load: Load) -> Any:
-    hints = typing.get_type_hints(kind)
-    names = {f.name for f in dataclasses.fields(kind)}
-    if unknown := sorted(set(values) - names):
+    hints = _hints(kind)
+    if unknown := sorted(set(values) - set(hints)):
         raise ValueError(f"'{kind.__name__}' has no '{unknown[0]}'")
     return kind(**{name: _typed(hints[name], value, load) for name, value in values.items()})
+
+
+@functools.cache
+def _hints(kind: Any) -> dict[str, Any]:
+    """Fields of a record with their types."""
+    hints = typing.get_type_hints(kind)
+    return {f.name: hints[f.name] for f in dataclasses.fields(kind)}
 
 
 def _typed(hint: Any, value: Any, load: Load) -> Any:

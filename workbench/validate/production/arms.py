@@ -20,7 +20,7 @@ from workbench import chain as chains
 from workbench import se3
 from workbench.chain import Chain
 from workbench.robots.robot import Robot
-from workbench.validate.production.bring import Brought, bent, bring
+from workbench.validate.production.bring import Brought, bring
 from workbench.validate.production.job import Job
 
 CHUNK = 250
@@ -131,7 +131,8 @@ def _errors(
     """Actual minus calibrated pose at the tests."""
     chain, columns = job.robot.chain, job.robot.chain.indices(job.names)
     q = job.bank[tests.ravel()]
-    there = chains.poses(actual.chain, q, shift=bent(actual, q, np.repeat(made, tests.shape[1], axis=0)))
+    shift = np.repeat(made, tests.shape[1], axis=0) + job.bend[tests.ravel()]
+    there = chains.poses(actual.chain, q, shift=shift)
     model = chains.poses(chain, q, shift=_spread(chain, columns, found, tests.shape[1]))
     return se3.pose_error(there, model).reshape(*tests.shape, 6)
 

@@ -21,6 +21,8 @@ from workbench.robots.robot import JointKind, Robot
 
 STEPS = 15
 """Greatest number of Newton steps."""
+BENDINGS = 5
+"""After so many steps the arms move too little to be bent otherwise."""
 STRIDE = 0.3
 """Greatest change of a joint in one step [rad or m]."""
 ARRIVED = 1e-9
@@ -91,8 +93,10 @@ def bent(actual: Robot, q: Float[np.ndarray, "rows n"], made: Float[np.ndarray, 
 def _step(actual, wanted, held, q, shift) -> tuple[np.ndarray, np.ndarray]:
     """Newton's way from joint positions to the targets, and which of them it met."""
     joints, closed = joint_elements(actual), np.eye(6) * ~held[:, :, None]
-    for _ in range(STEPS):
-        at, twists = chains.twists(actual.chain, q, joints, shift=bent(actual, q, shift))
+    for number in range(STEPS):
+        if number < BENDINGS:
+            whole = bent(actual, q, shift)
+        at, twists = chains.twists(actual.chain, q, joints, shift=whole)
         off = np.where(held, se3.pose_error(wanted, at), 0.0)
         if np.abs(off).max() < ARRIVED:
             break

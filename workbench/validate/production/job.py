@@ -12,7 +12,7 @@ from workbench.model.forward import geometric_jacobian, sensitivity
 from workbench.model.linearisation import Linearisation, linearise
 from workbench.robots.robot import Robot
 from workbench.types import frozen
-from workbench.validate.production.bring import other_ways
+from workbench.validate.production.bring import bent, other_ways
 from workbench.validate.requirement import Requirement
 
 LEAST = 1e-9
@@ -135,6 +135,12 @@ class Job:
         """Directions of the constants that the targets show; the others stay nominal."""
         rank = self.linearisation.rank()
         return frozen(self.linearisation.weights[:, None] * self.linearisation.factors[2][:rank].T)
+
+    @cached_property
+    def bend(self) -> Float[np.ndarray, "rows k"]:
+        """What undeclared effects add to the chain at the poses that matter, loaded as the nominal arm is."""
+        actual = self.errors.undeclared or self.robot
+        return frozen(bent(actual, self.bank, np.zeros((len(self.bank), len(actual.chain.elements)))))
 
     def predicted(self) -> Float[np.ndarray, "rows 2"]:
         """Predicted mean square position [m²] and rotation error [rad²] at the poses that matter.

@@ -5,15 +5,18 @@ done, and a piece whose worker is lost is done again by another. Results come ba
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from itertools import takewhile
+from threading import Event
 from typing import Any
 
 from joblib import Parallel, cpu_count, delayed, parallel_config
 
 from workbench.errors import MissingExtraError, OptionError
 
-CONNECTING = 10.0
+CONNECTING = 5.0
 """Seconds to wait for a scheduler."""
+RETRIES = 3
+"""How often a piece that failed on a worker is tried again."""
 FEW = 2
 """So many pieces are not worth other processes."""
 
@@ -28,7 +31,7 @@ def spread(
     progress: Callable[[float], None] | None = None,
     cancel: Callable[[], bool] | None = None,
 ) -> list[Any]:
-    """Results of the work on each piece; of the first ones only, if it was cancelled.
+    """Results of the work on each piece; if it was cancelled, of those that were begun by then.
 
     Args:
         work: A function that other processes can import.
@@ -41,33 +44,28 @@ def spread(
         MissingExtraError: a scheduler is given, and Dask is not installed.
         OptionError: nobody answers at the scheduler's address.
     """
-    run = _here if scheduler is None else _on_cluster
+    stop = Event()
+    stream = _here(work, pieces, stop) if scheduler is None else _on_cluster(work, pieces, stop, scheduler)
     results: list[Any] = []
-    with run(work, pieces, scheduler) as stream:
-        for result in stream:
-            results.append(result)
-            if progress is not None:
-                progress(len(results) / len(pieces))
-            if cancel is not None and len(results) < len(pieces) and cancel():
-                break
+    for result in stream:
+        results.append(result)
+        if progress is not None:
+            progress(len(results) / len(pieces))
+        if cancel is not None and cancel():
+            stop.set()
     return results
 
 
-@contextmanager
-def _here(work: Callable[..., Any], pieces: Sequence[Piece], _: str | None) -> Iterator[Iterator[Any]]:
+def _here(work: Callable[..., Any], pieces: Sequence[Piece], stop: Event) -> Iterator[Any]:
     cores = 1 if len(pieces) <= FEW else min(cpu_count(), len(pieces))
+    wanted = (delayed(work)(*piece) for piece in takewhile(lambda _: not stop.is_set(), pieces))
     with parallel_config(backend="loky", inner_max_num_threads=1):
-        stream = Parallel(n_jobs=cores, return_as="generator")(delayed(work)(*piece) for piece in pieces)
-    try:
-        yield iter(stream)
-    finally:
-        stream.close()
+        yield from Parallel(n_jobs=cores, return_as="generator")(wanted)
 
 
-@contextmanager
 def _on_cluster(
-    work: Callable[..., Any], pieces: Sequence[Piece], scheduler: str | None
-) -> Iterator[Iterator[Any]]:
+    work: Callable[..., Any], pieces: Sequence[Piece], stop: Event, scheduler: str
+) -> Iterator[Any]:
     try:
         from distributed import Client
     except ImportError:
@@ -80,8 +78,8 @@ def _on_cluster(
             "the address that it prints"
         ) from None
     with client:
-        futures = [client.submit(work, *piece, pure=False, retries=3) for piece in pieces]
+        futures = [client.submit(work, *piece, pure=False, retries=RETRIES) for piece in pieces]
         try:
-            yield (future.result() for future in futures)
+            yield from (future.result() for future in takewhile(lambda _: not stop.is_set(), futures))
         finally:
             client.cancel(futures)

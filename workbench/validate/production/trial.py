@@ -44,8 +44,7 @@ def try_production(
         OptionError: no arms, or no scheduler at the address.
         DataError: a plate on which the arm can't be calibrated.
     """
-    if arms < 1:
-        raise OptionError(f"{arms} arms can't be tried; ask for 1 or more")
+    check_number(arms)
     check_job(job)
     alone = job.errors.alone()
     sizes = [min(CHUNK, arms - start) for start in range(0, arms, CHUNK)]
@@ -56,6 +55,16 @@ def try_production(
     done = spread(try_arms, pieces, scheduler=scheduler, progress=progress, cancel=cancel)
     outcome = Outcome.CONVERGED if len(done) == len(pieces) else Outcome.CANCELLED
     return gather(job, done[: len(sizes)], _sources(alone, done[len(sizes) :]), outcome=outcome)
+
+
+def check_number(arms: int) -> None:
+    """Refuse a trial without arms.
+
+    Raises:
+        OptionError: fewer than one.
+    """
+    if arms < 1:
+        raise OptionError(f"{arms} arms can't be tried; ask for 1 or more")
 
 
 def _sources(alone: dict, chunks: list[Chunk]) -> dict[str, tuple[float, float]]:

@@ -1,0 +1,55 @@
+"""Diagnoses that can't be made are refused in words; poses of equal index are searched."""
+
+import threading
+from dataclasses import replace
+
+import numpy as np
+
+from workbench.design.indices.o import of_poses
+from workbench.model.forward import sensitivity
+from workbench.session.commands import (
+    AddEffects,
+    ClusterTargets,
+    Diagnose,
+    ImprovePlate,
+    LockTarget,
+    MeasureVirtualArm,
+    TakeNextPoses,
+)
+from workbench.session.state import Severity
+
+
+def test_what_can_not_be_diagnosed_is_said(do):
+    for commands in ((Diagnose(),), (MeasureVirtualArm(5), Diagnose()), (AddEffects(),), (TakeNextPoses(),)):
+        session = do(*commands)
+        assert session.diagnosis is None
+        assert session.messages[-1].severity is Severity.ERROR
+
+
+def test_clustering_gives_equal_indices_in_different_cubes(do):
+    session = do(ClusterTargets(6))
+    q = np.stack([s.q for s in session.states])
+    assert len(q) == 6
+    index = of_poses(sensitivity(session.robot, q, session.robot.default_free)[1])
+    assert np.ptp(index) < 1e-3
+    cells = session.plate.region.cells(session.plate.poses[:, :3, 3])
+    assert len(set(cells.tolist())) == 6
+    assert do(ClusterTargets(1)).messages[-1].severity is Severity.ERROR
+
+
+def test_improving_can_be_cancelled_and_puts_in_only_what_is_better(do, worker, first):
+    worker.submit(ImprovePlate())
+    while worker.session.job is None or not worker.session.job.text:
+        threading.Event().wait(0.01)
+    worker.cancel()
+    assert worker.wait(60.0)
+    assert worker.session.plate is first.plate
+    assert "cancelled" in worker.session.messages[-1].text
+    assert "unlock" in do(LockTarget(2, True), ImprovePlate()).messages[-1].text
+
+    worse = ImprovePlate().finish(first, first.plate.targets[:5])
+    assert worse.plate is first.plate
+    spread = first.plate.with_joints(np.stack([s.q for s in first.states]), ("auto",) * 10).targets
+    more = (*spread, *(replace(t, xyz=t.xyz + 0.06 * np.eye(3)[2], q=None) for t in spread))
+    better = ImprovePlate().finish(first, more)
+    assert better.score.position < first.score.position

@@ -1,0 +1,89 @@
+"""The commands about recorded sessions: review, replay."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from workbench.cli.options import JsonOption, check_writable, progress_bar, say, show
+from workbench.errors import OptionError
+
+RecordingArgument = Annotated[Path, typer.Argument(help="A recording: a folder such as recordings/sample.")]
+EXACT = 1e-9
+"""Relative differences up to this are the arithmetic of another machine."""
+
+
+def review(
+    recording: RecordingArgument,
+    others: Annotated[
+        list[Path] | None,
+        typer.Option("--with", help="Another recording, to compare; more than one: what moved over time."),
+    ] = None,
+    web: Annotated[bool, typer.Option("--web", help="Open the viewer in the browser.")] = False,
+    out: Annotated[
+        Path | None, typer.Option(help="Write the pictures here (.rrd) and open no viewer.")
+    ] = None,
+    json: JsonOption = None,
+) -> None:
+    """Open recorded sessions in the rerun viewer; two of them side by side."""
+    from workbench.record import need_rerun
+    from workbench.session.journal.reader import read_recording
+
+    found = [read_recording(folder) for folder in (recording, *(others or []))]
+    for note in (note for r in found for note in r.notes):
+        say(f"note: {note}")
+    check_writable(out, json)
+    if len(found) > 1:
+        _compare(found, json)
+    elif json is not None:
+        raise OptionError("--json needs --with, another recording to compare with")
+    if len(found) > 2:
+        return
+    need_rerun("the viewer")
+    from workbench.record.review import show_recordings
+
+    with progress_bar("drawing") as progress:
+        pictures = show_recordings(found, out=out, web=web, progress=progress, say=say)
+    if out is not None:
+        say(f"pictures: {pictures}")
+
+
+def _compare(found: list, json: Path | None) -> None:
+    """What differs, and which parameters have moved beyond their standard errors."""
+    from workbench.record.compare import compare
+    from workbench.report.json import write_json
+
+    compared = compare(found)
+    show(compared.tables())
+    if json is not None:
+        say(f"result: {write_json(json, compared.json())}")
+
+
+def replay(
+    recording: RecordingArgument,
+    to: Annotated[int | None, typer.Option(help="Up to this step only.")] = None,
+    report: Annotated[
+        Path | None, typer.Option(help="Write the session's report here (.html), one file.")
+    ] = None,
+    json: JsonOption = None,
+) -> None:
+    """Do a recorded session again and compare all numbers with those of then."""
+    from workbench.report.json import write_json
+    from workbench.session.journal.check import check
+    from workbench.session.journal.reader import read_recording
+
+    check_writable(report, json)
+    found = read_recording(recording, to=to)
+    for note in found.notes:
+        say(f"note: {note}")
+    with progress_bar("replay") as progress:
+        replayed = check(found, progress=progress)
+    say(f"{replayed.steps} steps, {replayed.compared} numbers compared: {replayed.words}")
+    if json is not None:
+        say(f"result: {write_json(json, replayed.json())}")
+    if report is not None:
+        from workbench.record.page import write_page
+
+        say(f"report: {write_page(found, replayed, report)}")
+    if replayed.largest is not None and replayed.largest.size > EXACT:
+        raise typer.Exit(2)

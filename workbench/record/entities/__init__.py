@@ -1,0 +1,42 @@
+"""What a recording shows: one file per kind of thing, one line here.
+
+| path | what |
+|---|---|
+| `world/arm/nominal`, `world/arm/calibrated` | the arms, a body each |
+| `world/plate/solid`, `…/targets/N`, `…/trails/N` | fixture, targets, the ways of dragged targets |
+| `world/region/outline`, `…/cubes` | the region that matters and its cube field |
+| `world/measured`, `world/errors/nominal`, `…/calibrated` | measured positions, exaggerated errors |
+| `index/…`, `predicted/…`, `error/…` | numbers over the steps |
+| `row_error/…` | errors over the measured rows |
+| `target/index_O` | index O of each target |
+| `log`, `about`, `parameters`, `figure/…` | words, tables, pictures |
+"""
+
+from workbench.record.entities.arm import Arms
+from workbench.record.entities.entity import AbstractEntity, Moment
+from workbench.record.entities.figures import Figures
+from workbench.record.entities.measured import Measured
+from workbench.record.entities.plate import PlateSolid, Targets, Trails
+from workbench.record.entities.region import Cubes, RegionOutline
+from workbench.record.entities.series import RowErrors, Series, TargetBars
+from workbench.record.entities.words import About, Log, Parameters
+
+ENTITIES: tuple[type[AbstractEntity], ...] = (
+    About,
+    Log,
+    Arms,
+    PlateSolid,
+    Targets,
+    Trails,
+    RegionOutline,
+    Cubes,
+    Measured,
+    Series,
+    RowErrors,
+    TargetBars,
+    Parameters,
+    Figures,
+)
+"""Everything that is drawn, in this order."""
+
+__all__ = ["ENTITIES", "AbstractEntity", "Moment"]

@@ -1,0 +1,112 @@
+"""`world/arm/nominal` and `world/arm/calibrated`: the two arms, solid and amber.
+
+Each body moves with its own frame. On the timeline `measured_row` they stand as they stood at every
+measured row.
+"""
+
+import numpy as np
+import rerun as rr
+
+from workbench.appearance.bodies import body_frames, make_bodies
+from workbench.appearance.colours import GHOST
+from workbench.record.canvas import Canvas
+from workbench.record.entities.entity import AbstractEntity, Moment
+from workbench.record.shapes import mesh, quaternion
+from workbench.robots.robot import Robot
+from workbench.session.state import Focus, Session
+
+SHELL = 1.09
+"""How much thicker the calibrated arm is, so that it encloses the nominal one."""
+GHOSTLY = 0.35
+MOST_ROWS = 2000
+"""Rows for which the arms are drawn at most."""
+
+
+class Arms(AbstractEntity):
+    """The nominal arm at the selected target or the row that is looked at, the calibrated one about it."""
+
+    def __init__(self) -> None:
+        self._nominal, self._calibrated = _Arm("world/arm/nominal"), _Arm("world/arm/calibrated", GHOST)
+
+    def draw(self, canvas: Canvas, moment: Moment) -> None:
+        """Move both arms; the calibrated one is there when something is identified."""
+        session = moment.session
+        q = posture(session)
+        found = session.identification
+        self._nominal.stand(canvas, session.robot, q)
+        rows = session.comparison
+        rows_q = None if rows is None else rows.q[:MOST_ROWS]
+        self._nominal.stand_at_rows(canvas, session.robot, rows_q)
+        if found is None:
+            self._calibrated.leave(canvas)
+            return
+        arm = found.runs[session.fit].calibrated
+        self._calibrated.stand(canvas, arm, q)
+        self._calibrated.stand_at_rows(canvas, arm, rows_q)
+
+
+def posture(session: Session) -> np.ndarray:
+    """Where the arm in the scene stands [rad or m]."""
+    if session.focus is Focus.ROW and session.comparison is not None:
+        return session.comparison.q[session.row]
+    if session.jogged is not None:
+        return session.jogged
+    return session.states[session.selected].q
+
+
+class _Arm:
+    """One arm; its bodies are drawn anew when the robot is another one."""
+
+    def __init__(self, path: str, ghost: tuple[int, int, int] | None = None):
+        self._path, self._ghost = path, ghost
+        self._robot: Robot | None = None
+        self._q: np.ndarray | None = None
+        self._rows: np.ndarray | None = None
+        self._parts: frozenset[str] = frozenset()
+
+    def stand(self, canvas: Canvas, robot: Robot, q: np.ndarray) -> None:
+        if robot is not self._robot:
+            self._build(canvas, robot)
+        elif self._q is not None and np.array_equal(q, self._q):
+            return
+        self._q = q
+        for i, frame in enumerate(body_frames(robot, q)):
+            turn = quaternion(frame[:3, :3])
+            canvas.log(
+                f"{self._path}/body{i}",
+                rr.Transform3D(translation=frame[:3, 3], quaternion=rr.Quaternion(xyzw=turn)),
+            )
+
+    def stand_at_rows(self, canvas: Canvas, robot: Robot, rows: np.ndarray | None) -> None:
+        if rows is None or (self._rows is not None and np.array_equal(rows, self._rows)) or not len(rows):
+            return
+        self._rows = rows
+        frames = np.stack([body_frames(robot, q) for q in rows], 1)
+        for i, places in enumerate(frames):
+            turns = quaternion(places[:, :3, :3])
+            columns = rr.Transform3D.columns(translation=places[:, :3, 3], quaternion=turns)
+            canvas.rows(f"{self._path}/body{i}", columns, len(rows))
+
+    def leave(self, canvas: Canvas) -> None:
+        if self._robot is not None:
+            canvas.clear(self._path)
+        self._robot = self._q = self._rows = None
+        self._parts = frozenset()
+
+    def _build(self, canvas: Canvas, robot: Robot) -> None:
+        """Draw the bodies over those of another robot; what that one had more goes.
+
+        A `Clear` of the whole arm would take its poses of the same step away as well.
+        """
+        self._robot, self._rows = robot, None
+        solids = {
+            f"{self._path}/body{i}/part{j}": part
+            for i, body in enumerate(make_bodies(robot, swell=1.0 if self._ghost is None else SHELL))
+            for j, part in enumerate(body.parts)
+        }
+        for path, part in solids.items():
+            colour = part.colour if self._ghost is None else (*self._ghost, round(255 * GHOSTLY))
+            canvas.log(path, mesh(part.solid, colour))
+        for path in self._parts - solids.keys():
+            canvas.clear(path)
+        self._parts = frozenset(solids)

@@ -1,0 +1,129 @@
+"""A session's report: one HTML file with its pictures and tables inside, made from its journal."""
+
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined, Template
+from markupsafe import Markup
+
+from workbench.files import write_text
+from workbench.record.words import parameter_rows
+from workbench.report.corrections import corrections
+from workbench.report.drawing import svg
+from workbench.report.error_plots import before_after
+from workbench.report.html import error_cards, themed
+from workbench.report.numbers import short
+from workbench.session.journal.check import Replayed
+from workbench.session.journal.entry import Ending
+from workbench.session.journal.reader import Recording
+from workbench.session.state import Score, Session
+from workbench.validate.error_columns import order_of_measuring
+
+DEGREES = float(np.rad2deg(1.0))
+PREDICTED = (("mean predicted error [mm]", 1e3), ("mean predicted rotation error [°]", DEGREES))
+
+
+def write_page(recording: Recording, replayed: Replayed, path: Path) -> Path:
+    """Write the report of a recorded session.
+
+    Args:
+        recording: Its journal.
+        replayed: What doing it again came to.
+        path: The file, whole or not at all.
+
+    Raises:
+        FileError: it can't be written.
+    """
+    first, last = recording.first, replayed.session
+    found = last.identification
+    run = None if found is None else found.runs[last.fit]
+    text = _template().render(
+        robot=last.robot.name,
+        began=recording.header.get("began", "")[:16].replace("T", " "),
+        replayed=replayed,
+        cards=[]
+        if run is None
+        else error_cards(found.nominal.held_out or found.nominal.train, run.held_out or run.train),
+        notes=[*recording.notes, *(() if found is None else found.warnings)],
+        facts=_facts(recording, last),
+        scores=list(_scores(first.score, last.score)),
+        moved=list(_moved(first, last)),
+        drawings=[(title, Markup(picture)) for title, picture in _drawings(last)],
+        fit="" if run is None else run.fit.title,
+        parameters=[] if run is None else list(parameter_rows(run.fit)),
+        decisions=list(_decisions(recording)),
+    )
+    return write_text(path, text)
+
+
+@cache
+def _template() -> Template:
+    loaders = [PackageLoader("workbench.record"), PackageLoader("workbench.report")]
+    environment = Environment(
+        loader=ChoiceLoader(loaders),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template("session.html")
+
+
+def _facts(recording: Recording, session: Session) -> list[tuple[str, str]]:
+    loaded, branched = session.loaded, recording.header.get("branched")
+    minutes, seconds = divmod(round(recording.seconds), 60)
+    facts = [
+        ("Recording", recording.folder.name),
+        ("Robot", f"{session.robot.name} ({session.robot.convention}, {session.robot.dof} joints)"),
+        ("Plate", f"{session.plate.name}, {len(session.plate)} targets"),
+        ("Steps", f"{len(recording.lines)} in {minutes} min {seconds} s"),
+        ("Instrument", f"{1e3 * session.noise.position:.3g} mm, {np.rad2deg(session.noise.rotation):.3g}°"),
+        ("Measurements", "none" if loaded is None else f"{loaded.name}, {len(loaded.dataset)} rows"),
+    ]
+    if branched is not None:
+        facts.append(("Branched off", f"from {branched['from']} after step {branched['step']}"))
+    return facts
+
+
+def _scores(first: Score, last: Score) -> Iterator[tuple[str, str, str]]:
+    yield "targets reached", f"{first.reached}", f"{last.reached}"
+    for (name, scale), part in zip(PREDICTED, ("position", "rotation"), strict=True):
+        yield name, short(scale * getattr(first, part)), short(scale * getattr(last, part))
+    for name, value in last.indices.items():
+        yield f"index {name}", f"{first.indices[name]:.4g}", f"{value:.4g}"
+
+
+def _moved(first: Session, last: Session) -> Iterator[tuple[str, str, str, str]]:
+    for i, (a, b) in enumerate(zip(first.plate.targets, last.plate.targets, strict=False), start=1):
+        if not np.array_equal(a.pose, b.pose):
+            way = 1e3 * float(np.linalg.norm(b.xyz - a.xyz))
+            yield f"{i}", _place(a.xyz), _place(b.xyz), f"{way:.1f}"
+
+
+def _place(xyz: np.ndarray) -> str:
+    return ", ".join(f"{1e3 * v:.1f}".replace("-", "−") for v in xyz)
+
+
+def _drawings(session: Session) -> Iterator[tuple[str, str]]:
+    found = session.identification
+    if found is None:
+        return
+    yield (
+        "Before and after, row by row",
+        themed(svg(before_after(found, order_of_measuring(found)), "before-after")),
+    )
+    figure = corrections(found.best)
+    if figure is not None:
+        yield "Corrections of the arm", themed(svg(figure, "corrections"))
+
+
+def _decisions(recording: Recording) -> Iterator[tuple[int, str, str]]:
+    """Steps that are not only passed through, in plain words."""
+    for step, line in enumerate(recording.lines, start=1):
+        entry = line.entry
+        if entry.command.key is not None and entry.ending is Ending.DONE and not line.says:
+            continue
+        words = line.title if entry.ending is Ending.DONE else f"{line.title} ({entry.ending})"
+        yield step, f"{entry.at:.1f} s", "; ".join([words, *line.says])

@@ -1,0 +1,158 @@
+"""Commands that close the loop: find what the model lacks, add it, measure where it would show best."""
+
+from collections.abc import Hashable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from workbench import se3
+from workbench.design.patterns import MOST_TARGETS
+from workbench.design.plate import Target
+from workbench.errors import DataError, OptionError
+from workbench.model.forward import tool_poses
+from workbench.session.command import AbstractChange, AbstractTask, Cancel, Cancelled, Progress
+from workbench.session.commands.arrange import placed_anew
+from workbench.session.commands.fit import Identify
+from workbench.session.state import Session, Severity
+from workbench.session.steps import check_free
+from workbench.types import frozen
+
+if TYPE_CHECKING:
+    from workbench.diagnose.record import Diagnosis
+
+LEAST_ROWS = 20
+"""Fewer rows can't tell one effect from another."""
+
+
+@dataclass(frozen=True)
+class Diagnose(AbstractTask):
+    """Find the effect that the model lacks.
+
+    Args:
+        held_out: Share of the rows that is kept for judging; they choose nothing.
+        seed: Of the held-out rows and the folds.
+    """
+
+    held_out: float = 0.2
+    seed: int = 0
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return "Find what the model lacks"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Every one counts."""
+        return None
+
+    def check(self, session: Session) -> None:
+        """There must be measurements enough."""
+        if session.loaded is None:
+            raise DataError("there are no measurements yet; load a file or measure a virtual arm first")
+        rows = len(session.loaded.dataset) - len(session.left_out)
+        if rows < LEAST_ROWS:
+            raise DataError(
+                f"{rows} rows can't tell one effect from another; measure at least {LEAST_ROWS} "
+                "(a virtual arm: 'More poses' in the Measure tab)"
+            )
+
+    def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
+        """The diagnosis."""
+        from workbench.pipeline.diagnosis import diagnose  # takes a second to import, and is needed only here
+
+        loaded = session.loaded
+        assert loaded is not None
+        found = diagnose(
+            session.robot,
+            loaded.dataset,
+            held_out=self.held_out if loaded.checks is None else loaded.checks,
+            free=tuple(n for n in session.robot.default_free if n not in session.held),
+            exclude=dict.fromkeys(sorted(session.left_out), "left out by hand"),
+            seed=self.seed,
+            progress=progress,
+            cancel=cancel,
+        )
+        if cancel():
+            raise Cancelled
+        return loaded, found
+
+    def finish(self, session: Session, result: Any) -> Session:
+        """The session with the diagnosis."""
+        loaded, found = result
+        if session.loaded is not loaded:
+            raise DataError("the measurements were replaced meanwhile; diagnose again")
+        return replace(session, diagnosis=found).tell(Severity.INFO, found.message)
+
+
+@dataclass(frozen=True)
+class AddEffects(AbstractTask):
+    """Add what the diagnosis found to the model, and identify it together with the geometry."""
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return "Add what was found to the model"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Every one counts."""
+        return None
+
+    def check(self, session: Session) -> None:
+        """Something must have been found."""
+        if not _found(session).effects:
+            raise DataError("the diagnosis found no effect, so there is nothing to add")
+
+    def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
+        """The fits with the effects."""
+        found = _found(session)
+        effects = tuple(accepted.effect for accepted in found.effects)
+        with_effects = replace(session, accepted=effects)
+        return effects, Identify(("opt2",)).compute(with_effects, progress=progress, cancel=cancel)
+
+    def finish(self, session: Session, result: Any) -> Session:
+        """The session with the fits."""
+        effects, fits = result
+        return Identify().finish(replace(session, accepted=effects), fits)
+
+
+@dataclass(frozen=True)
+class TakeNextPoses(AbstractChange):
+    """Make the poses that the diagnosis wants to be measured next new targets of the plate."""
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return "Make the next poses targets"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Every one counts."""
+        return None
+
+    def check(self, session: Session) -> None:
+        """There must be such poses, and room."""
+        check_free(session)
+        wanted = len(_found(session).measure_next)
+        if not wanted:
+            raise DataError("the diagnosis asks for no further poses")
+        if wanted + len(session.plate) > MOST_TARGETS:
+            raise OptionError(f"a plate has {MOST_TARGETS} targets at most; delete some first")
+
+    def apply(self, session: Session) -> Session:
+        """The session afterwards."""
+        q = np.asarray(_found(session).measure_next)
+        poses = se3.inverse(session.robot.base.pose) @ tool_poses(session.robot, q)
+        new = tuple(
+            Target(frozen(pose[:3, 3]), frozen(se3.matrix_to_rpy(pose[:3, :3])), q=frozen(row.copy()))
+            for pose, row in zip(poses, q, strict=True)
+        )
+        return placed_anew(session, (*session.plate.targets, *new))
+
+
+def _found(session: Session) -> "Diagnosis":
+    if session.diagnosis is None:
+        raise DataError("nothing has been diagnosed yet; press Diagnose first")
+    return session.diagnosis
