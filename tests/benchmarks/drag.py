@@ -37,7 +37,7 @@ SECONDS = 4.0
 PROBE = """() => {
   window.__moves = []; window.__shown = []; let last = null;
   const read = () => {
-    const text = document.querySelector('[data-testid="predicted"]')?.innerText;
+    const text = document.querySelector('[data-testid="index"]')?.innerText;
     if (text && text !== last) { last = text; window.__shown.push(performance.now()); }
   };
   read(); window.__shown.length = 0;

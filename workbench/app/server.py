@@ -1,5 +1,6 @@
 """The app: a session, its worker, and a page that shows it."""
 
+import signal
 import threading
 import webbrowser
 from collections.abc import Callable
@@ -117,16 +118,32 @@ def serve(
         if open_browser:
             webbrowser.open(url)
 
-    app = None
+    app, stop = None, threading.Event()
+    before = signal.signal(signal.SIGINT, _stopped_by_interrupt(stop))
     try:
         pace = 1.0 if demo else None
         app = App(robot, plate, data=data, host=host, port=port, begin=begin, demo=pace, on_bound=bound)
-        threading.Event().wait()
+        stop.wait()
     except KeyboardInterrupt:
         pass
     finally:
+        signal.signal(signal.SIGINT, before)
         if app is not None:
             app.close()
+
+
+def _stopped_by_interrupt(stop: threading.Event) -> Callable[[int, object], None]:
+    """A handler that asks to stop: an exception raised in the midst of a library may be lost there.
+
+    A second interrupt ends the program wherever it is.
+    """
+
+    def handle(number: int, frame: object) -> None:
+        if stop.is_set():
+            raise KeyboardInterrupt
+        stop.set()
+
+    return handle
 
 
 def _serve(host: str, port: int | None) -> viser.ViserServer:

@@ -28,8 +28,10 @@ from workbench.robots.robot import Robot
 
 HIGHEST_ORDER = 64
 """Harmonics beyond this are not looked for."""
-BANDS = (16, 32, 64)
-"""Highest orders of bands; they ask for twice as many rows as a single order."""
+LEAST_BAND = 16
+"""Lowest order up to which a band must reach; it asks for twice as many rows as a single order."""
+DECAYS, LOW = (0.0, 2.0, 4.0), 16.0
+"""Powers with which the variance of a band's orders may fall beyond this order."""
 ROWS_PER_ORDER, ROWS_PER_KNOT = 6, 4
 """Rows that a harmonic order asks for, and a knot of a spline, whose height is shrunk."""
 KNOTS = 40
@@ -149,12 +151,20 @@ def _of_joint(robot: Robot, motion: Motion, joint: int) -> Iterator[Candidate]:
     if turns(robot.chain, joint):
         for order in range(1, highest + 1):
             yield Candidate(JointHarmonic((joint,), order=order))
-        for band in [b for b in BANDS if b <= highest and 2 * b * ROWS_PER_ORDER <= len(motion)]:
-            effect = JointHarmonic((joint,), order=tuple(range(1, band + 1)))
-            yield Candidate(effect, np.eye(len(effect.names)))
+        band = min(highest, len(motion) // (2 * ROWS_PER_ORDER))
+        if band >= LEAST_BAND:
+            yield from _bands(joint, band)
     count = min(KNOTS, len(motion) // ROWS_PER_KNOT, places(motion.q[:, joint]))
     if count >= 5:
         yield from _splines(motion.q[:, joint], joint, count)
+
+
+def _bands(joint: int, highest: int) -> Iterator[Candidate]:
+    """All orders of a joint together, with more or less strength in the high ones."""
+    effect = JointHarmonic((joint,), order=tuple(range(1, highest + 1)))
+    orders = np.repeat(np.array(effect.orders), 2)
+    for decay in DECAYS:
+        yield Candidate(effect, np.diag(1.0 / (1.0 + (orders / LOW) ** decay)))
 
 
 def highest_order(q: np.ndarray) -> int:

@@ -14,7 +14,7 @@ Neural Computation 4(3), 1992.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
@@ -23,11 +23,11 @@ from scipy import linalg, stats
 from workbench.diagnose.candidate import Candidate
 from workbench.diagnose.grams import Grams
 
-UNSEEN = 1e-8
+UNSEEN = 1e-5
 """Share of a column's square beside all others below which the rows don't show it."""
 PRECISIONS = np.logspace(-4.0, 8.0, 37)
 """Precisions that are tried for shrunk coefficients, relative to what the rows say of a typical one."""
-JITTER = 1e-12
+JITTER = 1e-10
 EVIDENT = 4.0
 """F ratios below this are chance in any number of tries; their p-value is not worked out."""
 
@@ -89,9 +89,7 @@ def left_by(grams: Grams, model: Model, only: Sequence[str] | None = None) -> Le
     """Fit a model and geometry, and take them off all columns, or off those of some coefficients only."""
     own, precision = _own(grams, model)
     used = np.concatenate([np.arange(grams.geometry), own])
-    block = grams.total[np.ix_(used, used)].copy()
-    block[grams.geometry :, grams.geometry :] += precision
-    block[np.diag_indices(len(used))] += JITTER
+    block = _curved(grams, grams.total, used, precision)
     factor = linalg.cholesky(block, lower=True, check_finite=False)
     last = grams.total.shape[0] - 1
     asked = np.arange(last + 1) if only is None else np.append(grams.columns(only), last)
@@ -171,9 +169,7 @@ def solve(grams: Grams, model: Model, inner: Float[np.ndarray, "gc1 gc1"]) -> Fl
     """Scaled coefficients (and steps of the geometry) of a model on some inner products; zeros elsewhere."""
     own, precision = _own(grams, model)
     used = np.concatenate([np.arange(grams.geometry), own])
-    block = inner[np.ix_(used, used)].copy()
-    block[grams.geometry :, grams.geometry :] += precision
-    block[np.diag_indices(len(used))] += 1e-9
+    block = _curved(grams, inner, used, precision)
     out = np.zeros(grams.total.shape[0] - 1)
     out[used] = linalg.solve(block, inner[used, -1], assume_a="pos", check_finite=False)
     return out
@@ -185,9 +181,7 @@ def curvature(
     """Solver for, and matrix of, the curvature of a cost in geometry steps and scaled coefficients."""
     own, precision = _own(grams, model)
     used = np.concatenate([np.arange(grams.geometry), own])
-    block = grams.total[np.ix_(used, used)].copy()
-    block[grams.geometry :, grams.geometry :] += precision
-    block[np.diag_indices(len(used))] += 1e-9
+    block = _curved(grams, grams.total, used, precision)
     factor = linalg.cho_factor(block, check_finite=False)
     return (lambda right: linalg.cho_solve(factor, right, check_finite=False)), block
 
@@ -222,6 +216,16 @@ def _root(grams: Grams, candidate: Candidate) -> np.ndarray:
     return grams.scales(candidate.names)[:, None] * candidate.root
 
 
+def _curved(grams: Grams, inner: np.ndarray, used: np.ndarray, precision: np.ndarray) -> np.ndarray:
+    """Curvature of a model's cost in the columns that it uses, geometry first."""
+    g = grams.geometry
+    block = inner[np.ix_(used, used)].copy()
+    block[:g, :g] += grams.tether
+    block[g:, g:] += precision
+    block[np.diag_indices(len(used))] += JITTER
+    return block
+
+
 def _own(grams: Grams, model: Model) -> tuple[np.ndarray, np.ndarray]:
     """Columns of a model's coefficients, and their precision matrix."""
     if not model:
@@ -230,12 +234,16 @@ def _own(grams: Grams, model: Model) -> tuple[np.ndarray, np.ndarray]:
     return own, linalg.block_diag(*(precision_of(grams, t) for t in model))
 
 
+def grown(grams: Grams, model: Model) -> Model:
+    """A model whose terms are shrunk one after the other as the rows like best, at other inner products."""
+    out: Model = ()
+    for term in model:
+        found = offer(left_by(grams, out, term.candidate.names), term.candidate)
+        out = (*out, term if found is None else found.term)
+    return out
+
+
 def drop(model: Model, terms: Sequence[Term]) -> Model:
     """A model without some of its terms."""
     gone = {id(t) for t in terms}
     return tuple(t for t in model if id(t) not in gone)
-
-
-def with_precision(term: Term, precision: float) -> Term:
-    """The term shrunk by another amount."""
-    return replace(term, precision=precision)

@@ -18,6 +18,8 @@ from workbench.effects import AbstractEffect
 from workbench.identify.linear import factorise
 from workbench.identify.problem import Problem
 
+TETHER = 0.005
+"""How far [rad, m] a model of effects may be expected to move the geometry from where it was fitted."""
 SHORTEST = 1e-12
 """Columns shorter than this [whitened residual per unit] are zero."""
 
@@ -39,6 +41,11 @@ class Grams:
     scale: Float[np.ndarray, " c"]
     basis: Float[np.ndarray, "p g"]
     count: int
+
+    @cached_property
+    def tether(self) -> Float[np.ndarray, "g g"]:
+        """Precision that keeps geometry near the fit where effects leave it open: within `TETHER`."""
+        return self.basis.T @ self.basis / TETHER**2
 
     @property
     def geometry(self) -> int:

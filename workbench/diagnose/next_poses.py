@@ -21,8 +21,8 @@ from workbench.model.forward import tool_poses
 from workbench.motion import Motion
 from workbench.robots.robot import Robot
 
-POOL = 400
-"""Poses to choose from."""
+POOL, MANY = 400, 100_000
+"""Poses to choose from; fewer where poses times unknowns would be more than this."""
 WIDER = 0.1
 """Part of the measured box by which a pose may leave it."""
 WEAK = 1e-8
@@ -46,7 +46,7 @@ def next_poses(
         rng: Draws the poses.
         count: How many poses.
     """
-    pool = _pool(problem, x, rng)
+    pool = _pool(problem, x, rng, max(min(POOL, MANY // len(x)), 50))
     if not len(pool.q):
         return pool.q
     asked = carriers(effects)
@@ -112,16 +112,16 @@ def _like(problem: Problem, x: np.ndarray, pool: Dataset) -> Problem:
     )
 
 
-def _pool(problem: Problem, x: np.ndarray, rng: np.random.Generator) -> Dataset:
+def _pool(problem: Problem, x: np.ndarray, rng: np.random.Generator, size: int) -> Dataset:
     """Poses within the joint ranges that were measured, whose tool stays about where it was measured."""
     data, arm = problem.data, problem.robot_at(x).with_effects()
     low, high = data.q.min(0), data.q.max(0)
     session = data.sessions[0]
     frames = problem.frames.session_frames(arm, session)
     arm = arm.with_frames(base=frames.base, tool=frames.tool)
-    q = rng.uniform(low, high, (8 * POOL, data.joints))
+    q = rng.uniform(low, high, (8 * size, data.joints))
     inside = _about(arm, data.q, q)
-    return _unmeasured(data, q[inside][:POOL], arm, session)
+    return _unmeasured(data, q[inside][:size], arm, session)
 
 
 def _about(arm: Robot, measured: np.ndarray, q: np.ndarray) -> np.ndarray:

@@ -10,7 +10,7 @@ from workbench.diagnose.evidence import Model, coefficients, curvature, precisio
 from workbench.diagnose.grams import Grams
 from workbench.effects import AbstractEffect
 from workbench.identify import noise as noises
-from workbench.identify.identifier import ROUNDING, OnStep, Search
+from workbench.identify.identifier import OnStep, Search, ended
 from workbench.identify.opt2 import Opt2
 from workbench.identify.problem import Problem
 from workbench.identify.result import Fit
@@ -22,7 +22,9 @@ STEPS = 60
 """Most steps of a fit."""
 LARGE = 10_000_000
 """Numbers of a Jacobian from which on it is not formed any more."""
-CHORDS, PROMISE = 6, 1e-4
+SHORTER = (1.0, 0.3, 0.1)
+"""Parts of a step that are tried."""
+CHORDS, PROMISE = 6, 1e-3
 """Steps with one and the same curvature; they end when one promises less than this many standard errors."""
 
 
@@ -76,7 +78,7 @@ def refit(
     if grams is not None and any(t.candidate.shrunk for t in model):
         built = _shrinking(built, grams, model)
     here = np.array([(begin or {}).get(p.name, p.nominal) for p in built.parameters])
-    if grams is not None and built.size * len(here) > LARGE:
+    if grams is not None and large(built):
         search = _chord(built, here, grams, model, on_step)
     else:
         search = Opt2(limit=STEPS).search(built, on_step=on_step, begin=here)
@@ -90,6 +92,11 @@ def refit(
         seconds=0.0,
     )
     return Fitted(model, fit)
+
+
+def large(problem: Problem) -> bool:
+    """Whether a problem's Jacobian is better not formed."""
+    return problem.size * len(problem.names) > LARGE
 
 
 def linear_answer(fitted: Fitted, grams: Grams, model: Model) -> dict[str, float]:
@@ -137,10 +144,13 @@ def _chord(problem: Problem, x: np.ndarray, grams: Grams, model: Model, on_step:
             return Search(x, Outcome.CONVERGED, tuple(history))
         if on_step is not None and on_step(k, cost):
             return Search(x, Outcome.CANCELLED, tuple(history))
-        new, slope = problem.cost_and_gradient(x + into @ step)
-        if not new <= cost * (1.0 + ROUNDING):
-            return Search(x, Outcome.STALLED, tuple(history))
-        x, cost, gradient = x + into @ step, new, slope
+        for shorter in SHORTER:
+            new, slope = problem.cost_and_gradient(x + shorter * (into @ step))
+            if new < cost:
+                break
+        else:
+            return Search(x, ended(-float(step @ (into.T @ gradient)), history), tuple(history))
+        x, cost, gradient = x + shorter * (into @ step), new, slope
         history.append(cost)
     return Search(x, Outcome.CONVERGED, tuple(history))
 

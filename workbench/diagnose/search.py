@@ -21,8 +21,8 @@ ROUNDS = 40
 """Most effects of one arm."""
 EXCHANGES = 6
 """Rounds of exchange after each entry."""
-FEW = 4
-"""Effects up to which exchanges are tried after every entry; from then on once nothing enters."""
+FEW, MANY = 3, 8
+"""Effects up to which exchanges are tried after every entry; and once nothing enters."""
 WORTH = 0.005
 """Part of the cross-validated square by which an effect must lower it."""
 BETTER = 0.5
@@ -123,7 +123,7 @@ def _own_offer(grams: Grams, model: Model, k: int) -> Offer:
 
 def exchange(grams: Grams, candidates: Sequence[Candidate], model: Model) -> Model:
     """Put better effects in the places of accepted ones, one at a time or all maps of a joint together."""
-    for _ in range(EXCHANGES):
+    for _ in range(EXCHANGES if len(model) <= MANY else 0):
         better = _one_exchange(grams, candidates, model)
         if better is None:
             return model

@@ -12,18 +12,18 @@ from jaxtyping import Bool, Int
 
 from workbench.diagnose.candidate import Candidate
 from workbench.diagnose.catalogue import Catalogue, catalogue
-from workbench.diagnose.evidence import Model
+from workbench.diagnose.evidence import Model, validated
 from workbench.diagnose.grams import Grams, compress
 from workbench.diagnose.outliers import robust_fit, standing_out
-from workbench.diagnose.refit import Fitted, linear_answer, refit, with_own_noise
-from workbench.diagnose.search import Found, judged, search
+from workbench.diagnose.refit import Fitted, large, linear_answer, refit, with_own_noise
+from workbench.diagnose.search import WORTH, Found, judged, search
 from workbench.identify.identifier import OnStep
 from workbench.identify.problem import Problem
 from workbench.measure.dataset import Dataset
 from workbench.motion import Motion
 
-ROUNDS = 5
-"""Most searches for effects."""
+ROUNDS, FEW_ROUNDS = 5, 2
+"""Most searches for effects; fewer for large problems."""
 SETTLINGS = 3
 """Most rounds of outliers after one fit."""
 FOLDS = 5
@@ -81,7 +81,8 @@ def geometry_first(
     everything = np.ones(len(rows), bool)
     out = standing_out(fitted.problem, robust_fit(fitted.problem, fitted.fit.x), everything)
     stage = Stage(rows, ~out, problem, fitted)
-    return _settle(_fit(stage, None, (), known, on_step), None, known, on_step)
+    stage = _settle(_fit(stage, None, (), known, on_step), None, known, on_step)
+    return _fit(stage, None, (), known, on_step)
 
 
 def rounds(
@@ -115,17 +116,30 @@ def rounds(
         key = frozenset(_key(t.candidate) for t in last.found.model)
         stalled = key in seen or (on_step is not None and on_step(number, 0.0))
         seen.add(key)
-        if _same(last.found.model, stage.fitted.model):
+        if _same(last.found.model, stage.fitted.model) or not _better(last):
+            done[-1] = _as_fitted(last)
             break
-        if stalled or number == ROUNDS - 1:
-            fitted = _among(stage.fitted.model, last.offered.candidates)
-            done[-1] = replace(last, found=judged(last.grams, fitted, last.found.distrusted))
+        if stalled or number == (FEW_ROUNDS if large(stage.fitted.problem) else ROUNDS) - 1:
+            done[-1] = _as_fitted(last)
             break
         if tell is not None:
             tell(f"round {number + 1}: fitting geometry and {len(last.found.model)} effects")
         stage = _fit(stage, last.grams, last.found.model, known, on_step)
         stage = _settle(stage, last.grams, known, on_step)
     return tuple(done)
+
+
+def _as_fitted(searched: Searched) -> Searched:
+    """The search with the fitted model in place of what it found."""
+    fitted = _among(searched.stage.fitted.model, searched.offered.candidates)
+    return replace(searched, found=judged(searched.grams, fitted, searched.found.distrusted))
+
+
+def _better(searched: Searched) -> bool:
+    """Whether what was found predicts other folds noticeably better than the fitted model."""
+    fitted = _among(searched.stage.fitted.model, searched.offered.candidates)
+    before, after = (validated(searched.grams, m).sum() for m in (fitted, searched.found.model))
+    return bool(abs(before - after) > WORTH * before)
 
 
 def folds_of(data: Dataset, rng: np.random.Generator) -> Int[np.ndarray, " rows"]:
@@ -137,7 +151,7 @@ def folds_of(data: Dataset, rng: np.random.Generator) -> Int[np.ndarray, " rows"
 
 
 def _search(stage: Stage, fold: np.ndarray, on_step: OnStep | None) -> Searched:
-    problem = stage.fitted.problem
+    problem = stage.fitted.problem.with_noise(stage.geometric.noise)
     offered = catalogue(stage.geometric.robot, Motion.of(stage.rows))
     effects = [c.effect for c in offered.candidates]
     grams = compress(problem, stage.fitted.fit.x, effects, fold[stage.keep])
@@ -157,22 +171,21 @@ def _fit(stage: Stage, grams: Grams | None, model: Model, known, on_step) -> Sta
 
 
 def _settle(stage: Stage, grams: Grams | None, known, on_step) -> Stage:
-    """Weigh by what the fit leaves and set outliers apart until both stand still."""
-    for _ in range(SETTLINGS):
-        stage = replace(stage, geometric=with_own_noise(stage.fitted, stage.geometric))
+    """Set outliers apart until the rows stand still, then weigh by what the fit leaves."""
+    for _ in range(1 if large(stage.fitted.problem) else SETTLINGS):
         whole = _on_all_rows(stage, known)
         keep = ~standing_out(whole, stage.fitted.fit.x, stage.keep, stage.fitted.fit.factor)
         if (keep == stage.keep).all():
             break
         stage = _fit(replace(stage, keep=keep), grams, stage.fitted.model, known, on_step)
-    return _fit(stage, grams, stage.fitted.model, known, on_step)
+    return replace(stage, geometric=with_own_noise(stage.fitted, stage.geometric))
 
 
 def _on_all_rows(stage: Stage, known) -> Problem:
     """The fitted problem on all rows, outliers among them."""
     problem = stage.fitted.problem
     if stage.keep.all():
-        return problem.with_noise(stage.geometric.noise)
+        return problem
     return Problem.build(
         problem.robot,
         stage.rows,
@@ -184,9 +197,14 @@ def _on_all_rows(stage: Stage, known) -> Problem:
     )
 
 
+def as_candidates(model: Model, searched: Searched) -> Model:
+    """A model's terms as candidates of another search, in their order; those not offered there left out."""
+    return _among(model, searched.offered.candidates)
+
+
 def _key(candidate: Candidate) -> str:
     """What tells candidates of different rounds apart."""
-    shape = "" if candidate.covariance is None else f"{candidate.covariance[0, 1]:.6f}"
+    shape = "" if candidate.covariance is None else f"{candidate.covariance[[0, -1], [1, -1]]}"
     return f"{candidate.effect.name} {candidate.names} {shape}"
 
 

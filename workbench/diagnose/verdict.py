@@ -20,8 +20,8 @@ SPARE = 2.0
 
 def conclude(
     accepted: Sequence[Accepted],
-    fit: Fit,
     *,
+    noise: Noise,
     before: Errors,
     after: Errors,
     floor: Noise | None,
@@ -33,7 +33,7 @@ def conclude(
 
     Args:
         accepted: Effects that were added.
-        fit: Geometry and effects.
+        noise: What is left, per axis [m], [rad].
         before: Errors of the geometry alone, on the rows that judge it.
         after: Errors with the effects.
         floor: Noise that was known beforehand.
@@ -45,7 +45,7 @@ def conclude(
     more = structure or bool(distrusted)
     rest = f"{left:.3g} mm, is noise"
     if floor is not None:
-        ratio = fit.problem.noise.position / floor.position
+        ratio = noise.position / floor.position
         more = ratio > NOISE_LIKE
         known = f"the noise known beforehand ({1e3 * floor.position:.2g} mm per axis)"
         rest = (

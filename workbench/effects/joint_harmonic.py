@@ -6,6 +6,7 @@ over one order k, or over a band of orders: the teeth of a gear show with their 
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import final
 
 import numpy as np
@@ -32,7 +33,7 @@ class JointHarmonic(AbstractEffect):
         """Its orders."""
         return self.order if isinstance(self.order, tuple) else (self.order,)
 
-    @property
+    @cached_property
     def names(self):
         """`joint3.cos2`, `joint3.sin2` …"""
         return tuple(

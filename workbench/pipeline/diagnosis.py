@@ -7,12 +7,13 @@ from time import perf_counter
 import numpy as np
 
 from workbench.design.region import Region
+from workbench.diagnose.evidence import Term, grown
 from workbench.diagnose.leftover import joint_noise, structured
 from workbench.diagnose.next_poses import next_poses
 from workbench.diagnose.record import Accepted, Diagnosis, Ranked, judged
 from workbench.diagnose.refit import robot_with
 from workbench.diagnose.rivals import ambiguous, ranked, rivals_of
-from workbench.diagnose.stages import Searched, Stage, geometry_first, rounds
+from workbench.diagnose.stages import Searched, Stage, as_candidates, geometry_first, rounds
 from workbench.diagnose.verdict import conclude, too_few
 from workbench.diagnose.words import sentence
 from workbench.effects.local_joint_error import LocalJointError
@@ -73,7 +74,7 @@ def diagnose(
         robot,
         with_directions(data),
         dict(exclude or {}),
-        held_out=held_out,
+        held_out=with_directions(held_out) if isinstance(held_out, Dataset) else held_out,
         frames=frames,
         free=free,
         region=region,
@@ -92,12 +93,12 @@ def diagnose(
     last = searches[-1]
     floor = noise if noise is not None else noises.from_repeats(ready.problem.data)
     before, after = _validated(ready, first), _validated(ready, last.stage)
-    accepted = _accepted(ready, last)
+    accepted = _accepted(ready, searches)
     fit = last.stage.fitted.fit
     shaky = joint_noise(fit)
     verdict, message = conclude(
         accepted,
-        fit,
+        noise=last.stage.geometric.noise,
         before=judged(before[0]),
         after=judged(after[0]),
         floor=floor,
@@ -186,37 +187,26 @@ def _within(arm: Robot, data: Dataset) -> np.ndarray:
     return keep
 
 
-def _mean_mm(ready: Prepared, last: Searched, arm: Robot) -> float:
-    """Mean error of an arm on the held-out rows; on the fitted ones where there are none [mm]."""
-    fit = last.stage.fitted.fit
-    found = {p.name: v for p, v in zip(fit.parameters, fit.x.tolist(), strict=True) if p.is_instrument}
-    own = last.stage.fitted.problem.data
-    data = ready.held if len(ready.held) else own
-    judge = replace(ready, problem=fit.problem, held=data.take(_within(arm, data)))
-    rows = judge.errors(arm, found)[1]
-    return 1e3 * float(rows.position.mean()) if len(rows.position) else float("nan")
-
-
-def _accepted(ready: Prepared, last: Searched) -> tuple[Accepted, ...]:
+def _accepted(ready: Prepared, searches: Sequence[Searched]) -> tuple[Accepted, ...]:
     """The effects of the last fit with their standard errors, rivals, and what each brought."""
-    fitted, grams, found = last.stage.fitted, last.grams, last.found
-    fit, arm = fitted.fit, fitted.fit.calibrated
-    std = dict(zip(fitted.problem.names, fit.std.tolist(), strict=True))
-    sized = {e.names: e for e in arm.effects}
-    order = sorted(range(len(found.model)), key=lambda k: -found.offers[k].gain)
-    model = tuple(found.model[k] for k in order)
+    first, last = searches[0], searches[-1]
+    fit = last.stage.fitted.fit
+    std = dict(zip(fit.problem.names, fit.std.tolist(), strict=True))
+    sized = {e.names: e for e in fit.calibrated.effects}
+    judge = Trial(ready, first)
+    order = sorted(range(len(last.found.model)), key=lambda k: -last.found.offers[k].gain)
+    model = [last.found.model[k] for k in order]
+    errors = [judge.mean_mm(model[:k]) for k in range(len(model) + 1)]
     out = []
-    previous = _mean_mm(ready, last, robot_with(fitted, grams, ()))
     for place, k in enumerate(order):
-        term, offered = found.model[k], found.offers[k]
-        now = _mean_mm(ready, last, robot_with(fitted, grams, model[: place + 1]))
+        term, offered = last.found.model[k], last.found.offers[k]
         effect = sized[term.candidate.names]
         alternatives = tuple(
             Ranked(
                 rival.term.candidate.effect,
                 rival.gain,
                 float(np.exp(rival.log_p)),
-                _mean_mm(ready, last, robot_with(fitted, grams, (*rest, rival.term))),
+                judge.mean_mm([*rest, rival.term]),
                 rival.term.candidate.shrunk,
             )
             for rest, rival in rivals_of(last, term)
@@ -227,11 +217,31 @@ def _accepted(ready: Prepared, last: Searched) -> tuple[Accepted, ...]:
                 std=tuple(std[n] for n in effect.names),
                 gain=offered.gain,
                 p_value=float(np.exp(offered.log_p)),
-                before_mm=previous,
-                after_mm=now,
+                before_mm=errors[place],
+                after_mm=errors[place + 1],
                 alternatives=alternatives,
                 words=sentence(effect),
             )
         )
-        previous = now
     return tuple(out)
+
+
+class Trial:
+    """Other models than the fitted one, tried out on the rows that judge."""
+
+    def __init__(self, ready: Prepared, first: Searched):
+        fitted = first.stage.fitted
+        own = {p.name: v for p, v in zip(fitted.problem.parameters, fitted.fit.x, strict=True)}
+        self._found = {p.name: float(own[p.name]) for p in fitted.problem.parameters if p.is_instrument}
+        self._first = first
+        self._ready = replace(ready, problem=fitted.problem)
+        self._data = ready.held if len(ready.held) else fitted.problem.data
+
+    def mean_mm(self, terms: Sequence[Term]) -> float:
+        """Mean error of the geometry with some effects, by the linear solution at the geometry alone [mm]."""
+        grams = self._first.grams
+        model = grown(grams, as_candidates(tuple(terms), self._first))
+        arm = robot_with(self._first.stage.fitted, grams, model)
+        judge = replace(self._ready, held=self._data.take(_within(arm, self._data)))
+        rows = judge.errors(arm, self._found)[1]
+        return 1e3 * float(rows.position.mean()) if len(rows.position) else float("nan")

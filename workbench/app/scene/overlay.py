@@ -54,6 +54,9 @@ class OverlayPart(AbstractPart):
         for name in ("frames", "points"):
             if name in self._nodes:
                 self._nodes[name].visible = overlay.frames
+        for name in ("before", "after"):
+            if name in self._nodes:
+                self._nodes[name].visible = session.focus is not Focus.TARGET
         self._mark(rows, session.row)
 
     def _replace_ghost(self, session: Session) -> None:
