@@ -95,6 +95,8 @@ def _of_load(robot: Robot, motion: Motion) -> tuple[list[AbstractEffect], list[s
         JointCompliance, Backlash, ClearanceTilt, BearingCompliance, LinkFlexure,
     )  # fmt: skip
     effects = [kind((j,)) for kind in kinds for j in range(robot.dof)]
+    if motion.payload is not None and not np.isfinite(motion.payload).all():
+        return [], ["the payload is missing in some rows, so effects of load were not tried; fill the column"]
     if robot.has_masses:
         return effects, []
     if motion.torque is not None and np.isfinite(motion.torque).all():
@@ -125,7 +127,7 @@ def _of_drivers(robot: Robot, motion: Motion) -> tuple[list[AbstractEffect], lis
             notes.append(f"the {driver} is the same in all rows, so its effects were not tried")
         else:
             effects += offer(values)
-    if motion.payload is not None and np.ptp(motion.payload) == 0.0:
+    if motion.payload is not None and len(motion) and np.ptp(motion.payload) == 0.0:
         notes.append("the payload is the same in all rows: it can't be told from the arm's own weight")
     return effects, notes + _confounded(motion)
 
