@@ -35,6 +35,10 @@ def sentence(effect: AbstractEffect, chain: Chain, motion: Motion) -> str:
     match str(effect.name):
         case "joint-compliance":
             text = f"{who} gives way by {size} under the moment about its axis"
+        case "gravity-sag":
+            text = (
+                f"{who} gives way to the weight behind it, by products of compliance and weight up to {size}"
+            )
         case "backlash":
             cause = "its last motion" if getattr(effect, "by", "") == "motion" else "its load"
             text = f"{who} has play: it lies {size} to either side, as {cause} decides"
