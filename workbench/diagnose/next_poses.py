@@ -1,8 +1,9 @@
 """Poses to measure next: those that best separate effects which the rows can't tell apart, or sharpen them.
 
-Poses are drawn over the joint ranges that were measured, where the arm keeps clear of itself. The information matrix of geometry, accepted effects
-and their rivals grows by every pose; the next one is that which adds most to the log determinant of what is
-asked for, the rest being eliminated (Ds-optimality), one after the other.
+Poses are drawn over the joint ranges that were measured, where the arm keeps clear of itself. The
+information matrix of geometry, accepted effects and their rivals grows by every pose; the next one is that
+which adds most to the log determinant of what is asked for, the rest being eliminated (Ds-optimality), one
+after the other.
 
 Source: Atkinson, Donev, Tobias, Optimum experimental designs, with SAS, 2007, section 10.3.
 """
