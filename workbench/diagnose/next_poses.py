@@ -55,7 +55,7 @@ def next_poses(
     if not len(pool.q):
         return pool.q
     asked = carriers(effects)
-    now, new = _columns(problem, x, asked), _columns(_like(problem, x, pool), x, asked)
+    now, new = (_columns(problem, x, p, asked) for p in (problem, _like(problem, x, pool)))
     scale = np.maximum(np.linalg.norm(now, axis=0), 1e-12)
     information = (now / scale).T @ (now / scale)
     information[np.diag_indices(len(information))] += WEAK
@@ -94,15 +94,20 @@ def _log_det(matrices: np.ndarray) -> np.ndarray:
     return np.linalg.slogdet(matrices)[1]
 
 
-def _columns(problem: Problem, x: np.ndarray, effects: Sequence[AbstractEffect]) -> np.ndarray:
-    """Whitened columns of geometry and effects."""
-    plain = np.array([not p.is_coefficient for p in problem.parameters], bool)
-    geometry = problem.evaluate(x).jacobian[: problem.size, plain]
-    if not effects:
-        return geometry
-    return np.concatenate(
-        [geometry, np.concatenate([columns for _, columns in candidate_columns(problem, x, effects)])], axis=1
-    )
+def _columns(problem: Problem, x: np.ndarray, rows: Problem, effects: Sequence[AbstractEffect]) -> np.ndarray:
+    """Whitened columns of a problem's geometry, and of effects, on rows of their own.
+
+    Rows of one session see nothing of the frames of others: zeros stand there.
+    """
+    found = dict(zip(problem.names, x.tolist(), strict=True))
+    here = np.array([found.get(p.name, p.nominal) for p in rows.parameters])
+    plain = [p.name for p in problem.parameters if not p.is_coefficient]
+    seen = [i for i, name in enumerate(plain) if name in rows.names]
+    geometry = np.zeros((rows.size, len(plain)))
+    mine = [rows.names.index(plain[i]) for i in seen]
+    geometry[:, seen] = rows.evaluate(here).jacobian[: rows.size, mine]
+    parts = [columns for _, columns in candidate_columns(rows, here, effects)]
+    return np.concatenate([geometry, np.concatenate(parts)], axis=1)
 
 
 def _like(problem: Problem, x: np.ndarray, pool: Dataset) -> Problem:
