@@ -35,6 +35,7 @@ CATALOGUE = {
     "thermal-growth": EFFECTS["thermal-growth"](reference=18.0),
     "base-drift": EFFECTS["base-drift"](reference=5.0),
     "link-flexure": EFFECTS["link-flexure"]((1, 2)),
+    "gravity-sag": EFFECTS["gravity-sag"]((1,), terms="2x 3y payload", gravity=(0.6, 0.0, -0.8)),
     "local-joint-error": EFFECTS["local-joint-error"]((1,), knots=KNOTS),
     "local-joint-error periodic": EFFECTS["local-joint-error"]((2,), knots=KNOTS[1:-1], periodic=True),
 }

@@ -285,6 +285,21 @@ def test_a_full_disk_is_told_and_nothing_is_missing_afterwards(record, first):
     assert check(recording).differences == ()
 
 
+def test_what_waits_is_written_at_the_end(record, first):
+    run = record()
+    run(SelectTarget(1))
+    size = (run.folder / JOURNAL).stat().st_size
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
+    try:
+        run(SelectTarget(2))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert len(run.lines) == 2
+    run.worker.close()
+    assert [e.command for e in read_recording(run.folder).entries] == [e.command for e in run.worker.journal]
+
+
 def test_the_wall_clock_may_jump(record, monkeypatch):
     run = record()
     run(SelectTarget(1))

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.diagnose.candidate import Candidate
+from workbench.diagnose.weights import sags
 from workbench.effects import AbstractEffect, Loads
 from workbench.effects.backlash import Backlash
 from workbench.effects.base_drift import BaseDrift
@@ -17,6 +18,7 @@ from workbench.effects.bearing_compliance import BearingCompliance
 from workbench.effects.clearance_tilt import ClearanceTilt
 from workbench.effects.effect import turns
 from workbench.effects.encoder_scale import EncoderScale
+from workbench.effects.gravity_sag import GravitySag
 from workbench.effects.joint_compliance import JointCompliance
 from workbench.effects.joint_coupling import JointCoupling
 from workbench.effects.joint_harmonic import JointHarmonic
@@ -40,6 +42,8 @@ WIDTHS = (1.0, 2.0, 4.0)
 """Correlation lengths of splines that are tried, in knot distances."""
 WRIST = 3
 """Number of last joints whose motors may be coupled with each other, neighbours or not."""
+FEW = 2
+"""Products of compliance and weight up to which they stay free."""
 STILL = np.deg2rad(1.0)
 """A joint [rad, or m] that moves less than this shows no error of its own."""
 
@@ -70,7 +74,7 @@ def catalogue(robot: Robot, motion: Motion) -> Catalogue:
     found: list[Candidate] = []
     for offers in (_of_load, _of_drivers):
         effects, words = offers(robot, motion)
-        found += [Candidate(e) for e in effects]
+        found += [_candidate(e) for e in effects]
         notes += words
     for joint in moving:
         found += _of_joint(robot, motion, joint)
@@ -79,20 +83,29 @@ def catalogue(robot: Robot, motion: Motion) -> Catalogue:
     return Catalogue(tuple(kept), tuple(notes))
 
 
+def _candidate(effect: AbstractEffect) -> Candidate:
+    """The effect; the many products of a sag, alike in kind, are shrunk together."""
+    many = isinstance(effect, GravitySag) and len(effect.names) > FEW
+    return Candidate(effect, np.eye(len(effect.names)) if many else None)
+
+
 def _of_load(robot: Robot, motion: Motion) -> tuple[list[AbstractEffect], list[str]]:
     """Effects that follow the moments."""
     kinds: tuple[type[AbstractEffect], ...] = (
         JointCompliance, Backlash, ClearanceTilt, BearingCompliance, LinkFlexure,
     )  # fmt: skip
     effects = [kind((j,)) for kind in kinds for j in range(robot.dof)]
+    if motion.payload is not None and not np.isfinite(motion.payload).all():
+        return [], ["the payload is missing in some rows, so effects of load were not tried; fill the column"]
     if robot.has_masses:
         return effects, []
-    if motion.torque is not None:
+    if motion.torque is not None and np.isfinite(motion.torque).all():
         own = [e for e in effects if e.loads is Loads.OWN]
         return own, ["the robot has no masses: only effects of the measured joint torques were tried"]
-    return [], [
-        "the robot has no masses: effects of load (compliance, backlash, clearance) could not be tried; add "
-        "mass and com to its joints, or torque columns to the data"
+    return [*sags(robot, motion)], [
+        "the robot has no masses: only products of compliance and weight were tried, joint by joint; for "
+        "compliances themselves, backlash by load and clearance add mass and com to its joints, or torque "
+        "columns without gaps to the data"
     ]
 
 
@@ -114,7 +127,7 @@ def _of_drivers(robot: Robot, motion: Motion) -> tuple[list[AbstractEffect], lis
             notes.append(f"the {driver} is the same in all rows, so its effects were not tried")
         else:
             effects += offer(values)
-    if motion.payload is not None and np.ptp(motion.payload) == 0.0:
+    if motion.payload is not None and len(motion) and np.ptp(motion.payload) == 0.0:
         notes.append("the payload is the same in all rows: it can't be told from the arm's own weight")
     return effects, notes + _confounded(motion)
 

@@ -20,6 +20,8 @@ from workbench.model.statics import joint_wrenches, own_axis
 from workbench.motion import Motion
 from workbench.robots.robot import Robot
 
+NO_WRENCHES = np.zeros((0, 0, 6))
+
 
 def carriers(effects: Sequence[AbstractEffect]) -> tuple[AbstractEffect, ...]:
     """The fewest of some effects whose coefficients cover those of all of them."""
@@ -46,7 +48,10 @@ def candidate_columns(
         A block of the problem, and its residual components' derivative in the coefficients.
     """
     for block, robot, motion in _arms(problem, x):
-        yield block, _seen(problem, x, block, *effect_twists(robot, motion, effects))
+        if effects:
+            yield block, _seen(problem, x, block, *effect_twists(robot, motion, effects))
+        else:
+            yield block, np.zeros((block.stop - block.start, 0))
 
 
 def joint_columns(
@@ -86,7 +91,8 @@ def effect_twists(
     chain = wide.chain
     shift = np.zeros((len(motion), len(chain.elements)))
     shift[:, chain.indices([e.name for e in robot.chain.elements])] = bent.shift
-    wrenches = _wrenches(robot, motion, bent.shift)
+    loaded = any(e.loads for e in effects)
+    wrenches = _wrenches(robot, motion, bent.shift) if loaded else NO_WRENCHES
     moved = {e: chain.indices(e.elements(chain)) for e in effects}
     union, where = np.unique(np.concatenate(list(moved.values())), return_inverse=True)
     poses, twists = chains.twists(chain, motion.q, union, shift=shift)
@@ -103,7 +109,7 @@ def _wrenches(robot: Robot, motion: Motion, shift: np.ndarray) -> np.ndarray:
     if robot.has_masses:
         return joint_wrenches(robot, motion.q, payload=motion.payload, shift=shift)
     if motion.torque is None:
-        return np.zeros((0, 0, 6))
+        return NO_WRENCHES
     measured = np.full((*motion.q.shape, 6), np.nan)
     measured[:, np.arange(robot.dof), own_axis(robot)] = motion.torque
     return measured

@@ -243,6 +243,11 @@ def grown(grams: Grams, model: Model) -> Model:
     return out
 
 
+def rescaled(model: Model, factor: float) -> Model:
+    """The model for residuals whose squares are weighed by another factor."""
+    return tuple(Term(t.candidate, t.precision * factor) for t in model)
+
+
 def drop(model: Model, terms: Sequence[Term]) -> Model:
     """A model without some of its terms."""
     gone = {id(t) for t in terms}

@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.diagnose.columns import candidate_columns, carriers
+from workbench.diagnose.weights import expected_torques
 from workbench.effects import AbstractEffect
 from workbench.identify.problem import Problem
 from workbench.measure.dataset import Dataset
@@ -144,6 +145,13 @@ def _unmeasured(data: Dataset, q: np.ndarray, arm: Robot, session: str) -> Datas
         rotation=None if like.rotation is None else poses[:, :3, :3],
         session=None if like.session is None else np.full(len(q), session),
         group=None,
-        torque=None,
+        torque=_torques(data, like, q, arm),
         sigma=None,
     )
+
+
+def _torques(data: Dataset, like: Dataset, q: np.ndarray, arm: Robot) -> np.ndarray | None:
+    """What would be measured of them; None where effects can do without."""
+    if arm.has_masses or data.torque is None or not np.isfinite(data.torque).all():
+        return None
+    return expected_torques(arm, Motion.of(data), Motion(q, payload=like.payload))

@@ -1,5 +1,7 @@
 """Rivals: effects that would do nearly as well in an accepted one's place, and how all candidates rank."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from workbench.diagnose.evidence import Model, Offer, Term, drop, left_by, offer, offers
@@ -15,8 +17,8 @@ MENTIONED = 0.5
 """Part of an effect's evidence that a rival must have to be mentioned …"""
 FAR = 100.0
 """… and how far below the effect's it may lie at most."""
-RANKED = 40
-"""Candidates in the ranking."""
+RANKED, TRIED = 40, 12
+"""Candidates in the ranking; and how many of them are tried out on the rows that judge."""
 
 
 def rivals_of(searched: Searched, term: Term) -> list[tuple[Model, Offer]]:
@@ -44,8 +46,13 @@ def ambiguous(accepted: tuple[Accepted, ...]) -> list[AbstractEffect]:
     return [r.effect for a in accepted for r in a.alternatives if a.gain - r.gain < CLOSE]
 
 
-def ranked(searched: Searched) -> tuple[Ranked, ...]:
-    """What the candidates would bring to the geometry alone, the best first; one a kind, joint and order."""
+def ranked(searched: Searched, mean_mm: Callable[[Model], float]) -> tuple[Ranked, ...]:
+    """What the candidates would bring to the geometry alone, the best first; one a kind, joint and order.
+
+    Args:
+        searched: The search at the geometry alone.
+        mean_mm: Error of the geometry with a model on the rows that judge [mm].
+    """
     left = left_by(searched.grams, ())
     best: dict[tuple, Offer] = {}
     for found in sorted(offers(left, searched.offered.candidates), key=lambda o: -o.gain):
@@ -56,7 +63,8 @@ def ranked(searched: Searched) -> tuple[Ranked, ...]:
             o.term.candidate.effect,
             o.gain,
             float(np.exp(o.log_p)),
-            shrunk=o.term.candidate.shrunk,
+            mean_mm((o.term,)) if place < TRIED else None,
+            o.term.candidate.shrunk,
         )
-        for o in list(best.values())[:RANKED]
+        for place, o in enumerate(list(best.values())[:RANKED])
     )

@@ -12,11 +12,12 @@ from jaxtyping import Bool, Int
 
 from workbench.diagnose.candidate import Candidate
 from workbench.diagnose.catalogue import Catalogue, catalogue
-from workbench.diagnose.evidence import Model, validated
+from workbench.diagnose.evidence import Model, rescaled, validated
 from workbench.diagnose.grams import Grams, compress
 from workbench.diagnose.outliers import robust_fit, standing_out
 from workbench.diagnose.refit import Fitted, large, linear_answer, refit, with_own_noise
-from workbench.diagnose.search import WORTH, Found, judged, search
+from workbench.diagnose.search import WORTH, Found, judged
+from workbench.diagnose.search import search as search_effects
 from workbench.identify.identifier import OnStep
 from workbench.identify.problem import Problem
 from workbench.measure.dataset import Dataset
@@ -81,14 +82,14 @@ def geometry_first(
     everything = np.ones(len(rows), bool)
     out = standing_out(fitted.problem, robust_fit(fitted.problem, fitted.fit.x), everything)
     stage = Stage(rows, ~out, problem, fitted)
-    stage = _settle(_fit(stage, None, (), known, on_step), None, known, on_step)
-    return _fit(stage, None, (), known, on_step)
+    return _settle(_fit(stage, None, (), known, on_step), None, known, on_step)
 
 
 def rounds(
     stage: Stage,
     rng: np.random.Generator,
     *,
+    search: bool = True,
     known: Mapping[str, float] | None = None,
     tell: Tell | None = None,
     on_step: OnStep | None = None,
@@ -98,6 +99,7 @@ def rounds(
     Args:
         stage: The geometry alone.
         rng: Divides the rows into folds.
+        search: Whether the rows can tell anything of effects; if not, nothing is tried.
         known: Known places of anchors or contacts [m].
         tell: Called with what is being done.
         on_step: Called after every step; True cancels.
@@ -111,7 +113,7 @@ def rounds(
     for number in range(ROUNDS):
         if tell is not None:
             tell(f"round {number + 1}: trying every effect on every joint")
-        last = _search(stage, fold, on_step)
+        last = _search(stage, fold, on_step) if search else _unsearched(stage, fold)
         done.append(last)
         key = frozenset(_key(t.candidate) for t in last.found.model)
         stalled = key in seen or (on_step is not None and on_step(number, 0.0))
@@ -157,13 +159,19 @@ def _search(stage: Stage, fold: np.ndarray, on_step: OnStep | None) -> Searched:
     grams = compress(problem, stage.fitted.fit.x, effects, fold[stage.keep])
     start = _among(stage.fitted.model, offered.candidates)
     asked = None if on_step is None else lambda model: on_step(0, 0.0)
-    return Searched(stage, offered, grams, search(grams, offered.candidates, start, on_step=asked))
+    return Searched(stage, offered, grams, search_effects(grams, offered.candidates, start, on_step=asked))
+
+
+def _unsearched(stage: Stage, fold: np.ndarray) -> Searched:
+    """A stage at which nothing was tried."""
+    grams = compress(stage.fitted.problem, stage.fitted.fit.x, [], fold[stage.keep])
+    return Searched(stage, Catalogue((), ()), grams, judged(grams, ()))
 
 
 def _fit(stage: Stage, grams: Grams | None, model: Model, known, on_step) -> Stage:
     """The stage with another model, or other rows, fitted; from what the last fit says of it."""
     begin = dict(zip(stage.fitted.problem.names, stage.fitted.fit.x.tolist(), strict=True))
-    if grams is not None and model is not stage.fitted.model:
+    if grams is not None and not _same(model, stage.fitted.model):
         begin = linear_answer(stage.fitted, grams, model)
     rows = stage.rows.take(stage.keep)
     fitted = refit(stage.geometric, grams, model, data=rows, known=known, begin=begin, on_step=on_step)
@@ -178,7 +186,14 @@ def _settle(stage: Stage, grams: Grams | None, known, on_step) -> Stage:
         if (keep == stage.keep).all():
             break
         stage = _fit(replace(stage, keep=keep), grams, stage.fitted.model, known, on_step)
-    return replace(stage, geometric=with_own_noise(stage.fitted, stage.geometric))
+    old, stage = (
+        stage.geometric.noise,
+        replace(stage, geometric=with_own_noise(stage.fitted, stage.geometric)),
+    )
+    if large(stage.fitted.problem):
+        return stage
+    model = rescaled(stage.fitted.model, (old.position / stage.geometric.noise.position) ** 2)
+    return _fit(stage, grams, model, known, on_step)
 
 
 def _on_all_rows(stage: Stage, known) -> Problem:

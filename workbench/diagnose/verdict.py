@@ -2,18 +2,27 @@
 
 from collections.abc import Sequence
 
-from workbench.diagnose.catalogue import Catalogue
+import numpy as np
+
+from workbench.chain import Chain
 from workbench.diagnose.evidence import Offer
 from workbench.diagnose.leftover import JointNoise
 from workbench.diagnose.record import Accepted, Verdict
 from workbench.diagnose.rivals import ambiguous
 from workbench.diagnose.words import label
+from workbench.effects.effect import turns
 from workbench.identify.problem import Noise
 from workbench.identify.result import Fit
+from workbench.measure.dataset import Dataset
 from workbench.validate.errors import Errors
+from workbench.validate.identification import COARSE, FAR_FROM_GOOD, HARDLY_BETTER
 
 NOISE_LIKE = 1.25
 """What is left may be this many times the noise that was known beforehand and still count as noise."""
+LITTLE, STILL = np.deg2rad(30.0), np.deg2rad(1.0)
+"""A joint that turned less than this moved little; less than that, not at all [rad]."""
+TOGETHER = 0.02
+"""Part of the widest spread of poses below which a direction in joint space was not measured."""
 SPARE = 2.0
 """Measured numbers for each unknown below which effects can hardly be told from the geometry."""
 
@@ -21,6 +30,8 @@ SPARE = 2.0
 def conclude(
     accepted: Sequence[Accepted],
     *,
+    nominal: Errors,
+    reach: float,
     noise: Noise,
     before: Errors,
     after: Errors,
@@ -33,6 +44,8 @@ def conclude(
 
     Args:
         accepted: Effects that were added.
+        nominal: Errors of the nominal arm, on the rows that judge it.
+        reach: Of the arm [m].
         noise: What is left, per axis [m], [rad].
         before: Errors of the geometry alone, on the rows that judge it.
         after: Errors with the effects.
@@ -42,8 +55,10 @@ def conclude(
         joint_noise: What is left, if it looks like noise of joint readings.
     """
     left = after.position_mm.mean
+    if lost := _lost(nominal, after, reach):
+        return Verdict.UNEXPLAINED, lost
     more = structure or bool(distrusted)
-    rest = f"{left:.3g} mm, is noise"
+    rest = f"{left:.3g} mm, shows no structure and is taken for noise"
     if floor is not None:
         ratio = noise.position / floor.position
         more = ratio > NOISE_LIKE
@@ -72,6 +87,61 @@ def conclude(
     return verdict, f"{names} {subject} {fall}; what is left, {rest}.{_doubt(accepted)}"
 
 
+def _lost(nominal: Errors, after: Errors, reach: float) -> str | None:
+    """A sentence where not even the geometry explains much, so that nothing can be said of effects."""
+    before, left = nominal.position_mm.rms, after.position_mm.rms
+    if left <= max(min(HARDLY_BETTER * before, 1e3 * FAR_FROM_GOOD * reach), COARSE):
+        return None
+    return (
+        f"The geometry explains little: {left:.3g} of {before:.3g} mm are left. Are robot, units, frames and "
+        "sessions the right ones? Nothing is said of effects."
+    )
+
+
+def undecided(fit: Fit) -> str | None:
+    """A sentence where the rows are too few to tell effects from the geometry, with how many are missing."""
+    unknowns, data = len(fit.problem.names), fit.problem.data
+    if 2 * freedoms(data) < data.joints:
+        return (
+            f"The {len(data)} rows lie in one family of poses ({freedoms(data)} of {data.joints} freedoms), "
+            "which can't tell effects from the geometry, so none was looked for; measure poses spread over "
+            "all joints."
+        )
+    if fit.problem.count >= (1.0 + SPARE) * unknowns:
+        return None
+    per_row = fit.problem.count / max(len(fit.problem.data), 1)
+    missing = int((1.0 + SPARE) * unknowns / per_row) + 1 - len(fit.problem.data)
+    return (
+        f"{len(fit.problem.data)} rows for {unknowns} unknowns can't tell effects from the geometry, so none "
+        f"was looked for; measure about {missing} more poses, spread over all joints."
+    )
+
+
+def freedoms(data: Dataset) -> int:
+    """Number of directions in joint space along which the poses are spread."""
+    span = np.ptp(data.q, axis=0)
+    spread = (data.q - data.q.mean(0)) / np.maximum(span, STILL)
+    strength = np.linalg.svd(spread, compute_uv=False)
+    return int((strength > TOGETHER * strength[0]).sum()) if span.max() > STILL else 0
+
+
+def coverage(data: Dataset, chain: Chain) -> list[str]:
+    """Sentences on what the poses leave out: joints that moved little, or all together."""
+    span = np.ptp(data.q, axis=0)
+    little = [j for j in range(data.joints) if turns(chain, j) and STILL < span[j] < LITTLE]
+    notes = [
+        f"joint {j + 1} moved over {np.rad2deg(span[j]):.0f}° only: nothing is said of it beyond"
+        for j in little
+    ]
+    together = freedoms(data)
+    if together < int((span > STILL).sum()):
+        notes.append(
+            f"the joints moved together, in a family of poses with {together} instead of {data.joints} "
+            "freedoms: what is found holds there, and effects of different joints can hardly be told apart"
+        )
+    return notes
+
+
 def _doubt(accepted: Sequence[Accepted]) -> str:
     """A sentence on what the rows can't tell apart."""
     pairs = [(a, r) for a in accepted for r in a.alternatives if r.effect in ambiguous((a,))]
@@ -79,16 +149,3 @@ def _doubt(accepted: Sequence[Accepted]) -> str:
         return ""
     words = "; ".join(f"{label(a.effect)} from {label(r.effect)}" for a, r in pairs[:2])
     return f" These rows can't tell {words}."
-
-
-def too_few(fit: Fit, offered: Catalogue) -> list[str]:
-    """A sentence where the rows are too few to tell effects from the geometry, with how many are missing."""
-    unknowns = len(fit.problem.names)
-    if fit.problem.count >= (1.0 + SPARE) * unknowns:
-        return []
-    per_row = fit.problem.count / max(len(fit.problem.data), 1)
-    missing = int((1.0 + SPARE) * unknowns / per_row) + 1 - len(fit.problem.data)
-    return [
-        f"{len(fit.problem.data)} rows for {unknowns} unknowns are too few to tell effects from the "
-        f"geometry; measure about {missing} more poses, spread over all joints"
-    ]

@@ -2,10 +2,13 @@
 
 import numpy as np
 
+from workbench.chain import Chain
 from workbench.effects import AbstractEffect
 from workbench.effects.joint_harmonic import JointHarmonic
 from workbench.effects.local_joint_error import LocalJointError
+from workbench.motion import Motion
 
+NO_WRENCHES = np.zeros((0, 0, 6))
 LARGEST = 3
 """Orders of a band that are named."""
 
@@ -24,13 +27,18 @@ def label(effect: AbstractEffect) -> str:
     return ", ".join(words)
 
 
-def sentence(effect: AbstractEffect) -> str:
-    """What an effect with its coefficients does."""
+def sentence(effect: AbstractEffect, chain: Chain, motion: Motion) -> str:
+    """What an effect with its coefficients does on some rows."""
     who = f"joint {effect.joints[0] + 1}" if effect.joints else "the arm"
-    size = _size(effect)
+    maps = isinstance(effect, JointHarmonic | LocalJointError)
+    size = f"{1e3 * _amplitude(effect, chain, motion):.3g} mrad" if maps else _size(effect)
     match str(effect.name):
         case "joint-compliance":
             text = f"{who} gives way by {size} under the moment about its axis"
+        case "gravity-sag":
+            text = (
+                f"{who} gives way to the weight behind it, by products of compliance and weight up to {size}"
+            )
         case "backlash":
             cause = "its last motion" if getattr(effect, "by", "") == "motion" else "its load"
             text = f"{who} has play: it lies {size} to either side, as {cause} decides"
@@ -73,8 +81,6 @@ def _size(effect: AbstractEffect) -> str:
     match str(effect.name):
         case "joint-compliance" | "bearing-compliance" | "link-flexure":
             return f"{1e3 * largest:.3g} mrad/(N·m)"
-        case "joint-harmonic" if isinstance(effect, JointHarmonic):
-            return f"{1e3 * _amplitude(effect):.3g} mrad"
         case "encoder-scale" | "joint-coupling":
             return f"{100 * largest:.3g} %"
         case "thermal-growth":
@@ -82,17 +88,11 @@ def _size(effect: AbstractEffect) -> str:
         case "base-drift":
             speed, turning = np.linalg.norm(values[:3]), np.linalg.norm(values[3:])
             return f"{3.6e6 * speed:.3g} mm/h and {3600 * np.rad2deg(turning):.2g} °/h"
-        case "local-joint-error" if isinstance(effect, LocalJointError):
-            return f"{1e3 * largest:.3g} mrad"
         case _:
             return f"{1e3 * largest:.3g} mrad"
 
 
-def _amplitude(effect: JointHarmonic) -> float:
-    """Greatest deviation within a turn [rad]."""
-    q = np.linspace(0.0, 2.0 * np.pi, 2048)
-    pairs = np.array(effect.coefficients).reshape(len(effect.joints), len(effect.orders), 2)
-    waves = pairs[..., :1] * np.cos(np.outer(effect.orders, q)) + pairs[..., 1:] * np.sin(
-        np.outer(effect.orders, q)
-    )
-    return float(np.abs(waves.sum(1)).max())
+def _amplitude(effect: AbstractEffect, chain: Chain, motion: Motion) -> float:
+    """Greatest deviation of a joint's error from its mean over the measured rows [rad or m]."""
+    error = (effect.law(chain, motion, NO_WRENCHES) @ np.array(effect.coefficients))[:, 0]
+    return float(np.abs(error - error.mean()).max())

@@ -6,6 +6,7 @@ from workbench.effects.bearing_compliance import BearingCompliance
 from workbench.effects.clearance_tilt import ClearanceTilt
 from workbench.effects.effect import AbstractEffect, Insertion, Loads, check_ranges, drifting, with_insertions
 from workbench.effects.encoder_scale import EncoderScale
+from workbench.effects.gravity_sag import GravitySag
 from workbench.effects.joint_compliance import JointCompliance
 from workbench.effects.joint_coupling import JointCoupling
 from workbench.effects.joint_harmonic import JointHarmonic
@@ -26,6 +27,7 @@ EFFECTS: dict[str, type[AbstractEffect]] = {
         ThermalGrowth,
         BaseDrift,
         LinkFlexure,
+        GravitySag,
         LocalJointError,
     )
 }

@@ -24,6 +24,8 @@ from workbench.motion import Motion
 
 Law = Float[np.ndarray, "rows e c"]
 Wrenches = Float[np.ndarray, "_ _ 6"]
+BASE = -1
+"""Link number of the base's elements."""
 ROUNDING = 1e-9
 """How far outside its range a joint may be by rounding [rad or m]."""
 NO_COMPONENTS = np.zeros((0, 2), np.int64)

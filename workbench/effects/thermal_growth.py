@@ -12,10 +12,7 @@ from typing import final
 import numpy as np
 
 from workbench.chain import Axis, Chain
-from workbench.effects.effect import AbstractEffect, Insertion, Loads
-
-BASE = -1
-"""Link number of the base's elements."""
+from workbench.effects.effect import BASE, AbstractEffect, Insertion, Loads
 
 
 @final

@@ -15,6 +15,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.effects import EFFECTS, AbstractEffect
+from workbench.effects.gravity_sag import terms_of
 from workbench.errors import OptionError
 from workbench.model.deflection import shift_of
 from workbench.motion import Motion
@@ -117,6 +118,9 @@ def _shaped(robot: Robot, name: str, joint: int | None, rng: np.random.Generator
         return kind((joint, joint - 1 if joint else 1), (1.0,))
     if name == "backlash":
         return kind((joint,), (1.0,), by="moment" if robot.has_masses else "motion")
+    if name == "gravity-sag":
+        terms = terms_of(robot.chain, joint)
+        return kind((joint,), tuple(rng.uniform(-1.0, 1.0, len(terms.split()))), terms=terms)
     if name == "link-flexure":
         return kind((joint,), (0.5, 1.0))
     if name == "local-joint-error":

@@ -10,22 +10,23 @@ from workbench.design.region import Region
 from workbench.diagnose.evidence import Term, grown
 from workbench.diagnose.leftover import joint_noise, structured
 from workbench.diagnose.next_poses import next_poses
-from workbench.diagnose.record import Accepted, Diagnosis, Ranked, judged
+from workbench.diagnose.record import Accepted, Diagnosis, Ranked, Verdict, judged
 from workbench.diagnose.refit import robot_with
 from workbench.diagnose.rivals import ambiguous, ranked, rivals_of
 from workbench.diagnose.stages import Searched, Stage, as_candidates, geometry_first, rounds
-from workbench.diagnose.verdict import conclude, too_few
+from workbench.diagnose.verdict import conclude, coverage, undecided
 from workbench.diagnose.words import sentence
-from workbench.effects.local_joint_error import LocalJointError
 from workbench.identify import noise as noises
 from workbench.identify.frames import Sessions
 from workbench.identify.problem import Noise
 from workbench.measure.dataset import Dataset
 from workbench.measure.directions import with_directions
+from workbench.motion import Motion
 from workbench.pipeline.preparation import Cancel, Prepared, Progress, on_step, prepare
 from workbench.robots.robot import Robot
 from workbench.validate.errors import Errors, RowErrors
 from workbench.validate.identification import Validation
+from workbench.validate.spoken import spoken_of
 
 GROSS, GROSS_PART = 10.0, 0.02
 """Rows off by this many times the median of the aligned nominal arm, and by this part of the reach, are set
@@ -88,16 +89,20 @@ def diagnose(
     steps = {"known": ready.places, "on_step": on_step(cancel)}
     report(0.3, "fitting the geometry, setting outliers apart")
     first = geometry_first(ready.problem, **steps)
-    searches = rounds(first, rng, tell=lambda text: report(0.5, text), **steps)
+    short = undecided(first.fitted.fit)
+    searches = rounds(first, rng, search=short is None, tell=lambda text: report(0.5, text), **steps)
     report(0.8, "judging what was found")
     last = searches[-1]
     floor = noise if noise is not None else noises.from_repeats(ready.problem.data)
     before, after = _validated(ready, first), _validated(ready, last.stage)
-    accepted = _accepted(ready, searches)
+    judge = Trial(ready, searches[0])
+    accepted = _accepted(searches, judge)
     fit = last.stage.fitted.fit
     shaky = joint_noise(fit)
     verdict, message = conclude(
         accepted,
+        nominal=judged(_nominal(ready)),
+        reach=robot.reach,
         noise=last.stage.geometric.noise,
         before=judged(before[0]),
         after=judged(after[0]),
@@ -106,10 +111,12 @@ def diagnose(
         distrusted=last.found.distrusted,
         joint_noise=shaky,
     )
+    if short is not None:
+        verdict, message = Verdict.NONE, short
     report(0.9, "choosing poses to measure next")
     asked = [e.effect for e in accepted] + ambiguous(accepted)
     outliers = np.union1d(gross, ready.train_rows[~last.stage.keep]).astype(np.int64)
-    notes = [*ready.notes, *last.offered.notes, *too_few(fit, last.offered), *after[2]]
+    notes = [*ready.notes, *last.offered.notes, *coverage(fit.problem.data, robot.chain), *after[2]]
     report(1.0, "done")
     return Diagnosis(
         robot=robot,
@@ -119,7 +126,7 @@ def diagnose(
         held_out_data=ready.held,
         excluded=tuple(e for e in ready.excluded if e[1] != _GROSS_REASON),
         outliers=outliers,
-        nominal=Validation(Errors.of(ready.nominal_rows[0]), ready.nominal_rows[1].summary),
+        nominal=_nominal(ready),
         before_fit=first.fitted.fit,
         after_fit=fit,
         before=before[0],
@@ -127,7 +134,7 @@ def diagnose(
         before_rows=before[1],
         after_rows=after[1],
         effects=accepted,
-        ranking=ranked(searches[0]),
+        ranking=ranked(searches[0], judge.mean_mm),
         noise=last.stage.geometric.noise
         if fit.problem.component_channels.any()
         else last.stage.geometric.noise._replace(rotation=np.nan),
@@ -149,15 +156,24 @@ def _prepared(robot: Robot, data: Dataset, exclude: dict[int, str], **options) -
     gross: list[int] = []
     ready = prepare(robot, data, exclude=exclude, **options)
     for _ in range(TRIES):
-        off = ready.nominal_rows[0].position
-        bad = off > max(GROSS * float(np.median(off)), GROSS_PART * robot.reach)
-        if not bad.any():
+        fitted, held = (rows.position for rows in ready.nominal_rows)
+        limit = max(GROSS * float(np.median(fitted)), GROSS_PART * robot.reach)
+        own = held if len(held) == len(ready.held_out_rows) else held[:0]
+        found = np.concatenate(
+            [ready.train_rows[fitted > limit], ready.held_out_rows[: len(own)][own > limit]]
+        )
+        if not len(found):
             break
-        found = ready.train_rows[bad]
         gross += found.tolist()
         exclude |= dict.fromkeys(ready.data.row[found].tolist(), _GROSS_REASON)
         ready = prepare(robot, data, exclude=exclude, **options)
     return ready, np.array(gross, np.int64)
+
+
+def _nominal(ready: Prepared) -> Validation:
+    """Errors of the nominal arm with the best base and tool."""
+    fitted, held = ready.nominal_rows
+    return Validation(Errors.of(fitted), held.summary)
 
 
 def _validated(ready: Prepared, stage: Stage) -> tuple[Validation, tuple[RowErrors, RowErrors], list[str]]:
@@ -165,7 +181,7 @@ def _validated(ready: Prepared, stage: Stage) -> tuple[Validation, tuple[RowErro
     fit = stage.fitted.fit
     arm = fit.calibrated
     found = {p.name: v for p, v in zip(fit.parameters, fit.x.tolist(), strict=True) if p.is_instrument}
-    spoken = _within(arm, ready.held)
+    spoken = spoken_of(arm, ready.held)
     judge = replace(ready, problem=fit.problem, held=ready.held.take(spoken))
     train, held = judge.errors(arm, found)
     notes = []
@@ -177,26 +193,36 @@ def _validated(ready: Prepared, stage: Stage) -> tuple[Validation, tuple[RowErro
     return Validation(Errors.of(train), held.summary), (train, held), notes
 
 
-def _within(arm: Robot, data: Dataset) -> np.ndarray:
-    """Rows on which an arm's maps of joint errors were learned."""
-    keep = np.ones(len(data), bool)
-    for effect in arm.effects:
-        if isinstance(effect, LocalJointError):
-            q = data.q[:, effect.joints[0]]
-            keep &= (q >= effect.limits[0]) & (q <= effect.limits[1])
-    return keep
+class Trial:
+    """Other models than the fitted one, tried out on the rows that judge."""
+
+    def __init__(self, ready: Prepared, first: Searched):
+        fitted = first.stage.fitted
+        own = {p.name: v for p, v in zip(fitted.problem.parameters, fitted.fit.x, strict=True)}
+        self._found = {p.name: float(own[p.name]) for p in fitted.problem.parameters if p.is_instrument}
+        self._first = first
+        self._ready = replace(ready, problem=fitted.problem)
+        self._data = ready.held if len(ready.held) else fitted.problem.data
+
+    def mean_mm(self, terms: Sequence[Term]) -> float:
+        """Mean error of the geometry with some effects, by the linear solution at the geometry alone [mm]."""
+        grams = self._first.grams
+        model = grown(grams, as_candidates(tuple(terms), self._first))
+        arm = robot_with(self._first.stage.fitted, grams, model)
+        judge = replace(self._ready, held=self._data.take(spoken_of(arm, self._data)))
+        rows = judge.errors(arm, self._found)[1]
+        return 1e3 * float(rows.position.mean()) if len(rows.position) else float("nan")
 
 
-def _accepted(ready: Prepared, searches: Sequence[Searched]) -> tuple[Accepted, ...]:
+def _accepted(searches: Sequence[Searched], judge: Trial) -> tuple[Accepted, ...]:
     """The effects of the last fit with their standard errors, rivals, and what each brought."""
-    first, last = searches[0], searches[-1]
+    last = searches[-1]
     fit = last.stage.fitted.fit
     std = dict(zip(fit.problem.names, fit.std.tolist(), strict=True))
     sized = {e.names: e for e in fit.calibrated.effects}
-    judge = Trial(ready, first)
     order = sorted(range(len(last.found.model)), key=lambda k: -last.found.offers[k].gain)
     model = [last.found.model[k] for k in order]
-    errors = [judge.mean_mm(model[:k]) for k in range(len(model) + 1)]
+    whole = judge.mean_mm(model)
     out = []
     for place, k in enumerate(order):
         term, offered = last.found.model[k], last.found.offers[k]
@@ -217,31 +243,10 @@ def _accepted(ready: Prepared, searches: Sequence[Searched]) -> tuple[Accepted, 
                 std=tuple(std[n] for n in effect.names),
                 gain=offered.gain,
                 p_value=float(np.exp(offered.log_p)),
-                before_mm=errors[place],
-                after_mm=errors[place + 1],
+                before_mm=judge.mean_mm([*model[:place], *model[place + 1 :]]),
+                after_mm=whole,
                 alternatives=alternatives,
-                words=sentence(effect),
+                words=sentence(effect, fit.calibrated.chain, Motion.of(fit.problem.data)),
             )
         )
     return tuple(out)
-
-
-class Trial:
-    """Other models than the fitted one, tried out on the rows that judge."""
-
-    def __init__(self, ready: Prepared, first: Searched):
-        fitted = first.stage.fitted
-        own = {p.name: v for p, v in zip(fitted.problem.parameters, fitted.fit.x, strict=True)}
-        self._found = {p.name: float(own[p.name]) for p in fitted.problem.parameters if p.is_instrument}
-        self._first = first
-        self._ready = replace(ready, problem=fitted.problem)
-        self._data = ready.held if len(ready.held) else fitted.problem.data
-
-    def mean_mm(self, terms: Sequence[Term]) -> float:
-        """Mean error of the geometry with some effects, by the linear solution at the geometry alone [mm]."""
-        grams = self._first.grams
-        model = grown(grams, as_candidates(tuple(terms), self._first))
-        arm = robot_with(self._first.stage.fitted, grams, model)
-        judge = replace(self._ready, held=self._data.take(_within(arm, self._data)))
-        rows = judge.errors(arm, self._found)[1]
-        return 1e3 * float(rows.position.mean()) if len(rows.position) else float("nan")

@@ -17,6 +17,7 @@ from workbench.effects.bearing_compliance import BearingCompliance
 from workbench.effects.clearance_tilt import ClearanceTilt
 from workbench.effects.effect import across, own, turns
 from workbench.effects.encoder_scale import EncoderScale
+from workbench.effects.gravity_sag import GravitySag
 from workbench.effects.joint_compliance import JointCompliance
 from workbench.effects.joint_coupling import JointCoupling
 from workbench.effects.joint_harmonic import JointHarmonic
@@ -147,6 +148,21 @@ def _cause(effect: AbstractEffect, rows: Rows, joint: int) -> tuple[np.ndarray, 
     return moment, f"{words} of joint {joint + 1} [{'N·m' if turning else 'N'}]", False
 
 
+def of_weight(effect: GravitySag, rows: Rows) -> Iterator[View]:
+    """The joint's error over what the weights behind it make of it, which takes many angles to say."""
+    joint, law = effect.joints[0], _law(effect, rows)
+    yield View(
+        what=f"error of joint {joint + 1} [mrad]",
+        driver=f"sag of joint {joint + 1} by the weights behind it [mrad]",
+        x=1e3 * law[:, 0],
+        scale=1e3,
+        elements=effect.elements(rows.chain),
+        direction=np.ones_like(law),
+        law=law[:, 0],
+        curve=_sorted(1e3 * law[:, 0], law[:, 0]),
+    )
+
+
 def of_cross_moment(effect: AbstractEffect, rows: Rows) -> Iterator[View]:
     """Tilts over the moment across the axis, along the direction in which it pushes."""
     law = _law(effect, rows)
@@ -233,6 +249,7 @@ VIEWS: dict[type[AbstractEffect], Callable[..., Iterator[View]]] = {
     BearingCompliance: of_cross_moment,
     ClearanceTilt: of_cross_moment,
     LinkFlexure: of_link,
+    GravitySag: of_weight,
     ThermalGrowth: of_temperature,
     BaseDrift: of_time,
 }

@@ -52,6 +52,14 @@ class Appender:
             OSError, FileError: it can't be written now; it waits.
         """
         self._waiting.append((line.encode() + b"\n", files or {}))
+        self.write_waiting()
+
+    def write_waiting(self) -> None:
+        """Write what could not be written so far.
+
+        Raises:
+            OSError, FileError: it still can't be.
+        """
         while self._waiting:
             content, needed = self._waiting[0]
             for name, data in needed.items():

@@ -4,6 +4,7 @@ Trouble with the disk is told once, the session goes on, and the lines wait; whe
 follow, so that nothing is missing.
 """
 
+import contextlib
 import json
 import logging
 from datetime import UTC, datetime
@@ -59,6 +60,8 @@ class Logbook(AbstractKeeper):
     def close(self) -> None:
         """Leave the folder to others."""
         if self._file is not None:
+            with contextlib.suppress(OSError, WorkbenchError):  # it was told when it began
+                self._file.write_waiting()
             self._file.close()
             self._file = None
 
