@@ -1,8 +1,9 @@
 """Poses to measure next: those that best separate effects which the rows can't tell apart, or sharpen them.
 
-Poses are drawn over the joint ranges that were measured. The information matrix of geometry, accepted effects
-and their rivals grows by every pose; the next one is that which adds most to the log determinant of what is
-asked for, the rest being eliminated (Ds-optimality), one after the other.
+Poses are drawn over the joint ranges that were measured, where the arm keeps clear of itself. The
+information matrix of geometry, accepted effects and their rivals grows by every pose; the next one is that
+which adds most to the log determinant of what is asked for, the rest being eliminated (Ds-optimality), one
+after the other.
 
 Source: Atkinson, Donev, Tobias, Optimum experimental designs, with SAS, 2007, section 10.3.
 """
@@ -13,6 +14,7 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
+from workbench.design.fixture.arm import arm_shape
 from workbench.diagnose.columns import candidate_columns, carriers
 from workbench.diagnose.weights import expected_torques
 from workbench.effects import AbstractEffect
@@ -26,6 +28,8 @@ POOL, MANY = 400, 100_000
 """Poses to choose from; fewer where poses times unknowns would be more than this."""
 WIDER = 0.1
 """Part of the measured box by which a pose may leave it."""
+CLEAR = 0.01
+"""Distance that links keep from each other [m]."""
 WEAK = 1e-8
 """Information [relative] that is taken for granted, so that what nothing shows can be asked for."""
 
@@ -121,8 +125,8 @@ def _pool(problem: Problem, x: np.ndarray, rng: np.random.Generator, size: int) 
     frames = problem.frames.session_frames(arm, session)
     arm = arm.with_frames(base=frames.base, tool=frames.tool)
     q = rng.uniform(low, high, (8 * size, data.joints))
-    inside = _about(arm, data.q, q)
-    return _unmeasured(data, q[inside][:size], arm, session)
+    q = q[_about(arm, data.q, q)][: 2 * size]
+    return _unmeasured(data, q[_clear(arm, data.q, q)][:size], arm, session)
 
 
 def _about(arm: Robot, measured: np.ndarray, q: np.ndarray) -> np.ndarray:
@@ -131,6 +135,15 @@ def _about(arm: Robot, measured: np.ndarray, q: np.ndarray) -> np.ndarray:
     margin = WIDER * np.ptp(seen, axis=0)
     at = tool_poses(arm, q)[:, :3, 3]
     return ((at >= seen.min(0) - margin) & (at <= seen.max(0) + margin)).all(1)
+
+
+def _clear(arm: Robot, measured: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Which poses keep the links apart, or at least as far apart as they were measured already."""
+    shape = arm_shape(arm)
+    if not len(shape.apart.pairs) or not len(q):
+        return np.ones(len(q), bool)
+    closest = float(shape.own_distances(shape.lines(measured)).min())
+    return shape.own_distances(shape.lines(q)).min(1) >= min(CLEAR, closest)
 
 
 def _unmeasured(data: Dataset, q: np.ndarray, arm: Robot, session: str) -> Dataset:
