@@ -12,6 +12,7 @@ from workbench.app.panels.data import DataPanel
 from workbench.app.panels.diagnose import DiagnosePanel
 from workbench.app.panels.files import FilesPanel
 from workbench.app.panels.fit import FitPanel
+from workbench.app.panels.guided import GuidedPanel
 from workbench.app.panels.header import Header
 from workbench.app.panels.history import HistoryPanel
 from workbench.app.panels.index import IndexPanel
@@ -78,7 +79,7 @@ def _build_panels(server: viser.ViserServer, worker: Worker) -> Sequence[Abstrac
             ),
         ),
         ("Region", (RegionPanel(worker),)),
-        ("Measure", (DataPanel(worker),)),
+        ("Measure", (DataPanel(worker), GuidedPanel(worker))),
         ("Identify", (FitPanel(worker), ChoicesPanel(worker))),
         ("Diagnose", (DiagnosePanel(worker),)),
         ("Compare", (ComparePanel(worker),)),

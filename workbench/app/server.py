@@ -17,6 +17,7 @@ from workbench.errors import FileError, OptionError
 from workbench.robots.robot import Robot
 from workbench.session.commands import CHORES, LoadData
 from workbench.session.journal.folder import Begun, unrecorded
+from workbench.session.steering import VirtualDriver
 from workbench.session.worker import Worker
 
 Begin = Callable[[Robot, Plate], Begun]
@@ -64,6 +65,7 @@ class App:
         self.worker = Worker(begun.session, keepers=begun.keepers, journal=begun.entries, chores=CHORES)
         self.view = BrowserView(self.server, self.worker)
         self.worker.add_view(self.view)
+        self.worker.add_view(VirtualDriver(self.worker))
         if first is not None:
             self.worker.submit(first)
         self.demo = None if demo is None else Demo(self.worker, pace=demo)

@@ -49,4 +49,4 @@ def _rise(rows: np.ndarray, covariance: np.ndarray, weight: np.ndarray) -> float
     if values[0] < LEAST_LEFT:
         return np.inf
     turned = gain @ vectors
-    return float(np.einsum("ik,ij,jk,k->", turned, weight, turned, 1.0 / values, optimize=True))
+    return float(((turned * (weight @ turned)).sum(0) / values).sum())

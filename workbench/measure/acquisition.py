@@ -5,6 +5,7 @@ kept. What is stored with its joints is the pose that the source measures; where
 it is the target's own pose, which the plate's seat imposes. One run stores one of the two, never a mix.
 """
 
+import copy
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import final
@@ -119,6 +120,12 @@ class Acquisition:
         self._source: PoseSource | None = None
         self._seen = False
 
+    def copy(self) -> "Acquisition":
+        """One that goes on by itself and leaves this one as it is."""
+        other = copy.copy(self)
+        other._detector = self._detector.copy()
+        return other
+
     @property
     def source(self) -> PoseSource:
         """Where the stored poses come from; settled by the first row."""
@@ -172,7 +179,7 @@ class Acquisition:
         if self.silence > 0.0:
             return f"the source has been silent for {self.silence:.0f} s"
         if self._order and capture.done and capture.current == self._order[-1]:
-            return "every target has its row; r takes the last one again"
+            return "every target has its row; take the last one again to replace it"
         if self.source is PoseSource.MEASURED and sample.position is None:
             return "the instrument does not see the tool"
         if self.source is PoseSource.REFERENCE and capture.target.pose is None:
@@ -180,9 +187,9 @@ class Acquisition:
         if force:
             return None
         if self.standing is Standing.MOVING:
-            return f"the arm {self.standing}; wait, or force it (f)"
+            return f"the arm {self.standing}; wait, or force it"
         if self._order and not self._has_moved(sample):
-            return "the arm has not moved since the last row; steer it on, or force it (f)"
+            return "the arm has not moved since the last row; steer it on, or force it"
         return None
 
     def _has_moved(self, sample: Sample) -> bool:

@@ -67,6 +67,8 @@ def drive(
     rng: np.random.Generator,
     instrument: Instrument | None = None,
     pace: Pace | None = None,
+    start: Float[np.ndarray, " n"] | None = None,
+    clock: float = 0.0,
 ) -> Iterator[Sample]:
     """Samples of an arm that visits joint positions one after the other.
 
@@ -76,6 +78,8 @@ def drive(
         rng: Source of the noise.
         instrument: What sees the tool all the while; None: nothing does, and samples have no pose.
         pace: How it moves; unhurried if None.
+        start: Where it stands at first [rad or m]; at rest if None.
+        clock: Time of the first sample [s].
 
     Yields:
         Samples at the pace's rate by their own clock, the last one at each target with `capture`.
@@ -91,18 +95,19 @@ def drive(
             f"instrument '{instrument.name}' sees no pose and no point of the tool; "
             "choose one that does, such as tracker-6d or laser-tracker"
         )
-    return _samples(actual, targets, rng, instrument, pace)
+    start = _rest(actual) if start is None else start
+    return _samples(actual, targets, rng, instrument, pace, start, clock)
 
 
-def _samples(actual, targets, rng, instrument, pace) -> Iterator[Sample]:
-    here, count = _rest(actual), 0
+def _samples(actual, targets, rng, instrument, pace, here, clock) -> Iterator[Sample]:
+    count = 0
     for target in targets:
         path = np.concatenate([_approach(actual, here, target, pace), _stand(target, pace)])
         poses = None if instrument is None else tool_poses(actual, path)
         for k, q in enumerate(path):
             position, rotation = _seen(None if poses is None else poses[k], instrument, rng)
             yield Sample(
-                time=count / pace.rate,
+                time=clock + count / pace.rate,
                 q=frozen(q + rng.normal(0.0, pace.joint_noise, len(q))),
                 position=position,
                 rotation=rotation,

@@ -1,5 +1,6 @@
 """When the arm stands still: joints and pose vary less than given tolerances over a window of time."""
 
+import copy
 from collections import deque
 from typing import final
 
@@ -53,6 +54,12 @@ class StandstillDetector:
         while len(self._seen) > 1 and sample.time - self._seen[1].time >= self.window:
             self._seen.popleft()
         return sample.time - self._seen[0].time >= self.window and self._alike()
+
+    def copy(self) -> "StandstillDetector":
+        """One with the same tolerances and the same memory, which goes on by itself."""
+        other = copy.copy(self)
+        other._seen = self._seen.copy()
+        return other
 
     def reset(self) -> None:
         """Forget everything, as after a capture."""

@@ -58,11 +58,11 @@ def drive_plate(
     spread = (instrument.sigma_position, instrument.sigma_rotation or 0.0) if seated else STEERING
     exact = INSTRUMENTS["ideal"]
     _, rows = measure_plate(robot, plate, branch=branch, instrument=exact, actual=actual, seed=seed)
-    q = simulate_targets(actual, _beside(plate.poses, spread, rng), instrument=exact, rng=rng, near=rows.q).q
+    q = simulate_targets(actual, beside(plate.poses, spread, rng), instrument=exact, rng=rng, near=rows.q).q
     return actual, drive(actual, q, rng=rng, instrument=None if seated else instrument, pace=pace)
 
 
-def _beside(poses: np.ndarray, spread: tuple[float, float], rng: np.random.Generator) -> np.ndarray:
+def beside(poses: np.ndarray, spread: tuple[float, float], rng: np.random.Generator) -> np.ndarray:
     """Poses beside the wanted ones, by the given standard deviations per axis."""
     turn = se3.rotvec_to_matrix(rng.normal(0.0, spread[1], (len(poses), 3)))
     return se3.pose(turn @ poses[:, :3, :3], poses[:, :3, 3] + rng.normal(0.0, spread[0], (len(poses), 3)))

@@ -21,6 +21,7 @@ from workbench.model.branches import Branch
 from workbench.model.linearisation import Linearisation
 from workbench.robots.robot import Robot
 from workbench.session.comparison import Comparison
+from workbench.session.measuring import Measuring
 
 UNDO_STEPS = 200
 """How many moves can be taken back."""
@@ -253,6 +254,7 @@ class Session:
         held: Parameters that are not identified, though the robot would have them free.
         left_out: Measured rows that the user keeps out, counted as in the data.
         loaded: Measurements, if any.
+        measuring: The guided measurement under way, if any.
         identification: The last identification of these measurements, if any.
         diagnosis: The last diagnosis of these measurements, if any.
         accepted: Effects that were added to the model, as the diagnosis found them.
@@ -295,6 +297,7 @@ class Session:
     held: frozenset[str] = frozenset()
     left_out: frozenset[int] = frozenset()
     loaded: Loaded | None = None
+    measuring: Measuring | None = None
     identification: Any = None
     diagnosis: Any = None
     accepted: tuple[AbstractEffect, ...] = ()

@@ -82,6 +82,10 @@ def next_step(session: Session) -> str:
         return "You can go on working meanwhile."
     if session.holder is not None:
         return "Watch the arm and the numbers. Let go to keep the place; <b>Undo</b> takes it back."
+    if session.measuring is not None:
+        return (
+            "<b>Measure</b>: drive the arm to the wanted target, wait until it stands still, store the row."
+        )
     if session.identification is not None and session.focus is Focus.ROW:
         return (
             "In <b>Compare</b>, step through the measured poses: the solid arm is nominal, the amber one "

@@ -4,7 +4,8 @@ import numpy as np
 import viser
 from jaxtyping import Float
 
-from workbench.app.scene.nodes import add_solid, put
+from workbench import se3
+from workbench.app.scene.nodes import add_solid
 from workbench.appearance.bodies import body_frames, generated_bodies, make_bodies
 from workbench.robots.robot import Robot
 
@@ -49,8 +50,10 @@ class Arm:
 
     def stand(self, robot: Robot, q: Float[np.ndarray, " n"]) -> None:
         """Move every body to where it is on this robot at these joint positions."""
-        for node, frame in zip(self._nodes, body_frames(robot, q), strict=True):
-            put(node, frame)
+        frames = body_frames(robot, q)
+        turns = se3.matrix_to_quaternion(frames[:, :3, :3])
+        for node, frame, wxyz in zip(self._nodes, frames, turns, strict=True):
+            node.position, node.wxyz = frame[:3, 3], wxyz
 
     @property
     def visible(self) -> bool:

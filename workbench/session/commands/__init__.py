@@ -10,6 +10,16 @@ from workbench.session.commands.diagnose import AddEffects, Diagnose, TakeNextPo
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.edit import AddTarget, CopyTarget, DeleteTarget, LockTarget, RenumberTarget
 from workbench.session.commands.fit import Identify
+from workbench.session.commands.measure import (
+    BeginMeasuring,
+    DriveArm,
+    EndMeasuring,
+    NextWanted,
+    StoreRow,
+    TakeAgain,
+    TakeSample,
+    UseRows,
+)
 from workbench.session.commands.messages import Dismiss, SetCaption, Tell
 from workbench.session.commands.noise import SetNoise
 from workbench.session.commands.region import MapCubes, SampleRegion, SetRegion, ShowCubes
@@ -24,6 +34,7 @@ __all__ = [
     "AddEffects",
     "AddTarget",
     "ApplyPattern",
+    "BeginMeasuring",
     "ChooseBranch",
     "ChooseRobot",
     "ClusterTargets",
@@ -31,7 +42,9 @@ __all__ = [
     "DeleteTarget",
     "Diagnose",
     "Dismiss",
+    "DriveArm",
     "DropTarget",
+    "EndMeasuring",
     "ForgetData",
     "GrabTarget",
     "HoldParameter",
@@ -47,6 +60,7 @@ __all__ = [
     "MeasureVirtualArm",
     "MixBranches",
     "MoveTarget",
+    "NextWanted",
     "PlaceTargets",
     "Redo",
     "RenumberTarget",
@@ -64,7 +78,11 @@ __all__ = [
     "ShowRow",
     "Snap",
     "SnapTarget",
+    "StoreRow",
+    "TakeAgain",
     "TakeNextPoses",
+    "TakeSample",
     "Tell",
     "Undo",
+    "UseRows",
 ]

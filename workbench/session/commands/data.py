@@ -84,7 +84,7 @@ class LoadData(AbstractTask):
 
     def finish(self, session: Session, result: Any) -> Session:
         """The session with the rows; an older identification no longer belongs to them."""
-        session = _with_data(session, result)
+        session = with_data(session, result)
         return session.tell(Severity.INFO, f"{len(result.dataset)} rows read from {result.name}")
 
 
@@ -126,19 +126,14 @@ class MeasureVirtualArm(AbstractTask):
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
         """Make the arm, bring it to the targets, measure it."""
         rng = np.random.default_rng(self.seed)
-        robot, noise = session.robot, session.noise
+        robot = session.robot
         progress(0.1, "building the arm")
         actual = virtual_arm(robot, rng=rng)
         if self.surprise:
             actual = actual.with_effects(*robot.effects, hidden_effect(robot, rng))
-        instrument = Instrument(
-            name="as set in the Plate tab",
-            observes=Observes.POSE,
-            sigma_position=noise.position,
-            sigma_rotation=noise.rotation,
-        )
+        instrument = instrument_of(session)
         progress(0.3, "measuring at the targets")
-        used, near = _postures(actual, session)
+        used, near = postures(actual, session)
         rows = simulate_targets(actual, session.plate.poses[used], instrument=instrument, rng=rng, near=near)
         progress(0.6, "measuring in the region")
         around = nearby_poses(robot, session.plate.region, CHECKS + self.more, rng=rng, measured=near)
@@ -153,7 +148,7 @@ class MeasureVirtualArm(AbstractTask):
 
     def finish(self, session: Session, result: Any) -> Session:
         """The session with the rows."""
-        return _with_data(session, result).tell(
+        return with_data(session, result).tell(
             Severity.INFO, f"{result.name} was measured at {len(result.dataset)} poses"
         )
 
@@ -179,10 +174,20 @@ class ForgetData(AbstractChange):
 
     def apply(self, session: Session) -> Session:
         """The session afterwards."""
-        return _with_data(session, None)
+        return with_data(session, None)
 
 
-def _postures(actual: Robot, session: Session) -> tuple[list[int], np.ndarray]:
+def instrument_of(session: Session) -> Instrument:
+    """The instrument of virtual measurements: sees poses with the session's noise."""
+    return Instrument(
+        name="as set in the Plate tab",
+        observes=Observes.POSE,
+        sigma_position=session.noise.position,
+        sigma_rotation=session.noise.rotation,
+    )
+
+
+def postures(actual: Robot, session: Session) -> tuple[list[int], np.ndarray]:
     """Targets that the actual arm reaches, and how: as the nominal arm does, or next to that.
 
     Its manufacturing errors may carry a joint beyond its limit; it then takes the nearest other branch.
@@ -200,7 +205,8 @@ def _postures(actual: Robot, session: Session) -> tuple[list[int], np.ndarray]:
     return used, np.stack(postures)
 
 
-def _with_data(session: Session, loaded: Loaded | None) -> Session:
+def with_data(session: Session, loaded: Loaded | None) -> Session:
+    """The session with other measurements, or none; what was found from the old ones is gone."""
     shown = None
     if loaded is not None:
         data = joined(loaded.dataset, loaded.checks)

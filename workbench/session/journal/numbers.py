@@ -114,6 +114,13 @@ def _comparison(session: Session) -> Json | None:
     return {"rows": len(rows), "nominal": errors[:, 0], "calibrated": errors[:, 1]}
 
 
+def _rows_taken(session: Session) -> Json | None:
+    if session.measuring is None:
+        return None
+    capture = session.measuring.acquisition.capture
+    return {"target": capture.target.name, "rows": len(capture.wanted) - capture.remaining}
+
+
 def _shown(session: Session) -> Json:
     return {"selected": session.selected, "focus": str(session.focus), "row": session.row}
 
@@ -127,6 +134,9 @@ SUBJECTS = {
         lambda s: (s.noise,), lambda s: {"position": s.noise.position, "rotation": s.noise.rotation}
     ),
     "data": Subject(lambda s: (s.loaded,), _data),
+    "measuring": Subject(
+        lambda s: (None if s.measuring is None else s.measuring.acquisition.capture,), _rows_taken
+    ),
     "identification": Subject(lambda s: (s.identification,), _identification),
     "fit": Subject(lambda s: (s.fit,), lambda s: s.fit),
     "comparison": Subject(lambda s: (s.comparison,), _comparison),

@@ -1,0 +1,133 @@
+"""Guided measuring by commands: what is stored, what is refused, and what the rows become."""
+
+from time import sleep as pause
+
+import numpy as np
+import pytest
+
+from workbench import se3
+from workbench.model.forward import tool_poses
+from workbench.session import Worker, replay
+from workbench.session.commands import (
+    BeginMeasuring,
+    DriveArm,
+    EndMeasuring,
+    NextWanted,
+    StoreRow,
+    TakeAgain,
+    TakeSample,
+    UseRows,
+)
+from workbench.session.journal import Ending
+from workbench.session.journal.codec import decode, encode
+from workbench.session.state import Focus, Severity
+from workbench.session.steering import VirtualDriver
+
+STILL = np.linspace(0.0, 0.6, 13)
+
+
+def samples(measuring, q, *, begin, shift=0.0):
+    """What an exact instrument says of the arm that stands for 0.6 s, or moves."""
+    for time in STILL:
+        now = q + shift * time
+        pose = tool_poses(measuring.actual, now[None])[0]
+        yield TakeSample(
+            float(begin + time),
+            tuple(now.tolist()),
+            tuple(pose[:3, 3].tolist()),
+            tuple(se3.matrix_to_quaternion(pose[:3, :3]).tolist()),
+        )
+
+
+@pytest.fixture
+def begun(do):
+    return do(BeginMeasuring(3)).measuring
+
+
+def test_rows_are_stored_one_by_one_and_become_the_data(do, begun, first, worker):
+    for k, q in enumerate(begun.postures):
+        session = do(DriveArm(), *samples(begun, q, begin=10.0 * k))
+        assert session.focus is Focus.JOG
+        assert session.selected == begun.numbers[k]
+        off = session.measuring.acquisition.status().position
+        wanted = first.robot.base.pose @ first.plate.targets[begun.numbers[k]].pose
+        tool = tool_poses(begun.actual, q[None])[0]
+        assert np.allclose(off, (tool - wanted)[:3, 3], atol=1e-12)
+        assert np.linalg.norm(off) < 3e-3
+        assert do(StoreRow()).measuring.acquisition.rows == k + 1
+    session = do(UseRows())
+    assert session.measuring is None
+    data = session.loaded.dataset
+    assert np.array_equal(data.q, begun.postures)
+    assert np.allclose(data.position, tool_poses(begun.actual, begun.postures)[:, :3, 3], atol=1e-12)
+    assert len(session.comparison) == len(data)
+    again = replay(first, worker.journal)
+    assert np.array_equal(again.loaded.dataset.position, data.position)
+
+
+def test_a_moving_arm_is_not_stored_nor_the_same_place_twice(do, begun):
+    assert do(StoreRow()).messages[-1].severity is Severity.ERROR
+    q = begun.postures[0]
+    assert do(*samples(begun, q, begin=0.0, shift=0.1), StoreRow()).measuring.acquisition.rows == 0
+    assert do(*samples(begun, q, begin=1.0), StoreRow()).measuring.acquisition.rows == 1
+    session = do(*samples(begun, q, begin=2.0), StoreRow())
+    assert session.measuring.acquisition.rows == 1
+    assert session.messages[-1].severity is Severity.ERROR
+
+
+def test_the_last_row_is_taken_again_and_a_target_left_for_later(do, begun):
+    for k in range(2):
+        do(*samples(begun, begun.postures[k], begin=10.0 * k), StoreRow())
+    capture = do(TakeAgain()).measuring.acquisition.capture
+    assert (capture.current, capture.remaining) == (1, len(begun.numbers) - 1)
+    capture = do(NextWanted(), *samples(begun, begun.postures[2], begin=30.0), StoreRow()).measuring
+    assert [row is not None for row in capture.acquisition.capture.taken[:3]] == [True, False, True]
+    kept = do(UseRows()).loaded.dataset
+    assert kept.row.tolist() == [0, 2]
+
+
+def test_a_snapshot_stays_as_it_was(do, begun):
+    before = do(*samples(begun, begun.postures[0], begin=0.0)).measuring
+    do(StoreRow(), *samples(begun, begun.postures[1], begin=5.0, shift=1.0))
+    assert before.acquisition.rows == 0
+    assert before.acquisition.copy().store().changed
+
+
+def test_what_makes_no_sense_is_said(do):
+    for command in (DriveArm(), StoreRow(), TakeAgain(), UseRows(), EndMeasuring(), BeginMeasuring(-1)):
+        assert do(command).messages[-1].severity is Severity.ERROR
+    session = do(BeginMeasuring(1), BeginMeasuring(2))
+    assert session.measuring.seed == 1
+    for q in ((0.0,), (np.nan,) * session.robot.dof):
+        told = session.told
+        session = do(TakeSample(0.0, q, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)))
+        assert session.told == told + 1
+        assert session.measuring.acquisition.latest is None
+    session = do(EndMeasuring())
+    assert session.measuring is None
+    late = TakeSample(0.0, (0.0,) * session.robot.dof, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0))
+    assert do(late).focus is Focus.TARGET
+
+
+def test_the_virtual_arm_comes_to_rest_at_the_target(first):
+    worker = Worker(first)
+    worker.add_view(VirtualDriver(worker, hurry=100.0))
+    try:
+        worker.submit(BeginMeasuring(2))
+        assert worker.wait()
+        goal = worker.session.measuring.postures[0]
+        worker.submit(DriveArm())
+        for _ in range(2000):
+            latest = worker.session.measuring.acquisition.latest
+            if latest is not None and np.abs(latest.q - goal).max() < 1e-4:
+                break
+            worker.wait()
+            pause(0.01)
+        else:
+            raise AssertionError("the arm did not arrive")
+        taken = [e.command for e in worker.journal if isinstance(e.command, TakeSample)]
+        assert all(e.ending is Ending.DONE for e in worker.journal)
+        assert decode("TakeSample", encode(taken[-1])[0], bytes) == taken[-1]
+        assert np.abs(taken[0].q - goal).max() > 0.1
+    finally:
+        worker.close()

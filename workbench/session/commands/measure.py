@@ -1,0 +1,329 @@
+"""Guided measuring: a virtual arm is driven from target to target, its rows stored one by one (ARIA 5.1)."""
+
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from workbench import se3
+from workbench.design.plate import Kind
+from workbench.errors import DataError, OptionError
+from workbench.measure.acquisition import ORIENTATION_STILL, POSITION_STILL, Acquisition, Event
+from workbench.measure.capture import Capture
+from workbench.measure.instruments import INSTRUMENTS, Instrument
+from workbench.measure.simulate import simulate_targets, virtual_arm
+from workbench.measure.standstill import StandstillDetector
+from workbench.measure.stream import Sample
+from workbench.pipeline.acquisition import wanted_targets
+from workbench.pipeline.virtual import STEERING, beside
+from workbench.session.command import AbstractChange, AbstractTask, Cancel, Cancelled, Progress
+from workbench.session.commands.data import MOST_SEED, instrument_of, postures, with_data
+from workbench.session.facts import observed
+from workbench.session.measuring import Measuring, Ride
+from workbench.session.state import Focus, Loaded, Session, Severity
+from workbench.session.steps import with_ways
+from workbench.types import frozen
+
+NOISY = 10.0
+"""Extent of an instrument's noise in a window of standstill, in standard deviations, at most."""
+
+
+@dataclass(frozen=True)
+class BeginMeasuring(AbstractTask):
+    """Begin a guided measurement of a virtual arm at the targets as they stand.
+
+    Args:
+        seed: Of the hidden errors and of the noise: the same seed is the same arm.
+    """
+
+    seed: int = 1
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return f"Measure virtual arm {self.seed} step by step"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Every beginning counts."""
+        return None
+
+    def check(self, session: Session) -> None:
+        """There must be targets in reach, and no other measurement under way."""
+        if not 0 <= self.seed <= MOST_SEED:
+            raise OptionError(f"seed {self.seed} can't be used; give a whole number from 0 to {MOST_SEED}")
+        if session.measuring is not None:
+            raise OptionError("a measurement is under way; use its rows, or stop it first")
+        if not any(state.reached for state in session.states):
+            raise DataError("the arm reaches no target; drag at least a few targets into its reach")
+
+    def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
+        """Make the arm and see how it meets the targets."""
+        rng = np.random.default_rng(self.seed)
+        progress(0.1, "building the arm")
+        actual = virtual_arm(session.robot, rng=rng)
+        numbers, near = postures(actual, session)
+        steered = beside(session.plate.poses[numbers], STEERING, rng)
+        exact = INSTRUMENTS["ideal"]
+        rows = simulate_targets(actual, steered, instrument=exact, rng=rng, near=near)
+        if cancel():
+            raise Cancelled
+        instrument = instrument_of(session)
+        return Measuring(
+            acquisition=_acquisition(session, numbers, instrument),
+            seed=self.seed,
+            actual=actual,
+            instrument=instrument,
+            numbers=tuple(numbers),
+            postures=rows.q,
+        )
+
+    def finish(self, session: Session, result: Any) -> Session:
+        """The session with nothing stored yet."""
+        return replace(session, measuring=result)
+
+
+@dataclass(frozen=True)
+class DriveArm(AbstractChange):
+    """Send the virtual arm to the wanted target; it moves by itself and sends samples."""
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return "Drive the virtual arm to its target"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Once is enough."""
+        return "drive"
+
+    def check(self, session: Session) -> None:
+        """A measurement must be under way."""
+        _under_way(session)
+
+    def apply(self, session: Session) -> Session:
+        """The session with another way to go; its target is the selected one."""
+        measuring = _under_way(session)
+        latest, last = measuring.acquisition.latest, measuring.ride
+        rest = np.clip(0.0, *session.robot.search_limits.T)
+        ride = Ride(
+            number=1 if last is None else last.number + 1,
+            start=rest if latest is None else latest.q,
+            end=measuring.postures[measuring.acquisition.capture.current],
+            clock=0.0 if latest is None else latest.time + 1e-3,
+        )
+        session = replace(session, measuring=replace(measuring, ride=ride))
+        if session.holder is not None or measuring.target >= len(session.plate):
+            return session
+        return with_ways(replace(session, selected=measuring.target))
+
+
+@dataclass(frozen=True)
+class TakeSample(AbstractChange):
+    """What the arm and the instrument say at one time; left alone when nothing is being measured.
+
+    Args:
+        time: By the source's clock [s].
+        q: Joint positions [rad or m].
+        xyz: Measured position of the tool, measuring frame [m].
+        quat: Measured orientation [w, x, y, z].
+    """
+
+    time: float
+    q: tuple[float, ...]
+    xyz: tuple[float, float, float]
+    quat: tuple[float, float, float, float]
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return "Sample"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Only the newest counts."""
+        return "sample"
+
+    def check(self, session: Session) -> None:
+        """So many joints, and finite numbers."""
+        session.robot.check_joints(np.array([self.q]))
+        if not np.isfinite((self.time, *self.q, *self.xyz, *self.quat)).all() or not any(self.quat):
+            raise DataError("a sample is not of finite numbers; it is left out")
+
+    def apply(self, session: Session) -> Session:
+        """The session with the sample; the arm on the page stands where the real one does."""
+        if session.measuring is None:
+            return session
+        q = frozen(np.array(self.q))
+        sample = Sample(
+            time=self.time,
+            q=q,
+            position=frozen(np.array(self.xyz)),
+            rotation=frozen(se3.quaternion_to_matrix(np.array(self.quat))),
+        )
+        acquisition = session.measuring.acquisition.copy()
+        acquisition.update(sample)
+        session = replace(session, measuring=replace(session.measuring, acquisition=acquisition))
+        return session if session.holder is not None else replace(session, jogged=q, focus=Focus.JOG)
+
+
+@dataclass(frozen=True)
+class StoreRow(AbstractChange):
+    """Keep the latest sample as the wanted target's row."""
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return "Store the row"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Every row counts."""
+        return None
+
+    def check(self, session: Session) -> None:
+        """The arm must stand still, and have moved since the last row."""
+        stored = _under_way(session).acquisition.copy().store()
+        if not stored.changed:
+            raise DataError(stored.message)
+
+    def apply(self, session: Session) -> Session:
+        """The session with the row; the next open target is wanted."""
+        return _asked(session, Acquisition.store)
+
+
+@dataclass(frozen=True)
+class TakeAgain(AbstractChange):
+    """Drop the row that was stored last; its target is wanted once more."""
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return "Take the last row again"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Every row counts."""
+        return None
+
+    def check(self, session: Session) -> None:
+        """There must be a row."""
+        if not _under_way(session).acquisition.rows:
+            raise DataError("there is no row to take again; store one first")
+
+    def apply(self, session: Session) -> Session:
+        """The session without the row."""
+        return _asked(session, Acquisition.again)
+
+
+@dataclass(frozen=True)
+class NextWanted(AbstractChange):
+    """Want the next target, or the one before; what is stored stays until it is stored anew."""
+
+    by: int = 1
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return "Go on to another target"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Every step counts."""
+        return None
+
+    def check(self, session: Session) -> None:
+        """A measurement must be under way."""
+        _under_way(session)
+
+    def apply(self, session: Session) -> Session:
+        """The session with another target wanted."""
+        return _asked(session, lambda acquisition: acquisition.step(self.by))
+
+
+@dataclass(frozen=True)
+class UseRows(AbstractChange):
+    """End the measurement; its rows become the session's data, as if they had been loaded from a file."""
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return "Use the measured rows"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Once is enough."""
+        return "use"
+
+    def check(self, session: Session) -> None:
+        """There must be a row."""
+        if not _under_way(session).acquisition.rows:
+            raise DataError("no row is stored yet; drive the arm to a target and store its row")
+
+    def apply(self, session: Session) -> Session:
+        """The session with the rows."""
+        measuring = _under_way(session)
+        name = f"Virtual arm {measuring.seed}, step by step"
+        rows = measuring.acquisition.dataset(source=name)
+        wanted = len(measuring.numbers)
+        facts = (
+            ("Measured at", f"{len(rows)} of {wanted} targets, stored one by one"),
+            ("Measured", observed(rows)),
+            ("Joints", f"{rows.joints}"),
+        )
+        loaded = Loaded(rows, name, facts, rows.notes, virtual=True, actual=measuring.actual)
+        session = with_data(replace(session, measuring=None), loaded)
+        return session.tell(Severity.INFO, f"{len(rows)} measured rows are taken over")
+
+
+@dataclass(frozen=True)
+class EndMeasuring(AbstractChange):
+    """End the measurement; its rows are dropped."""
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return "Stop measuring"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Once is enough."""
+        return "stop"
+
+    def check(self, session: Session) -> None:
+        """A measurement must be under way."""
+        _under_way(session)
+
+    def apply(self, session: Session) -> Session:
+        """The session without it."""
+        return replace(session, measuring=None, focus=Focus.TARGET)
+
+
+def _under_way(session: Session) -> Measuring:
+    if session.measuring is None:
+        raise OptionError("nothing is being measured; begin a guided measurement first")
+    return session.measuring
+
+
+def _asked(session: Session, ask: Callable[[Acquisition], Event]) -> Session:
+    """The session after something was asked of its acquisition."""
+    measuring = _under_way(session)
+    acquisition = measuring.acquisition.copy()
+    ask(acquisition)
+    return replace(session, measuring=replace(measuring, acquisition=acquisition))
+
+
+def _acquisition(session: Session, numbers: list[int], instrument: Instrument) -> Acquisition:
+    """Nothing stored yet; standstill is judged with the instrument's noise in mind."""
+    wanted, targets = wanted_targets(session.robot, session.plate), session.plate.targets
+    detector = StandstillDetector(
+        position=max(POSITION_STILL, NOISY * instrument.sigma_position),
+        orientation=max(ORIENTATION_STILL, NOISY * (instrument.sigma_rotation or 0.0)),
+    )
+    return Acquisition(
+        Capture(wanted=tuple(wanted[i] for i in numbers)),
+        robot=session.robot,
+        detector=detector,
+        oriented=tuple(targets[i].kind is Kind.SEAT for i in numbers),
+    )
