@@ -51,7 +51,11 @@ def next_poses(
     if not len(pool.q):
         return pool.q
     asked = carriers(effects)
-    now, new = _columns(problem, x, asked), _columns(_like(problem, x, pool), x, asked)
+    plain = [p.name for p in problem.parameters if not p.is_coefficient]
+    known_at = dict(zip(problem.names, x.tolist(), strict=True))
+    later = _like(problem, pool)
+    there = np.array([known_at[name] for name in later.names])
+    now, new = _columns(problem, x, asked, plain), _columns(later, there, asked, plain)
     scale = np.maximum(np.linalg.norm(now, axis=0), 1e-12)
     information = (now / scale).T @ (now / scale)
     information[np.diag_indices(len(information))] += WEAK
@@ -90,10 +94,15 @@ def _log_det(matrices: np.ndarray) -> np.ndarray:
     return np.linalg.slogdet(matrices)[1]
 
 
-def _columns(problem: Problem, x: np.ndarray, effects: Sequence[AbstractEffect]) -> np.ndarray:
-    """Whitened columns of geometry and effects."""
+def _columns(
+    problem: Problem, x: np.ndarray, effects: Sequence[AbstractEffect], names: Sequence[str]
+) -> np.ndarray:
+    """Whitened columns of geometry and effects; zeros for named unknowns of rows that the problem has not."""
+    place = {name: column for column, name in enumerate(names)}
     plain = np.array([not p.is_coefficient for p in problem.parameters], bool)
-    geometry = problem.evaluate(x).jacobian[: problem.size, plain]
+    geometry = np.zeros((problem.size, len(names)))
+    own = [place[name] for name, is_plain in zip(problem.names, plain, strict=True) if is_plain]
+    geometry[:, own] = problem.evaluate(x).jacobian[: problem.size, plain]
     if not effects:
         return geometry
     return np.concatenate(
@@ -101,7 +110,7 @@ def _columns(problem: Problem, x: np.ndarray, effects: Sequence[AbstractEffect])
     )
 
 
-def _like(problem: Problem, x: np.ndarray, pool: Dataset) -> Problem:
+def _like(problem: Problem, pool: Dataset) -> Problem:
     """The same problem on poses that were not measured yet."""
     return Problem.build(
         problem.robot,
