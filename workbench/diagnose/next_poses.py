@@ -1,8 +1,9 @@
 """Poses to measure next: those that best separate effects which the rows can't tell apart, or sharpen them.
 
-Poses are drawn over the joint ranges that were measured. The information matrix of geometry, accepted effects
-and their rivals grows by every pose; the next one is that which adds most to the log determinant of what is
-asked for, the rest being eliminated (Ds-optimality), one after the other.
+Poses are drawn over the joint ranges that were measured, where the arm keeps clear of itself. The
+information matrix of geometry, accepted effects and their rivals grows by every pose; the next one is that
+which adds most to the log determinant of what is asked for, the rest being eliminated (Ds-optimality), one
+after the other.
 
 Source: Atkinson, Donev, Tobias, Optimum experimental designs, with SAS, 2007, section 10.3.
 """
@@ -13,6 +14,7 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
+from workbench.design.fixture.arm import arm_shape
 from workbench.diagnose.columns import candidate_columns, carriers
 from workbench.diagnose.weights import expected_torques
 from workbench.effects import AbstractEffect
@@ -26,6 +28,8 @@ POOL, MANY = 400, 100_000
 """Poses to choose from; fewer where poses times unknowns would be more than this."""
 WIDER = 0.1
 """Part of the measured box by which a pose may leave it."""
+CLEAR = 0.01
+"""Distance that links keep from each other [m]."""
 WEAK = 1e-8
 """Information [relative] that is taken for granted, so that what nothing shows can be asked for."""
 
@@ -51,11 +55,7 @@ def next_poses(
     if not len(pool.q):
         return pool.q
     asked = carriers(effects)
-    plain = [p.name for p in problem.parameters if not p.is_coefficient]
-    known_at = dict(zip(problem.names, x.tolist(), strict=True))
-    later = _like(problem, pool)
-    there = np.array([known_at[name] for name in later.names])
-    now, new = _columns(problem, x, asked, plain), _columns(later, there, asked, plain)
+    now, new = (_columns(problem, x, p, asked) for p in (problem, _like(problem, x, pool)))
     scale = np.maximum(np.linalg.norm(now, axis=0), 1e-12)
     information = (now / scale).T @ (now / scale)
     information[np.diag_indices(len(information))] += WEAK
@@ -94,23 +94,23 @@ def _log_det(matrices: np.ndarray) -> np.ndarray:
     return np.linalg.slogdet(matrices)[1]
 
 
-def _columns(
-    problem: Problem, x: np.ndarray, effects: Sequence[AbstractEffect], names: Sequence[str]
-) -> np.ndarray:
-    """Whitened columns of geometry and effects; zeros for named unknowns of rows that the problem has not."""
-    place = {name: column for column, name in enumerate(names)}
-    plain = np.array([not p.is_coefficient for p in problem.parameters], bool)
-    geometry = np.zeros((problem.size, len(names)))
-    own = [place[name] for name, is_plain in zip(problem.names, plain, strict=True) if is_plain]
-    geometry[:, own] = problem.evaluate(x).jacobian[: problem.size, plain]
-    if not effects:
-        return geometry
-    return np.concatenate(
-        [geometry, np.concatenate([columns for _, columns in candidate_columns(problem, x, effects)])], axis=1
-    )
+def _columns(problem: Problem, x: np.ndarray, rows: Problem, effects: Sequence[AbstractEffect]) -> np.ndarray:
+    """Whitened columns of a problem's geometry, and of effects, on rows of their own.
+
+    Rows of one session see nothing of the frames of others: zeros stand there.
+    """
+    found = dict(zip(problem.names, x.tolist(), strict=True))
+    here = np.array([found.get(p.name, p.nominal) for p in rows.parameters])
+    plain = [p.name for p in problem.parameters if not p.is_coefficient]
+    seen = [i for i, name in enumerate(plain) if name in rows.names]
+    geometry = np.zeros((rows.size, len(plain)))
+    mine = [rows.names.index(plain[i]) for i in seen]
+    geometry[:, seen] = rows.evaluate(here).jacobian[: rows.size, mine]
+    parts = [columns for _, columns in candidate_columns(rows, here, effects)]
+    return np.concatenate([geometry, np.concatenate(parts)], axis=1)
 
 
-def _like(problem: Problem, pool: Dataset) -> Problem:
+def _like(problem: Problem, x: np.ndarray, pool: Dataset) -> Problem:
     """The same problem on poses that were not measured yet."""
     return Problem.build(
         problem.robot,
@@ -130,8 +130,8 @@ def _pool(problem: Problem, x: np.ndarray, rng: np.random.Generator, size: int) 
     frames = problem.frames.session_frames(arm, session)
     arm = arm.with_frames(base=frames.base, tool=frames.tool)
     q = rng.uniform(low, high, (8 * size, data.joints))
-    inside = _about(arm, data.q, q)
-    return _unmeasured(data, q[inside][:size], arm, session)
+    q = q[_about(arm, data.q, q)][: 2 * size]
+    return _unmeasured(data, q[_clear(arm, data.q, q)][:size], arm, session)
 
 
 def _about(arm: Robot, measured: np.ndarray, q: np.ndarray) -> np.ndarray:
@@ -140,6 +140,15 @@ def _about(arm: Robot, measured: np.ndarray, q: np.ndarray) -> np.ndarray:
     margin = WIDER * np.ptp(seen, axis=0)
     at = tool_poses(arm, q)[:, :3, 3]
     return ((at >= seen.min(0) - margin) & (at <= seen.max(0) + margin)).all(1)
+
+
+def _clear(arm: Robot, measured: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Which poses keep the links apart, or at least as far apart as they were measured already."""
+    shape = arm_shape(arm)
+    if not len(shape.apart.pairs) or not len(q):
+        return np.ones(len(q), bool)
+    closest = float(shape.own_distances(shape.lines(measured)).min())
+    return shape.own_distances(shape.lines(q)).min(1) >= min(CLEAR, closest)
 
 
 def _unmeasured(data: Dataset, q: np.ndarray, arm: Robot, session: str) -> Dataset:

@@ -48,6 +48,8 @@ class JogPanel(AbstractPanel):
         """Where the arm stands."""
         if session.robot is not self._robot:
             self._rebuild(session.robot)
+        elif session.holder is not None:
+            return  # many controls: they follow when the target is let go
         q = standing(session)
         for slider, value, joint in zip(self._sliders, q, session.robot.moving, strict=True):
             shown = 1e3 * value if joint.kind is JointKind.PRISMATIC else np.rad2deg(value)

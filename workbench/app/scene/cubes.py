@@ -1,5 +1,6 @@
 """The cubes of the region, coloured by the chosen field: one batched mesh, however many there are."""
 
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -20,6 +21,8 @@ FILL = 0.42
 """Edge of a drawn cube, as a share of the room that it has: one sees the arm between them."""
 PICKED = 0.85
 """The same for the cube that was clicked."""
+RECOLOURED = 0.25
+"""Least time between two colourings during a drag [s]: the numbers in the panel go first."""
 UP = np.array([1.0, 0.0, 0.0, 0.0])
 
 
@@ -31,6 +34,7 @@ class CubesPart(AbstractPart):
         self._mesh: viser.BatchedMeshHandle | None = None
         self._region: Region | None = None
         self._drawn: tuple[object, ...] = ()
+        self._when = 0.0
         self._sizes = np.zeros((0, 3), np.float32)
         self.show(session)
 
@@ -43,7 +47,9 @@ class CubesPart(AbstractPart):
         basis = (view, region, session.cubes, session.comparison, self._score(session))
         if len(basis) == len(self._drawn) and all(a is b for a, b in zip(basis, self._drawn, strict=True)):
             return
-        self._drawn = basis
+        if session.holder is not None and time.monotonic() - self._when < RECOLOURED:
+            return  # the last step of a drag is drawn in any case, when the target is let go
+        self._drawn, self._when = basis, time.monotonic()
         numbers = values(session)
         if numbers is None:
             self._remove()
