@@ -117,8 +117,7 @@ def _offers(left: Left, candidates: Sequence[Candidate]) -> list[Offer]:
 def _own_offer(grams: Grams, model: Model, k: int) -> Offer:
     """What a model's term brings to the others."""
     found = offer(left_by(grams, drop(model, [model[k]]), model[k].candidate.names), model[k].candidate)
-    assert found is not None, "a term of a model was seen when it was accepted"
-    return found
+    return Offer(model[k], -np.inf, 0.0) if found is None else found
 
 
 def exchange(grams: Grams, candidates: Sequence[Candidate], model: Model) -> Model:
