@@ -96,6 +96,10 @@ def _size(effect: AbstractEffect, chain: Chain) -> str:
     """Its largest coefficient in readable units."""
     values = np.abs(effect.coefficients)
     match str(effect.name):
+        case "gravity-sag":
+            pairs = zip(effect.names, values, strict=True)
+            angles = [float(v) for name, v in pairs if name[-1] in "xyz"]
+            return _readable(max(angles, default=0.0), "rad")
         case "thermal-growth":
             return _readable(effect.coefficients[0], _unit(effect, chain))
         case "base-drift":

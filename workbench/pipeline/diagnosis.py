@@ -14,7 +14,7 @@ from workbench.diagnose.record import Accepted, Diagnosis, Ranked, Verdict, judg
 from workbench.diagnose.refit import robot_with
 from workbench.diagnose.rivals import ambiguous, ranked, rivals_of
 from workbench.diagnose.stages import Searched, Stage, as_candidates, geometry_first, rounds
-from workbench.diagnose.verdict import conclude, coverage, explains_little, undecided
+from workbench.diagnose.verdict import conclude, coverage, explains_little, learned, undecided
 from workbench.diagnose.words import sentence
 from workbench.identify import noise as noises
 from workbench.identify.frames import Sessions
@@ -122,7 +122,7 @@ def diagnose(
     asked = [e.effect for e in accepted] + ambiguous(accepted)
     outliers = np.union1d(gross, ready.train_rows[~last.stage.keep]).astype(np.int64)
     seen = coverage(fit.problem.data, robot.chain) if short is None else []
-    notes = [*ready.notes, *last.offered.notes, *seen, *after[2]]
+    notes = [*ready.notes, *last.offered.notes, *seen, *after[2], *learned(accepted, fit.problem.data)]
     report(1.0, "done")
     return Diagnosis(
         robot=robot,
