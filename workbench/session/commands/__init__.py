@@ -22,6 +22,7 @@ from workbench.session.commands.measure import (
 )
 from workbench.session.commands.messages import Dismiss, SetCaption, Tell
 from workbench.session.commands.noise import SetNoise
+from workbench.session.commands.production import TryPlate
 from workbench.session.commands.region import MapCubes, SampleRegion, SetRegion, ShowCubes
 from workbench.session.commands.search import ClusterTargets, ImprovePlate
 from workbench.session.commands.undo import Redo, ResetTargets, RestoreBest, Undo
@@ -83,6 +84,7 @@ __all__ = [
     "TakeNextPoses",
     "TakeSample",
     "Tell",
+    "TryPlate",
     "Undo",
     "UseRows",
 ]

@@ -121,6 +121,13 @@ def _rows_taken(session: Session) -> Json | None:
     return {"target": capture.target.name, "rows": len(capture.wanted) - capture.remaining}
 
 
+def _yield(session: Session) -> Json | None:
+    if session.trial is None:
+        return None
+    found = session.trial.found
+    return {"arms": found.arms, "share": found.share, "position": found.position.mean()}
+
+
 def _shown(session: Session) -> Json:
     return {"selected": session.selected, "focus": str(session.focus), "row": session.row}
 
@@ -140,6 +147,7 @@ SUBJECTS = {
     "identification": Subject(lambda s: (s.identification,), _identification),
     "fit": Subject(lambda s: (s.fit,), lambda s: s.fit),
     "comparison": Subject(lambda s: (s.comparison,), _comparison),
+    "yield": Subject(lambda s: (s.trial,), _yield),
     "shown": Subject(lambda s: (s.selected, s.focus, s.row), _shown),
 }
 """What a journal says, by subject."""
