@@ -9,6 +9,7 @@ from laws import straight_moments
 
 from workbench.diagnose.catalogue import catalogue
 from workbench.diagnose.weights import expected_torques
+from workbench.diagnose.words import sentence
 from workbench.effects.gravity_sag import GravitySag
 from workbench.motion import Motion
 from workbench.pipeline.diagnosis import diagnose
@@ -51,6 +52,14 @@ def test_a_varying_payload_weighs_the_compliance():
     assert (found.effect.name, found.effect.joints) == ("gravity-sag", case.truth[0].joints)
     last = found.effect.coefficients[-1] / 9.81
     assert abs(last - case.hidden[0].size[0]) < 5.0 * found.std[-1] / 9.81
+
+
+def test_the_sentence_gives_angles_alone():
+    sag = GravitySag((3,), (0.002, 0.001, 0.009), terms="4x 4y payload")
+    case = make("payload", TUNING[1], "aria")
+    words = sentence(sag, case.robot.chain, Motion.of(case.data))
+    assert words.startswith("Joint 4 gives way")
+    assert "up to 2 mrad" in words
 
 
 def test_nothing_is_claimed_of_a_stiff_arm():

@@ -30,8 +30,9 @@ from workbench.robots.robot import Robot
 
 HIGHEST_ORDER = 64
 """Harmonics beyond this are not looked for."""
-LEAST_BAND = 16
-"""Lowest order up to which a band must reach; it asks for twice as many rows as a single order."""
+LEAST_BAND, HALF_TURN = 16, np.pi
+"""Lowest order up to which a band must reach. It asks for twice as many rows as a single order, and for a
+joint that went through half a turn [rad]: on less, a spline is the same and refuses beyond."""
 DECAYS, LOW = (0.0, 2.0, 4.0), 16.0
 """Powers with which the variance of a band's orders may fall beyond this order."""
 ROWS_PER_ORDER, ROWS_PER_KNOT = 6, 4
@@ -165,7 +166,7 @@ def _of_joint(robot: Robot, motion: Motion, joint: int) -> Iterator[Candidate]:
         for order in range(1, highest + 1):
             yield Candidate(JointHarmonic((joint,), order=order))
         band = min(highest, len(motion) // (2 * ROWS_PER_ORDER))
-        if band >= LEAST_BAND:
+        if band >= LEAST_BAND and np.ptp(motion.q[:, joint]) > HALF_TURN:
             yield from _bands(joint, band)
     count = min(KNOTS, len(motion) // ROWS_PER_KNOT, places(motion.q[:, joint]))
     if count >= 5:

@@ -28,6 +28,8 @@ UNSEEN = 1e-5
 PRECISIONS = np.logspace(-4.0, 8.0, 37)
 """Precisions that are tried for shrunk coefficients, relative to what the rows say of a typical one."""
 JITTER = 1e-10
+ALLOWED = 2.0
+"""Standard errors by which a coefficient that can't be negative may be."""
 EVIDENT = 4.0
 """F ratios below this are chance in any number of tries; their p-value is not worked out."""
 
@@ -129,11 +131,21 @@ def _free(left: Left, candidates: Sequence[Candidate]) -> list[Offer]:
     taken = np.where(seen, along**2 / np.where(seen, value, 1.0), 0.0).sum(1)
     rest = np.maximum(left.square - taken, 1e-300)
     gain = 0.5 * left.freedom * np.log(left.square / rest) - 0.5 * rank * np.log(left.grams.count)
-    usable = (rank > 0) & (left.freedom > rank + 1)
+    size = np.where(seen, along / np.where(seen, value, 1.0), 0.0)
+    usable = (rank > 0) & (left.freedom > rank + 1) & ~_pushing(candidates, value, vectors, size, rest, left)
     return [
         Offer(Term(candidates[int(i)]), float(gain[i]), _log_p(taken[i], rest[i], int(rank[i]), left.freedom))
         for i in np.flatnonzero(usable)
     ]
+
+
+def _pushing(candidates, value, vectors, size, rest, left) -> np.ndarray:
+    """Which candidates would have to push back against their load, beyond what noise explains."""
+    found = (vectors @ size[..., None])[..., 0]
+    inverse = np.where(value > UNSEEN, 1.0 / np.maximum(value, UNSEEN), 0.0)
+    spread = np.sqrt((vectors**2 @ inverse[..., None])[..., 0] * (rest / left.freedom)[:, None])
+    gives_way = np.array([c.effect.gives_way for c in candidates])
+    return gives_way & (found < -ALLOWED * spread).any(1)
 
 
 def _log_p(taken: float, rest: float, rank: int, freedom: int) -> float:

@@ -11,6 +11,7 @@ from workbench.diagnose.record import Accepted, Verdict
 from workbench.diagnose.rivals import ambiguous
 from workbench.diagnose.words import label
 from workbench.effects.effect import turns
+from workbench.effects.joint_harmonic import JointHarmonic
 from workbench.identify.problem import Noise
 from workbench.identify.result import Fit
 from workbench.measure.dataset import Dataset
@@ -21,6 +22,8 @@ NOISE_LIKE = 1.25
 """What is left may be this many times the noise that was known beforehand and still count as noise."""
 LITTLE, STILL = np.deg2rad(30.0), np.deg2rad(1.0)
 """A joint that turned less than this moved little; less than that, not at all [rad]."""
+FULL_TURN = np.deg2rad(340.0)
+"""A joint that turned this far was seen all round [rad]."""
 TOGETHER = 0.02
 """Part of the widest spread of poses below which a direction in joint space was not measured."""
 SPARE = 2.0
@@ -123,6 +126,21 @@ def freedoms(data: Dataset) -> int:
     spread = (data.q - data.q.mean(0)) / np.maximum(span, STILL)
     strength = np.linalg.svd(spread, compute_uv=False)
     return int((strength > TOGETHER * strength[0]).sum()) if span.max() > STILL else 0
+
+
+def learned(accepted: Sequence[Accepted], data: Dataset) -> list[str]:
+    """Sentences on bands of harmonics that were learned on a part of a turn."""
+    words = []
+    for effect in (a.effect for a in accepted):
+        if isinstance(effect, JointHarmonic) and len(effect.orders) > 1:
+            q = data.q[:, effect.joints[0]]
+            if np.ptp(q) < FULL_TURN:
+                low, high = np.rad2deg([q.min(), q.max()])
+                words.append(
+                    f"the harmonics of joint {effect.joints[0] + 1} were learned from {low:.0f}° to "
+                    f"{high:.0f}°; beyond, they fade out and say nothing"
+                )
+    return words
 
 
 def coverage(data: Dataset, chain: Chain) -> list[str]:

@@ -81,6 +81,9 @@ def _size(effect: AbstractEffect) -> str:
     match str(effect.name):
         case "joint-compliance" | "bearing-compliance" | "link-flexure":
             return f"{1e3 * largest:.3g} mrad/(N·m)"
+        case "gravity-sag":
+            pairs = zip(effect.names, values, strict=True)
+            return f"{1e3 * max((v for name, v in pairs if name[-1] in 'xyz'), default=0.0):.3g} mrad"
         case "encoder-scale" | "joint-coupling":
             return f"{100 * largest:.3g} %"
         case "thermal-growth":

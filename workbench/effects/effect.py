@@ -93,6 +93,11 @@ class AbstractEffect(ABC):
     def names(self) -> tuple[str, ...]:
         """Names of its C coefficients, such as `joint3.compliance`."""
 
+    @property
+    def gives_way(self) -> bool:
+        """Whether its coefficients can't be negative, as nothing pushes back harder than it is loaded."""
+        return self.loads is not Loads.NONE
+
     @abstractmethod
     def units(self, chain: Chain) -> tuple[str, ...]:
         """Their units."""

@@ -14,7 +14,7 @@ from workbench.diagnose.record import Accepted, Diagnosis, Ranked, Verdict, judg
 from workbench.diagnose.refit import robot_with
 from workbench.diagnose.rivals import ambiguous, ranked, rivals_of
 from workbench.diagnose.stages import Searched, Stage, as_candidates, geometry_first, rounds
-from workbench.diagnose.verdict import conclude, coverage, undecided
+from workbench.diagnose.verdict import conclude, coverage, learned, undecided
 from workbench.diagnose.words import sentence
 from workbench.identify import noise as noises
 from workbench.identify.frames import Sessions
@@ -117,6 +117,7 @@ def diagnose(
     asked = [e.effect for e in accepted] + ambiguous(accepted)
     outliers = np.union1d(gross, ready.train_rows[~last.stage.keep]).astype(np.int64)
     notes = [*ready.notes, *last.offered.notes, *coverage(fit.problem.data, robot.chain), *after[2]]
+    notes += learned(accepted, fit.problem.data)
     report(1.0, "done")
     return Diagnosis(
         robot=robot,
