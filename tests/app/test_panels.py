@@ -1,5 +1,6 @@
 """Panels without a browser: every control explains itself, and strange text stays text."""
 
+import io
 import zipfile
 
 import numpy as np
@@ -19,6 +20,7 @@ from workbench.session.commands import ChooseRobot, Identify, MeasureVirtualArm,
 from workbench.session.export import (
     calibrated_toml,
     calibrated_urdf,
+    fixture_zip,
     measurements_csv,
     plate_toml,
     report_zip,
@@ -125,6 +127,14 @@ def test_exports_are_files_that_can_be_read_again(app, tmp_path):
     for path in (made[calibrated_toml], made[calibrated_urdf]):
         assert np.abs(tool_poses(load_robot(path), q) - wanted).max() < 1e-9
     assert "report/report.html" in zipfile.ZipFile(made[report_zip]).namelist()
+
+
+def test_the_plate_to_make_holds_solids_drawing_and_sheet(app):
+    name, content = fixture_zip(app.worker.session)
+    assert name.endswith("-fixture.zip")
+    held = set(zipfile.ZipFile(io.BytesIO(content)).namelist())
+    wanted = ("plate.stl", "fixture.3mf", "plate.dxf", "holes.csv", "sheet.html", "sheet.pdf")
+    assert held >= {f"fixture/{file}" for file in wanted}
 
 
 def test_a_few_poses_tell_whether_the_robot_as_opened_still_holds(app):

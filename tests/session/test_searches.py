@@ -15,6 +15,7 @@ from workbench.session.commands import (
     LockTarget,
     MeasureVirtualArm,
     TakeNextPoses,
+    TryPlate,
 )
 from workbench.session.state import Severity
 
@@ -53,3 +54,27 @@ def test_improving_can_be_cancelled_and_puts_in_only_what_is_better(do, worker, 
     more = (*spread, *(replace(t, xyz=t.xyz + 0.06 * np.eye(3)[2], q=None) for t in spread))
     better = ImprovePlate().finish(first, more)
     assert better.score.position < first.score.position
+
+
+def test_the_yield_of_the_present_plate_is_one_sentence(do, worker, first):
+    refused = do(TryPlate(0))
+    assert refused.trial is None
+    assert refused.messages[-1].severity is Severity.ERROR
+
+    worker.submit(TryPlate(4000))
+    while worker.session.job is None or not worker.session.job.text:
+        threading.Event().wait(0.01)
+    worker.cancel()
+    assert worker.wait(120.0)
+    assert worker.session.trial is None
+
+    session = do(TryPlate(20, seed=3))
+    found = session.trial.found
+    assert session.trial.plate is first.plate
+    assert found.arms == 20
+    assert found.planned.all()
+    low, high = (100 * bound for bound in found.interval)
+    words = session.messages[-1].text
+    assert f"{5 * found.passed.sum():.1f} % of 20 virtual arms" in words
+    assert f"{low:.1f} … {high:.1f} %" in words
+    assert words.endswith("the seat position matters most")

@@ -19,6 +19,7 @@ from workbench.app.panels.jog import JogPanel
 from workbench.app.panels.look import LookPanel
 from workbench.app.panels.noise import NoisePanel
 from workbench.app.panels.panel import AbstractPanel
+from workbench.app.panels.production import ProductionPanel
 from workbench.app.panels.region import RegionPanel
 from workbench.app.panels.targets import TargetsPanel
 from workbench.app.scene.gizmo import Gizmo
@@ -74,6 +75,7 @@ def _build_panels(server: viser.ViserServer, worker: Worker) -> Sequence[Abstrac
                 IndexPanel(),
                 HistoryPanel(),
                 ArrangePanel(worker),
+                ProductionPanel(worker),
                 NoisePanel(worker),
             ),
         ),

@@ -11,6 +11,7 @@ of its variance is compared with the spread that independent normal components w
 from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Float, Int
 from scipy.optimize import minimize_scalar
 from scipy.spatial import cKDTree
 
@@ -46,11 +47,16 @@ def structured(fit: Fit, rng: np.random.Generator) -> bool:
         return False
     rows = _by_row(problem, fit.whitened)
     q = problem.data.q / np.maximum(np.ptp(problem.data.q, axis=0), 1e-9)
-    _, near = cKDTree(q).query(q, k=2)
-    near = near[:, 1]
+    near = neighbours(q)
     agreement = float((rows * rows[near]).sum())
     chance = np.array([_agreement(rows, near, rng) for _ in range(PERMUTATIONS)])
     return bool((chance >= agreement).mean() < STRUCTURED)
+
+
+def neighbours(q: Float[np.ndarray, "rows n"]) -> Int[np.ndarray, " rows"]:
+    """The row nearest to every row, itself aside; where joints are repeated, one of the repeats."""
+    _, nearest = cKDTree(q).query(q, k=2)
+    return np.where(nearest[:, 0] == np.arange(len(q)), nearest[:, 1], nearest[:, 0])
 
 
 def _agreement(rows: np.ndarray, near: np.ndarray, rng: np.random.Generator) -> float:

@@ -145,8 +145,10 @@ def _better(searched: Searched) -> bool:
 
 
 def folds_of(data: Dataset, rng: np.random.Generator) -> Int[np.ndarray, " rows"]:
-    """Fold of every row, whole groups together."""
-    groups = np.arange(len(data)) if data.group is None else np.unique(data.group, return_inverse=True)[1]
+    """Fold of every row, whole groups together; row by row where all are of one group."""
+    groups = np.arange(len(data))
+    if data.group is not None and len(names := np.unique(data.group)) > 1:
+        groups = np.searchsorted(names, data.group)
     count = min(FOLDS, int(groups.max()) + 1)
     order = rng.permutation(int(groups.max()) + 1)
     return (np.argsort(order) % count)[groups]

@@ -58,19 +58,16 @@ def conclude(
         joint_noise: What is left, if it looks like noise of joint readings.
     """
     left = after.position_mm.mean
-    if lost := _lost(nominal, after, reach):
-        return Verdict.UNEXPLAINED, lost
+    if explains_little(nominal, after, reach):
+        return Verdict.UNEXPLAINED, _lost(accepted, nominal, after)
     more = structure or bool(distrusted)
     rest = f"{left:.3g} mm, shows no structure and is taken for noise"
     if floor is not None:
         ratio = noise.position / floor.position
         more = ratio > NOISE_LIKE
         known = f"the noise known beforehand ({1e3 * floor.position:.2g} mm per axis)"
-        rest = (
-            f"{left:.3g} mm, agrees with {known}"
-            if not more
-            else f"{left:.3g} mm, is {ratio:.1f} times {known}"
-        )
+        agrees = "agrees with" if ratio * NOISE_LIKE > 1.0 else "is less than"
+        rest = f"{left:.3g} mm, {f'is {ratio:.1f} times' if more else agrees} {known}"
     elif more:
         rest = f"{left:.3g} mm, still has structure that no effect of the catalogue explains"
     if joint_noise is not None:
@@ -90,14 +87,24 @@ def conclude(
     return verdict, f"{names} {subject} {fall}; what is left, {rest}.{_doubt(accepted)}"
 
 
-def _lost(nominal: Errors, after: Errors, reach: float) -> str | None:
-    """A sentence where not even the geometry explains much, so that nothing can be said of effects."""
-    before, left = nominal.position_mm.rms, after.position_mm.rms
-    if left <= max(min(HARDLY_BETTER * before, 1e3 * FAR_FROM_GOOD * reach), COARSE):
-        return None
+def explains_little(nominal: Errors, found: Errors, reach: float) -> bool:
+    """Whether a model explains so little of the nominal arm's errors that nothing can be said of effects.
+
+    Args:
+        nominal: Errors of the nominal arm.
+        found: Errors of the model, on the same rows.
+        reach: Of the arm [m].
+    """
+    before, left = nominal.position_mm.rms, found.position_mm.rms
+    return left > max(min(HARDLY_BETTER * before, 1e3 * FAR_FROM_GOOD * reach), COARSE)
+
+
+def _lost(accepted: Sequence[Accepted], nominal: Errors, after: Errors) -> str:
+    """A sentence where not even the geometry explains much."""
+    end = "What was added means little before that is settled" if accepted else "Nothing is said of effects"
     return (
-        f"The geometry explains little: {left:.3g} of {before:.3g} mm are left. Are robot, units, frames and "
-        "sessions the right ones? Nothing is said of effects."
+        f"The geometry explains little: {after.position_mm.rms:.3g} of {nominal.position_mm.rms:.3g} mm are "
+        f"left. Are robot, units, frames and sessions the right ones? {end}."
     )
 
 
@@ -144,13 +151,15 @@ def learned(accepted: Sequence[Accepted], data: Dataset) -> list[str]:
 
 
 def coverage(data: Dataset, chain: Chain) -> list[str]:
-    """Sentences on what the poses leave out: joints that moved little, or all together."""
+    """Sentences on what the rows leave out: joints that moved little, or all together; groups."""
     span = np.ptp(data.q, axis=0)
     little = [j for j in range(data.joints) if turns(chain, j) and STILL < span[j] < LITTLE]
     notes = [
         f"joint {j + 1} moved over {np.rad2deg(span[j]):.0f}° only: nothing is said of it beyond"
         for j in little
     ]
+    if data.group is not None and len(set(data.group.tolist())) == 1:
+        notes.append("all fitted rows are of one group, so effects were cross-validated row by row")
     together = freedoms(data)
     if together < int((span > STILL).sum()):
         notes.append(

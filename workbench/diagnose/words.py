@@ -4,6 +4,7 @@ import numpy as np
 
 from workbench.chain import Chain
 from workbench.effects import AbstractEffect
+from workbench.effects.effect import turns
 from workbench.effects.joint_harmonic import JointHarmonic
 from workbench.effects.local_joint_error import LocalJointError
 from workbench.motion import Motion
@@ -11,6 +12,19 @@ from workbench.motion import Motion
 NO_WRENCHES = np.zeros((0, 0, 6))
 LARGEST = 3
 """Orders of a band that are named."""
+READABLE = {
+    "rad": (1e3, "mrad"),
+    "m": (1e3, "mm"),
+    "1": (1e2, "%"),
+    "rad/(N*m)": (1e3, "mrad/(N·m)"),
+    "m/N": (1e6, "µm/N"),
+    "1/K": (1e6, "µm/(m·K)"),
+    "m/s": (3.6e6, "mm/h"),
+    "rad/s": (3.6e6, "mrad/h"),
+    "rad/m": (1.0, "mrad/mm"),
+    "m/rad": (1.0, "mm/mrad"),
+}
+"""Factor and name of the unit that stands for an SI unit."""
 
 
 def label(effect: AbstractEffect) -> str:
@@ -31,10 +45,12 @@ def sentence(effect: AbstractEffect, chain: Chain, motion: Motion) -> str:
     """What an effect with its coefficients does on some rows."""
     who = f"joint {effect.joints[0] + 1}" if effect.joints else "the arm"
     maps = isinstance(effect, JointHarmonic | LocalJointError)
-    size = f"{1e3 * _amplitude(effect, chain, motion):.3g} mrad" if maps else _size(effect)
+    size = _amplitude(effect, chain, motion) if maps else _size(effect, chain)
+    slides = [not turns(chain, j) for j in effect.joints]
     match str(effect.name):
         case "joint-compliance":
-            text = f"{who} gives way by {size} under the moment about its axis"
+            load = "force along" if slides[0] else "moment about"
+            text = f"{who} gives way by {size} under the {load} its axis"
         case "gravity-sag":
             text = (
                 f"{who} gives way to the weight behind it, by products of compliance and weight up to {size}"
@@ -51,9 +67,11 @@ def sentence(effect: AbstractEffect, chain: Chain, motion: Motion) -> str:
         case "joint-harmonic" if isinstance(effect, JointHarmonic):
             text = f"{who} strays by {size} {_times(effect)}"
         case "encoder-scale":
-            text = f"{who} turns {size} too {'far' if effect.coefficients[0] > 0 else 'little'}"
+            far = "far" if effect.coefficients[0] > 0 else "little"
+            text = f"{who} {'slides' if slides[0] else 'turns'} {size} too {far}"
         case "joint-coupling":
-            text = f"{who} moves along with joint {effect.joints[1] + 1}: {size} of its angle"
+            way = "travel" if slides[1] else "angle"
+            text = f"{who} moves along with joint {effect.joints[1] + 1}: {size} of its {way}"
         case "thermal-growth":
             text = f"the lengths grow with the temperature: {size}"
         case "base-drift":
@@ -74,28 +92,36 @@ def _times(effect: JointHarmonic) -> str:
     return f"many times per turn, most at {', '.join(map(str, largest))}"
 
 
-def _size(effect: AbstractEffect) -> str:
+def _size(effect: AbstractEffect, chain: Chain) -> str:
     """Its largest coefficient in readable units."""
     values = np.abs(effect.coefficients)
-    largest = float(values.max())
     match str(effect.name):
-        case "joint-compliance" | "bearing-compliance" | "link-flexure":
-            return f"{1e3 * largest:.3g} mrad/(N·m)"
         case "gravity-sag":
             pairs = zip(effect.names, values, strict=True)
-            return f"{1e3 * max((v for name, v in pairs if name[-1] in 'xyz'), default=0.0):.3g} mrad"
-        case "encoder-scale" | "joint-coupling":
-            return f"{100 * largest:.3g} %"
+            angles = [float(v) for name, v in pairs if name[-1] in "xyz"]
+            return _readable(max(angles, default=0.0), "rad")
         case "thermal-growth":
-            return f"{1e6 * effect.coefficients[0]:.3g} µm/(m·K)"
+            return _readable(effect.coefficients[0], _unit(effect, chain))
         case "base-drift":
             speed, turning = np.linalg.norm(values[:3]), np.linalg.norm(values[3:])
             return f"{3.6e6 * speed:.3g} mm/h and {3600 * np.rad2deg(turning):.2g} °/h"
         case _:
-            return f"{1e3 * largest:.3g} mrad"
+            largest = int(np.argmax(values))
+            return _readable(float(values[largest]), _unit(effect, chain, largest))
 
 
-def _amplitude(effect: AbstractEffect, chain: Chain, motion: Motion) -> float:
-    """Greatest deviation of a joint's error from its mean over the measured rows [rad or m]."""
+def _unit(effect: AbstractEffect, chain: Chain, place: int = 0) -> str:
+    """SI unit of a coefficient."""
+    return effect.units(chain)[place]
+
+
+def _readable(value: float, unit: str) -> str:
+    """A coefficient in the unit that people read."""
+    factor, name = READABLE.get(unit, (1.0, unit))
+    return f"{factor * value:.3g} {name}"
+
+
+def _amplitude(effect: AbstractEffect, chain: Chain, motion: Motion) -> str:
+    """Greatest deviation of a joint's error from its mean over the measured rows."""
     error = (effect.law(chain, motion, NO_WRENCHES) @ np.array(effect.coefficients))[:, 0]
-    return float(np.abs(error - error.mean()).max())
+    return _readable(float(np.abs(error - error.mean()).max()), _unit(effect, chain))

@@ -36,6 +36,19 @@ def given_by_rows(problem: Problem) -> Given:
     return Given.ALL if told[live].all() else Given.SOME if told.any() else Given.NONE
 
 
+def stated(problem: Problem) -> Noise | None:
+    """Root mean square of the standard deviations that rows bring themselves, per channel.
+
+    NaN for rotations that nobody measured; None where a component brings none, or no positions were measured.
+    """
+    live, turned = problem.inverse_sigma > 0.0, problem.component_channels
+    if given_by_rows(problem) is not Given.ALL or not (live & ~turned).any():
+        return None
+    straight, angles = (problem.inverse_sigma[live & mine] ** -2.0 for mine in (~turned, turned))
+    rotation = np.sqrt(angles.mean()) if len(angles) else np.nan
+    return Noise(float(np.sqrt(straight.mean())), float(rotation))
+
+
 def from_repeats(data: Dataset) -> Noise | None:
     """Pooled scatter of positions and rotations measured several times at the same joints.
 

@@ -14,7 +14,7 @@ from workbench.diagnose.record import Accepted, Diagnosis, Ranked, Verdict, judg
 from workbench.diagnose.refit import robot_with
 from workbench.diagnose.rivals import ambiguous, ranked, rivals_of
 from workbench.diagnose.stages import Searched, Stage, as_candidates, geometry_first, rounds
-from workbench.diagnose.verdict import conclude, coverage, learned, undecided
+from workbench.diagnose.verdict import conclude, coverage, explains_little, learned, undecided
 from workbench.diagnose.words import sentence
 from workbench.identify import noise as noises
 from workbench.identify.frames import Sessions
@@ -93,17 +93,22 @@ def diagnose(
     searches = rounds(first, rng, search=short is None, tell=lambda text: report(0.5, text), **steps)
     report(0.8, "judging what was found")
     last = searches[-1]
-    floor = noise if noise is not None else noises.from_repeats(ready.problem.data)
+    nominal = _nominal(ready)
+    floor = noises.stated(ready.problem) or noise or noises.from_repeats(ready.problem.data)
     before, after = _validated(ready, first), _validated(ready, last.stage)
+    if explains_little(nominal.train, after[0].train, robot.reach):
+        searches = rounds(first, rng, search=False, **steps)
+        last, after = searches[-1], before
     judge = Trial(ready, searches[0])
     accepted = _accepted(searches, judge)
     fit = last.stage.fitted.fit
     shaky = joint_noise(fit)
+    left = noises.of_residual(fit.problem, fit.x, fit.factor) or last.stage.geometric.noise
     verdict, message = conclude(
         accepted,
-        nominal=judged(_nominal(ready)),
+        nominal=judged(nominal),
         reach=robot.reach,
-        noise=last.stage.geometric.noise,
+        noise=left,
         before=judged(before[0]),
         after=judged(after[0]),
         floor=floor,
@@ -116,8 +121,8 @@ def diagnose(
     report(0.9, "choosing poses to measure next")
     asked = [e.effect for e in accepted] + ambiguous(accepted)
     outliers = np.union1d(gross, ready.train_rows[~last.stage.keep]).astype(np.int64)
-    notes = [*ready.notes, *last.offered.notes, *coverage(fit.problem.data, robot.chain), *after[2]]
-    notes += learned(accepted, fit.problem.data)
+    seen = coverage(fit.problem.data, robot.chain) if short is None else []
+    notes = [*ready.notes, *last.offered.notes, *seen, *after[2], *learned(accepted, fit.problem.data)]
     report(1.0, "done")
     return Diagnosis(
         robot=robot,
@@ -127,7 +132,7 @@ def diagnose(
         held_out_data=ready.held,
         excluded=tuple(e for e in ready.excluded if e[1] != _GROSS_REASON),
         outliers=outliers,
-        nominal=_nominal(ready),
+        nominal=nominal,
         before_fit=first.fitted.fit,
         after_fit=fit,
         before=before[0],
@@ -136,9 +141,7 @@ def diagnose(
         after_rows=after[1],
         effects=accepted,
         ranking=ranked(searches[0], judge.mean_mm),
-        noise=last.stage.geometric.noise
-        if fit.problem.component_channels.any()
-        else last.stage.geometric.noise._replace(rotation=np.nan),
+        noise=left if fit.problem.component_channels.any() else left._replace(rotation=np.nan),
         floor=floor,
         joint_noise=None if shaky is None else shaky.sigma,
         verdict=verdict,

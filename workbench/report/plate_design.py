@@ -117,6 +117,16 @@ def _yield_words(found: Yield) -> list[str]:
     return [*words, *found.notes]
 
 
+def yield_sentence(found: Yield) -> str:
+    """Share of the arms that meet the requirement, its interval, and the error that matters most."""
+    low, high = (100 * bound for bound in found.interval)
+    words = (
+        f"{100 * found.share:.1f} % of {found.arms} virtual arms meet {found.requirement.words} everywhere "
+        f"in the region (95 % confidence {low:.1f} … {high:.1f} %)"
+    )
+    return words if found.blame is None else f"{words}; the {found.blame} matters most"
+
+
 def yield_json(found: Yield) -> Json:
     """The yield with the distribution over the cubes of the region."""
     low, high = found.interval

@@ -72,13 +72,25 @@ def report_zip(session: Session) -> File:
     from workbench.report.html import write_report  # matplotlib takes a second to import
 
     _calibrated(session)
-    packed = io.BytesIO()
-    with tempfile.TemporaryDirectory(prefix="workbench-") as folder:
-        write_report(session.identification, Path(folder) / "report")
-        with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
-            for path in sorted((Path(folder) / "report").iterdir()):
-                archive.write(path, f"report/{path.name}")
-    return f"{_stem(session.robot.name)}-report.zip", packed.getvalue()
+    content = _packed(lambda folder: write_report(session.identification, folder), "report")
+    return f"{_stem(session.robot.name)}-report.zip", content
+
+
+def fixture_zip(session: Session) -> File:
+    """Everything that a workshop needs to make the plate as it stands, as a folder in a ZIP file.
+
+    Raises:
+        OptionError: the plate can't be made; says why.
+        MissingExtraError: a library for solids or drawings is not installed.
+    """
+    from workbench.pipeline.plate_making import export_plate  # meshes and drawings take a second to import
+
+    noise = session.noise
+    sigma = (noise.position, noise.rotation)
+    content = _packed(
+        lambda folder: export_plate(session.plate, folder, robot=session.robot, sigma=sigma), "fixture"
+    )
+    return f"{_stem(session.plate.name)}-fixture.zip", content
 
 
 def _calibrated(session: Session) -> Robot:
@@ -92,6 +104,17 @@ def _written(write: Callable[[Path], object], ending: str) -> bytes:
         path = Path(folder) / f"file.{ending}"
         write(path)
         return path.read_bytes()
+
+
+def _packed(write: Callable[[Path], object], name: str) -> bytes:
+    """A folder of this name, as it is written, in a ZIP file."""
+    packed = io.BytesIO()
+    with tempfile.TemporaryDirectory(prefix="workbench-") as room:
+        write(Path(room) / name)
+        with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+            for path in sorted((Path(room) / name).iterdir()):
+                archive.write(path, f"{name}/{path.name}")
+    return packed.getvalue()
 
 
 def _stem(name: str) -> str:

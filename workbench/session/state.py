@@ -139,6 +139,21 @@ class Score:
     linearisation: Linearisation | None = None
 
 
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """A plate tried on a production of virtual arms.
+
+    Args:
+        plate: The plate as it was then.
+        noise: The instrument of that time.
+        found: Its yield (`workbench.validate.production.result.Yield`).
+    """
+
+    plate: Plate
+    noise: Noise
+    found: Any
+
+
 @dataclass(frozen=True)
 class Holder:
     """Who drags a target at present: nobody else can move it meanwhile."""
@@ -249,6 +264,7 @@ class Session:
         history: Scores after every step, oldest first.
         best: The plate with the least predicted error so far.
         best_score: Its score.
+        trial: The last trial of a plate on virtual arms, if any.
         jogged: Joint positions of the jogged arm [rad or m]; None: it was not jogged.
         held: Parameters that are not identified, though the robot would have them free.
         left_out: Measured rows that the user keeps out, counted as in the data.
@@ -291,6 +307,7 @@ class Session:
     history: tuple[Score, ...] = ()
     best: Step | None = None
     best_score: Score | None = None
+    trial: Trial | None = None
     jogged: Float[np.ndarray, " n"] | None = None
     held: frozenset[str] = frozenset()
     left_out: frozenset[int] = frozenset()

@@ -11,6 +11,7 @@ from workbench.session.export import (
     File,
     calibrated_toml,
     calibrated_urdf,
+    fixture_zip,
     measurements_csv,
     plate_toml,
     report_zip,
@@ -33,6 +34,13 @@ class FilesPanel(AbstractPanel):
         gui = server.gui
         with gui.add_folder("Save"):
             self._button(gui, "Plate (TOML)", plate_toml, "The plate with its targets and its region.")
+            self._button(
+                gui,
+                "Plate to make (ZIP)",
+                fixture_zip,
+                "Solids as STL and 3MF, the drawing as DXF, lists of holes and blocks, and the sheet for the "
+                "workshop. Takes some seconds.",
+            )
             self._needs_data = [
                 self._button(
                     gui, "Measurements (CSV)", measurements_csv, "The rows, one a line, with units."

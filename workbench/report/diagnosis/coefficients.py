@@ -5,21 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.chain import Chain
+from workbench.diagnose.words import READABLE
 from workbench.effects import AbstractEffect
 
-READABLE = {
-    "rad": (1e3, "mrad"),
-    "m": (1e3, "mm"),
-    "1": (1e2, "%"),
-    "rad/(N*m)": (1e3, "mrad/(N·m)"),
-    "m/N": (1e6, "µm/N"),
-    "1/K": (1e6, "µm/(m·K)"),
-    "m/s": (3.6e6, "mm/h"),
-    "rad/s": (3.6e6, "mrad/h"),
-    "rad/m": (1.0, "mrad/mm"),
-    "m/rad": (1.0, "mm/mrad"),
-}
-"""Factor and name of the unit that stands for an SI unit."""
 LISTED = 6
 """Most coefficients of one effect that are listed one by one."""
 

@@ -12,6 +12,7 @@ from workbench.session.commands.edit import AddTarget, CopyTarget, DeleteTarget,
 from workbench.session.commands.fit import Identify
 from workbench.session.commands.messages import Dismiss, SetCaption, Tell
 from workbench.session.commands.noise import SetNoise
+from workbench.session.commands.production import TryPlate
 from workbench.session.commands.region import MapCubes, SampleRegion, SetRegion, ShowCubes
 from workbench.session.commands.search import ClusterTargets, ImprovePlate
 from workbench.session.commands.undo import Redo, ResetTargets, RestoreBest, Undo
@@ -66,5 +67,6 @@ __all__ = [
     "SnapTarget",
     "TakeNextPoses",
     "Tell",
+    "TryPlate",
     "Undo",
 ]

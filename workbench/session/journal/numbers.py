@@ -137,6 +137,13 @@ def _comparison(session: Session) -> Json | None:
     return {"rows": len(rows), "nominal": errors[:, 0], "calibrated": errors[:, 1]}
 
 
+def _yield(session: Session) -> Json | None:
+    if session.trial is None:
+        return None
+    found = session.trial.found
+    return {"arms": found.arms, "share": found.share, "position": found.position.mean()}
+
+
 def _shown(session: Session) -> Json:
     return {"selected": session.selected, "focus": str(session.focus), "row": session.row}
 
@@ -156,6 +163,7 @@ SUBJECTS = {
     "best": Subject(lambda s: (s.best_score,), _best),
     "fit": Subject(lambda s: (s.fit,), lambda s: s.fit),
     "comparison": Subject(lambda s: (s.comparison,), _comparison),
+    "yield": Subject(lambda s: (s.trial,), _yield),
     "shown": Subject(lambda s: (s.selected, s.focus, s.row), _shown),
 }
 """What a journal says, by subject."""

@@ -1,0 +1,72 @@
+"""The command that tries the present plate on a production of virtual arms."""
+
+from collections.abc import Hashable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from workbench.design.plate import AUTO
+from workbench.errors import OptionError
+from workbench.session.command import AbstractTask, Cancel, Cancelled, Progress
+from workbench.session.state import Session, Severity, Trial
+
+MOST_ARMS = 100_000
+"""More arms than this are refused: the page would be busy for hours."""
+
+
+@dataclass(frozen=True)
+class TryPlate(AbstractTask):
+    """Find the yield: the share of virtual arms that meet ARIA eq. (3) after a calibration on this plate.
+
+    Args:
+        arms: How many virtual arms.
+        seed: Of everything random.
+    """
+
+    arms: int = 1000
+    seed: int = 0
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return f"Try the plate on {self.arms} virtual arms"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Every trial counts."""
+        return None
+
+    def check(self, session: Session) -> None:
+        """Arms to try, and a plate whose targets are all reached."""
+        if not 1 <= self.arms <= MOST_ARMS:
+            raise OptionError(f"{self.arms} virtual arms can't be tried here; give 1 to {MOST_ARMS}")
+        missed = [i + 1 for i, state in enumerate(session.states) if not state.reached]
+        if missed:
+            raise OptionError(f"target {missed[0]} is out of reach; move it, then try the plate")
+
+    def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
+        """The trial, with the joint positions and the instrument that the page shows."""
+        from workbench.pipeline.plate_design import try_plate  # imported only where it is needed
+
+        plate, noise = session.plate, session.noise
+        q = np.stack([state.q for state in session.states])
+        found = try_plate(
+            session.robot,
+            plate.with_joints(q, tuple(state.branch or AUTO for state in session.states)),
+            arms=self.arms,
+            sigma=(noise.position, noise.rotation),
+            seed=self.seed,
+            progress=lambda share: progress(share, "making, calibrating and judging arms"),
+            cancel=cancel,
+        )
+        if cancel():
+            raise Cancelled
+        return Trial(plate, noise, found)
+
+    def finish(self, session: Session, result: Any) -> Session:
+        """The session with the yield, also if the plate has moved on meanwhile."""
+        from workbench.report.plate_design import yield_sentence  # imported only where it is needed
+
+        session = replace(session, trial=result)
+        return session.tell(Severity.INFO, yield_sentence(result.found))
