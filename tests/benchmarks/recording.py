@@ -1,13 +1,16 @@
 """What recording costs, how large and how quick long sessions are, and what a kill leaves.
 
-    python tests/benchmarks/recording.py cost | long | kill [TIMES]
+    python tests/benchmarks/recording.py cost | long | drags [DRAGS] | kill [TIMES]
 
 `cost`: what journal and pictures cost the worker at every place of a drag. `long`: 10 000 places of a
 drag in a hundred drags: size of the folder, time to read the pictures, time to come to the session again.
+`drags`: the same for 10 000 whole drags of a grab, a place and a drop, one every two seconds of the
+session's clock; a hundred are done, and recorded again and again; pictures go to the file as by that clock.
 `kill`: a scripted session is killed at random moments; every recording must open, the journal must have all
 but the last command, and a replay must come to the same numbers.
 """
 
+import itertools
 import os
 import random
 import signal
@@ -16,11 +19,17 @@ import subprocess
 import sys
 import tempfile
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from workbench.design.plate_toml import load_plate
+from workbench.record.blueprint import blueprint
+from workbench.record.canvas import Canvas
+from workbench.record.drawing import INTERVAL, Drawing
+from workbench.record.entities import Moment
+from workbench.record.outlet import FILE_TICK, FileOutlet
 from workbench.record.review import pictures_of
 from workbench.record.start import recorder
 from workbench.robots import load_robot
@@ -53,11 +62,11 @@ def recorded(folder):
     return Worker(begun.session, keepers=(*begun.keepers, recorder(folder)))
 
 
-def places(session, count, target=0):
-    """One drag along a small loop."""
+def places(session, count, target=0, turn=0.0):
+    """One drag along a small loop, which begins at an angle [rad]."""
     start = session.first_plate.targets[target]
     yield GrabTarget(target, 1)
-    for angle in np.linspace(0.0, 2.0 * np.pi, count):
+    for angle in turn + np.linspace(0.0, 2.0 * np.pi, count + 1)[:count]:
         xyz = start.xyz + 0.04 * np.array([np.cos(angle) - 1.0, np.sin(angle), 0.5 * np.sin(2.0 * angle)])
         yield MoveTarget(target, tuple(xyz.tolist()), tuple(start.rpy.tolist()), 1)
     yield DropTarget(1)
@@ -103,19 +112,93 @@ def long(room):
             worker.submit(command)
             worker.wait()
     worker.close()
-    for path in sorted((room / "long").glob("*.*")):
-        print(f"{path.name:<15} {path.stat().st_size / 2**20:6.2f} MiB")
-    begin_ = time.perf_counter()
-    (room / "mended").mkdir()
-    recording = read_recording(room / "long")
-    print(f"journal read    {time.perf_counter() - begin_:6.2f} s, {len(recording.lines)} steps")
-    begin_ = time.perf_counter()
-    files = pictures_of(recording, room / "mended")
-    print(f"pictures read   {time.perf_counter() - begin_:6.2f} s, {[f.name for f in files]}")
+    recording = reopen(room / "long", room)
     begin_ = time.perf_counter()
     again = restore(recording)
     print(f"session opened  {time.perf_counter() - begin_:6.2f} s")
     assert again.score.indices == worker.session.score.indices
+
+
+def reopen(folder, room):
+    """How large a recording is, and how long it takes to open it."""
+    for path in sorted(folder.glob("*.*")):
+        print(f"{path.name:<15} {path.stat().st_size / 2**20:6.2f} MiB")
+    begin_ = time.perf_counter()
+    (room / "mended").mkdir()
+    recording = read_recording(folder)
+    print(f"journal read    {time.perf_counter() - begin_:6.2f} s, {len(recording.lines)} steps")
+    begin_ = time.perf_counter()
+    files = pictures_of(recording, room / "mended")
+    print(f"pictures read   {time.perf_counter() - begin_:6.2f} s, {[f.name for f in files]}", flush=True)
+    return recording
+
+
+class Slowly(AbstractKeeper):
+    """Draws at once what would be drawn at a drag every two seconds, batch by batch as then.
+
+    Args:
+        folder: Of the recording.
+    """
+
+    PAUSE = 2.0
+
+    def __init__(self, folder):
+        self.folder, self.at, self.handed_on = folder, 0.0, 0.0
+
+    def begin(self, session, *, step, at, tell):
+        self.outlet = FileOutlet(
+            self.folder / "session.rrd", "slowly", blueprint=blueprint(session), tell=tell
+        )
+        self.drawing = Drawing(Canvas([self.outlet]))
+        self.drawing.draw(Moment(step, at, session))
+
+    def note(self, step, entry, session):
+        self.at += self.PAUSE if isinstance(entry.command, GrabTarget) else INTERVAL
+        self.drawing.draw(Moment(step, self.at, session, entry))
+        if self.at - self.handed_on >= FILE_TICK:
+            self.handed_on = self.at
+            self.outlet.stream.flush()
+
+    def close(self):
+        self.outlet.close()
+
+
+class Seen(AbstractKeeper):
+    """Remembers every step, and how the session began."""
+
+    def __init__(self):
+        self.first, self.steps = None, []
+
+    def begin(self, session, *, step, at, tell):
+        self.first = session
+
+    def note(self, step, entry, session):
+        self.steps.append((entry, session))
+
+    def close(self):
+        pass
+
+
+def drags(room, count):
+    """Whole drags: some are done, and recorded again and again."""
+    folder = room / "drags"
+    begun, seen = begin(load_robot("aria"), load_plate("table2"), folder=folder), Seen()
+    worker = Worker(begun.session, keepers=(seen,))
+    for k in range(min(count, PER_DRAG)):
+        for command in places(worker.session, 1, target=k % 10, turn=k):
+            worker.submit(command)
+            worker.wait()
+    worker.close()
+    keepers = (*begun.keepers, Slowly(folder))
+    for keeper in keepers:
+        keeper.begin(seen.first, step=0, at=0.0, tell=print)
+    again = itertools.islice(itertools.cycle(seen.steps), 3 * count)
+    for step, (entry, session) in enumerate(again, start=1):
+        for keeper in keepers:
+            keeper.note(step, replace(entry, basis=step - 1), session)
+    for keeper in keepers:
+        keeper.close()
+    reopen(folder, room)
 
 
 def kill(room, times):
@@ -149,5 +232,7 @@ if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as folder:
         if sys.argv[1] == "kill":
             kill(Path(folder), int(sys.argv[2]) if len(sys.argv) > 2 else 20)
+        elif sys.argv[1] == "drags":
+            drags(Path(folder), int(sys.argv[2]) if len(sys.argv) > 2 else LONG)
         else:
             {"cost": cost, "long": long}[sys.argv[1]](Path(folder))

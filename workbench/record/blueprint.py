@@ -56,10 +56,16 @@ def _right(prefix: str = "") -> rrb.Container:
 
 def _tables(prefix: str = "") -> rrb.Container:
     return rrb.Tabs(
-        rrb.BarChartView(origin=f"{prefix}target/index_O", name="Index O by target"),
+        rrb.BarChartView(origin=f"{prefix}target/index_O", name="Index O"),
         _document(f"{prefix}parameters", "Parameters"),
+        rrb.Vertical(
+            _document(f"{prefix}diagnosis/words", "Verdict"),
+            rrb.Spatial2DView(origin=f"{prefix}diagnosis/ranking", name="Candidates"),
+            name="Diagnosis",
+        ),
         rrb.Spatial2DView(origin=f"{prefix}figure/before_after", name="Before and after"),
         rrb.Spatial2DView(origin=f"{prefix}figure/corrections", name="Corrections"),
+        _document(f"{prefix}searches", "Searches"),
         _document(f"{prefix}about", "About"),
     )
 

@@ -47,6 +47,11 @@ class Canvas:
         for outlet in self._outlets:
             outlet.stream.send_columns(self._prefix + path, [numbers], list(columns), strict=True)
 
+    def hand_on(self) -> None:
+        """Let files and viewers have at once what was drawn."""
+        for outlet in self._outlets:
+            outlet.stream.flush()
+
     def close(self) -> None:
         """Nothing is drawn afterwards."""
         for outlet in self._outlets:

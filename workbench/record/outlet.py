@@ -25,7 +25,10 @@ MOST_WAITING = 32 * 2**20
 """Bytes that wait for room on the disk before the rest of the recording is dropped."""
 CHUNK = 2**18
 TICK = 1.0
-"""Time after which what was drawn is handed on [s]: rows in one batch take much less room than alone."""
+"""Time after which a viewer gets what was drawn [s]."""
+FILE_TICK = 300.0
+"""Time after which it goes to a file [s], unless it is a mebibyte earlier: large batches need a fifth of the
+room. What a killed program had not handed on is drawn from the journal."""
 PATIENCE = 5.0
 """How long the end of a recording, or a viewer's answer, may take [s]."""
 
@@ -64,7 +67,8 @@ class FileOutlet(AbstractOutlet):
         self._end, inlet = os.pipe()
         self._pump = threading.Thread(target=self._move, name="workbench-recording", daemon=True)
         self._pump.start()
-        self.stream = _stream(recording)
+        batches = rr.ChunkBatcherConfig(flush_tick=FILE_TICK)
+        self.stream = _stream(recording, batches)
         self.stream.set_sinks(rr.FileSink(f"/proc/self/fd/{inlet}"), default_blueprint=blueprint)
         os.close(inlet)  # the sink has its own handle; the pipe ends when it lets go
 
@@ -105,7 +109,7 @@ class ViewerOutlet(AbstractOutlet):
     """
 
     def __init__(self, address: str, recording: str, *, blueprint: rrb.Blueprint):
-        self.stream = _stream(recording)
+        self.stream = _stream(recording, rr.ChunkBatcherConfig(flush_tick=TICK))
         self.stream.connect_grpc(url_of(address), default_blueprint=blueprint)
 
     def close(self) -> None:
@@ -132,8 +136,7 @@ def url_of(address: str) -> str:
         ) from None
 
 
-def _stream(recording: str) -> rr.RecordingStream:
-    batches = rr.ChunkBatcherConfig(flush_tick=TICK)
+def _stream(recording: str, batches: rr.ChunkBatcherConfig) -> rr.RecordingStream:
     stream = rr.RecordingStream(APPLICATION, recording_id=recording, batcher_config=batches)
     stream.set_log_time_enabled(False)
     stream.set_log_tick_enabled(False)

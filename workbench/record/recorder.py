@@ -76,18 +76,20 @@ class Recorder(AbstractKeeper):
             self._tell(Severity.WARNING, f"this session has no pictures for the rerun viewer: {error}")
             return
         try:
-            self._draw_all(Drawing(canvas), first)
+            drawing = Drawing(canvas)
+            drawing.draw(first)
+            canvas.hand_on()  # a disk without room is told at the beginning
+            self._draw_all(drawing)
         except Exception:
             log.exception("the recording ends early")
         finally:
             canvas.close()
 
-    def _draw_all(self, drawing: Drawing, moment: Moment | None) -> None:
-        while moment is not None:
+    def _draw_all(self, drawing: Drawing) -> None:
+        while (moment := self._next()) is not None:
             drawing.draw(moment)
             if moment.is_passing and not self._closing:
                 time.sleep(INTERVAL)
-            moment = self._next()
 
     def _next(self) -> Moment | None:
         """The next moment; None when the session has ended and all is drawn."""

@@ -9,15 +9,19 @@
 | `index/…`, `predicted/…`, `error/…` | numbers over the steps |
 | `row_error/…` | errors over the measured rows |
 | `target/index_O` | index O of each target |
+| `diagnosis/words`, `…/ranking` | what the model lacked: verdict, effects, candidates |
+| `searches` | what the searches of whole plates came to |
 | `log`, `about`, `parameters`, `figure/…` | words, tables, pictures |
 """
 
 from workbench.record.entities.arm import Arms
+from workbench.record.entities.diagnosis import Diagnosed
 from workbench.record.entities.entity import AbstractEntity, Moment
 from workbench.record.entities.figures import Figures
 from workbench.record.entities.measured import Measured
 from workbench.record.entities.plate import PlateSolid, Targets, Trails
 from workbench.record.entities.region import Cubes, RegionOutline
+from workbench.record.entities.searches import Searches
 from workbench.record.entities.series import RowErrors, Series, TargetBars
 from workbench.record.entities.words import About, Log, Parameters
 
@@ -36,6 +40,8 @@ ENTITIES: tuple[type[AbstractEntity], ...] = (
     TargetBars,
     Parameters,
     Figures,
+    Diagnosed,
+    Searches,
 )
 """Everything that is drawn, in this order."""
 

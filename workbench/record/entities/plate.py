@@ -37,24 +37,32 @@ class Targets(AbstractEntity):
     """`world/plate/targets/N`: blocks, green where reached, blue where selected, red where out of reach."""
 
     def __init__(self) -> None:
-        self._drawn: dict[int, tuple] = {}
+        self._drawn: dict[int, tuple[tuple, tuple]] = {}
 
     def draw(self, canvas: Canvas, moment: Moment) -> None:
         """Draw the blocks that have moved or have another colour."""
         session = moment.session
         for i, (target, state) in enumerate(zip(session.plate.targets, session.states, strict=True)):
             colour = target_colour(state, selected=i == session.selected)
-            key = (target.pose.tobytes(), session.plate.pose.tobytes(), colour)
-            if self._drawn.get(i) != key:
-                self._drawn[i] = key
-                path = f"world/plate/targets/{i + 1}"
+            place = (target.pose.tobytes(), session.plate.pose.tobytes())
+            path, (placed, coloured) = f"world/plate/targets/{i + 1}", self._drawn.get(i, (None, None))
+            self._drawn[i] = (place, colour)
+            if placed != place:
                 canvas.log(path, mesh(target_block(target.pose, session.plate.pose), colour, flat=True))
-                place = target.xyz + np.array([0.0, 0.0, 0.75 * SIDE])
-                number = rr.Points3D([place], radii=1e-4, colors=LABEL, labels=[f"{i + 1}"])
-                canvas.log(f"{path}/number", number)
+                self._number(canvas, i, target.xyz, is_new=placed is None)
+            elif coloured != colour:
+                canvas.log(path, rr.Mesh3D.from_fields(albedo_factor=colour))
         for i in [i for i in self._drawn if i >= len(session.plate)]:
             del self._drawn[i]
             canvas.clear(f"world/plate/targets/{i + 1}")
+
+    def _number(self, canvas: Canvas, i: int, xyz: np.ndarray, *, is_new: bool) -> None:
+        """The number above a block; once it is there only its place is drawn."""
+        place, path = [xyz + np.array([0.0, 0.0, 0.75 * SIDE])], f"world/plate/targets/{i + 1}/number"
+        if is_new:
+            canvas.log(path, rr.Points3D(place, radii=1e-4, colors=LABEL, labels=[f"{i + 1}"]))
+        else:
+            canvas.log(path, rr.Points3D.from_fields(positions=place))
 
 
 class Trails(AbstractEntity):

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from workbench.report.diagnosis.json import diagnosis_json
 from workbench.report.json import identification_json, plain
 from workbench.session.state import Session, TargetState
 
@@ -106,6 +107,28 @@ def _identification(session: Session) -> Json | None:
     return found
 
 
+def _diagnosis(session: Session) -> Json | None:
+    """As `diagnose --json`, without what depends on the machine."""
+    if session.diagnosis is None:
+        return None
+    found = diagnosis_json(session.diagnosis)
+    del found["seconds"]
+    return found
+
+
+def _accepted(session: Session) -> Json:
+    """Coefficients by the effect's own names, SI."""
+    return {
+        str(i): dict(zip(effect.names, effect.coefficients, strict=True)) | {"effect": str(effect.name)}
+        for i, effect in enumerate(session.accepted, start=1)
+    }
+
+
+def _best(session: Session) -> Json | None:
+    score = session.best_score
+    return None if score is None else {"position": score.position, "rotation": score.rotation}
+
+
 def _comparison(session: Session) -> Json | None:
     rows = session.comparison
     if rows is None:
@@ -145,6 +168,9 @@ SUBJECTS = {
         lambda s: (None if s.measuring is None else s.measuring.acquisition.capture,), _rows_taken
     ),
     "identification": Subject(lambda s: (s.identification,), _identification),
+    "diagnosis": Subject(lambda s: (s.diagnosis,), _diagnosis),
+    "accepted": Subject(lambda s: (s.accepted,), _accepted),
+    "best": Subject(lambda s: (s.best_score,), _best),
     "fit": Subject(lambda s: (s.fit,), lambda s: s.fit),
     "comparison": Subject(lambda s: (s.comparison,), _comparison),
     "yield": Subject(lambda s: (s.trial,), _yield),
