@@ -20,7 +20,9 @@ def test_cubes_are_coloured_clicked_and_move_a_target_and_a_corner_is_dragged(ap
     screen.wait_text("cube", "Reached in")
     app.worker.wait()
     clicked = app.worker.session.cube_view.picked
-    assert np.linalg.norm(region.centres[clicked] - region.centres[wanted]) < 1.5 * region.cube
+    aimed, hit = screen.pixel(region.centres[wanted]), screen.pixel(region.centres[clicked])
+    edges = [screen.pixel(region.centres[clicked] + region.cube * axis) - hit for axis in np.eye(3)]
+    assert np.linalg.norm(hit - aimed) < np.sqrt(3.0) / 2.0 * max(np.linalg.norm(e) for e in edges)
     screen.shoot("cube")
     screen.press("Move the selected target there")
     screen.page.wait_for_timeout(200)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import pyarrow as pa
 import pytest
 from rerun.chunk import RrdReader
 
@@ -31,7 +32,8 @@ class Pictures:
         for batch in self.batches[path]:
             names = batch.schema.names
             if timeline in names and column in names:
-                times, values = batch.column(timeline).to_pylist(), batch.column(column).to_pylist()
+                times = batch.column(timeline).cast(pa.int64()).to_pylist()  # steps, or nanoseconds
+                values = batch.column(column).to_pylist()
                 found += [(t, v) for t, v in zip(times, values, strict=True) if v is not None]
         return sorted(found, key=lambda pair: pair[0])
 
