@@ -10,7 +10,8 @@ from workbench.app.server import App
 from workbench.design.plate_toml import read_plate
 from workbench.robots import load_robot
 from workbench.robots.meshes import link_meshes
-from workbench.session.commands.arm import standing, suited_plate
+from workbench.session.commands.arm import standing
+from workbench.session.suited import suited_plate
 
 FILES = distribution("example-robot-data").files or []
 
