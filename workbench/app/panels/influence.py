@@ -1,6 +1,7 @@
 """How far an error of each constant would move the tool where the arm stands now (Katana §3.5)."""
 
 import re
+import time
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +15,8 @@ from workbench.session.commands.arm import standing
 from workbench.session.state import Session
 
 WIDTH, HEIGHT, FOOT = 340, 76, 26
+LIVE = 0.2
+"""Least time between two pictures in the course of a drag [s]."""
 SYMBOLS = {"theta": "θ", "alpha": "α", "beta": "β", "roll": "r", "pitch": "p", "yaw": "w"}
 
 
@@ -22,6 +25,7 @@ class InfluencePanel(AbstractPanel):
 
     def __init__(self) -> None:
         self._shown: tuple = ()
+        self._drawn_at = 0.0
         self._at_targets: Influence | None = None
 
     def build(self, server: viser.ViserServer) -> None:
@@ -35,6 +39,9 @@ class InfluencePanel(AbstractPanel):
         basis = (session.robot, q, session.states)
         if len(self._shown) == 3 and all(a is b for a, b in zip(basis, self._shown, strict=True)):
             return
+        if session.holder is not None and time.monotonic() - self._drawn_at < LIVE:
+            return
+        self._drawn_at = time.monotonic()
         if session.holder is None or session.robot is not self._shown[0]:
             self._at_targets = _at_targets(session)
         self._shown = basis
