@@ -65,7 +65,8 @@ class Motion:
     @classmethod
     def of(cls, data: Any) -> "Motion":
         """The drivers of a table of measurements: its attributes of these names, as far as it has them."""
-        return cls(**{f.name: getattr(data, f.name, None) for f in fields(cls)})
+        drivers: dict[str, Any] = {f.name: getattr(data, f.name, None) for f in fields(cls)}
+        return cls(**drivers)
 
     def take(self, rows: slice | np.ndarray) -> "Motion":
         """The chosen rows."""

@@ -25,7 +25,7 @@ from workbench.chain import NO_SHIFT, Chain
 from workbench.effects import AbstractEffect, Loads
 from workbench.errors import DataError
 from workbench.model.loads import wrench_derivative
-from workbench.model.statics import joint_wrenches, own_axis
+from workbench.model.statics import motion_wrenches, own_axis
 from workbench.motion import Motion
 from workbench.robots.robot import Robot
 
@@ -187,16 +187,7 @@ def _settled(
     shift, wrenches = fixed.copy(), np.empty((*motion.q.shape, 6))
     rows, now, start = np.arange(len(motion)), shift, fixed[:, moved]
     for _ in range(ROUNDS):
-        loads = joint_wrenches(
-            robot,
-            motion.q,
-            payload=motion.payload,
-            wrench=motion.wrench,
-            velocity=motion.velocity,
-            acceleration=motion.acceleration,
-            values=chain.values,
-            shift=now,
-        )
+        loads = motion_wrenches(robot, motion, values=chain.values, shift=now)
         new = start.copy()
         for effect in bent:
             places = np.searchsorted(moved, chain.indices(effect.elements(chain)))

@@ -14,7 +14,7 @@ from jaxtyping import Float
 
 from workbench.effects.effect import across, own
 from workbench.model.deflection import shift_of
-from workbench.model.statics import joint_wrenches
+from workbench.model.statics import motion_wrenches
 from workbench.motion import Motion
 from workbench.robots.robot import Robot
 from workbench.types import JointRows
@@ -49,14 +49,6 @@ def joint_moments(robot: Robot, motion: Motion) -> JointMoments:
     Raises:
         RobotError: a moving joint's link has no mass; names the joint.
     """
-    wrenches = joint_wrenches(
-        robot,
-        motion.q,
-        payload=motion.payload,
-        wrench=motion.wrench,
-        velocity=motion.velocity,
-        acceleration=motion.acceleration,
-        shift=shift_of(robot, motion),
-    )
+    wrenches = motion_wrenches(robot, motion, shift=shift_of(robot, motion))
     joints = range(robot.dof)
     return JointMoments(own(robot.chain, joints, wrenches), across(robot.chain, joints, wrenches))

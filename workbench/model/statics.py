@@ -23,6 +23,7 @@ from numba import njit
 
 from workbench.chain import NO_SHIFT, _advance
 from workbench.errors import RobotError, ShapeError
+from workbench.motion import Motion
 from workbench.robots.robot import Robot
 from workbench.types import JointRows, Vector3, frozen
 
@@ -133,6 +134,26 @@ def joint_wrenches(
         out,
     )
     return out
+
+
+def motion_wrenches(
+    robot: Robot,
+    motion: Motion,
+    *,
+    values: Float[np.ndarray, " k"] | None = None,
+    shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
+) -> Float[np.ndarray, "rows n 6"]:
+    """`joint_wrenches` of rows with all that they know of: payload, wrench at the tool, how they move."""
+    return joint_wrenches(
+        robot,
+        motion.q,
+        payload=motion.payload,
+        wrench=motion.wrench,
+        velocity=motion.velocity,
+        acceleration=motion.acceleration,
+        values=values,
+        shift=shift,
+    )
 
 
 def own_axis(robot: Robot) -> Int[np.ndarray, " n"]:
