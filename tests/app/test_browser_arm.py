@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from workbench.app.server import App
+from workbench.appearance.bodies import body_frames
 from workbench.design.plate_toml import read_plate
 from workbench.robots import load_robot
 from workbench.robots.meshes import link_meshes
@@ -62,6 +63,8 @@ def test_another_arm_is_chosen_jogged_and_the_page_made_dark(app, look, tmp_path
     screen.press("Change to this robot")
     screen.wait_text("arm", "Katana 450, tilting")
     screen.page.wait_for_function("() => window.__viserMutable.nodePoseData['/bent/body5'] !== undefined")
+    for i, frame in enumerate(body_frames(app.worker.session.robot, standing(app.worker.session))):
+        assert screen.node(f"/arm/body{i}")[:3] == pytest.approx(frame[:3, 3], abs=1e-6)
     assert not np.allclose(screen.node("/bent/body5")[:3], screen.node("/arm/body5")[:3], atol=5e-3)
     screen.shoot("katana")
     screen.tab("Compare")

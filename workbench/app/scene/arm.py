@@ -5,7 +5,7 @@ import viser
 from jaxtyping import Float
 
 from workbench import se3
-from workbench.app.scene.nodes import add_solid
+from workbench.app.scene.nodes import add_solid, unsettle
 from workbench.appearance.bodies import body_frames, generated_bodies, make_bodies
 from workbench.chain import NO_SHIFT
 from workbench.robots.robot import Robot
@@ -45,6 +45,7 @@ class Arm:
         make = generated_bodies if is_plain else make_bodies
         for i, body in enumerate(make(robot, swell=1.0 if ghost is None else swell)):
             self._nodes.append(server.scene.add_frame(f"{name}/body{i}", show_axes=False))
+            unsettle(self._nodes[i])
             if i == 0 and not has_foot:
                 continue
             if ghost is not None and body.solid is not None:
