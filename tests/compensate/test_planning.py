@@ -1,4 +1,4 @@
-"""Trajectories: curves, one branch, speeds and loads, against the generator's kinematics and plain geometry."""
+"""Trajectories: curves, one branch, speeds, loads, against the generator and plain geometry."""
 
 import generator
 import numpy as np
