@@ -19,6 +19,7 @@ from workbench.cli import (
     diagnosing,
     making,
     measuring,
+    paths,
     plates,
     recordings,
     reproducing,
@@ -115,4 +116,5 @@ plates.plates.command("yield")(designing.yield_)
 plates.plates.command()(making.export)
 plates.plates.command("as-measured")(making.as_measured)
 app.add_typer(plates.plates)
+app.add_typer(paths.paths)
 app.add_typer(reproducing.works)
