@@ -4,7 +4,7 @@
     iterated     until the bent arm is at the commanded pose (`model.settle`)
 
 The one step is Katana eq. (5.22) with damping. No row becomes worse: one that would keeps its commanded
-joints, and is named. Loads are those of the arm at rest.
+joints, and is named. Loads are those of the arm at rest, unless the motion has velocities and accelerations.
 """
 
 from collections.abc import Iterable
@@ -16,6 +16,8 @@ from jaxtyping import Bool, Float
 
 from workbench.compensate.checks import Times, named, refuse_beyond, refuse_fast, refuse_singular
 from workbench.compensate.path import Commanded
+from workbench.effects.backlash import Backlash
+from workbench.effects.clearance_tilt import ClearanceTilt
 from workbench.errors import DataError, OptionError
 from workbench.model.arm import compile_arm
 from workbench.model.branches import margins
@@ -100,7 +102,7 @@ def compensate(
 
     Raises:
         DataError: a row that a limit, a singularity, a range of an effect, or the speed forbids; names row
-            and joint.
+            and joint; or a row to which the iteration finds no correction.
     """
     try:
         method = Method(method)
@@ -115,6 +117,8 @@ def compensate(
     after = _corrected(commanded, state, method)
     places, weight = compile_arm(robot).places, WEIGHT * compile_arm(robot).length
     _refuse_large(robot, after.x[:, places], q, after, time)
+    if method is Method.ITERATED:
+        _refuse_unsettled(robot, after, time)
     worse = after.cost(weight) > before.cost(weight)
     worse |= after.position_error > np.maximum(before.position_error, AT_LIMIT)
     state = state.at(frozen(np.where(worse[:, None], q, after.x[:, places])))
@@ -173,6 +177,23 @@ def _refuse_large(robot: Robot, new: np.ndarray, q: np.ndarray, after: Refined, 
             f"{named(row, time)}: the correction turns joint {joint + 1} by {size[row, joint]:.2f} "
             "(rad or m), as it is near a singularity; lead the path around it"
         )
+
+
+def _refuse_unsettled(robot: Robot, after: Refined, time: Times) -> None:
+    """Refuse rows that miss more than the play of the joints explains: nothing brings them to the path."""
+    left = after.position_error > CLEAR + _play(robot)
+    if left.any():
+        row = int(np.argmax(left))
+        raise DataError(
+            f"{named(row, time)}: the correction does not converge, {1e3 * after.position_error[row]:.3g} mm "
+            "are left; check the effects of the calibrated robot, or lead the path away from where it ends"
+        )
+
+
+def _play(robot: Robot) -> float:
+    """How far the tool may hang between the flanks of all plays, at most [m]."""
+    plays = [e for e in robot.effects if isinstance(e, (Backlash, ClearanceTilt))]
+    return 2.0 * robot.reach * sum(abs(c) for e in plays for c in e.coefficients)
 
 
 def _speeds(robot: Robot, state: Motion, most: float | None) -> np.ndarray | None:

@@ -9,7 +9,7 @@ The share has zero speed and acceleration at both ends (minimum jerk: Flash and 
 """
 
 from dataclasses import dataclass
-from typing import Protocol, final
+from typing import final
 
 import numpy as np
 from jaxtyping import Float
@@ -24,25 +24,6 @@ LEAST = 1e-6
 """Length below which a curve is a point [m]."""
 
 Shares = Float[np.ndarray, " rows"]
-
-
-class Curve(Protocol):
-    """What a tool can be led along."""
-
-    @property
-    def length(self) -> float:
-        """Length [m]."""
-
-    @property
-    def along(self) -> Vector3:
-        """Unit vector that the tool's x axis is turned to."""
-
-    @property
-    def normal(self) -> Vector3 | None:
-        """Unit normal of its plane; None where it lies in many."""
-
-    def points(self, shares: Shares) -> Positions:
-        """Points at some shares of the length, 0 … 1 [m]."""
 
 
 @final
@@ -68,7 +49,7 @@ class Circle:
         return 2.0 * np.pi * self.radius
 
     @property
-    def normal(self) -> Vector3:
+    def normal(self) -> Vector3 | None:
         """About which it turns in the positive sense."""
         return np.cross(self.along, self.across)
 
@@ -109,6 +90,10 @@ class Line:
     def points(self, shares: Shares) -> Positions:
         """See the module."""
         return self.start + shares[:, None] * (self.end - self.start)
+
+
+Curve = Circle | Line
+"""What a tool can be led along: length, unit vector along it, normal of its plane if it has one, points."""
 
 
 def circle_through(points: Float[np.ndarray, "points 3"]) -> Circle:

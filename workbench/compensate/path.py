@@ -51,9 +51,21 @@ class Commanded:
 
 
 def command_joints(
-    calibrated: Robot, nominal: Robot, q: Float[np.ndarray, "rows n"], *, time: Times = None
+    calibrated: Robot,
+    nominal: Robot,
+    q: Float[np.ndarray, "rows n"],
+    *,
+    positions_only: bool = False,
+    time: Times = None,
 ) -> Commanded:
-    """The path of joint positions that were planned with the nominal arm, and when each is to be taken [s].
+    """The path of joint positions that were planned with the nominal arm.
+
+    Args:
+        calibrated: The arm that moves.
+        nominal: The arm as the controller computes it.
+        q: Joint positions [rad or m].
+        positions_only: Whether orientations do not matter.
+        time: Time of every row [s], for messages.
 
     Raises:
         ShapeError: the arms, or the rows, have different numbers of joints.
@@ -62,7 +74,7 @@ def command_joints(
     actual, planned, notes = _comparable(calibrated, nominal)
     planned.check_joints(q, "trajectory")
     refuse_beyond(planned, q, time)
-    task = Task.default(planned.dof)
+    task = Task.POSITION if positions_only else Task.default(planned.dof)
     return Commanded(
         calibrated=actual,
         nominal=planned,

@@ -2,15 +2,13 @@
 
 The tool's orientation is held from beginning to end. Arms of six joints and more hold all of it. Arms of five
 hold the direction of the tool's z axis and leave the turn about it as it comes: position and axis are five
-conditions. Where no axis is asked for, that of the curve's plane is wanted (the z axis pointing into it from
-above), and the nearest one is taken that the arm holds all the way, `CLEAR` of its limits and of
-singularities.
+conditions. Where the arm can't hold that all the way, `CLEAR` of its limits and of singularities, positions
+alone are met and the axis stays as near as it can (`holding`), which is said.
 
 Joints between the rows are those of a spline of fifth degree that begins and ends at rest; its derivatives
 are the velocities and accelerations.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,32 +16,30 @@ from jaxtyping import Float
 from scipy.interpolate import make_interp_spline
 
 from workbench import se3
-from workbench.compensate.checks import named, refuse_fast, refuse_singular
+from workbench.compensate.checks import refuse_fast, refuse_singular
 from workbench.compensate.curves import Curve, smooth_shares
-from workbench.compensate.path import Commanded, command_poses
+from workbench.compensate.holding import hold_nearly
+from workbench.compensate.path import Commanded, command_joints, command_poses
 from workbench.errors import DataError, OptionError
 from workbench.model.arm import compile_arm
 from workbench.model.branches import margins
 from workbench.model.forward import tool_poses
+from workbench.model.newton import Task
 from workbench.model.solutions import task_jacobian
 from workbench.motion import Motion
-from workbench.robots.robot import Robot
+from workbench.robots.robot import Frame, Robot
 from workbench.types import JointRows, Poses, Rotations, Vector3, frozen
 
 DOWN = np.array([0.0, 0.0, -1.0])
 """Where a tool points on a line, and along which sense of a plane's normal."""
-CONE = float(np.deg2rad(45.0))
-"""Greatest angle between the axis wanted and the one held where none was asked for [rad]."""
-STEP = float(np.deg2rad(2.5))
-"""Angle between the axes that are tried [rad]."""
 CLEAR = float(np.deg2rad(1.0))
-"""Distance from limits that a path chosen here keeps for its correction [rad or m]."""
+"""Distance from limits that a path keeps for its correction [rad or m]."""
 APART = 0.02
-"""Dimensionless singular value that a path chosen here keeps."""
-COARSE = 25
-"""Points of the curve at which an axis is tried."""
+"""Dimensionless singular value that a path keeps."""
 SPINS = np.deg2rad([0.0, 90.0, 180.0, 270.0])
 """Turns about the tool's z axis that are tried where the arm holds it too [rad]."""
+STILL = 1e-3
+"""Angle from the direction wanted that counts as none [deg]."""
 LEAST_ROWS = 8
 """Rows below which a curve is no trajectory."""
 
@@ -57,7 +53,8 @@ class Planned:
         time: Of every row, from 0 [s].
         poses: Of the tool in the robot's base frame, as the arm takes them.
         motion: Joint positions with their time, velocities and accelerations.
-        axis: Direction of the tool's z axis that is held, robot's base.
+        task: What of the poses a correction is to meet.
+        axis: Direction along which the tool's z axis is wanted, robot's base.
         notes: What was decided, one sentence each.
     """
 
@@ -65,6 +62,7 @@ class Planned:
     time: Float[np.ndarray, " rows"]
     poses: Poses
     motion: Motion
+    task: Task
     axis: Vector3
     notes: tuple[str, ...]
 
@@ -90,7 +88,7 @@ def plan(
         curve: In the robot's base frame.
         duration: Time from beginning to end [s].
         rows: Number of samples, evenly in time.
-        axis: Direction of the tool's z axis; chosen if None, see the module.
+        axis: Direction of the tool's z axis; into the curve's plane from above if None.
         max_speed: Greatest speed of any joint [rad/s or m/s]; not checked if None.
 
     Raises:
@@ -103,84 +101,70 @@ def plan(
             f"{LEAST_ROWS} rows or more"
         )
     time = np.linspace(0.0, duration, rows)
-    points = curve.points(smooth_shares(time))
-    if axis is None:
-        command, held, notes = _held(robot, curve, points, time)
-    else:
-        held = _unit(axis)
-        command, notes = _command(robot, curve, points, held, time), ()
-    refuse_singular(command.nominal, command.q, command.task, time)
+    wanted = _above(curve) if axis is None else _unit(axis)
+    command = _held(robot, curve, wanted, time)
+    poses = frozen(tool_poses(command.nominal, command.q))
     velocity, acceleration = derivatives(time, command.q)
     refuse_fast(robot, velocity, max_speed, time)
     return Planned(
         robot=command.nominal,
         time=frozen(time),
-        poses=_taken(command),
+        poses=poses,
+        task=command.task,
         motion=Motion(command.q, time=time, velocity=velocity, acceleration=acceleration),
-        axis=frozen(held),
-        notes=(*command.notes, *notes),
+        axis=frozen(wanted),
+        notes=(*command.notes, _words(wanted, poses)),
     )
 
 
-def derivatives(time: Float[np.ndarray, " rows"], q: JointRows) -> tuple[JointRows, JointRows]:
-    """Velocities and accelerations of a trajectory that begins and ends at rest; see the module.
+def derivatives(
+    time: Float[np.ndarray, " rows"], q: JointRows, *, at_rest: bool = True
+) -> tuple[JointRows, JointRows]:
+    """Velocities and accelerations of a trajectory, of a spline of fifth degree through it.
 
     Args:
         time: Of every row, increasing [s].
         q: Joint positions [rad or m].
+        at_rest: Whether it begins and ends at rest.
     """
     still = [(1, np.zeros(q.shape[1])), (2, np.zeros(q.shape[1]))]
-    spline = make_interp_spline(time, q, k=5, bc_type=(still, still))
+    spline = make_interp_spline(time, q, k=5, bc_type=(still, still) if at_rest else None)
     return frozen(spline(time, 1)), frozen(spline(time, 2))
 
 
-def _held(
-    robot: Robot, curve: Curve, points: np.ndarray, time: np.ndarray
-) -> tuple[Commanded, Vector3, tuple[str, ...]]:
-    """The path with the axis nearest to the curve's plane that the arm can hold."""
-    wanted = DOWN if curve.normal is None else curve.normal * (-1.0 if curve.normal @ DOWN < 0.0 else 1.0)
-    few = np.unique(np.linspace(0, len(points) - 1, COARSE).astype(int))
+def _held(robot: Robot, curve: Curve, wanted: Vector3, time: np.ndarray) -> Commanded:
+    """The path with the tool's axis held, or as near as the arm holds it.
+
+    Raises:
+        DataError: neither can be.
+    """
+    shares = smooth_shares(time)
+    points = curve.points(shares)
+    refused: DataError
+    try:
+        exact = _exactly(robot, curve, wanted, points, time)
+        if _clear(exact):
+            return exact
+        refuse_singular(exact.nominal, exact.q, exact.task, time)
+        refused = DataError(f"robot '{robot.name}' comes too near to a limit or a singularity on this path")
+    except DataError as error:
+        refused = error
+    free = robot.with_effects().with_frames(base=Frame())
+    q = hold_nearly(free, curve, shares, wanted) if robot.dof > Task.POSITION else None
+    if q is None:
+        poses = se3.pose(_orientations(curve, wanted, 0.0, len(points)), points)
+        command_poses(robot.with_effects(), robot.with_effects(), poses, positions_only=True, time=time)
+        raise refused
+    return command_joints(free, free, q, positions_only=True, time=time)
+
+
+def _exactly(robot: Robot, curve: Curve, axis: Vector3, points: np.ndarray, time: np.ndarray) -> Commanded:
+    """The path with an axis held; at whatever turn about it the arm follows, where the turn counts."""
     refused: DataError | None = None
-    for held in _cone(wanted):
-        try:
-            rough = _command(robot, curve, points[few], held, time[few])
-            if _clear(rough):
-                command = _command(robot, curve, points, held, time, near=rough.q[0])
-                return command, held, _words(curve, wanted, held)
-        except DataError as error:
-            refused = refused or error
-    angle = f"{np.rad2deg(CONE):.0f}°"
-    raise DataError(
-        f"robot '{robot.name}' holds no direction of its tool within {angle} of {_numbers(wanted)} along "
-        f"the whole path; with that direction {refused or named(0, time) + ' comes too near to a limit'}"
-    )
-
-
-def _cone(wanted: Vector3) -> Iterator[Vector3]:
-    """The direction wanted, and others around it, the nearest first."""
-    yield wanted
-    side = np.linalg.svd(wanted[None])[2][1:]
-    for angle in np.arange(STEP, CONE + 0.5 * STEP, STEP):
-        turns = np.linspace(0.0, 2.0 * np.pi, max(6, int(np.sin(angle) * 2.0 * np.pi / (2.0 * STEP))), False)
-        for turn in turns:
-            yield np.cos(angle) * wanted + np.sin(angle) * (np.cos(turn) * side[0] + np.sin(turn) * side[1])
-
-
-def _command(
-    robot: Robot,
-    curve: Curve,
-    points: np.ndarray,
-    axis: Vector3,
-    time: np.ndarray,
-    *,
-    near: np.ndarray | None = None,
-) -> Commanded:
-    """The path with an axis held; whatever turn about it the arm follows, if the turn counts."""
-    refused: DataError | None = None
-    for spin in SPINS if robot.dof >= 6 else SPINS[:1]:
+    for spin in SPINS if robot.dof >= Task.POSE else SPINS[:1]:
         poses = se3.pose(_orientations(curve, axis, spin, len(points)), points)
         try:
-            return command_poses(robot.with_effects(), robot.with_effects(), poses, near=near, time=time)
+            return command_poses(robot.with_effects(), robot.with_effects(), poses, time=time)
         except DataError as error:
             refused = refused or error
     assert refused is not None  # there is a spin, and it was refused
@@ -205,19 +189,21 @@ def _clear(command: Commanded) -> bool:
     return bool(margins(command.q, command.nominal.known_limits).min() > CLEAR and singular.min() > APART)
 
 
-def _taken(command: Commanded) -> Poses:
-    """The poses that the nominal arm has: with five joints the turn about the axis is what it comes to."""
-    return frozen(tool_poses(command.nominal, command.q))
+def _above(curve: Curve) -> Vector3:
+    """The normal of the curve's plane that points down, or straight down."""
+    if curve.normal is None:
+        return DOWN
+    return curve.normal * (-1.0 if curve.normal @ DOWN < 0.0 else 1.0)
 
 
-def _words(curve: Curve, wanted: Vector3, held: Vector3) -> tuple[str, ...]:
-    angle = np.rad2deg(np.arccos(np.clip(wanted @ held, -1.0, 1.0)))
-    if angle < 1e-3:
-        return (f"the tool's z axis is held along {_numbers(held)}",)
-    what = "straight down" if curve.normal is None else "the normal of the path's plane"
+def _words(wanted: Vector3, poses: Poses) -> str:
+    """How the tool is held."""
+    angle = np.rad2deg(np.arccos(np.clip(poses[:, :3, 2] @ wanted, -1.0, 1.0)).max())
+    if angle < STILL:
+        return f"the tool's z axis is held along {_numbers(wanted)}"
     return (
-        f"the tool's z axis is held along {_numbers(held)}, {angle:.1f}° from {what}: the nearest direction "
-        "tried that the arm can hold all the way",
+        f"the tool's z axis stays within {angle:.1f}° of {_numbers(wanted)}: the arm can't hold it there all "
+        "the way, and it is the positions that count"
     )
 
 
