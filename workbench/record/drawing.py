@@ -11,7 +11,7 @@ from workbench.record.entities import ENTITIES, Moment
 
 INTERVAL = 0.1
 """Least time between two pictures in the middle of a drag, in the beginning [s]."""
-OFTEN = 2000
+OFTEN = 1000
 """Pictures of drags after which the time between them doubles."""
 log = logging.getLogger(__name__)
 
