@@ -51,7 +51,7 @@ def app():
 def test_another_arm_is_chosen_jogged_and_the_page_made_dark(app, look, tmp_path):
     screen = look()
     screen.shoot("meshes")
-    screen.tab("More")
+    screen.tab("Move")
     slider = screen.page.get_by_role("textbox").first
     slider.fill("40")
     slider.press("Tab")
@@ -59,6 +59,7 @@ def test_another_arm_is_chosen_jogged_and_the_page_made_dark(app, look, tmp_path
     app.worker.wait()
     assert standing(app.worker.session)[0] == pytest.approx(np.deg2rad(40.0), abs=1e-6)
     screen.shoot("jogged")
+    screen.tab("More")
     screen.choose("Robot", "katana450-tilting")
     screen.press("Change to this robot")
     screen.wait_text("arm", "Katana 450, tilting")
@@ -73,6 +74,24 @@ def test_another_arm_is_chosen_jogged_and_the_page_made_dark(app, look, tmp_path
     screen.page.wait_for_timeout(300)
     app.worker.wait()
     assert not app.worker.session.overlay.bent
+    screen.tab("Move")
+    screen.press("Plan it")
+    screen.wait_text("track", "Error, mean")
+    screen.press("Play")
+    started = screen.node("/track/mark")
+    screen.page.wait_for_function(
+        "p => Math.abs(window.__viserMutable.nodePoseData['/track/mark'].position[0] - p) > 5e-3",
+        arg=started[0],
+    )
+    screen.shoot("playing")
+    screen.press("Pause")
+    screen.page.get_by_role("button", name="Play", exact=True).wait_for()
+    app.worker.wait()
+    paused = app.worker.session
+    assert 0.0 < paused.play.at < 10.0
+    for i, frame in enumerate(body_frames(paused.robot, standing(paused))):
+        assert screen.node(f"/arm/body{i}")[:3] == pytest.approx(frame[:3, 3], abs=1e-5)
+    screen.press("Back to the target")
     screen.tab("Plate")
     screen.page.get_by_text("Influence of each constant").click()
     screen.wait_text("influence", "Motion of the tool")

@@ -14,6 +14,7 @@ from workbench.app.scene.nominal_arm import NominalArm
 from workbench.app.scene.overlay import OverlayPart
 from workbench.app.scene.part import AbstractPart
 from workbench.app.scene.plate import PlatePart
+from workbench.app.scene.track import TrackPart
 from workbench.session.state import Session
 from workbench.session.worker import Worker
 
@@ -39,11 +40,13 @@ class Scene(AbstractPart):
         server, worker = self._server, self._worker
         self._robot, self._plate = session.robot, session.first_plate
         self.gizmo = Gizmo(server, worker, session)
+        nominal, bent = NominalArm(server, session), BentArm(server, session)
         self._parts: Sequence[AbstractPart] = (
             Ground(server, session),
             PlatePart(server, worker, session),
-            NominalArm(server, session),
-            BentArm(server, session),
+            TrackPart(server, worker, session, nominal.move, bent.move),  # stops before others move
+            nominal,
+            bent,
             BranchGhosts(server, session),
             CubesPart(server, worker, session),
             Corners(server, worker, session),
