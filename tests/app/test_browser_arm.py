@@ -51,7 +51,7 @@ def app():
 def test_another_arm_is_chosen_jogged_and_the_page_made_dark(app, look, tmp_path):
     screen = look()
     screen.shoot("meshes")
-    screen.tab("Move")
+    screen.tab("More")
     slider = screen.page.get_by_role("textbox").first
     slider.fill("40")
     slider.press("Tab")
@@ -59,7 +59,6 @@ def test_another_arm_is_chosen_jogged_and_the_page_made_dark(app, look, tmp_path
     app.worker.wait()
     assert standing(app.worker.session)[0] == pytest.approx(np.deg2rad(40.0), abs=1e-6)
     screen.shoot("jogged")
-    screen.tab("More")
     screen.choose("Robot", "katana450-tilting")
     screen.press("Change to this robot")
     screen.wait_text("arm", "Katana 450, tilting")
@@ -74,7 +73,6 @@ def test_another_arm_is_chosen_jogged_and_the_page_made_dark(app, look, tmp_path
     screen.page.wait_for_timeout(300)
     app.worker.wait()
     assert not app.worker.session.overlay.bent
-    screen.tab("Move")
     screen.press("Plan it")
     screen.wait_text("track", "Error, mean")
     screen.press("Play")

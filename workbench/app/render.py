@@ -89,9 +89,8 @@ def _build_panels(server: viser.ViserServer, worker: Worker) -> Sequence[Abstrac
         ("Measure", (DataPanel(worker), GuidedPanel(worker))),
         ("Identify", (FitPanel(worker), ChoicesPanel(worker))),
         ("Diagnose", (DiagnosePanel(worker),)),
-        ("Compare", (ComparePanel(worker), BendingPanel(worker))),
-        ("Move", (JogPanel(worker), TrackPanel(worker))),
-        ("More", (ArmPanel(worker), FilesPanel(worker), LookPanel(worker))),
+        ("Compare", (ComparePanel(worker), TrackPanel(worker), BendingPanel(worker))),
+        ("More", (ArmPanel(worker), JogPanel(worker), FilesPanel(worker), LookPanel(worker))),
     ):
         with tabs.add_tab(title):
             for panel in contents:

@@ -15,6 +15,8 @@ from workbench.session.worker import Worker
 KINDS = {"Circle": CIRCLE, "Straight line": LINE}
 WIDTH, HEIGHT = 340, 60
 QUICKEST = 5.0
+LEAST_SHOWN = 1e-3
+"""Errors below this are not told apart [mm]."""
 
 
 class TrackPanel(AbstractPanel):
@@ -127,7 +129,7 @@ def result(track: Track, times: float) -> str:
         words = "Planned. Identify the arm, and plan again, to see its error along the path."
         return block(f"<div>{words}</div>{tail}", testid="track", style="margin:4px 0")
     errors = 1e3 * track.errors
-    rows = [("Error, mean", f"{number(float(errors.mean()))} mm"), ("largest", f"{number(errors.max())} mm")]
+    rows = [("Error, mean", _millimetres(errors.mean())), ("largest", _millimetres(errors.max()))]
     if track.is_corrected:
         before = (
             f"{number(1e3 * float(track.before.mean()))} mm, largest {number(1e3 * track.before.max())} mm"
@@ -137,8 +139,13 @@ def result(track: Track, times: float) -> str:
     return block(content, testid="track", style="margin:4px 0")
 
 
+def _millimetres(value: float) -> str:
+    """Nothing below a micrometre is told apart."""
+    return f"{number(float(value))} mm" if value >= LEAST_SHOWN else "below 0.001 mm"
+
+
 def _curve(time: np.ndarray, errors: np.ndarray) -> str:
-    top = max(float(errors.max()), 1e-12)
+    top = max(float(errors.max()), LEAST_SHOWN)
     x, y = WIDTH * time / time[-1], HEIGHT - (HEIGHT - 12) * errors / top
     line = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x, y, strict=True))
     return (
@@ -155,7 +162,7 @@ def _scale(errors: np.ndarray, times: float) -> str:
     return (
         f'<div style="height:8px;border-radius:3px;margin-top:4px;background:linear-gradient(90deg,{stops})">'
         '</div><div style="display:flex;justify-content:space-between">'
-        f"<span>{number(float(errors.min()))}</span><span>{number(float(errors.max()))} mm</span></div>"
+        f"<span>{_millimetres(errors.min())}</span><span>{_millimetres(errors.max())}</span></div>"
         f'<div style="color:{MUTED}">The trail shows where the amber arm\'s tool goes, its error drawn '
-        f"{times:g} times; Errors × in the Compare tab changes that.</div>"
+        f"{times:g} times; Errors × above changes that.</div>"
     )

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import viser
 
+from workbench.app.camera import aim
 from workbench.app.scene.bent_arm import BentArm
 from workbench.app.scene.corners import Corners
 from workbench.app.scene.cubes import CubesPart
@@ -58,5 +59,4 @@ class Scene(AbstractPart):
         """Every page looks at the new arm."""
         position, look_at = first_view(session)
         for client in self._server.get_clients().values():
-            client.camera.look_at = look_at
-            client.camera.position = position
+            aim(client, position, look_at)

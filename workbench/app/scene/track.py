@@ -14,7 +14,9 @@ import numpy as np
 import viser
 from jaxtyping import Float, Int, UInt8
 
+from workbench.app.camera import from_outside, look_at
 from workbench.app.scene.arm import Arm
+from workbench.app.scene.nodes import linear
 from workbench.app.scene.part import AbstractPart
 from workbench.appearance.colours import GHOST, MARK, REGION, scale_colours
 from workbench.session.commands import PlaceTrack
@@ -26,7 +28,7 @@ RATE = 25.0
 """Frames a second."""
 PIECES = 48
 """Parts in which the trail grows."""
-LEAST = 1e-9
+LEAST = 1e-6
 """Errors below this are none [m]."""
 
 
@@ -70,6 +72,7 @@ class TrackPart(AbstractPart):
         if track is not self._track:
             self._stop()
             self._draw_arm(track)
+            self._look(track)
         if track is not self._track or times != self._times:
             self._track, self._times = track, times
             self._draw_way(track, times)
@@ -95,6 +98,14 @@ class TrackPart(AbstractPart):
         if track is not None and track.actual is not None:
             self._ghost = Arm(self._server, "/track/arm", track.actual, ghost=GHOST, is_plain=True)
 
+    def _look(self, track: Track | None) -> None:
+        """Every page looks at another way when it is first there."""
+        old = self._track
+        if track is None or (old is not None and (old.kind, old.robot) == (track.kind, track.robot)):
+            return
+        for client in self._server.get_clients().values():
+            look_at(client, np.vstack([track.wanted, np.zeros(3)]), along=from_outside(track.wanted))
+
     def _draw_way(self, track: Track | None, times: float) -> None:
         for node in (*self._nodes, *self._trail, *([] if self._mark is None else [self._mark])):
             node.remove()
@@ -103,14 +114,12 @@ class TrackPart(AbstractPart):
             return
         add = self._server.scene
         way = np.stack([track.wanted[:-1], track.wanted[1:]], axis=1)
-        self._nodes.append(add.add_line_segments("/track/way", way, colors=REGION, line_width=1.5))
+        self._nodes.append(line_of(add, "/track/way", way, np.array(REGION), 1.5))
         shown = track.wanted + times * (track.reached - track.wanted)
         segments, colours = np.stack([shown[:-1], shown[1:]], axis=1), trail_colours(track.errors)
         self._ends = piece_ends(len(segments))
         for i, (begin, end) in enumerate(itertools.pairwise([0, *self._ends.tolist()])):
-            line = add.add_line_segments(
-                f"/track/trail{i}", segments[begin:end], colors=colours[begin:end], line_width=5.0
-            )
+            line = line_of(add, f"/track/trail{i}", segments[begin:end], colours[begin:end], 5.0)
             line.visible = False
             self._trail.append(line)
         self._mark = add.add_icosphere(
@@ -182,11 +191,18 @@ class _Run:
                 return
 
 
+def line_of(
+    scene: viser.SceneApi, name: str, segments: np.ndarray, colours: np.ndarray, pixels: float
+) -> viser.LineSegmentsHandle:
+    """Segments as wide as so many pixels, from near and far."""
+    return scene.add_line_segments(name, segments, colors=colours, thickness=pixels, thickness_units="screen")
+
+
 def trail_colours(errors: Float[np.ndarray, " rows"]) -> UInt8[np.ndarray, "segments 2 3"]:
     """Colours of the trail's segments: from good where the error is least to bad where it is greatest."""
     low, high = float(errors.min()), float(errors.max())
     shares = 1.0 - (errors - low) / max(high - low, LEAST) if high > LEAST else np.ones(len(errors))
-    colours = scale_colours(shares)
+    colours = linear(scale_colours(shares))
     return np.stack([colours[:-1], colours[1:]], axis=1)
 
 
