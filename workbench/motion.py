@@ -30,6 +30,10 @@ class Motion:
         temperature: Temperature [degC].
         payload: Mass at the tool [kg]; none if None.
         torque: Measured joint torques [N m].
+        wrench: [f; τ] that pulls at the tool's origin from outside, in the axes of the robot's gravity
+            [N, N m]; none if None.
+        velocity: Joint velocities [rad/s or m/s]; at rest if None.
+        acceleration: Joint accelerations [rad/s² or m/s²]; none if None.
     """
 
     q: Float[np.ndarray, "rows n"]
@@ -38,6 +42,9 @@ class Motion:
     temperature: Float[np.ndarray, " _"] | None = None
     payload: Float[np.ndarray, " _"] | None = None
     torque: Float[np.ndarray, "_ _"] | None = None
+    wrench: Float[np.ndarray, "_ 6"] | None = None
+    velocity: Float[np.ndarray, "_ _"] | None = None
+    acceleration: Float[np.ndarray, "_ _"] | None = None
 
     def __post_init__(self):
         for f in fields(self):
@@ -57,8 +64,9 @@ class Motion:
 
     @classmethod
     def of(cls, data: Any) -> "Motion":
-        """The drivers of a table of measurements, which has attributes of these names."""
-        return cls(**{f.name: getattr(data, f.name) for f in fields(cls)})
+        """The drivers of a table of measurements: its attributes of these names, as far as it has them."""
+        drivers: dict[str, Any] = {f.name: getattr(data, f.name, None) for f in fields(cls)}
+        return cls(**drivers)
 
     def take(self, rows: slice | np.ndarray) -> "Motion":
         """The chosen rows."""

@@ -76,6 +76,7 @@ def motion_of(robot: Robot, rows: int = 9, seed: int = 0) -> Motion:
         time=rng.uniform(0.0, 100.0, rows),
         temperature=rng.uniform(15.0, 35.0, rows),
         payload=rng.uniform(0.0, 2.0, rows),
+        wrench=rng.uniform(-5.0, 5.0, (rows, 6)),
     )
 
 
@@ -168,14 +169,15 @@ def test_the_derivative_of_the_wrenches(arms, arm):
     robot, motion = arms[arm], motion_of(arms[arm])
     columns = np.array([i for i, e in enumerate(robot.chain.elements) if e.matrix is None])
     shift = np.random.default_rng(3).normal(0.0, 0.01, (len(motion), len(robot.chain.elements)))
+    loads = {"payload": motion.payload, "wrench": motion.wrench}
 
     def wrenches(x):
         values = robot.chain.values.copy()
         values[columns] = x
-        return joint_wrenches(robot, motion.q, payload=motion.payload, values=values, shift=shift)
+        return joint_wrenches(robot, motion.q, **loads, values=values, shift=shift)
 
     everything = np.array([(j, i) for j in range(robot.dof) for i in range(6)])
-    found = wrench_derivative(robot, motion.q, columns, everything, payload=motion.payload, shift=shift)
+    found = wrench_derivative(robot, motion.q, columns, everything, **loads, shift=shift)
     found = found.reshape(*motion.q.shape, 6, -1)
     testing.check_jacobian(wrenches, found, robot.chain.values[columns], tolerance=1e-6)
 
@@ -185,7 +187,7 @@ def test_the_fixed_point_is_one(arms):
     robot = robot.with_effects(*(sized(robot, CATALOGUE[n]) for n in ("joint-compliance", "link-flexure")))
     motion = motion_of(robot)
     bent = deflect(robot, motion)
-    again = joint_wrenches(robot, motion.q, payload=motion.payload, shift=bent.shift)
+    again = joint_wrenches(robot, motion.q, payload=motion.payload, wrench=motion.wrench, shift=bent.shift)
     np.testing.assert_allclose(again, bent.wrenches, atol=1e-9)
     shift = np.zeros_like(bent.shift)
     for effect in robot.effects:

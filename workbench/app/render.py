@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import viser
 
+from workbench.app.icons import icons_at_once
 from workbench.app.panels.arm import ArmPanel
 from workbench.app.panels.arrange import ArrangePanel
 from workbench.app.panels.choices import ChoicesPanel
@@ -38,7 +39,7 @@ class BrowserView(AbstractView):
     def __init__(self, server: viser.ViserServer, worker: Worker):
         self._server = server
         session = worker.session
-        with server.atomic():
+        with server.atomic(), icons_at_once():
             self._scene = Scene(server, worker, session)
             self._panels = _build_panels(server, worker)
             for panel in self._panels:

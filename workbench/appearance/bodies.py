@@ -125,13 +125,16 @@ def _way(robot: Robot, first: int, last: int) -> Float[np.ndarray, "points 3"]:
 
 
 def _link(way: Float[np.ndarray, "points 3"], radius: float, housing: Solid, *, last: bool) -> Body:
-    """A tube along the way, a housing about the axis, and the probe at the end of the last link."""
-    shell: list[Solid] = []
+    """A tube along the way, a housing about the axis, and the probe at the end of the last link.
+
+    Balls round the bends off; housings hide both ends but the last link's.
+    """
     probe: list[Solid] = []
-    for i, (start, end) in enumerate(itertools.pairwise(way)):
-        if last and i == len(way) - 2:
-            end, probe = _probe(start, end, radius)
-        shell += [tube(start, end, radius), ball(radius, start), ball(radius, end)]
+    if last and len(way) > 1:
+        stop, probe = _probe(way[-2], way[-1], radius)
+        way = np.array([*way[:-1], stop])
+    shell = [tube(start, end, radius) for start, end in itertools.pairwise(way)]
+    shell += [ball(radius, bend) for bend in (way[1:] if last else way[1:-1])]
     parts = [Part(housing, JOINT)]
     if shell:
         parts.append(Part(merged(shell), LINK))

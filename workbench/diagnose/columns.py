@@ -16,7 +16,7 @@ from workbench.effects.effect import driven_names
 from workbench.identify.blocks import Block
 from workbench.identify.problem import Problem
 from workbench.model.deflection import deflect
-from workbench.model.statics import joint_wrenches, own_axis
+from workbench.model.statics import motion_wrenches, own_axis
 from workbench.motion import Motion
 from workbench.robots.robot import Robot
 
@@ -107,7 +107,7 @@ def effect_twists(
 def _wrenches(robot: Robot, motion: Motion, shift: np.ndarray) -> np.ndarray:
     """Through every joint, from masses or else from measured torques; empty where neither is known."""
     if robot.has_masses:
-        return joint_wrenches(robot, motion.q, payload=motion.payload, shift=shift)
+        return motion_wrenches(robot, motion, shift=shift)
     if motion.torque is None:
         return NO_WRENCHES
     measured = np.full((*motion.q.shape, 6), np.nan)

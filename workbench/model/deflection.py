@@ -8,7 +8,8 @@ round brings some three digits. With φ's slope in W, the total derivative of s 
     (1 − ∂s/∂v) ds = ∂s/∂p dp + φ dc
 
 row by row, and the tool's twist is that of the shifted chain along dv = dp + ds. Nothing is differentiated
-by hand but each effect's own law.
+by hand but each effect's own law. In rows that move, ∂W/∂v is that of the weights alone: how inertia changes
+with a bend of a thousandth is left out of the derivative, not of s.
 """
 
 from collections.abc import Sequence
@@ -24,7 +25,7 @@ from workbench.chain import NO_SHIFT, Chain
 from workbench.effects import AbstractEffect, Loads
 from workbench.errors import DataError
 from workbench.model.loads import wrench_derivative
-from workbench.model.statics import joint_wrenches, own_axis
+from workbench.model.statics import motion_wrenches, own_axis
 from workbench.motion import Motion
 from workbench.robots.robot import Robot
 
@@ -186,7 +187,7 @@ def _settled(
     shift, wrenches = fixed.copy(), np.empty((*motion.q.shape, 6))
     rows, now, start = np.arange(len(motion)), shift, fixed[:, moved]
     for _ in range(ROUNDS):
-        loads = joint_wrenches(robot, motion.q, payload=motion.payload, values=chain.values, shift=now)
+        loads = motion_wrenches(robot, motion, values=chain.values, shift=now)
         new = start.copy()
         for effect in bent:
             places = np.searchsorted(moved, chain.indices(effect.elements(chain)))
@@ -263,9 +264,15 @@ def _loads(robot, chain, motion, bent, effects, union, rows) -> tuple[np.ndarray
         if len(own):
             gain[:, mine, start : start + len(own)] = effect.slope(chain, motion, bent.wrenches)
             start += len(own)
-    load = motion.payload
     change = wrench_derivative(
-        robot, motion.q, union, components, payload=load, values=chain.values, shift=bent.shift
+        robot,
+        motion.q,
+        union,
+        components,
+        payload=motion.payload,
+        wrench=motion.wrench,
+        values=chain.values,
+        shift=bent.shift,
     )
     return gain, change
 

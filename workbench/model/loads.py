@@ -12,7 +12,9 @@ by −a.
     k behind j:   Δ(u·τ_j) = (u × g)·ΔC,             Δ(u·f_j) = 0
     k before j:   Δ(u·τ_j) = ((L_j × u) × g)·a,      Δ(u·f_j) = −S_j (u × g)·a      (0 if k slides)
 
-Elements of the base change nothing, as gravity is given after them (see `statics`).
+Elements of the base change nothing, as gravity is given after them (see `statics`). A wrench [F; M] that
+pulls at the tool's origin p_e is one more weight, S = 1, C = p_e, in a gravity of F; its moment M only turns,
+(M × u)·a for k before j.
 """
 
 from typing import no_type_check
@@ -22,7 +24,7 @@ from jaxtyping import Float, Int
 from numba import njit
 
 from workbench.chain import NO_SHIFT, _advance
-from workbench.model.statics import masses
+from workbench.model.statics import NO_PULL, masses
 from workbench.robots.robot import Robot
 from workbench.types import JointRows
 
@@ -34,6 +36,7 @@ def wrench_derivative(
     components: Int[np.ndarray, "m 2"],
     *,
     payload: Float[np.ndarray, " _"] | None = None,
+    wrench: Float[np.ndarray, "_ 6"] | None = None,
     values: Float[np.ndarray, " k"] | None = None,
     shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
 ) -> Float[np.ndarray, "rows m p"]:
@@ -45,6 +48,7 @@ def wrench_derivative(
         columns: Elements of the full chain, each once.
         components: Joint (column of q), and component of [f; τ] in the joint's own axes.
         payload: Mass at the tool, one number a row [kg].
+        wrench: What pulls at the tool, as `joint_wrenches` takes it.
         values: Constants of the chain to use instead of the robot's own.
         shift: What effects add to each element's value.
     """
@@ -62,6 +66,7 @@ def wrench_derivative(
         np.array(robot.gravity, float),
         np.ascontiguousarray(q),
         np.zeros(0) if payload is None else np.ascontiguousarray(payload),
+        NO_PULL if wrench is None else np.ascontiguousarray(wrench, float),
         shift,
         np.ascontiguousarray(columns),
         np.ascontiguousarray(components),
@@ -147,38 +152,55 @@ def _grow(columns, axes, frames, carried, turn, grown):
 
 @njit(cache=True)
 @no_type_check
+def _fall(axes, frames, carried, element, gravity, moment, columns, components, out):
+    """Add the change of some components under what is carried in some gravity, beside a free moment."""
+    turn, grown = np.empty((3, columns.shape[0])), np.empty((3, columns.shape[0]))
+    u, lever, side, turned = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    _grow(columns, axes, frames, carried, turn, grown)
+    for m in range(components.shape[0]):
+        joint, component = element[components[m, 0]], components[m, 1]
+        size = carried[joint, 0]
+        for i in range(3):
+            u[i] = frames[joint, i, component % 3]
+            lever[i] = carried[joint, 1 + i] - size * frames[joint, i, 3]
+        _cross(u, gravity, side)
+        if component < 3:
+            for i in range(3):
+                turned[i] = -size * side[i]
+                side[i] = 0.0
+        else:
+            _cross(lever, u, turned)
+            lever[:] = turned
+            _cross(lever, gravity, turned)
+            _cross(moment, u, lever)
+            turned += lever
+        for p in range(columns.shape[0]):
+            for i in range(3):
+                if columns[p] >= joint:
+                    out[m, p] += side[i] * grown[i, p]
+                else:
+                    out[m, p] += turned[i] * turn[i, p]
+
+
+@njit(cache=True)
+@no_type_check
 def _derivatives(
-    first, axes, drivers, values, constants, after, mass, com, gravity, q, payload, shift, columns,
+    first, axes, drivers, values, constants, after, mass, com, gravity, q, payload, pull, shift, columns,
     components, out,
 ):  # fmt: skip
     t, frames, carried = np.empty((3, 4)), np.zeros((axes.shape[0], 3, 4)), np.empty((axes.shape[0], 4))
-    element = np.empty(q.shape[1], np.int64)
-    turn, grown = np.empty((3, columns.shape[0])), np.empty((3, columns.shape[0]))
-    u, lever, side, turned = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    element, moment, tool = np.empty(q.shape[1], np.int64), np.zeros(3), np.empty((axes.shape[0], 4))
+    out[:] = 0.0
     for row in range(q.shape[0]):
         _sweep(
             first, axes, drivers, values, constants, after, mass, com, q[row], payload[row : row + 1],
             shift[row : row + 1], t, frames, element, carried,
         )  # fmt: skip
-        _grow(columns, axes, frames, carried, turn, grown)
-        for m in range(components.shape[0]):
-            joint, component = element[components[m, 0]], components[m, 1]
-            size = carried[joint, 0]
-            for i in range(3):
-                u[i] = frames[joint, i, component % 3]
-                lever[i] = carried[joint, 1 + i] - size * frames[joint, i, 3]
-            _cross(u, gravity, side)
-            if component < 3:
-                for i in range(3):
-                    turned[i] = -size * side[i]
-                    side[i] = 0.0
-            else:
-                _cross(lever, u, turned)
-                lever[:] = turned
-                _cross(lever, gravity, turned)
-            for p in range(columns.shape[0]):
-                behind = columns[p] >= joint
-                total = 0.0
-                for i in range(3):
-                    total += side[i] * grown[i, p] if behind else turned[i] * turn[i, p]
-                out[row, m, p] = total if columns[p] >= first else 0.0
+        _fall(axes, frames, carried, element, gravity, moment, columns, components, out[row])
+        if pull.shape[0] > 0:
+            tool[:, 0] = 1.0
+            tool[:, 1:] = t[:, 3]
+            _fall(axes, frames, tool, element, pull[row, :3], pull[row, 3:], columns, components, out[row])
+    for p in range(columns.shape[0]):
+        if columns[p] < first:
+            out[:, :, p] = 0.0

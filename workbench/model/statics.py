@@ -9,7 +9,8 @@ axes of that frame, which stand on the earlier link: the driven axis is the join
 moments that tilt it. The component about (along) the joint's axis is the holding torque (force) of the
 drive. It is the reaction to the load: minus the moment of Katana eq. (4.21), which the weight exerts.
 
-Links are point masses at their centres of mass; a payload is one in the tool frame.
+Links are point masses at their centres of mass; a payload is one in the tool frame. A wrench that pulls at
+the tool from outside adds its negative to every joint's.
 """
 
 from dataclasses import dataclass
@@ -22,8 +23,11 @@ from numba import njit
 
 from workbench.chain import NO_SHIFT, _advance
 from workbench.errors import RobotError, ShapeError
+from workbench.motion import Motion
 from workbench.robots.robot import Robot
 from workbench.types import JointRows, Vector3, frozen
+
+NO_PULL = np.zeros((0, 6))
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +72,7 @@ def joint_wrenches(
     *,
     payload: Float[np.ndarray, " _"] | None = None,
     payload_com: Vector3 | None = None,
+    wrench: Float[np.ndarray, "_ 6"] | None = None,
     velocity: Float[np.ndarray, "_ _"] | None = None,
     acceleration: Float[np.ndarray, "_ _"] | None = None,
     values: Float[np.ndarray, " k"] | None = None,
@@ -80,6 +85,8 @@ def joint_wrenches(
         q: Joint positions [rad or m].
         payload: Mass at the tool, one number a row [kg].
         payload_com: Its centre in the tool frame [m]; the tool's origin if None.
+        wrench: What pulls at the tool from outside, one [f; τ] a row at the tool's origin, in the axes in
+            which gravity is given [N, N m]; nothing if None.
         velocity: Joint velocities, shaped as q [rad/s or m/s]; at rest if None.
         acceleration: Joint accelerations, shaped as q [rad/s² or m/s²]; none if None.
         values: Constants of the chain to use instead of the robot's own.
@@ -91,15 +98,16 @@ def joint_wrenches(
 
     Raises:
         RobotError: a moving joint's link has no mass, or a joint drives several elements.
-        ShapeError: q, velocity, acceleration or payload has another number of joints or rows.
+        ShapeError: q, velocity, acceleration, payload or wrench has another number of joints or rows.
     """
     robot.check_joints(q)
     for rows, source in ((velocity, "joint velocities"), (acceleration, "joint accelerations")):
         if rows is not None:
             robot.check_joints(rows, source)
             _check_rows(len(rows), len(q), source)
-    if payload is not None:
-        _check_rows(len(payload), len(q), "payloads")
+    for given, source in ((payload, "payloads"), (wrench, "wrenches at the tool")):
+        if given is not None:
+            _check_rows(len(given), len(q), source)
     weights = masses(robot)
     if np.count_nonzero(robot.chain.drivers >= 0) != robot.dof:
         raise RobotError(f"a joint of robot '{robot.name}' drives several elements; let each drive one")
@@ -121,10 +129,31 @@ def joint_wrenches(
         zeros if acceleration is None else np.ascontiguousarray(acceleration, float),
         np.zeros(0) if payload is None else np.ascontiguousarray(payload, float),
         np.zeros(3) if payload_com is None else np.array(payload_com, float),
+        NO_PULL if wrench is None else np.ascontiguousarray(wrench, float),
         shift,
         out,
     )
     return out
+
+
+def motion_wrenches(
+    robot: Robot,
+    motion: Motion,
+    *,
+    values: Float[np.ndarray, " k"] | None = None,
+    shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
+) -> Float[np.ndarray, "rows n 6"]:
+    """`joint_wrenches` of rows with all that they know of: payload, wrench at the tool, how they move."""
+    return joint_wrenches(
+        robot,
+        motion.q,
+        payload=motion.payload,
+        wrench=motion.wrench,
+        velocity=motion.velocity,
+        acceleration=motion.acceleration,
+        values=values,
+        shift=shift,
+    )
 
 
 def own_axis(robot: Robot) -> Int[np.ndarray, " n"]:
@@ -185,6 +214,16 @@ def _load(t, mass, com, gravity, moving, origin, spin, change, start, c, force, 
 
 @njit(cache=True)
 @no_type_check
+def _resist(t, pull, total):
+    """Add what holds the body against a wrench at the origin of t, taken about the arm's first frame."""
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        total[i] -= pull[i]
+        total[3 + i] -= pull[3 + i] + t[j, 3] * pull[k] - t[k, 3] * pull[j]
+
+
+@njit(cache=True)
+@no_type_check
 def _join(axis, t, value, speed, change_of_speed, origin, spin, change, start):
     """Carry the motion (spin and change of the body, start at origin) over one driven element.
 
@@ -213,7 +252,7 @@ def _join(axis, t, value, speed, change_of_speed, origin, spin, change, start):
 @no_type_check
 def _wrenches(
     first, axes, drivers, values, constants, after, mass, com, gravity, q, velocity, acceleration,
-    payload, payload_com, shift, out,
+    payload, payload_com, pull, shift, out,
 ):  # fmt: skip
     moving = velocity.shape[0] > 0
     shifted = shift.shape[0] > 0
@@ -285,6 +324,8 @@ def _wrenches(
                 force,
                 totals[body],
             )
+        if pull.shape[0] > 0:
+            _resist(t, pull[row], totals[body])
         _project(before, totals, order, out[row])
 
 
