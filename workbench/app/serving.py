@@ -4,10 +4,12 @@ The page can be opened before the program has read its own modules, which takes 
 browser loads meanwhile.
 """
 
+import contextlib
+import gc
 import signal
 import threading
 import webbrowser
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -60,18 +62,33 @@ def serve(
     try:
         waiting = server.gui.add_html(block("Working out how the arm reaches the targets …"))
         _announce(page_address(server), on_ready, open_browser)
-        from workbench.app.server import App
-        from workbench.session.journal.folder import unrecorded
+        with _nothing_let_go():
+            from workbench.app.server import App
+            from workbench.session.journal.folder import unrecorded
 
-        begun = (begin or unrecorded)(robot, plate)
-        waiting.remove()
-        end = App(robot, plate, begun=begun, data=first, server=server, demo=1.0 if demo else None).close
+            begun = (begin or unrecorded)(robot, plate)
+            waiting.remove()
+            end = App(robot, plate, begun=begun, data=first, server=server, demo=1.0 if demo else None).close
         stop.wait()
     except KeyboardInterrupt:
         pass
     finally:
         signal.signal(signal.SIGINT, before)
         end()
+
+
+@contextlib.contextmanager
+def _nothing_let_go() -> Iterator[None]:
+    """What a start makes stays for good: to look through it for garbage takes a quarter of the time.
+
+    Later collections leave it out too, so that no drag waits for one.
+    """
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.freeze()
+        gc.enable()
 
 
 def _bound(host: str, port: int | None) -> viser.ViserServer:
