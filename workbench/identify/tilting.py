@@ -9,8 +9,8 @@ direction by up to 4.1° and depends on how the frame lies about the axis. Here,
 coefficient, and the tilt has the direction of the moment.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
 
 import numpy as np
 
@@ -24,13 +24,19 @@ from workbench.identify.result import Fit
 from workbench.measure.dataset import Dataset
 from workbench.robots.robot import Robot
 
+KINDS: dict[type[AbstractEffect], str] = {
+    ClearanceTilt: "clearance",
+    Backlash: "backlash",
+    JointCompliance: "compliance",
+}
+"""The effects, and what their coefficients are called."""
 STEPS = 60
 """Most steps of a fit."""
 
 
 @dataclass(frozen=True)
 class JointTilting:
-    """How one joint gives way, with standard errors.
+    """How one joint gives way, with standard errors; NaN for what was not asked.
 
     Args:
         joint: From 0.
@@ -43,22 +49,27 @@ class JointTilting:
     """
 
     joint: int
-    clearance: float
-    backlash: float
-    compliance: float
-    clearance_std: float
-    backlash_std: float
-    compliance_std: float
+    clearance: float = np.nan
+    backlash: float = np.nan
+    compliance: float = np.nan
+    clearance_std: float = np.nan
+    backlash_std: float = np.nan
+    compliance_std: float = np.nan
 
     @property
     def stiffness(self) -> float:
         """Moment per angle about its axis [N m/rad]; infinite for a joint that does not give way."""
-        return 1.0 / self.compliance if self.compliance > 0.0 else np.inf
+        return np.inf if self.compliance <= 0.0 else 1.0 / self.compliance
 
     @property
     def stiffness_std(self) -> float:
         """Its standard error, to first order [N m/rad]."""
-        return self.stiffness * self.compliance_std / self.compliance if self.compliance > 0.0 else np.inf
+        return np.inf if self.compliance <= 0.0 else self.compliance_std / self.compliance**2
+
+    def joined(self, other: "JointTilting") -> "JointTilting":
+        """What was found of the joint here, and there where nothing was found here."""
+        here, there = asdict(self), asdict(other)
+        return JointTilting(**{k: there[k] if np.isnan(v) else v for k, v in here.items()})
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,46 +97,54 @@ class Tilting:
 
 def tilting_effects(joints: Sequence[JointTilting]) -> tuple[AbstractEffect, ...]:
     """Joints that give way as effects of an arm; backlash by the load."""
-    which = tuple(j.joint for j in joints)
-    return (
-        ClearanceTilt(which, tuple(j.clearance for j in joints)),
-        Backlash(which, tuple(j.backlash for j in joints)),
-        JointCompliance(which, tuple(j.compliance for j in joints)),
-    )
+    out: list[AbstractEffect] = []
+    for kind, word in KINDS.items():
+        sizes = {j.joint: getattr(j, word) for j in joints if np.isfinite(getattr(j, word))}
+        if sizes:
+            out.append(kind(tuple(sizes), tuple(sizes.values())))
+    return tuple(out)
 
 
 def fit_tilting(
     robot: Robot,
     data: Dataset,
     *,
-    joints: Sequence[int],
+    joints: Sequence[int] = (),
+    tipping: Sequence[int] = (),
+    turning: Sequence[int] = (),
     noise: Noise,
     free: Sequence[str] | None = None,
     frames: FrameFreedom | None = None,
 ) -> Tilting:
-    """Fit the three effects of some joints to any measured rows, together with constants of the geometry.
+    """Fit how some joints give way to any measured rows, together with constants of the geometry.
 
     Args:
         robot: Nominal arm with masses; effects that it carries already act as they are.
         data: Rows of any observation.
-        joints: Joints that may give way, from 0.
+        joints: Joints of which clearance, backlash and compliance are fitted, from 0.
+        tipping: Joints of which the clearance alone is fitted.
+        turning: Joints of which backlash and compliance alone are fitted.
         noise: Standard deviations where rows bring none.
         free: Constants to fit beside; the robot's default ones if None, none if empty: a given geometry.
         frames: What of base and tool is unknown; nothing if None.
     """
-    effects = tilting_effects([JointTilting(j, *[0.0] * 6) for j in joints])
+    asked = [JointTilting(j, 0.0, 0.0, 0.0) for j in joints]
+    asked += [JointTilting(j, clearance=0.0) for j in tipping]
+    asked += [JointTilting(j, backlash=0.0, compliance=0.0) for j in turning]
+    effects = tilting_effects(asked)
     names = [name for effect in effects for name in effect.names]
     bent = robot.with_effects(*robot.effects, *effects)
     problem = Problem.build(bent, data, noise=noise, free=free, frames=frames, effects=names)
     fit = searched(problem)
-    value = dict(zip(problem.names, fit.x.tolist(), strict=True))
-    std = dict(zip(problem.names, fit.std.tolist(), strict=True))
-    words = ("clearance", "backlash", "compliance")
-    found = [
-        JointTilting(j, *(part[f"joint{j + 1}.{word}"] for part in (value, std) for word in words))
-        for j in joints
-    ]
-    return Tilting(fit, tuple(found))
+    found = dict(zip(problem.names, zip(fit.x.tolist(), fit.std.tolist(), strict=True), strict=True))
+    return Tilting(fit, tuple(_found(j.joint, found) for j in sorted(asked, key=lambda j: j.joint)))
+
+
+def _found(joint: int, found: Mapping[str, tuple[float, float]]) -> JointTilting:
+    """Sizes and standard errors of one joint."""
+    pairs = {word: found.get(f"joint{joint + 1}.{word}", (np.nan, np.nan)) for word in KINDS.values()}
+    sizes = {word: pair[0] for word, pair in pairs.items()}
+    return JointTilting(joint, **sizes, **{f"{word}_std": pair[1] for word, pair in pairs.items()})
 
 
 def searched(problem: Problem) -> Fit:

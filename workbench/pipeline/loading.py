@@ -57,8 +57,8 @@ class LoadingResult:
     @property
     def joints(self) -> tuple[JointTilting, ...]:
         """What was found of every joint, in the order of the joints."""
-        found = [*self.tilting.joints, *(j for t in self.side_tilting for j in t.joints)]
-        return tuple(sorted(found, key=lambda j: j.joint))
+        pulled = {j.joint: j for tilting in self.side_tilting for j in tilting.joints}
+        return tuple(j.joined(pulled[j.joint]) if j.joint in pulled else j for j in self.tilting.joints)
 
 
 def loading_experiment(
@@ -93,7 +93,7 @@ def loading_experiment(
     plan = loading_plan(robot, joints=joints, added_mass=added_mass, each=each, rng=rng)
     upright = plan.upright if joints is None else ()
     side = tuple(side_loads(robot, j, force=force, rng=rng) for j in upright)
-    hidden = _hidden(sorted((*plan.joints, *upright)), rng)
+    hidden = _hidden(sorted((*plan.joints, *plan.upright)), rng)
     actual = virtual_arm(robot, rng=rng, length=LENGTH, angle=ANGLE).with_effects(*tilting_effects(hidden))
     data = read_plan(actual, plan, repeats=repeats, rng=rng)
     tilting = tilting_of(robot, plan, data)
@@ -119,23 +119,27 @@ def read_plan(actual: Robot, plan: LoadingPlan, *, repeats: int, rng: np.random.
 
 
 def tilting_of(robot: Robot, plan: LoadingPlan, data: Dataset) -> Tilting:
-    """What readings of a plan show of its joints; the directions of all axes are fitted beside."""
+    """What readings of a plan show of its joints, the directions of all axes fitted beside.
+
+    Of upright joints, across whose axes the whole arm weighs, they show the clearance.
+    """
     _, turn = INSTRUMENTS["inclinometer"].deviations
     angles = [n for n in robot.default_free if robot.chain.elements[robot.chain.index[n]].axis.turns]
-    return fit_tilting(robot, data, joints=plan.joints, noise=Noise(rotation=float(turn or 1.0)), free=angles)
+    noise = Noise(rotation=float(turn or 1.0))
+    return fit_tilting(robot, data, joints=plan.joints, tipping=plan.upright, noise=noise, free=angles)
 
 
 def pulled_joint(robot: Robot, known: Tilting, loads: SideLoads, data: Dataset) -> Tilting:
-    """What poses under sideways pulls show of one joint, when the other joints are known.
+    """What poses under sideways pulls show of one joint about its axis, when all else is known.
 
     Args:
         robot: Nominal arm.
-        known: The other joints.
+        known: The other joints, and how far this one tips.
         loads: The pulls.
         data: Measured poses, with the wrench of every row.
     """
     others = robot.with_effects(*known.effects)
-    return fit_tilting(others, data, joints=(loads.joint,), noise=Noise())
+    return fit_tilting(others, data, turning=(loads.joint,), noise=Noise())
 
 
 def _pulled(actual: Robot, loads: SideLoads, repeats: int, rng: np.random.Generator) -> Dataset:
@@ -155,5 +159,5 @@ def _hidden(joints: Sequence[int], rng: np.random.Generator) -> tuple[JointTilti
         clearance, backlash, stiffness = (rng.uniform(*s) for s in (CLEARANCE, BACKLASH, STIFFNESS))
         compliance = np.deg2rad(1.0) / (9.81 * stiffness)
         sizes = [float(v) for v in (np.deg2rad(clearance), np.deg2rad(backlash), compliance)]
-        out.append(JointTilting(joint, *sizes, 0.0, 0.0, 0.0))
+        out.append(JointTilting(joint, *sizes))
     return tuple(out)
