@@ -9,7 +9,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1] / "workbench"
 LADDER = [
     "errors types",
-    "units se3 files tables",
+    "units se3 files tables circles",
     "parameters motion",
     "chain",
     "effects",

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+TRIANGLES = "() => window.__viserTestpoints.rendererInfo.render.triangles"
 pytestmark = pytest.mark.browser
 
 
@@ -12,7 +13,9 @@ def test_cubes_are_coloured_clicked_and_move_a_target_and_a_corner_is_dragged(ap
     screen.choose("Cubes show", "Predicted error")
     screen.wait_text("legend", "mm")
     screen.shoot("cubes")
+    whole = screen.page.evaluate(TRIANGLES)
     screen.choose("Slice", "one layer of z")
+    screen.page.wait_for_function(f"n => ({TRIANGLES})() < n", arg=whole)
     app.worker.wait()
     region = app.worker.session.plate.region
     wanted = int(np.argmin(np.linalg.norm(region.centres - [0.47, 0.35, region.centres[0, 2]], axis=1)))

@@ -143,8 +143,8 @@ def updates_a_second(page: Page, at: np.ndarray, metre: np.ndarray) -> float:
     begin, k = time.perf_counter(), 0
     while time.perf_counter() - begin < SECONDS:
         k += 1
-        page.mouse.move(*(at - metre * 0.05 * np.sin(0.15 * k)))
-        page.wait_for_timeout(25)
+        page.mouse.move(*(at - metre * 0.05 * np.sin(0.1 * k)))
+        page.wait_for_timeout(8)
     return len(page.evaluate("() => window.__shown")) / (time.perf_counter() - begin)
 
 

@@ -1,16 +1,18 @@
 """What recording costs, how large and how quick long sessions are, and what a kill leaves.
 
-    python tests/benchmarks/recording.py cost | long | drags [DRAGS] | kill [TIMES]
+    python tests/benchmarks/recording.py cost | long | drags [DRAGS] | live [DRAGS] | kill [TIMES]
 
-`cost`: what journal and pictures cost the worker at every place of a drag. `long`: 10 000 places of a
-drag in a hundred drags: size of the folder, time to read the pictures, time to come to the session again.
-`drags`: the same for 10 000 whole drags of a grab, a place and a drop, one every two seconds of the
-session's clock; a hundred are done, and recorded again and again; pictures go to the file as by that clock.
-`kill`: a scripted session is killed at random moments; every recording must open, the journal must have all
-but the last command, and a replay must come to the same numbers.
+`cost`: the time of every place of a drag in a session that is recorded and in one that is not, turn by turn
+in one process; and what journal and pictures take of the worker's processor time. `long`: 10 000 places of a
+drag in a hundred drags: size of the folder, time to read journal and pictures, to come to the session again,
+and for the viewer to load. `drags`: the same for 10 000 drags of twenty places in a second, one every two
+seconds of the session's clock; a hundred are done, and recorded again and again as by that clock. `live`:
+10 000 drags really done, as quickly as the worker takes them. `kill`: a scripted session is killed at random
+moments; every recording must open, the journal must have all but the last command, and a replay must come to
+the same numbers.
 """
 
-import itertools
+import contextlib
 import os
 import random
 import signal
@@ -24,10 +26,11 @@ from pathlib import Path
 
 import numpy as np
 
+from tests.record.viewer import viewer
 from workbench.design.plate_toml import load_plate
 from workbench.record.blueprint import blueprint
 from workbench.record.canvas import Canvas
-from workbench.record.drawing import INTERVAL, Drawing
+from workbench.record.drawing import Drawing, thinned
 from workbench.record.entities import Moment
 from workbench.record.outlet import FILE_TICK, FileOutlet
 from workbench.record.review import pictures_of
@@ -41,7 +44,8 @@ from workbench.session.journal.reader import read_recording
 from workbench.session.journal.restore import restore
 from workbench.session.keeper import AbstractKeeper
 
-LONG, PER_DRAG, STEPS = 10_000, 100, 300
+LONG, PER_DRAG, PLACES = 10_000, 100, 20
+STEPS, TURNS, GAP, PAUSE = 100, 6, 0.015, 1.0
 WRITER = """
 import itertools, sys, time
 from pathlib import Path
@@ -91,76 +95,88 @@ class Timed(AbstractKeeper):
 
 
 def cost(room):
-    """What every place of a drag costs the worker."""
+    """What every place of a drag costs the user, and what of it the worker."""
     begun = begin(load_robot("aria"), load_plate("table2"), folder=room / "cost")
     journal, pictures = (Timed(keeper) for keeper in (*begun.keepers, recorder(room / "cost")))
-    worker = Worker(begun.session, keepers=(journal, pictures))
-    for command in places(worker.session, STEPS):
-        worker.submit(command)
-        worker.wait()
-    worker.close()
+    with_, without = Worker(begun.session, keepers=(journal, pictures)), Worker(begun.session)
+    times = {with_: [], without: []}
+    for turn in range(TURNS):
+        for worker in (with_, without) if turn % 2 else (without, with_):
+            times[worker] += timed(worker, places(worker.session, STEPS, turn=turn))
+    for worker in times:
+        worker.close()
+    a, b = np.array(times[with_]), np.array(times[without])
+    print(f"a place   recorded {np.median(a):.3f} ms, not recorded {np.median(b):.3f} ms, {len(a)} of each")
+    print(f"          median of the differences {np.median(a - b):.3f} ms")
     for name, keeper in (("journal", journal), ("pictures", pictures)):
         median, most = statistics.median(keeper.times), np.percentile(keeper.times, 95)
-        print(f"{name:<9} median {median:.3f} ms   p95 {most:.3f} ms")
+        print(f"{name:<9} median {median:.3f} ms   p95 {most:.3f} ms of processor time")
+
+
+def timed(worker, commands):
+    """Time of every place from its command to the session after it [ms]; commands come as a hand moves."""
+    found = []
+    for command in commands:
+        begin_ = time.perf_counter()
+        worker.submit(command)
+        worker.wait()
+        if isinstance(command, MoveTarget):
+            found.append(1e3 * (time.perf_counter() - begin_))
+        time.sleep(GAP)
+    time.sleep(0.5)  # the last pictures
+    return found
 
 
 def long(room):
     """Ten thousand places."""
     worker = recorded(room / "long")
     for k in range(LONG // PER_DRAG):
-        for command in places(worker.session, PER_DRAG, target=k % 10):
-            worker.submit(command)
-            worker.wait()
-    worker.close()
-    recording = reopen(room / "long", room)
-    begin_ = time.perf_counter()
-    again = restore(recording)
-    print(f"session opened  {time.perf_counter() - begin_:6.2f} s")
-    assert again.score.indices == worker.session.score.indices
+        do(worker, places(worker.session, PER_DRAG, target=k % 10))
+    reopen(room / "long", room, worker)
 
 
-def reopen(folder, room):
-    """How large a recording is, and how long it takes to open it."""
+def live(room, count):
+    """Whole drags, really done."""
+    worker = recorded(room / "live")
+    for k in range(count):
+        do(worker, places(worker.session, PLACES, target=k % 10, turn=k))
+    reopen(room / "live", room, worker)
+
+
+def do(worker, commands):
+    """Carry commands out one after the other."""
+    for command in commands:
+        worker.submit(command)
+        worker.wait()
+
+
+def reopen(folder, room, worker=None):
+    """How large a recording is, and how long it takes to open it; the same session must come of it."""
+    if worker is not None:
+        worker.close()
     for path in sorted(folder.glob("*.*")):
         print(f"{path.name:<15} {path.stat().st_size / 2**20:6.2f} MiB")
-    begin_ = time.perf_counter()
+    with timer("journal read"):
+        recording = read_recording(folder)
+    with timer(f"{len(recording.lines)} steps restored"):
+        session = restore(recording)
     (room / "mended").mkdir()
-    recording = read_recording(folder)
-    print(f"journal read    {time.perf_counter() - begin_:6.2f} s, {len(recording.lines)} steps")
+    with timer("pictures checked"):
+        files = pictures_of(recording, room / "mended")
+    with viewer() as (client, _), timer("viewer has loaded"):
+        client.open(str(files[0]))
+        time.sleep(0.05)
+        while (state := client.get_state()).loading or not state.recordings:
+            time.sleep(0.02)
+    assert worker is None or session.score.indices == worker.session.score.indices
+
+
+@contextlib.contextmanager
+def timer(what):
+    """Print how long it takes."""
     begin_ = time.perf_counter()
-    files = pictures_of(recording, room / "mended")
-    print(f"pictures read   {time.perf_counter() - begin_:6.2f} s, {[f.name for f in files]}", flush=True)
-    return recording
-
-
-class Slowly(AbstractKeeper):
-    """Draws at once what would be drawn at a drag every two seconds, batch by batch as then.
-
-    Args:
-        folder: Of the recording.
-    """
-
-    PAUSE = 2.0
-
-    def __init__(self, folder):
-        self.folder, self.at, self.handed_on = folder, 0.0, 0.0
-
-    def begin(self, session, *, step, at, tell):
-        self.outlet = FileOutlet(
-            self.folder / "session.rrd", "slowly", blueprint=blueprint(session), tell=tell
-        )
-        self.drawing = Drawing(Canvas([self.outlet]))
-        self.drawing.draw(Moment(step, at, session))
-
-    def note(self, step, entry, session):
-        self.at += self.PAUSE if isinstance(entry.command, GrabTarget) else INTERVAL
-        self.drawing.draw(Moment(step, self.at, session, entry))
-        if self.at - self.handed_on >= FILE_TICK:
-            self.handed_on = self.at
-            self.outlet.stream.flush()
-
-    def close(self):
-        self.outlet.close()
+    yield
+    print(f"{what:<24} {time.perf_counter() - begin_:6.2f} s", flush=True)
 
 
 class Seen(AbstractKeeper):
@@ -173,7 +189,7 @@ class Seen(AbstractKeeper):
         self.first = session
 
     def note(self, step, entry, session):
-        self.steps.append((entry, session))
+        self.steps.append((step, entry, session))
 
     def close(self):
         pass
@@ -184,21 +200,34 @@ def drags(room, count):
     folder = room / "drags"
     begun, seen = begin(load_robot("aria"), load_plate("table2"), folder=folder), Seen()
     worker = Worker(begun.session, keepers=(seen,))
-    for k in range(min(count, PER_DRAG)):
-        for command in places(worker.session, 1, target=k % 10, turn=k):
-            worker.submit(command)
-            worker.wait()
+    for k in range(PER_DRAG):
+        do(worker, places(worker.session, PLACES, target=k % 10, turn=k))
     worker.close()
-    keepers = (*begun.keepers, Slowly(folder))
-    for keeper in keepers:
-        keeper.begin(seen.first, step=0, at=0.0, tell=print)
-    again = itertools.islice(itertools.cycle(seen.steps), 3 * count)
-    for step, (entry, session) in enumerate(again, start=1):
-        for keeper in keepers:
-            keeper.note(step, replace(entry, basis=step - 1), session)
-    for keeper in keepers:
-        keeper.close()
+    (journal,) = begun.keepers
+    journal.begin(seen.first, step=0, at=0.0, tell=print)
+    outlet = FileOutlet(folder / "session.rrd", "slowly", blueprint=blueprint(seen.first))
+    drawing, handed_on = Drawing(Canvas([outlet])), 0.0
+    for moment in thinned(noted(seen, journal, count)):
+        drawing.draw(moment)
+        if moment.at - handed_on >= FILE_TICK:
+            handed_on = moment.at
+            outlet.stream.flush()
+    journal.close()
+    outlet.close()
     reopen(folder, room)
+
+
+def noted(seen, journal, count):
+    """The drags again and again, each step in the journal."""
+    yield Moment(0, 0.0, seen.first)
+    at = 0.0
+    for turn in range(count // PER_DRAG):
+        for number, entry, session in seen.steps:
+            step = turn * seen.steps[-1][0] + number
+            at += PAUSE if isinstance(entry.command, GrabTarget) else 1.0 / PLACES
+            entry = replace(entry, basis=step - 1, at=at)
+            journal.note(step, entry, session)
+            yield Moment(step, at, session, entry)
 
 
 def kill(room, times):
@@ -232,7 +261,9 @@ if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as folder:
         if sys.argv[1] == "kill":
             kill(Path(folder), int(sys.argv[2]) if len(sys.argv) > 2 else 20)
-        elif sys.argv[1] == "drags":
-            drags(Path(folder), int(sys.argv[2]) if len(sys.argv) > 2 else LONG)
+        elif sys.argv[1] in ("drags", "live"):
+            {"drags": drags, "live": live}[sys.argv[1]](
+                Path(folder), int(sys.argv[2]) if len(sys.argv) > 2 else LONG
+            )
         else:
             {"cost": cost, "long": long}[sys.argv[1]](Path(folder))

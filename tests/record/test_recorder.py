@@ -17,9 +17,12 @@ from workbench.record.entities import Moment
 from workbench.record.review import pictures_of
 from workbench.record.start import parts, recorder
 from workbench.session import Worker
-from workbench.session.commands import SelectTarget
+from workbench.session.commands import DropTarget, GrabTarget, MoveTarget, SelectTarget, Undo
+from workbench.session.journal import replay
+from workbench.session.journal.check import check
 from workbench.session.journal.entry import Ending, Entry
 from workbench.session.journal.folder import begin, resume
+from workbench.session.journal.numbers import SUBJECTS, numbers_of
 from workbench.session.journal.reader import JOURNAL, read_recording
 from workbench.session.journal.restore import restore
 
@@ -62,10 +65,11 @@ def test_a_drag_is_thinned_and_its_end_is_drawn(sample, reader, tmp_path):
 
     worker = live(tmp_path / "r", sample.robot, sample.plate, commands)
     pictures = reader(tmp_path / "r" / "session.rrd")
-    drawn = {step for step, _ in pictures.values("/world/arm/nominal/body6", "Transform3D:translation")}
-    assert len(worker.journal) == 28
+    drawn = pictures.values("/world/arm/nominal/body6", "Transform3D:translation")
+    assert len(worker.journal) == 6
+    assert {step for step, _ in drawn} == {0, 2, 4, 5}
     assert len(drawn) < 20
-    assert {step for step, _ in pictures.values("/log", "TextLog:text")} == {0, 1, 14, 15, 28}
+    assert {step for step, _ in pictures.values("/log", "TextLog:text")} == {0, 1, 3, 4, 6}
     shown = pictures.values("/predicted/position_mm", "Scalars:scalars")[-1][1][0]
     assert shown == pytest.approx(1e3 * worker.session.score.position, rel=1e-12)
 
@@ -102,11 +106,53 @@ def test_a_session_that_goes_on_has_another_file(copy, reader):
 
 def test_a_restored_session_is_the_replayed_one(sample, replayed):
     restored, again = restore(sample), replayed.session
-    assert restored.score.indices == again.score.indices
-    assert [s.q.tolist() for s in restored.states] == [s.q.tolist() for s in again.states]
-    assert [len(s.states) for s in restored.done] == [len(s.states) for s in again.done]
+    same_targets(restored, again)
     a, b = restored.identification.runs["opt2"].fit, again.identification.runs["opt2"].fit
     assert a.x.tolist() == b.x.tolist()
+
+
+def same_targets(restored, again):
+    """Places, postures, scores, and what can be gone back to, to the last digit."""
+    assert numbers_of(restored, SUBJECTS) == numbers_of(again, SUBJECTS)
+    for a, b in zip((*restored.done, restored.best), (*again.done, again.best), strict=True):
+        assert [s.q.tolist() for s in a.states] == [s.q.tolist() for s in b.states]
+        assert [t.xyz.tolist() for t in a.plate.targets] == [t.xyz.tolist() for t in b.plate.targets]
+    assert [(s.position, s.indices) for s in restored.history] == [
+        (s.position, s.indices) for s in again.history
+    ]
+    if again.holder is None:  # in the middle of a drag those of its beginning are shown
+        assert [(w.name, w.q.tolist()) for w in restored.ways] == [(w.name, w.q.tolist()) for w in again.ways]
+    assert (restored.score.worst, restored.best_score.worst) == (again.score.worst, again.best_score.worst)
+    assert restored.holder == again.holder
+
+
+def test_drags_out_of_reach_and_back_are_restored(sample, tmp_path):
+    """Out of reach, back in another branch, held by another, not moved, typed, undone, left in the air."""
+
+    def commands(session):
+        yield from drag(session, 7, (0.30, 0.20, 0.60), (0.0, 0.0, 0.0))
+        yield GrabTarget(7, 1)
+        yield MoveTarget(7, (0.4, -0.3, 0.3), (3.0, 0.3, 1.0), 1)
+        yield MoveTarget(7, (0.3, -0.4, 0.3), (3.0, 0.3, 1.0), 2)
+        yield MoveTarget(7, (0.3, -0.4, 0.2), (3.0, 0.0, 1.5), 1)
+        yield DropTarget(1)
+        yield from (GrabTarget(3, 1), DropTarget(2), DropTarget(1), SelectTarget(8))
+        yield MoveTarget(2, (0.45, 0.4, 0.25), (-2.6, 0.0, 0.0))
+        yield Undo()
+        for number in range(10):
+            yield from (GrabTarget(number, 1), MoveTarget(number, (3.0, 3.0, 3.0), (0.0, 0.0, 0.0), 1))
+            yield DropTarget(1)
+        yield from drag(session, 2, (-0.02, 0.0, 0.03), (0.0, 0.0, 0.2))
+        yield from list(drag(session, 5, (0.03, 0.0, 0.03), (0.0, 0.0, 0.2)))[:-1]
+
+    worker = live(tmp_path / "r", sample.robot, sample.plate, commands)
+    recording = read_recording(tmp_path / "r")
+    assert len(recording.lines) == len(worker.journal)
+    assert check(recording).differences == ()
+    for step in (3, 9, 14, 40, len(recording.lines)):
+        part = recording.upto(step)
+        same_targets(restore(part), replay(part.first, part.entries))
+    assert numbers_of(restore(recording), SUBJECTS) == numbers_of(worker.session, SUBJECTS)
 
 
 @pytest.mark.parametrize("cut", [500, 20_000, 400_000, 10**9])

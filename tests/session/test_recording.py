@@ -92,7 +92,8 @@ def whole(first, tmp_path_factory):
     """A session of every kind of command, closed; with its last snapshot."""
     run = Run(begin(first.robot, first.plate, folder=tmp_path_factory.mktemp("whole")))
     csv = b"q1[deg],q2[deg],q3[deg],q4[deg],q5[deg],q6[deg],x[mm],y[mm],z[mm]\n1,2,3,4,5,6,700,8,9\n"
-    run(*moves(first), Undo(), LoadData("my data.csv", csv), MeasureVirtualArm(3), Identify(("ols",)))
+    run(*moves(first), *moves(first, target=4), Undo(), LoadData("my data.csv", csv))
+    run(MeasureVirtualArm(3), Identify(("ols",)))
     session = run(ShowRow(3), SetNoise(2e-4, 1e-3), SetOverlay(Overlay(arrows=False)), Identify(("opt9",)))
     run.worker.close()
     return run.folder, session, run.worker.journal
@@ -117,7 +118,7 @@ def test_a_replay_comes_to_the_same_numbers(whole):
     folder, session, _ = whole
     replayed = check(read_recording(folder))
     assert replayed.differences == ()
-    assert replayed.compared > 1000
+    assert replayed.compared > 700
     again = replayed.session
     assert np.array_equal(again.identification.runs["ols"].fit.x, session.identification.runs["ols"].fit.x)
     assert (again.row, again.noise, again.overlay) == (session.row, session.noise, session.overlay)
@@ -126,12 +127,12 @@ def test_a_replay_comes_to_the_same_numbers(whole):
 def test_a_number_that_was_changed_is_named(whole, tmp_path):
     folder = shutil.copytree(whole[0], tmp_path / "copy")
     lines = (folder / JOURNAL).read_text().splitlines()
-    line = json.loads(lines[3])
+    line = json.loads(lines[2])
     line["numbers"]["targets"]["3"]["q"][1] += 1e-6
-    lines[3] = json.dumps(line)
+    lines[2] = json.dumps(line)
     (folder / JOURNAL).write_text("\n".join(lines) + "\n")
     replayed = check(read_recording(folder))
-    assert [(d.step, d.name) for d in replayed.differences] == [(3, "targets.3.q.2")]
+    assert [(d.step, d.name) for d in replayed.differences] == [(2, "targets.3.q.2")]
     assert replayed.largest.size == pytest.approx(1e-6, rel=0.5)
 
 
@@ -175,7 +176,7 @@ def test_a_torn_last_line_is_left_out_said_and_written_over(record, first):
     path = run.folder / JOURNAL
     path.write_bytes(path.read_bytes()[:-40])
     recording = read_recording(run.folder)
-    assert len(recording.lines) == 9
+    assert len(recording.lines) == 2
     assert "incomplete" in recording.notes[0]
     again = record(resume(recording, replay(recording.first, recording.entries)))
     again(SelectTarget(1))
@@ -361,6 +362,7 @@ KINDS = st.sampled_from(list(codec.COMMANDS.values())).flatmap(
 """Every command with any values of its fields' types: a new command is tested without a line here."""
 
 
+@pytest.mark.filterwarnings("ignore:Do not use the `random` module")  # beartype checks one item of a tuple
 @given(KINDS)
 def test_commands_come_back_as_they_were(drawn):
     kind, arguments = drawn

@@ -12,7 +12,7 @@ from jaxtyping import Float, Int
 from workbench import se3
 from workbench.types import Matrix4, Vector3
 
-AROUND = 32
+AROUND = 28
 """Corners of a turned part."""
 UP = np.array([0.0, 0.0, 1.0])
 

@@ -19,6 +19,7 @@ from workbench.cli import (
     diagnosing,
     making,
     measuring,
+    paths,
     plates,
     recordings,
     reproducing,
@@ -79,7 +80,7 @@ def serve(
     ] = None,
 ) -> None:
     """The app in the browser: robot, plate, draggable targets, identification."""
-    from workbench.app.server import serve as run
+    from workbench.app.serving import serve as run
 
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # the recording is finished, as after Ctrl-C
     opening = open_session(robot, plate or "table2", session=session, step=step, record=record, live=rerun)
@@ -115,4 +116,5 @@ plates.plates.command("yield")(designing.yield_)
 plates.plates.command()(making.export)
 plates.plates.command("as-measured")(making.as_measured)
 app.add_typer(plates.plates)
+app.add_typer(paths.paths)
 app.add_typer(reproducing.works)

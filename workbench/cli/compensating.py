@@ -23,6 +23,12 @@ def compensate(
     max_speed: Annotated[
         float | None, typer.Option(help="Greatest speed of any joint [rad/s or m/s]; else not checked.")
     ] = None,
+    positions_only: Annotated[
+        bool, typer.Option("--positions-only", help="Orientations do not matter; Katana eq. (5.22).")
+    ] = False,
+    moving: Annotated[
+        bool, typer.Option("--moving", help="Loads with the links' inertia; else those at rest.")
+    ] = False,
     json: JsonOption = None,
     columns: ColumnsOption = None,
     sheet: SheetOption = None,
@@ -45,6 +51,8 @@ def compensate(
         payload=payload,
         temperature=temperature,
         max_speed=max_speed,
+        positions_only=positions_only,
+        moving=moving,
     )
     show(compensation_table(found))
     say(f"corrected joints: {write_trajectory(found, out)}")

@@ -4,7 +4,7 @@
     iterated     until the bent arm is at the commanded pose (`model.settle`)
 
 The one step is Katana eq. (5.22) with damping. No row becomes worse: one that would keeps its commanded
-joints, and is named. Loads are those of the arm at rest.
+joints, and is named. Loads are those of the arm at rest, unless the motion has velocities and accelerations.
 """
 
 from collections.abc import Iterable
@@ -14,19 +14,19 @@ from enum import StrEnum
 import numpy as np
 from jaxtyping import Bool, Float
 
-from workbench.compensate.path import Commanded, refuse_beyond
+from workbench.compensate.checks import Times, named, refuse_beyond, refuse_fast, refuse_singular
+from workbench.compensate.path import Commanded
+from workbench.effects.backlash import Backlash
+from workbench.effects.clearance_tilt import ClearanceTilt
 from workbench.errors import DataError, OptionError
 from workbench.model.arm import compile_arm
 from workbench.model.branches import margins
 from workbench.model.newton import WEIGHT, Refined, refine
 from workbench.model.settle import rigid_targets, settle
-from workbench.model.solutions import task_jacobian
 from workbench.motion import Motion
-from workbench.robots.robot import JointKind, Robot
+from workbench.robots.robot import Robot
 from workbench.types import frozen
 
-SINGULAR = 1e-3
-"""Dimensionless singular value below which an arm is at a singularity."""
 GREATEST = 0.35
 """Correction of a joint beyond which no calibration is at work but a singularity [rad or m]."""
 CLEAR = 1e-6
@@ -102,21 +102,23 @@ def compensate(
 
     Raises:
         DataError: a row that a limit, a singularity, a range of an effect, or the speed forbids; names row
-            and joint.
+            and joint; or a row to which the iteration finds no correction.
     """
     try:
         method = Method(method)
     except ValueError:
         raise OptionError(f"there is no method '{method}'; choose {' or '.join(Method)}") from None
-    robot, q = commanded.calibrated, commanded.q
+    robot, q, time = commanded.calibrated, commanded.q, commanded.time
     state = Motion(q) if motion is None else motion.at(q)
     robot.check_ranges(q, source="trajectory")
-    refuse_beyond(robot, q, "asks for")
+    refuse_beyond(robot, q, time)
     before = _missed(commanded, state)
-    _refuse_singular(robot, commanded, before)
+    refuse_singular(robot, q, commanded.task, time)
     after = _corrected(commanded, state, method)
     places, weight = compile_arm(robot).places, WEIGHT * compile_arm(robot).length
-    _refuse_large(robot, after.x[:, places], q, after)
+    _refuse_large(robot, after.x[:, places], q, after, time)
+    if method is Method.ITERATED:
+        _refuse_unsettled(robot, after, time)
     worse = after.cost(weight) > before.cost(weight)
     worse |= after.position_error > np.maximum(before.position_error, AT_LIMIT)
     state = state.at(frozen(np.where(worse[:, None], q, after.x[:, places])))
@@ -156,21 +158,7 @@ def _corrected(commanded: Commanded, state: Motion, method: Method) -> Refined:
     return _missed(commanded, state.at(step.x[:, arm.places]))
 
 
-def _refuse_singular(robot: Robot, commanded: Commanded, before: Refined) -> None:
-    """Refuse rows at which some joints move without moving the tool."""
-    arm = compile_arm(robot)
-    _, s, vt = np.linalg.svd(task_jacobian(arm, before.x, commanded.task), full_matrices=False)
-    if (singular := s[:, -1] < SINGULAR).any():
-        row = int(np.argmax(singular))
-        free = np.abs(vt[row, -1][arm.places])
-        joints = [str(j + 1) for j in np.flatnonzero(free > 0.3 * free.max())]
-        raise DataError(
-            f"row {row} of the trajectory is at a singularity, where joints {' and '.join(joints)} move "
-            f"without moving the tool (smallest singular value {s[row, -1]:.1e}); lead the path around it"
-        )
-
-
-def _refuse_large(robot: Robot, new: np.ndarray, q: np.ndarray, after: Refined) -> None:
+def _refuse_large(robot: Robot, new: np.ndarray, q: np.ndarray, after: Refined, time: Times) -> None:
     """Refuse corrections that a limit stops, or that no calibration can mean."""
     at = margins(new, robot.known_limits) < AT_LIMIT
     stopped = ~after.converged & at.any(1)
@@ -178,7 +166,7 @@ def _refuse_large(robot: Robot, new: np.ndarray, q: np.ndarray, after: Refined) 
         row = int(np.argmax(stopped))
         joint = int(np.argmax(at[row]))
         raise DataError(
-            f"row {row} of the trajectory: the correction needs joint {joint + 1} beyond its limit "
+            f"{named(row, time)}: the correction needs joint {joint + 1} beyond its limit "
             f"{new[row, joint]:.4f} (rad or m), {1e3 * after.position_error[row]:.3g} mm are left; "
             "lead the path away from it"
         )
@@ -186,9 +174,26 @@ def _refuse_large(robot: Robot, new: np.ndarray, q: np.ndarray, after: Refined) 
     if (size > GREATEST).any():
         row, joint = divmod(int(np.argmax(size)), size.shape[1])
         raise DataError(
-            f"row {row} of the trajectory: the correction turns joint {joint + 1} by {size[row, joint]:.2f} "
+            f"{named(row, time)}: the correction turns joint {joint + 1} by {size[row, joint]:.2f} "
             "(rad or m), as it is near a singularity; lead the path around it"
         )
+
+
+def _refuse_unsettled(robot: Robot, after: Refined, time: Times) -> None:
+    """Refuse rows that miss more than the play of the joints explains: nothing brings them to the path."""
+    left = after.position_error > CLEAR + _play(robot)
+    if left.any():
+        row = int(np.argmax(left))
+        raise DataError(
+            f"{named(row, time)}: the correction does not converge, {1e3 * after.position_error[row]:.3g} mm "
+            "are left; check the effects of the calibrated robot, or lead the path away from where it ends"
+        )
+
+
+def _play(robot: Robot) -> float:
+    """How far the tool may hang between the flanks of all plays, at most [m]."""
+    plays = [e for e in robot.effects if isinstance(e, (Backlash, ClearanceTilt))]
+    return 2.0 * robot.reach * sum(abs(c) for e in plays for c in e.coefficients)
 
 
 def _speeds(robot: Robot, state: Motion, most: float | None) -> np.ndarray | None:
@@ -200,13 +205,7 @@ def _speeds(robot: Robot, state: Motion, most: float | None) -> np.ndarray | Non
             )
         return None
     speed = np.abs(np.diff(state.q, axis=0)) / np.diff(state.time)[:, None]
-    if most is not None and (speed > most).any():
-        row, joint = np.argwhere(speed > most)[0]
-        unit = "m/s" if robot.moving[joint].kind is JointKind.PRISMATIC else "rad/s"
-        raise DataError(
-            f"row {row + 1} of the trajectory (at {state.time[row + 1]:.3f} s): joint {joint + 1} would move "
-            f"at {speed[row, joint]:.3g} {unit}, more than {most:g}; go slower there"
-        )
+    refuse_fast(robot, np.vstack([0.0 * speed[:1], speed]), most, state.time)
     return frozen(speed.max(0))
 
 

@@ -11,11 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from workbench.compensate.checks import Times, named, refuse_beyond
 from workbench.effects.base_drift import BaseDrift
 from workbench.errors import DataError, ShapeError
 from workbench.model import inverse
 from workbench.model.arm import compile_arm
-from workbench.model.branches import LIMIT_SLACK, margins
+from workbench.model.branches import margins
 from workbench.model.forward import tool_poses
 from workbench.model.newton import Task, refine
 from workbench.model.ways import quality
@@ -37,6 +38,7 @@ class Commanded:
         q: Joint positions that the controller sends without correction [rad or m].
         task: What of the poses so many joints can meet.
         notes: What was decided, one sentence each.
+        time: Time of every row [s], for messages; None where there is none.
     """
 
     calibrated: Robot
@@ -45,10 +47,25 @@ class Commanded:
     q: Float[np.ndarray, "rows n"]
     task: Task
     notes: tuple[str, ...]
+    time: Float[np.ndarray, " rows"] | None = None
 
 
-def command_joints(calibrated: Robot, nominal: Robot, q: Float[np.ndarray, "rows n"]) -> Commanded:
+def command_joints(
+    calibrated: Robot,
+    nominal: Robot,
+    q: Float[np.ndarray, "rows n"],
+    *,
+    positions_only: bool = False,
+    time: Times = None,
+) -> Commanded:
     """The path of joint positions that were planned with the nominal arm.
+
+    Args:
+        calibrated: The arm that moves.
+        nominal: The arm as the controller computes it.
+        q: Joint positions [rad or m].
+        positions_only: Whether orientations do not matter.
+        time: Time of every row [s], for messages.
 
     Raises:
         ShapeError: the arms, or the rows, have different numbers of joints.
@@ -56,8 +73,8 @@ def command_joints(calibrated: Robot, nominal: Robot, q: Float[np.ndarray, "rows
     """
     actual, planned, notes = _comparable(calibrated, nominal)
     planned.check_joints(q, "trajectory")
-    refuse_beyond(planned, q, "asks for")
-    task = Task.default(planned.dof)
+    refuse_beyond(planned, q, time)
+    task = Task.POSITION if positions_only else Task.default(planned.dof)
     return Commanded(
         calibrated=actual,
         nominal=planned,
@@ -65,6 +82,7 @@ def command_joints(calibrated: Robot, nominal: Robot, q: Float[np.ndarray, "rows
         q=frozen(q),
         task=task,
         notes=(*notes, *_words(task)),
+        time=time,
     )
 
 
@@ -75,6 +93,7 @@ def command_poses(
     *,
     positions_only: bool = False,
     near: Float[np.ndarray, " n"] | None = None,
+    time: Times = None,
 ) -> Commanded:
     """The path of poses in the robot's base frame.
 
@@ -84,6 +103,7 @@ def command_poses(
         poses: Poses of the tool [m].
         positions_only: Whether orientations do not matter.
         near: Joint positions near which the path begins [rad or m]; the best branch if None.
+        time: Time of every row [s], for messages.
 
     Raises:
         DataError: no branch of the nominal arm follows the whole path; names the row where the last one ends.
@@ -92,7 +112,7 @@ def command_poses(
     task = Task.POSITION if positions_only else Task.default(planned.dof)
     first = inverse.solve(planned, poses[0], task=task)
     if not first.reachable:
-        raise DataError(f"row 0 of the trajectory: {first.reason}")
+        raise DataError(f"{named(0, time)}: {first.reason}")
     starts = sorted(first.within_limits, key=quality, reverse=True)
     if near is not None:
         chosen = inverse.choose(first, near=near)
@@ -108,27 +128,16 @@ def command_poses(
                 q=frozen(q),
                 task=task,
                 notes=(*notes, f"the path is followed in the branch '{start.name}'", *_words(task)),
+                time=time,
             )
         if reached >= furthest:
             furthest, longest = reached, q[max(reached - 1, 0)]
     why = inverse.solve(planned, poses[furthest], task=task).reason
     tight = "" if longest is None else f" ({_tightest(planned, longest)})"
     raise DataError(
-        f"row {furthest} of the trajectory can't be reached on the way{tight}: "
+        f"{named(furthest, time)} can't be reached on the way{tight}: "
         f"{why or 'the branch ends there, at a limit or a singularity'}; change the path or its beginning"
     )
-
-
-def refuse_beyond(robot: Robot, q: Float[np.ndarray, "rows n"], does: str) -> None:
-    """Refuse rows outside a robot's limits, named by row and joint."""
-    beyond = margins(q.reshape(-1, robot.dof), robot.known_limits).reshape(q.shape) < -LIMIT_SLACK
-    if beyond.any():
-        row, joint = np.argwhere(beyond)[0]
-        low, high = robot.known_limits[joint]
-        raise DataError(
-            f"row {row} {does} {q[row, joint]:.4f} of joint {joint + 1}, whose limits are {low:.4f} and "
-            f"{high:.4f} (rad or m); change the path"
-        )
 
 
 def _comparable(calibrated: Robot, nominal: Robot) -> tuple[Robot, Robot, list[str]]:

@@ -64,8 +64,12 @@ class InverseResult:
 
 def nearest_branch(result: InverseResult, q: Float[np.ndarray, " n"]) -> Branch | None:
     """The branch nearest to q up to full turns, within the limits if any is; None without branches."""
-    among = result.within_limits or result.branches
-    return min(among, key=lambda b: float(np.linalg.norm(_gap(b, q))), default=None)
+    return nearest_of(result.within_limits or result.branches, q)
+
+
+def nearest_of(branches: tuple[Branch, ...], q: Float[np.ndarray, " n"]) -> Branch | None:
+    """The one nearest to q up to full turns; None without branches."""
+    return min(branches, key=lambda b: float(np.linalg.norm(_gap(b, q))), default=None)
 
 
 def choose(

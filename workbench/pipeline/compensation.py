@@ -1,5 +1,6 @@
 """A trajectory from its file to corrected joints in another: what `workbench compensate` runs."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -7,6 +8,7 @@ import numpy as np
 from workbench import se3
 from workbench.compensate.correction import Compensation, Method, compensate
 from workbench.compensate.path import Commanded, command_joints, command_poses
+from workbench.compensate.planning import derivatives
 from workbench.errors import OptionError
 from workbench.measure.dataset import Dataset
 from workbench.measure.directions import with_directions
@@ -14,6 +16,9 @@ from workbench.measure.readers.trajectory import Trajectory
 from workbench.measure.writer import write_measurements
 from workbench.motion import Motion
 from workbench.robots.robot import JointKind, Robot
+
+LEAST_MOVING = 6
+"""Rows from which velocities and accelerations can be told."""
 
 
 def compensate_trajectory(
@@ -25,6 +30,8 @@ def compensate_trajectory(
     payload: float | None = None,
     temperature: float | None = None,
     max_speed: float | None = None,
+    positions_only: bool = False,
+    moving: bool = False,
 ) -> Compensation:
     """Joint positions with which a calibrated arm takes the poses that a trajectory means.
 
@@ -38,9 +45,11 @@ def compensate_trajectory(
         payload: Mass at the tool [kg]; the trajectory's own where None.
         temperature: Temperature [degC]; the trajectory's own where None.
         max_speed: Greatest speed of any joint [rad/s or m/s]; not checked if None.
+        positions_only: Whether orientations do not matter.
+        moving: Whether the inertia of the links counts beside their weight.
 
     Raises:
-        OptionError: joints without a nominal arm.
+        OptionError: joints without a nominal arm, or motion without time.
         DataError: a row that can't be, named with its joint.
     """
     if trajectory.q is not None and nominal is None:
@@ -48,8 +57,10 @@ def compensate_trajectory(
             f"{trajectory.source} has joints, and only the nominal model says which poses they mean; "
             "give it (--nominal ROBOT)"
         )
-    commanded = _commanded(calibrated, trajectory, nominal)
+    commanded = _commanded(calibrated, trajectory, nominal, positions_only)
     state = _state(commanded, trajectory, payload, temperature)
+    if moving:
+        state = _in_motion(state, trajectory.source)
     return compensate(commanded, motion=state, method=method, max_speed=max_speed)
 
 
@@ -61,9 +72,12 @@ def write_trajectory(found: Compensation, path: Path | str) -> Path:
     return write_measurements(rows, path, prismatic=sliding)
 
 
-def _commanded(calibrated: Robot, trajectory: Trajectory, nominal: Robot | None) -> Commanded:
+def _commanded(
+    calibrated: Robot, trajectory: Trajectory, nominal: Robot | None, positions_only: bool
+) -> Commanded:
+    time = trajectory.time
     if trajectory.q is not None and nominal is not None:
-        return command_joints(calibrated, nominal, trajectory.q)
+        return command_joints(calibrated, nominal, trajectory.q, positions_only=positions_only, time=time)
     assert trajectory.position is not None  # a trajectory has one or the other
     turned = trajectory.rotation
     rotation = np.tile(np.eye(3), (len(trajectory.position), 1, 1)) if turned is None else turned
@@ -71,8 +85,19 @@ def _commanded(calibrated: Robot, trajectory: Trajectory, nominal: Robot | None)
         calibrated,
         calibrated.with_effects() if nominal is None else nominal,
         se3.pose(rotation, trajectory.position),
-        positions_only=turned is None,
+        positions_only=positions_only or turned is None,
+        time=time,
     )
+
+
+def _in_motion(state: Motion, source: str) -> Motion:
+    """The state with velocities and accelerations."""
+    if state.time is None or len(state) < LEAST_MOVING:
+        raise OptionError(
+            f"{source}: a path in motion needs its time (time[s]) and {LEAST_MOVING} rows or more"
+        )
+    velocity, acceleration = derivatives(state.time, state.q, at_rest=False)
+    return replace(state, velocity=velocity, acceleration=acceleration)
 
 
 def _state(

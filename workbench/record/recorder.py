@@ -11,7 +11,7 @@ from collections import deque
 from collections.abc import Callable
 
 from workbench.record.canvas import Canvas
-from workbench.record.drawing import INTERVAL, Drawing
+from workbench.record.drawing import Drawing, Pace
 from workbench.record.entities import Moment
 from workbench.record.outlet import Tell as TellText
 from workbench.session.journal.entry import Entry
@@ -36,6 +36,7 @@ class Recorder(AbstractKeeper):
         self._open = open_canvas
         self._queue: deque[Moment] = deque()
         self._changed = threading.Condition()
+        self._pace = Pace()
         self._closing = False
         self._tell: Tell = lambda severity, text: None
         self._thread = threading.Thread(target=self._run, name="workbench-recorder", daemon=True)
@@ -88,11 +89,13 @@ class Recorder(AbstractKeeper):
     def _draw_all(self, drawing: Drawing) -> None:
         while (moment := self._next()) is not None:
             drawing.draw(moment)
-            if moment.is_passing and not self._closing:
-                time.sleep(INTERVAL)
+            self._pace.note(moment, time.monotonic())
 
     def _next(self) -> Moment | None:
-        """The next moment; None when the session has ended and all is drawn."""
+        """The next moment, once it is due; None when the session has ended and all is drawn."""
         with self._changed:
             self._changed.wait_for(lambda: self._queue or self._closing)
+            if self._queue and self._queue[0].is_passing:
+                wait = max(0.0, self._pace.wait(time.monotonic()))
+                self._changed.wait_for(lambda: len(self._queue) > 1 or self._closing, wait)
             return self._queue.popleft() if self._queue else None

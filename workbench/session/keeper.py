@@ -29,7 +29,7 @@ class AbstractKeeper(ABC):
         """A command has ended; this is the session afterwards.
 
         Args:
-            step: Number of the command, counted from 1.
+            step: Number of the command, counted from 1; the last one again where this stands for both.
             entry: The command and what became of it.
             session: Snapshot after it.
         """

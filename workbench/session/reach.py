@@ -16,7 +16,7 @@ from workbench.errors import OptionError
 from workbench.model.branches import Branch
 from workbench.model.inverse import follow, solve
 from workbench.model.newton import Task
-from workbench.model.ways import InverseResult, choose, nearest_branch
+from workbench.model.ways import InverseResult, choose, nearest_of
 from workbench.robots.robot import Robot
 from workbench.session.clearance import first_hit, is_clear
 from workbench.session.state import TargetState
@@ -74,12 +74,12 @@ def advance(robot: Robot, plate: Plate, target: Target, before: TargetState) -> 
     return place(robot, plate, target, near)
 
 
-def settle(robot: Robot, target: Target, before: TargetState) -> TargetState:
-    """The same posture under its right name, which may have changed on the way."""
+def settle(target: Target, before: TargetState, ways: tuple[Branch, ...]) -> TargetState:
+    """The same posture under its right name of all that reach the target; it may have changed on the way."""
     if not before.reached or target.branch != AUTO:
         return before
-    branch = nearest_branch(_solve(robot, target), before.q)
-    return before if branch is None else replace(before, branch=branch.name)
+    branch = nearest_of(ways, before.q)
+    return before if branch is None or branch.name == before.branch else replace(before, branch=branch.name)
 
 
 def _first(robot: Robot, plate: Plate, target: Target, result: InverseResult) -> TargetState:

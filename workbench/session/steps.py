@@ -56,12 +56,16 @@ def changed(
 
 def settled(session: Session) -> Session:
     """The session after a step: the score enters the history, the ways to the target are all known."""
-    session = replace(session, states=_seen_anew(session))
+    return with_ways(counted(replace(session, states=_seen_anew(session))))
+
+
+def counted(session: Session) -> Session:
+    """The session with its score in the history, and as the best one if it is."""
     session = replace(session, history=(*session.history, session.score)[-UNDO_STEPS:])
     if session.best_score is None or is_better(session.score, session.best_score):
         best = Step(session.plate, session.states)
         session = replace(session, best=best, best_score=session.score)
-    return with_ways(session)
+    return session
 
 
 def _seen_anew(session: Session) -> tuple[TargetState, ...]:
@@ -73,9 +77,9 @@ def _seen_anew(session: Session) -> tuple[TargetState, ...]:
     )
 
 
-def with_ways(session: Session) -> Session:
-    """The session with all branches that reach the selected target."""
-    target = session.plate.targets[session.selected]
+def with_ways(session: Session, number: int | None = None) -> Session:
+    """The session with all branches that reach a target, the selected one if no number is given."""
+    target = session.plate.targets[session.selected if number is None else number]
     if target is session.ways_of:
         return session
     return replace(session, ways=ways_to(session.robot, target), ways_of=target)

@@ -22,6 +22,7 @@ from workbench.session.commands.messages import Tell
 from workbench.session.journal import Ending, Entry
 from workbench.session.keeper import AbstractKeeper
 from workbench.session.state import Job, Session, Severity
+from workbench.session.thinning import in_one
 from workbench.session.view import AbstractView
 
 PROGRESS_INTERVAL = 0.1
@@ -84,6 +85,7 @@ class Worker:
         self._failed: AbstractChore | None = None
         self._chore_cancel = threading.Event()
         self._journal: list[Entry] = list(journal)
+        self._kept = len(self._journal)
         before = self._journal[-1].at if self._journal else 0.0
         self._origin = time.monotonic() - before
         self._queue: deque[AbstractCommand | _Progress | _Ended | _AddView] = deque()
@@ -108,7 +110,7 @@ class Worker:
 
     @property
     def journal(self) -> tuple[Entry, ...]:
-        """Every command so far."""
+        """Every command so far; of the places of a drag only the last, as `thinning` says."""
         return tuple(self._journal)
 
     def submit(self, command: AbstractCommand) -> None:
@@ -204,9 +206,19 @@ class Worker:
             before = self._session
             after = command.apply(before)
             self._session = after.without_news() if after.told == before.told else after
-            self._note(command, Ending.DONE, basis, time.monotonic() - begin)
+            self._note(self._thinned(command, before), Ending.DONE, basis, time.monotonic() - begin)
         except Exception as error:
             self._fail(command, error, basis, time.monotonic() - begin)
+
+    def _thinned(self, command: AbstractChange, before: Session) -> AbstractChange:
+        """The command that the journal keeps; the last entry goes if this one stands for both."""
+        if len(self._journal) == self._kept:
+            return command
+        both = in_one(self._journal[-1], command, before)
+        if both is None:
+            return command
+        self._journal.pop()
+        return both
 
     def _begin(self, task: AbstractTask, basis: int) -> None:
         if self._task is not None:
@@ -231,6 +243,7 @@ class Worker:
             self._start(wanted, len(self._journal), self._chore_cancel)
 
     def _start(self, task: AbstractTask, basis: int, cancel: threading.Event) -> None:
+        self._kept = basis  # what a computation began from stays in the journal
         arguments = (task, self._session, basis, cancel)
         threading.Thread(target=self._compute, args=arguments, name="workbench-task", daemon=True).start()
 

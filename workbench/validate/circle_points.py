@@ -4,8 +4,7 @@ Rows in which one joint alone turned are found in the data. Their points lie on 
 is the axis's direction and its centre a point of the axis (Katana §2.2.4). Against the model's axis stand the
 angle between the two and the distance of the centre from the model's axis, in the posture that was measured.
 
-Source: plane by principal components; circle by linear least squares, Kåsa, IEEE Trans. Instrum. Meas. 25
-(1976).
+The circle is that of `circles.fit_circle`.
 """
 
 from dataclasses import dataclass
@@ -14,6 +13,7 @@ import numpy as np
 from jaxtyping import Int
 
 from workbench import chain as chains
+from workbench.circles import fit_circle
 from workbench.errors import DataError
 from workbench.measure.dataset import Dataset
 from workbench.robots.robot import Robot
@@ -94,28 +94,20 @@ def _axis(robot: Robot, data: Dataset, joint: int, rows: np.ndarray) -> CircleAx
         return None
     rows = rows[np.argsort(data.q[rows, joint], kind="stable")]
     points = np.asarray(data.position)[rows]
-    middle = points.mean(axis=0)
-    across = np.linalg.svd(points - middle)[2]
-    flat = (points - middle) @ across[:2].T
-    design = np.column_stack([2.0 * flat, np.ones(len(flat))])
-    a, b, c = np.linalg.lstsq(design, (flat**2).sum(axis=1), rcond=None)[0]
-    radius = float(np.sqrt(max(c + a**2 + b**2, 0.0)))
-    if radius < SMALLEST:
+    circle = fit_circle(points)
+    if circle.radius < SMALLEST:
         return None
-    centre = middle + a * across[0] + b * across[1]
-    arms = points - centre
-    normal = across[2] * np.sign(across[2] @ np.cross(arms[:-1], arms[1:]).sum(axis=0))
-    out = np.linalg.norm(flat - [a, b], axis=1) - radius
-    height = (points - middle) @ across[2]
+    arms = points - circle.centre
+    normal = circle.axes[2] * np.sign(circle.axes[2] @ np.cross(arms[:-1], arms[1:]).sum(axis=0))
     direction, foot = _model_axis(robot, data.q[rows[0]], joint)
-    offset = centre - foot
+    offset = circle.centre - foot
     return CircleAxis(
         joint=joint,
         rows=rows,
-        centre=frozen(centre),
+        centre=circle.centre,
         direction=frozen(normal),
-        radius=radius,
-        rms=float(np.sqrt((out**2 + height**2).mean())),
+        radius=circle.radius,
+        rms=circle.rms,
         angle=float(np.arctan2(np.linalg.norm(np.cross(normal, direction)), normal @ direction)),
         distance=float(np.linalg.norm(offset - (offset @ direction) * direction)),
     )

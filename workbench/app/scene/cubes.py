@@ -1,11 +1,17 @@
-"""The cubes of the region, coloured by the chosen field: one batched mesh, however many there are."""
+"""The cubes of the region, coloured by the chosen field: one batched mesh, however many there are.
+
+Only the outermost layer of those that are shown is drawn: one sees arm and targets behind it, and a computer
+without a graphics card keeps pace. A cut shows the others.
+"""
 
 import time
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import viser
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
+from scipy.ndimage import binary_erosion
 
 from workbench.app.scene.nodes import linear
 from workbench.app.scene.part import AbstractPart
@@ -14,7 +20,7 @@ from workbench.appearance.shapes import box
 from workbench.design.region import Region
 from workbench.session.commands import ShowCubes
 from workbench.session.cubes import LARGER_IS_BETTER, CubeValues, seen, values
-from workbench.session.state import CubeView, Field, Session
+from workbench.session.state import Field, Session
 from workbench.session.worker import Worker
 
 FILL = 0.42
@@ -27,15 +33,15 @@ UP = np.array([1.0, 0.0, 0.0, 0.0])
 
 
 class CubesPart(AbstractPart):
-    """Made anew for another region; recoloured where the numbers change. A click shows a cube's numbers."""
+    """Made anew for other cubes; recoloured where the numbers change. A click shows a cube's numbers."""
 
     def __init__(self, server: viser.ViserServer, worker: Worker, session: Session):
         self._server, self._worker = server, worker
-        self._mesh: viser.BatchedMeshHandle | None = None
+        self._shell: _Shell | None = None
         self._region: Region | None = None
         self._drawn: tuple[object, ...] = ()
         self._when = 0.0
-        self._sizes = np.zeros((0, 3), np.float32)
+        self._made = 0
         self.show(session)
 
     def show(self, session: Session) -> None:
@@ -43,6 +49,7 @@ class CubesPart(AbstractPart):
         view, region = session.cube_view, session.plate.region
         if view.field is Field.NONE:
             self._remove()
+            self._drawn = ()
             return
         basis = (view, region, session.cubes, session.comparison, self._score(session))
         if len(basis) == len(self._drawn) and all(a is b for a, b in zip(basis, self._drawn, strict=True)):
@@ -51,33 +58,60 @@ class CubesPart(AbstractPart):
             return  # the last step of a drag is drawn in any case, when the target is let go
         self._drawn, self._when = basis, time.monotonic()
         numbers = values(session)
-        if numbers is None:
+        cubes = None if numbers is None else outermost(region, seen(session, view, numbers))
+        if numbers is None or cubes is None or not len(cubes):
             self._remove()
             return
-        if self._mesh is None or region is not self._region:
-            self._make(region)
-        assert self._mesh is not None
-        self._mesh.batched_colors = linear(cube_colours(view.field, numbers))
-        sizes = cube_sizes(region, view, seen(session, view, numbers))
-        if not np.array_equal(sizes, self._sizes):
-            self._sizes = sizes
-            self._mesh.batched_scales = sizes
+        shell = self._placed(region, cubes)
+        shell.paint(linear(cube_colours(view.field, numbers)))
+        shell.mark(view.picked)
 
     def _score(self, session: Session) -> object:
         return session.score if session.cube_view.field is Field.PREDICTED else None
 
-    def _make(self, region: Region) -> None:
-        self._remove()
-        self._region = region
-        count = region.cubes
-        solid = box(np.ones(3))
-        self._mesh = self._server.scene.add_batched_meshes_simple(
-            "/cubes",
+    def _placed(self, region: Region, cubes: Int[np.ndarray, " drawn"]) -> "_Shell":
+        """These cubes in the scene."""
+        now = self._shell
+        if now is not None and region is self._region and np.array_equal(now.cubes, cubes):
+            return now
+        if now is not None:
+            now.remove()
+        self._made += 1  # under the same name, a page would go on with the old instances' numbers
+        name = f"/cubes/{self._made}"
+        self._region, self._shell = region, _Shell(self._server, name, region, cubes, self._pick)
+        return self._shell
+
+    def _pick(self, cube: int) -> None:
+        self._worker.submit(ShowCubes(replace(self._worker.session.cube_view, picked=cube)))
+
+    def _remove(self) -> None:
+        if self._shell is not None:
+            self._shell.remove()
+            self._shell = None
+
+
+class _Shell:
+    """Some of a region's cubes, as one batched mesh."""
+
+    def __init__(
+        self,
+        server: viser.ViserServer,
+        name: str,
+        region: Region,
+        cubes: Int[np.ndarray, " drawn"],
+        pick: Callable[[int], None],
+    ):
+        self.cubes = cubes
+        self._room = (region.size / region.shape).astype(np.float32)
+        self._picked: int | None = None
+        solid, count = box(np.ones(3)), len(cubes)
+        self._mesh = server.scene.add_batched_meshes_simple(
+            name,
             solid.vertices + 0.5 * np.eye(3)[2],
             solid.faces,
             batched_wxyzs=np.tile(UP, (count, 1)),
-            batched_positions=region.centres,
-            batched_scales=np.zeros((count, 3), np.float32),
+            batched_positions=region.centres[cubes],
+            batched_scales=self._sizes(None),
             batched_colors=np.zeros((count, 3), np.uint8),
             flat_shading=True,
             lod="off",
@@ -87,14 +121,26 @@ class CubesPart(AbstractPart):
 
         @self._mesh.on_click
         async def _(event: viser.SceneNodePointerEvent) -> None:
-            view = self._worker.session.cube_view
-            self._worker.submit(ShowCubes(replace(view, picked=event.instance_index)))
+            if event.instance_index is not None:
+                pick(int(cubes[event.instance_index]))
 
-    def _remove(self) -> None:
-        if self._mesh is not None:
-            self._mesh.remove()
-            self._mesh, self._drawn = None, ()
-            self._sizes = self._sizes[:0]
+    def paint(self, colours: np.ndarray) -> None:
+        """Give its cubes their colours of all."""
+        self._mesh.batched_colors = colours[self.cubes]
+
+    def mark(self, picked: int | None) -> None:
+        """Enlarge this cube alone."""
+        if picked != self._picked:
+            self._picked = picked
+            self._mesh.batched_scales = self._sizes(picked)
+
+    def remove(self) -> None:
+        """Take it out of the scene."""
+        self._mesh.remove()
+
+    def _sizes(self, picked: int | None) -> Float[np.ndarray, "drawn 3"]:
+        share = np.where(self.cubes == (-1 if picked is None else picked), PICKED, FILL)
+        return share[:, None].astype(np.float32) * self._room
 
 
 def cube_colours(field: Field, numbers: CubeValues) -> np.ndarray:
@@ -106,12 +152,7 @@ def cube_colours(field: Field, numbers: CubeValues) -> np.ndarray:
     return colours
 
 
-def cube_sizes(
-    region: Region, view: CubeView, shown: Bool[np.ndarray, " cubes"]
-) -> Float[np.ndarray, "cubes 3"]:
-    """Edges of every drawn cube [m]; zero where it is hidden."""
-    room = (region.size / region.shape).astype(np.float32)
-    sizes = np.where(shown[:, None], FILL * room, 0.0).astype(np.float32)
-    if view.picked is not None and view.picked < len(sizes) and shown[view.picked]:
-        sizes[view.picked] = PICKED * room
-    return sizes
+def outermost(region: Region, shown: Bool[np.ndarray, " cubes"]) -> Int[np.ndarray, " drawn"]:
+    """Those of the shown cubes that have not another one before them on every side."""
+    grid = shown.reshape(region.shape)
+    return np.flatnonzero(grid & ~binary_erosion(grid))

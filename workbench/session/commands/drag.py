@@ -12,7 +12,7 @@ import numpy as np
 from workbench.errors import OptionError
 from workbench.session.command import AbstractChange
 from workbench.session.reach import advance, settle
-from workbench.session.state import Focus, Holder, Session
+from workbench.session.state import Focus, Holder, Session, TargetState
 from workbench.session.steps import check_free, check_unlocked, remember, settled, stand, with_item, with_ways
 from workbench.types import frozen
 
@@ -81,6 +81,31 @@ class GrabTarget(AbstractChange):
 
 
 @dataclass(frozen=True)
+class Posture:
+    """How the arm stood at a target.
+
+    Args:
+        q: Joint positions [rad or m].
+        reached: Whether the tool met the target within the joint limits.
+        branch: Name of the inverse-kinematics solution; empty where none was reached.
+    """
+
+    q: tuple[float, ...]
+    reached: bool
+    branch: str = ""
+
+    @classmethod
+    def of(cls, state: TargetState) -> "Posture":
+        """The posture of a target's state."""
+        return cls(tuple(state.q.tolist()), state.reached, state.branch)
+
+    @property
+    def state(self) -> TargetState:
+        """As far as the next place of a drag is followed from it."""
+        return TargetState(frozen(np.array(self.q)), self.reached, self.branch)
+
+
+@dataclass(frozen=True)
 class MoveTarget(AbstractChange):
     """Put a target somewhere, in the robot's base: by dragging, or with typed coordinates.
 
@@ -89,12 +114,14 @@ class MoveTarget(AbstractChange):
         xyz: Position of the tool [m].
         rpy: Its roll, pitch, yaw [rad].
         client: Who drags; the holder's moves belong to the drag, other moves are steps of their own.
+        start: The posture from which the arm is followed; as it stands, if None.
     """
 
     target: int
     xyz: tuple[float, float, float]
     rpy: tuple[float, float, float]
     client: int = NOBODY
+    start: Posture | None = None
 
     @property
     def title(self) -> str:
@@ -120,7 +147,8 @@ class MoveTarget(AbstractChange):
             return session
         old = session.plate.targets[self.target]
         target = replace(old, xyz=frozen(np.array(self.xyz)), rpy=frozen(np.array(self.rpy)), q=None)
-        state = advance(session.robot, session.plate, target, session.states[self.target])
+        before = session.states[self.target] if self.start is None else self.start.state
+        state = advance(session.robot, session.plate, target, before)
         plate = replace(session.plate, targets=with_item(session.plate.targets, self.target, target))
         states = with_item(session.states, self.target, state)
         if holder is not None:
@@ -155,7 +183,8 @@ class DropTarget(AbstractChange):
         session = replace(session, holder=None)
         if session.done[-1].plate is session.plate:
             return replace(session, done=session.done[:-1])
-        state = settle(session.robot, session.plate.targets[index], session.states[index])
+        session = with_ways(session, index)
+        state = settle(session.plate.targets[index], session.states[index], session.ways)
         return settled(replace(session, states=with_item(session.states, index, state)))
 
 

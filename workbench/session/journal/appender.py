@@ -1,10 +1,12 @@
 """Lines at the end of a file: each whole or not at all, and none lost while the disk is full.
 
 A line is handed to the operating system before the next command is taken, so the end of the process by
-whatever signal loses no line that was written. What can't be written waits in memory and is tried again
-with the next line.
+whatever signal loses no line that was written. A line that stands for the one before it as well is written
+over that one, by a single call and filled up with spaces: at any moment one of the two is there. What can't
+be written waits in memory and is tried again with the next line.
 """
 
+import contextlib
 import errno
 import fcntl
 import os
@@ -33,9 +35,10 @@ class Appender:
     def __init__(self, path: Path, *, length: int = 0):
         self._folder, self._length = path.parent, length
         self._waiting: deque[tuple[bytes, Mapping[str, bytes]]] = deque()
+        self._last = b""
         self._lock = _lock(path.parent)
         try:
-            self._file = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o666)
+            self._file = os.open(path, os.O_WRONLY | os.O_CREAT, 0o666)
         except OSError:
             os.close(self._lock)
             raise
@@ -45,13 +48,24 @@ class Appender:
         """Lines that could not be written so far."""
         return len(self._waiting)
 
-    def add(self, line: str, files: Mapping[str, bytes] | None = None) -> None:
+    def add(self, line: str, files: Mapping[str, bytes] | None = None, *, instead: bool = False) -> None:
         """Write a line after the files that it speaks of, and what has been waiting before it.
+
+        Args:
+            line: Without its end.
+            files: By their place in the folder.
+            instead: Whether it takes the place of the line before it.
 
         Raises:
             OSError, FileError: it can't be written now; it waits.
         """
-        self._waiting.append((line.encode() + b"\n", files or {}))
+        content = line.encode() + b"\n"
+        if instead and self._waiting:
+            self._waiting.pop()
+        elif instead:
+            self._overwrite(content)
+            return
+        self._waiting.append((content, files or {}))
         self.write_waiting()
 
     def write_waiting(self) -> None:
@@ -73,13 +87,27 @@ class Appender:
         os.close(self._file)
         os.close(self._lock)
 
+    def _overwrite(self, content: bytes) -> None:
+        """Put a line where the last one is; where it finds no room the last one goes, and it waits."""
+        content = content[:-1].ljust(len(self._last) - 1) + b"\n"
+        self._length -= len(self._last)
+        written = 0
+        with contextlib.suppress(OSError):
+            written = os.pwrite(self._file, content, self._length)
+        if written == len(content):
+            self._length, self._last = self._length + written, content
+            return
+        self._last = b""
+        self._waiting.append((content, {}))
+        self.write_waiting()
+
     def _write(self, content: bytes) -> None:
         if os.fstat(self._file).st_size != self._length:
             os.ftruncate(self._file, self._length)
-        if os.write(self._file, content) != len(content):
+        if os.pwrite(self._file, content, self._length) != len(content):
             os.ftruncate(self._file, self._length)
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        self._length += len(content)
+        self._length, self._last = self._length + len(content), content
 
 
 def _lock(folder: Path) -> int:

@@ -31,24 +31,32 @@ class Logbook(AbstractKeeper):
 
     def __init__(self, file: Appender | None, *, trouble: str = ""):
         self._file, self._trouble = file, trouble
-        self._before: Session | None = None
+        self._step = 0
         self._tell: Tell | None = None
+        self._before: Session | None = None
+        self._last: Session | None = None
 
     def begin(self, session: Session, *, step: int, at: float, tell: Tell) -> None:
         """Remember what was written last."""
-        self._before, self._tell = session, tell
+        self._step, self._tell = step, tell
+        self._before = self._last = session
         if self._trouble:
             tell(Severity.WARNING, self._trouble)
 
     def note(self, step: int, entry: Entry, session: Session) -> None:
-        """Write one line."""
+        """Write one line, instead of the last one if it stands for both."""
         if self._file is None:
             return
         try:
             fields, files = codec.encode(entry.command)
-            line = _line(step, entry, fields, session, self._before)
-            self._before = session
-            self._file.add(json.dumps(line, ensure_ascii=False, allow_nan=False), files)
+            is_instead = step == self._step
+            if not is_instead:
+                self._before = self._last
+            self._step, self._last = step, session
+            line = json.dumps(
+                _line(step, entry, fields, session, self._before), ensure_ascii=False, allow_nan=False
+            )
+            self._file.add(line, files, instead=is_instead)
         except (OSError, WorkbenchError) as error:
             self._fail(error)
         except Exception as error:

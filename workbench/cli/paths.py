@@ -1,0 +1,120 @@
+"""The commands that make trajectories: path circle, path line."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from workbench.cli.options import JsonOption, RobotOption, check_writable, say, show
+from workbench.errors import OptionError
+
+paths = typer.Typer(
+    name="path",
+    help="Trajectories along a circle or a line, from rest to rest, with the tool's direction held.",
+    no_args_is_help=True,
+)
+
+OutOption = Annotated[Path, typer.Option(help="Write time, joints and poses here (.csv).")]
+DurationOption = Annotated[float, typer.Option(help="Time from beginning to end [s].")]
+RowsOption = Annotated[int, typer.Option(help="Number of samples.")]
+AxisOption = Annotated[
+    str | None,
+    typer.Option(help="Direction x,y,z of the tool's z axis; into the path's plane from above if not given."),
+]
+SpeedOption = Annotated[
+    float | None, typer.Option(help="Greatest speed of any joint [rad/s or m/s]; else not checked.")
+]
+PictureOption = Annotated[
+    Path | None, typer.Option(help="Draw joints, speeds, torques and moments across the axes here (.png).")
+]
+
+
+@paths.command()
+def circle(
+    robot: RobotOption,
+    out: OutOption,
+    through: Annotated[
+        list[str] | None,
+        typer.Option(help="A point x,y,z [m] in the robot's base frame; three or more, in order."),
+    ] = None,
+    taught: Annotated[
+        Path | None, typer.Option(help="Joints at three points or more, led there by hand, instead.")
+    ] = None,
+    duration: DurationOption = 20.0,
+    rows: RowsOption = 200,
+    axis: AxisOption = None,
+    max_speed: SpeedOption = None,
+    picture: PictureOption = None,
+    json: JsonOption = None,
+) -> None:
+    """A circle through points, or through points that were taught."""
+    import numpy as np
+
+    from workbench.compensate.curves import circle_through
+    from workbench.pipeline.paths import read_taught, taught_circle
+    from workbench.robots import load_robot
+
+    if (taught is None) == (not through):
+        raise OptionError("a circle needs --through, three times or more, or --taught with a file of joints")
+    arm = load_robot(robot)
+    if taught is not None:
+        curve = taught_circle(arm, read_taught(taught, arm))
+    else:
+        curve = circle_through(np.array([_point(text, "--through") for text in through or ()]))
+    _make(arm, curve, out, duration, rows, axis, max_speed, picture, json)
+
+
+@paths.command()
+def line(
+    robot: RobotOption,
+    out: OutOption,
+    start: Annotated[str, typer.Option("--from", help="Where it begins: x,y,z [m], robot's base frame.")],
+    end: Annotated[str, typer.Option("--to", help="Where it ends: x,y,z [m].")],
+    duration: DurationOption = 10.0,
+    rows: RowsOption = 200,
+    axis: AxisOption = None,
+    max_speed: SpeedOption = None,
+    picture: PictureOption = None,
+    json: JsonOption = None,
+) -> None:
+    """A straight line between two points."""
+    from workbench.compensate.curves import line as straight
+    from workbench.robots import load_robot
+
+    curve = straight(_point(start, "--from"), _point(end, "--to"))
+    _make(load_robot(robot), curve, out, duration, rows, axis, max_speed, picture, json)
+
+
+def _make(arm, curve, out, duration, rows, axis, max_speed, picture, json) -> None:
+    """Plan, show and write."""
+    from workbench.compensate.planning import plan
+    from workbench.files import write_bytes
+    from workbench.pipeline.paths import planned_moments, write_plan
+    from workbench.report.json import write_json
+    from workbench.report.motion import path_json, path_picture, path_table
+
+    if picture is not None and picture.suffix.lower() != ".png":
+        raise OptionError(f"{picture}: a picture is written as .png; choose this ending")
+    check_writable(out, picture, json)
+    pointing = None if axis is None else _point(axis, "--axis")
+    planned = plan(arm, curve, duration=duration, rows=rows, axis=pointing, max_speed=max_speed)
+    moments = planned_moments(planned)
+    show(path_table(planned, moments))
+    say(f"trajectory: {write_plan(planned, out)}")
+    if picture is not None:
+        say(f"picture: {write_bytes(picture, path_picture(planned, moments))}")
+    if json is not None:
+        say(f"result: {write_json(json, path_json(planned, moments))}")
+
+
+def _point(text: str, option: str):
+    """Three numbers with commas between."""
+    import numpy as np
+
+    try:
+        point = np.array([float(part) for part in text.split(",")])
+    except ValueError:
+        point = np.zeros(0)
+    if point.shape != (3,) or not np.isfinite(point).all():
+        raise OptionError(f"{option} takes three numbers x,y,z with commas between, not '{text}'")
+    return point
