@@ -205,7 +205,7 @@ def _dataset(actual, q, instrument, rng, joint_noise, poses, seen, notes=(), mot
     return without(rows, reasons)
 
 
-def _columns(motion: Motion | None) -> dict[str, np.ndarray]:
+def _columns(motion: Motion | None) -> dict[str, Any]:
     """What of the state a table of measurements holds; poses are taken at rest."""
     known = {} if motion is None else motion.drivers
     return {name: values for name, values in known.items() if name in Dataset.__dataclass_fields__}
