@@ -16,6 +16,8 @@ from workbench.robots.robot import Robot
 
 ROUNDING = 1e-12
 """Lengths [m] and angles [rad] apart by less are the same."""
+LIMITS = np.array([[-169.5, 169.5], [-30.0, 102.0], [-122.5, 122.5], [-112.0, 112.0], [-168.0, 168.0]])
+"""Table 3.1 [°]."""
 POSES = 200
 """Random poses at which the two forms are compared."""
 
@@ -37,7 +39,7 @@ def arm() -> tuple[Finding, ...]:
         judged(
             "Table 3.1", "limits of the five joints [°]", "±169.5, −30 … 102, ±122.5, ±112, ±168",
             ", ".join(f"{low:g} … {high:g}" for low, high in limits.round(6)),
-            np.allclose(limits, [[-169.5, 169.5], [-30, 102], [-122.5, 122.5], [-112, 112], [-168, 168]]),
+            np.allclose(limits, LIMITS),
         ),
         judged(
             "Eq. (4.7)", "nominal base from the reference corner [mm]", "55, 55, 201.5",

@@ -1,8 +1,8 @@
 """The five ways to write an orientation, each checked and turned into rotation matrices.
 
 Roll, pitch, yaw mean R = Rz(yaw) Ry(pitch) Rx(roll); quaternions are (w, x, y, z); rx, ry, rz is a rotation
-vector (axis times angle); zxz_phi, zxz_theta, zxz_psi are the Euler angles of R = Rz(Φ) Rx(θ) Rz(Ψ); r11 … r33
-are the matrix's rows. A file may give several; they must agree.
+vector (axis times angle); zxz_phi, zxz_theta, zxz_psi are the Euler angles of R = Rz(Φ) Rx(θ) Rz(Ψ); r11 …
+r33 are the matrix's rows. A file may give several; they must agree.
 """
 
 from collections.abc import Callable
