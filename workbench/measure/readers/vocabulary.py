@@ -29,6 +29,7 @@ _PATTERNS: tuple[tuple[re.Pattern[str], str], ...] = tuple(
         (r"q(\d+)", "q{0}"),
         (r"([xyz])", "{0}"),
         (r"(roll|pitch|yaw)", "{0}"),
+        (r"zxz_(phi|theta|psi)", "zxz_{0}"),
         (r"q([wxyz])", "q{0}"),
         (r"r([xyz])", "r{0}"),
         (r"r_?([123])_?([123])", "r{0}{1}"),
@@ -141,7 +142,7 @@ def quantities_of(key: str) -> tuple[Quantity, ...]:
         return JOINT
     if re.fullmatch(r"(sigma_)?[xyz]|m\d+[xyz]|distance", key):
         return (Quantity.LENGTH,)
-    if re.fullmatch(r"roll|pitch|yaw|(sigma_)?r[xyz]|tilt_[xy]\d+", key):
+    if re.fullmatch(r"roll|pitch|yaw|zxz_(phi|theta|psi)|(sigma_)?r[xyz]|tilt_[xy]\d+", key):
         return (Quantity.ANGLE,)
     if key.startswith(("torque", "moment_")):
         return (Quantity.TORQUE,)
