@@ -13,6 +13,7 @@ from workbench.robots import load_robot
 from workbench.robots.meshes import link_meshes
 from workbench.session.commands.arm import standing
 from workbench.session.suited import suited_plate
+from workbench.session.track import KATANA
 
 FILES = distribution("example-robot-data").files or []
 
@@ -75,6 +76,9 @@ def test_another_arm_is_chosen_jogged_and_the_page_made_dark(app, look, tmp_path
     assert not app.worker.session.overlay.bent
     screen.press("Plan it")
     screen.wait_text("track", "Error, mean")
+    track = app.worker.session.track
+    assert np.linalg.norm(track.wanted[:, None] - KATANA, axis=2).min(0).max() < 3e-3  # the thesis's points
+    assert 0.5e-3 < track.errors.mean() < 3e-3
     screen.press("Play")
     started = screen.node("/track/mark")
     screen.page.wait_for_function(

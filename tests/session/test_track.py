@@ -7,7 +7,6 @@ from workbench.model.forward import tool_poses
 from workbench.robots.robot import Frame
 from workbench.session import Worker, replay
 from workbench.session.commands import (
-    ChooseRobot,
     Identify,
     Jog,
     LeaveTrack,
@@ -21,7 +20,6 @@ from workbench.session.commands import (
 )
 from workbench.session.commands.arm import standing
 from workbench.session.state import Focus, Severity
-from workbench.session.track import KATANA
 
 
 @pytest.fixture(scope="module")
@@ -104,11 +102,3 @@ def test_what_makes_no_sense_is_said(do):
         assert session.messages[-1].severity is Severity.ERROR, wrong
         assert session.track is None
     assert do(PlanTrack("line", 5.0), PlaceTrack(7.0)).messages[-1].severity is Severity.ERROR
-
-
-def test_the_katana_goes_round_the_circle_of_its_thesis_with_its_tilting(do):
-    track = do(ChooseRobot("katana450-tilting"), PlanTrack("circle")).track
-    gaps = np.linalg.norm(track.wanted[:, None] - KATANA, axis=2).min(0)
-    assert gaps.max() < 3e-3  # rows are some millimetres apart
-    assert 0.5e-3 < track.errors.mean() < 3e-3
-    assert track.actual.effects
