@@ -55,9 +55,7 @@ def test_another_arm_is_chosen_jogged_and_the_page_made_dark(app, look, tmp_path
     slider = screen.page.get_by_role("textbox").first
     slider.fill("40")
     slider.press("Tab")
-    screen.page.wait_for_timeout(300)
-    app.worker.wait()
-    assert standing(app.worker.session)[0] == pytest.approx(np.deg2rad(40.0), abs=1e-6)
+    screen.until(lambda session: abs(standing(session)[0] - np.deg2rad(40.0)) < 1e-6)
     screen.shoot("jogged")
     screen.choose("Robot", "katana450-tilting")
     screen.press("Change to this robot")
@@ -70,9 +68,7 @@ def test_another_arm_is_chosen_jogged_and_the_page_made_dark(app, look, tmp_path
     screen.tab("Compare")
     screen.wait_text("bending", "Joint 5")
     screen.page.get_by_role("checkbox", name="Bent arm", exact=True).uncheck()
-    screen.page.wait_for_timeout(300)
-    app.worker.wait()
-    assert not app.worker.session.overlay.bent
+    screen.until(lambda session: not session.overlay.bent)
     screen.tab("Plate")
     screen.page.get_by_text("Influence of each constant").click()
     screen.wait_text("influence", "Motion of the tool")
