@@ -19,7 +19,8 @@ def test_cubes_are_coloured_clicked_and_move_a_target_and_a_corner_is_dragged(ap
     app.worker.wait()
     region = app.worker.session.plate.region
     wanted = int(np.argmin(np.linalg.norm(region.centres - [0.47, 0.35, region.centres[0, 2]], axis=1)))
-    screen.page.mouse.click(*screen.pixel(region.centres[wanted]))
+    top = np.array([0.0, 0.0, 0.3 * region.cube])
+    screen.page.mouse.click(*screen.pixel(region.centres[wanted] + top))
     screen.wait_text("cube", "Reached in")
     app.worker.wait()
     clicked = app.worker.session.cube_view.picked
