@@ -56,9 +56,7 @@ def test_another_arm_is_chosen_jogged_and_the_page_made_dark(app, look, tmp_path
     slider = screen.page.get_by_role("textbox").first
     slider.fill("40")
     slider.press("Tab")
-    screen.page.wait_for_timeout(300)
-    app.worker.wait()
-    assert standing(app.worker.session)[0] == pytest.approx(np.deg2rad(40.0), abs=1e-6)
+    screen.until(lambda session: abs(standing(session)[0] - np.deg2rad(40.0)) < 1e-6)
     screen.shoot("jogged")
     screen.choose("Robot", "katana450-tilting")
     screen.press("Change to this robot")
@@ -71,9 +69,7 @@ def test_another_arm_is_chosen_jogged_and_the_page_made_dark(app, look, tmp_path
     screen.tab("Compare")
     screen.wait_text("bending", "Joint 5")
     screen.page.get_by_role("checkbox", name="Bent arm", exact=True).uncheck()
-    screen.page.wait_for_timeout(300)
-    app.worker.wait()
-    assert not app.worker.session.overlay.bent
+    screen.until(lambda session: not session.overlay.bent)
     screen.press("Plan it")
     screen.wait_text("track", "Error, mean")
     track = app.worker.session.track
@@ -87,8 +83,7 @@ def test_another_arm_is_chosen_jogged_and_the_page_made_dark(app, look, tmp_path
     )
     screen.shoot("playing")
     screen.press("Pause")
-    screen.page.get_by_role("button", name="Play", exact=True).wait_for()
-    app.worker.wait()
+    screen.until(lambda session: not session.is_underway)
     paused = app.worker.session
     assert 0.0 < paused.play.at < 10.0
     for i, frame in enumerate(body_frames(paused.robot, standing(paused))):
