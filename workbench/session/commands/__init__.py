@@ -25,6 +25,7 @@ from workbench.session.commands.noise import SetNoise
 from workbench.session.commands.production import TryPlate
 from workbench.session.commands.region import MapCubes, SampleRegion, SetRegion, ShowCubes
 from workbench.session.commands.search import ClusterTargets, ImprovePlate
+from workbench.session.commands.source import FollowSource, MeasureLive, TellSource
 from workbench.session.commands.track import (
     LeaveTrack,
     PauseTrack,
@@ -54,6 +55,7 @@ __all__ = [
     "DriveArm",
     "DropTarget",
     "EndMeasuring",
+    "FollowSource",
     "ForgetData",
     "GrabTarget",
     "HoldParameter",
@@ -67,6 +69,7 @@ __all__ = [
     "LoadModel",
     "LockTarget",
     "MapCubes",
+    "MeasureLive",
     "MeasureVirtualArm",
     "MixBranches",
     "MoveTarget",
@@ -98,6 +101,7 @@ __all__ = [
     "TakeNextPoses",
     "TakeSample",
     "Tell",
+    "TellSource",
     "TryPlate",
     "Undo",
     "UseRows",
