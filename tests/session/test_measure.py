@@ -13,6 +13,7 @@ from workbench.session.commands import (
     DriveArm,
     EndMeasuring,
     NextWanted,
+    SelectTarget,
     StoreRow,
     TakeAgain,
     TakeSample,
@@ -133,3 +134,13 @@ def test_the_virtual_arm_comes_to_rest_at_the_target(first):
         assert np.abs(taken[0].q - goal).max() > 0.1
     finally:
         worker.close()
+
+
+def test_news_stay_until_the_user_goes_on(do, begun):
+    """A late sample of the arm is nobody's doing."""
+    do(*samples(begun, begun.virtual.postures[0], begin=0.0), StoreRow())
+    told = do(UseRows()).messages[-1].text
+    assert "taken over" in told
+    session = do(*samples(begun, begun.virtual.postures[1], begin=9.0))
+    assert session.messages[-1].text == told
+    assert told not in [m.text for m in do(SelectTarget(3)).messages]

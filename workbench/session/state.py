@@ -46,6 +46,7 @@ class Field(StrEnum):
     INDEX = "index"
     PREDICTED = "predicted"
     MEASURED = "measured"
+    YIELD = "yield"
 
 
 class Severity(StrEnum):

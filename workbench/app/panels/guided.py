@@ -97,7 +97,7 @@ class GuidedPanel(AbstractPanel):
             "Take again",
             TakeAgain,
             icon.ROTATE,
-            "Drop the row that was stored last, and measure it once more.",
+            "Drop the row of the wanted target, or else the one stored last, and measure it once more.",
         )
         self._next = button(
             "Next target", NextWanted, icon.ARROW_RIGHT, "Leave this target for later and go on to the next."

@@ -39,7 +39,11 @@ from workbench.session.commands.undo import Redo, ResetTargets, RestoreBest, Und
 CHORES = (SampleRegion, MapCubes)
 """What sessions work out by themselves."""
 
+AUTOMATIC = (PlaceTrack, TakeSample, TellSource)
+"""What no user asks for: it does not show that somebody has gone on and read the news."""
+
 __all__ = [
+    "AUTOMATIC",
     "CHORES",
     "AddEffects",
     "AddTarget",

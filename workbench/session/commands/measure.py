@@ -202,12 +202,12 @@ class StoreRow(AbstractChange):
 
 @dataclass(frozen=True)
 class TakeAgain(AbstractChange):
-    """Drop the row that was stored last; its target is wanted once more."""
+    """Drop the wanted target's row, or else the one that was stored last; its target is wanted once more."""
 
     @property
     def title(self) -> str:
         """Words for the journal."""
-        return "Take the last row again"
+        return "Take a row again"
 
     @property
     def key(self) -> Hashable | None:
