@@ -10,10 +10,18 @@ def test_reproduce_aria(run, tmp_path):
     assert json.loads((tmp_path / "aria.json").read_text())["work"] == "aria"
 
 
+def test_reproduce_katana(run, tmp_path):
+    status, out, _ = run("reproduce", "katana", "--arms", "2", "--weighed", "2", "--json", "katana.json")
+    assert status == 0
+    assert "Table 4.6" in out
+    assert json.loads((tmp_path / "katana.json").read_text())["work"] == "katana"
+
+
 def test_bad_input(run, tmp_path):
     (tmp_path / "file").touch()
-    for words, said in ((("--arms", "0"), "at least 1"), (("--out", "file"), "file")):
-        status, out, err = run("reproduce", "aria", *words)
-        assert status == 1
-        assert said in err
-        assert not out
+    for words, said in ((("--arms", "0"), "ask for at least"), (("--out", "file"), "file")):
+        for work in ("aria", "katana"):
+            status, out, err = run("reproduce", work, *words)
+            assert status == 1
+            assert said in err
+            assert not out

@@ -1,10 +1,26 @@
-"""Writing files so that nothing is ever half-written."""
+"""Whole files: read with a sentence where that fails, written so that nothing is ever half-written."""
 
 import os
 import tempfile
 from pathlib import Path
 
 from workbench.errors import FileError
+
+
+def read_bytes(path: Path | str, *, wanted: str) -> bytes:
+    """Contents of a file.
+
+    Args:
+        path: Which.
+        wanted: What to give instead, such as "a measurement file".
+
+    Raises:
+        FileError: it can't be opened.
+    """
+    try:
+        return Path(path).read_bytes()
+    except OSError as error:
+        raise FileError(f"can't be opened ({error.strerror}); give {wanted}", path=str(path)) from None
 
 
 def write_bytes(path: Path | str, content: bytes) -> Path:

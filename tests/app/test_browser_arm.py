@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 
 from workbench.app.server import App
+from workbench.appearance.bodies import body_frames
 from workbench.design.plate_toml import read_plate
 from workbench.robots import load_robot
 from workbench.robots.meshes import link_meshes
-from workbench.session.commands.arm import standing, suited_plate
+from workbench.session.commands.arm import standing
+from workbench.session.suited import suited_plate
 
 FILES = distribution("example-robot-data").files or []
 
@@ -57,11 +59,26 @@ def test_another_arm_is_chosen_jogged_and_the_page_made_dark(app, look, tmp_path
     app.worker.wait()
     assert standing(app.worker.session)[0] == pytest.approx(np.deg2rad(40.0), abs=1e-6)
     screen.shoot("jogged")
-    screen.choose("Robot", "panda")
+    screen.choose("Robot", "katana450-tilting")
     screen.press("Change to this robot")
-    screen.wait_text("arm", "Panda")
-    screen.page.wait_for_function("() => window.__viserMutable.nodePoseData['/arm/body7'] !== undefined")
-    screen.shoot("panda")
+    screen.wait_text("arm", "Katana 450, tilting")
+    screen.page.wait_for_function("() => window.__viserMutable.nodePoseData['/bent/body5'] !== undefined")
+    for i, frame in enumerate(body_frames(app.worker.session.robot, standing(app.worker.session))):
+        assert screen.node(f"/arm/body{i}")[:3] == pytest.approx(frame[:3, 3], abs=1e-6)
+    assert not np.allclose(screen.node("/bent/body5")[:3], screen.node("/arm/body5")[:3], atol=5e-3)
+    screen.shoot("katana")
+    screen.tab("Compare")
+    screen.wait_text("bending", "Joint 5")
+    screen.page.get_by_role("checkbox", name="Bent arm", exact=True).uncheck()
+    screen.page.wait_for_timeout(300)
+    app.worker.wait()
+    assert not app.worker.session.overlay.bent
+    screen.tab("Plate")
+    screen.page.get_by_text("Influence of each constant").click()
+    screen.wait_text("influence", "Motion of the tool")
+    assert screen.page.locator('[data-testid="influence"] title').count() == 20
+    screen.shoot("influence")
+    screen.tab("More")
 
     with screen.page.expect_download() as download:
         screen.press("Plate (TOML)")

@@ -13,7 +13,7 @@ import websockets.sync.client as client
 from viser import _messages
 
 from workbench.app.local import local_server
-from workbench.app.server import App
+from workbench.app.serving import serve
 from workbench.design.plate_toml import load_plate
 from workbench.errors import FileError, OptionError
 from workbench.robots import load_robot
@@ -90,7 +90,7 @@ def test_every_address_may_be_used_but_no_foreign_name():
 
 def test_serve_says_where_and_ends_when_interrupted():
     program = (
-        "from workbench.app.server import serve\n"
+        "from workbench.app.serving import serve\n"
         "from workbench.design.plate_toml import load_plate\n"
         "from workbench.robots import load_robot\n"
         "serve(load_robot('aria'), load_plate('table2'), port=0, open_browser=False,\n"
@@ -115,4 +115,4 @@ def test_a_taken_port_is_said(server):
 
 def test_a_missing_data_file_is_said(tmp_path):
     with pytest.raises(FileError):
-        App(load_robot("aria"), load_plate("table2"), data=tmp_path / "none.csv")
+        serve(load_robot("aria"), load_plate("table2"), data=tmp_path / "none.csv", open_browser=False)

@@ -37,7 +37,7 @@ def test_the_sample_is_drawn_at_its_end(screen, sample, tmp_path):
     if folder := os.environ.get("WORKBENCH_PICTURES"):
         (Path(folder) / "sample.png").write_bytes(content)
     image = matplotlib.image.imread(io.BytesIO(content), format="png")[..., :3]
-    scene = image[80 : image.shape[0] // 2 + 150, : int(0.55 * image.shape[1])]
+    scene = image[80 : image.shape[0] // 2 + 150, : int(0.49 * image.shape[1])]
     amber = np.abs(scene - np.array([245, 158, 11]) / 255).max(-1) < 0.2
     green = (scene[..., 1] > scene[..., 0] + 0.15) & (scene[..., 1] > scene[..., 2])
     assert amber.sum() > 200  # the calibrated arm, which is there at the end only

@@ -11,8 +11,8 @@ from workbench.report.json import text as text_of
 from workbench.reproduce import aria_printed as printed
 from workbench.reproduce.aria import reproduce_aria
 from workbench.reproduce.aria_arms import TITLES, Judges, compare_acquisitions
+from workbench.reproduce.aria_page import aria_json, write_aria
 from workbench.reproduce.finding import Verdict
-from workbench.reproduce.page import aria_json, write_aria
 
 
 @pytest.fixture(scope="module")

@@ -19,6 +19,7 @@ from viser import _messages
 from workbench.errors import OptionError
 
 LOOPBACK = ("127.0.0.1", "localhost")
+LABEL = "Workbench"
 EVERYWHERE = ("0.0.0.0", "::")
 _print = rich.print
 
@@ -32,7 +33,7 @@ def _print_but_viser(*objects: Any, **options: Any) -> None:
 rich.print = _print_but_viser
 
 
-def local_server(*, host: str = "127.0.0.1", port: int = 0, label: str | None = None) -> viser.ViserServer:
+def local_server(*, host: str = "127.0.0.1", port: int = 0, label: str = LABEL) -> viser.ViserServer:
     """A server that only pages of its own can talk to.
 
     Args:
@@ -65,6 +66,12 @@ def local_server(*, host: str = "127.0.0.1", port: int = 0, label: str | None = 
     for message in (_messages.ShareUrlRequest, _messages.ShareUrlDisconnect):
         server._websock_server.unregister_handler(message)
     return server
+
+
+def page_address(server: viser.ViserServer) -> str:
+    """Where its page is opened on this machine."""
+    host = server.get_host()
+    return f"http://{LOOPBACK[0] if host in EVERYWHERE else host}:{server.get_port()}"
 
 
 def stop_server(server: viser.ViserServer) -> None:

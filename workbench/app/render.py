@@ -4,8 +4,10 @@ from collections.abc import Sequence
 
 import viser
 
+from workbench.app.icons import icons_at_once
 from workbench.app.panels.arm import ArmPanel
 from workbench.app.panels.arrange import ArrangePanel
+from workbench.app.panels.bending import BendingPanel
 from workbench.app.panels.choices import ChoicesPanel
 from workbench.app.panels.compare import ComparePanel
 from workbench.app.panels.data import DataPanel
@@ -16,6 +18,7 @@ from workbench.app.panels.guided import GuidedPanel
 from workbench.app.panels.header import Header
 from workbench.app.panels.history import HistoryPanel
 from workbench.app.panels.index import IndexPanel
+from workbench.app.panels.influence import InfluencePanel
 from workbench.app.panels.jog import JogPanel
 from workbench.app.panels.look import LookPanel
 from workbench.app.panels.noise import NoisePanel
@@ -38,7 +41,7 @@ class BrowserView(AbstractView):
     def __init__(self, server: viser.ViserServer, worker: Worker):
         self._server = server
         session = worker.session
-        with server.atomic():
+        with server.atomic(), icons_at_once():
             self._scene = Scene(server, worker, session)
             self._panels = _build_panels(server, worker)
             for panel in self._panels:
@@ -75,6 +78,7 @@ def _build_panels(server: viser.ViserServer, worker: Worker) -> Sequence[Abstrac
                 TargetsPanel(worker),
                 IndexPanel(),
                 HistoryPanel(),
+                InfluencePanel(),
                 ArrangePanel(worker),
                 ProductionPanel(worker),
                 NoisePanel(worker),
@@ -84,7 +88,7 @@ def _build_panels(server: viser.ViserServer, worker: Worker) -> Sequence[Abstrac
         ("Measure", (DataPanel(worker), GuidedPanel(worker))),
         ("Identify", (FitPanel(worker), ChoicesPanel(worker))),
         ("Diagnose", (DiagnosePanel(worker),)),
-        ("Compare", (ComparePanel(worker),)),
+        ("Compare", (ComparePanel(worker), BendingPanel(worker))),
         ("More", (ArmPanel(worker), JogPanel(worker), FilesPanel(worker), LookPanel(worker))),
     ):
         with tabs.add_tab(title):

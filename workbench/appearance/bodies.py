@@ -16,6 +16,7 @@ from workbench.appearance.colours import FOOT, JOINT, LINK, PROBE
 from workbench.appearance.shapes import Solid, along, ball, cylinder, merged, tube
 from workbench.chain import Element
 from workbench.model.forward import joint_elements, link_frames
+from workbench.model.skeleton import height_above_floor
 from workbench.robots.robot import JointKind, Robot
 from workbench.types import Matrix4
 
@@ -93,12 +94,20 @@ def file_bodies(robot: Robot) -> tuple[Body, ...]:
     return tuple(Body(tuple(p)) for p in parts) if any(parts) else ()
 
 
-def body_frames(robot: Robot, q: Float[np.ndarray, " n"]) -> Float[np.ndarray, "bodies 4 4"]:
-    """Where each body stands, in the frame of the robot's base."""
+def body_frames(
+    robot: Robot, q: Float[np.ndarray, " n"], *, shift: Float[np.ndarray, "_ _"] = chains.NO_SHIFT
+) -> Float[np.ndarray, "bodies 4 4"]:
+    """Where each body stands, in the frame of the robot's base.
+
+    Args:
+        robot: The arm.
+        q: Joint positions [rad or m].
+        shift: What is added to each element of its chain, one row [rad or m]; nothing if empty.
+    """
     drivers = joint_elements(robot)
     order = np.argsort(drivers)
     after = np.concatenate([[_base_end(robot)], drivers[order]])
-    frames = chains.frames(robot.chain, q[None], after)[0]
+    frames = chains.frames(robot.chain, q[None], after, shift=shift)[0]
     frames = se3.inverse(robot.base.pose) @ frames
     return np.concatenate([frames[:1], frames[1:][np.argsort(order)]])
 
@@ -169,9 +178,11 @@ def _probe(start: np.ndarray, end: np.ndarray, radius: float) -> tuple[np.ndarra
 
 
 def _foot(robot: Robot, first: int, radius: float) -> Body:
-    """A foot at the arm's first frame, and a post where its first axis lies away from there."""
-    foot = cylinder(2.0 * radius, 0.0, 0.45 * radius, bevel=0.12 * radius)
-    parts = [Part(foot, FOOT)]
+    """A foot on the floor, a stand up to the arm's first frame, and a post where its first axis lies away."""
+    height = height_above_floor(robot)
+    parts = [Part(cylinder(2.0 * radius, -height, 0.45 * radius - height, bevel=0.12 * radius), FOOT)]
+    if height > 0.0:
+        parts.append(Part(cylinder(1.1 * radius, -height, 0.0), LINK))
     base_end = _base_end(robot)
     if first - 1 > base_end:
         way = _way(robot, base_end, first - 1)

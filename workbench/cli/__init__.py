@@ -81,7 +81,7 @@ def serve(
     ] = None,
 ) -> None:
     """The app in the browser: robot, plate, draggable targets, identification."""
-    from workbench.app.server import serve as run
+    from workbench.app.serving import serve as run
 
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # the recording is finished, as after Ctrl-C
     opening = open_session(robot, plate or "table2", session=session, step=step, record=record, live=rerun)

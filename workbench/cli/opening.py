@@ -28,23 +28,28 @@ def open_session(
     robot: str, plate: str, *, session: Path | None, step: int | None, record: bool, live: str | None
 ) -> Opening:
     """Decide where the session comes from and where it goes."""
-    from workbench.session.journal import folder as folders
-    from workbench.session.journal.reader import JOURNAL
-
     if step is not None and session is None:
         raise OptionError("--step needs --session DIR, the recording to branch off from")
     if live is not None:
         _check_viewer(live)
-    if session is not None and (step is not None or (session / JOURNAL).exists()):
+    if session is not None and (step is not None or _holds_one(session)):
         return _again(session, step, record, live)
     from workbench.fabricate.as_measured import load_plate
     from workbench.robots import load_robot
 
     def begin(robot, plate):
+        from workbench.session.journal import folder as folders
+
         made = folders.begin(robot, plate, folder=session) if record else folders.unrecorded(robot, plate)
         return _followed(made, live)
 
     return Opening(load_robot(robot), load_plate(plate), begin)
+
+
+def _holds_one(folder: Path) -> bool:
+    from workbench.session.journal.reader import JOURNAL
+
+    return (folder / JOURNAL).exists()
 
 
 def _again(session: Path, step: int | None, record: bool, live: str | None) -> Opening:

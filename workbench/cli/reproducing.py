@@ -1,4 +1,4 @@
-"""The commands that do the two works again: `workbench reproduce aria`."""
+"""The commands that do the two works again: `workbench reproduce aria` and `workbench reproduce katana`."""
 
 from pathlib import Path
 from typing import Annotated
@@ -37,13 +37,46 @@ def aria(
         found = reproduce_aria(arms=arms, seed=seed, progress=progress)
     show(findings_table(found.findings))
     if out is not None:
-        from workbench.reproduce.page import write_aria
+        from workbench.reproduce.aria_page import write_aria
 
         with progress_bar("drawing") as progress:
             page = write_aria(found, out, progress=progress)
         say(f"page: {page}")
     if json is not None:
         from workbench.report.json import write_json
-        from workbench.reproduce.page import aria_json
+        from workbench.reproduce.aria_page import aria_json
 
         say(f"result: {write_json(json, aria_json(found))}")
+
+
+@works.command()
+def katana(
+    out: Annotated[
+        Path | None, typer.Option(help="Write a page with pictures and tables into this folder.")
+    ] = None,
+    arms: Annotated[int, typer.Option(help="How many virtual arms are calibrated in every way.")] = 40,
+    weighed: Annotated[
+        int, typer.Option(help="How many compare influence-based identification with least squares.")
+    ] = 200,
+    json: JsonOption = None,
+    seed: SeedOption = 0,
+) -> None:
+    """Joint tilting and influences on the Katana 450: Tables 3.2 to 4.6 over many arms."""
+    from workbench.reproduce.finding import findings_table
+    from workbench.reproduce.katana import reproduce_katana
+
+    check_writable(json, folder=out)
+    with progress_bar("reproduce") as progress:
+        found = reproduce_katana(arms=arms, weighed=weighed, seed=seed, progress=progress)
+    show(findings_table(found.findings))
+    if out is not None:
+        from workbench.reproduce.katana_page import write_katana
+
+        with progress_bar("drawing") as progress:
+            page = write_katana(found, out, progress=progress)
+        say(f"page: {page}")
+    if json is not None:
+        from workbench.report.json import write_json
+        from workbench.reproduce.katana_page import katana_json
+
+        say(f"result: {write_json(json, katana_json(found))}")

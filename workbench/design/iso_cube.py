@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
+from scipy.spatial.distance import cdist
 
 from workbench import se3
 from workbench.design.region import Region
@@ -41,6 +42,8 @@ POINTS = np.array([[0.5, 0.5], [0.1, 0.1], [0.9, 0.1], [0.9, 0.9], [0.1, 0.9]])
 """P1 to P5 of a plane, along its two edges as shares."""
 EDGE = 5
 """Every so many further points lies on the cube's edge."""
+SAME = 1e-6
+"""Points nearer to each other than this [m] are one, such as the middles of all planes."""
 R2 = np.array([0.7548776662466927, 0.5698402909980532])
 """Steps of the evenly spread sequence."""
 
@@ -113,13 +116,12 @@ def plane_points(cube: Region, number: int) -> Float[np.ndarray, "number 3"]:
     spread[EDGE - 1 :: EDGE, 1] = 1.0
     shares = [(plane, point) for point in POINTS for plane in range(4)]
     shares += [(i % 4, point) for i, point in enumerate(spread)]
-    places: list[np.ndarray] = []
-    for plane, (along, up) in shares:
-        a, b, _, d = planes[plane]
-        place = a + along * (b - a) + up * (d - a)
-        if not any(np.allclose(place, other) for other in places):
-            places.append(place)
-    return np.array(places[:number])
+    corners = np.array([(planes[plane][0], planes[plane][1], planes[plane][3]) for plane, _ in shares])
+    along, up = np.array([point for _, point in shares]).T[:, :, None]
+    a, b, d = corners.transpose(1, 0, 2)
+    places = a + along * (b - a) + up * (d - a)
+    again = np.tril(cdist(places, places) < SAME, -1).any(axis=1)
+    return places[~again][:number]
 
 
 def iso_cube_poses(

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
-from scipy import linalg, stats
+from scipy import linalg, special
 
 from workbench.diagnose.candidate import Candidate
 from workbench.diagnose.grams import Grams
@@ -153,7 +153,8 @@ def _log_p(taken: float, rest: float, rank: int, freedom: int) -> float:
     ratio = (taken / rank) / (rest / (freedom - rank))
     if ratio < EVIDENT:
         return 0.0
-    return float(stats.f.logsf(ratio, rank, freedom - rank))
+    with np.errstate(divide="ignore"):
+        return float(np.log(special.fdtrc(rank, freedom - rank, ratio)))
 
 
 def _shrunk(left: Left, candidate: Candidate) -> Offer | None:
@@ -172,7 +173,7 @@ def _shrunk(left: Left, candidate: Candidate) -> Offer | None:
     gains = 0.5 * left.freedom * np.log(left.square / np.maximum(rest, 1e-300)) - charge
     best = int(np.argmax(gains))
     gain = float(gains[best])
-    log_p = float(stats.chi2.logsf(2.0 * max(gain, 0.0), 2))
+    log_p = -max(gain, 0.0)  # of twice the gain, by the chi-squared distribution with two degrees of freedom
     charged = gain - 0.5 * float(np.log(left.grams.count)) - candidate.handicap
     return Offer(Term(candidate, float(tried[best])), charged, log_p)
 

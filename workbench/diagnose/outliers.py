@@ -7,7 +7,7 @@ that was not leaves more.
 
 import numpy as np
 from jaxtyping import Bool, Float
-from scipy import stats
+from scipy import special
 
 from workbench.identify.linear import Factor
 from workbench.identify.opt2 import Opt2
@@ -71,7 +71,7 @@ def standing_out(
             room[rows] = np.where(mine, np.maximum(1.0 - leverage, 0.1), 1.0 + leverage)
     sizes = _sizes(problem, residual, room)
     tail = BEYOND * np.quantile(sizes, 0.9, axis=0)
-    chance = np.sqrt(stats.chi2.isf(LEVEL / len(sizes), 3) / stats.chi2.median(3))
+    chance = np.sqrt(special.chdtri(3, LEVEL / len(sizes)) / special.chdtri(3, 0.5))
     return (sizes > np.maximum(tail, max(chance, LEAST))).any(1)
 
 

@@ -11,7 +11,7 @@ from enum import StrEnum
 from typing import NamedTuple
 
 import numpy as np
-from scipy import stats
+from scipy import special
 
 from workbench import se3
 from workbench.errors import DataError
@@ -175,7 +175,7 @@ class _Trial(NamedTuple):
         if other.square <= rounding:
             return False
         ratio = (max(other.square - self.square, 0.0) / gained) / max(self.square / left, rounding)
-        return bool(stats.f.sf(ratio, gained, left) < SIGNIFICANCE)
+        return bool(special.fdtrc(gained, left, ratio) < SIGNIFICANCE)
 
 
 def _decide(robot, data, candidates, noise, free, effects, known, cancel) -> tuple[FrameFreedom, str]:

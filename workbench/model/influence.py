@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from workbench.model.forward import tool_poses
+from workbench.model.forward import sensitivity, tool_poses
 from workbench.robots.robot import Robot
 from workbench.types import frozen
 
@@ -88,3 +88,21 @@ def influence(
         for name, value in zip(names, deviated, strict=True)
     ]
     return Influence(names=names, distances=frozen(np.linalg.norm(np.stack(moved, axis=1), axis=-1)))
+
+
+def first_order_influence(
+    robot: Robot, q: Float[np.ndarray, "rows n"], *, names: tuple[str, ...] | None = None
+) -> Influence:
+    """`influence` with the standard deviations, to first order: all constants at once, for live views.
+
+    e_i = |J_v,i| δ_i with the linear part of the identification Jacobian; what it leaves out is of the
+    second order in δ.
+    """
+    names = robot.default_free if names is None else names
+    elements = robot.chain.elements
+    turns = np.array([elements[i].axis.turns for i in robot.chain.indices(names)], bool)
+    twists = sensitivity(robot, q, names)[1]
+    return Influence(
+        names=names,
+        distances=frozen(np.linalg.norm(twists[:, :3], axis=1) * np.where(turns, ANGLE, LENGTH)),
+    )

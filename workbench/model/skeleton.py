@@ -11,6 +11,7 @@ from workbench import chain as chains
 from workbench import se3
 from workbench.model.forward import joint_elements
 from workbench.robots.robot import Robot
+from workbench.types import Freedom
 
 SHORTEST = 1e-3
 """Parts of a link below this length are left out [m]."""
@@ -38,6 +39,17 @@ def link_ways(robot: Robot) -> tuple[Float[np.ndarray, "points 3"], ...]:
         end = int(drivers[order[i + 1]]) - 1 if i + 1 < len(order) else len(robot.chain.elements) - 1
         ways[joint + 1] = _way(robot, int(drivers[joint]), end)
     return tuple(ways)
+
+
+def height_above_floor(robot: Robot) -> float:
+    """How high the arm's first frame stands above the floor of the measuring frame [m].
+
+    Zero where the base is to be identified, is turned, or is none on which such an arm could stand.
+    """
+    height = float(robot.base.xyz[2])
+    is_upright = np.array_equal(robot.base.rotation, np.eye(3))
+    is_stand = robot.base.free is Freedom.FIXED and is_upright and 0.0 < height < robot.reach
+    return height if is_stand else 0.0
 
 
 def _way(robot: Robot, first: int, last: int) -> Float[np.ndarray, "points 3"]:

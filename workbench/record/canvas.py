@@ -29,8 +29,15 @@ class Canvas:
     def at(self, step: int, seconds: float) -> None:
         """What follows belongs to this step."""
         for outlet in self._outlets:
+            outlet.stream.disable_timeline(ROW)
             outlet.stream.set_time(STEP, sequence=step)
             outlet.stream.set_time(TIME, duration=seconds)
+
+    def at_rows(self) -> None:
+        """What follows is there at every measured row, and at no step."""
+        for outlet in self._outlets:
+            outlet.stream.reset_time()
+            outlet.stream.set_time(ROW, sequence=0)
 
     def log(self, path: str, *what: Any, static: bool = False) -> None:
         """Draw at a path, now or for good."""

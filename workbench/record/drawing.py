@@ -7,11 +7,11 @@ from collections.abc import Iterable, Iterator
 import rerun as rr
 
 from workbench.record.canvas import Canvas
-from workbench.record.entities import ENTITIES, Moment
+from workbench.record.entities import AT_ROWS, ENTITIES, AbstractEntity, Moment
 
 INTERVAL = 0.1
 """Least time between two pictures in the middle of a drag, in the beginning [s]."""
-OFTEN = 2000
+OFTEN = 1000
 """Pictures of drags after which the time between them doubles."""
 log = logging.getLogger(__name__)
 
@@ -38,12 +38,21 @@ class Drawing:
     def __init__(self, canvas: Canvas):
         self._canvas = canvas
         self._entities = tuple(kind() for kind in ENTITIES)
+        self._rows: object = None
         canvas.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
 
     def draw(self, moment: Moment) -> None:
         """Draw what is new in this moment."""
+        rows = moment.session.comparison
+        if rows is not None and rows is not self._rows and len(rows):
+            self._canvas.at_rows()
+            self._draw(moment, tuple(kind() for kind in AT_ROWS))
+        self._rows = rows
         self._canvas.at(moment.step, moment.at)
-        for entity in self._entities:
+        self._draw(moment, self._entities)
+
+    def _draw(self, moment: Moment, entities: Iterable[AbstractEntity]) -> None:
+        for entity in entities:
             try:
                 entity.draw(self._canvas, moment)
             except Exception:

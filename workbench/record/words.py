@@ -40,8 +40,7 @@ def about(session: Session) -> str:
     loaded, noise = session.loaded, session.noise
     measured = "none yet" if loaded is None else f"{loaded.name}, {len(loaded.dataset)} rows"
     lines = [
-        f"# {session.robot.name}",
-        f"{session.robot.dof} joints, convention {session.robot.convention}.",
+        f"**{session.robot.name}:** {session.robot.dof} joints, convention {session.robot.convention}.",
         f"Plate “{session.plate.name}” with {len(session.plate)} targets.",
         f"Instrument: {1e3 * noise.position:.3g} mm, {np.rad2deg(noise.rotation):.3g}°.",
         "",

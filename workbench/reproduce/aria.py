@@ -25,8 +25,8 @@ from workbench.pipeline.poses import choose_poses
 from workbench.reproduce import aria_tables as tables
 from workbench.reproduce.aria_arms import Acquisition, Comparison, Judges, compare_acquisitions
 from workbench.reproduce.aria_claims import claims, clustering_claims
-from workbench.reproduce.aria_tables import Sheet
 from workbench.reproduce.finding import Finding
+from workbench.reproduce.page import Sheet
 from workbench.robots.library import load_robot
 from workbench.robots.robot import Robot
 

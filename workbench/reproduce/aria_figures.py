@@ -1,7 +1,6 @@
 """Pictures of the ARIA paper done again: its tool (Fig. 6), its clusters (Fig. 5), its errors (Fig. 7)."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
 from itertools import product
 
@@ -15,28 +14,12 @@ from workbench.report.error_grid import Column, error_grid
 from workbench.reproduce import aria_printed as printed
 from workbench.reproduce.aria import AriaReproduction
 from workbench.reproduce.aria_arms import TITLES, Comparison
+from workbench.reproduce.page import Picture
 from workbench.validate.components import RowComponents
 
 COLUMN_COLOURS = (NOMINAL, *COLOURS)
 NOTHING = RowComponents(np.zeros((0, 3)), np.zeros((0, 3)))
 MM = 1e3
-
-
-@dataclass(frozen=True)
-class Picture:
-    """A finished picture.
-
-    Args:
-        name: File name with ending.
-        title: For its heading.
-        caption: What it shows and how to read it.
-        content: The PNG file.
-    """
-
-    name: str
-    title: str
-    caption: str
-    content: bytes
 
 
 def all_pictures(

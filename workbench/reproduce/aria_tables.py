@@ -1,7 +1,5 @@
 """The ARIA paper's Tables 1–4, limits and equations beside what this package has in their place."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from jaxtyping import Float
 
@@ -14,29 +12,13 @@ from workbench.model.linearisation import linearise
 from workbench.reproduce import aria_printed as printed
 from workbench.reproduce.aria_arms import TITLES, Acquisition, identified, mean_errors
 from workbench.reproduce.finding import Finding, judged, without
+from workbench.reproduce.page import Sheet
 from workbench.robots.library import load_robot
 from workbench.robots.robot import Robot
 from workbench.validate.requirement import Requirement
 
 EVEN = 1e-3
 """Distance of a target of Table 2 from its even place on the circle that rounding to mm explains [m]."""
-
-
-@dataclass(frozen=True)
-class Sheet:
-    """A table for the page: the paper's numbers and ours.
-
-    Args:
-        title: Which table.
-        headings: Of the columns.
-        rows: Cells as text.
-        note: What must be known to read it.
-    """
-
-    title: str
-    headings: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    note: str = ""
 
 
 def nominal(robot: Robot) -> tuple[Finding, ...]:

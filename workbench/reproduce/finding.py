@@ -61,5 +61,9 @@ def findings_table(findings: tuple[Finding, ...]) -> RenderableType:
     for finding in findings:
         cells = (finding.where, finding.what, finding.printed, finding.here, str(finding.verdict))
         table.add_row(*(escape(cell) for cell in cells))
-    reasons = [f"{f.where}, {f.what}: {f.reason}" for f in findings if f.verdict is not Verdict.AGREES]
-    return Group(table, Text("\n".join(reasons)))
+    reasons: dict[str, list[str]] = {}
+    for finding in findings:
+        if finding.verdict is not Verdict.AGREES:
+            reasons.setdefault(finding.reason, []).append(f"{finding.where}, {finding.what}")
+    lines = (f"{'; '.join(which)}: {reason}" for reason, which in reasons.items())
+    return Group(table, Text("\n".join(lines)))

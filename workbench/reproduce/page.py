@@ -1,45 +1,95 @@
 """One folder about a work done again: the page, its pictures, and everything as JSON."""
 
 from collections import Counter
-from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from workbench.report import json as json_report
-from workbench.report.folder import check_folder, write_folder
-from workbench.report.plates import cluster_json
-from workbench.reproduce.aria import AriaReproduction
-from workbench.reproduce.aria_arms import TITLES, Comparison
-from workbench.reproduce.aria_figures import Picture, all_pictures
+from workbench.report.folder import write_folder
 from workbench.reproduce.finding import Finding, Verdict
 
 PAGE, RESULT = "index.html", "result.json"
 SCHEMA = "workbench.reproduction/1"
-ARIA_TITLE = "Kinematic calibration of a lightweight manipulator, done again"
-ARIA_SOURCE = (
-    "K. Arent, A. Kurnicki, P. Portasiak, B. Stańczyk: Kinematic calibration of a lightweight manipulator. "
-    "Bull. Pol. Acad. Sci. Tech. Sci. 72(6), e151381, 2024"
-)
 
 Json = dict[str, Any]
 
 
-def aria_json(found: AriaReproduction) -> Json:
-    """Every finding, the poses of the clustering, and the spread of errors over the arms."""
-    return {
-        "schema": SCHEMA,
-        "work": "aria",
-        "source": ARIA_SOURCE,
-        "arms": found.arms,
-        "seed": found.seed,
-        "verdicts": verdicts(found.findings),
-        "findings": [finding_json(finding) for finding in found.findings],
-        "clustering": cluster_json(found.clustering),
-        "comparison": [_comparison_json(c) for c in (*found.exact, *found.noisy)],
-    }
+@dataclass(frozen=True)
+class Picture:
+    """A finished picture.
+
+    Args:
+        name: File name with ending.
+        title: For its heading.
+        caption: What it shows and how to read it.
+        content: The PNG file.
+    """
+
+    name: str
+    title: str
+    caption: str
+    content: bytes
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """A table for the page: the work's numbers and ours.
+
+    Args:
+        title: Which table.
+        headings: Of the columns.
+        rows: Cells as text.
+        note: What must be known to read it.
+        groups: Headings over the columns, and how many each spans; none if empty.
+    """
+
+    title: str
+    headings: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    note: str = ""
+    groups: tuple[tuple[str, int], ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Page:
+    """What a page shows, in its order.
+
+    Args:
+        title: The work.
+        source: Where it was printed.
+        facts: What was done here, one paragraph each.
+        findings: Printed numbers beside ours.
+        summary: Tables before the pictures.
+        pictures: Finished pictures.
+        sheets: Tables after them.
+        omitted: Which of the work's figures have no counterpart.
+    """
+
+    title: str
+    source: str
+    facts: tuple[str, ...]
+    findings: tuple[Finding, ...]
+    summary: tuple[Sheet, ...]
+    pictures: tuple[Picture, ...]
+    sheets: tuple[Sheet, ...]
+    omitted: str
+
+
+def write_page(page: Page, result: Json, folder: Path | str) -> Path:
+    """Write the page with its pictures and `result.json`; whatever else the folder holds stays.
+
+    Returns:
+        The page.
+
+    Raises:
+        FileError: the folder is a file.
+    """
+    files = {picture.name: picture.content for picture in page.pictures}
+    files |= {PAGE: _html(page).encode(), RESULT: json_report.text(result).encode()}
+    return write_folder(folder, files) / PAGE
 
 
 def verdicts(findings: tuple[Finding, ...]) -> dict[str, int]:
@@ -48,7 +98,21 @@ def verdicts(findings: tuple[Finding, ...]) -> dict[str, int]:
     return {str(verdict): counts[verdict] for verdict in Verdict}
 
 
-def finding_json(finding: Finding) -> Json:
+def counted(findings: tuple[Finding, ...]) -> str:
+    """The same in a sentence."""
+    counts = verdicts(findings)
+    return (
+        f"{len(findings)} printed numbers and statements: {counts['agrees']} agree, "
+        f"{counts['differs']} differ, for {counts['none can be given']} none can be given."
+    )
+
+
+def findings_json(findings: tuple[Finding, ...]) -> Json:
+    """The findings and their verdicts."""
+    return {"verdicts": verdicts(findings), "findings": [_finding(finding) for finding in findings]}
+
+
+def _finding(finding: Finding) -> Json:
     """One printed number beside ours."""
     return {
         "where": finding.where,
@@ -60,29 +124,7 @@ def finding_json(finding: Finding) -> Json:
     }
 
 
-def write_aria(
-    found: AriaReproduction, folder: Path | str, *, progress: Callable[[float, str], None] | None = None
-) -> Path:
-    """Write the page with its pictures and `result.json`; whatever else the folder holds stays.
-
-    Returns:
-        The page.
-
-    Raises:
-        FileError: the folder is a file.
-    """
-    check_folder(folder)
-    report = progress or (lambda part, words: None)
-    pictures = all_pictures(found, lambda part: report(part, "drawing"))
-    files = {picture.name: picture.content for picture in pictures}
-    files |= {
-        PAGE: _page(found, pictures).encode(),
-        RESULT: json_report.text(aria_json(found)).encode(),
-    }
-    return write_folder(folder, files) / PAGE
-
-
-def _page(found: AriaReproduction, pictures: tuple[Picture, ...]) -> str:
+def _html(page: Page) -> str:
     environment = Environment(
         loader=PackageLoader("workbench.report"),
         autoescape=True,
@@ -90,59 +132,4 @@ def _page(found: AriaReproduction, pictures: tuple[Picture, ...]) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    return environment.get_template("reproduction.html").render(
-        title=ARIA_TITLE,
-        source=ARIA_SOURCE,
-        facts=_facts(found),
-        findings=found.findings,
-        sheets=found.sheets,
-        pictures=pictures,
-        spreads=[_spread_row(c) for c in (*found.exact, *found.noisy)],
-        titles=TITLES,
-        result=RESULT,
-    )
-
-
-def _facts(found: AriaReproduction) -> tuple[str, ...]:
-    counts = verdicts(found.findings)
-    return (
-        f"{len(found.findings)} printed numbers and statements: {counts['agrees']} agree, "
-        f"{counts['differs']} differ, for {counts['none can be given']} none can be given.",
-        f"{found.arms} virtual arms with hidden errors up to 5 mm and 5° in every constant, seed "
-        f"{found.seed}; base and tool known, as in the paper.",
-    )
-
-
-def _spread_row(comparison: Comparison) -> tuple[str, ...]:
-    """A way of measuring, and medians over the arms: measured poses, region, anywhere [mm]."""
-    noise = "none" if comparison.instrument.sigma_position == 0 else "0.1 mm, 0.02°"
-    tables = (comparison.own_position, comparison.region, comparison.anywhere)
-    cells = [_size(1e3 * np.nanmedian(table[:, column])) for table in tables for column in range(len(TITLES))]
-    return comparison.acquisition.title, noise, str(comparison.reached), *cells
-
-
-def _size(value: float) -> str:
-    return f"{value:.3g}" if value >= 1e-6 else f"{value:.0e}"
-
-
-def _comparison_json(comparison: Comparison) -> Json:
-    tables = {
-        "measured_position_mm": 1e3 * comparison.own_position,
-        "measured_orientation_deg": np.rad2deg(comparison.own_rotation),
-        "region_position_mm": 1e3 * comparison.region,
-        "region_orientation_deg": np.rad2deg(comparison.region_rotation),
-        "anywhere_position_mm": 1e3 * comparison.anywhere,
-    }
-    return {
-        "way": comparison.acquisition.name,
-        "instrument": comparison.instrument.name,
-        "reached": comparison.reached,
-        "q": comparison.acquisition.q,
-        "errors": {
-            name: {
-                title: {"median": np.nanmedian(t[:, k]), "max": np.nanmax(t[:, k])}
-                for k, title in enumerate(TITLES)
-            }
-            for name, t in tables.items()
-        },
-    }
+    return environment.get_template("reproduction.html").render(page=page, result=RESULT)

@@ -228,7 +228,18 @@ class CubeView:
 
 @dataclass(frozen=True, kw_only=True)
 class Overlay:
-    """What is laid over the scene once there are measurements and a fit."""
+    """What is laid over the scene.
+
+    Args:
+        nominal: The nominal arm at a measured row.
+        calibrated: The calibrated arm.
+        frames: Where the tool was measured.
+        arrows: Errors from measured to predicted places.
+        ghosts: The other branches that reach the selected target.
+        exaggeration: How many times longer errors are drawn.
+        bent: The arm as its effects bend it.
+        bending: How many times stronger it is then drawn as bent.
+    """
 
     nominal: bool = True
     calibrated: bool = True
@@ -236,6 +247,8 @@ class Overlay:
     arrows: bool = True
     ghosts: bool = True
     exaggeration: float = 50.0
+    bent: bool = True
+    bending: float = 50.0
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

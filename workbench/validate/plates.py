@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from scipy import linalg, stats
+from scipy import linalg, special
 
 from workbench import se3
 from workbench.design.plate import Kind, Plate
@@ -221,8 +221,9 @@ class _Fit:
                 mine = kept_blocks == k
                 vector, covariance = pull[mine], m[np.ix_(mine, mine)]
             t = float(vector @ linalg.solve(covariance, vector, assume_a="pos"))
-            result[k] = stats.chi2.logsf(t, len(vector))
-        return result
+            result[k] = special.chdtrc(len(vector), t)
+        with np.errstate(divide="ignore"):
+            return np.log(result)
 
 
 def _check_targets(plate: Plate, q: np.ndarray, targets: np.ndarray) -> None:

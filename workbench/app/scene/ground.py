@@ -12,6 +12,7 @@ from workbench.appearance.colours import (
     SKY,
     SKY_DARK,
 )
+from workbench.model.skeleton import height_above_floor
 from workbench.session.state import Session
 
 
@@ -21,6 +22,7 @@ class Ground(AbstractPart):
     def __init__(self, server: viser.ViserServer, session: Session):
         self._server = server
         self._reach = reach = session.robot.reach
+        self._height = height_above_floor(session.robot)
         self._is_dark: bool | None = None
         server.scene.set_up_direction("+z")
         _light(server)
@@ -52,7 +54,7 @@ class Ground(AbstractPart):
             fade_distance=5.0 * self._reach,
             fade_from="origin",
             shadow_opacity=0.0,
-            position=(0.0, 0.0, -0.001),
+            position=(0.0, 0.0, -0.001 - self._height),
         )
 
 
@@ -76,5 +78,6 @@ def first_view(session: Session) -> tuple[np.ndarray, np.ndarray]:
     """Where the camera stands and looks at first [m]."""
     reach = session.robot.reach
     middle = 0.5 * (session.plate.region.min + session.plate.region.max)
-    look_at = np.array([0.62 * middle[0], 0.62 * middle[1], 0.24 * reach])
+    height = 0.24 * reach - height_above_floor(session.robot)
+    look_at = np.array([0.62 * middle[0], 0.62 * middle[1], height])
     return look_at + reach * np.array([1.0, -0.86, 0.66]), look_at

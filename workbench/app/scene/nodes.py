@@ -16,6 +16,15 @@ def put(node: viser.SceneNodeHandle, pose: Float[np.ndarray, "4 4"]) -> None:
     node.wxyz = se3.matrix_to_quaternion(pose[:3, :3])
 
 
+def unsettle(node: viser.SceneNodeHandle) -> None:
+    """Give a new node a pose that no other has, so that the next one is sent whatever it is.
+
+    A page keeps the pose of an older node of the same name, and viser does not send a pose that is the
+    default one.
+    """
+    node.position, node.wxyz = (0.0, 0.0, -1e3), (0.0, 1.0, 0.0, 0.0)
+
+
 def linear(colours: UInt8[np.ndarray, "n 3"]) -> UInt8[np.ndarray, "n 3"]:
     """Colours of a batched mesh, which the page takes for linear ones."""
     return np.round(255.0 * (colours / 255.0) ** GAMMA).astype(np.uint8)

@@ -3,7 +3,7 @@
 import numpy as np
 import viser
 
-from workbench.app.scene.nodes import add_solid, put
+from workbench.app.scene.nodes import add_solid, put, unsettle
 from workbench.app.scene.part import AbstractPart
 from workbench.appearance.colours import PLATE, REACHED, target_colour
 from workbench.appearance.shapes import SIDE, box, target_block
@@ -20,7 +20,9 @@ class PlatePart(AbstractPart):
         self._server, self._worker = server, worker
         plate = session.plate
         if plate.size is not None:
-            put(add_solid(server, "/plate", box(plate.size), PLATE, flat=True), plate.pose)
+            solid = add_solid(server, "/plate", box(plate.size), PLATE, flat=True)
+            unsettle(solid)
+            put(solid, plate.pose)
         self._targets: list[Target] = []
         self._blocks: list[viser.MeshHandle] = []
         self._labels: list[viser.LabelHandle] = []

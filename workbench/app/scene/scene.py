@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import viser
 
+from workbench.app.scene.bent_arm import BentArm
 from workbench.app.scene.corners import Corners
 from workbench.app.scene.cubes import CubesPart
 from workbench.app.scene.ghosts import BranchGhosts
@@ -42,6 +43,7 @@ class Scene(AbstractPart):
             Ground(server, session),
             PlatePart(server, worker, session),
             NominalArm(server, session),
+            BentArm(server, session),
             BranchGhosts(server, session),
             CubesPart(server, worker, session),
             Corners(server, worker, session),

@@ -6,15 +6,15 @@
 | `world/plate/solid`, `…/targets/N`, `…/trails/N` | fixture, targets, the ways of dragged targets |
 | `world/region/outline`, `…/cubes` | the region that matters and its cube field |
 | `world/measured`, `world/errors/nominal`, `…/calibrated` | measured positions, exaggerated errors |
-| `index/…`, `predicted/…`, `error/…` | numbers over the steps |
-| `row_error/…` | errors over the measured rows |
+| `index/…`, `predicted/…`, `error/…` | over the steps: indices, errors predicted, left and diagnosed |
+| `row_error/…` | errors over the measured rows, by identification and fit |
 | `target/index_O` | index O of each target |
 | `diagnosis/words`, `…/ranking` | what the model lacked: verdict, effects, candidates |
 | `searches` | what the searches of whole plates came to |
 | `log`, `about`, `parameters`, `figure/…` | words, tables, pictures |
 """
 
-from workbench.record.entities.arm import Arms
+from workbench.record.entities.arm import Arms, ArmsAtRows
 from workbench.record.entities.diagnosis import Diagnosed
 from workbench.record.entities.entity import AbstractEntity, Moment
 from workbench.record.entities.figures import Figures
@@ -45,4 +45,15 @@ ENTITIES: tuple[type[AbstractEntity], ...] = (
 )
 """Everything that is drawn, in this order."""
 
-__all__ = ["ENTITIES", "AbstractEntity", "Moment"]
+AT_ROWS: tuple[type[AbstractEntity], ...] = (
+    About,
+    ArmsAtRows,
+    PlateSolid,
+    Targets,
+    RegionOutline,
+    Measured,
+    Parameters,
+)
+"""What the timeline of the measured rows shows, as it was when the rows came or were fitted."""
+
+__all__ = ["AT_ROWS", "ENTITIES", "AbstractEntity", "Moment"]

@@ -1,7 +1,6 @@
 """`world/arm/nominal` and `world/arm/calibrated`: the two arms, solid and amber.
 
-Each body moves with its own frame. On the timeline `measured_row` they stand as they stood at every
-measured row.
+Each body moves with its own frame.
 """
 
 import numpy as np
@@ -34,15 +33,24 @@ class Arms(AbstractEntity):
         q = posture(session)
         found = session.identification
         self._nominal.stand(canvas, session.robot, q)
-        rows = session.comparison
-        rows_q = None if rows is None else rows.q[:MOST_ROWS]
-        self._nominal.stand_at_rows(canvas, session.robot, rows_q)
         if found is None:
             self._calibrated.leave(canvas)
+        else:
+            self._calibrated.stand(canvas, found.runs[session.fit].calibrated, q)
+
+
+class ArmsAtRows(AbstractEntity):
+    """Both arms as they stood at every measured row, on the timeline `measured_row`."""
+
+    def draw(self, canvas: Canvas, moment: Moment) -> None:
+        """Draw the bodies, and all their places."""
+        session, rows = moment.session, moment.session.comparison
+        if rows is None:
             return
-        arm = found.runs[session.fit].calibrated
-        self._calibrated.stand(canvas, arm, q)
-        self._calibrated.stand_at_rows(canvas, arm, rows_q)
+        _Arm("world/arm/nominal").stand_at_rows(canvas, session.robot, rows.q[:MOST_ROWS])
+        if session.identification is not None:
+            arm = session.identification.runs[session.fit].calibrated
+            _Arm("world/arm/calibrated", GHOST).stand_at_rows(canvas, arm, rows.q[:MOST_ROWS])
 
 
 def posture(session: Session) -> np.ndarray:
@@ -61,7 +69,6 @@ class _Arm:
         self._path, self._ghost = path, ghost
         self._robot: Robot | None = None
         self._q: np.ndarray | None = None
-        self._rows: np.ndarray | None = None
         self._parts: frozenset[str] = frozenset()
 
     def stand(self, canvas: Canvas, robot: Robot, q: np.ndarray) -> None:
@@ -77,10 +84,8 @@ class _Arm:
                 rr.Transform3D(translation=frame[:3, 3], quaternion=rr.Quaternion(xyzw=turn)),
             )
 
-    def stand_at_rows(self, canvas: Canvas, robot: Robot, rows: np.ndarray | None) -> None:
-        if rows is None or (self._rows is not None and np.array_equal(rows, self._rows)) or not len(rows):
-            return
-        self._rows = rows
+    def stand_at_rows(self, canvas: Canvas, robot: Robot, rows: np.ndarray) -> None:
+        self._build(canvas, robot)
         frames = np.stack([body_frames(robot, q) for q in rows], 1)
         for i, places in enumerate(frames):
             turns = quaternion(places[:, :3, :3])
@@ -90,7 +95,7 @@ class _Arm:
     def leave(self, canvas: Canvas) -> None:
         if self._robot is not None:
             canvas.clear(self._path)
-        self._robot = self._q = self._rows = None
+        self._robot = self._q = None
         self._parts = frozenset()
 
     def _build(self, canvas: Canvas, robot: Robot) -> None:
@@ -98,7 +103,7 @@ class _Arm:
 
         A `Clear` of the whole arm would take its poses of the same step away as well.
         """
-        self._robot, self._rows = robot, None
+        self._robot = robot
         solids = {
             f"{self._path}/body{i}/part{j}": part
             for i, body in enumerate(make_bodies(robot, swell=1.0 if self._ghost is None else SHELL))

@@ -9,8 +9,10 @@ from workbench.design.plate import Plate
 from workbench.record.canvas import Canvas
 from workbench.record.entities.entity import AbstractEntity, Moment
 from workbench.record.shapes import mesh
+from workbench.session.commands import DropTarget, MoveTarget
 
 LABEL = (241, 245, 249)
+DRAGS = (MoveTarget, DropTarget)
 LONGEST = 64
 """Places that a trail keeps; of more, evenly chosen ones."""
 
@@ -66,7 +68,7 @@ class Targets(AbstractEntity):
 
 
 class Trails(AbstractEntity):
-    """`world/plate/trails/N`: where a target has been; a reset or another plate begins anew."""
+    """`world/plate/trails/N`: where a target has been dragged; what else puts it elsewhere begins anew."""
 
     def __init__(self) -> None:
         self._ways: list[list[np.ndarray]] = []
@@ -80,14 +82,22 @@ class Trails(AbstractEntity):
             self._plate, self._drawn = session.first_plate, {}
             self._ways = [[] for _ in session.plate.targets]
             canvas.clear("world/plate/trails")
-        for way, target in zip(self._ways, session.plate.targets, strict=True):
+        is_drag = moment.entry is not None and isinstance(moment.entry.command, DRAGS)
+        for i, (way, target) in enumerate(zip(self._ways, session.plate.targets, strict=True)):
             if not way or not np.array_equal(way[-1], target.xyz):
+                if not is_drag:
+                    self._forget(canvas, i, way)
                 way.append(target.xyz)
                 if len(way) > 2 * LONGEST:
                     del way[1:-1:2]
         if session.holder is None:
             for i, way in enumerate(self._ways):
                 self._show(canvas, i, way)
+
+    def _forget(self, canvas: Canvas, i: int, way: list[np.ndarray]) -> None:
+        way.clear()
+        if self._drawn.pop(i, None) is not None:
+            canvas.clear(f"world/plate/trails/{i + 1}")
 
     def _show(self, canvas: Canvas, i: int, way: list[np.ndarray]) -> None:
         if len(way) > 1 and self._drawn.get(i) != id(way[-1]):

@@ -7,11 +7,14 @@ import numpy as np
 import rerun as rr
 
 from workbench.appearance.colours import ARROW_AFTER, ARROW_BEFORE, SELECTED
+from workbench.diagnose.record import judged
 from workbench.record.canvas import Canvas
 from workbench.record.entities.entity import AbstractEntity, Moment
+from workbench.session.commands import DropTarget, GrabTarget, MoveTarget
 from workbench.session.state import Score, Session
 from workbench.validate.identification import Run, Validation
 
+DRAGS = (GrabTarget, MoveTarget, DropTarget)
 ARMS = {"nominal": ARROW_BEFORE, "calibrated": ARROW_AFTER}
 
 
@@ -21,17 +24,21 @@ class Series(AbstractEntity):
     `index/O` … `index/O5`, `index/condition`, `index/rank`: what the targets tell. `predicted/position_mm`,
     `predicted/rotation_deg`: mean errors in the region after a calibration. `error/nominal_mm` and
     `error/calibrated_mm` (`_deg`): mean errors on held-out rows, or on the fitted ones where none were.
+    `error/diagnosed_geometry_mm` and `error/diagnosed_effects_mm`: the same of the last diagnosis, of the
+    geometry alone and with the accepted effects.
     """
 
     def __init__(self) -> None:
         self._drawn: dict[str, float] = {}
 
     def draw(self, canvas: Canvas, moment: Moment) -> None:
-        """Draw every number that is another one; the lines hold their value in between."""
-        for path, value in (*_score(moment.session.score), *_errors(moment.session)):
+        """Draw every number that is another one, and all after a decision that is no part of a drag."""
+        session, entry = moment.session, moment.entry
+        is_all = entry is not None and not moment.is_passing and not isinstance(entry.command, DRAGS)
+        for path, value in (*_score(session.score), *_errors(session), *_diagnosed(session)):
             if path not in self._drawn:
                 self._style(canvas, path)
-            if self._drawn.get(path) != value:
+            if is_all or self._drawn.get(path) != value:
                 self._drawn[path] = value
                 canvas.log(path, rr.Scalars(value if math.isfinite(value) else math.nan))
 
@@ -44,7 +51,7 @@ class Series(AbstractEntity):
 
 
 class RowErrors(AbstractEntity):
-    """`row_error/N_FIT/nominal_mm` and `…/calibrated_mm` on the timeline `measured_row`.
+    """`row_error/nominal_mm/N_FIT` and `row_error/calibrated_mm/N_FIT` on the timeline `measured_row`.
 
     Rows that were drawn can't be taken back, so every fit has a path of its own: N counts identifications.
     """
@@ -61,13 +68,13 @@ class RowErrors(AbstractEntity):
             self._identification = session.identification
             self._count += 1
         rows = session.comparison
-        group = f"row_error/{self._count}_{session.fit}"
+        group = f"{self._count}_{session.fit}"
         if rows is None or rows.calibrated is None or group in self._drawn:
             return
         self._drawn.add(group)
         errors = 1e3 * np.array([rows.errors(i) for i in range(len(rows))])
         for values, (name, colour) in zip(errors.T, ARMS.items(), strict=True):
-            path = f"{group}/{name}_mm"
+            path = f"row_error/{name}_mm/{group}"
             canvas.log(path, rr.SeriesLines(names=f"{session.fit}: {name} mm", colors=colour), static=True)
             canvas.rows(path, rr.Scalars.columns(scalars=values), len(rows))
 
@@ -84,7 +91,8 @@ class TargetBars(AbstractEntity):
         if values.tobytes() != self._drawn:
             self._drawn = values.tobytes()
             numbers = np.arange(1, len(values) + 1)
-            canvas.log("target/index_O", rr.BarChart(values, abscissa=numbers, color=SELECTED))
+            begins = numbers - 0.5  # a bar is drawn from its place to the next one's
+            canvas.log("target/index_O", rr.BarChart(values, abscissa=begins, color=SELECTED))
 
 
 def _score(score: Score) -> Iterator[tuple[str, float]]:
@@ -109,3 +117,10 @@ def _errors(session: Session) -> Iterator[tuple[str, float]]:
         yield f"error/{name}_mm", errors.position_mm.mean
         if errors.orientation_deg is not None:
             yield f"error/{name}_deg", errors.orientation_deg.mean
+
+
+def _diagnosed(session: Session) -> Iterator[tuple[str, float]]:
+    found = session.diagnosis
+    if found is not None:
+        yield "error/diagnosed_geometry_mm", judged(found.before).position_mm.mean
+        yield "error/diagnosed_effects_mm", judged(found.after).position_mm.mean

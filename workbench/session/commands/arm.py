@@ -9,18 +9,16 @@ from typing import Any
 import numpy as np
 
 from workbench import se3
-from workbench.design.patterns import pattern
-from workbench.design.plate import Kind, Plate
 from workbench.design.plate_toml import read_plate
-from workbench.design.region import Region
 from workbench.errors import FileError, OptionError, WorkbenchError
-from workbench.model.inverse import Task, follow
+from workbench.model.inverse import follow
 from workbench.robots import load_robot
 from workbench.robots.robot import Robot
 from workbench.session.command import AbstractChange, AbstractTask, Cancel, Progress
 from workbench.session.commands.data import safe_name
 from workbench.session.start import start
 from workbench.session.state import Focus, Session, Severity
+from workbench.session.suited import suited_plate
 from workbench.types import frozen
 
 LARGEST_MODEL = 2 * 1024 * 1024
@@ -196,27 +194,6 @@ def begin_with(robot: Robot, session: Session) -> Session:
     if 2 * begun.score.reached >= len(session.plate):
         return begun
     return start(robot, suited_plate(robot), noise=session.noise)
-
-
-def suited_plate(robot: Robot) -> Plate:
-    """A circle of ten targets before an arm, sized by its reach as Table 2 is by ARIA's.
-
-    Arms with fewer than six joints can't take any orientation: theirs are sockets, which hold a position.
-    """
-    kind = Kind.SEAT if robot.dof >= int(Task.POSE) else Kind.SOCKET
-    reach = robot.reach
-    centre = np.array([0.45, 0.0, 0.25]) * reach
-    half = np.array([0.2, 0.24, 0.12]) * reach
-    region = Region(min=centre - half * [1, 1, 0.5], max=centre + 1.5 * half, cube=float(0.05 * reach))
-    circle = pattern("circle", 10, centre=centre, radius=0.16 * reach)
-    size = np.array([0.42 * reach, 0.42 * reach, 0.012])
-    return Plate(
-        name="Circle",
-        targets=tuple(replace(target, kind=kind) for target in circle),
-        region=region,
-        xyz=frozen(centre - [0.0, 0.0, 0.05]),
-        size=frozen(size),
-    )
 
 
 def _begun(session: Session, begun: Session) -> Session:

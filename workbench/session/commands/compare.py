@@ -96,12 +96,13 @@ class SetOverlay(AbstractChange):
         return "overlay"
 
     def check(self, session: Session) -> None:
-        """The exaggeration must be sensible."""
-        if not LEAST_EXAGGERATION <= self.overlay.exaggeration <= GREATEST_EXAGGERATION:
-            raise OptionError(
-                f"errors can be exaggerated {LEAST_EXAGGERATION:g} to {GREATEST_EXAGGERATION:g} times, "
-                f"not {self.overlay.exaggeration:g}"
-            )
+        """The exaggerations must be sensible."""
+        for what, times in (("errors", self.overlay.exaggeration), ("bending", self.overlay.bending)):
+            if not LEAST_EXAGGERATION <= times <= GREATEST_EXAGGERATION:
+                raise OptionError(
+                    f"{what} can be exaggerated {LEAST_EXAGGERATION:g} to {GREATEST_EXAGGERATION:g} times, "
+                    f"not {times:g}"
+                )
 
     def apply(self, session: Session) -> Session:
         """The session afterwards."""

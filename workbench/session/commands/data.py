@@ -13,7 +13,7 @@ from workbench.design.region_poses import nearby_poses
 from workbench.errors import DataError, OptionError, WorkbenchError
 from workbench.measure.instruments import Instrument, Observes
 from workbench.measure.plausible import check_plausible
-from workbench.measure.simulate import simulate, simulate_targets, virtual_arm
+from workbench.measure.simulate import simulate, virtual_arm
 from workbench.robots.robot import Robot
 from workbench.session.command import AbstractChange, AbstractTask, Cancel, Cancelled, Progress
 from workbench.session.comparison import compare, joined
@@ -134,7 +134,7 @@ class MeasureVirtualArm(AbstractTask):
         instrument = instrument_of(session)
         progress(0.3, "measuring at the targets")
         used, near = postures(actual, session)
-        rows = simulate_targets(actual, session.plate.poses[used], instrument=instrument, rng=rng, near=near)
+        rows = simulate(actual, near, instrument=instrument, rng=rng)
         progress(0.6, "measuring in the region")
         around = nearby_poses(robot, session.plate.region, CHECKS + self.more, rng=rng, measured=near)
         seen = simulate(actual, around, instrument=instrument, rng=rng)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from scipy import stats
+from scipy import special
 
 from workbench.types import Outcome, frozen
 from workbench.validate.production.arms import Chunk
@@ -72,8 +72,10 @@ class Yield:
     @property
     def interval(self) -> tuple[float, float]:
         """Its 95 % confidence interval (Clopper and Pearson)."""
-        found = stats.binomtest(int(self.passed.sum()), self.arms).proportion_ci(CONFIDENCE)
-        return float(found.low), float(found.high)
+        good, bad, tail = int(self.passed.sum()), int((~self.passed).sum()), 0.5 * (1.0 - CONFIDENCE)
+        low = special.betaincinv(good, bad + 1, tail) if good else 0.0
+        high = special.betaincinv(good + 1, bad, 1.0 - tail) if bad else 1.0
+        return float(low), float(high)
 
     @property
     def position_rms(self) -> float:

@@ -1,0 +1,98 @@
+"""The arm drawn as its loads bend it, the plate of an arm with five joints, and influences to first order."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from workbench import se3
+from workbench.appearance.bodies import body_frames
+from workbench.effects import EFFECTS
+from workbench.model.forward import link_frames, tool_poses
+from workbench.model.influence import first_order_influence, influence
+from workbench.model.skeleton import height_above_floor
+from workbench.robots import load_robot
+from workbench.session import start
+from workbench.session.bending import bend, bending_robot
+from workbench.session.commands import ChooseRobot, Identify, MeasureVirtualArm, SetOverlay
+from workbench.session.state import Severity
+from workbench.session.suited import suited_plate
+from workbench.types import Freedom
+
+Q = np.array([0.4, 0.7, -0.9, -0.6, 0.8])
+
+
+def test_joints_turn_and_tilt_as_table_4_3_and_4_4_say():
+    robot = load_robot("katana450-tilting")
+    bent = bend(robot, Q)
+    clearance, backlash, compliance = (np.array(effect.coefficients) for effect in robot.effects)
+    assert np.rad2deg(clearance) == pytest.approx([0.022, 0.024, 0.017, 0.015, 0.018], rel=1e-5)
+    assert np.rad2deg(backlash) == pytest.approx([0.063, 0.061, 0.057, 0.046, 0.051], rel=1e-5)
+    assert 1.0 / np.rad2deg(compliance) / 9.80665 == pytest.approx([122, 90, 75, 78, 80], rel=1e-5)
+    assert bent.across == pytest.approx(clearance, rel=1e-12)
+    held = bent.moment[1:, 0]
+    assert bent.about[1:] == pytest.approx(-backlash[1:] * np.sign(held) - compliance[1:] * held, rel=1e-9)
+    assert abs(held[0]) > 1.0  # the shoulder carries the arm
+
+
+def test_the_last_body_of_the_bent_arm_is_where_its_tool_says():
+    robot = load_robot("katana450-tilting")
+    frames = body_frames(robot, Q, shift=bend(robot, Q).shift)
+    to_tool = se3.inverse(link_frames(robot, Q[None])[0, -1]) @ tool_poses(robot, Q[None])[0]
+    straight = robot.with_effects()
+    from_body = se3.inverse(body_frames(straight, Q)[-1]) @ (
+        se3.inverse(straight.base.pose) @ link_frames(straight, Q[None])[0, -1]
+    )
+    tool = robot.base.pose @ frames[-1] @ from_body @ to_tool
+    assert np.allclose(tool, tool_poses(robot, Q[None])[0], atol=1e-9)
+    assert np.linalg.norm(tool[:3, 3] - tool_poses(straight, Q[None])[0, :3, 3]) > 3e-4
+
+
+def test_only_effects_that_the_pose_drives_are_drawn(first):
+    assert bending_robot(first) is None
+    warm = first.robot.with_effects(EFFECTS["thermal-growth"]((), (2.3e-5,)))
+    assert bending_robot(replace(first, robot=warm)) is None
+    soft = EFFECTS["joint-compliance"]((1,), (1e-4,))
+    both = bending_robot(replace(first, robot=warm.with_effects(*warm.effects, soft)))
+    assert both.effects == (soft,)
+
+
+def test_exaggerations_have_bounds(do, first):
+    for wrong in (replace(first.overlay, bending=0.0), replace(first.overlay, exaggeration=np.inf)):
+        assert do(SetOverlay(wrong)).messages[-1].severity is Severity.ERROR
+    assert do(SetOverlay(replace(first.overlay, bending=7.0))).overlay.bending == 7.0
+
+
+def test_katana_stands_on_its_table_and_is_measured_and_identified(do):
+    session = do(ChooseRobot("katana450"))
+    assert session.score.reached == 10
+    assert all(state.clear for state in session.states)
+    assert height_above_floor(session.robot) == 0.2015
+    assert session.plate.xyz[2] > -0.2015
+    session = do(MeasureVirtualArm(3, more=30), Identify(("opt2",)))
+    assert session.identification.runs["opt2"].held_out.position_mm.mean < 0.5
+    assert session.identification.nominal.held_out.position_mm.mean > 5.0
+
+
+@pytest.mark.parametrize("name", ["ur5", "katana450-three-rotation"])
+def test_suited_plates_are_reached_without_touching_anything(name):
+    robot = load_robot(name)
+    begun = start(robot, suited_plate(robot))
+    assert begun.score.reached == 10
+    assert all(state.clear for state in begun.states)
+
+
+def test_an_arm_whose_base_is_to_be_found_is_given_no_stand():
+    robot = load_robot("katana450")
+    assert height_above_floor(robot.with_frames(base=replace(robot.base, free=Freedom.FREE))) == 0.0
+    assert height_above_floor(load_robot("aria")) == 0.0
+
+
+@pytest.mark.parametrize("name", ["aria", "katana450", "panda"])
+def test_first_order_influences_are_those_of_small_deviations(name):
+    robot = load_robot(name)
+    rng = np.random.default_rng(2)
+    q = rng.uniform(*np.clip(robot.limits, -2.0, 2.0).T, (5, robot.dof))
+    exact, quick = influence(robot, q), first_order_influence(robot, q)
+    assert quick.names == exact.names
+    assert np.allclose(quick.distances, exact.distances, rtol=1e-3, atol=1e-9)

@@ -1,0 +1,124 @@
+"""The Katana thesis done again on virtual arms: its tables, its influences, its claims.
+
+    found = reproduce_katana(arms=40)
+    found.findings          # printed and ours, one by one
+    write_katana(found, "katana")
+
+Numbers that come from the real arm alone have no counterpart; each is listed with a reason.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.errors import OptionError
+from workbench.model.influence import Influence, influence
+from workbench.reproduce import katana_claims as claims
+from workbench.reproduce import katana_printed as printed
+from workbench.reproduce import katana_tables as tables
+from workbench.reproduce.finding import Finding
+from workbench.reproduce.influence_study import InfluenceStudy, influence_study
+from workbench.reproduce.katana_study import EACH_SIDE, EACH_WAY, KatanaStudy, katana_study
+from workbench.reproduce.page import Sheet
+from workbench.robots import load_robot
+
+ARMS = 40
+"""Virtual arms of each reading of the printed play."""
+WEIGHED = 200
+"""Virtual arms on which influence-based identification is compared with least squares."""
+NUMBERS = (6, 12, 118)
+"""Numbers of poses of that comparison."""
+
+Progress = Callable[[float, str], None]
+Cancel = Callable[[], bool]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class KatanaReproduction:
+    """The thesis done again.
+
+    Args:
+        arms: How many virtual arms were calibrated for each reading of the printed play.
+        seed: Of everything random.
+        findings: Printed numbers and statements beside ours.
+        sheets: Tables 3.2 to 3.4, 4.5, 4.6.
+        once: The printed play counted from one side to the other.
+        twice: The printed play counted to either side.
+        influences: Of the constants at the measured poses.
+        weights: Influence-based identification against least squares.
+    """
+
+    arms: int
+    seed: int
+    findings: tuple[Finding, ...]
+    sheets: tuple[Sheet, ...]
+    once: KatanaStudy
+    twice: KatanaStudy
+    influences: Influence
+    weights: InfluenceStudy
+
+
+def reproduce_katana(
+    *,
+    arms: int = ARMS,
+    weighed: int = WEIGHED,
+    seed: int = 0,
+    progress: Progress | None = None,
+    cancel: Cancel | None = None,
+) -> KatanaReproduction:
+    """Do the thesis again on virtual arms.
+
+    Args:
+        arms: How many arms are calibrated in every way, for each reading of the printed play.
+        weighed: How many arms compare influence-based identification with least squares.
+        seed: Of everything random.
+        progress: Called with the share done and what is being done.
+        cancel: Asked between arms whether to stop with those that are done.
+
+    Raises:
+        OptionError: too few arms for a spread.
+    """
+    if arms < 2 or weighed < 2:
+        raise OptionError(f"{min(arms, weighed)} virtual arms show no spread; ask for at least 2")
+    report = progress or (lambda part, words: None)
+
+    def studied(play: float, begin: float, words: str) -> KatanaStudy:
+        return katana_study(
+            arms=arms,
+            play=play,
+            seed=seed,
+            progress=lambda part: report(begin + 0.3 * part, words),
+            cancel=cancel,
+        )
+
+    once = studied(EACH_WAY, 0.0, "arms calibrated in every way")
+    twice = studied(EACH_SIDE, 0.3, "the same with twice the play")
+    weights = influence_study(
+        arms=weighed,
+        numbers=NUMBERS,
+        seed=seed,
+        progress=lambda part: report(0.6 + 0.4 * part, "influence against least squares"),
+    )
+    influences = influence(load_robot("katana450"), once.q, names=printed.CONSTANTS)
+    means, sheet_3_4 = tables.table_3_4(once)
+    ranges, sheets_4_5 = tables.table_4_5(once)
+    points, sheet_4_6 = tables.table_4_6(once)
+    return KatanaReproduction(
+        arms=len(once.held_out),
+        seed=seed,
+        findings=(
+            *means,
+            *ranges,
+            *points,
+            *claims.reductions(once),
+            claims.more_than_the_thesis(once),
+            claims.two_readings(once, twice),
+            *claims.contradictions(np.array(once.q)),
+        ),
+        sheets=(tables.tables_3_2_3_3(once), sheet_3_4, *sheets_4_5, sheet_4_6),
+        once=once,
+        twice=twice,
+        influences=influences,
+        weights=weights,
+    )

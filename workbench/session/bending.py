@@ -1,0 +1,87 @@
+"""How the arm gives way where it stands: what its effects add at each joint, from the pose alone."""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.effects import Insertion
+from workbench.effects.effect import across_axes, driven
+from workbench.errors import WorkbenchError
+from workbench.model.deflection import deflect
+from workbench.model.statics import own_axis
+from workbench.motion import Motion
+from workbench.robots.robot import Robot
+from workbench.session.state import Session
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Bending:
+    """An arm as it stands bent in one pose.
+
+    Args:
+        shift: What the effects add to each element of the chain, one row [rad or m].
+        about: What they add along each joint's own coordinate [rad or m].
+        across: By how much each joint's link tips over, about the two axes across [rad].
+        moment: Moment about and across each joint's axis that holds the later link [N m]; None without loads.
+    """
+
+    shift: Float[np.ndarray, "1 k"]
+    about: Float[np.ndarray, " n"]
+    across: Float[np.ndarray, " n"]
+    moment: Float[np.ndarray, "n 2"] | None
+
+
+def bending_robot(session: Session) -> Robot | None:
+    """The arm that is drawn bent: the shown fit where it has effects, else the opened one; None without."""
+    fitted = session.identification and session.identification.runs[session.fit].calibrated
+    for robot in (fitted, session.robot):
+        if robot is not None and robot.effects:
+            return _driven_by_pose(robot)
+    return None
+
+
+def bend(robot: Robot, q: Float[np.ndarray, " n"]) -> Bending:
+    """The arm at rest at these joint positions, under its own weight."""
+    bent = deflect(robot, Motion(q[None]))
+    chain = robot.chain
+    elements = [chain.index[driven(chain, j).name] for j in range(robot.dof)]
+    return Bending(
+        shift=bent.shift,
+        about=bent.shift[0, elements],
+        across=np.array([_tipped(robot, bent.shift[0], j) for j in range(robot.dof)]),
+        moment=_moments(robot, bent.wrenches[0]) if len(bent.wrenches) else None,
+    )
+
+
+@lru_cache(maxsize=8)
+def _driven_by_pose(robot: Robot) -> Robot | None:
+    """The robot with those of its effects that need nothing but the pose; None without any."""
+    still = Motion(np.clip(np.zeros((1, robot.dof)), *robot.search_limits.T))
+    kept = []
+    for effect in robot.effects:
+        try:
+            deflect(robot.with_effects(effect), still)
+        except WorkbenchError:  # it needs a temperature, a time or the last motion
+            continue
+        kept.append(effect)
+    return robot.with_effects(*kept) if kept else None
+
+
+def _tipped(robot: Robot, shift: np.ndarray, joint: int) -> float:
+    """Angle of a joint's link about the axes across its own [rad]."""
+    index, total = robot.chain.index, np.zeros(2)
+    for kind in (Insertion.TILT, Insertion.BEND):
+        for place, axis in enumerate(across_axes(robot.chain, joint)):
+            element = index.get(kind.element(joint, axis))
+            total[place] += 0.0 if element is None else shift[element]
+    return float(np.linalg.norm(total))
+
+
+def _moments(robot: Robot, wrenches: Float[np.ndarray, "n 6"]) -> Float[np.ndarray, "n 2"]:
+    """Moment about and across each joint's axis [N m]."""
+    moments, axes = wrenches[:, 3:], own_axis(robot) % 3
+    about = np.take_along_axis(moments, axes[:, None], axis=1)[:, 0]
+    across = np.sqrt(np.maximum((moments**2).sum(1) - about**2, 0.0))
+    return np.stack([about, across], axis=1)
