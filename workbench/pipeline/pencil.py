@@ -147,8 +147,11 @@ def path_circle(trajectory: Trajectory) -> tuple[Circle, Poses]:
         raise DataError(
             f"{trajectory.source}: a drawn path needs its poses (x[m] … qz); `workbench path circle` writes them"
         )
-    third = len(position) // 3
-    circle = circle_through(np.concatenate([position[:1], position[third:-third], position[-third:]]))
+    far = int(np.argmax(np.linalg.norm(position - position[0], axis=1)))
+    try:
+        circle = circle_through(np.concatenate([position[:1], position[far // 2 :]]))
+    except OptionError as error:
+        raise DataError(f"{trajectory.source}: the path is no circle: {error}") from None
     off = np.abs(np.linalg.norm(position - circle.centre, axis=1) - circle.radius).max()
     if off > NOT_ROUND * circle.radius:
         raise DataError(

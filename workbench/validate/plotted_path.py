@@ -44,7 +44,7 @@ NEAR = 0.012
 """Half the width about the darkest place that belongs to a line, as a share of the radius."""
 OVAL = 0.02
 """Greatest share by which a scan may be oval."""
-ROUGH = 0.01
+ROUGH = 0.04
 """Greatest distance of the print's dots from a circle, as a share of the radius."""
 MARKED = (0.085, 0.125)
 """Where the long mark alone is, outside the circle, as shares of the radius."""
