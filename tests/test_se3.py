@@ -58,6 +58,25 @@ def test_rpy_round_trip(rpy):
     np.testing.assert_allclose(se3.rpy_to_matrix(se3.matrix_to_rpy(rotation)), rotation, atol=1e-14)
 
 
+def test_zxz_is_its_three_turns():
+    a, b, c = 0.3, 0.8, -1.1
+    turns = [se3.rotvec_to_matrix(np.array(v)) for v in ([0, 0, a], [b, 0, 0], [0, 0, c])]
+    np.testing.assert_allclose(
+        se3.zxz_to_matrix(np.array([a, b, c])), turns[0] @ turns[1] @ turns[2], atol=1e-15
+    )
+    np.testing.assert_allclose(se3.matrix_to_zxz(turns[0] @ turns[1] @ turns[2]), [a, b, c], atol=1e-15)
+
+
+@pytest.mark.parametrize("end", [0.0, PI])
+@pytest.mark.parametrize("gap", [0.0, 1e-16, 1e-12, 1e-8, 1e-5, 0.4])
+def test_zxz_round_trip_where_the_last_axis_is_upright(end, gap):
+    for phi, psi in [(0.3, 1.1), (-2.0, 3.0), (0.0, 0.0), (PI, -PI / 2)]:
+        rotation = se3.zxz_to_matrix(np.array([phi, abs(end - gap), psi]))
+        zxz = se3.matrix_to_zxz(rotation)
+        assert 0.0 <= zxz[1] <= PI
+        np.testing.assert_allclose(se3.zxz_to_matrix(zxz), rotation, atol=1e-14)
+
+
 @pytest.mark.parametrize("sign", [1, -1])
 @pytest.mark.parametrize("gap", [0.0, 1e-16, 1e-13, 1e-12, 1e-11, 1e-9, 1e-8, 1e-7, 1e-5, 1e-3])
 def test_rpy_round_trip_at_gimbal_lock(sign, gap):

@@ -42,12 +42,11 @@ def zxz_to_matrix(zxz: Float[np.ndarray, "*lead 3"]) -> Float[np.ndarray, "*lead
 def matrix_to_zxz(rotation: Float[np.ndarray, "*lead 3 3"]) -> Float[np.ndarray, "*lead 3"]:
     """[Φ, θ, Ψ] in rad with θ in [0, π]; at θ = 0 and π, where Φ and Ψ can't be told apart, Ψ is 0."""
     r = np.reshape(rotation, (-1, 3, 3))
-    locked = np.hypot(r[:, 0, 2], r[:, 1, 2]) < 1e-15
-    phi = np.where(locked, np.arctan2(r[:, 1, 0], r[:, 0, 0]), np.arctan2(r[:, 0, 2], -r[:, 1, 2]))
+    sine = np.hypot(r[:, 0, 2], r[:, 1, 2])
+    phi = np.where(sine < 1e-15, np.arctan2(r[:, 1, 0], r[:, 0, 0]), np.arctan2(r[:, 0, 2], -r[:, 1, 2]))
     c, s = np.cos(phi), np.sin(phi)
-    # θ and Ψ from Rz(-Φ) R, so that the three give R back to machine precision at any θ
-    theta = np.arctan2(s * r[:, 0, 2] - c * r[:, 1, 2], r[:, 2, 2])
-    psi = np.arctan2(-c * r[:, 0, 1] - s * r[:, 1, 1], c * r[:, 0, 0] + s * r[:, 1, 0])
+    psi = np.arctan2(-c * r[:, 0, 1] - s * r[:, 1, 1], c * r[:, 0, 0] + s * r[:, 1, 0])  # of Rz(-Φ) R
+    theta = np.arctan2(sine, r[:, 2, 2])
     return np.stack([phi, theta, psi], -1).reshape(*np.shape(rotation)[:-2], 3)
 
 

@@ -165,6 +165,7 @@ def test_parquet_without_its_library(read, monkeypatch):
         "yaw[rad],pitch[mrad],roll[arcmin]\n0,0,5400",
         "Roll [grad],Nick [grad],Gier [grad]\n100,0,0",
         "rx[deg],ry[deg],rz[deg]\n90,0,0",
+        "zxz_phi[deg],zxz_theta[deg],zxz_psi[deg]\n0,90,0",
         "r11,r12,r13,r21,r22,r23,r31,r32,r33\n1,0,0,0,0,-1,0,1,0",
         "R_11,R_12,R_13,R_21,R_22,R_23,R_31,R_32,R_33\n1,0,0,0,0,-1,0,1,0",
     ],

@@ -21,6 +21,7 @@ class RotationForm(StrEnum):
     MATRIX = "matrix"
     ROTATION_VECTOR = "rotation vector"
     RPY = "roll, pitch, yaw"
+    ZXZ = "ZXZ Euler angles"
 
 
 ENDINGS = (".csv", ".txt")
@@ -30,8 +31,10 @@ _NAMES = {
     RotationForm.MATRIX: tuple(f"r{i}{j}" for i in "123" for j in "123"),
     RotationForm.ROTATION_VECTOR: ("rx[rad]", "ry[rad]", "rz[rad]"),
     RotationForm.RPY: ("roll[rad]", "pitch[rad]", "yaw[rad]"),
+    RotationForm.ZXZ: ("zxz_phi[rad]", "zxz_theta[rad]", "zxz_psi[rad]"),
 }
 _SIGMA = ("sigma_x[m]", "sigma_y[m]", "sigma_z[m]", "sigma_rx[rad]", "sigma_ry[rad]", "sigma_rz[rad]")
+_WRENCH = tuple(f"force_{a}[N]" for a in "xyz") + tuple(f"moment_{a}[N*m]" for a in "xyz")
 _LABELS = ("session", "group", "point", "anchor", "contact")
 
 Column = tuple[str, np.ndarray]
@@ -86,6 +89,7 @@ def _columns(dataset: Dataset, form: RotationForm, prismatic: Collection[int]) -
     yield from _single("distance[m]", dataset.distance)
     for link, values in (dataset.tilt or {}).items():
         yield from _stack((f"tilt_x{link}[rad]", f"tilt_y{link}[rad]"), values)
+    yield from _stack(_WRENCH, dataset.wrench)
     for name in _LABELS:
         yield from _single(name, getattr(dataset, name))
     yield from _single("exclude", dataset.exclude)
@@ -112,6 +116,7 @@ def _written(rotation: np.ndarray, form: RotationForm) -> np.ndarray:
         RotationForm.QUATERNION: se3.matrix_to_quaternion,
         RotationForm.ROTATION_VECTOR: se3.matrix_to_rotvec,
         RotationForm.RPY: se3.matrix_to_rpy,
+        RotationForm.ZXZ: se3.matrix_to_zxz,
     }[form]
     result = np.full((len(rotation), len(_NAMES[form])), np.nan)
     if whole.any():

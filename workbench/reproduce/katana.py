@@ -12,10 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.design.iso_cube import CubePoses, iso_cube_poses
 from workbench.errors import OptionError
 from workbench.model.influence import Influence, influence
 from workbench.reproduce import katana_claims as claims
 from workbench.reproduce import katana_printed as printed
+from workbench.reproduce import katana_setup as setup
 from workbench.reproduce import katana_tables as tables
 from workbench.reproduce.finding import Finding
 from workbench.reproduce.influence_study import InfluenceStudy, influence_study
@@ -47,6 +49,7 @@ class KatanaReproduction:
         twice: The printed play counted to either side.
         influences: Of the constants at the measured poses.
         weights: Influence-based identification against least squares.
+        cube: The 118 poses in their order.
     """
 
     arms: int
@@ -57,6 +60,7 @@ class KatanaReproduction:
     twice: KatanaStudy
     influences: Influence
     weights: InfluenceStudy
+    cube: CubePoses
 
 
 def reproduce_katana(
@@ -100,7 +104,10 @@ def reproduce_katana(
         seed=seed,
         progress=lambda part: report(0.6 + 0.4 * part, "influence against least squares"),
     )
-    influences = influence(load_robot("katana450"), once.q, names=printed.CONSTANTS)
+    robot = load_robot("katana450")
+    cube = iso_cube_poses(robot, rng=np.random.default_rng(seed))
+    influences = influence(robot, cube.q, names=printed.CONSTANTS)
+    redundant, sheet_redundant = setup.redundant()
     means, sheet_3_4 = tables.table_3_4(once)
     ranges, sheets_4_5 = tables.table_4_5(once)
     points, sheet_4_6 = tables.table_4_6(once)
@@ -108,17 +115,21 @@ def reproduce_katana(
         arms=len(once.held_out),
         seed=seed,
         findings=(
+            *claims.reductions(once),
+            claims.two_readings(once, twice),
             *means,
             *ranges,
             *points,
-            *claims.reductions(once),
-            claims.more_than_the_thesis(once),
-            claims.two_readings(once, twice),
-            *claims.contradictions(np.array(once.q)),
+            *claims.contradictions(cube.q),
+            *setup.arm(),
+            *setup.equations(),
+            *setup.influences(influences, cube),
+            *redundant,
         ),
-        sheets=(tables.tables_3_2_3_3(once), sheet_3_4, *sheets_4_5, sheet_4_6),
+        sheets=(tables.tables_3_2_3_3(once), sheet_3_4, *sheets_4_5, sheet_4_6, sheet_redundant),
         once=once,
         twice=twice,
         influences=influences,
         weights=weights,
+        cube=cube,
     )

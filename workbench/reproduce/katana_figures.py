@@ -7,10 +7,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from workbench.model.forward import tool_poses
-from workbench.model.influence import Influence
 from workbench.report.drawing import COLOURS, INK, NOMINAL, grid, look, new_figure, png
 from workbench.report.influence import influence_figure
-from workbench.reproduce.influence_study import InfluenceStudy, study_figure
+from workbench.reproduce.influence_study import study_figure
+from workbench.reproduce.katana import KatanaReproduction
 from workbench.reproduce.katana_printed import PRINTED_INFLUENCE, TABLE_3_4, TABLE_4_5, TABLE_4_6_MEANS
 from workbench.reproduce.katana_study import TITLES, KatanaStudy
 from workbench.reproduce.page import Picture
@@ -24,21 +24,18 @@ PRINTED = (
 
 
 def katana_pictures(
-    studies: tuple[KatanaStudy, KatanaStudy],
-    influences: Influence,
-    weights: InfluenceStudy,
-    progress: Callable[[float], None] | None = None,
+    found: KatanaReproduction, progress: Callable[[float], None] | None = None
 ) -> tuple[Picture, ...]:
     """Every picture, in the order of the thesis."""
-    once = studies[0]
+    once, weights = found.once, found.weights
     wanted: list[tuple[str, str, str, Callable[[], Figure]]] = [
         ("fig3-8", "Fig. 3.8: influence of the constants",
          "Motion of the tool for +0.05° or +0.1 mm of one constant at a time: least, mean and greatest over "
          "118 poses. Rings: the two means that the thesis reads from its figure.",
-         lambda: influence_figure(influences, printed=PRINTED_INFLUENCE)),
+         lambda: influence_figure(found.influences, printed=PRINTED_INFLUENCE)),
         ("fig4-8", "Fig. 4.8: measured poses",
          "The 118 poses on the diagonal planes of the largest cube, from above and from the front; tails "
-         "show the last link.", lambda: _poses(once.q)),
+         "show the last link.", lambda: _poses(found.cube.q)),
         ("arms", "Tables 3.4, 4.5, 4.6 over many arms",
          f"{len(once.held_out)} virtual arms. Boxes: the middle half of the arms; whiskers: nine in ten. "
          "Crosses: the thesis. Left: mean error at the 118 measured poses; right: at 118 poses that took no "

@@ -66,9 +66,7 @@ def write_katana(
         facts=_facts(found),
         findings=found.findings,
         summary=(_held_out(found),),
-        pictures=katana_pictures(
-            (found.once, found.twice), found.influences, found.weights, lambda part: report(part, "drawing")
-        ),
+        pictures=katana_pictures(found, lambda part: report(part, "drawing")),
         sheets=found.sheets,
         omitted="Figs. 3.1 to 3.7, 4.1 to 4.7 and 4.9 are photographs and drawings.",
     )

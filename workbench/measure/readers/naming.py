@@ -4,7 +4,7 @@ Two forms. A list in the order of the columns, for files without a header:
 
     q1[deg],q2[deg],…,q6[deg],xyz[mm],quat
 
-where '…' or '..' counts on, '-' leaves a column out, and a group (q, xyz, rpy, quat, rotvec, matrix)
+where '…' or '..' counts on, '-' leaves a column out, and a group (q, xyz, rpy, zxz, quat, rotvec, matrix)
 stands for its columns. Or pairs 'meaning[unit|row|column]=name', the name being a heading of the file or
 a variable of a MATLAB file ('data.joints_deg' for a struct's field):
 
@@ -22,6 +22,7 @@ from workbench.errors import OptionError
 GROUPS: dict[str, tuple[str, ...]] = {
     "xyz": ("x", "y", "z"),
     "rpy": ("roll", "pitch", "yaw"),
+    "zxz": ("zxz_phi", "zxz_theta", "zxz_psi"),
     "quat": ("qw", "qx", "qy", "qz"),
     "quat_xyzw": ("qx", "qy", "qz", "qw"),
     "rotvec": ("rx", "ry", "rz"),

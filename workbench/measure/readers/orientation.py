@@ -1,7 +1,8 @@
-"""The four ways to write an orientation, each checked and turned into rotation matrices.
+"""The five ways to write an orientation, each checked and turned into rotation matrices.
 
 Roll, pitch, yaw mean R = Rz(yaw) Ry(pitch) Rx(roll); quaternions are (w, x, y, z); rx, ry, rz is a rotation
-vector (axis times angle); r11 … r33 are the matrix's rows. A file may give several; they must agree.
+vector (axis times angle); zxz_phi, zxz_theta, zxz_psi are the Euler angles of R = Rz(Φ) Rx(θ) Rz(Ψ); r11 …
+r33 are the matrix's rows. A file may give several; they must agree.
 """
 
 from collections.abc import Callable
@@ -120,6 +121,10 @@ def _from_rpy(raw: np.ndarray, fields: Fields, rows: np.ndarray) -> tuple[np.nda
     return se3.rpy_to_matrix(raw), ()
 
 
+def _from_zxz(raw: np.ndarray, fields: Fields, rows: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:
+    return se3.zxz_to_matrix(raw), ()
+
+
 def _from_rotvec(raw: np.ndarray, fields: Fields, rows: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:
     return se3.rotvec_to_matrix(raw), ()
 
@@ -165,6 +170,7 @@ FORMS = (
     Form("the matrix r11 … r33", GROUPS["matrix"], _from_matrix),
     Form("the quaternion qw, qx, qy, qz", ("qw", "qx", "qy", "qz"), _from_quaternion),
     Form("the rotation vector rx, ry, rz", ("rx", "ry", "rz"), _from_rotvec),
-    Form("roll, pitch, yaw (R = Rz(yaw) Ry(pitch) Rx(roll))", ("roll", "pitch", "yaw"), _from_rpy),
+    Form("roll, pitch, yaw (R = Rz(yaw) Ry(pitch) Rx(roll))", GROUPS["rpy"], _from_rpy),
+    Form("ZXZ Euler angles (R = Rz(Φ) Rx(θ) Rz(Ψ))", GROUPS["zxz"], _from_zxz),
 )
 """The most exact form first: it is the one that counts where a file gives several."""
