@@ -51,7 +51,7 @@ def test_a_lifted_pencil_leaves_a_gap():
 
 
 def arm_on_paper(rng):
-    """Poses that miss a circle on a slanted plane by tenths of a millimetre, the pencil at 10° to its normal."""
+    """Poses that miss a circle on a slanted plane by tenths of a mm, the pencil at 10° to its normal."""
     turn = generator.rotation(np.array([0.9, 0.2, -0.4]))
     along, across, centre = turn[:, 0], turn[:, 1], np.array([0.1, -0.3, 0.2])
     normal = np.cross(along, across)
@@ -101,7 +101,7 @@ def test_what_is_no_circle_is_said(tmp_path):
     squeezed = np.asarray(Image.fromarray(image).resize((high, int(0.95 * high))))
     with pytest.raises(DataError, match=r"oval by 2\.\d %.*flat"):
         plotted_profile(squeezed, RADIUS)
-    with pytest.raises(DataError, match="0 % .* draw darker"):
+    with pytest.raises(DataError, match=r"0 % .* draw darker"):
         plotted_profile(sheet(RADIUS, dpi=DOTS), RADIUS)
     unmarked = image.copy()
     unmarked[:, int(high / 2 + 1.06 * RADIUS / INCH * DOTS) :] = 245

@@ -1,4 +1,4 @@
-"""A circle drawn by an arm with a pencil on a printed sheet (Katana §5.5.2): the sheet, the drawing, its scan.
+"""A circle drawn by an arm with a pencil on a printed one (Katana §5.5.2): sheet, drawing, scan.
 
 The sheet lies in the plane of the path. It carries the circle in red, with a mark at every quarter and a
 long one where the path begins. The pencil slides in the tool against a spring: it touches the paper at

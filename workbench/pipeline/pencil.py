@@ -110,7 +110,7 @@ def read_drawing(
         picture: The scan.
         radius: Of the printed circle [m].
         trajectory: Time, poses of the circle that was commanded.
-        readings: Table of `time[s]` and `distance[mm]`: how far the pencil stood out beyond its length at rest.
+        readings: Table of `time[s]`, `distance[mm]`: how far the pencil stood out beyond its length.
 
     Raises:
         OptionError: one of the two without the other.
@@ -145,7 +145,8 @@ def path_circle(trajectory: Trajectory) -> tuple[Circle, Poses]:
     position, rotation = trajectory.position, trajectory.rotation
     if position is None or rotation is None:
         raise DataError(
-            f"{trajectory.source}: a drawn path needs its poses (x[m] … qz); `workbench path circle` writes them"
+            f"{trajectory.source}: a drawn path needs its poses (x[m] … qz), "
+            "as `workbench path circle` writes them"
         )
     far = int(np.argmax(np.linalg.norm(position - position[0], axis=1)))
     try:

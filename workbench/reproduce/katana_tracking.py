@@ -21,7 +21,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.compensate.correction import Method, compensate
-from workbench.compensate.curves import circle_through, line
+from workbench.compensate.curves import Curve, circle_through, line
 from workbench.compensate.path import command_joints
 from workbench.compensate.planning import Planned, plan
 from workbench.design.iso_cube import iso_cube_poses
@@ -132,7 +132,7 @@ def drawing_katana() -> Robot:
 
 def tracked_paths(robot: Robot) -> tuple[Planned, ...]:
     """The paths of `PATHS`, the pencil as near to upright on their plane as the arm can hold it."""
-    curves = (circle_through(POINTS), line(*LINE), line(POINTS[1], POINTS[3]))
+    curves: tuple[Curve, ...] = (circle_through(POINTS), line(*LINE), line(POINTS[1], POINTS[3]))
     down = curves[0].normal
     return tuple(
         plan(robot, curve, duration=duration, rows=ROWS, axis=down)
@@ -147,7 +147,7 @@ def tracked(
     paths: tuple[Planned, ...],
     cube: JointRows,
     rng: np.random.Generator,
-) -> Float[np.ndarray, "paths 5 rows"]:
+) -> Float[np.ndarray, "paths 5 samples"]:
     """Distances of one arm from all paths by column of `STEPS` [mm].
 
     Args:

@@ -112,7 +112,9 @@ def read_scan(path: Path | str) -> UInt8[np.ndarray, "height width 3"]:
         with Pictures.open(path) as picture:
             return np.asarray(picture.convert("RGB"))
     except (UnidentifiedImageError, OSError, Pictures.DecompressionBombError) as error:
-        raise FileError(f"is no picture that can be read ({error}); give a scan as .png", path=str(path)) from None
+        raise FileError(
+            f"is no picture that can be read ({error}); give a scan as .png", path=str(path)
+        ) from None
 
 
 def plotted_profile(
@@ -138,14 +140,14 @@ def plotted_profile(
     oval = float(np.hypot(line[3], line[4]) / line[0])
     if oval > OVAL:
         raise DataError(
-            f"{source}: the printed circle is oval by {100 * oval:.1f} %, as in a picture taken from the side; "
-            "scan the sheet flat"
+            f"{source}: the printed circle is oval by {100 * oval:.1f} %, as in a picture taken from "
+            "the side; scan the sheet flat"
         )
     crossed = _crossings(dark, middle, ring, DARK)
-    if np.isfinite(crossed).mean() < 0.5:
+    if (share := float(np.isfinite(crossed).mean())) < 0.5:
         raise DataError(
-            f"{source}: a pencil's line is seen along {100 * np.isfinite(crossed).mean():.0f} % of the printed "
-            "circle only; draw darker, or check the radius"
+            f"{source}: a pencil's line is seen along {100 * share:.0f} % of the printed circle "
+            "only; draw darker, or check the radius"
         )
     begin = _beginning(inked, middle, line[0], source)
     angle = (_rays() - begin) % (2.0 * np.pi)
@@ -227,7 +229,9 @@ def _rough(inked: np.ndarray, source: str) -> tuple[np.ndarray, float]:
     return circle.centre[:2], circle.radius
 
 
-def _refined(inked: np.ndarray, middle: np.ndarray, size: float, source: str) -> tuple[np.ndarray, np.ndarray]:
+def _refined(
+    inked: np.ndarray, middle: np.ndarray, size: float, source: str
+) -> tuple[np.ndarray, np.ndarray]:
     """Middle in dots, and the coefficients of the printed line about it, marks left out."""
     shape = _harmonics(_rays())
     for _ in range(2):
@@ -242,7 +246,7 @@ def _refined(inked: np.ndarray, middle: np.ndarray, size: float, source: str) ->
             line = np.linalg.lstsq(shape[seen], found[seen], rcond=None)[0]
             away = np.abs(found - shape @ line)
             seen &= away <= max(4.0 * float(np.median(away[seen])), 0.05)
-        middle, size = middle + [-line[2], line[1]], float(line[0])
+        middle, size = middle + np.array([-line[2], line[1]]), float(line[0])
         line[1:3] = 0.0
     return middle, line
 
@@ -274,7 +278,7 @@ def _beginning(inked: np.ndarray, middle: np.ndarray, size: float, source: str) 
     together = np.abs(np.sum(strength * np.exp(1j * _rays()))) / max(strength.sum(), 1e-9)
     if together < 0.99:
         raise DataError(
-            f"{source}: the long mark where the path begins is not found outside the printed circle; print the "
-            "sheet with `workbench pencil sheet` and scan all of it"
+            f"{source}: the long mark where the path begins is not found outside the printed circle; print "
+            "the sheet with `workbench pencil sheet` and scan all of it"
         )
     return float(np.angle(np.sum(strength * np.exp(1j * _rays()))))
