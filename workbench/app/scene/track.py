@@ -96,7 +96,9 @@ class TrackPart(AbstractPart):
             self._ghost.remove()
             self._ghost = None
         if track is not None and track.actual is not None:
-            self._ghost = Arm(self._server, "/track/arm", track.actual, ghost=GHOST, is_plain=True)
+            self._ghost = Arm(
+                self._server, "/track/arm", track.actual, ghost=GHOST, is_plain=True, has_foot=False
+            )
 
     def _look(self, track: Track | None) -> None:
         """Every page looks at another way when it is first there."""
