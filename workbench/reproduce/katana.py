@@ -21,6 +21,7 @@ from workbench.reproduce import katana_setup as setup
 from workbench.reproduce import katana_tables as tables
 from workbench.reproduce.finding import Finding
 from workbench.reproduce.influence_study import InfluenceStudy, influence_study
+from workbench.reproduce.katana_diagnosed import Diagnosed, diagnosed_arms, diagnosis
 from workbench.reproduce.katana_study import EACH_SIDE, EACH_WAY, KatanaStudy, katana_study
 from workbench.reproduce.page import Sheet
 from workbench.robots import load_robot
@@ -29,6 +30,8 @@ ARMS = 40
 """Virtual arms of each reading of the printed play."""
 WEIGHED = 200
 """Virtual arms on which influence-based identification is compared with least squares."""
+DIAGNOSED = 4
+"""Virtual arms that `diagnose` is tried on, at most."""
 NUMBERS = (6, 12, 118)
 """Numbers of poses of that comparison."""
 
@@ -49,6 +52,7 @@ class KatanaReproduction:
         twice: The printed play counted to either side.
         influences: Of the constants at the measured poses.
         weights: Influence-based identification against least squares.
+        diagnosed: What `diagnose` makes of some of the arms.
         cube: The 118 poses in their order.
     """
 
@@ -60,6 +64,7 @@ class KatanaReproduction:
     twice: KatanaStudy
     influences: Influence
     weights: InfluenceStudy
+    diagnosed: Diagnosed
     cube: CubePoses
 
 
@@ -102,7 +107,12 @@ def reproduce_katana(
         arms=weighed,
         numbers=NUMBERS,
         seed=seed,
-        progress=lambda part: report(0.6 + 0.4 * part, "influence against least squares"),
+        progress=lambda part: report(0.6 + 0.25 * part, "influence against least squares"),
+    )
+    diagnosed = diagnosed_arms(
+        arms=min(arms, DIAGNOSED),
+        seed=seed,
+        progress=lambda part: report(0.85 + 0.15 * part, "arms diagnosed"),
     )
     robot = load_robot("katana450")
     cube = iso_cube_poses(robot, rng=np.random.default_rng(seed))
@@ -116,6 +126,7 @@ def reproduce_katana(
         seed=seed,
         findings=(
             *claims.reductions(once),
+            diagnosis(diagnosed),
             claims.two_readings(once, twice),
             *means,
             *ranges,
@@ -131,5 +142,6 @@ def reproduce_katana(
         twice=twice,
         influences=influences,
         weights=weights,
+        diagnosed=diagnosed,
         cube=cube,
     )
