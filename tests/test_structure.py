@@ -45,6 +45,7 @@ HOOKS = {
     "AbstractObservation.unknowns",
     "AbstractObservation.start",
     "AbstractObservation.seen",
+    "AbstractObservation.each",
     "AbstractEffect.components",
     "AbstractEffect.growth",
     "AbstractEffect.slope",

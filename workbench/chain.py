@@ -126,6 +126,7 @@ class Chain:
 
 NO_SHIFT = np.zeros((0, 0))
 NO_SHIFT.setflags(write=False)
+WHOLE = slice(None)
 
 
 def poses(
@@ -134,6 +135,7 @@ def poses(
     *,
     values: Float[np.ndarray, " k"] | None = None,
     shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
+    part: slice = WHOLE,
 ) -> Float[np.ndarray, "rows 4 4"]:
     """Pose of the last frame in the first for every row.
 
@@ -142,15 +144,16 @@ def poses(
         q: Joint coordinates [rad or m].
         values: Constants to use instead of the chain's own.
         shift: What effects add to each element's value; an empty array for nothing.
+        part: Elements between the two frames, if not all.
     """
     out = np.empty((len(q), 4, 4))
     _poses(
-        chain.axes,
-        chain.drivers,
-        chain.values if values is None else values,
-        chain.constants,
+        chain.axes[part],
+        chain.drivers[part],
+        (chain.values if values is None else values)[part],
+        chain.constants[part],
         np.ascontiguousarray(q),
-        shift,
+        np.ascontiguousarray(shift[:, part]),
         out,
     )
     return out
@@ -189,6 +192,7 @@ def twists(
     values: Float[np.ndarray, " k"] | None = None,
     shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
     out: tuple[np.ndarray, np.ndarray] | None = None,
+    part: slice = WHOLE,
 ) -> tuple[Float[np.ndarray, "rows 4 4"], Float[np.ndarray, "rows 6 p"]]:
     """Poses, and the twist of the tool per unit of each chosen element.
 
@@ -199,21 +203,24 @@ def twists(
         values: Constants to use instead of the chain's own.
         shift: What effects add to each element's value; an empty array for nothing.
         out: Arrays to write into, for loops over blocks of rows.
+        part: Elements between the first frame and the one that is watched in place of the tool, if not all;
+            what lies outside has no twist.
 
     Returns:
         Poses, and twists [v; w] at the tool's origin in base axes.
     """
-    pose_out, twist_out = out or (np.empty((len(q), 4, 4)), np.empty((len(q), 6, len(columns))))
+    blank = np.empty if part == WHOLE else np.zeros
+    pose_out, twist_out = out or (np.empty((len(q), 4, 4)), blank((len(q), 6, len(columns))))
     place = np.full(len(chain.elements), -1, np.int64)
     place[columns] = np.arange(len(columns))
     _twists(
-        chain.axes,
-        chain.drivers,
-        chain.values if values is None else values,
-        chain.constants,
-        place,
+        chain.axes[part],
+        chain.drivers[part],
+        (chain.values if values is None else values)[part],
+        chain.constants[part],
+        place[part],
         np.ascontiguousarray(q),
-        shift,
+        np.ascontiguousarray(shift[:, part]),
         pose_out,
         twist_out,
     )

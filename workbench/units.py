@@ -25,6 +25,7 @@ class Quantity(StrEnum):
     TEMPERATURE = "degC"
     MASS = "kg"
     TORQUE = "N*m"
+    FORCE = "N"
     NUMBER = "1"
 
 
@@ -35,6 +36,7 @@ EXAMPLES = {
     Quantity.TEMPERATURE: "degC",
     Quantity.MASS: "kg",
     Quantity.TORQUE: "N*m",
+    Quantity.FORCE: "N",
     Quantity.NUMBER: "nothing",
 }
 

@@ -113,7 +113,7 @@ def make(
         kind=kind,
         arm=arm,
         seed=seed,
-        robot=_robot(nominal, arm, free_frames),
+        robot=robot_of(nominal, arm, free_frames),
         data=_table(data, state, known, observation),
         exact=_table(bent_poses(actual, hidden, exact), exact, known, "pose"),
         truth=tuple(named(e) for e in hidden if e not in small),
@@ -208,7 +208,8 @@ def _table(seen, state, known, observation):
     )
 
 
-def _robot(arm, name, free):
+def robot_of(arm, name, free):
+    """The arm as the package reads it; whether base and tool are free."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"{name}.toml"
         path.write_text(arm.toml(name, free=str(free).lower()))

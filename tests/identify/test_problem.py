@@ -10,7 +10,8 @@ from workbench.errors import DataError, OptionError
 from workbench.identify.problem import FrameFreedom, Noise, Problem
 from workbench.measure.dataset import Dataset
 from workbench.measure.observations import OBSERVATIONS
-from workbench.model.forward import tool_poses
+from workbench.measure.observations.tilt import reading
+from workbench.model.forward import link_frames, tool_poses
 from workbench.robots import load_robot
 from workbench.robots.robot import FRAME_PARTS
 
@@ -44,6 +45,12 @@ def measured(robot, rng, kind, rows=ROWS, sessions=None):
             return Dataset(contact=np.array(["plane a", "plane b"])[np.arange(rows) % 2], **common)
         case "ContactObservation":
             return Dataset(contact=np.array(["a", "b", "c"])[np.arange(rows) % 3], **common)
+        case "TiltObservation":
+            frames = link_frames(robot, q)
+            turn = se3.rotvec_to_matrix(rng.normal(0.0, 0.02, (rows, 3)))
+            tilt = {link: reading((turn @ frames[:, link, :3, :3])[:, 2]) for link in (2, 3, 6)}
+            tilt[3][4] = np.nan
+            return Dataset(tilt=tilt, **common)
     raise AssertionError(f"no test data for {kind}")
 
 

@@ -70,6 +70,7 @@ def columns(draw):
         direction=maybe(rng.integers(-1, 2, (rows, joints)).astype(float)),
         sigma=maybe(rng.random((rows, 6)) + 1e-9),
         tilt=maybe({2: rng.normal(0, 1, (rows, 2))}),
+        wrench=maybe(rng.normal(0, 10, (rows, 6))),
         exclude=maybe(exclude),
         reason=maybe(labels()),
     )

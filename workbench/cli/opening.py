@@ -8,6 +8,10 @@ from typing import Any
 from workbench.cli.options import say
 from workbench.errors import OptionError
 
+NO_PICTURES = (
+    "the session is recorded without pictures; those for the rerun viewer need pip install 'workbench[rerun]'"
+)
+
 
 @dataclass(frozen=True, eq=False)
 class Opening:
@@ -75,14 +79,17 @@ def _again(session: Path, step: int | None, record: bool, live: str | None) -> O
 def _followed(begun, live: str | None):
     """The session with its pictures, if they can be drawn; says where it is recorded."""
     from workbench.record import has_rerun
+    from workbench.session.state import Severity
 
     if begun.folder is not None:
         say(f"recording: {begun.folder}")
+    if begun.trouble:
+        say(f"note: {begun.trouble}")
     if begun.folder is None and live is None:
         return begun
     if not has_rerun():
-        say("note: the journal is written; pictures for the rerun viewer need pip install 'workbench[rerun]'")
-        return begun
+        say(f"note: {NO_PICTURES}")
+        return replace(begun, session=begun.session.tell(Severity.INFO, NO_PICTURES))
     from workbench.record.start import recorder
 
     return replace(begun, keepers=(*begun.keepers, recorder(begun.folder, live=live)))

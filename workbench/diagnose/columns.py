@@ -17,6 +17,7 @@ from workbench.identify.blocks import Block
 from workbench.identify.problem import Problem
 from workbench.model.deflection import deflect
 from workbench.model.statics import motion_wrenches, own_axis
+from workbench.model.watched import watched
 from workbench.motion import Motion
 from workbench.robots.robot import Robot
 
@@ -49,7 +50,8 @@ def candidate_columns(
     """
     for block, robot, motion in _arms(problem, x):
         if effects:
-            yield block, _seen(problem, x, block, *effect_twists(robot, motion, effects))
+            link = block.observation.link
+            yield block, _seen(problem, x, block, *effect_twists(robot, motion, effects, link=link))
         else:
             yield block, np.zeros((block.stop - block.start, 0))
 
@@ -61,8 +63,9 @@ def joint_columns(
     for block, robot, motion in _arms(problem, x):
         chain, bent = robot.chain, deflect(robot, motion)
         elements = chain.indices(driven_names(chain, range(robot.dof)))
-        poses, twists = chains.twists(chain, motion.q, np.asarray(elements), shift=bent.shift)
-        yield block, _seen(problem, x, block, poses, twists)
+        view = watched(robot, block.observation.link)
+        found = chains.twists(chain, motion.q, np.asarray(elements), shift=bent.shift, part=view.part)
+        yield block, _seen(problem, x, block, *view.turned(*found))
 
 
 def _arms(problem: Problem, x: np.ndarray) -> Iterator[tuple[Block, Robot, Motion]]:
@@ -82,9 +85,16 @@ def _seen(problem: Problem, x: np.ndarray, block: Block, poses: np.ndarray, twis
 
 
 def effect_twists(
-    robot: Robot, motion: Motion, effects: Sequence[AbstractEffect]
+    robot: Robot, motion: Motion, effects: Sequence[AbstractEffect], *, link: int | None = None
 ) -> tuple[Float[np.ndarray, "rows 4 4"], Float[np.ndarray, "rows 6 k"]]:
-    """Poses of an arm with the effects that it has, and the tool's twist per coefficient of further ones."""
+    """Poses of an arm with the effects that it has, and the tool's twist per coefficient of further ones.
+
+    Args:
+        robot: The arm.
+        motion: State of the rows.
+        effects: Further ones.
+        link: The moving link, from 1, that is watched from a level frame in place of the tool.
+    """
     bent = deflect(robot, motion)
     offered = {name for e in effects for name in e.names}
     wide = robot.with_effects(*effects, *(e for e in robot.effects if not offered & set(e.names)))
@@ -95,7 +105,8 @@ def effect_twists(
     wrenches = _wrenches(robot, motion, bent.shift) if loaded else NO_WRENCHES
     moved = {e: chain.indices(e.elements(chain)) for e in effects}
     union, where = np.unique(np.concatenate(list(moved.values())), return_inverse=True)
-    poses, twists = chains.twists(chain, motion.q, union, shift=shift)
+    view = watched(wide, link)
+    poses, twists = view.turned(*chains.twists(chain, motion.q, union, shift=shift, part=view.part))
     parts, start = [], 0
     for effect, places in moved.items():
         mine = twists[:, :, where[start : start + len(places)]]

@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float
 
+from workbench.diagnose.unshown import Unshown
 from workbench.effects import AbstractEffect
 from workbench.identify.problem import Noise
 from workbench.identify.result import Fit
@@ -51,7 +52,7 @@ class Accepted:
 
     Args:
         effect: With the coefficients that were found.
-        std: Their standard errors, SI.
+        std: Their standard errors, SI, with what effects that the rows can't show may hide in them.
         gain: Log evidence that it brings to the others [nat].
         p_value: Probability that chance would bring as much, for one try; 0 below the smallest float.
         before_mm: Mean held-out error without it and its successors [mm]; of the fitted rows where none was
@@ -98,6 +99,7 @@ class Diagnosis:
             no such noise.
         verdict: What the rows allow to be said.
         message: The verdict in one sentence.
+        unshown: Effects of load that the rows can't show.
         measure_next: Joint positions of poses to measure next [rad or m].
         notes: Decisions, and what could not be tried, one sentence each.
         seconds: Time it took.
@@ -124,6 +126,7 @@ class Diagnosis:
     joint_noise: float | None
     verdict: Verdict
     message: str
+    unshown: tuple[Unshown, ...]
     measure_next: Float[np.ndarray, "_ n"]
     notes: tuple[str, ...]
     seconds: float

@@ -4,6 +4,7 @@ A problem's rows are split so that each block has one chain (base, arm, tool of 
 observation; long ones are cut so that their twists stay in the processor's cache.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple, no_type_check
 
@@ -18,6 +19,7 @@ from workbench.measure.dataset import Dataset
 from workbench.measure.observations import OBSERVATIONS, AbstractObservation, Channel
 from workbench.model.deflection import effect_columns, shift_of
 from workbench.model.forward import tool_poses
+from workbench.model.watched import TOOL, Watched, watched
 from workbench.motion import Motion
 from workbench.robots.robot import Robot, SessionFrames
 
@@ -100,6 +102,7 @@ class Block:
         inverse_sigma: Reciprocal standard deviation of every residual component.
         start: First residual component of the problem that is the block's.
         bent: What an arm with effects needs; None without.
+        watched: What the observation sees of the chain.
     """
 
     session: str
@@ -114,6 +117,7 @@ class Block:
     inverse_sigma: np.ndarray
     start: int
     bent: Bent | None = None
+    watched: Watched = TOOL
 
     def values(self, x: np.ndarray) -> np.ndarray:
         """Constants of the chain at x."""
@@ -122,23 +126,25 @@ class Block:
         return values
 
     def poses(self, x: np.ndarray) -> np.ndarray:
-        """Poses of the tool at x."""
-        values = self.values(x)
-        if self.bent is None:
-            return chains.poses(self.chain, self.q, values=values)
-        bent = self.bent
-        shift = shift_of(bent.robot, bent.motion, values=values, effects=bent.effects(x))
-        return chains.poses(self.chain, self.q, values=values, shift=shift)
+        """Poses of what is watched, at x."""
+        values, part, shift = self.values(x), self.watched.part, chains.NO_SHIFT
+        if self.bent is not None:
+            bent = self.bent
+            shift = shift_of(bent.robot, bent.motion, values=values, effects=bent.effects(x))
+        poses = chains.poses(self.chain, self.q, values=values, shift=shift, part=part)
+        return self.watched.turned(poses, np.zeros((len(poses), 6, 0)))[0]
 
     def twists(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Poses of the tool at x, and its twists per unknown in the order of `places`."""
-        values = self.values(x)
+        """Poses of what is watched, at x, and its twists per unknown in the order of `places`."""
+        values, part = self.values(x), self.watched.part
         if self.bent is None:
-            return chains.twists(self.chain, self.q, self.elements, values=values)
-        bent = self.bent
-        return effect_columns(
-            bent.robot, bent.motion, self.elements, bent.names, values=values, effects=bent.effects(x)
-        )
+            found = chains.twists(self.chain, self.q, self.elements, values=values, part=part)
+        else:
+            bent, effects = self.bent, self.bent.effects(x)
+            found = effect_columns(
+                bent.robot, bent.motion, self.elements, bent.names, values=values, effects=effects, part=part
+            )
+        return self.watched.turned(*found)
 
     @property
     def stop(self) -> int:
@@ -178,7 +184,7 @@ def observed_kinds(data: Dataset) -> list[tuple[type[AbstractObservation], np.nd
     if left.any():
         raise DataError(
             f"{data.source}, data row {data.row[left][0]}: nothing was measured that can be compared with a "
-            "pose (position, orientation, markers, distance or contact); exclude the row"
+            "pose (position, orientation, markers, distance, contact or tilt); exclude the row"
         )
     return kinds
 
@@ -239,8 +245,7 @@ def build_blocks(robot, data, kinds, names, effects, frames, noise, index, value
                 places.append(index[f"{frame_name(kind, own, session)}.{part}"])
         coefficients = np.array([index[n] for n in effects], np.int64)
         places += coefficients.tolist()
-        for observed, rows in pieces(kinds, in_session):
-            observation = observed.of(data.take(rows))
+        for observation, rows in pieces(data, kinds, in_session):
             inverse = inverse_sigma_of(data.take(rows), observation, noise)
             blocks.append(
                 Block(
@@ -258,18 +263,21 @@ def build_blocks(robot, data, kinds, names, effects, frames, noise, index, value
                     bent=Bent(arm, Motion.of(data).take(rows), tuple(effects), coefficients)
                     if robot.effects
                     else None,
+                    watched=watched(arm, observation.link),
                 )
             )
             start += inverse.size
     return tuple(blocks)
 
 
-def pieces(kinds, in_session):
+def pieces(data: Dataset, kinds, in_session) -> Iterator[tuple[AbstractObservation, np.ndarray]]:
     """The session's rows of every observation, at most `PIECE` at a time."""
     for observed, rows in kinds:
         rows = rows[in_session[rows]]
         for start in range(0, len(rows), PIECE):
-            yield observed, rows[start : start + PIECE]
+            piece = rows[start : start + PIECE]
+            for observation in observed.each(data.take(piece)):
+                yield observation, piece
 
 
 def inverse_sigma_of(data: Dataset, observation: AbstractObservation, noise: Noise) -> np.ndarray:

@@ -111,7 +111,8 @@ def visible_parts(
     base = FRAME_PARTS if any(kind.sees_base or fixed_places(kind) for kind in kinds) else ()
     if any(kind.sees_tool_rotation for kind in kinds):
         return base, FRAME_PARTS
-    return base, () if all(kind is MarkerObservation for kind in kinds) else FRAME_PARTS[:3]
+    without = all(kind is MarkerObservation or not kind.sees_tool for kind in kinds)
+    return base, () if without else FRAME_PARTS[:3]
 
 
 def _candidates(

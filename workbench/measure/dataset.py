@@ -39,6 +39,7 @@ class Dataset:
         direction: Sign of each joint's last motion (-1, 0, +1).
         sigma: Standard deviation per row of position (first three, m) and rotation (last three, rad).
         tilt: Inclinometer readings about x and y of a link [rad], by link number counted from 1.
+        wrench: [f; τ] that pulls at the tool from outside, in the axes of the robot's gravity [N, N m].
         exclude: Rows that the file keeps out.
         reason: Why, for such rows.
         source: Where the rows came from, for messages.
@@ -63,6 +64,7 @@ class Dataset:
     direction: Float[np.ndarray, "rows n"] | None = None
     sigma: Float[np.ndarray, "rows 6"] | None = None
     tilt: dict[int, Float[np.ndarray, "rows 2"]] | None = None
+    wrench: Float[np.ndarray, "rows 6"] | None = None
     exclude: Bool[np.ndarray, " rows"] | None = None
     reason: Labels | None = None
     source: str = "data"

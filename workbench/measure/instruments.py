@@ -38,7 +38,7 @@ class Observes(StrEnum):
     PLANE = "plane"
     """Contact of the tip with planes at unknown places."""
     TILT = "tilt"
-    """Slope of two axes of every moving link."""
+    """Where up is, seen from every moving link."""
 
 
 FOUR_MARKERS = frozen(

@@ -7,8 +7,10 @@ from jaxtyping import Float
 
 from workbench import se3
 from workbench.measure.instruments import Instrument, Observes
+from workbench.measure.observations.tilt import reading, seen_from
 from workbench.measure.sight import lost, station
 from workbench.model.forward import link_frames
+from workbench.model.watched import level_axes
 from workbench.motion import Motion
 from workbench.robots.robot import Robot
 from workbench.types import Vector3
@@ -54,17 +56,20 @@ def read_tilts(
     *,
     motion: Motion | None = None,
 ) -> dict[int, Float[np.ndarray, "rows 2"]]:
-    """Slopes of the x and y axes of every moving link against the horizontal [rad], by link from 1.
+    """Readings of an inclinometer on every moving link [rad], by link from 1; see `observations/tilt.py`.
 
-    The horizontal is the plane across the arm's gravity; an axis that points upwards has a positive slope.
+    The noise turns what it sees as upwards about the two axes across that.
     """
-    up = -actual.base.rotation @ actual.gravity / np.linalg.norm(actual.gravity)
-    frames = link_frames(actual, q, motion=motion)[:, 1:-1]
     moving = [i for i, joint in enumerate(actual.joints) if joint.kind != "fixed"]
+    frames = link_frames(actual, q, motion=motion)
+    level = level_axes(actual.gravity) @ actual.base.rotation.T
     _, turn = instrument.deviations
-    slopes = np.arcsin(np.clip(np.einsum("rlij,i->rlj", frames[:, moving, :3, :2], up), -1.0, 1.0))
-    slopes += rng.normal(0.0, turn or 0.0, slopes.shape)
-    return {i + 1: slopes[:, i] for i in range(len(moving))}
+    out = {}
+    for number, joint in enumerate(moving, start=1):
+        up = seen_from(level @ frames[:, 1 + joint, :3, :3])
+        seen = up + np.cross(rng.normal(0.0, turn or 0.0, up.shape), up)
+        out[number] = reading(seen / np.linalg.norm(seen, axis=1, keepdims=True))
+    return out
 
 
 def unseen(

@@ -200,9 +200,15 @@ def _dataset(actual, q, instrument, rng, joint_noise, poses, seen, notes=(), mot
         source=f"virtual {actual.name}",
         notes=(f"simulated with instrument '{instrument.name}'", *notes),
         **seen,
-        **({} if motion is None else motion.drivers),
+        **_columns(motion),
     )
     return without(rows, reasons)
+
+
+def _columns(motion: Motion | None) -> dict[str, Any]:
+    """What of the state a table of measurements holds; poses are taken at rest."""
+    known = {} if motion is None else motion.drivers
+    return {name: values for name, values in known.items() if name in Dataset.__dataclass_fields__}
 
 
 def without(rows: Dataset, reasons: np.ndarray) -> Dataset:

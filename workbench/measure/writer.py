@@ -34,6 +34,7 @@ _NAMES = {
     RotationForm.ZXZ: ("zxz_phi[rad]", "zxz_theta[rad]", "zxz_psi[rad]"),
 }
 _SIGMA = ("sigma_x[m]", "sigma_y[m]", "sigma_z[m]", "sigma_rx[rad]", "sigma_ry[rad]", "sigma_rz[rad]")
+_WRENCH = tuple(f"force_{a}[N]" for a in "xyz") + tuple(f"moment_{a}[N*m]" for a in "xyz")
 _LABELS = ("session", "group", "point", "anchor", "contact")
 
 Column = tuple[str, np.ndarray]
@@ -88,6 +89,7 @@ def _columns(dataset: Dataset, form: RotationForm, prismatic: Collection[int]) -
     yield from _single("distance[m]", dataset.distance)
     for link, values in (dataset.tilt or {}).items():
         yield from _stack((f"tilt_x{link}[rad]", f"tilt_y{link}[rad]"), values)
+    yield from _stack(_WRENCH, dataset.wrench)
     for name in _LABELS:
         yield from _single(name, getattr(dataset, name))
     yield from _single("exclude", dataset.exclude)

@@ -21,7 +21,7 @@ from jaxtyping import Float, Int
 from numba import njit
 
 from workbench import chain as chains
-from workbench.chain import NO_SHIFT, Chain
+from workbench.chain import NO_SHIFT, WHOLE, Chain
 from workbench.effects import AbstractEffect, Loads
 from workbench.errors import DataError
 from workbench.model.loads import wrench_derivative
@@ -91,6 +91,7 @@ def effect_columns(
     *,
     values: Float[np.ndarray, " k"] | None = None,
     effects: Sequence[AbstractEffect] | None = None,
+    part: slice = WHOLE,
 ) -> tuple[Float[np.ndarray, "rows 4 4"], Float[np.ndarray, "rows 6 pc"]]:
     """Poses of the bent arm, and the tool's twist per constant and per coefficient: the total derivative.
 
@@ -101,6 +102,7 @@ def effect_columns(
         coefficients: Names of the coefficients that vary, C of them.
         values: Constants of the chain to use instead of the robot's own.
         effects: The robot's effects with other coefficients, to use instead.
+        part: Elements between the first frame and the one that is watched in place of the tool, if not all.
 
     Returns:
         Poses, and twists [v; w] at the tool's origin in base axes, P + C columns.
@@ -113,7 +115,7 @@ def effect_columns(
     places = [chain.indices(e.elements(chain)) for e in effects]
     moved = np.unique(np.concatenate(places))
     union, where = np.unique(np.concatenate([columns, moved]), return_inverse=True)
-    poses, twists = chains.twists(chain, motion.q, union, shift=bent.shift)
+    poses, twists = chains.twists(chain, motion.q, union, shift=bent.shift, part=part)
     rows = [np.searchsorted(moved, p) for p in places]
     gain, change = _loads(robot, chain, motion, bent, effects, union, rows)
     out = np.empty((len(motion), 6, len(columns) + len(coefficients)))

@@ -6,8 +6,8 @@ the unit vector u, which stands on the link before the joint, is
 
     u·τ_j = u·(g × L_j),      L_j = C_j − S_j p_j,            u·f_j = −S_j u·g
 
-Elements behind the joint change L_j; those before it turn joint and masses alike, which is a turn of gravity
-by −a.
+p_j and the axes u are those of the joint's mount (see `statics`). Elements behind it change L_j; those before
+it turn joint and masses alike, which is a turn of gravity by −a.
 
     k behind j:   Δ(u·τ_j) = (u × g)·ΔC,             Δ(u·f_j) = 0
     k before j:   Δ(u·τ_j) = ((L_j × u) × g)·a,      Δ(u·f_j) = −S_j (u × g)·a      (0 if k slides)
@@ -24,7 +24,7 @@ from jaxtyping import Float, Int
 from numba import njit
 
 from workbench.chain import NO_SHIFT, _advance
-from workbench.model.statics import NO_PULL, masses
+from workbench.model.statics import NO_PULL, masses, mounts
 from workbench.robots.robot import Robot
 from workbench.types import JointRows
 
@@ -58,6 +58,7 @@ def wrench_derivative(
         robot.base_size,
         chain.axes,
         chain.drivers,
+        mounts(robot),
         chain.values if values is None else values,
         chain.constants,
         weights.after,
@@ -94,10 +95,8 @@ def _carry(t, mass, com, total):
 
 @njit(cache=True)
 @no_type_check
-def _sweep(
-    first, axes, drivers, values, constants, after, mass, com, q, payload, shift, t, frames, element, carried
-):
-    """Frames right before every element, elements of the joints, and mass and first moment behind each."""
+def _sweep(first, axes, drivers, values, constants, after, mass, com, q, payload, shift, t, frames, carried):
+    """Frames right before every element, and mass and first moment behind each."""
     size = axes.shape[0]
     for i in range(3):
         for j in range(4):
@@ -113,7 +112,6 @@ def _sweep(
                 frames[k, i, j] = t[i, j]
         value = values[k]
         if drivers[k] >= 0:
-            element[drivers[k]] = k
             value += q[drivers[k]]
         if shift.shape[0] > 0:
             value += shift[0, k]
@@ -185,16 +183,16 @@ def _fall(axes, frames, carried, element, gravity, moment, columns, components, 
 @njit(cache=True)
 @no_type_check
 def _derivatives(
-    first, axes, drivers, values, constants, after, mass, com, gravity, q, payload, pull, shift, columns,
-    components, out,
+    first, axes, drivers, element, values, constants, after, mass, com, gravity, q, payload, pull, shift,
+    columns, components, out,
 ):  # fmt: skip
     t, frames, carried = np.empty((3, 4)), np.zeros((axes.shape[0], 3, 4)), np.empty((axes.shape[0], 4))
-    element, moment, tool = np.empty(q.shape[1], np.int64), np.zeros(3), np.empty((axes.shape[0], 4))
+    moment, tool = np.zeros(3), np.empty((axes.shape[0], 4))
     out[:] = 0.0
     for row in range(q.shape[0]):
         _sweep(
             first, axes, drivers, values, constants, after, mass, com, q[row], payload[row : row + 1],
-            shift[row : row + 1], t, frames, element, carried,
+            shift[row : row + 1], t, frames, carried,
         )  # fmt: skip
         _fall(axes, frames, carried, element, gravity, moment, columns, components, out[row])
         if pull.shape[0] > 0:

@@ -4,10 +4,11 @@ With the centres of mass c_k and their accelerations a_k in the arm's base axes,
 
     f_j = Σ_k m_k (a_k − g),      τ_j = Σ_k (c_k − p_j) × m_k (a_k − g),      k over all masses after joint j
 
-on the later one at p_j, the origin of the frame right before the driven element. Both are handed out in the
-axes of that frame, which stand on the earlier link: the driven axis is the joint's, the other two carry the
-moments that tilt it. The component about (along) the joint's axis is the holding torque (force) of the
-drive. It is the reaction to the load: minus the moment of Katana eq. (4.21), which the weight exerts.
+on the later one at p_j, the origin of the joint's mount: the frame right before the driven element, and
+before the rotations by which a loose bearing lets it tip. Both are handed out in the mount's axes, which
+stand on the earlier link: the driven axis is the joint's, the other two carry the moments that tilt it. The
+component about (along) the joint's axis is the holding torque (force) of the drive. It is the reaction to the
+load: minus the moment of Katana eq. (4.21), which the weight exerts.
 
 Links are point masses at their centres of mass; a payload is one in the tool frame. A wrench that pulls at
 the tool from outside adds its negative to every joint's.
@@ -22,6 +23,7 @@ from jaxtyping import Float, Int
 from numba import njit
 
 from workbench.chain import NO_SHIFT, _advance
+from workbench.effects.effect import Insertion
 from workbench.errors import RobotError, ShapeError
 from workbench.motion import Motion
 from workbench.robots.robot import Robot
@@ -66,6 +68,17 @@ def masses(robot: Robot) -> Masses:
     )
 
 
+@lru_cache(maxsize=16)
+def mounts(robot: Robot) -> Int[np.ndarray, " n"]:
+    """Element of the full chain right before which each joint's mount lies: its first tilt, or its drive."""
+    chain = robot.chain
+    out = chain.driven.copy()
+    for joint in range(robot.dof):
+        tilts = [chain.index.get(Insertion.TILT.element(joint, axis)) for axis in range(3)]
+        out[joint] = min([out[joint], *(place for place in tilts if place is not None)])
+    return frozen(out)
+
+
 def joint_wrenches(
     robot: Robot,
     q: JointRows,
@@ -93,8 +106,8 @@ def joint_wrenches(
         shift: What effects add to each element's value; an empty array for nothing.
 
     Returns:
-        By column of q: force [N] and moment [N m] at the origin of the frame right before the driven
-        element, in that frame's axes. `own_axis` tells which component lies along the joint's axis.
+        By column of q: force [N] and moment [N m] at the origin of the joint's mount, in the mount's axes.
+        `own_axis` tells which component lies along the joint's axis.
 
     Raises:
         RobotError: a moving joint's link has no mass, or a joint drives several elements.
@@ -118,6 +131,7 @@ def joint_wrenches(
         robot.base_size,  # gravity is given in the frame after the base
         robot.chain.axes,
         robot.chain.drivers,
+        mounts(robot),
         robot.chain.values if values is None else values,
         robot.chain.constants,
         weights.after,
@@ -251,12 +265,14 @@ def _join(axis, t, value, speed, change_of_speed, origin, spin, change, start):
 @njit(cache=True)
 @no_type_check
 def _wrenches(
-    first, axes, drivers, values, constants, after, mass, com, gravity, q, velocity, acceleration,
+    first, axes, drivers, mount, values, constants, after, mass, com, gravity, q, velocity, acceleration,
     payload, payload_com, pull, shift, out,
 ):  # fmt: skip
     moving = velocity.shape[0] > 0
     shifted = shift.shape[0] > 0
     n = q.shape[1]
+    mounted = np.full(axes.shape[0], -1)
+    mounted[mount] = np.arange(n)
     t = np.empty((3, 4))
     before = np.empty((n, 3, 4))
     totals = np.empty((n + 1, 6))
@@ -293,15 +309,15 @@ def _wrenches(
                 value += q[row, joint]
             if shifted:
                 value += shift[row, k]
-            if joint >= 0:
+            if mounted[k] >= 0:
                 before[body] = t
-                order[body] = joint
+                order[body] = mounted[k]
                 body += 1
-                if moving:
-                    _join(
-                        axes[k], t, value, velocity[row, joint], acceleration[row, joint],
-                        origin, spin, change, start,
-                    )  # fmt: skip
+            if joint >= 0 and moving:
+                _join(
+                    axes[k], t, value, velocity[row, joint], acceleration[row, joint],
+                    origin, spin, change, start,
+                )  # fmt: skip
             if value != 0.0 or axes[k] == 6:
                 _advance(axes[k], value, constants[k], t)
         while link < after.shape[0]:

@@ -14,6 +14,7 @@ from workbench.diagnose.record import Accepted, Diagnosis, Ranked, Verdict, judg
 from workbench.diagnose.refit import robot_with
 from workbench.diagnose.rivals import ambiguous, ranked, rivals_of
 from workbench.diagnose.stages import Searched, Stage, as_candidates, geometry_first, rounds
+from workbench.diagnose.unshown import hidden_variance, spoken, unshown
 from workbench.diagnose.verdict import conclude, coverage, explains_little, learned, undecided
 from workbench.diagnose.words import sentence
 from workbench.identify import noise as noises
@@ -100,8 +101,9 @@ def diagnose(
         searches = rounds(first, rng, search=False, **steps)
         last, after = searches[-1], before
     judge = Trial(ready, searches[0])
-    accepted = _accepted(searches, judge)
     fit = last.stage.fitted.fit
+    missing = unshown(last, fit.calibrated, Motion.of(fit.problem.data)) if short is None else ()
+    accepted = _accepted(searches, judge, hidden_variance(last, missing))
     shaky = joint_noise(fit)
     left = noises.of_residual(fit.problem, fit.x, fit.factor) or last.stage.geometric.noise
     verdict, message = conclude(
@@ -118,6 +120,8 @@ def diagnose(
     )
     if short is not None:
         verdict, message = Verdict.NONE, short
+    elif missing and any(a.effect.loads for a in accepted):
+        message = f"{message} {spoken(missing)}"
     report(0.9, "choosing poses to measure next")
     asked = [e.effect for e in accepted] + ambiguous(accepted)
     outliers = np.union1d(gross, ready.train_rows[~last.stage.keep]).astype(np.int64)
@@ -146,6 +150,7 @@ def diagnose(
         joint_noise=None if shaky is None else shaky.sigma,
         verdict=verdict,
         message=message,
+        unshown=missing,
         measure_next=next_poses(fit.problem, fit.x, asked, rng=rng),
         notes=tuple(notes),
         seconds=perf_counter() - began,
@@ -218,8 +223,16 @@ class Trial:
         return 1e3 * float(rows.position.mean()) if len(rows.position) else float("nan")
 
 
-def _accepted(searches: Sequence[Searched], judge: Trial) -> tuple[Accepted, ...]:
-    """The effects of the last fit with their standard errors, rivals, and what each brought."""
+def _accepted(
+    searches: Sequence[Searched], judge: Trial, hidden: Mapping[str, float]
+) -> tuple[Accepted, ...]:
+    """The effects of the last fit with their standard errors, rivals, and what each brought.
+
+    Args:
+        searches: All of them.
+        judge: Tries models out.
+        hidden: What else adds to the variance of each coefficient [SI²].
+    """
     last = searches[-1]
     fit = last.stage.fitted.fit
     std = dict(zip(fit.problem.names, fit.std.tolist(), strict=True))
@@ -244,7 +257,7 @@ def _accepted(searches: Sequence[Searched], judge: Trial) -> tuple[Accepted, ...
         out.append(
             Accepted(
                 effect=effect,
-                std=tuple(std[n] for n in effect.names),
+                std=tuple(float(np.hypot(std[n], np.sqrt(hidden.get(n, 0.0)))) for n in effect.names),
                 gain=offered.gain,
                 p_value=float(np.exp(offered.log_p)),
                 before_mm=judge.mean_mm([*model[:place], *model[place + 1 :]]),

@@ -7,6 +7,7 @@ from workbench.measure.observations.observation import AbstractObservation, Chan
 from workbench.measure.observations.plane import PlaneObservation
 from workbench.measure.observations.point import PointObservation
 from workbench.measure.observations.pose import PoseObservation
+from workbench.measure.observations.tilt import TiltObservation
 
 OBSERVATIONS: tuple[type[AbstractObservation], ...] = (
     PoseObservation,
@@ -15,6 +16,7 @@ OBSERVATIONS: tuple[type[AbstractObservation], ...] = (
     DistanceObservation,
     PlaneObservation,
     ContactObservation,
+    TiltObservation,
 )
 """All kinds, in the order in which a row is asked; each row is seen by the first that fits it."""
 
@@ -29,4 +31,5 @@ __all__ = [
     "PointObservation",
     "PoseObservation",
     "Seen",
+    "TiltObservation",
 ]

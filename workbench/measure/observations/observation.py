@@ -41,8 +41,13 @@ class AbstractObservation(ABC):
 
     sees_base: bool = True
     """Whether the base frame can be seen at all (contacts between unknown points can't)."""
+    sees_tool: bool = True
+    """Whether it sees the tool at all (an inclinometer on a link does not)."""
     sees_tool_rotation: bool = False
     """Whether the tool's orientation can be seen."""
+    link: int | None = None
+    """The moving link, counted from 1, that it watches from a level frame; None for the tool in the measuring
+    frame, whose poses and twists the others are given."""
     unused_words: str = ""
     """What a row carries in vain if another observation of it is used; empty if that one contains it."""
 
@@ -56,6 +61,11 @@ class AbstractObservation(ABC):
     def of(cls, data: Dataset) -> "AbstractObservation":
         """The observation of rows that all carry it."""
 
+    @classmethod
+    def each(cls, data: Dataset) -> tuple["AbstractObservation", ...]:
+        """The observations of rows that all carry it: one, unless several links were watched at once."""
+        return (cls.of(data),)
+
     @property
     @abstractmethod
     def channels(self) -> tuple[Channel, ...]:
@@ -63,7 +73,7 @@ class AbstractObservation(ABC):
 
     @property
     def seen(self) -> Bool[np.ndarray, "..."]:
-        """Which components of which rows were measured; all of them, unless a marker can hide."""
+        """Which components of which rows were measured; all of them, unless some can be missing."""
         return np.ones((1, len(self.channels)), bool)
 
     @property

@@ -57,6 +57,7 @@ def assemble(fields: Fields, *, joints: int | None) -> Dataset:
         direction=_signs(fields, q.shape[1]),
         sigma=_sigma(fields),
         tilt=tilt,
+        wrench=_wrench(fields),
         exclude=excluded | found if "exclude" in fields.values or found.any() else None,
         reason=_reasons(fields, reasons, found),
         source=fields.source,
@@ -182,6 +183,14 @@ def _sigma(fields: Fields) -> np.ndarray | None:
         row, axis = wrong[0]
         raise fields.error("a standard deviation must be above zero", int(row), keys[axis])
     return sigma
+
+
+def _wrench(fields: Fields) -> np.ndarray | None:
+    """Force and moment at the tool, 0 where there is no column for it."""
+    keys = [f"{kind}_{axis}" for kind in ("force", "moment") for axis in "xyz"]
+    if not any(key in fields.values for key in keys):
+        return None
+    return np.stack([fields.values.get(key, np.zeros(fields.rows)) for key in keys], axis=1)
 
 
 def _plain(fields: Fields) -> dict[str, np.ndarray]:

@@ -38,6 +38,7 @@ _PATTERNS: tuple[tuple[re.Pattern[str], str], ...] = tuple(
         (r"m(\d+)([xyz])", "m{0}{1}"),
         (r"sigma_(x|y|z|rx|ry|rz)", "sigma_{0}"),
         (r"tilt_([xy])(\d+)", "tilt_{0}{1}"),
+        (r"(force|moment)_([xyz])", "{0}_{1}"),
         (rf"(?:{_JOINT_WORDS})_?(\d+)", "q{0}"),
         (rf"(?:{_ROBOTS})_(?:q|j|joint|axis)_?a?_?(\d+)", "q{0}"),
         (r"joint_a(\d+)", "q{0}"),
@@ -143,8 +144,10 @@ def quantities_of(key: str) -> tuple[Quantity, ...]:
         return (Quantity.LENGTH,)
     if re.fullmatch(r"roll|pitch|yaw|zxz_(phi|theta|psi)|(sigma_)?r[xyz]|tilt_[xy]\d+", key):
         return (Quantity.ANGLE,)
-    if key.startswith("torque"):
+    if key.startswith(("torque", "moment_")):
         return (Quantity.TORQUE,)
+    if key.startswith("force_"):
+        return (Quantity.FORCE,)
     return {
         "time": (Quantity.TIME,),
         "temperature": (Quantity.TEMPERATURE,),

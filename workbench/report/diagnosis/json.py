@@ -3,6 +3,7 @@
 import numpy as np
 
 from workbench.diagnose.record import Accepted, Diagnosis, Ranked
+from workbench.diagnose.unshown import Unshown
 from workbench.effects import AbstractEffect
 from workbench.report.json import Json, plain, validation_json
 
@@ -29,6 +30,7 @@ def diagnosis_json(result: Diagnosis) -> Json:
             "noise": _noise(result.noise),
             "noise_floor": None if result.floor is None else _noise(result.floor),
             "joint_noise_deg": None if result.joint_noise is None else np.rad2deg(result.joint_noise),
+            "not_identifiable": [_unshown(u, result) for u in result.unshown],
             "verdict": str(result.verdict),
             "message": result.message,
             "measure_next": result.measure_next,
@@ -66,6 +68,16 @@ def _accepted(found: Accepted, result: Diagnosis) -> Json:
         "after_held_out_mm": found.after_mm,
         "alternatives": [_ranked(r) for r in found.alternatives],
         "words": found.words,
+    }
+
+
+def _unshown(missing: Unshown, result: Diagnosis) -> Json:
+    """An effect that the rows can't show; `std` is null where nothing loads it."""
+    return {
+        **_effect(missing.effect),
+        "reason": str(missing.reason),
+        "std": missing.std if np.isfinite(missing.std) else None,
+        "unit": missing.effect.units(result.calibrated.chain)[0],
     }
 
 

@@ -1,0 +1,163 @@
+"""The experiment with inclinometers, planned and simulated: clearance, backlash and stiffness of each joint.
+
+The readings of all postures are fitted together, the directions of the axes with them, so that no posture has
+to be exact. Joints that stand upright, about which no gravity acts, are pulled sideways at the tool instead,
+and the tool's pose is measured; the other joints are then known from the inclinometers.
+
+Source: Katana figs. 4.6, 4.9, 5.4; §4.4.1 for joint 1.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from workbench.design.loading import LoadingPlan, SideLoads, loading_plan, side_loads
+from workbench.errors import OptionError
+from workbench.identify.problem import Noise
+from workbench.identify.tilting import JointTilting, Tilting, fit_tilting, tilting_effects
+from workbench.measure.dataset import Dataset
+from workbench.measure.instruments import INSTRUMENTS
+from workbench.measure.simulate import simulate, virtual_arm
+from workbench.motion import Motion
+from workbench.robots.robot import Robot
+
+REPEATS = 10
+"""Readings of every posture, each after the arm came anew."""
+FORCE = 40.0
+"""Greatest sideways pull at the tool [N]."""
+CLEARANCE, BACKLASH, STIFFNESS = (0.015, 0.025), (0.045, 0.065), (70.0, 125.0)
+"""Least and greatest sizes that a virtual arm has, after Katana Tables 4.3 and 4.4 [°, °, kg m/°]."""
+LENGTH, ANGLE = 5e-5, float(np.deg2rad(0.1))
+"""Greatest errors of its geometry [m, rad]."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class LoadingResult:
+    """An experiment and what it showed.
+
+    Args:
+        robot: The nominal arm.
+        plan: Postures and masses.
+        data: Readings of the inclinometers.
+        tilting: What they showed.
+        side: Sideways pulls for the upright joints; none if there are no such joints.
+        side_tilting: What they showed, in the order of `side`.
+        hidden: What the virtual arm has; empty if it is not known.
+    """
+
+    robot: Robot
+    plan: LoadingPlan
+    data: Dataset
+    tilting: Tilting
+    side: tuple[SideLoads, ...]
+    side_tilting: tuple[Tilting, ...]
+    hidden: tuple[JointTilting, ...]
+
+    @property
+    def joints(self) -> tuple[JointTilting, ...]:
+        """What was found of every joint, in the order of the joints."""
+        pulled = {j.joint: j for tilting in self.side_tilting for j in tilting.joints}
+        return tuple(j.joined(pulled[j.joint]) if j.joint in pulled else j for j in self.tilting.joints)
+
+
+def loading_experiment(
+    robot: Robot,
+    *,
+    joints: Sequence[int] | None = None,
+    added_mass: float = 0.0,
+    each: int = 4,
+    repeats: int = REPEATS,
+    force: float = FORCE,
+    seed: int = 0,
+) -> LoadingResult:
+    """Plan the experiment for a robot, and simulate it on a virtual arm with hidden sizes.
+
+    Args:
+        robot: Nominal arm with masses and limits; effects that it carries are left out.
+        joints: Joints to load by gravity, from 0; if None all that gravity turns, and the others by pulls.
+        added_mass: Mass that can be hung onto the tool [kg].
+        each: Pairs of postures for every joint and purpose.
+        repeats: Readings of every posture.
+        force: Greatest sideways pull at the tool for upright joints [N].
+        seed: Of postures, hidden arm and noise.
+
+    Raises:
+        OptionError: no such joint, or no reading.
+        DataError: postures that load a joint as asked can't be reached; names joint and purpose.
+    """
+    if repeats < 1:
+        raise OptionError(f"{repeats} readings of every posture can't be; give 1 or more")
+    rng = np.random.default_rng(seed)
+    robot = robot.with_effects()
+    plan = loading_plan(robot, joints=joints, added_mass=added_mass, each=each, rng=rng)
+    upright = plan.upright if joints is None else ()
+    side = tuple(side_loads(robot, j, force=force, rng=rng) for j in upright)
+    hidden = _hidden(sorted((*plan.joints, *plan.upright)), rng)
+    actual = virtual_arm(robot, rng=rng, length=LENGTH, angle=ANGLE).with_effects(*tilting_effects(hidden))
+    data = read_plan(actual, plan, repeats=repeats, rng=rng)
+    tilting = tilting_of(robot, plan, data)
+    pulled = tuple(
+        pulled_joint(robot, tilting, loads, _pulled(actual, loads, repeats, rng)) for loads in side
+    )
+    return LoadingResult(
+        robot=robot,
+        plan=plan,
+        data=data,
+        tilting=tilting,
+        side=side,
+        side_tilting=pulled,
+        hidden=hidden,
+    )
+
+
+def read_plan(actual: Robot, plan: LoadingPlan, *, repeats: int, rng: np.random.Generator) -> Dataset:
+    """Readings of the inclinometers on an arm in the postures of a plan, each several times."""
+    q, added = np.repeat(plan.q, repeats, axis=0), np.repeat(plan.added, repeats)
+    state = Motion(q, payload=added)
+    return simulate(actual, q, instrument=INSTRUMENTS["inclinometer"], rng=rng, motion=state)
+
+
+def tilting_of(robot: Robot, plan: LoadingPlan, data: Dataset) -> Tilting:
+    """What readings of a plan show of its joints, the directions of all axes fitted beside.
+
+    Of upright joints, across whose axes the whole arm weighs, they show the clearance.
+    """
+    _, turn = INSTRUMENTS["inclinometer"].deviations
+    angles = [n for n in robot.default_free if robot.chain.elements[robot.chain.index[n]].axis.turns]
+    noise = Noise(rotation=float(turn or 1.0))
+    return fit_tilting(robot, data, joints=plan.joints, tipping=plan.upright, noise=noise, free=angles)
+
+
+def pulled_joint(robot: Robot, known: Tilting, loads: SideLoads, data: Dataset) -> Tilting:
+    """What poses under sideways pulls show of one joint about its axis, when all else is known.
+
+    Args:
+        robot: Nominal arm.
+        known: The other joints, and how far this one tips.
+        loads: The pulls.
+        data: Measured poses, with the wrench of every row.
+    """
+    others = robot.with_effects(*known.effects)
+    return fit_tilting(others, data, turning=(loads.joint,), noise=Noise())
+
+
+def _pulled(actual: Robot, loads: SideLoads, repeats: int, rng: np.random.Generator) -> Dataset:
+    """Poses of the tool under the pulls, by an optical tracker that stands where it sees them all."""
+    tracker = replace(INSTRUMENTS["optotrak"], sight=None)
+    q, wrench = (np.repeat(rows, repeats, axis=0) for rows in (loads.q, loads.wrench))
+    data = simulate(actual, q, instrument=tracker, rng=rng, motion=Motion(q, wrench=wrench))
+    position, turn = tracker.deviations
+    sigma = np.tile([position] * 3 + [turn or position] * 3, (len(q), 1))
+    return replace(data, sigma=sigma)
+
+
+def _hidden(joints: Sequence[int], rng: np.random.Generator) -> tuple[JointTilting, ...]:
+    """Joints of a virtual arm, of the usual sizes."""
+    out = []
+    for joint in joints:
+        clearance, backlash, stiffness = (rng.uniform(*s) for s in (CLEARANCE, BACKLASH, STIFFNESS))
+        compliance = np.deg2rad(1.0) / (9.81 * stiffness)
+        sizes = [float(v) for v in (np.deg2rad(clearance), np.deg2rad(backlash), compliance)]
+        out.append(JointTilting(joint, *sizes))
+    return tuple(out)
