@@ -31,7 +31,7 @@ ARMS = 40
 WEIGHED = 200
 """Virtual arms on which influence-based identification is compared with least squares."""
 DIAGNOSED = 4
-"""Virtual arms that `diagnose` is tried on, at most."""
+"""Virtual arms that `diagnose` is tried on."""
 NUMBERS = (6, 12, 118)
 """Numbers of poses of that comparison."""
 
@@ -72,6 +72,7 @@ def reproduce_katana(
     *,
     arms: int = ARMS,
     weighed: int = WEIGHED,
+    diagnosed: int = DIAGNOSED,
     seed: int = 0,
     progress: Progress | None = None,
     cancel: Cancel | None = None,
@@ -81,6 +82,7 @@ def reproduce_katana(
     Args:
         arms: How many arms are calibrated in every way, for each reading of the printed play.
         weighed: How many arms compare influence-based identification with least squares.
+        diagnosed: How many of the arms `diagnose` is tried on.
         seed: Of everything random.
         progress: Called with the share done and what is being done.
         cancel: Asked between arms whether to stop with those that are done.
@@ -90,6 +92,8 @@ def reproduce_katana(
     """
     if arms < 2 or weighed < 2:
         raise OptionError(f"{min(arms, weighed)} virtual arms show no spread; ask for at least 2")
+    if diagnosed < 1:
+        raise OptionError(f"{diagnosed} arms can't be diagnosed; ask for at least 1")
     report = progress or (lambda part, words: None)
 
     def studied(play: float, begin: float, words: str) -> KatanaStudy:
@@ -109,8 +113,8 @@ def reproduce_katana(
         seed=seed,
         progress=lambda part: report(0.6 + 0.25 * part, "influence against least squares"),
     )
-    diagnosed = diagnosed_arms(
-        arms=min(arms, DIAGNOSED),
+    named = diagnosed_arms(
+        arms=min(arms, diagnosed),
         seed=seed,
         progress=lambda part: report(0.85 + 0.15 * part, "arms diagnosed"),
     )
@@ -126,7 +130,7 @@ def reproduce_katana(
         seed=seed,
         findings=(
             *claims.reductions(once),
-            diagnosis(diagnosed),
+            diagnosis(named),
             claims.two_readings(once, twice),
             *means,
             *ranges,
@@ -142,6 +146,6 @@ def reproduce_katana(
         twice=twice,
         influences=influences,
         weights=weights,
-        diagnosed=diagnosed,
+        diagnosed=named,
         cube=cube,
     )

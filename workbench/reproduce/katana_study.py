@@ -41,8 +41,8 @@ from workbench.robots.robot import Robot
 POSES, TEN = 118, 10
 """Poses measured, and uncalibrated points of Table 4.6; 118 further ones judge."""
 REMAINDER = float(np.deg2rad(0.0125))
-"""Standard deviation of what neither constants nor tilting can hold of each joint [rad]. It is the only number
-that was chosen, so that calibration without tilting ends where the thesis's does, at 0.33 to 0.38 mm."""
+"""Standard deviation of what neither constants nor tilting can hold of each joint [rad]. It is the only
+number that was chosen, so that calibration without tilting ends at the thesis's 0.33 to 0.38 mm."""
 EACH_WAY, EACH_SIDE = 0.5, 1.0
 """Share of the printed play that a joint has to each side: printed are readings from one side to the other
 (Fig. 4.6), or what (4.12) and (5.19) add to either side."""
