@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from workbench.cli.options import say
+from workbench.cli.options import progress_bar, say
 from workbench.errors import OptionError
 
 NO_PICTURES = (
@@ -67,7 +67,8 @@ def _again(session: Path, step: int | None, record: bool, live: str | None) -> O
         say(f"note: {note}")
 
     def begin(robot, plate):
-        now = restore(recording)
+        with progress_bar("coming to the last state") as progress:
+            now = restore(recording, progress=progress)
         if not record:
             return _followed(folders.Begun(now, entries=recording.entries), live)
         go_on = folders.resume if step is None else folders.branch

@@ -23,6 +23,8 @@ from workbench.reproduce.finding import Finding
 from workbench.reproduce.influence_study import InfluenceStudy, influence_study
 from workbench.reproduce.katana_diagnosed import Diagnosed, diagnosed_arms, diagnosis
 from workbench.reproduce.katana_study import EACH_SIDE, EACH_WAY, KatanaStudy, katana_study
+from workbench.reproduce.katana_tracking import TrackingStudy, tracking_study
+from workbench.reproduce.katana_tracking_claims import tracking_findings
 from workbench.reproduce.page import Sheet
 from workbench.robots import load_robot
 
@@ -54,6 +56,7 @@ class KatanaReproduction:
         weights: Influence-based identification against least squares.
         diagnosed: What `diagnose` makes of some of the arms.
         cube: The 118 poses in their order.
+        tracking: A circle and lines followed before and after calibration.
     """
 
     arms: int
@@ -66,6 +69,7 @@ class KatanaReproduction:
     weights: InfluenceStudy
     diagnosed: Diagnosed
     cube: CubePoses
+    tracking: TrackingStudy
 
 
 def reproduce_katana(
@@ -101,51 +105,70 @@ def reproduce_katana(
             arms=arms,
             play=play,
             seed=seed,
-            progress=lambda part: report(begin + 0.3 * part, words),
+            progress=lambda part: report(begin + 0.25 * part, words),
             cancel=cancel,
         )
 
     once = studied(EACH_WAY, 0.0, "arms calibrated in every way")
-    twice = studied(EACH_SIDE, 0.3, "the same with twice the play")
+    twice = studied(EACH_SIDE, 0.25, "the same with twice the play")
     weights = influence_study(
         arms=weighed,
         numbers=NUMBERS,
         seed=seed,
-        progress=lambda part: report(0.6 + 0.25 * part, "influence against least squares"),
+        progress=lambda part: report(0.5 + 0.2 * part, "influence against least squares"),
     )
     named = diagnosed_arms(
         arms=min(arms, diagnosed),
         seed=seed,
-        progress=lambda part: report(0.85 + 0.15 * part, "arms diagnosed"),
+        progress=lambda part: report(0.7 + 0.1 * part, "arms diagnosed"),
+    )
+    tracking = tracking_study(
+        arms=arms,
+        seed=seed,
+        progress=lambda part: report(0.8 + 0.2 * part, "paths followed"),
+        cancel=cancel,
     )
     robot = load_robot("katana450")
     cube = iso_cube_poses(robot, rng=np.random.default_rng(seed))
     influences = influence(robot, cube.q, names=printed.CONSTANTS)
-    redundant, sheet_redundant = setup.redundant()
-    means, sheet_3_4 = tables.table_3_4(once)
-    ranges, sheets_4_5 = tables.table_4_5(once)
-    points, sheet_4_6 = tables.table_4_6(once)
+    errors, sheets = _errors(once, twice, named, cube)
+    redundant, sheet = setup.redundant()
     return KatanaReproduction(
         arms=len(once.held_out),
         seed=seed,
         findings=(
-            *claims.reductions(once),
-            diagnosis(named),
-            claims.two_readings(once, twice),
-            *means,
-            *ranges,
-            *points,
-            *claims.contradictions(cube.q),
+            *errors,
+            *tracking_findings(tracking),
             *setup.arm(),
             *setup.equations(),
             *setup.influences(influences, cube),
             *redundant,
         ),
-        sheets=(tables.tables_3_2_3_3(once), sheet_3_4, *sheets_4_5, sheet_4_6, sheet_redundant),
+        sheets=(*sheets, sheet),
         once=once,
         twice=twice,
         influences=influences,
         weights=weights,
         diagnosed=named,
         cube=cube,
+        tracking=tracking,
     )
+
+
+def _errors(
+    once: KatanaStudy, twice: KatanaStudy, named: Diagnosed, cube: CubePoses
+) -> tuple[tuple[Finding, ...], tuple[Sheet, ...]]:
+    """Chapters 3 and 4: what calibration leaves."""
+    means, sheet_3_4 = tables.table_3_4(once)
+    ranges, sheets_4_5 = tables.table_4_5(once)
+    points, sheet_4_6 = tables.table_4_6(once)
+    findings = (
+        *claims.reductions(once),
+        diagnosis(named),
+        claims.two_readings(once, twice),
+        *means,
+        *ranges,
+        *points,
+        *claims.contradictions(cube.q),
+    )
+    return findings, (tables.tables_3_2_3_3(once), sheet_3_4, *sheets_4_5, sheet_4_6)

@@ -37,7 +37,7 @@ class Diagnosed(NamedTuple):
     """Several arms diagnosed.
 
     Args:
-        held_out: Mean position error at poses that took no part [mm]; those beyond the measured angles are left out.
+        held_out: Mean position error at poses that took no part, within the measured angles [mm].
         named: How many of `HIDDEN` were named for each arm.
     """
 
