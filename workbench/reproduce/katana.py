@@ -34,6 +34,8 @@ WEIGHED = 200
 """Virtual arms on which influence-based identification is compared with least squares."""
 DIAGNOSED = 4
 """Virtual arms that `diagnose` is tried on."""
+FOLLOWING = 2
+"""One arm in so many follows the paths of chapter 5."""
 NUMBERS = (6, 12, 118)
 """Numbers of poses of that comparison."""
 
@@ -123,7 +125,7 @@ def reproduce_katana(
         progress=lambda part: report(0.7 + 0.1 * part, "arms diagnosed"),
     )
     tracking = tracking_study(
-        arms=arms,
+        arms=max(arms // FOLLOWING, 2),
         seed=seed,
         progress=lambda part: report(0.8 + 0.2 * part, "paths followed"),
         cancel=cancel,
@@ -138,6 +140,7 @@ def reproduce_katana(
         seed=seed,
         findings=(
             *errors,
+            *claims.weights_compared(weights),
             *tracking_findings(tracking),
             *setup.arm(),
             *setup.equations(),
