@@ -38,7 +38,7 @@ class FittedCircle:
 def fit_circle(points: Float[np.ndarray, "points 3"]) -> FittedCircle:
     """The circle of least squares through three points or more; points in a line have one of any radius."""
     middle = points.mean(axis=0)
-    axes = np.linalg.svd(points - middle)[2]
+    axes = np.linalg.svd(points - middle, full_matrices=False)[2]
     flat = (points - middle) @ axes[:2].T
     design = np.column_stack([2.0 * flat, np.ones(len(flat))])
     a, b, c = np.linalg.lstsq(design, (flat**2).sum(axis=1), rcond=None)[0]

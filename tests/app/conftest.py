@@ -4,6 +4,7 @@ import contextlib
 import math
 import os
 import shutil
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,6 +18,7 @@ from playwright.sync_api import Browser, Page, sync_playwright
 from workbench.app.server import App
 from workbench.design.plate_toml import load_plate
 from workbench.robots import load_robot
+from workbench.session import Session
 
 FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=gl-egl", "--ignore-gpu-blocklist"]
 DRAWN = "() => (window.__viserTestpoints?.rendererInfo?.render?.triangles ?? 0) > 5000"
@@ -73,6 +75,15 @@ class Screen:
             arg=[testid, wanted],
             timeout=timeout,
         )
+
+    def until(self, holds: Callable[[Session], bool], timeout: float = 30.0) -> Session:
+        """The session once a gesture has had its effect on it."""
+        end = time.monotonic() + timeout
+        while not holds(self.app.worker.session):
+            assert time.monotonic() < end, "the gesture had no effect on the session"
+            self.page.wait_for_timeout(50)
+        self.app.worker.wait()
+        return self.app.worker.session
 
     def node(self, name: str) -> list[float]:
         """Position and orientation of a node as the page has it."""

@@ -177,9 +177,7 @@ def test_who_drags_holds_the_target(app, look):
     first.page.mouse.move(*(at - 0.03 * metre), steps=4)
     second.wait_text("hint", "Let go")
     first.page.wait_for_timeout(400)
-    app.worker.wait()
-    held = app.worker.session
-    assert held.holder is not None
+    held = first.until(lambda session: session.holder is not None)
 
     at2, metre2 = second.grab(1)
     second.page.mouse.move(*(at2 + 0.1 * metre2), steps=4)

@@ -13,6 +13,7 @@ from workbench.robots import load_robot
 from workbench.robots.meshes import link_meshes
 from workbench.session.commands.arm import standing
 from workbench.session.suited import suited_plate
+from workbench.session.track import KATANA
 
 FILES = distribution("example-robot-data").files or []
 
@@ -55,9 +56,7 @@ def test_another_arm_is_chosen_jogged_and_the_page_made_dark(app, look, tmp_path
     slider = screen.page.get_by_role("textbox").first
     slider.fill("40")
     slider.press("Tab")
-    screen.page.wait_for_timeout(300)
-    app.worker.wait()
-    assert standing(app.worker.session)[0] == pytest.approx(np.deg2rad(40.0), abs=1e-6)
+    screen.until(lambda session: abs(standing(session)[0] - np.deg2rad(40.0)) < 1e-6)
     screen.shoot("jogged")
     screen.choose("Robot", "katana450-tilting")
     screen.press("Change to this robot")
@@ -70,9 +69,26 @@ def test_another_arm_is_chosen_jogged_and_the_page_made_dark(app, look, tmp_path
     screen.tab("Compare")
     screen.wait_text("bending", "Joint 5")
     screen.page.get_by_role("checkbox", name="Bent arm", exact=True).uncheck()
-    screen.page.wait_for_timeout(300)
-    app.worker.wait()
-    assert not app.worker.session.overlay.bent
+    screen.until(lambda session: not session.overlay.bent)
+    screen.press("Plan it")
+    screen.wait_text("track", "Error, mean")
+    track = app.worker.session.track
+    assert np.linalg.norm(track.wanted[:, None] - KATANA, axis=2).min(0).max() < 3e-3  # the thesis's points
+    assert 0.5e-3 < track.errors.mean() < 3e-3
+    screen.press("Play")
+    started = screen.node("/track/mark")
+    screen.page.wait_for_function(
+        "p => Math.abs(window.__viserMutable.nodePoseData['/track/mark'].position[0] - p) > 5e-3",
+        arg=started[0],
+    )
+    screen.shoot("playing")
+    screen.press("Pause")
+    screen.until(lambda session: not session.is_underway)
+    paused = app.worker.session
+    assert 0.0 < paused.play.at < 10.0
+    for i, frame in enumerate(body_frames(paused.robot, standing(paused))):
+        assert screen.node(f"/arm/body{i}")[:3] == pytest.approx(frame[:3, 3], abs=1e-5)
+    screen.press("Back to the target")
     screen.tab("Plate")
     screen.page.get_by_text("Influence of each constant").click()
     screen.wait_text("influence", "Motion of the tool")

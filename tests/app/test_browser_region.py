@@ -19,7 +19,8 @@ def test_cubes_are_coloured_clicked_and_move_a_target_and_a_corner_is_dragged(ap
     app.worker.wait()
     region = app.worker.session.plate.region
     wanted = int(np.argmin(np.linalg.norm(region.centres - [0.47, 0.35, region.centres[0, 2]], axis=1)))
-    screen.page.mouse.click(*screen.pixel(region.centres[wanted]))
+    top = np.array([0.0, 0.0, 0.3 * region.cube])
+    screen.page.mouse.click(*screen.pixel(region.centres[wanted] + top))
     screen.wait_text("cube", "Reached in")
     app.worker.wait()
     clicked = app.worker.session.cube_view.picked
@@ -28,13 +29,11 @@ def test_cubes_are_coloured_clicked_and_move_a_target_and_a_corner_is_dragged(ap
     assert np.linalg.norm(hit - aimed) < np.sqrt(3.0) / 2.0 * max(np.linalg.norm(e) for e in edges)
     screen.shoot("cube")
     screen.press("Move the selected target there")
-    screen.page.wait_for_timeout(200)
-    app.worker.wait()
-    assert app.worker.session.plate.targets[0].xyz == pytest.approx(region.centres[clicked])
+    screen.until(lambda session: np.allclose(session.plate.targets[0].xyz, region.centres[clicked]))
 
     screen.page.get_by_label("Handles on two corners").check()
+    screen.until(lambda session: session.cube_view.corners)
     screen.page.wait_for_timeout(300)
-    app.worker.wait()
     place = np.array(region.max)
     tip = place + 0.9 * 0.12 * app.worker.session.robot.reach * np.eye(3)[2]
     at, end = screen.pixel(tip), screen.pixel(tip + 0.1 * np.eye(3)[2])
@@ -43,9 +42,6 @@ def test_cubes_are_coloured_clicked_and_move_a_target_and_a_corner_is_dragged(ap
     screen.page.mouse.down()
     screen.page.mouse.move(*end, steps=5)
     screen.page.mouse.up()
-    screen.page.wait_for_timeout(300)
-    app.worker.wait()
-    moved = app.worker.session.plate.region
-    assert moved.max[2] - region.max[2] == pytest.approx(0.1, abs=0.02)
-    assert app.worker.session.sampled is moved
+    session = screen.until(lambda session: abs(session.plate.region.max[2] - region.max[2] - 0.1) < 0.02)
+    assert session.sampled is session.plate.region
     screen.shoot("corner")

@@ -10,30 +10,23 @@ def test_targets_are_edited_with_buttons_tables_and_keys(app, look):
     screen = look()
     page = screen.page
 
-    def settled():
-        page.wait_for_timeout(250)
-        app.worker.wait()
-        return app.worker.session
-
     first = app.worker.session.plate
     screen.press("Copy")
     screen.wait_text("rank", "11 targets")
     page.get_by_label("Locked").check()
-    assert settled().plate.targets[10].locked
+    screen.until(lambda session: session.plate.targets[10].locked)
     screen.shoot("locked")
     screen.press("Delete")
     screen.wait_text("message", "locked")
     screen.press("Undo")
     screen.press("Undo")
-    assert settled().plate is first
-
-    session = app.worker.session
+    session = screen.until(lambda session: session.plate is first)
     number = session.selected
     other = next(way for way in session.ways if way.name != session.states[number].branch)
     app_branch = page.get_by_role("combobox", name="Branch")
     app_branch.click()
     page.get_by_role("option", name=other.name, exact=True).click()
-    assert settled().states[number].branch == other.name
+    screen.until(lambda session: session.states[number].branch == other.name)
     screen.wait_text("history", "after each step")
     screen.shoot("branch")
 
@@ -43,20 +36,16 @@ def test_targets_are_edited_with_buttons_tables_and_keys(app, look):
     assert len(lines) == 10
     table.fill("\n".join(["500 340 240 -150 0 10", *lines[1:8]]))
     screen.press("Apply the coordinates")
-    screen.page.wait_for_timeout(300)
-    session = settled()
-    assert len(session.plate) == 8
+    session = screen.until(lambda session: len(session.plate) == 8)
     assert session.plate.targets[0].xyz == pytest.approx([0.5, 0.34, 0.24])
     page.get_by_text("Pattern", exact=True).first.click()
     screen.press("Lay the targets out")
-    screen.page.wait_for_timeout(500)
-    assert np.abs(settled().plate.poses - first.poses).max() < 1e-3
+    session = screen.until(lambda session: len(session.plate) == 10)
+    assert np.abs(session.plate.poses - first.poses).max() < 1e-3
 
     before = app.worker.session.selected
     page.mouse.click(40, 700)
     page.keyboard.press("n")
-    page.wait_for_timeout(200)
-    assert settled().selected == (before + 1) % 10
+    screen.until(lambda session: session.selected == (before + 1) % 10)
     page.keyboard.press("Control+z")
-    page.wait_for_timeout(300)
-    assert len(settled().plate) == 8
+    screen.until(lambda session: len(session.plate) == 8)

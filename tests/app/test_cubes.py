@@ -1,32 +1,37 @@
-"""Which cubes are drawn."""
+"""Which faces of the cubes are drawn."""
 
 import numpy as np
+import pytest
 
-from workbench.app.scene.cubes import outermost
+from workbench.app.scene.cubes import NORMALS, TURNS, outer_faces
 from workbench.design.region import Region
 
 REGION = Region(min=np.zeros(3), max=np.array([0.6, 0.5, 0.4]), cube=0.1)
 
 
-def test_of_all_cubes_those_at_the_region_s_sides_are_drawn():
-    drawn = outermost(REGION, np.ones(REGION.cubes, bool))
-    place = np.stack(np.unravel_index(drawn, REGION.shape), -1)
-    assert ((place == 0) | (place == np.array(REGION.shape) - 1)).any(axis=1).all()
-    assert len(drawn) == 6 * 5 * 4 - 4 * 3 * 2
+def test_of_all_cubes_the_region_s_sides_are_drawn():
+    faces = outer_faces(REGION, np.ones(REGION.cubes, bool))
+    assert len(faces) == 2 * (6 * 5 + 5 * 4 + 4 * 6)
+    beyond = REGION.centres[faces[:, 0]] + 0.1 * NORMALS[faces[:, 1]]
+    assert ((beyond < REGION.min) | (beyond > REGION.max)).any(axis=1).all()
 
 
-def test_a_hidden_cube_uncovers_its_neighbours():
+def test_a_hidden_cube_uncovers_one_face_of_each_neighbour():
     shown = np.ones(REGION.shape, bool)
     shown[2, 2, 1] = False
-    drawn = np.zeros(REGION.shape, bool)
-    drawn.flat[outermost(REGION, shown.ravel())] = True
-    assert drawn[[3, 2, 2], [2, 3, 2], [1, 1, 2]].all()
-    assert not drawn[2, 2, 1]
-    assert not drawn[4, 2, 1]
-    assert (drawn <= shown).all()
+    faces = {tuple(face) for face in outer_faces(REGION, shown.ravel()).tolist()}
+    whole = {tuple(face) for face in outer_faces(REGION, np.ones(REGION.cubes, bool)).tolist()}
+    assert faces > whole
+    hole = REGION.min + 0.1 * (np.array([2, 2, 1]) + 0.5)
+    new = np.array(sorted(faces - whole))
+    assert len(new) == 6
+    assert REGION.centres[new[:, 0]] + 0.1 * NORMALS[new[:, 1]] == pytest.approx(np.tile(hole, (6, 1)))
 
 
-def test_a_single_layer_is_drawn_whole():
-    shown = np.zeros(REGION.shape, bool)
-    shown[:, :, 2] = True
-    assert len(outermost(REGION, shown.ravel())) == 30
+def test_a_cube_alone_has_six_faces():
+    assert len(outer_faces(REGION, np.arange(REGION.cubes) == 7)) == 6
+
+
+def test_faces_look_outward():
+    assert np.linalg.det(TURNS) == pytest.approx(np.ones(6))
+    assert pytest.approx(NORMALS) == TURNS @ [0.0, 0.0, 1.0]

@@ -2,6 +2,7 @@
 
 import io
 import zipfile
+from time import sleep
 
 import numpy as np
 import pytest
@@ -11,12 +12,23 @@ from workbench.app.panels.arrange import rows_of, table_of
 from workbench.app.panels.choices import read_rows
 from workbench.app.panels.compare import ComparePanel
 from workbench.app.panels.header import next_step
+from workbench.appearance.bodies import body_frames
 from workbench.design.plate_toml import read_plate
 from workbench.errors import OptionError
 from workbench.measure.readers import read_measurements
 from workbench.model.forward import tool_poses
 from workbench.robots import load_robot
-from workbench.session.commands import ChooseRobot, Identify, MeasureVirtualArm, Tell
+from workbench.session.commands import (
+    ChooseRobot,
+    Identify,
+    MeasureVirtualArm,
+    PlanTrack,
+    PlayTrack,
+    SelectTarget,
+    SetPace,
+    Tell,
+)
+from workbench.session.commands.arm import standing
 from workbench.session.export import (
     calibrated_toml,
     calibrated_urdf,
@@ -25,6 +37,7 @@ from workbench.session.export import (
     plate_toml,
     report_zip,
 )
+from workbench.session.state import Focus
 
 
 def test_every_control_has_a_tooltip(app):
@@ -107,6 +120,35 @@ def test_another_robot_rebuilds_scene_and_panels(app):
     names = list(app.server.scene._handle_from_node_name)
     assert "/arm/body7" in names
     assert sum(name.startswith("/targets/") for name in names) == len(app.worker.session.plate)
+
+
+def test_a_trajectory_is_played_to_its_end_and_stops_for_anything_else(app):
+    def stopped():
+        return any(_waited(app) and not app.worker.session.play.is_running for _ in range(600))
+
+    for command in (PlanTrack("line", 4.0), SetPace(10.0), PlayTrack()):
+        app.worker.submit(command)
+        assert app.worker.wait(60.0)
+    assert stopped()
+    session = app.worker.session
+    assert session.play.at == session.track.duration
+    assert np.array_equal(standing(session), session.track.q[-1])
+    arm = app.server.scene._handle_from_node_name["/arm/body6"]
+    assert np.allclose(arm.position, body_frames(session.robot, session.track.q[-1])[-1, :3, 3], atol=1e-9)
+
+    for command in (SetPace(0.1), PlayTrack(), SelectTarget(4)):
+        app.worker.submit(command)
+        assert app.worker.wait(60.0)
+    assert stopped()
+    session = app.worker.session
+    assert session.focus is Focus.TARGET
+    assert 0.0 <= session.play.at < 1.0
+    assert np.allclose(arm.position, body_frames(session.robot, session.states[4].q)[-1, :3, 3], atol=1e-9)
+
+
+def _waited(app):
+    sleep(0.05)
+    return app.worker.wait(60.0)
 
 
 def test_exports_are_files_that_can_be_read_again(app, tmp_path):

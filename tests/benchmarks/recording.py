@@ -13,6 +13,7 @@ the same numbers.
 """
 
 import contextlib
+import itertools
 import os
 import random
 import signal
@@ -47,15 +48,15 @@ from workbench.session.keeper import AbstractKeeper
 LONG, PER_DRAG, PLACES = 10_000, 100, 20
 STEPS, TURNS, GAP, PAUSE = 100, 6, 0.015, 1.0
 WRITER = """
-import itertools, sys, time
+import sys, time
 from pathlib import Path
-from tests.benchmarks.recording import recorded, places
+from tests.benchmarks.recording import endless, recorded
 worker = recorded(Path(sys.argv[1]))
 print("go", flush=True)
-for command in itertools.chain.from_iterable(places(worker.session, 100) for _ in itertools.count()):
+for number, command in enumerate(endless(worker.session), start=1):
     worker.submit(command)
     worker.wait()
-    print(len(worker.journal), flush=True)
+    print(number, flush=True)
     time.sleep(0.003)
 """
 
@@ -74,6 +75,12 @@ def places(session, count, target=0, turn=0.0):
         xyz = start.xyz + 0.04 * np.array([np.cos(angle) - 1.0, np.sin(angle), 0.5 * np.sin(2.0 * angle)])
         yield MoveTarget(target, tuple(xyz.tolist()), tuple(start.rpy.tolist()), 1)
     yield DropTarget(1)
+
+
+def endless(session):
+    """One drag after the other."""
+    for turn in itertools.count():
+        yield from places(session, PLACES, target=turn % 10, turn=turn)
 
 
 class Timed(AbstractKeeper):
@@ -251,10 +258,15 @@ def kill(room, times):
         notes = []
         files = pictures_of(recording, room_, say=notes.append)
         replayed = check(recording)
-        assert done <= len(recording.lines) <= done + 1, (done, len(recording.lines))
+        last = recording.lines[-1].entry.command if recording.lines else None
+        commands = [None, *itertools.islice(endless(recording.first), done + 1)]
+        assert (replace(last, start=None) if isinstance(last, MoveTarget) else last) in commands[done:]
         assert not replayed.differences
         drawn = "from the journal" if any(f.name == "drawn.rrd" for f in files) else files[0].name
-        print(f"{k + 1:3}: {done} done, {len(recording.lines)} in the journal, pictures: {drawn}", flush=True)
+        print(
+            f"{k + 1:3}: {done} done, {len(recording.lines)} lines in the journal, pictures: {drawn}",
+            flush=True,
+        )
 
 
 if __name__ == "__main__":

@@ -1,9 +1,13 @@
 """What a diagnosis and the searches of plates leave in a recording."""
 
+from dataclasses import replace
+
 import pytest
 
+from workbench.pipeline import diagnose, measure_poses
+from workbench.record.page import write_page
 from workbench.record.start import recorder
-from workbench.session.commands import ClusterTargets, SelectTarget
+from workbench.session.commands import ClusterTargets, Diagnose, SelectTarget
 from workbench.session.journal.entry import Ending, Entry
 
 
@@ -36,3 +40,35 @@ def test_a_search_is_one_row_against_the_plate_before(draw, sample, replayed):
     errors = [f"{1e3 * s.score.position:.3f}"[:4] for s in (before, after)]
     cells = rows[0].strip("| ").split(" | ")[-1].split(" → ")
     assert [cell[:4] for cell in cells] == errors
+
+
+@pytest.fixture(scope="module")
+def diagnosed(sample):
+    """A diagnosis of an arm whose second joint gives way."""
+    _, rows = measure_poses(sample.robot, 25, effects=["joint-compliance:2"], seed=1)
+    return diagnose(sample.robot, rows)
+
+
+def test_a_diagnosis_is_told_in_pictures_and_numbers(draw, sample, diagnosed):
+    found = replace(sample.first, diagnosis=diagnosed)
+    pictures = draw(
+        (None, sample.first), (Diagnose(), found), (SelectTarget(1), found), (SelectTarget(2), sample.first)
+    )
+    (_, (words,)), *_ = pictures.values("/diagnosis/words", "TextDocument:text")
+    assert diagnosed.message in words
+    assert "joint-compliance, joint 2" in words
+    assert pictures.values("/diagnosis/ranking", "EncodedImage:blob")
+    for name, fit in (("geometry", diagnosed.before), ("effects", diagnosed.after)):
+        drawn = pictures.values(f"/error/diagnosed_{name}_mm", "Scalars:scalars")
+        expected = fit.held_out.position_mm.mean
+        assert [(step, value[0]) for step, value in drawn] == [(1, expected), (2, expected)]
+
+
+def test_the_report_tells_a_diagnosis(sample, replayed, diagnosed, tmp_path):
+    last = replace(replayed, session=replace(replayed.session, diagnosis=diagnosed))
+    page = write_page(sample, last, tmp_path / "page.html").read_text()
+    assert f"What the model lacks: {diagnosed.verdict}" in page
+    assert "joint-compliance, joint 2" in page
+    assert "ranking" in page
+    assert "Move target 1 to 506.0, 384.0, 285.0 mm; predicted error" in page
+    assert "Grab target" not in page

@@ -155,15 +155,15 @@ def test_a_session_goes_on(record, first, tmp_path):
 def test_a_branch_leaves_the_first_session_alone(record, whole, tmp_path):
     folder = whole[0]
     content = (folder / JOURNAL).read_bytes()
-    recording = read_recording(folder, to=5)
+    recording = read_recording(folder, to=6)
     now = replay(recording.first, recording.entries)
     run = record(branch(recording, now, root=tmp_path / "b"))
     run(SelectTarget(7))
     run.worker.close()
     assert (folder / JOURNAL).read_bytes() == content
     new = read_recording(run.folder)
-    assert new.header["branched"] == {"from": folder.name, "step": 5}
-    assert len(new.lines) == 6
+    assert new.header["branched"] == {"from": folder.name, "step": 6}
+    assert len(new.lines) == 7
     assert check(new).differences == ()
     with pytest.raises(OptionError, match="no step 99"):
         read_recording(folder, to=99)
@@ -181,7 +181,23 @@ def test_a_torn_last_line_is_left_out_said_and_written_over(record, first):
     again = record(resume(recording, replay(recording.first, recording.entries)))
     again(SelectTarget(1))
     again.worker.close()
-    assert [type(e.command) for e in read_recording(run.folder).entries[-2:]] == [MoveTarget, SelectTarget]
+    assert [type(e.command) for e in read_recording(run.folder).entries[-2:]] == [DropTarget, SelectTarget]
+
+
+def test_a_drag_that_was_cut_off_is_let_go(record, first):
+    """Whoever held the target is gone: others can drag again, and a replay knows of it."""
+    run = record()
+    run(*list(moves(first))[:-1])
+    run.worker.close()
+    recording = read_recording(run.folder)
+    session = replay(recording.first, recording.entries)
+    assert session.holder is not None
+    again = record(resume(recording, session))
+    assert again(GrabTarget(4, 7)).holder.client == 7
+    again.worker.close()
+    whole = read_recording(run.folder)
+    assert [e.command for e in whole.entries[-2:]] == [DropTarget(1), GrabTarget(4, 7)]
+    assert check(whole).differences == ()
 
 
 @pytest.mark.parametrize(

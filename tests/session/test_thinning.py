@@ -63,14 +63,15 @@ def test_what_a_task_began_from_is_kept(first, worker, do):
 
 
 def test_what_was_read_from_a_recording_is_kept(first):
-    grab, place, *_ = GrabTarget(2, 1), *way(first)
-    before = [Entry(c, Ending.DONE, 0, 0.0, 0.0) for c in (grab, place)]
+    place, *_ = way(first)
+    before = [Entry(c, Ending.DONE, 0, 0.0, 0.0) for c in (GrabTarget(2, 1), place)]
     worker = Worker(replay(first, before), journal=before)
-    worker.submit(place)
-    worker.submit(place)
-    worker.wait()
+    for command in (GrabTarget(2, 1), place, place):
+        worker.submit(command)
+        worker.wait()
     worker.close()
-    assert len(worker.journal) == 3
+    kinds = [type(e.command) for e in worker.journal]
+    assert kinds == [GrabTarget, MoveTarget, DropTarget, GrabTarget, MoveTarget]
 
 
 @pytest.mark.parametrize("ending", [Ending.REFUSED, Ending.FAILED])

@@ -26,6 +26,7 @@ from workbench.app.panels.panel import AbstractPanel
 from workbench.app.panels.production import ProductionPanel
 from workbench.app.panels.region import RegionPanel
 from workbench.app.panels.targets import TargetsPanel
+from workbench.app.panels.track import TrackPanel
 from workbench.app.scene.gizmo import Gizmo
 from workbench.app.scene.scene import Scene
 from workbench.session.state import Session
@@ -88,7 +89,7 @@ def _build_panels(server: viser.ViserServer, worker: Worker) -> Sequence[Abstrac
         ("Measure", (DataPanel(worker), GuidedPanel(worker))),
         ("Identify", (FitPanel(worker), ChoicesPanel(worker))),
         ("Diagnose", (DiagnosePanel(worker),)),
-        ("Compare", (ComparePanel(worker), BendingPanel(worker))),
+        ("Compare", (ComparePanel(worker), TrackPanel(worker), BendingPanel(worker))),
         ("More", (ArmPanel(worker), JogPanel(worker), FilesPanel(worker), LookPanel(worker))),
     ):
         with tabs.add_tab(title):

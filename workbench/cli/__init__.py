@@ -21,6 +21,7 @@ from workbench.cli import (
     making,
     measuring,
     paths,
+    pencil,
     plates,
     recordings,
     reproducing,
@@ -119,4 +120,5 @@ plates.plates.command()(making.export)
 plates.plates.command("as-measured")(making.as_measured)
 app.add_typer(plates.plates)
 app.add_typer(paths.paths)
+app.add_typer(pencil.pencil)
 app.add_typer(reproducing.works)

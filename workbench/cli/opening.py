@@ -5,8 +5,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from workbench.cli.options import say
+from workbench.cli.options import progress_bar, say
 from workbench.errors import OptionError
+
+NO_PICTURES = (
+    "the session is recorded without pictures; those for the rerun viewer need pip install 'workbench[rerun]'"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +67,8 @@ def _again(session: Path, step: int | None, record: bool, live: str | None) -> O
         say(f"note: {note}")
 
     def begin(robot, plate):
-        now = restore(recording)
+        with progress_bar("coming to the last state") as progress:
+            now = restore(recording, progress=progress)
         if not record:
             return _followed(folders.Begun(now, entries=recording.entries), live)
         go_on = folders.resume if step is None else folders.branch
@@ -75,14 +80,17 @@ def _again(session: Path, step: int | None, record: bool, live: str | None) -> O
 def _followed(begun, live: str | None):
     """The session with its pictures, if they can be drawn; says where it is recorded."""
     from workbench.record import has_rerun
+    from workbench.session.state import Severity
 
     if begun.folder is not None:
         say(f"recording: {begun.folder}")
+    if begun.trouble:
+        say(f"note: {begun.trouble}")
     if begun.folder is None and live is None:
         return begun
     if not has_rerun():
-        say("note: the journal is written; pictures for the rerun viewer need pip install 'workbench[rerun]'")
-        return begun
+        say(f"note: {NO_PICTURES}")
+        return replace(begun, session=begun.session.tell(Severity.INFO, NO_PICTURES))
     from workbench.record.start import recorder
 
     return replace(begun, keepers=(*begun.keepers, recorder(begun.folder, live=live)))

@@ -33,6 +33,8 @@ SMOOTH = 3.0
 """Weight s of the bends of the joints' paths."""
 CLEAR = float(np.deg2rad(3.0))
 """Margin m from the limits [rad or m]."""
+LEAST = float(np.deg2rad(1.0))
+"""Margin that every row must have [rad or m]."""
 HELD_BACK = 30.0
 """Weight h of what a joint lacks of its margin."""
 ITERATIONS = 60
@@ -68,7 +70,7 @@ def hold_nearly(robot: Robot, curve: Curve, shares: Shares, wanted: Vector3) -> 
         x, cost = _relaxed(arm, knots, led, wanted, limits)
         rows = make_interp_spline(few, x, k=5)(shares)
         met = refine(arm, aims, rows, task=Task.POSITION, limits=limits)
-        if met.position_error.max() < ALLOWED and margins(met.x, limits).min() > 0.0:
+        if met.position_error.max() < ALLOWED and margins(met.x, limits).min() > LEAST:
             found.append((cost, met.x[:, arm.places]))
     return min(found, key=lambda pair: pair[0])[1] if found else None
 

@@ -16,6 +16,7 @@ from workbench.measure.readers.trajectory import Trajectory
 from workbench.measure.writer import write_measurements
 from workbench.motion import Motion
 from workbench.robots.robot import JointKind, Robot
+from workbench.types import JointRows
 
 LEAST_MOVING = 6
 """Rows from which velocities and accelerations can be told."""
@@ -58,7 +59,7 @@ def compensate_trajectory(
             "give it (--nominal ROBOT)"
         )
     commanded = _commanded(calibrated, trajectory, nominal, positions_only)
-    state = _state(commanded, trajectory, payload, temperature)
+    state = path_state(commanded.q, trajectory, payload=payload, temperature=temperature)
     if moving:
         state = _in_motion(state, trajectory.source)
     return compensate(commanded, motion=state, method=method, max_speed=max_speed)
@@ -100,19 +101,30 @@ def _in_motion(state: Motion, source: str) -> Motion:
     return replace(state, velocity=velocity, acceleration=acceleration)
 
 
-def _state(
-    commanded: Commanded, trajectory: Trajectory, payload: float | None, temperature: float | None
+def path_state(
+    q: JointRows,
+    trajectory: Trajectory,
+    *,
+    payload: float | None = None,
+    temperature: float | None = None,
 ) -> Motion:
-    """What drives effects along the path; directions follow from the order of the rows."""
-    rows = len(commanded.q)
+    """What drives effects along a path; directions follow from the order of the rows.
+
+    Args:
+        q: Joint positions, a row of the trajectory each [rad or m].
+        trajectory: Where time, payload and temperature come from.
+        payload: Mass at the tool instead [kg].
+        temperature: Temperature instead [degC].
+    """
+    rows = len(q)
     time = np.arange(rows, dtype=float) if trajectory.time is None else trajectory.time
-    path = with_directions(Dataset(q=commanded.q, row=np.arange(rows), time=time))
+    path = with_directions(Dataset(q=q, row=np.arange(rows), time=time))
 
     def constant(value: float | None, own: np.ndarray | None) -> np.ndarray | None:
         return own if value is None else np.full(rows, value)
 
     return Motion(
-        commanded.q,
+        q,
         direction=path.direction,
         time=trajectory.time,
         payload=constant(payload, trajectory.payload),

@@ -1,4 +1,4 @@
-"""A diagnosis as markdown: verdict, errors before and after, accepted effects, what else was found."""
+"""A diagnosis for reviewers: verdict, errors before and after, accepted effects, what else was found."""
 
 from collections.abc import Iterator
 
@@ -17,21 +17,31 @@ def diagnosis_markdown(found: Diagnosis) -> str:
 def _tables(found: Diagnosis) -> Iterator[str]:
     yield "| model | mean position error |"
     yield "|---|---:|"
-    models = {"nominal": found.nominal, "geometry alone": found.before, "with the effects": found.after}
-    for name, validation in models.items():
-        yield f"| {name} | {short(judged(validation).position_mm.mean)} mm |"
+    yield from (f"| {name} | {error} |" for name, error in model_errors(found))
     if found.effects:
         yield from ("", "| added to the model | coefficients | before | after | chance |")
         yield "|---|---|---:|---:|---:|"
         yield from (_effect(effect, found) for effect in found.effects)
     yield ""
-    yield from (f"- {accepted.words}" for accepted in found.effects)
-    yield from (f"- instead {words}" for words in alternatives(found))
+    yield from (f"- {words}" for words in remarks(found))
+
+
+def model_errors(found: Diagnosis) -> Iterator[tuple[str, str]]:
+    """Mean position error of every model, on held-out rows if there are any."""
+    models = {"nominal": found.nominal, "geometry alone": found.before, "with the effects": found.after}
+    for name, validation in models.items():
+        yield name, f"{short(judged(validation).position_mm.mean)} mm"
+
+
+def remarks(found: Diagnosis) -> Iterator[str]:
+    """What was added, what else could be meant, what was set apart, what to measure next."""
+    yield from (accepted.words for accepted in found.effects)
+    yield from (f"instead {words}" for words in alternatives(found))
     if len(found.outliers):
-        yield f"- set apart: {outlier_words(found)}"
+        yield f"set apart: {outlier_words(found)}"
     if len(found.measure_next):
-        yield f"- {len(found.measure_next)} poses are proposed to be measured next"
-    yield from (f"- note: {words}" for words in found.notes)
+        yield f"{len(found.measure_next)} poses are proposed to be measured next"
+    yield from (f"note: {words}" for words in found.notes)
 
 
 def _effect(accepted: Accepted, found: Diagnosis) -> str:

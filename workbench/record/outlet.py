@@ -90,7 +90,10 @@ class FileOutlet(AbstractOutlet):
             except OSError as error:
                 if not self.trouble:
                     self.trouble = f"{self._path.name} can't be written ({error.strerror})"
-                    self._tell(f"{self.trouble}; the session goes on")
+                    self._tell(
+                        f"{self.trouble}, so pictures are missing from here on; the session goes on, and "
+                        "'workbench review' draws them from its journal"
+                    )
                 dropped = len(waiting) > MOST_WAITING
         os.close(self._end)
         os.close(self._file)

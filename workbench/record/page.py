@@ -3,21 +3,25 @@
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined, Template
 from markupsafe import Markup
 
 from workbench.files import write_text
+from workbench.record.diagnosed import model_errors, remarks
 from workbench.record.words import parameter_rows
 from workbench.report.corrections import corrections
+from workbench.report.diagnosis.ranking import ranking
 from workbench.report.drawing import svg
 from workbench.report.error_plots import before_after
 from workbench.report.html import error_cards, themed
 from workbench.report.numbers import short
+from workbench.session.commands import DropTarget, GrabTarget, MoveTarget
 from workbench.session.journal.check import Replayed
 from workbench.session.journal.entry import Ending
-from workbench.session.journal.reader import Recording
+from workbench.session.journal.reader import Line, Recording
 from workbench.session.state import Score, Session
 from workbench.validate.error_columns import order_of_measuring
 
@@ -50,6 +54,9 @@ def write_page(recording: Recording, replayed: Replayed, path: Path) -> Path:
         facts=_facts(recording, last),
         scores=list(_scores(first.score, last.score)),
         moved=list(_moved(first, last)),
+        diagnosis=last.diagnosis,
+        model_errors=[] if last.diagnosis is None else list(model_errors(last.diagnosis)),
+        remarks=[] if last.diagnosis is None else list(remarks(last.diagnosis)),
         drawings=[(title, Markup(picture)) for title, picture in _drawings(last)],
         fit="" if run is None else run.fit.title,
         parameters=[] if run is None else list(parameter_rows(run.fit)),
@@ -108,22 +115,43 @@ def _place(xyz: np.ndarray) -> str:
 
 def _drawings(session: Session) -> Iterator[tuple[str, str]]:
     found = session.identification
-    if found is None:
-        return
-    yield (
-        "Before and after, row by row",
-        themed(svg(before_after(found, order_of_measuring(found)), "before-after")),
-    )
-    figure = corrections(found.best)
+    if found is not None:
+        rows = before_after(found, order_of_measuring(found))
+        yield "Before and after, row by row", themed(svg(rows, "before-after"))
+        figure = corrections(found.best)
+        if figure is not None:
+            yield "Corrections of the arm", themed(svg(figure, "corrections"))
+    figure = None if session.diagnosis is None else ranking(session.diagnosis)
     if figure is not None:
-        yield "Corrections of the arm", themed(svg(figure, "corrections"))
+        yield "What each effect would bring", themed(svg(figure, "ranking"))
 
 
 def _decisions(recording: Recording) -> Iterator[tuple[int, str, str]]:
-    """Steps that are not only passed through, in plain words."""
+    """Steps that are not only passed through, in plain words; a drag is one of them."""
+    place = ""
     for step, line in enumerate(recording.lines, start=1):
         entry = line.entry
-        if entry.command.key is not None and entry.ending is Ending.DONE and not line.says:
+        if isinstance(entry.command, GrabTarget):
+            place = ""
+        if isinstance(entry.command, MoveTarget) and entry.ending is Ending.DONE:
+            place = _moved_to(entry.command, line.numbers)
+        if _is_passed(line):
             continue
         words = line.title if entry.ending is Ending.DONE else f"{line.title} ({entry.ending})"
+        words = place if isinstance(entry.command, DropTarget) and place else words
         yield step, f"{entry.at:.1f} s", "; ".join([words, *line.says])
+
+
+def _is_passed(line: Line) -> bool:
+    """Whether nobody would miss the step: a place of a drag, or its beginning."""
+    passing = line.entry.command.key is not None or isinstance(line.entry.command, GrabTarget)
+    return passing and line.entry.ending is Ending.DONE and not line.says
+
+
+def _moved_to(command: MoveTarget, numbers: dict[str, Any]) -> str:
+    words = f"Move target {command.target + 1} to {_place(np.array(command.xyz))} mm"
+    state = numbers.get("targets", {}).get(f"{command.target + 1}", {})
+    if not state.get("reached", True):
+        return f"{words}, out of reach"
+    error = numbers.get("score", {}).get("position")
+    return words if error is None else f"{words}; predicted error {1e3 * error:.3g} mm"

@@ -22,6 +22,8 @@ from workbench.reproduce import katana_tables as tables
 from workbench.reproduce.finding import Finding
 from workbench.reproduce.influence_study import InfluenceStudy, influence_study
 from workbench.reproduce.katana_study import EACH_SIDE, EACH_WAY, KatanaStudy, katana_study
+from workbench.reproduce.katana_tracking import TrackingStudy, tracking_study
+from workbench.reproduce.katana_tracking_claims import tracking_findings
 from workbench.reproduce.page import Sheet
 from workbench.robots import load_robot
 
@@ -50,6 +52,7 @@ class KatanaReproduction:
         influences: Of the constants at the measured poses.
         weights: Influence-based identification against least squares.
         cube: The 118 poses in their order.
+        tracking: A circle and lines followed before and after calibration.
     """
 
     arms: int
@@ -61,6 +64,7 @@ class KatanaReproduction:
     influences: Influence
     weights: InfluenceStudy
     cube: CubePoses
+    tracking: TrackingStudy
 
 
 def reproduce_katana(
@@ -92,20 +96,26 @@ def reproduce_katana(
             arms=arms,
             play=play,
             seed=seed,
-            progress=lambda part: report(begin + 0.3 * part, words),
+            progress=lambda part: report(begin + 0.25 * part, words),
             cancel=cancel,
         )
 
     once = studied(EACH_WAY, 0.0, "arms calibrated in every way")
-    twice = studied(EACH_SIDE, 0.3, "the same with twice the play")
+    twice = studied(EACH_SIDE, 0.25, "the same with twice the play")
     weights = influence_study(
         arms=weighed,
         numbers=NUMBERS,
         seed=seed,
-        progress=lambda part: report(0.6 + 0.4 * part, "influence against least squares"),
+        progress=lambda part: report(0.5 + 0.3 * part, "influence against least squares"),
     )
     robot = load_robot("katana450")
     cube = iso_cube_poses(robot, rng=np.random.default_rng(seed))
+    tracking = tracking_study(
+        arms=arms,
+        seed=seed,
+        progress=lambda part: report(0.8 + 0.2 * part, "paths followed"),
+        cancel=cancel,
+    )
     influences = influence(robot, cube.q, names=printed.CONSTANTS)
     redundant, sheet_redundant = setup.redundant()
     means, sheet_3_4 = tables.table_3_4(once)
@@ -125,6 +135,7 @@ def reproduce_katana(
             *setup.equations(),
             *setup.influences(influences, cube),
             *redundant,
+            *tracking_findings(tracking),
         ),
         sheets=(tables.tables_3_2_3_3(once), sheet_3_4, *sheets_4_5, sheet_4_6, sheet_redundant),
         once=once,
@@ -132,4 +143,5 @@ def reproduce_katana(
         influences=influences,
         weights=weights,
         cube=cube,
+        tracking=tracking,
     )

@@ -10,6 +10,8 @@ from workbench.reproduce.influence_study import METHODS, TROUBLES
 from workbench.reproduce.katana import KatanaReproduction
 from workbench.reproduce.katana_figures import katana_pictures
 from workbench.reproduce.katana_study import REMAINDER, TITLES, KatanaStudy, spread
+from workbench.reproduce.katana_tracking import PATHS, STEPS
+from workbench.reproduce.katana_tracking_claims import tracking_pictures
 from workbench.reproduce.page import SCHEMA, Json, Page, Sheet, counted, findings_json, write_page
 
 TITLE = "Joint tilting and influence-based calibration of the Katana 450, done again"
@@ -44,6 +46,10 @@ def katana_json(found: KatanaReproduction) -> Json:
             for n, number in enumerate(found.weights.numbers)
             for m, method in list(enumerate(METHODS))[1:]
         ],
+        "tracking_mm": {
+            path: {step: found.tracking.spread(s, p)._asdict() for s, step in enumerate(STEPS)}
+            for p, path in enumerate(PATHS)
+        },
     }
 
 
@@ -66,7 +72,10 @@ def write_katana(
         facts=_facts(found),
         findings=found.findings,
         summary=(_held_out(found),),
-        pictures=katana_pictures(found, lambda part: report(part, "drawing")),
+        pictures=(
+            *katana_pictures(found, lambda part: report(0.6 * part, "drawing")),
+            *tracking_pictures(found.tracking, lambda part: report(0.6 + 0.4 * part, "drawing")),
+        ),
         sheets=found.sheets,
         omitted="Figs. 3.1 to 3.7, 4.1 to 4.7 and 4.9 are photographs and drawings.",
     )

@@ -30,11 +30,12 @@ MESSAGES = 4
 
 
 class Focus(StrEnum):
-    """What the arm in the scene stands at: the selected target, a measured row, or where it was jogged."""
+    """What the arm in the scene stands at: target, measured row, where it was jogged, or a trajectory."""
 
     TARGET = "target"
     ROW = "row"
     JOG = "jog"
+    TRACK = "track"
 
 
 class Field(StrEnum):
@@ -227,6 +228,23 @@ class CubeView:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Play:
+    """How far a trajectory is played.
+
+    Args:
+        at: Time along it [s]; while it runs, where it began to.
+        pace: How many times faster than its own time.
+        is_running: Whether it was begun, and nothing has said yet where it stopped.
+        is_pausing: Whether it is to stop.
+    """
+
+    at: float = 0.0
+    pace: float = 1.0
+    is_running: bool = False
+    is_pausing: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
 class Overlay:
     """What is laid over the scene.
 
@@ -280,6 +298,8 @@ class Session:
         best_score: Its score.
         trial: The last trial of a plate on virtual arms, if any.
         jogged: Joint positions of the jogged arm [rad or m]; None: it was not jogged.
+        track: The planned trajectory, if any (`workbench.session.track.Track`).
+        play: How far it is played.
         held: Parameters that are not identified, though the robot would have them free.
         left_out: Measured rows that the user keeps out, counted as in the data.
         loaded: Measurements, if any.
@@ -324,6 +344,8 @@ class Session:
     best_score: Score | None = None
     trial: Trial | None = None
     jogged: Float[np.ndarray, " n"] | None = None
+    track: Any = None
+    play: Play = field(default_factory=Play)
     held: frozenset[str] = frozenset()
     left_out: frozenset[int] = frozenset()
     loaded: Loaded | None = None
@@ -342,6 +364,16 @@ class Session:
     messages: tuple[Message, ...] = ()
     told: int = 0
     revision: int = 0
+
+    @property
+    def is_playing(self) -> bool:
+        """Whether the arm moves along the trajectory now: until anything else takes it or begins."""
+        return self.is_underway and not self.play.is_pausing and self.job is None
+
+    @property
+    def is_underway(self) -> bool:
+        """Whether only what moves the arm along the trajectory knows where it stands."""
+        return self.play.is_running and self.focus is Focus.TRACK
 
     def check_target(self, number: int) -> None:
         """Refuse a target that is not there."""

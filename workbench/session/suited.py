@@ -24,7 +24,7 @@ from workbench.types import frozen
 TARGETS = 10
 ROOM = 0.14
 """Least radius of the circle [m]: its blocks stand side by side."""
-TURNS = 12
+TURNS = 6
 """Turns about the vertical that are tried at a place."""
 
 
@@ -44,7 +44,8 @@ def suited_plate(robot: Robot) -> Plate:
     )
     if robot.dof >= int(Task.POSE):
         return plate
-    return replace(plate, targets=tuple(_met(robot, plate, target) for target in plate.targets))
+    straight = robot.with_effects()
+    return replace(plate, targets=tuple(_met(straight, plate, target) for target in plate.targets))
 
 
 def _met(robot: Robot, plate: Plate, target: Target) -> Target:

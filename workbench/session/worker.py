@@ -18,6 +18,7 @@ from typing import Any
 
 from workbench.errors import WorkbenchError
 from workbench.session.command import AbstractChange, AbstractChore, AbstractCommand, AbstractTask, Cancelled
+from workbench.session.commands.drag import DropTarget
 from workbench.session.commands.messages import Tell
 from workbench.session.journal import Ending, Entry
 from workbench.session.keeper import AbstractKeeper
@@ -100,6 +101,8 @@ class Worker:
                 at=before,
                 tell=lambda severity, text: self.submit(Tell(text, severity)),
             )
+        if session.holder is not None:  # the program was stopped in the middle of a drag
+            self._queue.append(DropTarget(session.holder.client))
         self._thread = threading.Thread(target=self._run, name="workbench-session", daemon=True)
         self._thread.start()
 

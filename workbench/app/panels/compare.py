@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import viser
 
+from workbench.app.camera import look_at
 from workbench.app.html import MUTED, badge, block, number, table, text
 from workbench.app.panels.panel import AbstractPanel, on_change, set_value
 from workbench.appearance.colours import AFTER, BEFORE, FITTED, GHOST, HELD_OUT, LEFT_OUT, css
@@ -14,10 +15,6 @@ from workbench.session.comparison import Comparison
 from workbench.session.state import Session
 from workbench.session.worker import Worker
 
-VIEW = np.array([1.0, -0.86, 0.66])
-"""Direction from which everything is looked at."""
-FAR = 3.4
-"""Distance from which a ball fills the picture, in its radii."""
 SWITCHES = {
     "ghosts": ("Other branches", "Show faint arms in the other postures that reach the selected target."),
     "nominal": ("Nominal arm", "Show the solid arm at the measured joint positions."),
@@ -88,8 +85,9 @@ class ComparePanel(AbstractPanel):
         for name, box in self._switches.items():
             set_value(box, getattr(overlay, name))
         set_value(self._times, int(overlay.exaggeration))
-        for name, control in (*self._switches.items(), ("times", self._times)):
-            control.disabled = name != "ghosts" and session.identification is None
+        for name, box in self._switches.items():
+            box.disabled = name != "ghosts" and session.identification is None
+        self._times.disabled = session.identification is None and session.track is None
         self._look.disabled = comparison is None
         self._readout.content = _readout(session)
         fitted = comparison is not None and not comparison.held_out[session.row]
@@ -102,12 +100,8 @@ class ComparePanel(AbstractPanel):
         comparison = self._worker.session.comparison
         if event.client is None or comparison is None:
             return
-        places = np.vstack([comparison.measured[np.isfinite(comparison.measured).all(1)], np.zeros(3)])
-        middle = 0.5 * (places.min(0) + places.max(0))
-        radius = max(float(np.linalg.norm(places - middle, axis=1).max()), 0.3)
-        with event.client.atomic():
-            event.client.camera.look_at = middle
-            event.client.camera.position = middle + FAR * radius * VIEW / np.linalg.norm(VIEW)
+        seen = np.isfinite(comparison.measured).all(1)
+        look_at(event.client, np.vstack([comparison.measured[seen], np.zeros(3)]))
 
     def _leave_out(self) -> None:
         session = self._worker.session

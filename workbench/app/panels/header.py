@@ -86,6 +86,11 @@ def next_step(session: Session) -> str:
         return (
             "<b>Measure</b>: drive the arm to the wanted target, wait until it stands still, store the row."
         )
+    if session.focus is Focus.TRACK:
+        return (
+            "The solid arm goes as it was taught, the amber one as the calibrated arm does. <b>Play</b> and "
+            "<b>Pause</b> are in <b>Compare</b>."
+        )
     if session.identification is not None and session.focus is Focus.ROW:
         return (
             "In <b>Compare</b>, step through the measured poses: the solid arm is nominal, the amber one "

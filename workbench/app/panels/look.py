@@ -29,7 +29,7 @@ ORDER = (
     ("2 Measure", "load the rows of a real arm, or try a virtual one"),
     ("3 Identify", "fit the parameters; the held-out error is the honest one"),
     ("4 Diagnose", "find the physical effect that geometry lacks, and add it"),
-    ("5 Compare", "see what is left, pose by pose"),
+    ("5 Compare", "see what is left, pose by pose and along a trajectory"),
     ("6 More", "another arm, jogging, and files to take away"),
 )
 

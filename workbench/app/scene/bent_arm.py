@@ -9,7 +9,7 @@ from workbench.appearance.colours import BENT
 from workbench.robots.robot import Robot
 from workbench.session.bending import bend, bending_robot
 from workbench.session.commands.arm import standing
-from workbench.session.state import Overlay, Session
+from workbench.session.state import Session
 
 OPACITY = 0.42
 
@@ -22,27 +22,32 @@ class BentArm(AbstractPart):
         self._robot: Robot | None = None
         self._arm: Arm | None = None
         self._q: np.ndarray | None = None
-        self._overlay: Overlay | None = None
+        self._overlay = session.overlay
         self.show(session)
 
     def show(self, session: Session) -> None:
         """Stand where the solid arm does, bent by its loads there."""
-        robot, overlay, q = bending_robot(session), session.overlay, standing(session)
-        if robot is self._robot and overlay is self._overlay and q is self._q:
-            return
+        robot, overlay = bending_robot(session), session.overlay
         if robot is not self._robot:
             self._replace(robot)
-        self._overlay, self._q = overlay, q
-        if self._arm is None or robot is None:
+        if overlay is not self._overlay or self._arm is None:
+            self._overlay, self._q = overlay, None
+        if self._arm is not None:
+            self._arm.visible = overlay.bent
+        if not session.is_underway:
+            self.move(standing(session))
+
+    def move(self, q: np.ndarray) -> None:
+        """Stand at these joint positions, bent by the loads there."""
+        if self._arm is None or self._robot is None or not self._overlay.bent or q is self._q:
             return
-        self._arm.visible = overlay.bent
-        if overlay.bent:
-            self._arm.stand(robot, q, shift=overlay.bending * bend(robot, q).shift)
+        self._q = q
+        self._arm.stand(self._robot, q, shift=self._overlay.bending * bend(self._robot, q).shift)
 
     def _replace(self, robot: Robot | None) -> None:
         if self._arm is not None:
             self._arm.remove()
-        self._robot = robot
+        self._robot, self._q = robot, None
         if robot is None:
             self._arm = None
             return

@@ -64,13 +64,13 @@ def _light(server: viser.ViserServer) -> None:
     scene.configure_environment_map(None)
     scene.configure_default_lights(False)
     scene.add_light_hemisphere(
-        "/light/sky", sky_color=(255, 255, 255), ground_color=(80, 90, 130), intensity=1.9
+        "/light/sky", sky_color=(255, 255, 255), ground_color=(95, 105, 140), intensity=2.1
     )
     scene.add_light_directional(
-        "/light/key", color=(255, 250, 240), intensity=3.9, position=(3.0, -1.0, 6.0), cast_shadow=False
+        "/light/key", color=(255, 250, 240), intensity=3.2, position=(3.5, 1.0, 6.0), cast_shadow=False
     )
     scene.add_light_directional(
-        "/light/fill", color=(225, 235, 255), intensity=1.0, position=(4.0, 2.0, 0.5), cast_shadow=False
+        "/light/fill", color=(225, 235, 255), intensity=1.4, position=(1.0, -4.0, 1.0), cast_shadow=False
     )
 
 

@@ -19,8 +19,13 @@ class NominalArm(AbstractPart):
 
     def show(self, session: Session) -> None:
         """Stand where the focus is."""
-        q = standing(session)
+        self._robot = session.robot
         self._arm.visible = session.overlay.nominal or session.focus is not Focus.ROW
+        if not session.is_underway:
+            self.move(standing(session))
+
+    def move(self, q: np.ndarray) -> None:
+        """Stand at these joint positions."""
         if q is not self._q and (self._q is None or not np.array_equal(q, self._q)):
             self._q = q
-            self._arm.stand(session.robot, q)
+            self._arm.stand(self._robot, q)

@@ -47,16 +47,17 @@ class OverlayPart(AbstractPart):
             self._draw_arrows(comparison, overlay)
         self._drawn, self._overlay = comparison, overlay
         rows = comparison if session.focus is Focus.ROW else None
+        is_compared = session.focus in (Focus.ROW, Focus.JOG)
         if self._ghost is not None:
-            self._ghost.visible = session.focus is not Focus.TARGET and overlay.calibrated
-            if session.focus is not Focus.TARGET:
+            self._ghost.visible = is_compared and overlay.calibrated
+            if is_compared:
                 self._ghost.stand(session.identification.runs[session.fit].calibrated, standing(session))
         for name in ("frames", "points"):
             if name in self._nodes:
                 self._nodes[name].visible = overlay.frames
         for name in ("before", "after"):
             if name in self._nodes:
-                self._nodes[name].visible = session.focus is not Focus.TARGET
+                self._nodes[name].visible = is_compared
         self._mark(rows, session.row)
 
     def _replace_ghost(self, session: Session) -> None:

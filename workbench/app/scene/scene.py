@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import viser
 
+from workbench.app.camera import aim
 from workbench.app.scene.bent_arm import BentArm
 from workbench.app.scene.corners import Corners
 from workbench.app.scene.cubes import CubesPart
@@ -14,6 +15,7 @@ from workbench.app.scene.nominal_arm import NominalArm
 from workbench.app.scene.overlay import OverlayPart
 from workbench.app.scene.part import AbstractPart
 from workbench.app.scene.plate import PlatePart
+from workbench.app.scene.track import TrackPart
 from workbench.session.state import Session
 from workbench.session.worker import Worker
 
@@ -39,11 +41,13 @@ class Scene(AbstractPart):
         server, worker = self._server, self._worker
         self._robot, self._plate = session.robot, session.first_plate
         self.gizmo = Gizmo(server, worker, session)
+        nominal, bent = NominalArm(server, session), BentArm(server, session)
         self._parts: Sequence[AbstractPart] = (
             Ground(server, session),
             PlatePart(server, worker, session),
-            NominalArm(server, session),
-            BentArm(server, session),
+            TrackPart(server, worker, session, nominal.move, bent.move),  # stops before others move
+            nominal,
+            bent,
             BranchGhosts(server, session),
             CubesPart(server, worker, session),
             Corners(server, worker, session),
@@ -55,5 +59,4 @@ class Scene(AbstractPart):
         """Every page looks at the new arm."""
         position, look_at = first_view(session)
         for client in self._server.get_clients().values():
-            client.camera.look_at = look_at
-            client.camera.position = position
+            aim(client, position, look_at)

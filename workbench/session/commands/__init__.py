@@ -25,6 +25,14 @@ from workbench.session.commands.noise import SetNoise
 from workbench.session.commands.production import TryPlate
 from workbench.session.commands.region import MapCubes, SampleRegion, SetRegion, ShowCubes
 from workbench.session.commands.search import ClusterTargets, ImprovePlate
+from workbench.session.commands.track import (
+    LeaveTrack,
+    PauseTrack,
+    PlaceTrack,
+    PlanTrack,
+    PlayTrack,
+    SetPace,
+)
 from workbench.session.commands.undo import Redo, ResetTargets, RestoreBest, Undo
 
 CHORES = (SampleRegion, MapCubes)
@@ -54,6 +62,7 @@ __all__ = [
     "Jog",
     "JogTo",
     "LeaveRowsOut",
+    "LeaveTrack",
     "LoadData",
     "LoadModel",
     "LockTarget",
@@ -62,7 +71,11 @@ __all__ = [
     "MixBranches",
     "MoveTarget",
     "NextWanted",
+    "PauseTrack",
     "PlaceTargets",
+    "PlaceTrack",
+    "PlanTrack",
+    "PlayTrack",
     "Redo",
     "RenumberTarget",
     "ResetTargets",
@@ -73,6 +86,7 @@ __all__ = [
     "SetDark",
     "SetNoise",
     "SetOverlay",
+    "SetPace",
     "SetRegion",
     "ShowCubes",
     "ShowFit",

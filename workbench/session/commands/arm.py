@@ -185,6 +185,8 @@ def standing(session: Session) -> np.ndarray:
         return session.comparison.q[session.row]
     if session.focus is Focus.JOG and session.jogged is not None:
         return session.jogged
+    if session.focus is Focus.TRACK and session.track is not None:
+        return session.track.at(session.play.at)
     return session.states[session.selected].q
 
 

@@ -29,6 +29,7 @@ INPUTS = "inputs"
 LONGEST_SUFFIX = 8
 
 Load = Callable[[str], bytes]
+Read = Callable[[Any, Load], Any]
 
 
 def encode(command: AbstractCommand) -> tuple[dict[str, Any], dict[str, bytes]]:
@@ -89,32 +90,38 @@ def _plain(value: Any, files: dict[str, bytes], ending: str) -> Any:
 
 
 def _build(kind: Any, values: Mapping[str, Any], load: Load) -> Any:
-    hints = _hints(kind)
-    if unknown := sorted(set(values) - set(hints)):
+    readers = _readers(kind)
+    if unknown := sorted(set(values) - set(readers)):
         raise ValueError(f"'{kind.__name__}' has no '{unknown[0]}'")
-    return kind(**{name: _typed(hints[name], value, load) for name, value in values.items()})
+    return kind(**{name: readers[name](value, load) for name, value in values.items()})
 
 
 @functools.cache
-def _hints(kind: Any) -> dict[str, Any]:
-    """Fields of a record with their types."""
+def _readers(kind: Any) -> dict[str, Read]:
+    """How each field of a record is read."""
     hints = typing.get_type_hints(kind)
-    return {f.name: hints[f.name] for f in dataclasses.fields(kind)}
+    return {f.name: _reader(hints[f.name]) for f in dataclasses.fields(kind)}
 
 
-def _typed(hint: Any, value: Any, load: Load) -> Any:
-    """A plain value as its field's type asks for."""
+def _reader(hint: Any) -> Read:
+    """How a plain value becomes one of this type."""
     if isinstance(hint, types.UnionType) or typing.get_origin(hint) is typing.Union:
-        first = next(kind for kind in typing.get_args(hint) if kind is not type(None))
-        return None if value is None else _typed(first, value, load)
+        some = _reader(next(kind for kind in typing.get_args(hint) if kind is not type(None)))
+        return lambda value, load: None if value is None else some(value, load)
     if typing.get_origin(hint) in (tuple, list):
-        kinds = typing.get_args(hint)
-        each = [kinds[0]] * len(value) if kinds[-1] is ... or len(kinds) == 1 else list(kinds)
-        return tuple(_typed(k, v, load) for k, v in zip(each, value, strict=True))
+        return _items_reader(typing.get_args(hint))
     if hint is bytes:
-        return load(value["file"])
+        return lambda value, load: load(value["file"])
     if dataclasses.is_dataclass(hint):
-        return _build(hint, value, load)
+        return lambda value, load: _build(hint, value, load)
     if isinstance(hint, type) and issubclass(hint, bool | int | float | str | Enum):
-        return hint(value)
-    return value
+        return lambda value, load: hint(value)
+    return lambda value, load: value
+
+
+def _items_reader(kinds: tuple[Any, ...]) -> Read:
+    if kinds[-1] is ... or len(kinds) == 1:
+        one = _reader(kinds[0])
+        return lambda value, load: tuple(one(v, load) for v in value)
+    each = tuple(map(_reader, kinds))
+    return lambda value, load: tuple(read(v, load) for read, v in zip(each, value, strict=True))

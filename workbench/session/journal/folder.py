@@ -49,12 +49,14 @@ class Begun:
         keepers: What follows its commands, such as its journal.
         folder: Where it is recorded; None if nowhere.
         entries: Commands before, if the session goes on from a recording.
+        trouble: Why it is recorded nowhere; empty if all is as it was asked for.
     """
 
     session: Session
     keepers: tuple[AbstractKeeper, ...] = ()
     folder: Path | None = None
     entries: tuple[Entry, ...] = ()
+    trouble: str = ""
 
 
 def unrecorded(robot: Robot, plate: Plate) -> Begun:
@@ -82,7 +84,7 @@ def begin(robot: Robot, plate: Plate, *, folder: Path | None = None, root: Path 
         file.add(json.dumps(_header(session), ensure_ascii=False))
     except (OSError, WorkbenchError) as error:
         trouble = f"this session is not recorded: {_why(error, folder or root)}"
-        return Begun(start(robot, plate), (Logbook(None, trouble=trouble),))
+        return Begun(start(robot, plate), (Logbook(None, trouble=trouble),), trouble=trouble)
     return Begun(session, (Logbook(file),), folder)
 
 
@@ -101,7 +103,7 @@ def resume(recording: Recording, session: Session) -> Begun:
         file = Appender(folder / JOURNAL, length=recording.length)
     except OSError as error:
         trouble = f"what is done from here on is not recorded: {_why(error, folder)}"
-        return Begun(session, (Logbook(None, trouble=trouble),), None, recording.entries)
+        return Begun(session, (Logbook(None, trouble=trouble),), None, recording.entries, trouble)
     return Begun(session, (Logbook(file),), folder, recording.entries)
 
 
@@ -126,7 +128,7 @@ def branch(recording: Recording, session: Session, *, root: Path = ROOT) -> Begu
         file = Appender(folder / JOURNAL, length=(folder / JOURNAL).stat().st_size)
     except (OSError, WorkbenchError) as error:
         trouble = f"what is done from here on is not recorded: {_why(error, folder or root)}"
-        return Begun(session, (Logbook(None, trouble=trouble),), None, recording.entries)
+        return Begun(session, (Logbook(None, trouble=trouble),), None, recording.entries, trouble)
     return Begun(session, (Logbook(file),), folder, recording.entries)
 
 
@@ -177,5 +179,8 @@ def _now() -> datetime:
 
 def _why(error: Exception, place: Path) -> str:
     if isinstance(error, OSError):
-        return f"{place} can't be written ({error.strerror})"
+        return (
+            f"{place.resolve()} can't be written ({error.strerror}); start in a folder that can, or give one "
+            "with --session"
+        )
     return str(error)

@@ -76,7 +76,10 @@ class Logbook(AbstractKeeper):
     def _fail(self, error: OSError | WorkbenchError) -> None:
         if not self._trouble:
             why = (error.strerror if isinstance(error, OSError) else None) or str(error)
-            self._trouble = f"nothing can be recorded at present ({why}); the session goes on"
+            self._trouble = (
+                f"nothing can be recorded at present ({why}); the session goes on, and once there is room "
+                "what is missing is written"
+            )
             self._say(self._trouble)
 
     def _stop(self, text: str) -> None:

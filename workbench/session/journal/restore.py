@@ -5,24 +5,36 @@ stands there, and what that scores. All other commands are done again, from a se
 missing. The cubes of the region are left to the session, which works them out by the way when they are shown.
 """
 
-from workbench.session.command import AbstractTask
+from workbench.session.command import AbstractTask, Progress
 from workbench.session.commands import MapCubes
-from workbench.session.journal.entry import Ending
+from workbench.session.journal.entry import Ending, Entry
 from workbench.session.journal.reader import Recording
 from workbench.session.journal.replay import do_again
 from workbench.session.journal.taken import completed, taken
 from workbench.session.state import Session
 
 
-def restore(recording: Recording) -> Session:
-    """The session after the recording's last command."""
+def restore(recording: Recording, *, progress: Progress = lambda part, text: None) -> Session:
+    """The session after the recording's last command.
+
+    Args:
+        recording: As it was read.
+        progress: Told of every command that is done again: the share of the recording, and its title.
+    """
     session = recording.first
     bases = {0: session}
-    wanted = {line.entry.basis for line in recording.lines if isinstance(line.entry.command, AbstractTask)}
+    wanted = {e.basis for e in recording.entries if isinstance(e.command, AbstractTask) and _counts(e)}
     for number, line in enumerate(recording.lines, start=1):
-        if line.entry.ending is Ending.DONE and not isinstance(line.entry.command, MapCubes):
+        if _counts(line.entry):
             known = taken(session, line)
-            session = do_again(completed(session), line.entry, bases) if known is None else known
+            if known is None:
+                progress(number / len(recording.lines), line.title)
+                known = do_again(completed(session), line.entry, bases)
+            session = known
         if number in wanted:
             bases[number] = session = completed(session)
     return completed(session)
+
+
+def _counts(entry: Entry) -> bool:
+    return entry.ending is Ending.DONE and not isinstance(entry.command, MapCubes)

@@ -1,0 +1,104 @@
+"""Trajectories by commands: what the calibrated arm makes of them, and what ends them."""
+
+import numpy as np
+import pytest
+
+from workbench.model.forward import tool_poses
+from workbench.robots.robot import Frame
+from workbench.session import Worker, replay
+from workbench.session.commands import (
+    Identify,
+    Jog,
+    LeaveTrack,
+    MeasureVirtualArm,
+    PauseTrack,
+    PlaceTrack,
+    PlanTrack,
+    PlayTrack,
+    SelectTarget,
+    SetPace,
+)
+from workbench.session.commands.arm import standing
+from workbench.session.state import Focus, Severity
+
+
+@pytest.fixture(scope="module")
+def fitted(first):
+    running = Worker(first)
+    for command in (MeasureVirtualArm(3, more=20), Identify(("ols",))):
+        running.submit(command)
+        assert running.wait(120.0)
+    running.close()
+    return running.session
+
+
+def free(robot):
+    """An arm in its own base frame."""
+    return robot.with_frames(base=Frame())
+
+
+def test_the_calibrated_arm_misses_the_path_and_a_correction_meets_it(fitted):
+    running = Worker(fitted)
+    tracks = []
+    for is_corrected in (False, True):
+        running.submit(PlanTrack("circle", 8.0, is_corrected))
+        assert running.wait(120.0)
+        tracks.append(running.session.track)
+    running.close()
+    plain, corrected = tracks
+    calibrated = free(fitted.identification.runs["ols"].calibrated)
+    planned = free(fitted.robot).with_frames(tool=calibrated.tool)
+    away = tool_poses(calibrated, plain.q)[:, :3, 3] - tool_poses(planned, plain.q)[:, :3, 3]
+    assert np.allclose(plain.errors, np.linalg.norm(away, axis=1), atol=1e-9)
+    assert plain.errors.min() > 1e-3
+    assert np.allclose(corrected.before, plain.errors, atol=1e-12)
+    assert corrected.errors.max() < 1e-6
+    region = fitted.plate.region
+    radius = np.linalg.norm(plain.wanted - 0.5 * (region.min + region.max), axis=1)
+    assert np.allclose(radius, 0.3 * (region.max - region.min)[:2].min(), atol=1e-6)
+    assert "corrected arm" in running.session.messages[-1].text
+
+
+def test_play_is_a_matter_of_focus(do, first):
+    session = do(PlanTrack("line", 5.0), SetPace(2.0), PlayTrack())
+    track = session.track
+    assert session.is_playing
+    assert track.before is None
+    assert np.array_equal(standing(session), track.q[0])
+    session = do(PauseTrack())
+    assert (session.is_playing, session.is_underway) == (False, True)
+    session = do(PlaceTrack(2.5))
+    assert (session.is_underway, session.play.at, session.play.pace) == (False, 2.5, 2.0)
+    assert np.allclose(standing(session), 0.5 * (track.at(2.49) + track.at(2.51)), atol=1e-4)
+    assert do(PlayTrack()).play.at == 2.5
+    for other in (SelectTarget(2), Jog(tuple(first.states[0].q.tolist()))):
+        assert not do(PlayTrack(), other).is_playing
+    session = do(PlaceTrack(5.0), PlayTrack())
+    assert session.play.at == 0.0
+    session = do(LeaveTrack())
+    assert session.focus is Focus.TARGET
+    assert session.track is track
+
+
+def test_a_trajectory_is_planned_again_in_a_replay(do, first, worker):
+    session = do(PlanTrack("line", 5.0), PlayTrack(), PauseTrack(), PlaceTrack(1.25))
+    again = replay(first, worker.journal)
+    assert np.array_equal(again.track.q, session.track.q)
+    assert again.play == session.play
+
+
+def test_what_makes_no_sense_is_said(do):
+    for wrong in (
+        PlayTrack(),
+        PauseTrack(),
+        LeaveTrack(),
+        PlaceTrack(0.0),
+        PlanTrack("spiral"),
+        PlanTrack("circle", np.nan),
+        PlanTrack("circle", 10.0, True),
+        SetPace(0.0),
+    ):
+        session = do(wrong)
+        assert session.messages[-1].severity is Severity.ERROR, wrong
+        assert session.track is None
+    assert do(PlanTrack("line", 5.0), PlaceTrack(7.0)).messages[-1].severity is Severity.ERROR

@@ -1,0 +1,105 @@
+"""The commands of the low-cost check: pencil sheet, pencil draw, pencil errors."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from workbench.cli.options import JsonOption, RobotOption, SeedOption, check_writable, say, show
+from workbench.errors import OptionError
+
+pencil = typer.Typer(
+    name="pencil",
+    help="Tracking checked with pencil, paper and a potentiometer: a circle drawn on a printed one.",
+    no_args_is_help=True,
+)
+
+RadiusOption = Annotated[str, typer.Option(help="Radius of the printed circle, such as 100mm.")]
+DotsOption = Annotated[float, typer.Option(help="Dots per inch.")]
+TrajectoryArgument = Annotated[Path, typer.Argument(help="The circle as `workbench path circle` wrote it.")]
+
+
+@pencil.command()
+def sheet(
+    out: Annotated[Path, typer.Option(help="Write the sheet here (.png); print it in colour.")],
+    radius: RadiusOption = "100mm",
+    dpi: DotsOption = 300.0,
+) -> None:
+    """The sheet to print: a red circle, marks at its quarters, a long one where the path begins."""
+    from workbench.pipeline.pencil import write_sheet
+
+    check_writable(out)
+    say(f"sheet: {write_sheet(_radius(radius), _png(out), dpi=_dots(dpi))}")
+
+
+@pencil.command()
+def draw(
+    trajectory: TrajectoryArgument,
+    robot: RobotOption,
+    out: Annotated[Path, typer.Option(help="Write the scan here (.png).")],
+    readings: Annotated[Path, typer.Option(help="Write the potentiometer's readings here (.csv).")],
+    dpi: DotsOption = 300.0,
+    seed: SeedOption = 0,
+) -> None:
+    """A virtual arm draws the circle: its scan and the readings."""
+    from workbench.measure.readers import read_trajectory
+    from workbench.pipeline.pencil import draw_path
+    from workbench.robots import load_robot
+
+    arm = load_robot(robot)
+    rows = read_trajectory(trajectory, joints=arm.dof)
+    check_writable(_png(out), readings)
+    draw_path(arm, rows, out, readings, seed=seed, dpi=_dots(dpi))
+    say(f"scan: {out}")
+    say(f"readings: {readings}")
+
+
+@pencil.command()
+def errors(
+    scan: Annotated[Path, typer.Argument(help="Scan of the sheet with the drawing, in colour.")],
+    radius: RadiusOption = "100mm",
+    path: Annotated[Path | None, typer.Option(help="The circle that was commanded: time and poses.")] = None,
+    readings: Annotated[
+        Path | None, typer.Option(help="Potentiometer: time[s], distance[mm] beyond its length at rest.")
+    ] = None,
+    picture: Annotated[Path | None, typer.Option(help="Draw the errors here (.png).")] = None,
+    json: JsonOption = None,
+) -> None:
+    """Errors along a drawn circle: outside and inside from the scan, above and below from the readings."""
+    from workbench.files import write_bytes
+    from workbench.measure.readers import read_trajectory
+    from workbench.pipeline.pencil import read_drawing
+    from workbench.report.json import write_json
+    from workbench.report.plotted import plotted_json, plotted_picture, plotted_table
+
+    check_writable(None if picture is None else _png(picture), json)
+    rows = None if path is None else read_trajectory(path)
+    found = read_drawing(scan, _radius(radius), trajectory=rows, readings=readings)
+    parts = (found.profile, found.errors)
+    show(plotted_table(*parts))
+    if picture is not None:
+        say(f"picture: {write_bytes(picture, plotted_picture(*parts, found.time))}")
+    if json is not None:
+        say(f"result: {write_json(json, plotted_json(*parts, found.time))}")
+
+
+def _radius(text: str) -> float:
+    """A length greater than zero [m]."""
+    from workbench.units import Quantity, parse_quantity
+
+    radius = parse_quantity(text, Quantity.LENGTH)
+    if not 0.0 < radius < 1.0:
+        raise OptionError(f"--radius must lie between 0 and 1 m, not '{text}'")
+    return radius
+
+
+def _dots(dpi: float) -> float:
+    if not 50.0 <= dpi <= 1200.0:
+        raise OptionError(f"--dpi must lie between 50 and 1200, not {dpi:g}")
+    return dpi
+
+
+def _png(path: Path) -> Path:
+    if path.suffix.lower() != ".png":
+        raise OptionError(f"{path}: a picture is written as .png; choose this ending")
+    return path

@@ -1,0 +1,233 @@
+"""Commands about trajectories: plan one, play it, pause it, leave it."""
+
+from collections.abc import Hashable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from workbench.errors import OptionError
+from workbench.session.command import AbstractChange, AbstractTask, Cancel, Cancelled, Progress
+from workbench.session.state import Focus, Play, Session, Severity
+from workbench.session.steps import check_free
+from workbench.session.track import CIRCLE, LINE, Track, erring_robot, make_track
+
+LEAST_TIME, GREATEST_TIME = 1.0, 120.0
+"""Time that a trajectory may take [s]."""
+SLOWEST, FASTEST = 0.1, 10.0
+"""Pace at which it is played, in multiples of its own."""
+
+
+@dataclass(frozen=True)
+class PlanTrack(AbstractTask):
+    """Plan a trajectory with the nominal arm, and see what the calibrated one makes of it.
+
+    Args:
+        kind: `circle` or `line`.
+        duration: Time from beginning to end [s].
+        is_corrected: Whether its joints are corrected with the calibrated arm.
+    """
+
+    kind: str = CIRCLE
+    duration: float = 10.0
+    is_corrected: bool = False
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return f"Plan a {self.kind}" + (", corrected" if self.is_corrected else "")
+
+    @property
+    def key(self) -> Hashable | None:
+        """Every plan counts."""
+        return None
+
+    def check(self, session: Session) -> None:
+        """A known kind, a sensible time, and an arm to correct with if that is wanted."""
+        check_free(session)
+        if self.kind not in (CIRCLE, LINE):
+            raise OptionError(f"there is no trajectory '{self.kind}'; choose {CIRCLE} or {LINE}")
+        if not LEAST_TIME <= self.duration <= GREATEST_TIME:
+            raise OptionError(
+                f"a trajectory can't take {self.duration:g} s; give {LEAST_TIME:g} to {GREATEST_TIME:g}"
+            )
+        if self.is_corrected and erring_robot(session) is None:
+            raise OptionError("nothing is known that could correct a trajectory; identify the arm first")
+
+    def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
+        """The trajectory and both tools' ways."""
+        progress(0.2, "looking for joint positions along it")
+        track = make_track(session, self.kind, duration=self.duration, is_corrected=self.is_corrected)
+        if cancel():
+            raise Cancelled
+        return session.robot, track
+
+    def finish(self, session: Session, result: Any) -> Session:
+        """The session with the arm at its beginning."""
+        robot, track = result
+        if session.robot is not robot:
+            raise OptionError("another arm was chosen meanwhile; plan again")
+        session = replace(session, track=track, play=Play(pace=session.play.pace))
+        if session.holder is None:
+            session = replace(session, focus=Focus.TRACK)
+        return session.tell(Severity.INFO, _summary(track))
+
+
+@dataclass(frozen=True)
+class PlayTrack(AbstractChange):
+    """Go on along the trajectory; from its beginning if it has come to its end."""
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return "Play the trajectory"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Once is enough."""
+        return "play"
+
+    def check(self, session: Session) -> None:
+        """There must be one, and nothing else under way."""
+        _planned(session)
+        check_free(session)
+        if session.job is not None:
+            raise OptionError("a computation is running; wait for it or cancel it, then play")
+        if session.measuring is not None:
+            raise OptionError("the arm is being measured; use its rows or stop measuring first")
+
+    def apply(self, session: Session) -> Session:
+        """The session in which it is played."""
+        track = _planned(session)
+        at = 0.0 if session.play.at >= track.duration else session.play.at
+        return replace(session, focus=Focus.TRACK, play=_running(session.play, at))
+
+
+@dataclass(frozen=True)
+class PauseTrack(AbstractChange):
+    """Stop playing where the arm is; what moves it then says where that is (`PlaceTrack`)."""
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return "Pause the trajectory"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Once is enough."""
+        return "pause"
+
+    def check(self, session: Session) -> None:
+        """There must be one."""
+        _planned(session)
+
+    def apply(self, session: Session) -> Session:
+        """The session in which nothing is played."""
+        return replace(session, play=replace(session.play, is_pausing=True))
+
+
+@dataclass(frozen=True)
+class PlaceTrack(AbstractChange):
+    """Put the arm at a moment of the trajectory; nothing is played there.
+
+    Args:
+        at: Time along the trajectory [s].
+    """
+
+    at: float
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return f"The trajectory at {self.at:.2f} s"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Only the newest counts."""
+        return "place"
+
+    def check(self, session: Session) -> None:
+        """A time within the trajectory."""
+        duration = _planned(session).duration
+        if not 0.0 <= self.at <= duration:
+            raise OptionError(f"the trajectory has no moment at {self.at:g} s; it takes {duration:g} s")
+
+    def apply(self, session: Session) -> Session:
+        """The session with the arm there, if it still follows the trajectory."""
+        return replace(session, play=Play(at=self.at, pace=session.play.pace))
+
+
+@dataclass(frozen=True)
+class LeaveTrack(AbstractChange):
+    """Stop playing, and let the arm go back to the selected target."""
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return "Leave the trajectory"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Once is enough."""
+        return "leave"
+
+    def check(self, session: Session) -> None:
+        """There must be one."""
+        _planned(session)
+
+    def apply(self, session: Session) -> Session:
+        """The session with the arm at its target."""
+        return replace(session, focus=Focus.TARGET, play=Play(at=session.play.at, pace=session.play.pace))
+
+
+@dataclass(frozen=True)
+class SetPace(AbstractChange):
+    """Play faster or slower.
+
+    Args:
+        pace: In multiples of the trajectory's own time.
+    """
+
+    pace: float
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return f"Play at {self.pace:g} times the pace"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Only the newest counts."""
+        return "pace"
+
+    def check(self, session: Session) -> None:
+        """A sensible pace."""
+        if not SLOWEST <= self.pace <= FASTEST:
+            raise OptionError(f"a pace of {self.pace:g} can't be played; give {SLOWEST:g} to {FASTEST:g}")
+
+    def apply(self, session: Session) -> Session:
+        """The session afterwards."""
+        return replace(session, play=replace(session.play, pace=self.pace))
+
+
+def _running(play: Play, at: float) -> Play:
+    return Play(at=at, pace=play.pace, is_running=True)
+
+
+def _planned(session: Session) -> Track:
+    if session.track is None:
+        raise OptionError("no trajectory is planned yet; choose one and plan it first")
+    return session.track
+
+
+def _summary(track: Track) -> str:
+    """Errors in one sentence, with those before a correction."""
+    if track.before is None:
+        return f"the {track.kind} is planned; identify the arm to see its error along it"
+    now = f"{1e3 * np.mean(track.errors):.3g} mm"
+    if not track.is_corrected:
+        return f"along the {track.kind} the arm is off by {now} in the mean"
+    before = f"{1e3 * np.mean(track.before):.3g} mm"
+    return (
+        f"along the {track.kind} the corrected arm is off by {now} in the mean, {before} without correction"
+    )

@@ -1,0 +1,136 @@
+"""A trajectory to be played: what the controller sends, and where nominal and calibrated tool then are.
+
+The default ones are a circle and a straight line in the region that matters; the Katana's are those of its
+thesis (§5.5.1), the line being a diameter of the circle.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.compensate.correction import compensate
+from workbench.compensate.curves import Curve, circle_through, line
+from workbench.compensate.path import command_joints
+from workbench.compensate.planning import plan
+from workbench.model.forward import tool_poses
+from workbench.model.newton import Task
+from workbench.robots.robot import Robot
+from workbench.session.bending import bending_robot
+from workbench.session.state import Session
+from workbench.types import frozen
+
+CIRCLE, LINE = "circle", "line"
+ROWS = 240
+"""Rows of a trajectory."""
+SHARE = 0.3
+"""Radius of the default circle, as a share of the region's smaller horizontal edge."""
+KATANA = 1e-3 * np.array(
+    [
+        [100.0, -300.0, 139.2893],
+        [0.0, -370.7107, 210.0],
+        [-100.0, -300.0, 139.2893],
+        [0.0, -229.2893, 68.5786],
+    ]
+)
+"""Four points of the Katana thesis's circle on the plane at 45° (§5.5.1) [m]."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Track:
+    """A trajectory with its tools, a row each moment; positions in the robot's base frame [m].
+
+    Args:
+        kind: `circle` or `line`.
+        robot: The arm that is drawn along it.
+        actual: The arm that errs, in the robot's base frame; None where nothing is known beside the nominal.
+        is_corrected: Whether the joints are corrected with the calibrated arm.
+        time: Of every row [s].
+        q: Joint positions that are sent [rad or m].
+        wanted: Where the tool is meant to be.
+        reached: Where the erring tool is; the wanted places where none is known.
+        before: Errors without a correction [m]; None where nothing is known.
+        notes: What was decided, one sentence each.
+    """
+
+    kind: str
+    robot: Robot
+    actual: Robot | None
+    is_corrected: bool
+    time: Float[np.ndarray, " rows"]
+    q: Float[np.ndarray, "rows n"]
+    wanted: Float[np.ndarray, "rows 3"]
+    reached: Float[np.ndarray, "rows 3"]
+    before: Float[np.ndarray, " rows"] | None
+    notes: tuple[str, ...] = field(default=())
+
+    @property
+    def duration(self) -> float:
+        """Its length in time [s]."""
+        return float(self.time[-1])
+
+    @property
+    def errors(self) -> Float[np.ndarray, " rows"]:
+        """Distance from the wanted places [m]."""
+        return np.linalg.norm(self.reached - self.wanted, axis=1)
+
+    def at(self, time: float) -> Float[np.ndarray, " n"]:
+        """Joint positions at a time between the rows [rad or m]."""
+        return np.array([np.interp(time, self.time, column) for column in self.q.T])
+
+
+def erring_robot(session: Session) -> Robot | None:
+    """The arm that does not do what the nominal one would: the shown fit, or the opened arm's own effects."""
+    if session.identification is not None:
+        return session.identification.runs[session.fit].calibrated
+    return bending_robot(session)
+
+
+def curves(session: Session) -> Mapping[str, Curve]:
+    """The trajectories that this arm can be sent along, by kind."""
+    if session.robot.name.startswith("Katana"):
+        return {CIRCLE: circle_through(KATANA), LINE: line(KATANA[0], KATANA[2])}
+    region = session.plate.region
+    middle, size = 0.5 * (region.min + region.max), region.max - region.min
+    radius = SHARE * float(size[:2].min())
+    round_ = middle + radius * np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
+    half = SHARE * size * [1.0, 1.0, 0.0]
+    return {CIRCLE: circle_through(round_), LINE: line(middle - half, middle + half)}
+
+
+def make_track(session: Session, kind: str, *, duration: float, is_corrected: bool) -> Track:
+    """Plan a trajectory, and see where the tools go.
+
+    Args:
+        session: Arm, region and fit.
+        kind: `circle` or `line`.
+        duration: Time from beginning to end [s].
+        is_corrected: Whether the joints are corrected with the erring arm.
+
+    Raises:
+        DataError: the path can't be followed; names time and joint.
+    """
+    planned = plan(session.robot, curves(session)[kind], duration=duration, rows=ROWS)
+    erring, nominal = erring_robot(session), session.robot.with_effects()
+    before, actual, q = None, None, planned.q
+    wanted = reached = planned.poses[:, :3, 3]
+    if erring is not None:
+        is_place = planned.task is Task.POSITION
+        sent = command_joints(erring, nominal, planned.q, positions_only=is_place, time=planned.time)
+        actual, wanted = sent.calibrated, sent.poses[:, :3, 3]
+        before = frozen(np.linalg.norm(tool_poses(actual, planned.q)[:, :3, 3] - wanted, axis=1))
+        q = compensate(sent).q if is_corrected else planned.q
+        reached = tool_poses(actual, q)[:, :3, 3]
+    return Track(
+        kind=kind,
+        robot=session.robot,
+        actual=actual,
+        is_corrected=is_corrected and actual is not None,
+        time=planned.time,
+        q=frozen(q),
+        wanted=frozen(wanted),
+        reached=frozen(reached),
+        before=before,
+        notes=planned.notes,
+    )
