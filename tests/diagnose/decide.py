@@ -46,7 +46,7 @@ class Sight:
     def drives(self):
         """Transforms to right before each drive in the measuring frame, and the moments there."""
         before, links = straight(self.arm, self.state)
-        return self.arm.base @ before, holding(self.arm, before, links, self.state.payload)
+        return self.arm.base @ before, holding(self.arm, before, links, self.state)
 
     def displacement(self, effect):
         """Of the tool by one effect (6 rows,)."""

@@ -12,7 +12,7 @@ import generator
 import numpy as np
 from arms import robot_of
 from generator import VirtualArm, rotation
-from laws import Effect, State, poses
+from laws import Effect, State, bent_links, poses
 
 from workbench.design.iso_cube import iso_cube_poses
 from workbench.measure.dataset import Dataset
@@ -98,3 +98,16 @@ def make_katana(seed, *, number=POSES, spread=0.3):
     turned = rotation(SIGMA[1] * of_noise.standard_normal((number, 3))) @ seen[:, :3, :3]
     data = Dataset(q=state.q, row=np.arange(number), position=position, rotation=turned)
     return Katana(robot, data, actual, hidden, state)
+
+
+def inclined(arm, hidden, state, sigma, rng):
+    """Turns about x and y that bring every link's axes from upright to where they are, (rows, 2) [rad].
+
+    The link is turned by the noise before its inclinometer is read; gravity acts along −z.
+    """
+    links, _ = bent_links(arm, hidden, state)
+    out = {}
+    for number, link in enumerate(links, start=1):
+        turned = rotation(sigma * rng.standard_normal((len(link), 3))) @ link[:, :3, :3]
+        out[number] = np.stack([np.arctan2(turned[:, 2, 1], turned[:, 2, 2]), -np.arcsin(turned[:, 2, 0])], 1)
+    return out

@@ -29,10 +29,13 @@ class State:
     time: np.ndarray
     temperature: np.ndarray
     payload: np.ndarray
+    wrench: np.ndarray | None = None
+    """[f; τ] that pulls at the tool's origin, (rows, 6), in the axes of the arm's first frame [N, N m]."""
 
     def take(self, rows):
         """The chosen rows."""
-        return replace(self, **{f.name: getattr(self, f.name)[rows] for f in fields(self)})
+        known = {f.name: getattr(self, f.name) for f in fields(self)}
+        return replace(self, **{name: v[rows] for name, v in known.items() if v is not None})
 
 
 @dataclass(frozen=True)
@@ -190,23 +193,25 @@ def frames(arm: VirtualArm, turned, growth):
     return np.array(before), np.array(links)
 
 
-def holding(arm: VirtualArm, before, links, payload):
+def holding(arm: VirtualArm, before, links, state):
     """Moments (rows, n, 3) that hold the later links against weight, about each drive, in the axes there.
 
-    Every link's weight acts at its centre of mass, the payload's at the tool; all in the arm's first frame.
+    Every link's weight acts at its centre of mass, payload and wrench at the tool; all in the first frame.
     """
+    payload = state.payload
+    outside = np.zeros((len(payload), 6)) if state.wrench is None else state.wrench
     places = np.einsum("jrab,jb->jra", links[:, :, :3, :3], arm.coms) + links[:, :, :3, 3]
     tool = links[-1, :, :3, :3] @ arm.tool[:3, 3] + links[-1, :, :3, 3]
     pull = arm.masses[:, None, None] * arm.gravity * np.ones_like(places)
     pull, places = (
-        np.concatenate([pull, (payload[:, None] * arm.gravity)[None]]),
+        np.concatenate([pull, (payload[:, None] * arm.gravity + outside[:, :3])[None]]),
         np.concatenate([places, tool[None]]),
     )
     turning = np.cross(places, pull)
     out = []
     for i, frame in enumerate(before):
         weight, moment = pull[i:].sum(0), turning[i:].sum(0)
-        load = moment - np.cross(frame[:, :3, 3], weight)
+        load = moment + outside[:, 3:] - np.cross(frame[:, :3, 3], weight)
         out.append(-np.einsum("rba,rb->ra", frame[:, :3, :3], load))
     return np.stack(out, 1)
 
@@ -218,19 +223,24 @@ def straight(arm: VirtualArm, state: State):
 
 def straight_moments(arm: VirtualArm, state: State):
     """Moments as `holding` of the arm that nothing bends."""
-    return holding(arm, *straight(arm, state), state.payload)
+    return holding(arm, *straight(arm, state), state)
 
 
-def poses(arm: VirtualArm, effects, state: State):
-    """Poses (rows, 4, 4) of the tool in the measuring frame."""
+def bent_links(arm: VirtualArm, effects, state: State):
+    """Transforms (joints, rows, 4, 4) to each link of the bent arm in its first frame, and growth (rows,)."""
     growth = 1.0 + sum(e.size[0] * (state.temperature - WARM) for e in effects if e.name == "thermal-growth")
     growth = growth * np.ones(len(state.q))
     bend = np.zeros((*state.q.shape, 3))
     by_moment = any(e.name in BY_MOMENT for e in effects)
     for _ in range(ROUNDS if by_moment else 1):
-        held = holding(arm, *frames(arm, (state.q, bend), growth), state.payload) if by_moment else None
+        held = holding(arm, *frames(arm, (state.q, bend), growth), state) if by_moment else None
         bend = sum((turns(arm, e, state, held) for e in effects), np.zeros_like(bend))
-    _, links = frames(arm, (state.q, bend), growth)
+    return frames(arm, (state.q, bend), growth)[1], growth
+
+
+def poses(arm: VirtualArm, effects, state: State):
+    """Poses (rows, 4, 4) of the tool in the measuring frame."""
+    links, growth = bent_links(arm, effects, state)
     return _base(arm, effects, state) @ links[-1] @ _grown(arm.tool, growth)
 
 

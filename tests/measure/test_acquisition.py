@@ -122,6 +122,10 @@ def test_rows_are_taken_again_and_targets_passed_over():
     assert acquisition.capture.current == 2
     acquisition.step(-3)
     assert acquisition.capture.current == len(PLATE) - 1
+    acquisition.step(1)
+    acquisition.again()
+    assert stored(acquisition) == [1]
+    assert acquisition.capture.current == 0
 
 
 def test_a_full_capture_is_not_overwritten_by_one_key_too_many():

@@ -13,6 +13,7 @@ from workbench.session.commands import (
     DriveArm,
     EndMeasuring,
     NextWanted,
+    SelectTarget,
     StoreRow,
     TakeAgain,
     TakeSample,
@@ -30,7 +31,7 @@ def samples(measuring, q, *, begin, shift=0.0):
     """What an exact instrument says of the arm that stands for 0.6 s, or moves."""
     for time in STILL:
         now = q + shift * time
-        pose = tool_poses(measuring.actual, now[None])[0]
+        pose = tool_poses(measuring.virtual.actual, now[None])[0]
         yield TakeSample(
             float(begin + time),
             tuple(now.tolist()),
@@ -45,21 +46,23 @@ def begun(do):
 
 
 def test_rows_are_stored_one_by_one_and_become_the_data(do, begun, first, worker):
-    for k, q in enumerate(begun.postures):
+    for k, q in enumerate(begun.virtual.postures):
         session = do(DriveArm(), *samples(begun, q, begin=10.0 * k))
         assert session.focus is Focus.JOG
         assert session.selected == begun.numbers[k]
         off = session.measuring.acquisition.status().position
         wanted = first.robot.base.pose @ first.plate.targets[begun.numbers[k]].pose
-        tool = tool_poses(begun.actual, q[None])[0]
+        tool = tool_poses(begun.virtual.actual, q[None])[0]
         assert np.allclose(off, (tool - wanted)[:3, 3], atol=1e-12)
         assert np.linalg.norm(off) < 3e-3
         assert do(StoreRow()).measuring.acquisition.rows == k + 1
     session = do(UseRows())
     assert session.measuring is None
     data = session.loaded.dataset
-    assert np.array_equal(data.q, begun.postures)
-    assert np.allclose(data.position, tool_poses(begun.actual, begun.postures)[:, :3, 3], atol=1e-12)
+    assert np.array_equal(data.q, begun.virtual.postures)
+    assert np.allclose(
+        data.position, tool_poses(begun.virtual.actual, begun.virtual.postures)[:, :3, 3], atol=1e-12
+    )
     assert len(session.comparison) == len(data)
     again = replay(first, worker.journal)
     assert np.array_equal(again.loaded.dataset.position, data.position)
@@ -67,7 +70,7 @@ def test_rows_are_stored_one_by_one_and_become_the_data(do, begun, first, worker
 
 def test_a_moving_arm_is_not_stored_nor_the_same_place_twice(do, begun):
     assert do(StoreRow()).messages[-1].severity is Severity.ERROR
-    q = begun.postures[0]
+    q = begun.virtual.postures[0]
     assert do(*samples(begun, q, begin=0.0, shift=0.1), StoreRow()).measuring.acquisition.rows == 0
     assert do(*samples(begun, q, begin=1.0), StoreRow()).measuring.acquisition.rows == 1
     session = do(*samples(begun, q, begin=2.0), StoreRow())
@@ -77,18 +80,18 @@ def test_a_moving_arm_is_not_stored_nor_the_same_place_twice(do, begun):
 
 def test_the_last_row_is_taken_again_and_a_target_left_for_later(do, begun):
     for k in range(2):
-        do(*samples(begun, begun.postures[k], begin=10.0 * k), StoreRow())
+        do(*samples(begun, begun.virtual.postures[k], begin=10.0 * k), StoreRow())
     capture = do(TakeAgain()).measuring.acquisition.capture
     assert (capture.current, capture.remaining) == (1, len(begun.numbers) - 1)
-    capture = do(NextWanted(), *samples(begun, begun.postures[2], begin=30.0), StoreRow()).measuring
+    capture = do(NextWanted(), *samples(begun, begun.virtual.postures[2], begin=30.0), StoreRow()).measuring
     assert [row is not None for row in capture.acquisition.capture.taken[:3]] == [True, False, True]
     kept = do(UseRows()).loaded.dataset
     assert kept.row.tolist() == [0, 2]
 
 
 def test_a_snapshot_stays_as_it_was(do, begun):
-    before = do(*samples(begun, begun.postures[0], begin=0.0)).measuring
-    do(StoreRow(), *samples(begun, begun.postures[1], begin=5.0, shift=1.0))
+    before = do(*samples(begun, begun.virtual.postures[0], begin=0.0)).measuring
+    do(StoreRow(), *samples(begun, begun.virtual.postures[1], begin=5.0, shift=1.0))
     assert before.acquisition.rows == 0
     assert before.acquisition.copy().store().changed
 
@@ -97,7 +100,7 @@ def test_what_makes_no_sense_is_said(do):
     for command in (DriveArm(), StoreRow(), TakeAgain(), UseRows(), EndMeasuring(), BeginMeasuring(-1)):
         assert do(command).messages[-1].severity is Severity.ERROR
     session = do(BeginMeasuring(1), BeginMeasuring(2))
-    assert session.measuring.seed == 1
+    assert session.measuring.virtual.seed == 1
     for q in ((0.0,), (np.nan,) * session.robot.dof):
         told = session.told
         session = do(TakeSample(0.0, q, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)))
@@ -115,7 +118,7 @@ def test_the_virtual_arm_comes_to_rest_at_the_target(first):
     try:
         worker.submit(BeginMeasuring(2))
         assert worker.wait()
-        goal = worker.session.measuring.postures[0]
+        goal = worker.session.measuring.virtual.postures[0]
         worker.submit(DriveArm())
         for _ in range(2000):
             latest = worker.session.measuring.acquisition.latest
@@ -131,3 +134,13 @@ def test_the_virtual_arm_comes_to_rest_at_the_target(first):
         assert np.abs(taken[0].q - goal).max() > 0.1
     finally:
         worker.close()
+
+
+def test_news_stay_until_the_user_goes_on(do, begun):
+    """A late sample of the arm is nobody's doing."""
+    do(*samples(begun, begun.virtual.postures[0], begin=0.0), StoreRow())
+    told = do(UseRows()).messages[-1].text
+    assert "taken over" in told
+    session = do(*samples(begun, begun.virtual.postures[1], begin=9.0))
+    assert session.messages[-1].text == told
+    assert told not in [m.text for m in do(SelectTarget(3)).messages]

@@ -14,10 +14,13 @@ from workbench.session.commands import (
     ImprovePlate,
     LockTarget,
     MeasureVirtualArm,
+    SetRegion,
+    ShowCubes,
     TakeNextPoses,
     TryPlate,
 )
-from workbench.session.state import Severity
+from workbench.session.cubes import values
+from workbench.session.state import CubeView, Field, Severity
 
 
 def test_what_can_not_be_diagnosed_is_said(do):
@@ -78,3 +81,12 @@ def test_the_yield_of_the_present_plate_is_one_sentence(do, worker, first):
     assert f"{5 * found.passed.sum():.1f} % of 20 virtual arms" in words
     assert f"{low:.1f} … {high:.1f} %" in words
     assert words.endswith("the seat position matters most")
+
+    session = do(ShowCubes(CubeView(field=Field.YIELD)))
+    shown = values(session).numbers
+    assert np.array_equal(shown[found.cells], found.observed[:, 0])
+    assert np.isnan(np.delete(shown, found.cells)).all()
+    region = session.plate.region
+    session = do(SetRegion(tuple((region.min + 0.05).tolist()), tuple(region.max.tolist()), region.cube))
+    assert values(session) is None
+    assert do(ShowCubes(CubeView(field=Field.YIELD))).messages[-1].severity is Severity.ERROR

@@ -1,5 +1,7 @@
 """The app: a session, its worker, and a page that shows it."""
 
+from collections.abc import Iterable
+
 import viser
 
 from workbench.app.demo import Demo
@@ -7,8 +9,9 @@ from workbench.app.local import local_server, page_address, stop_server
 from workbench.app.render import BrowserView
 from workbench.design.plate import Plate
 from workbench.robots.robot import Robot
-from workbench.session.commands import CHORES, LoadData
+from workbench.session.commands import CHORES, LoadData, TellSource
 from workbench.session.journal.folder import Begun, unrecorded
+from workbench.session.live import LiveSource
 from workbench.session.steering import VirtualDriver
 from workbench.session.worker import Worker
 
@@ -23,6 +26,7 @@ class App:
         server: Where the page is shown; None for one of its own at any free port.
         begun: The session and what follows it, such as a recording; None for a new one, not recorded.
         demo: Pace of the demo that plays at first, 1 for two minutes; None: no demo.
+        source: Name and lines of a live source that tells where a real arm stands; None: no such arm.
     """
 
     def __init__(
@@ -34,6 +38,7 @@ class App:
         server: viser.ViserServer | None = None,
         begun: Begun | None = None,
         demo: float | None = None,
+        source: tuple[str, Iterable[str]] | None = None,
     ):
         begun = unrecorded(robot, plate) if begun is None else begun
         self.server = local_server() if server is None else server
@@ -41,6 +46,10 @@ class App:
         self.view = BrowserView(self.server, self.worker)
         self.worker.add_view(self.view)
         self.worker.add_view(VirtualDriver(self.worker))
+        if source is not None:
+            self.worker.add_view(LiveSource(self.worker, source[1], name=source[0]))
+        elif (left := begun.session.source) is not None and left.is_open:  # of a session that goes on
+            self.worker.submit(TellSource(left.name, is_open=False))
         if data is not None:
             self.worker.submit(LoadData(*data))
         self.demo = None if demo is None else Demo(self.worker, pace=demo)

@@ -9,7 +9,7 @@ import gc
 import signal
 import threading
 import webbrowser
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -35,6 +35,7 @@ def serve(
     open_browser: bool = True,
     begin: Callable | None = None,
     demo: bool = False,
+    source: tuple[str, Iterable[str]] | None = None,
     on_ready: Callable[[str], None] | None = None,
 ) -> None:
     """Show the page until interrupted.
@@ -48,6 +49,7 @@ def serve(
         open_browser: Whether to open the page in the user's browser.
         begin: Makes the session of robot and plate, with what follows it; None: one that is not recorded.
         demo: Whether a story of two minutes plays at first.
+        source: Name and lines of a live source that tells where a real arm stands.
         on_ready: Told the page's address as soon as it can be opened.
 
     Raises:
@@ -68,7 +70,9 @@ def serve(
 
             begun = (begin or unrecorded)(robot, plate)
             waiting.remove()
-            end = App(robot, plate, begun=begun, data=first, server=server, demo=1.0 if demo else None).close
+            pace = 1.0 if demo else None
+            app = App(robot, plate, begun=begun, data=first, server=server, demo=pace, source=source)
+            end = app.close
         stop.wait()
     except KeyboardInterrupt:
         pass

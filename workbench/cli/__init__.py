@@ -4,6 +4,7 @@ Everything heavy is imported inside the commands, so that `workbench --help` ans
 the user ends with one sentence on standard error and exit status 1; nothing is then written.
 """
 
+import contextlib
 import os
 import signal
 import sys
@@ -17,6 +18,7 @@ from workbench.cli import (
     compensating,
     designing,
     diagnosing,
+    loading,
     making,
     measuring,
     paths,
@@ -58,7 +60,7 @@ def main() -> None:
 @app.command()
 def serve(
     robot: RobotOption = "aria",
-    plate: PlateOption = "table2",
+    plate: PlateOption = None,
     data: Annotated[Path | None, typer.Option(help="Measurements to load at once.")] = None,
     port: Annotated[int | None, typer.Option(help="Port; 8090 or else any free one if not given.")] = None,
     host: Annotated[
@@ -79,23 +81,30 @@ def serve(
     rerun: Annotated[
         str | None, typer.Option(help="Show the session in this open rerun viewer as well: HOST:PORT.")
     ] = None,
+    source: Annotated[
+        str | None,
+        typer.Option(help="Follow and measure a real arm: HOST:PORT of its live source, or listen:PORT."),
+    ] = None,
 ) -> None:
     """The app in the browser: robot, plate, draggable targets, identification."""
     from workbench.app.serving import serve as run
 
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # the recording is finished, as after Ctrl-C
-    opening = open_session(robot, plate or "table2", session=session, step=step, record=record, live=rerun)
-    run(
-        opening.robot,
-        opening.plate,
-        begin=opening.begin,
-        data=data,
-        demo=demo,
-        host=host,
-        port=port,
-        open_browser=open_browser,
-        on_ready=say,
-    )
+    opening = open_session(robot, plate, session=session, step=step, record=record, live=rerun)
+    with contextlib.ExitStack() as stack:
+        live = None if source is None else (source, stack.enter_context(measuring.lines_of(source)))
+        run(
+            opening.robot,
+            opening.plate,
+            begin=opening.begin,
+            data=data,
+            demo=demo,
+            source=live,
+            host=host,
+            port=port,
+            open_browser=open_browser,
+            on_ready=say,
+        )
 
 
 for command in (
@@ -106,6 +115,7 @@ for command in (
     measuring.poses,
     measuring.capture,
     measuring.drive,
+    loading.loading,
     calibrating.export,
     compensating.compensate,
     recordings.review,

@@ -188,7 +188,8 @@ def capture(
     """Guided measuring: steer the arm to each target of a plate, and a key or the source stores the row.
 
     The source sends one JSON object a line. Keys: Enter or space stores, f stores although the arm moves,
-    r takes the last row again, n and p go to the next and the previous target, q ends.
+    r takes the shown target's row again or else the last one, n and p go to the next and the previous target,
+    q ends.
     """
     from rich.console import Console
 

@@ -29,7 +29,7 @@ class Opening:
 
 
 def open_session(
-    robot: str, plate: str, *, session: Path | None, step: int | None, record: bool, live: str | None
+    robot: str, plate: str | None, *, session: Path | None, step: int | None, record: bool, live: str | None
 ) -> Opening:
     """Decide where the session comes from and where it goes."""
     if step is not None and session is None:
@@ -47,7 +47,12 @@ def open_session(
         made = folders.begin(robot, plate, folder=session) if record else folders.unrecorded(robot, plate)
         return _followed(made, live)
 
-    return Opening(load_robot(robot), load_plate(plate), begin)
+    if plate is not None or robot.startswith("aria"):
+        return Opening(load_robot(robot), load_plate(plate or "table2"), begin)
+    from workbench.session.suited import suited_plate
+
+    arm = load_robot(robot)
+    return Opening(arm, suited_plate(arm), begin)
 
 
 def _holds_one(folder: Path) -> bool:

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 from workbench import se3
 from workbench.design.sampling import poses_that
@@ -115,10 +115,17 @@ class LoadingPlan:
 
 @dataclass(frozen=True, eq=False)
 class _Moves:
-    """Pairs of postures between which one joint moves, with their moments under one load."""
+    """Pairs of postures between which one joint moves, with their moments under one load.
+
+    Args:
+        q: Joint positions [rad or m].
+        base: Number of each pair's first posture.
+        mass: At the tool; where it is negative, so much is hung on for the second posture [kg].
+        moments: In the first and in the second posture.
+    """
 
     q: Float[np.ndarray, "2 pairs n"]
-    base: np.ndarray
+    base: Int[np.ndarray, " pairs"]
     mass: float
     moments: tuple[JointMoments, JointMoments]
 
@@ -148,8 +155,8 @@ def loading_plan(
         raise OptionError(
             f"an added mass of {added_mass:g} kg and {each} pairs can't be; give 0 or more, and 1"
         )
-    moves = _moves(robot, 0.0, rng)
-    heavy = _loaded(robot, moves, added_mass) if added_mass > 0.0 else moves
+    q, base = _moves(robot, rng)
+    moves, heavy = (_loaded(robot, q, base, mass) for mass in (0.0, added_mass))
     upright = _upright(moves.moments[0])
     asked = _asked(robot, joints, upright)
     pairs: list[LoadingPair] = []
@@ -186,8 +193,10 @@ def _along(way: Float[np.ndarray, "corners 3"]) -> Float[np.ndarray, "points 3"]
     return np.stack([np.interp(shares, length, way[:, i]) for i in range(3)], axis=1)
 
 
-def _moves(robot: Robot, mass: float, rng: np.random.Generator) -> _Moves:
-    """Possible postures, each beside the possible ones that a move of one joint leads to."""
+def _moves(
+    robot: Robot, rng: np.random.Generator
+) -> tuple[Float[np.ndarray, "2 pairs n"], Int[np.ndarray, " pairs"]]:
+    """Possible postures, each beside the possible ones that a move of one joint leads to; and its number."""
 
     def complaint(found: int, tries: int) -> str:
         return (
@@ -202,15 +211,14 @@ def _moves(robot: Robot, mass: float, rng: np.random.Generator) -> _Moves:
     low, high = robot.search_limits.T
     other[np.arange(len(base)), moved] = rng.uniform(low[moved], high[moved])
     keep = possible(robot, other)
-    q = np.stack([start[base[keep]], other[keep]])
-    return _loaded(robot, _Moves(q, base[keep], mass, ()), mass)  # type: ignore[arg-type]
+    return np.stack([start[base[keep]], other[keep]]), base[keep]
 
 
-def _loaded(robot: Robot, moves: _Moves, mass: float) -> _Moves:
-    """The same postures under another load."""
-    load = np.full(moves.q.shape[1], mass)
-    first, second = (joint_moments(robot, Motion(q, payload=load)) for q in moves.q)
-    return _Moves(moves.q, moves.base, mass, (first, second))
+def _loaded(robot: Robot, q: np.ndarray, base: np.ndarray, mass: float) -> _Moves:
+    """Pairs of postures under a load."""
+    load = np.full(q.shape[1], mass)
+    first, second = (joint_moments(robot, Motion(rows, payload=load)) for rows in q)
+    return _Moves(q, base, mass, (first, second))
 
 
 def _upright(moments: JointMoments) -> tuple[int, ...]:
@@ -343,8 +351,7 @@ def side_loads(
     """
     if force <= 0.0:
         raise OptionError(f"a pull of {force:g} N loads nothing; give more than 0")
-    q = _moves(robot, 0.0, rng).q[0]
-    q = np.unique(q, axis=0)
+    q = np.unique(_moves(robot, rng)[0][0], axis=0)
     none = joint_moments(robot, Motion(q)).about[:, joint]
     level = np.eye(3) - np.outer(_up(robot), _up(robot))
     by_axis = [

@@ -5,7 +5,8 @@
 about the two axes across the joint's own, right before it. c [rad] is half the clearance's angle. The
 direction turns quickly where the moment across the axis vanishes.
 
-Source: Katana eqs. (4.11), (4.12), (5.15)–(5.18), with the moment that holds instead of the one that loads.
+Source: Katana eqs. (4.11), (4.12), (5.15)–(5.18), with the moment that holds instead of the one that loads,
+and with its direction itself: (5.16) strays from it by up to 4.1°, and (5.15) is printed upside down.
 """
 
 from dataclasses import dataclass

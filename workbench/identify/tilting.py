@@ -135,7 +135,7 @@ def fit_tilting(
     names = [name for effect in effects for name in effect.names]
     bent = robot.with_effects(*robot.effects, *effects)
     problem = Problem.build(bent, data, noise=noise, free=free, frames=frames, effects=names)
-    fit = searched(problem)
+    fit = _searched(problem)
     found = dict(zip(problem.names, zip(fit.x.tolist(), fit.std.tolist(), strict=True), strict=True))
     return Tilting(fit, tuple(_found(j.joint, found) for j in sorted(asked, key=lambda j: j.joint)))
 
@@ -147,7 +147,30 @@ def _found(joint: int, found: Mapping[str, tuple[float, float]]) -> JointTilting
     return JointTilting(joint, **sizes, **{f"{word}_std": pair[1] for word, pair in pairs.items()})
 
 
-def searched(problem: Problem) -> Fit:
+def fit_geometry(
+    robot: Robot,
+    data: Dataset,
+    *,
+    known: Sequence[AbstractEffect] = (),
+    noise: Noise,
+    free: Sequence[str] | None = None,
+    frames: FrameFreedom | None = None,
+) -> Fit:
+    """Fit the geometry alone, with what is known of the joints in force (Katana fig. 4.9, eq. 4.22).
+
+    Args:
+        robot: Nominal arm.
+        data: Rows of any observation.
+        known: How the joints give way; nothing for the conventional calibration.
+        noise: Standard deviations where rows bring none.
+        free: Constants to fit; the robot's default ones if None.
+        frames: What of base and tool is unknown; nothing if None.
+    """
+    bent = robot.with_effects(*robot.effects, *known)
+    return _searched(Problem.build(bent, data, noise=noise, free=free, frames=frames))
+
+
+def _searched(problem: Problem) -> Fit:
     """The least-squares answer of a problem."""
     search = Opt2(limit=STEPS).search(problem)
     return Fit(

@@ -205,11 +205,12 @@ class Acquisition:
         return replace(sample, position=pose[:3, 3], rotation=turn)
 
     def again(self) -> Event:
-        """Drop the row that was stored last and make its target current."""
+        """Drop the row of the current target, or else the one that was stored last; its target is current."""
         if not self._order:
             return self._say("there is no row to take again")
-        index = self._order[-1]
-        self._order = self._order[:-1]
+        current = self.capture.current
+        index = current if self.capture.taken[current] is not None else self._order[-1]
+        self._order = [i for i in self._order if i != index]
         self.capture = self.capture.again(index)
         return self._say(f"{self.capture.target.name}: its row is dropped, take it again", changed=True)
 

@@ -62,12 +62,19 @@ def write_measurements(
         raise FileError(
             f"measurements are written as {' or '.join(ENDINGS)}; choose this ending", path=str(path)
         )
+    return write_text(path, measurements_csv(dataset, rotation=rotation, prismatic=prismatic))
+
+
+def measurements_csv(
+    dataset: Dataset, *, rotation: RotationForm = RotationForm.QUATERNION, prismatic: Collection[int] = ()
+) -> str:
+    """The same text without a file; arguments as in `write_measurements`."""
     columns = list(_columns(dataset, rotation, prismatic))
     buffer = io.StringIO()
     writer = csv.writer(buffer, lineterminator="\n")
     writer.writerow([name for name, _ in columns])
     writer.writerows(zip(*(_cells(values) for _, values in columns), strict=True))
-    return write_text(path, buffer.getvalue())
+    return buffer.getvalue()
 
 
 def _columns(dataset: Dataset, form: RotationForm, prismatic: Collection[int]) -> Iterator[Column]:

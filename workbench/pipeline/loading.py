@@ -8,7 +8,7 @@ Source: Katana figs. 4.6, 4.9, 5.4; §4.4.1 for joint 1.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,48 +17,20 @@ from workbench.errors import OptionError
 from workbench.identify.problem import Noise
 from workbench.identify.tilting import JointTilting, Tilting, fit_tilting, tilting_effects
 from workbench.measure.dataset import Dataset
-from workbench.measure.instruments import INSTRUMENTS
+from workbench.measure.instruments import INSTRUMENTS, Instrument
 from workbench.measure.simulate import simulate, virtual_arm
 from workbench.motion import Motion
 from workbench.robots.robot import Robot
+from workbench.validate.loading import LoadingResult
 
 REPEATS = 10
-"""Readings of every posture, each after the arm came anew."""
+"""Readings of every posture, whose mean is taken."""
 FORCE = 40.0
 """Greatest sideways pull at the tool [N]."""
 CLEARANCE, BACKLASH, STIFFNESS = (0.015, 0.025), (0.045, 0.065), (70.0, 125.0)
 """Least and greatest sizes that a virtual arm has, after Katana Tables 4.3 and 4.4 [°, °, kg m/°]."""
 LENGTH, ANGLE = 5e-5, float(np.deg2rad(0.1))
 """Greatest errors of its geometry [m, rad]."""
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class LoadingResult:
-    """An experiment and what it showed.
-
-    Args:
-        robot: The nominal arm.
-        plan: Postures and masses.
-        data: Readings of the inclinometers.
-        tilting: What they showed.
-        side: Sideways pulls for the upright joints; none if there are no such joints.
-        side_tilting: What they showed, in the order of `side`.
-        hidden: What the virtual arm has; empty if it is not known.
-    """
-
-    robot: Robot
-    plan: LoadingPlan
-    data: Dataset
-    tilting: Tilting
-    side: tuple[SideLoads, ...]
-    side_tilting: tuple[Tilting, ...]
-    hidden: tuple[JointTilting, ...]
-
-    @property
-    def joints(self) -> tuple[JointTilting, ...]:
-        """What was found of every joint, in the order of the joints."""
-        pulled = {j.joint: j for tilting in self.side_tilting for j in tilting.joints}
-        return tuple(j.joined(pulled[j.joint]) if j.joint in pulled else j for j in self.tilting.joints)
 
 
 def loading_experiment(
@@ -93,12 +65,14 @@ def loading_experiment(
     plan = loading_plan(robot, joints=joints, added_mass=added_mass, each=each, rng=rng)
     upright = plan.upright if joints is None else ()
     side = tuple(side_loads(robot, j, force=force, rng=rng) for j in upright)
-    hidden = _hidden(sorted((*plan.joints, *plan.upright)), rng)
+    hidden = draw_joints(sorted((*plan.joints, *plan.upright)), rng)
     actual = virtual_arm(robot, rng=rng, length=LENGTH, angle=ANGLE).with_effects(*tilting_effects(hidden))
-    data = read_plan(actual, plan, repeats=repeats, rng=rng)
-    tilting = tilting_of(robot, plan, data)
+    inclinometer, tracker = INSTRUMENTS["inclinometer"], replace(INSTRUMENTS["optotrak"], sight=None)
+    meter, tracker = (replace(instrument, samples=repeats) for instrument in (inclinometer, tracker))
+    data = read_plan(actual, plan, instrument=meter, rng=rng)
+    tilting = tilting_of(robot, plan, data, instrument=meter)
     pulled = tuple(
-        pulled_joint(robot, tilting, loads, _pulled(actual, loads, repeats, rng)) for loads in side
+        pulled_joint(robot, tilting, loads, _pulled(actual, loads, tracker, rng)) for loads in side
     )
     return LoadingResult(
         robot=robot,
@@ -111,21 +85,21 @@ def loading_experiment(
     )
 
 
-def read_plan(actual: Robot, plan: LoadingPlan, *, repeats: int, rng: np.random.Generator) -> Dataset:
-    """Readings of the inclinometers on an arm in the postures of a plan, each several times."""
-    q, added = np.repeat(plan.q, repeats, axis=0), np.repeat(plan.added, repeats)
-    state = Motion(q, payload=added)
-    return simulate(actual, q, instrument=INSTRUMENTS["inclinometer"], rng=rng, motion=state)
+def read_plan(
+    actual: Robot, plan: LoadingPlan, *, instrument: Instrument, rng: np.random.Generator
+) -> Dataset:
+    """Readings of the inclinometers on an arm in the postures of a plan."""
+    return simulate(actual, plan.q, instrument=instrument, rng=rng, motion=Motion(plan.q, payload=plan.added))
 
 
-def tilting_of(robot: Robot, plan: LoadingPlan, data: Dataset) -> Tilting:
+def tilting_of(robot: Robot, plan: LoadingPlan, data: Dataset, *, instrument: Instrument) -> Tilting:
     """What readings of a plan show of its joints, the directions of all axes fitted beside.
 
     Of upright joints, across whose axes the whole arm weighs, they show the clearance.
     """
-    _, turn = INSTRUMENTS["inclinometer"].deviations
+    _, turn = instrument.deviations
     angles = [n for n in robot.default_free if robot.chain.elements[robot.chain.index[n]].axis.turns]
-    noise = Noise(rotation=float(turn or 1.0))
+    noise = Noise(rotation=turn or Noise().rotation)
     return fit_tilting(robot, data, joints=plan.joints, tipping=plan.upright, noise=noise, free=angles)
 
 
@@ -142,17 +116,14 @@ def pulled_joint(robot: Robot, known: Tilting, loads: SideLoads, data: Dataset) 
     return fit_tilting(others, data, turning=(loads.joint,), noise=Noise())
 
 
-def _pulled(actual: Robot, loads: SideLoads, repeats: int, rng: np.random.Generator) -> Dataset:
-    """Poses of the tool under the pulls, by an optical tracker that stands where it sees them all."""
-    tracker = replace(INSTRUMENTS["optotrak"], sight=None)
-    q, wrench = (np.repeat(rows, repeats, axis=0) for rows in (loads.q, loads.wrench))
-    data = simulate(actual, q, instrument=tracker, rng=rng, motion=Motion(q, wrench=wrench))
+def _pulled(actual: Robot, loads: SideLoads, tracker: Instrument, rng: np.random.Generator) -> Dataset:
+    """Poses of the tool under the pulls, by a tracker that stands where it sees them all."""
+    data = simulate(actual, loads.q, instrument=tracker, rng=rng, motion=Motion(loads.q, wrench=loads.wrench))
     position, turn = tracker.deviations
-    sigma = np.tile([position] * 3 + [turn or position] * 3, (len(q), 1))
-    return replace(data, sigma=sigma)
+    return replace(data, sigma=np.tile([position] * 3 + [turn or position] * 3, (len(loads.q), 1)))
 
 
-def _hidden(joints: Sequence[int], rng: np.random.Generator) -> tuple[JointTilting, ...]:
+def draw_joints(joints: Sequence[int], rng: np.random.Generator) -> tuple[JointTilting, ...]:
     """Joints of a virtual arm, of the usual sizes."""
     out = []
     for joint in joints:

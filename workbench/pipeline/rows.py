@@ -92,6 +92,8 @@ def unused_observations(data: Dataset) -> list[str]:
         if beside.any():
             words.append(f"{int(beside.sum())} rows also carry {kind.unused_words}, which are not used there")
         left &= ~applies
+    if all(not kind.sees_tool for kind in OBSERVATIONS if kind.applies(data).any()):
+        words.append("only tilts of links were measured: errors of position are not known, and shown as 0")
     return words
 
 

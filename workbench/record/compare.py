@@ -106,15 +106,15 @@ class Compared:
         return Group(*parts)
 
     def markdown(self) -> str:
-        """For the viewer."""
-        head = ["| | " + " | ".join(self.names) + " |", "|---|" + "---:|" * len(self.names)]
-        lines = [*head, *(f"| {f.name} | {' | '.join(map(_short, f.values))} |" for f in self.figures)]
-        if self.moves:
-            lines += ["", f"**{self.sentence}**", ""]
+        """For the viewer: what moved first."""
+        names = " | ".join(self.names)
+        lines = [f"**{self.sentence}**", ""] if self.moves else []
         if self.moved:
-            lines += [f"| parameter | {' | '.join(self.names)} | | moved |"]
-            lines += ["|---|" + "---:|" * len(self.names) + "---|---:|"]
+            lines += [f"| parameter | {names} | | moved |", "|---|" + "---:|" * len(self.names) + "---|---:|"]
             lines += [f"| {n} | {' | '.join(cells)} | {u} | {r} |" for n, cells, u, r in self._rows()]
+            lines.append("")
+        lines += [f"| | {names} |", "|---|" + "---:|" * len(self.names)]
+        lines += [f"| {f.name} | {' | '.join(map(_short, f.values))} |" for f in self.figures]
         return "\n".join(lines)
 
     @property

@@ -16,7 +16,7 @@ from workbench import se3
 from workbench.measure.acquisition import Standing, Status
 from workbench.types import Matrix4, Vector3
 
-KEYS = "Enter stores · f forces · r last row again · n/p next/previous · q ends"
+KEYS = "Enter stores · f forces · r row again · n/p next/previous · q ends"
 NEAR = 1e-3, float(np.deg2rad(0.5))
 """Deviations below these are shown as near [m], [rad]."""
 NOTHING, DEGREES = "–", 180.0 / np.pi

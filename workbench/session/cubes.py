@@ -6,16 +6,18 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from workbench.session.comparison import Comparison
-from workbench.session.state import CubeView, Field, Session
+from workbench.session.state import CubeView, Field, Session, Trial
 
 TITLES = {
     Field.REACH: "Reachability",
     Field.INDEX: "Best index O",
     Field.PREDICTED: "Predicted error",
     Field.MEASURED: "Measured error",
+    Field.YIELD: "Error of virtual arms",
 }
-UNITS = {Field.REACH: "%", Field.INDEX: "", Field.PREDICTED: "mm", Field.MEASURED: "mm"}
-FACTORS = {Field.REACH: 100.0, Field.INDEX: 1.0, Field.PREDICTED: 1e3, Field.MEASURED: 1e3}
+IN_MILLIMETRES = (Field.PREDICTED, Field.MEASURED, Field.YIELD)
+UNITS = {Field.REACH: "%", Field.INDEX: ""} | dict.fromkeys(IN_MILLIMETRES, "mm")
+FACTORS = {Field.REACH: 100.0, Field.INDEX: 1.0} | dict.fromkeys(IN_MILLIMETRES, 1e3)
 LARGER_IS_BETTER = {Field.REACH, Field.INDEX}
 CROWDED = 95.0
 """Percentile at which the colour scale of errors ends, so that a few bad cubes don't hide the rest."""
@@ -49,6 +51,9 @@ def values(session: Session) -> CubeValues | None:
         if session.comparison is None:
             return None
         return _scaled(measured_errors(session, session.comparison))
+    if field is Field.YIELD:
+        trial = session.trial
+        return None if trial is None or trial.plate.region is not region else _scaled(tried_errors(trial))
     if field is Field.NONE or cubes is None or cubes.region is not region:
         return None
     if field is Field.REACH:
@@ -73,12 +78,19 @@ def measured_errors(session: Session, comparison: Comparison) -> Float[np.ndarra
     return np.where(count > 0, total / np.maximum(count, 1), np.nan)
 
 
+def tried_errors(trial: Trial) -> Float[np.ndarray, " cubes"]:
+    """Root mean square position error of the virtual arms of a trial in each cube [m]."""
+    errors = np.full(trial.plate.region.cubes, np.nan)
+    errors[trial.found.cells] = trial.found.observed[:, 0]
+    return errors
+
+
 def seen(session: Session, view: CubeView, numbers: CubeValues) -> Bool[np.ndarray, " cubes"]:
     """Which cubes are shown: in the kept layer, and within the kept part of the scale."""
     shape = session.plate.region.shape
     shares = numbers.shares
     keep = np.isnan(shares) | ((shares >= view.least) & (shares <= view.greatest))
-    if view.field is Field.MEASURED or view.least > 0.0 or view.greatest < 1.0:
+    if view.field in (Field.MEASURED, Field.YIELD) or view.least > 0.0 or view.greatest < 1.0:
         keep &= ~np.isnan(shares)
     if view.cut is not None:
         layer = np.indices(shape)[view.cut].ravel()

@@ -10,6 +10,7 @@ OBSERVATIONS = (
     ("distance", None, "distance to an anchor"),
     ("contact", None, "contact with a fixed point"),
     ("rotation", None, "orientation of the tool"),
+    ("tilt", None, "tilt of links"),
 )
 LONGEST = 12
 """Columns that are listed one by one."""

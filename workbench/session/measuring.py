@@ -28,25 +28,36 @@ class Ride:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Measuring:
-    """A guided measurement of a virtual arm.
+class VirtualArm:
+    """A virtual arm that can be driven.
 
     Args:
-        acquisition: Rows and standstill; never changed, a command works on a copy.
-        seed: Of the arm's hidden errors and of the noise.
-        actual: The virtual arm, hidden from every computation.
+        seed: Of its hidden errors and of the noise.
+        actual: The arm, hidden from every computation.
         instrument: What sees its tool all the while.
-        numbers: Which targets of the plate are measured, counted from 0.
-        postures: Joint positions at which the arm meets them, as well as an operator steers [rad or m].
-        ride: The last way that the arm was sent.
+        postures: Joint positions at which it meets the targets, as well as an operator steers [rad or m].
     """
 
-    acquisition: Acquisition
     seed: int
     actual: Robot
     instrument: Instrument
-    numbers: tuple[int, ...]
     postures: Float[np.ndarray, "targets n"]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Measuring:
+    """A guided measurement.
+
+    Args:
+        acquisition: Rows and standstill; never changed, a command works on a copy.
+        numbers: Which targets of the plate are measured, counted from 0.
+        virtual: The virtual arm that is measured; None: a live source tells of a real one.
+        ride: The last way that the virtual arm was sent.
+    """
+
+    acquisition: Acquisition
+    numbers: tuple[int, ...]
+    virtual: VirtualArm | None = None
     ride: Ride | None = None
 
     @property

@@ -46,6 +46,7 @@ class Field(StrEnum):
     INDEX = "index"
     PREDICTED = "predicted"
     MEASURED = "measured"
+    YIELD = "yield"
 
 
 class Severity(StrEnum):
@@ -227,6 +228,23 @@ class CubeView:
     corners: bool = False
 
 
+@dataclass(frozen=True)
+class Source:
+    """A live source that tells where a real arm stands.
+
+    Args:
+        name: Where it is, such as `localhost:5000`.
+        is_open: Whether it is still connected.
+        silence: For how long it has said nothing [s]; 0 where that is no matter.
+        is_followed: Whether the arm in the scene stands where the real one does.
+    """
+
+    name: str
+    is_open: bool = True
+    silence: float = 0.0
+    is_followed: bool = True
+
+
 @dataclass(frozen=True, kw_only=True)
 class Play:
     """How far a trajectory is played.
@@ -304,6 +322,7 @@ class Session:
         left_out: Measured rows that the user keeps out, counted as in the data.
         loaded: Measurements, if any.
         measuring: The guided measurement under way, if any.
+        source: The live source, if there is one.
         identification: The last identification of these measurements, if any.
         diagnosis: The last diagnosis of these measurements, if any.
         accepted: Effects that were added to the model, as the diagnosis found them.
@@ -350,6 +369,7 @@ class Session:
     left_out: frozenset[int] = frozenset()
     loaded: Loaded | None = None
     measuring: Measuring | None = None
+    source: Source | None = None
     identification: Any = None
     diagnosis: Any = None
     accepted: tuple[AbstractEffect, ...] = ()

@@ -9,7 +9,7 @@ from workbench import se3
 from workbench.measure.driver import Pace, drive
 from workbench.measure.stream import Sample
 from workbench.session.commands import TakeSample
-from workbench.session.measuring import Measuring, Ride
+from workbench.session.measuring import Ride, VirtualArm
 from workbench.session.state import Session
 from workbench.session.view import AbstractView
 from workbench.session.worker import Worker
@@ -39,20 +39,20 @@ class VirtualDriver(AbstractView):
             return
         self.close()
         self._ride, self._stop = ride, threading.Event()
-        if session.measuring is not None and ride is not None:
-            arguments = (session.measuring, ride, self._stop)
+        if session.measuring is not None and session.measuring.virtual is not None and ride is not None:
+            arguments = (session.measuring.virtual, ride, self._stop)
             threading.Thread(target=self._go, args=arguments, name="workbench-arm", daemon=True).start()
 
     def close(self) -> None:
         """Stop the arm where it is."""
         self._stop.set()
 
-    def _go(self, measuring: Measuring, ride: Ride, stop: threading.Event) -> None:
+    def _go(self, arm: VirtualArm, ride: Ride, stop: threading.Event) -> None:
         samples = drive(
-            measuring.actual,
+            arm.actual,
             ride.end[None],
-            rng=np.random.default_rng([measuring.seed, ride.number]),
-            instrument=measuring.instrument,
+            rng=np.random.default_rng([arm.seed, ride.number]),
+            instrument=arm.instrument,
             pace=PACE,
             start=ride.start,
             clock=ride.clock,
@@ -60,17 +60,20 @@ class VirtualDriver(AbstractView):
         for sample in samples:
             if stop.wait(1.0 / (PACE.rate * self._hurry)):
                 return
-            self._worker.submit(_command(sample))
+            self._worker.submit(command_of(sample))
 
 
 def _ride(session: Session) -> Ride | None:
     return None if session.measuring is None else session.measuring.ride
 
 
-def _command(sample: Sample) -> TakeSample:
+def command_of(sample: Sample) -> TakeSample:
     """The sample as a command; whether its row is stored is asked for on the page."""
-    assert sample.position is not None
-    assert sample.rotation is not None
-    x, y, z = sample.position.tolist()
-    a, b, c, d = se3.matrix_to_quaternion(sample.rotation).tolist()
-    return TakeSample(sample.time, tuple(sample.q.tolist()), (x, y, z), (a, b, c, d))
+    xyz = quat = None
+    if sample.position is not None:
+        x, y, z = sample.position.tolist()
+        xyz = (x, y, z)
+    if sample.rotation is not None:
+        a, b, c, d = se3.matrix_to_quaternion(sample.rotation).tolist()
+        quat = (a, b, c, d)
+    return TakeSample(sample.time, tuple(sample.q.tolist()), xyz, quat)

@@ -18,8 +18,8 @@ from typing import Any
 
 from workbench.errors import WorkbenchError
 from workbench.session.command import AbstractChange, AbstractChore, AbstractCommand, AbstractTask, Cancelled
+from workbench.session.commands import AUTOMATIC, Tell
 from workbench.session.commands.drag import DropTarget
-from workbench.session.commands.messages import Tell
 from workbench.session.journal import Ending, Entry
 from workbench.session.keeper import AbstractKeeper
 from workbench.session.state import Job, Session, Severity
@@ -208,7 +208,8 @@ class Worker:
             assert isinstance(command, AbstractChange)
             before = self._session
             after = command.apply(before)
-            self._session = after.without_news() if after.told == before.told else after
+            is_read = after.told == before.told and not isinstance(command, AUTOMATIC)
+            self._session = after.without_news() if is_read else after
             self._note(self._thinned(command, before), Ending.DONE, basis, time.monotonic() - begin)
         except Exception as error:
             self._fail(command, error, basis, time.monotonic() - begin)

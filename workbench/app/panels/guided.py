@@ -4,19 +4,21 @@ import numpy as np
 import viser
 
 from workbench.app.html import BAD, CAREFUL, GOOD, LINE, MUTED, badge, block, number, text
-from workbench.app.panels.panel import AbstractPanel, on_press
+from workbench.app.panels.panel import AbstractPanel, on_change, on_press, set_value
 from workbench.measure.acquisition import Standing, Status
 from workbench.session.commands import (
     BeginMeasuring,
     DriveArm,
     EndMeasuring,
+    FollowSource,
+    MeasureLive,
     NextWanted,
     StoreRow,
     TakeAgain,
     UseRows,
 )
 from workbench.session.measuring import Measuring
-from workbench.session.state import Session
+from workbench.session.state import Session, Source
 from workbench.session.worker import Worker
 
 LIGHTS = {Standing.STILL: GOOD, Standing.MOVING: CAREFUL, Standing.UNKNOWN: BAD}
@@ -24,7 +26,7 @@ STILL_MOVES = "moves"
 
 
 class GuidedPanel(AbstractPanel):
-    """A virtual arm is driven from target to target; its rows are stored by hand."""
+    """A real arm that is connected, or a virtual one, goes from target to target; rows are stored by hand."""
 
     def __init__(self, worker: Worker):
         self._worker = worker
@@ -34,6 +36,21 @@ class GuidedPanel(AbstractPanel):
         """Begin, status, and one button for each thing that one does at a target."""
         gui = server.gui
         with gui.add_folder("Guided, target by target"):
+            self._source = gui.add_html("")
+            self._follow = gui.add_checkbox(
+                "Follow the arm",
+                True,
+                visible=False,
+                hint="Let the arm in the scene stand as the real one does.",
+            )
+            on_change(self._follow, lambda: self._worker.submit(FollowSource(bool(self._follow.value))))
+            self._live = gui.add_button(
+                "Measure the real arm",
+                icon=viser.Icon.PLUG_CONNECTED,
+                visible=False,
+                hint="Bring the connected arm to each target, wait until it stands still, store the row.",
+            )
+            on_press(self._live, lambda: self._worker.submit(MeasureLive()))
             self._seed = gui.add_number(
                 "Arm",
                 1,
@@ -80,7 +97,7 @@ class GuidedPanel(AbstractPanel):
             "Take again",
             TakeAgain,
             icon.ROTATE,
-            "Drop the row that was stored last, and measure it once more.",
+            "Drop the row of the wanted target, or else the one stored last, and measure it once more.",
         )
         self._next = button(
             "Next target", NextWanted, icon.ARROW_RIGHT, "Leave this target for later and go on to the next."
@@ -97,7 +114,13 @@ class GuidedPanel(AbstractPanel):
 
     def show(self, session: Session) -> None:
         """The live deviation, and which buttons make sense now."""
-        measuring = session.measuring
+        measuring, source = session.measuring, session.source
+        self._source.content = _source(source)
+        self._follow.visible = source is not None
+        self._live.visible = source is not None and measuring is None
+        if source is not None:
+            set_value(self._follow, source.is_followed)
+            self._live.disabled = not source.is_open
         if measuring is self._shown:
             return
         self._shown = measuring
@@ -107,10 +130,26 @@ class GuidedPanel(AbstractPanel):
         if measuring is None:
             self._status.content = ""
             return
+        self._drive.visible = measuring.virtual is not None
         acquisition = measuring.acquisition
         self._store.disabled = not acquisition.copy().store().changed
         self._again.disabled = self._use.disabled = not acquisition.rows
         self._status.content = _status(acquisition.status(), measuring)
+
+
+def _source(source: Source | None) -> str:
+    """Where the real arm's joints come from, and whether they still do."""
+    if source is None:
+        words = "A real arm is followed and measured here with workbench serve --source HOST:PORT."
+        return block(words, testid="source", style=f"color:{MUTED};margin:2px 0 6px")
+    if not source.is_open:
+        light = badge("Ended", BAD)
+    elif source.silence:
+        light = badge("Silent", CAREFUL)
+    else:
+        light = badge("Connected", GOOD)
+    words = f"{light} · real arm at {text(source.name)}"
+    return block(words, testid="source", style="margin:2px 0 6px")
 
 
 def _status(status: Status, measuring: Measuring) -> str:

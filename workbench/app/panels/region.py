@@ -9,7 +9,15 @@ from workbench.app.html import MUTED, block, number, pairs
 from workbench.app.panels.panel import AbstractPanel, on_change, on_press, set_value
 from workbench.appearance.colours import SCALE, css
 from workbench.session.commands import MoveTarget, SetRegion, ShowCubes
-from workbench.session.cubes import FACTORS, LARGER_IS_BETTER, TITLES, UNITS, CubeValues, values
+from workbench.session.cubes import (
+    FACTORS,
+    IN_MILLIMETRES,
+    LARGER_IS_BETTER,
+    TITLES,
+    UNITS,
+    CubeValues,
+    values,
+)
 from workbench.session.state import CubeView, Field, Session
 from workbench.session.worker import Worker
 
@@ -19,6 +27,7 @@ FIELDS = {
     "Best index O": Field.INDEX,
     "Predicted error": Field.PREDICTED,
     "Measured error": Field.MEASURED,
+    "Error of virtual arms": Field.YIELD,
 }
 MEANINGS = {
     Field.NONE: "Choose what colours the cubes of the region.",
@@ -27,6 +36,7 @@ MEANINGS = {
     Field.PREDICTED: "Error to expect after a calibration on the present targets, in the cube's posture of "
     "highest index.",
     Field.MEASURED: "Mean error of the measured poses in the cube: of the calibrated arm once there is one.",
+    Field.YIELD: "Root mean square error of the virtual arms that were tried: Yield in the Plate tab.",
 }
 CUTS = {"all layers": None, "one layer of x": 0, "one layer of y": 1, "one layer of z": 2}
 
@@ -171,7 +181,7 @@ def picked(session: Session, numbers: CubeValues | None) -> str:
     if cubes is not None and cubes.region is region:
         items.append(("Reached in", f"{cubes.reached[i]} of {cubes.tried} orientations"))
         items.append(("Best index O", number(cubes.index[i])))
-    if numbers is not None and view.field in (Field.PREDICTED, Field.MEASURED):
+    if numbers is not None and view.field in IN_MILLIMETRES:
         items.append((TITLES[view.field], f"{number(1e3 * numbers.numbers[i])} mm"))
     return block(pairs(items), testid="cube", style="margin:4px 0")
 

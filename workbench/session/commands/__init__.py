@@ -25,6 +25,7 @@ from workbench.session.commands.noise import SetNoise
 from workbench.session.commands.production import TryPlate
 from workbench.session.commands.region import MapCubes, SampleRegion, SetRegion, ShowCubes
 from workbench.session.commands.search import ClusterTargets, ImprovePlate
+from workbench.session.commands.source import FollowSource, MeasureLive, TellSource
 from workbench.session.commands.track import (
     LeaveTrack,
     PauseTrack,
@@ -38,7 +39,11 @@ from workbench.session.commands.undo import Redo, ResetTargets, RestoreBest, Und
 CHORES = (SampleRegion, MapCubes)
 """What sessions work out by themselves."""
 
+AUTOMATIC = (PlaceTrack, TakeSample, TellSource)
+"""What no user asks for: it does not show that somebody has gone on and read the news."""
+
 __all__ = [
+    "AUTOMATIC",
     "CHORES",
     "AddEffects",
     "AddTarget",
@@ -54,6 +59,7 @@ __all__ = [
     "DriveArm",
     "DropTarget",
     "EndMeasuring",
+    "FollowSource",
     "ForgetData",
     "GrabTarget",
     "HoldParameter",
@@ -67,6 +73,7 @@ __all__ = [
     "LoadModel",
     "LockTarget",
     "MapCubes",
+    "MeasureLive",
     "MeasureVirtualArm",
     "MixBranches",
     "MoveTarget",
@@ -98,6 +105,7 @@ __all__ = [
     "TakeNextPoses",
     "TakeSample",
     "Tell",
+    "TellSource",
     "TryPlate",
     "Undo",
     "UseRows",

@@ -1,4 +1,4 @@
-"""Guided measuring: a virtual arm is driven from target to target, its rows stored one by one (ARIA 5.1)."""
+"""Guided measuring: an arm is brought from target to target, its rows stored one by one (ARIA 5.1)."""
 
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass, replace
@@ -20,7 +20,7 @@ from workbench.pipeline.virtual import STEERING, beside
 from workbench.session.command import AbstractChange, AbstractTask, Cancel, Cancelled, Progress
 from workbench.session.commands.data import MOST_SEED, instrument_of, postures, with_data
 from workbench.session.facts import observed
-from workbench.session.measuring import Measuring, Ride
+from workbench.session.measuring import Measuring, Ride, VirtualArm
 from workbench.session.state import Focus, Loaded, Session, Severity
 from workbench.session.steps import with_ways
 from workbench.types import frozen
@@ -71,12 +71,9 @@ class BeginMeasuring(AbstractTask):
             raise Cancelled
         instrument = instrument_of(session)
         return Measuring(
-            acquisition=_acquisition(session, numbers, instrument),
-            seed=self.seed,
-            actual=actual,
-            instrument=instrument,
+            acquisition=acquisition_of(session, numbers, instrument),
             numbers=tuple(numbers),
-            postures=rows.q,
+            virtual=VirtualArm(seed=self.seed, actual=actual, instrument=instrument, postures=rows.q),
         )
 
     def finish(self, session: Session, result: Any) -> Session:
@@ -99,18 +96,20 @@ class DriveArm(AbstractChange):
         return "drive"
 
     def check(self, session: Session) -> None:
-        """A measurement must be under way."""
-        _under_way(session)
+        """The measurement of a virtual arm must be under way."""
+        if _under_way(session).virtual is None:
+            raise OptionError("this arm is a real one; bring it to its target with its own controller")
 
     def apply(self, session: Session) -> Session:
         """The session with another way to go; its target is the selected one."""
         measuring = _under_way(session)
+        assert measuring.virtual is not None
         latest, last = measuring.acquisition.latest, measuring.ride
         rest = np.clip(0.0, *session.robot.search_limits.T)
         ride = Ride(
             number=1 if last is None else last.number + 1,
             start=rest if latest is None else latest.q,
-            end=measuring.postures[measuring.acquisition.capture.current],
+            end=measuring.virtual.postures[measuring.acquisition.capture.current],
             clock=0.0 if latest is None else latest.time + 1e-3,
         )
         session = replace(session, measuring=replace(measuring, ride=ride))
@@ -126,14 +125,16 @@ class TakeSample(AbstractChange):
     Args:
         time: By the source's clock [s].
         q: Joint positions [rad or m].
-        xyz: Measured position of the tool, measuring frame [m].
-        quat: Measured orientation [w, x, y, z].
+        xyz: Measured position of the tool, measuring frame [m]; None where it is not seen.
+        quat: Measured orientation [w, x, y, z]; None where it is not seen.
+        capture: Whether the source asks to store it.
     """
 
     time: float
     q: tuple[float, ...]
-    xyz: tuple[float, float, float]
-    quat: tuple[float, float, float, float]
+    xyz: tuple[float, float, float] | None = None
+    quat: tuple[float, float, float, float] | None = None
+    capture: bool = False
 
     @property
     def title(self) -> str:
@@ -142,30 +143,36 @@ class TakeSample(AbstractChange):
 
     @property
     def key(self) -> Hashable | None:
-        """Only the newest counts."""
-        return "sample"
+        """Only the newest counts, and every one that is to be stored."""
+        return None if self.capture else "sample"
 
     def check(self, session: Session) -> None:
         """So many joints, and finite numbers."""
         session.robot.check_joints(np.array([self.q]))
-        if not np.isfinite((self.time, *self.q, *self.xyz, *self.quat)).all() or not any(self.quat):
+        numbers = (self.time, *self.q, *(self.xyz or ()), *(self.quat or (1.0,)))
+        if not np.isfinite(numbers).all() or not any(self.quat or (1.0,)):
             raise DataError("a sample is not of finite numbers; it is left out")
 
     def apply(self, session: Session) -> Session:
         """The session with the sample; the arm on the page stands where the real one does."""
-        if session.measuring is None:
+        if session.measuring is not None:
+            acquisition = session.measuring.acquisition.copy()
+            acquisition.update(self._sample())
+            session = replace(session, measuring=replace(session.measuring, acquisition=acquisition))
+        elif session.source is None or not session.source.is_followed:
             return session
-        q = frozen(np.array(self.q))
-        sample = Sample(
+        if session.holder is not None:
+            return session
+        return replace(session, jogged=frozen(np.array(self.q)), focus=Focus.JOG)
+
+    def _sample(self) -> Sample:
+        return Sample(
             time=self.time,
-            q=q,
-            position=frozen(np.array(self.xyz)),
-            rotation=frozen(se3.quaternion_to_matrix(np.array(self.quat))),
+            q=frozen(np.array(self.q)),
+            position=None if self.xyz is None else frozen(np.array(self.xyz)),
+            rotation=None if self.quat is None else frozen(se3.quaternion_to_matrix(np.array(self.quat))),
+            capture=self.capture,
         )
-        acquisition = session.measuring.acquisition.copy()
-        acquisition.update(sample)
-        session = replace(session, measuring=replace(session.measuring, acquisition=acquisition))
-        return session if session.holder is not None else replace(session, jogged=q, focus=Focus.JOG)
 
 
 @dataclass(frozen=True)
@@ -195,12 +202,12 @@ class StoreRow(AbstractChange):
 
 @dataclass(frozen=True)
 class TakeAgain(AbstractChange):
-    """Drop the row that was stored last; its target is wanted once more."""
+    """Drop the wanted target's row, or else the one that was stored last; its target is wanted once more."""
 
     @property
     def title(self) -> str:
         """Words for the journal."""
-        return "Take the last row again"
+        return "Take a row again"
 
     @property
     def key(self) -> Hashable | None:
@@ -264,7 +271,8 @@ class UseRows(AbstractChange):
     def apply(self, session: Session) -> Session:
         """The session with the rows."""
         measuring = _under_way(session)
-        name = f"Virtual arm {measuring.seed}, step by step"
+        arm = measuring.virtual
+        name = "Real arm, live" if arm is None else f"Virtual arm {arm.seed}, step by step"
         rows = measuring.acquisition.dataset(source=name)
         wanted = len(measuring.numbers)
         facts = (
@@ -272,7 +280,8 @@ class UseRows(AbstractChange):
             ("Measured", observed(rows)),
             ("Joints", f"{rows.joints}"),
         )
-        loaded = Loaded(rows, name, facts, rows.notes, virtual=True, actual=measuring.actual)
+        actual = None if arm is None else arm.actual
+        loaded = Loaded(rows, name, facts, rows.notes, virtual=arm is not None, actual=actual)
         session = with_data(replace(session, measuring=None), loaded)
         return session.tell(Severity.INFO, f"{len(rows)} measured rows are taken over")
 
@@ -314,7 +323,7 @@ def _asked(session: Session, ask: Callable[[Acquisition], Event]) -> Session:
     return replace(session, measuring=replace(measuring, acquisition=acquisition))
 
 
-def _acquisition(session: Session, numbers: list[int], instrument: Instrument) -> Acquisition:
+def acquisition_of(session: Session, numbers: list[int], instrument: Instrument) -> Acquisition:
     """Nothing stored yet; standstill is judged with the instrument's noise in mind."""
     wanted, targets = wanted_targets(session.robot, session.plate), session.plate.targets
     detector = StandstillDetector(

@@ -11,6 +11,7 @@ from workbench.design.freedom import identified_names
 from workbench.design.region import Region
 from workbench.errors import DataError, OptionError
 from workbench.session.command import AbstractChange, AbstractChore, Cancel, Cancelled, Progress
+from workbench.session.cubes import values
 from workbench.session.region import draw_region
 from workbench.session.state import CubeView, Field, Session
 from workbench.session.steps import judged_anew, remember
@@ -93,6 +94,10 @@ class ShowCubes(AbstractChange):
         """There must be something to show."""
         if self.view.field is Field.MEASURED and session.comparison is None:
             raise DataError("there are no measurements yet; load a file or measure a virtual arm first")
+        if self.view.field is Field.YIELD and values(replace(session, cube_view=self.view)) is None:
+            raise DataError(
+                "no virtual arms were tried in this region; try the plate under Yield in the Plate tab"
+            )
 
     def apply(self, session: Session) -> Session:
         """The session afterwards."""
@@ -155,7 +160,7 @@ class MapCubes(AbstractChore):
         """Where cubes are shown that were not looked at yet."""
         region = session.plate.region
         is_known = session.cubes is not None and session.cubes.region is region
-        if is_known or session.cube_view.field in (Field.NONE, Field.MEASURED):
+        if is_known or session.cube_view.field in (Field.NONE, Field.MEASURED, Field.YIELD):
             return None
         return cls(corner(region.min), corner(region.max), region.cube, session.robot.name)
 

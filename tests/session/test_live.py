@@ -1,0 +1,173 @@
+"""A real arm's live source: the scene follows it, guided measuring takes its rows from it."""
+
+import queue
+import threading
+from dataclasses import replace
+from time import monotonic, sleep
+
+import numpy as np
+import pytest
+
+from workbench.errors import FileError
+from workbench.measure.driver import format_sample
+from workbench.measure.send import first_listener, send_samples
+from workbench.measure.stream import Sample, connect
+from workbench.model.forward import tool_poses
+from workbench.pipeline.virtual import drive_plate
+from workbench.session import Worker, replay, start
+from workbench.session.commands import (
+    DriveArm,
+    FollowSource,
+    MeasureLive,
+    StoreRow,
+    TakeSample,
+    TellSource,
+    UseRows,
+)
+from workbench.session.commands.arm import standing
+from workbench.session.live import LiveSource
+from workbench.session.state import Focus, Severity
+
+Q = (0.1, 0.9, 1.2, 0.3, 0.4, 0.5)
+SPEED = 6.0
+
+
+class Lines:
+    """Lines that come when they are put."""
+
+    def __init__(self):
+        self._lines: queue.Queue = queue.Queue()
+
+    def put(self, *lines):
+        for line in lines:
+            self._lines.put(line)
+
+    def __iter__(self):
+        return iter(self._lines.get, None)
+
+
+def until(worker, holds):
+    """The session once something is true of it."""
+    end = monotonic() + 60.0
+    while not holds(worker.session):
+        assert monotonic() < end, "it did not happen"
+        sleep(0.01)
+    return worker.session
+
+
+@pytest.fixture
+def lines():
+    made = Lines()
+    yield made
+    made.put(None)
+
+
+def line(q, time, **more):
+    return format_sample(Sample(time=time, q=np.array(q), **more)) + "\n"
+
+
+def test_an_arm_on_a_socket_is_followed_and_measured(first):
+    """The simulated sender on loopback, as `workbench drive --to` runs it."""
+    plate = replace(first.plate, targets=first.plate.targets[:3])
+    actual, samples = drive_plate(first.robot, plate, seed=4)
+    port, worker = queue.Queue(), Worker(start(first.robot, plate))
+    begun = threading.Event()
+
+    def send():
+        with first_listener("127.0.0.1:0", timeout=60.0, ready=port.put) as write:
+            begun.wait(60.0)
+            send_samples(samples, write, speed=SPEED)
+
+    threading.Thread(target=send, daemon=True).start()
+    address = f"127.0.0.1:{port.get(timeout=60.0)}"
+    try:
+        with connect(address) as source:
+            worker.add_view(LiveSource(worker, source, name=address))
+            until(worker, lambda s: s.source is not None)
+            worker.submit(MeasureLive())
+            until(worker, lambda s: s.measuring is not None)
+            begun.set()
+            until(worker, lambda s: s.focus is Focus.JOG and s.jogged is not None)
+            session = until(worker, lambda s: not s.source.is_open)
+            assert worker.wait()
+        rows = session.measuring.acquisition.rows
+        assert rows == 3
+        worker.submit(UseRows())
+        assert worker.wait()
+        session = worker.session
+        data = session.loaded.dataset
+        assert not session.loaded.virtual
+        seen = np.linalg.norm(data.position - tool_poses(actual, data.q)[:, :3, 3], axis=1)
+        assert seen.max() < 5e-4
+        wanted = first.robot.base.pose @ plate.poses
+        assert np.linalg.norm(data.position - wanted[:, :3, 3], axis=1).max() < 3e-3
+        again = replay(start(first.robot, plate), worker.journal)
+        assert np.array_equal(again.loaded.dataset.q, data.q)
+    finally:
+        worker.close()
+
+
+def test_the_scene_follows_unless_it_is_told_not_to(worker, lines):
+    worker.add_view(LiveSource(worker, lines, name="arm"))
+    lines.put(line(Q, 0.0))
+    session = until(worker, lambda s: s.focus is Focus.JOG)
+    assert np.allclose(standing(session), Q)
+    worker.submit(FollowSource(False))
+    until(worker, lambda s: s.focus is Focus.TARGET)
+    lines.put(line(np.add(Q, 0.1), 0.1))
+    sleep(0.3)
+    assert worker.wait()
+    assert worker.session.focus is Focus.TARGET
+    worker.submit(FollowSource(True))
+    lines.put(line(np.add(Q, 0.2), 0.2))
+    until(worker, lambda s: s.focus is Focus.JOG and np.allclose(s.jogged, np.add(Q, 0.2)))
+
+
+def test_an_arm_that_stands_still_costs_nothing(worker, lines):
+    worker.add_view(LiveSource(worker, lines, name="arm"))
+    lines.put(*(line(Q, 0.02 * k) for k in range(200)))
+    until(worker, lambda s: s.focus is Focus.JOG)
+    sleep(0.3)
+    taken = [e for e in worker.journal if isinstance(e.command, TakeSample)]
+    assert len(taken) == 1
+
+
+def test_bad_lines_and_other_arms_are_told_once(worker, lines):
+    worker.add_view(LiveSource(worker, lines, name="arm"))
+    lines.put("nonsense\n", *(line(Q[:4], 0.1 * k) for k in range(5)), line(Q, 1.0))
+    session = until(worker, lambda s: s.focus is Focus.JOG)
+    errors = [m.text for m in session.messages if m.severity is Severity.ERROR]
+    assert len(errors) == 1
+    assert "not a JSON object" in errors[0]
+
+
+def test_the_end_of_a_source_is_said(worker, lines):
+    worker.add_view(LiveSource(worker, lines, name="arm"))
+    lines.put(None)
+    session = until(worker, lambda s: s.source is not None and not s.source.is_open)
+    assert session.messages[-1].severity is Severity.WARNING
+
+
+def test_nothing_is_stored_from_a_silent_source(do, first):
+    q = tuple(first.states[0].q.tolist())
+    session = do(TellSource("arm"), MeasureLive(), *(TakeSample(0.1 * k, q) for k in range(8)))
+    assert session.measuring.acquisition.copy().store().changed
+    session = do(TellSource("arm", silence=3.0), StoreRow())
+    assert session.measuring.acquisition.rows == 0
+    assert "silent" in session.messages[-1].text
+    session = do(TellSource("arm"), TakeSample(2.0, q), TakeSample(2.6, q), TakeSample(3.2, q), StoreRow())
+    assert session.measuring.acquisition.rows == 1
+    assert do(DriveArm()).messages[-1].severity is Severity.ERROR
+
+
+def test_without_a_source_nothing_is_followed(do):
+    for command in (MeasureLive(), FollowSource(True)):
+        assert do(command).messages[-1].severity is Severity.ERROR
+    assert do(TakeSample(0.0, Q)).focus is Focus.TARGET
+    session = do(TellSource("arm", is_open=False), MeasureLive())
+    assert session.measuring is None
+
+
+def test_nobody_listening_is_one_sentence():
+    with pytest.raises(FileError, match="nothing answers there"):
+        connect("127.0.0.1:9", timeout=1.0)

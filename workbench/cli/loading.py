@@ -1,0 +1,73 @@
+"""The command of the experiment with inclinometers: loading."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from workbench.cli.options import JsonOption, SeedOption, check_writable, say, show
+from workbench.errors import OptionError
+
+
+def loading(
+    robot: Annotated[str, typer.Argument(help="Robot with masses: a .toml file, or a built-in arm.")],
+    joints: Annotated[
+        str | None, typer.Option(help="Joints to load, 2,3 …; if not given all, upright ones by side pulls.")
+    ] = None,
+    added_mass: Annotated[float, typer.Option(help="Mass that can be hung onto the tool [kg].")] = 0.0,
+    pairs: Annotated[int, typer.Option(help="Pairs of postures for every joint and purpose.")] = 4,
+    repeats: Annotated[int, typer.Option(help="Readings of every posture.")] = 10,
+    force: Annotated[float, typer.Option(help="Greatest side pull at the tool [N].")] = 40.0,
+    out: Annotated[
+        Path | None, typer.Option(help="Write postures, readings and a picture into this folder.")
+    ] = None,
+    json: JsonOption = None,
+    seed: SeedOption = 0,
+) -> None:
+    """Postures in which inclinometers show clearance, backlash and stiffness, tried on a virtual arm."""
+    from workbench.pipeline.loading import loading_experiment
+    from workbench.report.loading import loading_json, loading_table
+    from workbench.robots import load_robot
+
+    check_writable(json, folder=out)
+    found = loading_experiment(
+        load_robot(robot),
+        joints=None if joints is None else _joints(joints),
+        added_mass=added_mass,
+        each=pairs,
+        repeats=repeats,
+        force=force,
+        seed=seed,
+    )
+    show(loading_table(found))
+    if out is not None:
+        say(f"postures, readings, picture: {_write(found, out)}")
+    if json is not None:
+        from workbench.report.json import write_json
+
+        say(f"result: {write_json(json, loading_json(found))}")
+
+
+def _write(found, out: Path) -> Path:
+    """The folder of an experiment."""
+    from workbench.measure.writer import measurements_csv
+    from workbench.report.drawing import svg
+    from workbench.report.folder import write_folder
+    from workbench.report.loading import loading_figure, postures_csv
+
+    return write_folder(
+        out,
+        {
+            "postures.csv": postures_csv(found.plan).encode(),
+            "readings.csv": measurements_csv(found.data).encode(),
+            "loading.svg": svg(loading_figure(found), "loading").encode(),
+        },
+    )
+
+
+def _joints(text: str) -> list[int]:
+    """Joint numbers from 1, as columns from 0."""
+    try:
+        return [int(part) - 1 for part in text.split(",")]
+    except ValueError:
+        raise OptionError(f"--joints takes numbers with commas between, such as 2,3, not '{text}'") from None

@@ -1,0 +1,104 @@
+"""A real arm: the lines of a live source become commands, no more of them than a page can show."""
+
+import threading
+import time
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import final
+
+import numpy as np
+
+from workbench.errors import WorkbenchError
+from workbench.measure.stream import Sample, samples
+from workbench.session.commands import Tell, TellSource
+from workbench.session.state import Session
+from workbench.session.steering import command_of
+from workbench.session.view import AbstractView
+from workbench.session.worker import Worker
+
+RATE = 20.0
+"""Samples that are passed on in a second, at most."""
+MOVED = 1e-4
+"""Change of a joint that is worth showing while nothing is measured [rad or m]."""
+SILENT = 2.0
+"""A source that says nothing for so long is said to be silent [s]."""
+
+
+@final
+class LiveSource(AbstractView):
+    """One thread reads, another passes the newest sample on; samples that ask to be stored all pass.
+
+    Args:
+        worker: Who gets the samples.
+        lines: Of the source; their end is the source's.
+        name: Of the source, for people.
+    """
+
+    def __init__(self, worker: Worker, lines: Iterable[str], *, name: str):
+        self._worker, self._lines, self._name = worker, lines, name
+        self._newest: Sample | None = None
+        self._heard = time.monotonic()
+        self._shown: np.ndarray | None = None
+        self._mistakes = 0
+        self._stop = threading.Event()
+        worker.submit(TellSource(name))
+        for work in (self._read, self._pass_on):
+            threading.Thread(target=work, name="workbench-source", daemon=True).start()
+
+    def draw(self, session: Session) -> None:
+        """Nothing: it only tells."""
+
+    def close(self) -> None:
+        """Listen no longer; whoever opened the source closes it."""
+        self._stop.set()
+
+    def _read(self) -> None:
+        for sample in samples(self._lines, source=self._name, on_error=self._tell):
+            if self._stop.is_set():
+                return
+            self._heard = time.monotonic()
+            if not self._fits(sample):
+                continue
+            if sample.capture and self._worker.session.measuring is not None:
+                self._worker.submit(replace(command_of(sample), capture=True))
+            else:
+                self._newest = sample
+        if not self._stop.is_set():
+            self._stop.set()
+            self._worker.submit(TellSource(self._name, is_open=False))
+
+    def _fits(self, sample: Sample) -> bool:
+        """Whether it is of an arm with so many joints; said once where it is not."""
+        joints = self._worker.session.robot.dof
+        if len(sample.q) != joints:
+            words = f"the arm at {self._name} has {len(sample.q)} joints, the robot here {joints}"
+            self._say(f"{words}; choose the robot that is connected")
+            return False
+        return True
+
+    def _tell(self, error: WorkbenchError) -> None:
+        self._say(str(error))
+
+    def _say(self, words: str) -> None:
+        """The first mistake of a source: the same one would come twenty times a second."""
+        self._mistakes += 1
+        if self._mistakes == 1:
+            self._worker.submit(Tell(words))
+
+    def _pass_on(self) -> None:
+        is_silent = False
+        while not self._stop.wait(1.0 / RATE):
+            sample, self._newest = self._newest, None
+            silence = time.monotonic() - self._heard
+            if (silence > SILENT) is not is_silent:
+                is_silent = silence > SILENT
+                self._worker.submit(TellSource(self._name, silence=round(silence, 1) if is_silent else 0.0))
+            if sample is not None and self._is_news(sample):
+                self._shown = sample.q
+                self._worker.submit(command_of(sample))
+
+    def _is_news(self, sample: Sample) -> bool:
+        """A measurement needs every sample to judge standstill; a picture needs those that move it."""
+        if self._worker.session.measuring is not None or self._shown is None:
+            return True
+        return len(self._shown) != len(sample.q) or bool(np.abs(sample.q - self._shown).max() > MOVED)
