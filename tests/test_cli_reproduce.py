@@ -11,7 +11,9 @@ def test_reproduce_aria(run, tmp_path):
 
 
 def test_reproduce_katana(run, tmp_path):
-    status, out, _ = run("reproduce", "katana", "--arms", "2", "--weighed", "2", "--json", "katana.json")
+    status, out, _ = run(
+        "reproduce", "katana", "--arms", "2", "--weighed", "2", "--diagnosed", "1", "--json", "katana.json"
+    )
     assert status == 0
     assert "Table 4.6" in out
     assert json.loads((tmp_path / "katana.json").read_text())["work"] == "katana"

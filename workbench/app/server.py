@@ -9,7 +9,7 @@ from workbench.app.local import local_server, page_address, stop_server
 from workbench.app.render import BrowserView
 from workbench.design.plate import Plate
 from workbench.robots.robot import Robot
-from workbench.session.commands import CHORES, LoadData
+from workbench.session.commands import CHORES, LoadData, TellSource
 from workbench.session.journal.folder import Begun, unrecorded
 from workbench.session.live import LiveSource
 from workbench.session.steering import VirtualDriver
@@ -48,6 +48,8 @@ class App:
         self.worker.add_view(VirtualDriver(self.worker))
         if source is not None:
             self.worker.add_view(LiveSource(self.worker, source[1], name=source[0]))
+        elif (left := begun.session.source) is not None and left.is_open:  # of a session that goes on
+            self.worker.submit(TellSource(left.name, is_open=False))
         if data is not None:
             self.worker.submit(LoadData(*data))
         self.demo = None if demo is None else Demo(self.worker, pace=demo)

@@ -58,6 +58,7 @@ def katana(
     weighed: Annotated[
         int, typer.Option(help="How many compare influence-based identification with least squares.")
     ] = 200,
+    diagnosed: Annotated[int, typer.Option(help="How many of the arms are diagnosed.")] = 4,
     json: JsonOption = None,
     seed: SeedOption = 0,
 ) -> None:
@@ -67,7 +68,9 @@ def katana(
 
     check_writable(json, folder=out)
     with progress_bar("reproduce") as progress:
-        found = reproduce_katana(arms=arms, weighed=weighed, seed=seed, progress=progress)
+        found = reproduce_katana(
+            arms=arms, weighed=weighed, diagnosed=diagnosed, seed=seed, progress=progress
+        )
     show(findings_table(found.findings))
     if out is not None:
         from workbench.reproduce.katana_page import write_katana

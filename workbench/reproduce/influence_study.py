@@ -71,7 +71,7 @@ TROUBLES = (
 
 
 class Ratio(NamedTuple):
-    """Error of a method as a multiple of that of least squares: geometric mean over arms, 95 % interval."""
+    """Error of a method as a multiple of another's: geometric mean over arms, 95 % interval."""
 
     value: float
     low: float
@@ -99,9 +99,9 @@ class InfluenceStudy:
     before: Float[np.ndarray, "troubles arms"]
     errors: Float[np.ndarray, "troubles arms numbers methods"]
 
-    def ratio(self, trouble: int, number: int, method: int) -> Ratio:
-        """A method against least squares, arm by arm; indices as in `errors`."""
-        logs = np.log(self.errors[trouble, :, number, method] / self.errors[trouble, :, number, 0])
+    def ratio(self, trouble: int, number: int, method: int, *, other: int = 0) -> Ratio:
+        """A method against least squares or another one, arm by arm; indices as in `errors`."""
+        logs = np.log(self.errors[trouble, :, number, method] / self.errors[trouble, :, number, other])
         mean, half = float(logs.mean()), 1.96 * float(logs.std(ddof=1) / np.sqrt(len(logs)))
         better = float((logs < 0.0).mean())
         value, low, high = (float(np.exp(v)) for v in (mean, mean - half, mean + half))

@@ -21,6 +21,7 @@ from workbench.reproduce import katana_setup as setup
 from workbench.reproduce import katana_tables as tables
 from workbench.reproduce.finding import Finding
 from workbench.reproduce.influence_study import InfluenceStudy, influence_study
+from workbench.reproduce.katana_diagnosed import Diagnosed, diagnosed_arms, diagnosis
 from workbench.reproduce.katana_study import EACH_SIDE, EACH_WAY, KatanaStudy, katana_study
 from workbench.reproduce.katana_tracking import TrackingStudy, tracking_study
 from workbench.reproduce.katana_tracking_claims import tracking_findings
@@ -31,6 +32,10 @@ ARMS = 40
 """Virtual arms of each reading of the printed play."""
 WEIGHED = 200
 """Virtual arms on which influence-based identification is compared with least squares."""
+DIAGNOSED = 4
+"""Virtual arms that `diagnose` is tried on."""
+FOLLOWING = 2
+"""One arm in so many follows the paths of chapter 5."""
 NUMBERS = (6, 12, 118)
 """Numbers of poses of that comparison."""
 
@@ -51,6 +56,7 @@ class KatanaReproduction:
         twice: The printed play counted to either side.
         influences: Of the constants at the measured poses.
         weights: Influence-based identification against least squares.
+        diagnosed: What `diagnose` makes of some of the arms.
         cube: The 118 poses in their order.
         tracking: A circle and lines followed before and after calibration.
     """
@@ -63,6 +69,7 @@ class KatanaReproduction:
     twice: KatanaStudy
     influences: Influence
     weights: InfluenceStudy
+    diagnosed: Diagnosed
     cube: CubePoses
     tracking: TrackingStudy
 
@@ -71,6 +78,7 @@ def reproduce_katana(
     *,
     arms: int = ARMS,
     weighed: int = WEIGHED,
+    diagnosed: int = DIAGNOSED,
     seed: int = 0,
     progress: Progress | None = None,
     cancel: Cancel | None = None,
@@ -80,6 +88,7 @@ def reproduce_katana(
     Args:
         arms: How many arms are calibrated in every way, for each reading of the printed play.
         weighed: How many arms compare influence-based identification with least squares.
+        diagnosed: How many of the arms `diagnose` is tried on.
         seed: Of everything random.
         progress: Called with the share done and what is being done.
         cancel: Asked between arms whether to stop with those that are done.
@@ -89,6 +98,8 @@ def reproduce_katana(
     """
     if arms < 2 or weighed < 2:
         raise OptionError(f"{min(arms, weighed)} virtual arms show no spread; ask for at least 2")
+    if diagnosed < 1:
+        raise OptionError(f"{diagnosed} arms can't be diagnosed; ask for at least 1")
     report = progress or (lambda part, words: None)
 
     def studied(play: float, begin: float, words: str) -> KatanaStudy:
@@ -106,42 +117,61 @@ def reproduce_katana(
         arms=weighed,
         numbers=NUMBERS,
         seed=seed,
-        progress=lambda part: report(0.5 + 0.3 * part, "influence against least squares"),
+        progress=lambda part: report(0.5 + 0.2 * part, "influence against least squares"),
     )
-    robot = load_robot("katana450")
-    cube = iso_cube_poses(robot, rng=np.random.default_rng(seed))
+    named = diagnosed_arms(
+        arms=min(arms, diagnosed),
+        seed=seed,
+        progress=lambda part: report(0.7 + 0.1 * part, "arms diagnosed"),
+    )
     tracking = tracking_study(
-        arms=arms,
+        arms=max(arms // FOLLOWING, 2),
         seed=seed,
         progress=lambda part: report(0.8 + 0.2 * part, "paths followed"),
         cancel=cancel,
     )
+    robot = load_robot("katana450")
+    cube = iso_cube_poses(robot, rng=np.random.default_rng(seed))
     influences = influence(robot, cube.q, names=printed.CONSTANTS)
-    redundant, sheet_redundant = setup.redundant()
-    means, sheet_3_4 = tables.table_3_4(once)
-    ranges, sheets_4_5 = tables.table_4_5(once)
-    points, sheet_4_6 = tables.table_4_6(once)
+    errors, sheets = _errors(once, twice, named, cube)
+    redundant, sheet = setup.redundant()
     return KatanaReproduction(
         arms=len(once.held_out),
         seed=seed,
         findings=(
-            *claims.reductions(once),
-            claims.two_readings(once, twice),
-            *means,
-            *ranges,
-            *points,
-            *claims.contradictions(cube.q),
+            *errors,
+            *claims.weights_compared(weights),
+            *tracking_findings(tracking),
             *setup.arm(),
             *setup.equations(),
             *setup.influences(influences, cube),
             *redundant,
-            *tracking_findings(tracking),
         ),
-        sheets=(tables.tables_3_2_3_3(once), sheet_3_4, *sheets_4_5, sheet_4_6, sheet_redundant),
+        sheets=(*sheets, sheet),
         once=once,
         twice=twice,
         influences=influences,
         weights=weights,
+        diagnosed=named,
         cube=cube,
         tracking=tracking,
     )
+
+
+def _errors(
+    once: KatanaStudy, twice: KatanaStudy, named: Diagnosed, cube: CubePoses
+) -> tuple[tuple[Finding, ...], tuple[Sheet, ...]]:
+    """Chapters 3 and 4: what calibration leaves."""
+    means, sheet_3_4 = tables.table_3_4(once)
+    ranges, sheets_4_5 = tables.table_4_5(once)
+    points, sheet_4_6 = tables.table_4_6(once)
+    findings = (
+        *claims.reductions(once),
+        diagnosis(named),
+        claims.two_readings(once, twice),
+        *means,
+        *ranges,
+        *points,
+        *claims.contradictions(cube.q),
+    )
+    return findings, (tables.tables_3_2_3_3(once), sheet_3_4, *sheets_4_5, sheet_4_6)

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 import numpy as np
+from jaxtyping import Float
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -39,7 +40,8 @@ def katana_pictures(
         ("arms", "Tables 3.4, 4.5, 4.6 over many arms",
          f"{len(once.held_out)} virtual arms. Boxes: the middle half of the arms; whiskers: nine in ten. "
          "Crosses: the thesis. Left: mean error at the 118 measured poses; right: at 118 poses that took no "
-         "part, where the crosses are the thesis's ten uncalibrated points.", lambda: _arms(once)),
+         "part, where the crosses are the thesis's ten uncalibrated points, and dots the arms that were "
+         "diagnosed.", lambda: _arms(once, found.diagnosed.held_out)),
         ("influence-arms", f"Influence based against least squares over {weights.before.shape[1]} arms",
          "Held-out error of the thesis's two ways as multiples of ordinary least squares, geometric mean "
          "over the arms with its 95 % interval. Below the dashed line they do better.",
@@ -53,7 +55,7 @@ def katana_pictures(
     return tuple(pictures)
 
 
-def _arms(study: KatanaStudy) -> Figure:
+def _arms(study: KatanaStudy, diagnosed: Float[np.ndarray, " some"]) -> Figure:
     """Errors of all arms by column, the thesis's beside."""
     parts = (
         ("118 measured poses", study.measured[:, :, 2, 3]),
@@ -66,12 +68,14 @@ def _arms(study: KatanaStudy) -> Figure:
             for column in range(len(TITLES)):
                 _box(axes, column, table[:, column])
             axes.plot(range(len(TITLES)), told, "x", ms=8, mew=1.8, color=COLOURS[1], label="thesis")
-            axes.set_xticks(range(len(TITLES)), TITLES, rotation=30, ha="right", rotation_mode="anchor")
+            names = (*TITLES, "diagnosed")
+            axes.set_xticks(range(len(names)), names, rotation=30, ha="right", rotation_mode="anchor")
             axes.set_yscale("log")
-            axes.set_yticks([0.1, 0.2, 0.5, 1.0], ["0.1", "0.2", "0.5", "1"])
+            axes.set_yticks([0.02, 0.05, 0.1, 0.2, 0.5, 1.0], ["0.02", "0.05", "0.1", "0.2", "0.5", "1"])
             axes.minorticks_off()
             axes.set_title(title)
             grid(axes)
+        panels[1].plot(np.full(len(diagnosed), len(TITLES)), diagnosed, "o", ms=4, color=COLOURS[2])
         panels[0].set_ylabel("mean position error [mm]")
         panels[0].legend(loc="lower left")
     return figure

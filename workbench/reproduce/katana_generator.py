@@ -7,8 +7,8 @@ A joint's row of the table is [α, a, β, θ, d], and its link
 with the joint's tilt B_i right before its drive (4.9), (4.10): a turn by −c η/|η| across the axis for its
 clearance, and by −b sign(η_z) − η_z/k about it for backlash and compliance, where η is the moment (4.21) that
 holds what the bent arm carries at rest. It tilts about where the three-rotation form has its joint, behind d
-(4.4). Gravity has no moment about joint 1, whose play stays on one side. ε_i is a remainder that no model
-here knows: waves of the joint's own angle.
+(4.4). Gravity has no moment about joint 1, whose play stays on one side. ε_i is a remainder that neither
+constants nor tilting can hold: waves of the joint's own angle.
 
 The sixth joint is inactive and carries the link with the targets.
 """

@@ -41,8 +41,8 @@ from workbench.robots.robot import Robot
 POSES, TEN = 118, 10
 """Poses measured, and uncalibrated points of Table 4.6; 118 further ones judge."""
 REMAINDER = float(np.deg2rad(0.0125))
-"""Standard deviation of what no model here knows of each joint [rad]. It is the only number that was chosen,
-so that calibration without tilting ends where the thesis's does, between 0.33 and 0.38 mm."""
+"""Standard deviation of what neither constants nor tilting can hold of each joint [rad]. It is the only
+number that was chosen, so that calibration without tilting ends at the thesis's 0.33 to 0.38 mm."""
 EACH_WAY, EACH_SIDE = 0.5, 1.0
 """Share of the printed play that a joint has to each side: printed are readings from one side to the other
 (Fig. 4.6), or what (4.12) and (5.19) add to either side."""
@@ -112,7 +112,6 @@ class KatanaStudy:
 
     Args:
         play: Share of the printed play to each side.
-        q: The measured poses of the last arm [rad].
         measured: Least, greatest and mean of ΔX, ΔY, ΔZ, ΔP [mm], ΔΦ, Δθ, ΔΨ [°], without sign, over the
             measured poses.
         ten: |ΔP| at ten uncalibrated points [mm].
@@ -122,7 +121,6 @@ class KatanaStudy:
     """
 
     play: float
-    q: Float[np.ndarray, "poses 5"]
     measured: Float[np.ndarray, "arms columns 3 7"]
     ten: Float[np.ndarray, "arms columns points"]
     held_out: Float[np.ndarray, "arms columns"]
@@ -154,27 +152,69 @@ def katana_study(
         cancel: Asked between arms whether to stop with those that are done.
     """
     craig, three = load_robot("katana450"), load_robot("katana450-three-rotation")
-    cube = iso_cube_poses(craig, 2 * POSES + TEN, rng=np.random.default_rng(seed)).q
+    cube = study_poses(seed)
     rows: list[tuple[np.ndarray, ...]] = []
     for arm in range(arms):
         if rows and cancel is not None and cancel():
             break
         rng = np.random.default_rng([seed, arm])
-        actual = draw_arm(rng, play=play, remainder=remainder)
-        q = cube[rng.permutation(len(cube))]
-        rows.append(_calibrated(actual, craig, three.with_effects(*read_tilting(rng, play)), q, rng))
+        measured_arm = measure_arm(rng, cube, play=play, remainder=remainder)
+        rows.append(_calibrated(measured_arm, craig, three.with_effects(*read_tilting(rng, play))))
         if progress is not None:
             progress((arm + 1) / arms)
     measured, ten, held_out, turned, constants = (np.array(part) for part in zip(*rows, strict=True))
     return KatanaStudy(
         play=play,
-        q=q[:POSES],
         measured=measured,
         ten=ten,
         held_out=held_out,
         turned=turned,
         constants=constants,
     )
+
+
+class MeasuredArm(NamedTuple):
+    """An arm at the poses of the study: the measured ones, ten uncalibrated ones, and those that judge.
+
+    Args:
+        actual: The arm.
+        q: Joint positions [rad].
+        real: Where its tool really is [m].
+        seen: The measured poses with the instrument's noise [m].
+    """
+
+    actual: VirtualKatana
+    q: Float[np.ndarray, "rows 5"]
+    real: Float[np.ndarray, "rows 4 4"]
+    seen: Float[np.ndarray, "poses 4 4"]
+
+
+def study_poses(seed: int) -> Float[np.ndarray, "rows 5"]:
+    """Poses of the ISO cube that are measured or judge [rad]."""
+    robot = load_robot("katana450")
+    return iso_cube_poses(robot, 2 * POSES + TEN, rng=np.random.default_rng(seed)).q
+
+
+def measure_arm(
+    rng: np.random.Generator, cube: Float[np.ndarray, "rows 5"], *, play: float, remainder: float
+) -> MeasuredArm:
+    """Draw an arm and measure it with the optical tracker at some of the poses.
+
+    Args:
+        rng: Source of the arm, the choice and the noise.
+        cube: Poses to choose from [rad].
+        play: Share of the printed clearance and backlash to each side.
+        remainder: Standard deviation of each joint's remainder [rad].
+    """
+    actual = draw_arm(rng, play=play, remainder=remainder)
+    q = cube[rng.permutation(len(cube))]
+    real = actual.poses(q)
+    moved, turned = INSTRUMENTS["optotrak"].deviations
+    assert turned is not None
+    seen = real[:POSES].copy()
+    seen[:, :3, 3] += moved * rng.standard_normal((POSES, 3))
+    seen[:, :3, :3] = se3.rotvec_to_matrix(turned * rng.standard_normal((POSES, 3))) @ seen[:, :3, :3]
+    return MeasuredArm(actual, q, real, seen)
 
 
 def read_tilting(rng: np.random.Generator, play: float) -> tuple[ClearanceTilt, Backlash, JointCompliance]:
@@ -190,21 +230,17 @@ def read_tilting(rng: np.random.Generator, play: float) -> tuple[ClearanceTilt, 
     )
 
 
-def _calibrated(
-    actual: VirtualKatana, craig: Robot, tilting: Robot, q: np.ndarray, rng: np.random.Generator
-) -> tuple[np.ndarray, ...]:
+def _calibrated(arm: MeasuredArm, craig: Robot, tilting: Robot) -> tuple[np.ndarray, ...]:
     """Errors of one arm by all columns, in the order of `KatanaStudy`."""
-    real = actual.poses(q)
-    noise = INSTRUMENTS["optotrak"].deviations[0]
-    seen = real[:POSES, :3, 3] + noise * rng.standard_normal((POSES, 3))
+    q, real = arm.q, arm.real
     models, constants = [craig], []
     for way in WAYS:
         robot = craig if not way.three else tilting if way.tilting else tilting.with_effects()
-        problem = _problem(robot, q[:POSES], seen, noise, way)
+        problem = _problem(robot, q[:POSES], arm.seen[:, :3, 3], way)
         models.append(problem.robot_at(way.algorithm.search(problem).x))
         if not way.three:
             found = models[-1].values(printed.CONSTANTS) - craig.values(printed.CONSTANTS)
-            constants.append(found - actual.errors)
+            constants.append(found - arm.actual.errors)
     apart = np.array([differences(tool_poses(m, q, motion=Motion(q)), real) for m in models])
     measured = apart[:, :POSES]
     turns = [np.linalg.norm(se3.pose_error(real, tool_poses(m, q))[:, 3:], axis=1) for m in models]
@@ -218,13 +254,13 @@ def _calibrated(
     )
 
 
-def _problem(robot: Robot, q: np.ndarray, seen: np.ndarray, noise: float, way: Way) -> Problem:
+def _problem(robot: Robot, q: np.ndarray, seen: np.ndarray, way: Way) -> Problem:
     rows = Dataset(q=q, row=np.arange(len(q)), position=seen, source="virtual Katana")
     return Problem.build(
         robot,
         rows,
         free=robot.default_free if way.three else printed.CONSTANTS,
-        noise=Noise(noise, np.nan),
+        noise=Noise(INSTRUMENTS["optotrak"].deviations[0], np.nan),
         effects=tuple(robot.coefficients) if way.found else (),
     )
 

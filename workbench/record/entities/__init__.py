@@ -5,6 +5,7 @@
 | `world/arm/nominal`, `world/arm/calibrated` | the arms, a body each |
 | `world/plate/solid`, `…/targets/N`, `…/trails/N` | fixture, targets, the ways of dragged targets |
 | `world/region/outline`, `…/cubes` | the region that matters and its cube field |
+| `world/track/wanted`, `…/reached` | the planned trajectory, and where the tool goes |
 | `world/measured`, `world/errors/nominal`, `…/calibrated` | measured positions, exaggerated errors |
 | `index/…`, `predicted/…`, `error/…` | over the steps: indices, errors predicted, left and diagnosed |
 | `row_error/…` | errors over the measured rows, by identification and fit |
@@ -23,6 +24,7 @@ from workbench.record.entities.plate import PlateSolid, Targets, Trails
 from workbench.record.entities.region import Cubes, RegionOutline
 from workbench.record.entities.searches import Searches
 from workbench.record.entities.series import RowErrors, Series, TargetBars
+from workbench.record.entities.track import Trajectory
 from workbench.record.entities.words import About, Log, Parameters
 
 ENTITIES: tuple[type[AbstractEntity], ...] = (
@@ -34,6 +36,7 @@ ENTITIES: tuple[type[AbstractEntity], ...] = (
     Trails,
     RegionOutline,
     Cubes,
+    Trajectory,
     Measured,
     Series,
     RowErrors,

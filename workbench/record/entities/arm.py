@@ -12,7 +12,7 @@ from workbench.record.canvas import Canvas
 from workbench.record.entities.entity import AbstractEntity, Moment
 from workbench.record.shapes import mesh, quaternion
 from workbench.robots.robot import Robot
-from workbench.session.state import Focus, Session
+from workbench.session.commands.arm import standing
 
 SHELL = 1.09
 """How much thicker the calibrated arm is, so that it encloses the nominal one."""
@@ -22,7 +22,7 @@ MOST_ROWS = 2000
 
 
 class Arms(AbstractEntity):
-    """The nominal arm at the selected target or the row that is looked at, the calibrated one about it."""
+    """The nominal arm as the page shows it, the calibrated one about it."""
 
     def __init__(self) -> None:
         self._nominal, self._calibrated = _Arm("world/arm/nominal"), _Arm("world/arm/calibrated", GHOST)
@@ -30,7 +30,7 @@ class Arms(AbstractEntity):
     def draw(self, canvas: Canvas, moment: Moment) -> None:
         """Move both arms; the calibrated one is there when something is identified."""
         session = moment.session
-        q = posture(session)
+        q = standing(session)
         found = session.identification
         self._nominal.stand(canvas, session.robot, q)
         if found is None:
@@ -51,15 +51,6 @@ class ArmsAtRows(AbstractEntity):
         if session.identification is not None:
             arm = session.identification.runs[session.fit].calibrated
             _Arm("world/arm/calibrated", GHOST).stand_at_rows(canvas, arm, rows.q[:MOST_ROWS])
-
-
-def posture(session: Session) -> np.ndarray:
-    """Where the arm in the scene stands [rad or m]."""
-    if session.focus is Focus.ROW and session.comparison is not None:
-        return session.comparison.q[session.row]
-    if session.jogged is not None:
-        return session.jogged
-    return session.states[session.selected].q
 
 
 class _Arm:

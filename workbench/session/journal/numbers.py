@@ -151,6 +151,18 @@ def _yield(session: Session) -> Json | None:
     return {"arms": found.arms, "share": found.share, "position": found.position.mean()}
 
 
+def _track(session: Session) -> Json | None:
+    track = session.track
+    if track is None:
+        return None
+    return {
+        "kind": track.kind,
+        "rows": len(track.q),
+        "q_mean": track.q.mean(0),
+        "errors": track.errors.mean(),
+    }
+
+
 def _shown(session: Session) -> Json:
     return {"selected": session.selected, "focus": str(session.focus), "row": session.row}
 
@@ -174,6 +186,7 @@ SUBJECTS = {
     "fit": Subject(lambda s: (s.fit,), lambda s: s.fit),
     "comparison": Subject(lambda s: (s.comparison,), _comparison),
     "yield": Subject(lambda s: (s.trial,), _yield),
+    "track": Subject(lambda s: (s.track,), _track),
     "shown": Subject(lambda s: (s.selected, s.focus, s.row), _shown),
 }
 """What a journal says, by subject."""
