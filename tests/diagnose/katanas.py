@@ -5,7 +5,7 @@ poses lie on the diagonal planes of the largest cube (ISO 9283). Joint 1 stands 
 it: its play and compliance can't show, and it has none here.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import generator
@@ -16,6 +16,7 @@ from laws import Effect, State, bent_links, poses
 
 from workbench.design.iso_cube import iso_cube_poses
 from workbench.measure.dataset import Dataset
+from workbench.measure.instruments import INSTRUMENTS
 from workbench.robots.robot import Robot
 
 TILTING = (1, 2, 3, 4)
@@ -100,14 +101,21 @@ def make_katana(seed, *, number=POSES, spread=0.3):
     return Katana(robot, data, actual, hidden, state)
 
 
-def inclined(arm, hidden, state, sigma, rng):
-    """Turns about x and y that bring every link's axes from upright to where they are, (rows, 2) [rad].
+METER = replace(INSTRUMENTS["inclinometer"], samples=10)
+"""An inclinometer on every link, 0.001° a reading, the mean of ten."""
+
+
+def inclined(actual, hidden, plan, rng):
+    """Readings of inclinometers in the postures of a plan: turns about x and y that bring a link's axes from
+    upright to where they are [rad].
 
     The link is turned by the noise before its inclinometer is read; gravity acts along −z.
     """
-    links, _ = bent_links(arm, hidden, state)
-    out = {}
+    links, _ = bent_links(actual, hidden, still(plan.q, plan.added))
+    tilt = {}
     for number, link in enumerate(links, start=1):
-        turned = rotation(sigma * rng.standard_normal((len(link), 3))) @ link[:, :3, :3]
-        out[number] = np.stack([np.arctan2(turned[:, 2, 1], turned[:, 2, 2]), -np.arcsin(turned[:, 2, 0])], 1)
-    return out
+        noise = METER.deviations[1] * rng.standard_normal((len(link), 3))
+        turned = rotation(noise) @ link[:, :3, :3]
+        pair = np.arctan2(turned[:, 2, 1], turned[:, 2, 2]), -np.arcsin(turned[:, 2, 0])
+        tilt[number] = np.stack(pair, axis=1)
+    return Dataset(q=plan.q, row=np.arange(len(plan.q)), payload=plan.added, tilt=tilt)

@@ -5,21 +5,28 @@ from dataclasses import replace
 import generator
 import numpy as np
 import pytest
-from katanas import ANGLE, BACKLASH, CLEARANCE, COMPLIANCE, LENGTH, TILTING, inclined, nominal_robot, still
+from katanas import (
+    ANGLE,
+    BACKLASH,
+    CLEARANCE,
+    COMPLIANCE,
+    LENGTH,
+    METER,
+    TILTING,
+    inclined,
+    nominal_robot,
+    still,
+)
 from laws import Effect, poses
 
 from workbench.design.loading import FIRM, Purpose, loading_plan, possible, side_loads
 from workbench.errors import DataError, OptionError
 from workbench.identify.tilting import JointTilting, tilting_effects
 from workbench.measure.dataset import Dataset
-from workbench.measure.instruments import INSTRUMENTS
 from workbench.model.moments import joint_moments
 from workbench.motion import Motion
 from workbench.pipeline.loading import pulled_joint, tilting_of
 
-METER = replace(INSTRUMENTS["inclinometer"], samples=10)
-SIGMA = float(np.deg2rad(0.001)) / np.sqrt(10.0)
-"""0.001° a reading, the mean of ten [rad]."""
 SEED = 20_001
 
 
@@ -42,13 +49,7 @@ def measured(plan):
         )
         for j in range(5)
     )
-    return actual, hidden, read(actual, hidden, plan, rng)
-
-
-def read(actual, hidden, plan, rng):
-    """Readings of the inclinometers in the postures of a plan."""
-    tilt = inclined(actual, hidden, still(plan.q, plan.added), SIGMA, rng)
-    return Dataset(q=plan.q, row=np.arange(len(plan.q)), payload=plan.added, tilt=tilt)
+    return actual, hidden, inclined(actual, hidden, plan, rng)
 
 
 @pytest.fixture(scope="module")
@@ -96,7 +97,7 @@ def test_without_added_mass_the_last_stiffness_does_not_show(measured):
     rng = np.random.default_rng(SEED)
     light = loading_plan(nominal_robot(), rng=rng)
     assert not light.added.any()
-    data = read(actual, hidden, light, rng)
+    data = inclined(actual, hidden, light, rng)
     last = tilting_of(nominal_robot(), light, data, instrument=METER).joints[-1]
     assert last.joint == 4
     assert last.compliance_std > 0.2 * COMPLIANCE[4]

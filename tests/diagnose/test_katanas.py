@@ -74,3 +74,15 @@ def test_what_gravity_cannot_show_is_named(diagnosed):
     assert "of joint 1 (no row loads it)" in result.message
     named = {(e.effect.name, *[j + 1 for j in e.effect.joints]) for e in result.effects}
     assert not named & set(missing)
+
+
+def test_what_is_lost_in_the_noise_widens_the_errors_of_its_joint(diagnosed):
+    """The compliance of joint 4, which is not seen, lies in its backlash; what does not hide anything stays."""
+    _, result = diagnosed
+    own = dict(zip(result.after_fit.problem.names, result.after_fit.std.tolist(), strict=True))
+    wider = {
+        name: std / own[name] for e in result.effects for name, std in zip(e.effect.names, e.std, strict=True)
+    }
+    assert min(wider.values()) >= 1.0
+    assert wider["joint4.backlash"] > 1.2
+    assert min(wider.values()) < 1.1

@@ -8,6 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from workbench import se3
+from workbench.diagnose.columns import candidate_columns
+from workbench.effects import EFFECTS
 from workbench.errors import DataError
 from workbench.identify.problem import Noise, Problem
 from workbench.identify.tilting import fit_geometry
@@ -16,6 +18,7 @@ from workbench.measure.observations.tilt import reading, seen_from, upward
 from workbench.measure.readers import read_measurements
 from workbench.measure.simulate import simulate
 from workbench.measure.writer import write_measurements
+from workbench.motion import Motion
 from workbench.robots import Frame, load_robot
 from workbench.types import frozen
 
@@ -79,6 +82,45 @@ def test_links_that_were_not_read_do_not_count(arm):
     assert problem.count == 2 * 12 + 2 * 7
     assert not problem.jacobian(problem.start)[:, 1].any()  # joint 5 lies beyond links 2 and 4
     assert problem.jacobian(problem.start)[:, 0].any()
+
+
+@pytest.fixture(scope="module")
+def loose():
+    """A Katana with a loose and soft joint 3, read on links 2 to 5 under loads."""
+    robot = load_robot("katana450")
+    effects = [EFFECTS["clearance-tilt"]((2,), (4e-4,)), EFFECTS["joint-compliance"]((1, 2), (1e-4, 2e-4))]
+    rng = np.random.default_rng(2)
+    motion = Motion(rng.uniform(-1.5, 1.5, (15, 5)), payload=rng.uniform(0.0, 3.0, 15))
+    bent = robot.with_effects(*effects)
+    return (
+        robot,
+        bent,
+        simulate(bent, motion.q, instrument=INSTRUMENTS["inclinometer"], rng=rng, motion=motion),
+    )
+
+
+def test_the_derivative_through_a_bent_arm(loose):
+    _, bent, rows = loose
+    problem = Problem.build(bent, rows, effects=tuple(bent.coefficients))
+    x, unit = problem.start, 1e-6 * problem.units
+    jacobian = problem.jacobian(x)
+    for column, step in enumerate(np.diag(unit)):
+        difference = (problem.residual(x - step) - problem.residual(x + step)) / (2.0 * unit[column])
+        scale = max(np.abs(jacobian[:, column]).max(), 1.0)
+        assert np.abs(difference - jacobian[:, column]).max() < 1e-5 * scale, problem.names[column]
+
+
+def test_candidates_of_a_diagnosis_are_seen_from_the_links(loose):
+    """Their columns are those of a model that carries them, to first order."""
+    robot, bent, rows = loose
+    problem = Problem.build(robot, rows)
+    wide = Problem.build(robot.with_effects(*(replace(e, coefficients=()) for e in bent.effects)), rows,
+                         effects=tuple(bent.coefficients))  # fmt: skip
+    whole = wide.jacobian(wide.start)[:, [wide.names.index(n) for n in bent.coefficients]]
+    parts = [part for _, part in candidate_columns(problem, problem.start, bent.effects)]
+    order = [n for e in bent.effects for n in e.names]
+    found = np.concatenate(parts)[:, [order.index(n) for n in bent.coefficients]]
+    np.testing.assert_allclose(found, whole, atol=1e-9 * np.abs(whole).max())
 
 
 def test_a_link_that_the_arm_has_not_is_named(arm):

@@ -52,7 +52,7 @@ class Accepted:
 
     Args:
         effect: With the coefficients that were found.
-        std: Their standard errors, SI, with what effects that the rows can't show may hide in them.
+        std: Their standard errors, SI, with what effects that are lost in the noise may hide in them.
         gain: Log evidence that it brings to the others [nat].
         p_value: Probability that chance would bring as much, for one try; 0 below the smallest float.
         before_mm: Mean held-out error without it and its successors [mm]; of the fitted rows where none was

@@ -90,16 +90,19 @@ def unshown(searched: Searched, robot: Robot, motion: Motion) -> tuple[Unshown, 
 
 
 def hidden_variance(searched: Searched, missing: Sequence[Unshown]) -> dict[str, float]:
-    """What unshown effects may add to the variance of the found coefficients, by name [SI²]."""
+    """What effects that are lost in the noise may add to the variance of the found coefficients [SI²].
+
+    Those that do the same as the rest of the model are not counted: they stand in its place or not at all.
+    """
     grams, model = searched.grams, searched.found.model
     names = [n for t in model for n in t.candidate.names]
     total = dict.fromkeys(names, 0.0)
-    loaded = [u for u in missing if u.reason is not Reason.UNLOADED]
-    if not names or not loaded:
+    faint = [u for u in missing if u.reason is Reason.FAINT]
+    if not names or not faint:
         return total
     solve, _ = curvature(grams, model)
     used = np.concatenate([np.arange(grams.geometry), grams.columns(names)])
-    for item in loaded:
+    for item in faint:
         (column,), (scale,) = grams.columns(item.effect.names), grams.scales(item.effect.names)
         moved = solve(grams.total[used, column])[grams.geometry :] * scale / grams.scales(names)
         for name, change in zip(names, moved * item.size, strict=True):
