@@ -49,6 +49,14 @@ def test_the_diagnosis(tmp_path):
     assert (tmp_path / "diagnosis" / "diagnosis.html").is_file()
 
 
+def test_the_pencil(tmp_path):
+    lines = block("pencil").splitlines()
+    assert len(lines) == 4
+    run_lines(lines, tmp_path)
+    assert (tmp_path / "sheet.png").is_file()
+    assert (tmp_path / "errors.png").is_file()
+
+
 def test_the_recordings(tmp_path):
     (tmp_path / "recordings").symlink_to(ROOT / "recordings")
     run_lines(block("recordings").splitlines(), tmp_path)

@@ -12,6 +12,7 @@ from workbench.app.panels.arrange import rows_of, table_of
 from workbench.app.panels.choices import read_rows
 from workbench.app.panels.compare import ComparePanel
 from workbench.app.panels.header import next_step
+from workbench.app.panels.targets import TargetsPanel
 from workbench.appearance.bodies import body_frames
 from workbench.design.plate_toml import read_plate
 from workbench.errors import OptionError
@@ -26,6 +27,7 @@ from workbench.session.commands import (
     PlayTrack,
     SelectTarget,
     SetPace,
+    SetUnits,
     Tell,
 )
 from workbench.session.commands.arm import standing
@@ -37,7 +39,7 @@ from workbench.session.export import (
     plate_toml,
     report_zip,
 )
-from workbench.session.state import Focus
+from workbench.session.state import Focus, Units
 
 
 def test_every_control_has_a_tooltip(app):
@@ -87,6 +89,26 @@ def test_a_typed_table_says_which_line_is_wrong(app):
     for words, wanted in (("1 2 3", "3 numbers"), ("1 2 3 4 5 6\n1 2 x 4 5 6", "line 2")):
         with pytest.raises(OptionError, match=wanted):
             rows_of(words, plate)
+
+
+def test_coordinates_are_shown_and_typed_in_metres_and_radians_too(app):
+    def control(label):
+        handles = app.server.gui._gui_input_handle_from_uuid.values()
+        return next(c for c in handles if getattr(c, "label", "") == label)
+
+    plate = app.worker.session.plate
+    assert control("Position [mm]").value == (566.0, 354.0, 235.0)
+    app.worker.submit(SetUnits(Units.METRES))
+    assert app.worker.wait()
+    assert control("Position [m]").value == (0.566, 0.354, 0.235)
+    assert control("Angles [rad]").value == (-2.61799, 0.0, 0.0)
+    table = control("x y z [m] r p y [rad]").value
+    assert rows_of(table, plate, Units.METRES)[3] == (*plate.targets[3].xyz, *plate.targets[3].rpy)
+    assert rows_of("1 2 3 0 0 0.5", plate, Units.METRES)[0] == (1.0, 2.0, 3.0, 0.0, 0.0, 0.5)
+    targets = next(p for p in app.view._panels if isinstance(p, TargetsPanel))
+    targets._xyz.control.value = (0.6, 0.354, 0.235)
+    assert targets._xyz.typed == (0.6, *plate.targets[0].xyz[1:])
+    assert targets._rpy.typed == tuple(plate.targets[0].rpy)
 
 
 def test_row_numbers_are_read_as_people_write_them():

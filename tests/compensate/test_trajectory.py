@@ -208,3 +208,15 @@ def test_an_effect_without_its_driver_is_refused(arms):
         compensate(commanded)
     motion = replace(Motion(arc()), temperature=np.full(60, 45.0))
     assert compensate(commanded, motion=motion).after.position.max() < 1e-9
+
+
+def test_a_correction_that_does_not_converge_is_refused(arms):
+    """An arm that came out shorter than its drawing does not reach what the drawing reaches when stretched."""
+    nominal = arms["aria"][0]
+    short = nominal.with_values({"joint4.d": 0.336 - 0.02})
+    q = np.tile([0.2, 0.3, -1.2, 0.3, 0.4, -0.4], (8, 1))
+    q[7, 2] = 0.0  # stretched
+    time = np.linspace(0.0, 3.5, 8)
+    commanded = command_joints(short, nominal, q, positions_only=True, time=time)
+    with pytest.raises(DataError, match=r"row 7 .*\(at 3\.500 s\).*does not converge"):
+        compensate(commanded)

@@ -132,3 +132,14 @@ def test_stiffness_is_converted_once():
 def test_no_spread():
     with pytest.raises(OptionError, match="at least 2"):
         reproduce_katana(arms=1)
+
+
+def test_joints_are_found_again_from_inclinometers(found):
+    """Clearance and backlash of joints 2 to 5 within 5 %, stiffness within 10 % with 2 kg added."""
+    errors = np.abs(found.experiments.errors)[:, 1:]
+    assert errors.shape == (3, 4, 3)
+    assert errors[:, :, :2].max() < 0.05
+    assert errors[:, :, 2].max() < 0.10
+    for kind in ("clearance", "backlash", "stiffness"):
+        where = "Table 4.4" if kind == "stiffness" else "Table 4.3"
+        assert finding(found, where, f"{kind} of joints").verdict is Verdict.AGREES

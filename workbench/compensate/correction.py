@@ -116,9 +116,10 @@ def compensate(
     refuse_singular(robot, q, commanded.task, time)
     after = _corrected(commanded, state, method)
     places, weight = compile_arm(robot).places, WEIGHT * compile_arm(robot).length
-    _refuse_large(robot, after.x[:, places], q, after, time)
+    _refuse_stopped(robot, after.x[:, places], after, time)
     if method is Method.ITERATED:
         _refuse_unsettled(robot, after, time)
+    _refuse_large(after.x[:, places] - q, time)
     worse = after.cost(weight) > before.cost(weight)
     worse |= after.position_error > np.maximum(before.position_error, AT_LIMIT)
     state = state.at(frozen(np.where(worse[:, None], q, after.x[:, places])))
@@ -158,8 +159,8 @@ def _corrected(commanded: Commanded, state: Motion, method: Method) -> Refined:
     return _missed(commanded, state.at(step.x[:, arm.places]))
 
 
-def _refuse_large(robot: Robot, new: np.ndarray, q: np.ndarray, after: Refined, time: Times) -> None:
-    """Refuse corrections that a limit stops, or that no calibration can mean."""
+def _refuse_stopped(robot: Robot, new: np.ndarray, after: Refined, time: Times) -> None:
+    """Refuse corrections that a limit stops."""
     at = margins(new, robot.known_limits) < AT_LIMIT
     stopped = ~after.converged & at.any(1)
     if stopped.any():
@@ -170,7 +171,11 @@ def _refuse_large(robot: Robot, new: np.ndarray, q: np.ndarray, after: Refined, 
             f"{new[row, joint]:.4f} (rad or m), {1e3 * after.position_error[row]:.3g} mm are left; "
             "lead the path away from it"
         )
-    size = np.abs(new - q)
+
+
+def _refuse_large(change: np.ndarray, time: Times) -> None:
+    """Refuse corrections that no calibration can mean."""
+    size = np.abs(change)
     if (size > GREATEST).any():
         row, joint = divmod(int(np.argmax(size)), size.shape[1])
         raise DataError(

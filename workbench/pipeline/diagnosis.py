@@ -1,8 +1,9 @@
 """Diagnosis from end to end: geometry, outliers, effects, verdict, what to measure next."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from time import perf_counter
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from workbench.diagnose.verdict import conclude, coverage, explains_little, lear
 from workbench.diagnose.words import sentence
 from workbench.identify import noise as noises
 from workbench.identify.frames import Sessions
+from workbench.identify.identifier import OnStep
 from workbench.identify.problem import Noise
 from workbench.measure.dataset import Dataset
 from workbench.measure.directions import with_directions
@@ -87,64 +89,114 @@ def diagnose(
         cancel=cancel,
     )
     rng = np.random.default_rng(seed)
-    steps = {"known": ready.places, "on_step": on_step(cancel)}
+    search = _search(robot, ready, rng, report, on_step(cancel))
+    return _concluded(robot, ready, search, noise, rng, report, gross=gross, began=began)
+
+
+class _Judged(NamedTuple):
+    """An arm on the fitted rows and on the held-out ones, with what has to be said of these."""
+
+    errors: Validation
+    rows: tuple[RowErrors, RowErrors]
+    notes: list[str]
+
+
+@dataclass(frozen=True, eq=False)
+class _Search:
+    """What was fitted.
+
+    Args:
+        first: The geometry alone.
+        rounds: The searches, from the first to the last.
+        short: Why none was made; None if one was.
+        before: The geometry on the rows that judge.
+        after: The last round's arm on them.
+        nominal: The nominal arm on them.
+    """
+
+    first: Stage
+    rounds: Sequence[Searched]
+    short: str | None
+    before: _Judged
+    after: _Judged
+    nominal: Validation
+
+
+def _search(
+    robot: Robot, ready: Prepared, rng: np.random.Generator, report: Progress, on_step: OnStep | None
+) -> _Search:
+    """Fit the geometry, then look for effects; what then explains next to nothing is the wrong robot's."""
+    steps: dict[str, Any] = {"known": ready.places, "on_step": on_step}
     report(0.3, "fitting the geometry, setting outliers apart")
     first = geometry_first(ready.problem, **steps)
     short = undecided(first.fitted.fit)
-    searches = rounds(first, rng, search=short is None, tell=lambda text: report(0.5, text), **steps)
+    found = rounds(first, rng, search=short is None, tell=lambda text: report(0.5, text), **steps)
     report(0.8, "judging what was found")
-    last = searches[-1]
     nominal = _nominal(ready)
-    floor = noises.stated(ready.problem) or noise or noises.from_repeats(ready.problem.data)
-    before, after = _validated(ready, first), _validated(ready, last.stage)
-    if explains_little(nominal.train, after[0].train, robot.reach):
-        searches = rounds(first, rng, search=False, **steps)
-        last, after = searches[-1], before
-    judge = Trial(ready, searches[0])
+    before, after = _validated(ready, first), _validated(ready, found[-1].stage)
+    if explains_little(nominal.train, after.errors.train, robot.reach):
+        found, after = rounds(first, rng, search=False, **steps), before
+    return _Search(first, found, short, before, after, nominal)
+
+
+def _concluded(
+    robot: Robot,
+    ready: Prepared,
+    search: _Search,
+    noise: Noise | None,
+    rng: np.random.Generator,
+    report: Progress,
+    *,
+    gross: np.ndarray,
+    began: float,
+) -> Diagnosis:
+    """The effects with what they bring, the verdict, and what to measure next."""
+    last = search.rounds[-1]
     fit = last.stage.fitted.fit
-    missing = unshown(last, fit.calibrated, Motion.of(fit.problem.data)) if short is None else ()
-    accepted = _accepted(searches, judge, hidden_variance(last, missing))
+    judge = Trial(ready, search.rounds[0])
+    is_short = search.short is not None
+    missing = () if is_short else unshown(last, fit.calibrated, Motion.of(fit.problem.data))
+    accepted = _accepted(search.rounds, judge, hidden_variance(last, missing))
     shaky = joint_noise(fit)
+    floor = noises.stated(ready.problem) or noise or noises.from_repeats(ready.problem.data)
     left = noises.of_residual(fit.problem, fit.x, fit.factor) or last.stage.geometric.noise
     verdict, message = conclude(
         accepted,
-        nominal=judged(nominal),
+        nominal=judged(search.nominal),
         reach=robot.reach,
         noise=left,
-        before=judged(before[0]),
-        after=judged(after[0]),
+        before=judged(search.before.errors),
+        after=judged(search.after.errors),
         floor=floor,
         structure=structured(fit, rng),
         distrusted=last.found.distrusted,
         joint_noise=shaky,
     )
-    if short is not None:
-        verdict, message = Verdict.NONE, short
+    if search.short is not None:
+        verdict, message = Verdict.NONE, search.short
     elif missing and any(a.effect.loads for a in accepted):
         message = f"{message} {spoken(missing)}"
     report(0.9, "choosing poses to measure next")
     asked = [e.effect for e in accepted] + ambiguous(accepted)
-    outliers = np.union1d(gross, ready.train_rows[~last.stage.keep]).astype(np.int64)
-    seen = coverage(fit.problem.data, robot.chain) if short is None else []
-    notes = [*ready.notes, *last.offered.notes, *seen, *after[2], *learned(accepted, fit.problem.data)]
-    report(1.0, "done")
-    return Diagnosis(
+    seen = [] if is_short else coverage(fit.problem.data, robot.chain)
+    notes = (*ready.notes, *last.offered.notes, *seen, *search.after.notes)
+    result = Diagnosis(
         robot=robot,
         data=ready.data,
         train_rows=ready.train_rows,
         held_out_rows=ready.held_out_rows,
         held_out_data=ready.held,
         excluded=tuple(e for e in ready.excluded if e[1] != _GROSS_REASON),
-        outliers=outliers,
-        nominal=nominal,
-        before_fit=first.fitted.fit,
+        outliers=np.union1d(gross, ready.train_rows[~last.stage.keep]).astype(np.int64),
+        nominal=search.nominal,
+        before_fit=search.first.fitted.fit,
         after_fit=fit,
-        before=before[0],
-        after=after[0],
-        before_rows=before[1],
-        after_rows=after[1],
+        before=search.before.errors,
+        after=search.after.errors,
+        before_rows=search.before.rows,
+        after_rows=search.after.rows,
         effects=accepted,
-        ranking=ranked(searches[0], judge.mean_mm),
+        ranking=ranked(search.rounds[0], judge.mean_mm),
         noise=left if fit.problem.component_channels.any() else left._replace(rotation=np.nan),
         floor=floor,
         joint_noise=None if shaky is None else shaky.sigma,
@@ -152,9 +204,11 @@ def diagnose(
         message=message,
         unshown=missing,
         measure_next=next_poses(fit.problem, fit.x, asked, rng=rng),
-        notes=tuple(notes),
+        notes=(*notes, *learned(accepted, fit.problem.data)),
         seconds=perf_counter() - began,
     )
+    report(1.0, "done")
+    return result
 
 
 _GROSS_REASON = "stands out by far"
@@ -185,7 +239,7 @@ def _nominal(ready: Prepared) -> Validation:
     return Validation(Errors.of(fitted), held.summary)
 
 
-def _validated(ready: Prepared, stage: Stage) -> tuple[Validation, tuple[RowErrors, RowErrors], list[str]]:
+def _validated(ready: Prepared, stage: Stage) -> _Judged:
     """Errors on the fitted rows, outliers left out, and on the held-out rows that the model can speak of."""
     fit = stage.fitted.fit
     arm = fit.calibrated
@@ -199,7 +253,7 @@ def _validated(ready: Prepared, stage: Stage) -> tuple[Validation, tuple[RowErro
             f"{int((~spoken).sum())} held-out rows lie outside the joint range on which a joint's error was "
             "learned; they are not judged"
         )
-    return Validation(Errors.of(train), held.summary), (train, held), notes
+    return _Judged(Validation(Errors.of(train), held.summary), (train, held), notes)
 
 
 class Trial:

@@ -113,7 +113,7 @@ def read_drawing(
         readings: Table of `time[s]`, `distance[mm]`: how far the pencil stood out beyond its length.
 
     Raises:
-        OptionError: one of the two without the other.
+        OptionError: one of the two without the other, or a circle of another radius.
         DataError: no circle to be recognised; a trajectory that is no circle; readings that end too early.
     """
     profile = plotted_profile(read_scan(picture), radius, source=str(picture))
@@ -124,6 +124,11 @@ def read_drawing(
     circle, poses = path_circle(trajectory)
     if trajectory.time is None:
         raise DataError(f"{trajectory.source}: the path has no time; add the column time[s]")
+    if abs(circle.radius - radius) > NOT_ROUND * radius:
+        raise OptionError(
+            f"{trajectory.source} is a circle of {1e3 * circle.radius:.4g} mm and the printed one has "
+            f"{1e3 * radius:.4g} mm; give the radius that was printed"
+        )
     errors = plotted_errors(
         profile,
         poses[:, :3, 3],

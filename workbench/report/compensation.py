@@ -2,6 +2,7 @@
 
 import numpy as np
 from rich.console import Group, RenderableType
+from rich.markup import escape
 from rich.table import Table, box
 from rich.text import Text
 
@@ -44,7 +45,7 @@ def compensation_table(found: Compensation) -> RenderableType:
     """Predicted errors before and after, and what was decided."""
     table = Table(box=box.SIMPLE_HEAD, title_justify="left")
     for heading in ("predicted error", "mean [mm]", "max [mm]", "mean [°]", "max [°]"):
-        table.add_column(heading, justify="left" if heading.startswith("p") else "right")
+        table.add_column(escape(heading), justify="left" if heading.startswith("p") else "right")
     for words, errors in (("as commanded", found.before), (f"corrected ({found.method})", found.after)):
         position, turn = Spread.of(1e3 * errors.position), Spread.of(np.rad2deg(errors.rotation))
         table.add_row(words, *(short(v) for v in (position.mean, position.max, turn.mean, turn.max)))

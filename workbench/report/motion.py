@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 from matplotlib.lines import Line2D
 from rich.console import Group, RenderableType
+from rich.markup import escape
 from rich.table import Table, box
 from rich.text import Text
 
@@ -44,8 +45,8 @@ def path_json(planned: Planned, moments: JointMoments | None) -> Json:
 def path_table(planned: Planned, moments: JointMoments | None) -> RenderableType:
     """Range, greatest speed and greatest loads of every joint, and what was decided."""
     table = Table(box=box.SIMPLE_HEAD, title_justify="left")
-    for heading in ("joint", "from", "to", "fastest (per s)", "torque [N m]", "across [N m]"):
-        table.add_column(heading, justify="right")
+    for heading in ("joint", "from", "to", "fastest [/s]", "torque [N m]", "across [N m]"):
+        table.add_column(escape(heading), justify="right")
     speed = np.abs(np.asarray(planned.motion.velocity)).max(axis=0)
     for j, joint in enumerate(planned.robot.moving):
         size, unit = (1.0, " m") if joint.kind is JointKind.PRISMATIC else (180.0 / np.pi, "°")

@@ -2,6 +2,7 @@
 
 import numpy as np
 from rich.console import Group, RenderableType
+from rich.markup import escape
 from rich.table import Table, box
 from rich.text import Text
 
@@ -33,7 +34,7 @@ def plotted_table(profile: PlottedProfile, errors: PlottedErrors | None) -> Rend
     """Mean, rms and greatest of what was read."""
     table = Table(box=box.SIMPLE_HEAD, title_justify="left")
     for heading in ("from the path", "mean [mm]", "rms [mm]", "max [mm]"):
-        table.add_column(heading, justify="left" if heading.startswith("f") else "right")
+        table.add_column(escape(heading), justify="left" if heading.startswith("f") else "right")
     rows = [("drawn line, outside", profile.out)]
     if errors is not None:
         rows += [("tool, outside", errors.out), ("tool, above", errors.above), ("tool", errors.distance)]

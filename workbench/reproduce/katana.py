@@ -22,6 +22,12 @@ from workbench.reproduce import katana_tables as tables
 from workbench.reproduce.finding import Finding
 from workbench.reproduce.influence_study import InfluenceStudy, influence_study
 from workbench.reproduce.katana_diagnosed import Diagnosed, diagnosed_arms, diagnosis
+from workbench.reproduce.katana_experiment import (
+    Experiments,
+    experiment_findings,
+    experiment_sheet,
+    experiments,
+)
 from workbench.reproduce.katana_study import EACH_SIDE, EACH_WAY, KatanaStudy, katana_study
 from workbench.reproduce.katana_tracking import TrackingStudy, tracking_study
 from workbench.reproduce.katana_tracking_claims import tracking_findings
@@ -34,6 +40,8 @@ WEIGHED = 200
 """Virtual arms on which influence-based identification is compared with least squares."""
 DIAGNOSED = 4
 """Virtual arms that `diagnose` is tried on."""
+READ = 4
+"""Virtual arms that are read with inclinometers."""
 FOLLOWING = 2
 """One arm in so many follows the paths of chapter 5."""
 NUMBERS = (6, 12, 118)
@@ -57,6 +65,7 @@ class KatanaReproduction:
         influences: Of the constants at the measured poses.
         weights: Influence-based identification against least squares.
         diagnosed: What `diagnose` makes of some of the arms.
+        experiments: The joints read with inclinometers.
         cube: The 118 poses in their order.
         tracking: A circle and lines followed before and after calibration.
     """
@@ -70,6 +79,7 @@ class KatanaReproduction:
     influences: Influence
     weights: InfluenceStudy
     diagnosed: Diagnosed
+    experiments: Experiments
     cube: CubePoses
     tracking: TrackingStudy
 
@@ -124,10 +134,13 @@ def reproduce_katana(
         seed=seed,
         progress=lambda part: report(0.7 + 0.1 * part, "arms diagnosed"),
     )
+    read = experiments(
+        arms=min(arms, READ), seed=seed, progress=lambda part: report(0.8 + 0.05 * part, "joints loaded")
+    )
     tracking = tracking_study(
         arms=max(arms // FOLLOWING, 2),
         seed=seed,
-        progress=lambda part: report(0.8 + 0.2 * part, "paths followed"),
+        progress=lambda part: report(0.85 + 0.15 * part, "paths followed"),
         cancel=cancel,
     )
     robot = load_robot("katana450")
@@ -141,18 +154,20 @@ def reproduce_katana(
         findings=(
             *errors,
             *claims.weights_compared(weights),
+            *experiment_findings(read),
             *tracking_findings(tracking),
             *setup.arm(),
             *setup.equations(),
             *setup.influences(influences, cube),
             *redundant,
         ),
-        sheets=(*sheets, sheet),
+        sheets=(*sheets, experiment_sheet(read), sheet),
         once=once,
         twice=twice,
         influences=influences,
         weights=weights,
         diagnosed=named,
+        experiments=read,
         cube=cube,
         tracking=tracking,
     )

@@ -36,6 +36,7 @@ def katana_json(found: KatanaReproduction) -> Json:
             "held_out_mm": found.diagnosed.held_out,
             "plays_named": found.diagnosed.named,
         },
+        "inclinometer_relative_errors": found.experiments.errors,
         "influence_mean_mm": dict(
             zip(found.influences.names, (1e3 * found.influences.mean).tolist(), strict=True)
         ),

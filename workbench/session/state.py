@@ -49,6 +49,13 @@ class Field(StrEnum):
     YIELD = "yield"
 
 
+class Units(StrEnum):
+    """What coordinates are shown and typed in; SI inside."""
+
+    MILLIMETRES = "mm and °"
+    METRES = "m and rad"
+
+
 class Severity(StrEnum):
     """How a message is meant."""
 
@@ -332,6 +339,7 @@ class Session:
         overlay: What is laid over the scene.
         caption: What the demo says at present; empty if none plays.
         is_dark: Whether pages are dark.
+        units: What coordinates are shown and typed in.
         job: Long work under way, if any.
         chore: What is being worked out by the way; empty if nothing.
         messages: The last messages, oldest first.
@@ -379,6 +387,7 @@ class Session:
     overlay: Overlay = field(default_factory=Overlay)
     caption: str = ""
     is_dark: bool = False
+    units: Units = Units.MILLIMETRES
     job: Job | None = None
     chore: str = ""
     messages: tuple[Message, ...] = ()

@@ -5,6 +5,7 @@ from functools import partial
 import numpy as np
 import viser
 
+from workbench.app.panels.coordinates import NAMES, SIZES, Quantity
 from workbench.app.panels.panel import AbstractPanel, on_choice, on_press, set_value
 from workbench.design.patterns import MOST_TARGETS, PATTERNS
 from workbench.design.plate import Plate
@@ -19,10 +20,10 @@ from workbench.session.commands import (
     SnapTarget,
     Tell,
 )
-from workbench.session.state import Session
+from workbench.session.state import Session, Units
 from workbench.session.worker import Worker
 
-NAMES = {name.capitalize(): name for name in PATTERNS}
+KINDS = {name.capitalize(): name for name in PATTERNS}
 SEPARATORS = str.maketrans({",": " ", ";": " ", "\t": " ", "−": "-"})
 
 
@@ -31,7 +32,7 @@ class ArrangePanel(AbstractPanel):
 
     def __init__(self, worker: Worker):
         self._worker = worker
-        self._shown: Plate | None = None
+        self._shown: tuple[Plate, Units] | None = None
 
     def build(self, server: viser.ViserServer) -> None:
         """Folders, closed at first."""
@@ -72,9 +73,12 @@ class ArrangePanel(AbstractPanel):
         for button in (self._improve, self._cluster):
             button.disabled = session.job is not None
         self._number.max = len(session.plate)
-        if session.plate is not self._shown and session.holder is None:
-            self._shown = session.plate
-            set_value(self._table, table_of(session.plate))
+        basis = (session.plate, session.units)
+        if basis != self._shown and session.holder is None:
+            self._shown = basis
+            length, angle = (NAMES[session.units, quantity] for quantity in Quantity)
+            self._table.label = f"x y z [{length}] r p y [{angle}]"
+            set_value(self._table, table_of(*basis))
 
     def _build_snap(self, gui: viser.GuiApi) -> None:
         on_choice(
@@ -103,7 +107,7 @@ class ArrangePanel(AbstractPanel):
 
     def _build_pattern(self, gui: viser.GuiApi) -> None:
         self._pattern = gui.add_dropdown(
-            "Pattern", list(NAMES), hint="How the targets are laid out. The circle is the paper's Table 2."
+            "Pattern", list(KINDS), hint="How the targets are laid out. The circle is the paper's Table 2."
         )
         self._count = gui.add_number(
             "Targets", 10, min=1, max=MOST_TARGETS, step=1, hint="How many targets there will be."
@@ -129,8 +133,8 @@ class ArrangePanel(AbstractPanel):
             "x y z [mm] r p y [°]",
             "",
             multiline=True,
-            hint="One line a target: x y z in mm, then roll, pitch, yaw in degrees. Type, or paste from a "
-            "spreadsheet; more lines are more targets.",
+            hint="One line a target: x y z, then roll, pitch, yaw. Type, or paste from a spreadsheet; more "
+            "lines are more targets.",
         )
         apply = gui.add_button(
             "Apply the coordinates",
@@ -154,29 +158,32 @@ class ArrangePanel(AbstractPanel):
         x, y, z = (1e-3 * float(v) for v in self._centre.value)
         tilts = tuple(float(np.deg2rad(v)) for v in self._tilts.value)
         radius = 1e-3 * float(self._radius.value)
-        name = NAMES[self._pattern.value]
+        name = KINDS[self._pattern.value]
         self._worker.submit(ApplyPattern(name, int(self._count.value), (x, y, z), radius, tilts))
 
     def _apply_table(self) -> None:
         try:
-            self._worker.submit(PlaceTargets(rows_of(self._table.value, self._worker.session.plate)))
+            session = self._worker.session
+            rows = rows_of(self._table.value, session.plate, session.units)
+            self._worker.submit(PlaceTargets(rows))
         except WorkbenchError as error:
             self._worker.submit(Tell(str(error)))
 
 
-def table_of(plate: Plate) -> str:
-    """The targets as lines of text, mm and degrees."""
-    rows = np.column_stack([1e3 * plate.poses[:, :3, 3], np.rad2deg([t.rpy for t in plate.targets])])
+def table_of(plate: Plate, units: Units = Units.MILLIMETRES) -> str:
+    """The targets as lines of text."""
+    length, angle = _sizes(units)
+    rows = np.column_stack([plate.poses[:, :3, 3] / length, np.array([t.rpy for t in plate.targets]) / angle])
     return "\n".join("  ".join(_short(v) for v in row) for row in rows)
 
 
-def rows_of(words: str, plate: Plate) -> tuple[tuple[float, ...], ...]:
+def rows_of(words: str, plate: Plate, units: Units = Units.MILLIMETRES) -> tuple[tuple[float, ...], ...]:
     """The numbers of a typed table in m and rad; lines that were not touched keep all their digits.
 
     Raises:
         OptionError: a line that is not six numbers; says which.
     """
-    shown = table_of(plate).splitlines()
+    shown, (length, angle) = table_of(plate, units).splitlines(), _sizes(units)
     rows = []
     for i, line in enumerate(line for line in words.splitlines() if line.strip()):
         if i < len(shown) and line.split() == shown[i].split():
@@ -189,9 +196,15 @@ def rows_of(words: str, plate: Plate) -> tuple[tuple[float, ...], ...]:
             raise OptionError(f"line {i + 1} of the table, '{line[:40]}', is not all numbers") from None
         if len(numbers) != 6:
             raise OptionError(f"line {i + 1} of the table has {len(numbers)} numbers; give x y z r p y")
-        rows.append((*(1e-3 * np.array(numbers[:3])).tolist(), *np.deg2rad(numbers[3:]).tolist()))
+        place, turn = length * np.array(numbers[:3]), angle * np.array(numbers[3:])
+        rows.append((*place.tolist(), *turn.tolist()))
     return tuple(rows)
 
 
+def _sizes(units: Units) -> tuple[float, float]:
+    """The units of length and angle in SI."""
+    return SIZES[NAMES[units, Quantity.LENGTH]], SIZES[NAMES[units, Quantity.ANGLE]]
+
+
 def _short(value: float) -> str:
-    return f"{round(value, 3) + 0.0:g}" if abs(value) < 1e5 else f"{value:.1f}"
+    return f"{round(value, 5) + 0.0:.7g}" if abs(value) < 1e5 else f"{value:.1f}"

@@ -77,9 +77,10 @@ def _joints(robot: Robot, bending: Bending) -> str:
     rows = []
     for i, joint in enumerate(robot.moving):
         slides = joint.kind is JointKind.PRISMATIC
-        about = f"{1e3 * bending.about[i]:+.3f} mm" if slides else f"{np.rad2deg(bending.about[i]):+.4f}°"
+        turned = 1e3 * bending.about[i] if slides else np.rad2deg(bending.about[i])
+        about = f"{turned:+.4f}{' mm' if slides else '°'}" if turned else "0"
         loads = ("", "") if bending.moment is None else (f"{m:.2f}" for m in bending.moment[i].round(2) + 0.0)
-        tipped = f"{np.rad2deg(bending.across[i]):.4f}°"
+        tipped = f"{np.rad2deg(bending.across[i]):.4f}°" if bending.across[i] else "0"
         cells = (f"Joint {i + 1}", *loads, about, tipped)
         rows.append(tuple(cell.replace("-", "−") for cell in cells))
     names = ", ".join(dict.fromkeys(str(effect.name) for effect in robot.effects))

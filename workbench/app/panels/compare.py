@@ -8,7 +8,7 @@ import viser
 from workbench.app.camera import look_at
 from workbench.app.html import MUTED, badge, block, number, table, text
 from workbench.app.panels.panel import AbstractPanel, on_change, set_value
-from workbench.appearance.colours import AFTER, BEFORE, FITTED, GHOST, HELD_OUT, LEFT_OUT, css
+from workbench.appearance.colours import ARROW_AFTER, ARROW_BEFORE, FITTED, GHOST, HELD_OUT, LEFT_OUT, css
 from workbench.session.commands import LeaveRowsOut, SetOverlay, ShowRow
 from workbench.session.commands.compare import GREATEST_EXAGGERATION, LEAST_EXAGGERATION
 from workbench.session.comparison import Comparison
@@ -132,8 +132,8 @@ def _readout(session: Session) -> str:
         words = "No position was measured here, so there is nothing to draw."
         return block(f"{head} · {kind}<br>{words}", testid="row", style="margin:6px 0")
     rows = [
-        (badge("Nominal", css(BEFORE)), f"{number(1e3 * before)} mm"),
-        (badge("Calibrated", css(AFTER)), f"{number(1e3 * after)} mm"),
+        (badge("Nominal", css(ARROW_BEFORE)), f"{number(1e3 * before)} mm"),
+        (badge("Calibrated", css(ARROW_AFTER)), f"{number(1e3 * after)} mm"),
     ]
     return block(
         f'<div style="color:{MUTED}">{text(head)} · {kind}</div>' + table(("Position error", ""), rows),

@@ -52,7 +52,7 @@ class GuidedPanel(AbstractPanel):
             )
             on_press(self._live, lambda: self._worker.submit(MeasureLive()))
             self._seed = gui.add_number(
-                "Arm",
+                "Virtual arm",
                 1,
                 min=0,
                 max=999_999,

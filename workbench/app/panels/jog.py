@@ -6,13 +6,13 @@ import numpy as np
 import viser
 
 from workbench import se3
-from workbench.app.html import MUTED, block
+from workbench.app.panels.coordinates import Coordinates, Quantity
 from workbench.app.panels.panel import AbstractPanel, on_change, on_press, set_value
 from workbench.model.forward import tool_poses
 from workbench.robots.robot import JointKind, Robot
 from workbench.session.commands import Jog, JogTo
 from workbench.session.commands.arm import standing
-from workbench.session.state import Session
+from workbench.session.state import Session, Units
 from workbench.session.worker import Worker
 
 
@@ -22,6 +22,8 @@ class JogPanel(AbstractPanel):
     def __init__(self, worker: Worker):
         self._worker = worker
         self._robot: Robot | None = None
+        self._q: np.ndarray | None = None
+        self._units: Units | None = None
         self._sliders: list[viser.GuiSliderHandle] = []
 
     def build(self, server: viser.ViserServer) -> None:
@@ -29,11 +31,11 @@ class JogPanel(AbstractPanel):
         gui = self._gui = server.gui
         self._folder = gui.add_folder("Joints")
         with gui.add_folder("Tool"):
-            self._xyz = gui.add_vector3(
-                "Position [mm]", (0.0, 0.0, 0.0), step=1.0, hint="Where the tool is to go, from the base."
+            self._xyz = Coordinates(
+                gui, "Position", Quantity.LENGTH, hint="Where the tool is, or is to go, from the base."
             )
-            self._rpy = gui.add_vector3(
-                "Angles [°]", (0.0, 0.0, 0.0), step=1.0, hint="Roll, pitch and yaw that it is to have."
+            self._rpy = Coordinates(
+                gui, "Angles", Quantity.ANGLE, hint="Roll, pitch and yaw that it has, or is to have."
             )
             go = gui.add_button(
                 "Go to this pose",
@@ -42,7 +44,6 @@ class JogPanel(AbstractPanel):
                 hint="Bring the tool there by the solution next to where the arm stands.",
             )
             on_press(go, self._go)
-        self._readout = gui.add_html("")
 
     def show(self, session: Session) -> None:
         """Where the arm stands."""
@@ -55,11 +56,10 @@ class JogPanel(AbstractPanel):
             shown = 1e3 * value if joint.kind is JointKind.PRISMATIC else np.rad2deg(value)
             set_value(slider, float(np.clip(round(float(shown), 1), slider.min, slider.max)))
         tool = se3.inverse(session.robot.base.pose) @ tool_poses(session.robot, q[None])[0]
-        shown_rpy = np.round(np.rad2deg(se3.matrix_to_rpy(tool[:3, :3])), 1) + 0.0
-        place = ", ".join(f"{1e3 * v:.1f}" for v in tool[:3, 3])
-        angles = ", ".join(f"{v:.1f}" for v in shown_rpy)
-        words = f"Tool now at {place} mm, turned by {angles}°."
-        self._readout.content = block(words, testid="tool", style=f"color:{MUTED};margin:4px 0")
+        if q is not self._q or session.units is not self._units:  # what is being typed stays
+            self._q, self._units = q, session.units
+            self._xyz.show(tool[:3, 3], session.units)
+            self._rpy.show(se3.matrix_to_rpy(tool[:3, :3]), session.units)
 
     def _rebuild(self, robot: Robot) -> None:
         self._robot = robot
@@ -93,6 +93,4 @@ class JogPanel(AbstractPanel):
         self._worker.submit(Jog(tuple(q.tolist())))
 
     def _go(self) -> None:
-        x, y, z = (1e-3 * float(v) for v in self._xyz.value)
-        roll, pitch, yaw = (float(np.deg2rad(v)) for v in self._rpy.value)
-        self._worker.submit(JogTo((x, y, z), (roll, pitch, yaw)))
+        self._worker.submit(JogTo(self._xyz.typed, self._rpy.typed))

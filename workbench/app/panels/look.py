@@ -5,8 +5,8 @@ import viser
 from workbench.app.html import MUTED, block, heading, pairs
 from workbench.app.panels.panel import AbstractPanel, on_change, set_value
 from workbench.session.command import AbstractCommand
-from workbench.session.commands import Redo, RestoreBest, SelectTarget, SetDark, Undo
-from workbench.session.state import Session
+from workbench.session.commands import Redo, RestoreBest, SelectTarget, SetDark, SetUnits, Undo
+from workbench.session.state import Session, Units
 from workbench.session.worker import Worker
 
 BRAND = (37, 99, 235)
@@ -47,6 +47,12 @@ class LookPanel(AbstractPanel):
         with gui.add_folder("Page"):
             self._dark = gui.add_checkbox("Dark", False, hint="Dark colours, for dim rooms.")
             on_change(self._dark, lambda: self._worker.submit(SetDark(bool(self._dark.value))))
+            self._units = gui.add_dropdown(
+                "Coordinates",
+                [str(units) for units in Units],
+                hint="What places and angles are shown and typed in.",
+            )
+            on_change(self._units, lambda: self._worker.submit(SetUnits(Units(self._units.value))))
             button = gui.add_button(
                 "Help and keys",
                 icon=viser.Icon.HELP,
@@ -59,6 +65,7 @@ class LookPanel(AbstractPanel):
     def show(self, session: Session) -> None:
         """Light or dark."""
         set_value(self._dark, session.is_dark)
+        set_value(self._units, str(session.units))
         if session.is_dark is not self._is_dark:
             self._is_dark = session.is_dark
             self._gui.configure_theme(

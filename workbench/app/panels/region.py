@@ -2,10 +2,10 @@
 
 from dataclasses import replace
 
-import numpy as np
 import viser
 
 from workbench.app.html import MUTED, block, number, pairs
+from workbench.app.panels.coordinates import Coordinates, Quantity
 from workbench.app.panels.panel import AbstractPanel, on_change, on_press, set_value
 from workbench.appearance.colours import SCALE, css
 from workbench.session.commands import MoveTarget, SetRegion, ShowCubes
@@ -94,22 +94,22 @@ class RegionPanel(AbstractPanel):
         self._legend.content = legend(view, numbers, is_working=bool(session.chore))
         self._picked.content = picked(session, numbers)
         self._move.visible = view.picked is not None and view.field is not Field.NONE
-        set_value(self._least, _millimetres(region.min))
-        set_value(self._greatest, _millimetres(region.max))
+        self._least.show(region.min, session.units)
+        self._greatest.show(region.max, session.units)
         set_value(self._cube, round(1e3 * region.cube))
         set_value(self._corners, view.corners)
 
     def _build_cuboid(self, gui: viser.GuiApi) -> None:
-        self._least = gui.add_vector3(
-            "From [mm]", (0.0, 0.0, 0.0), step=1.0, hint="Corner of the region with the least coordinates."
+        self._least = Coordinates(
+            gui, "From", Quantity.LENGTH, hint="Corner of the region with the least coordinates."
         )
-        self._greatest = gui.add_vector3(
-            "To [mm]", (0.0, 0.0, 0.0), step=1.0, hint="Corner of the region with the greatest coordinates."
+        self._greatest = Coordinates(
+            gui, "To", Quantity.LENGTH, hint="Corner of the region with the greatest coordinates."
         )
         self._cube = gui.add_slider(
             "Cube [mm]", 10, 200, 1, 50, hint="Side L of the cubes that the region is divided into."
         )
-        for control in (self._least, self._greatest, self._cube):
+        for control in (self._least.control, self._greatest.control, self._cube):
             on_change(control, self._set)
         self._corners = gui.add_checkbox(
             "Handles on two corners", False, hint="Drag the region's corners in the scene."
@@ -130,10 +130,8 @@ class RegionPanel(AbstractPanel):
         self._worker.submit(ShowCubes(view))
 
     def _set(self) -> None:
-        region = self._worker.session.plate.region
-        least = _metres(self._least.value, region.min)
-        greatest = _metres(self._greatest.value, region.max)
-        self._worker.submit(SetRegion(least, greatest, 1e-3 * float(self._cube.value)))
+        side = 1e-3 * float(self._cube.value)
+        self._worker.submit(SetRegion(self._least.typed, self._greatest.typed, side))
 
     def _move_there(self) -> None:
         session = self._worker.session
@@ -184,17 +182,3 @@ def picked(session: Session, numbers: CubeValues | None) -> str:
     if numbers is not None and view.field in IN_MILLIMETRES:
         items.append((TITLES[view.field], f"{number(1e3 * numbers.numbers[i])} mm"))
     return block(pairs(items), testid="cube", style="margin:4px 0")
-
-
-def _millimetres(point: np.ndarray) -> tuple[float, ...]:
-    return tuple((np.round(1e3 * point, 1) + 0.0).tolist())
-
-
-def _metres(typed, exact: np.ndarray) -> tuple[float, float, float]:
-    """What was typed in metres; numbers that were not touched keep all their digits."""
-    shown = _millimetres(exact)
-    x, y, z = (
-        float(old) if new == was else 1e-3 * float(new)
-        for new, was, old in zip(typed, shown, exact, strict=True)
-    )
-    return x, y, z

@@ -4,6 +4,7 @@ import numpy as np
 import viser
 
 from workbench.app.html import MUTED, badge, block, text
+from workbench.app.panels.coordinates import Coordinates, Quantity
 from workbench.app.panels.panel import AbstractPanel, on_change, on_choice, set_options, set_value
 from workbench.appearance.colours import BLOCKED, OUT_OF_REACH, REACHED, css
 from workbench.design.plate import AUTO
@@ -22,7 +23,6 @@ from workbench.session.commands import (
 )
 from workbench.session.state import Session, TargetState
 from workbench.session.worker import Worker
-from workbench.types import Vector3
 
 LEFT_TO_PROGRAM = "left to the program"
 
@@ -42,20 +42,20 @@ class TargetsPanel(AbstractPanel):
             hint="The target that the arm goes to; clicking a block in the scene does the same.",
         )
         on_change(self._choice, lambda: self._worker.submit(SelectTarget(int(self._choice.value) - 1)))
-        self._xyz = gui.add_vector3(
-            "Position [mm]",
-            (0.0, 0.0, 0.0),
-            step=0.1,
+        self._xyz = Coordinates(
+            gui,
+            "Position",
+            Quantity.LENGTH,
             hint="x, y and z of the tool at the target, from the base.",
         )
-        self._rpy = gui.add_vector3(
-            "Angles [°]",
-            (0.0, 0.0, 0.0),
-            step=0.1,
+        self._rpy = Coordinates(
+            gui,
+            "Angles",
+            Quantity.ANGLE,
             hint="Roll, pitch and yaw of the tool: turned about x, then y, then z of the base.",
         )
         for field in (self._xyz, self._rpy):
-            on_change(field, self._typed)
+            on_change(field.control, self._typed)
         self._branch = gui.add_dropdown(
             "Branch",
             [LEFT_TO_PROGRAM],
@@ -75,15 +75,15 @@ class TargetsPanel(AbstractPanel):
         i = session.selected
         target, state = session.plate.targets[i], session.states[i]
         set_options(self._choice, [str(k + 1) for k in range(len(session.plate))], str(i + 1))
-        set_value(self._xyz, _millimetres(target.xyz))
-        set_value(self._rpy, _degrees(target.rpy))
+        self._xyz.show(target.xyz, session.units)
+        self._rpy.show(target.rpy, session.units)
         known = [way.name for way in session.ways] if session.ways_of is target else []
         mine = [target.branch] if target.branch not in (AUTO, *known) else []
         chosen = LEFT_TO_PROGRAM if target.branch == AUTO else target.branch
         set_options(self._branch, [LEFT_TO_PROGRAM, *mine, *known], chosen)
         set_value(self._locked, target.locked)
-        for control in (self._xyz, self._rpy):
-            control.disabled = target.locked
+        for field in (self._xyz, self._rpy):
+            field.control.disabled = target.locked
         self._state.content = block(_state(state), testid="state", style="margin:4px 0 6px")
 
     @property
@@ -124,28 +124,7 @@ class TargetsPanel(AbstractPanel):
         self._worker.submit(ChooseBranch(self._number, AUTO if name == LEFT_TO_PROGRAM else name))
 
     def _typed(self) -> None:
-        """What was typed; numbers that were not touched keep all their digits."""
-        i = self._number
-        target = self._worker.session.plate.targets[i]
-        xyz = _merge(self._xyz.value, _millimetres(target.xyz), target.xyz, 1e-3)
-        rpy = _merge(self._rpy.value, _degrees(target.rpy), target.rpy, float(np.deg2rad(1.0)))
-        self._worker.submit(MoveTarget(i, xyz, rpy))
-
-
-def _millimetres(xyz: Vector3) -> tuple[float, ...]:
-    return tuple((np.round(1e3 * xyz, 2) + 0.0).tolist())
-
-
-def _degrees(rpy: Vector3) -> tuple[float, ...]:
-    return tuple((np.round(np.rad2deg(rpy), 3) + 0.0).tolist())
-
-
-def _merge(typed, shown, exact, unit: float) -> tuple[float, float, float]:
-    x, y, z = (
-        float(old) if new == was else float(unit * new)
-        for new, was, old in zip(typed, shown, exact, strict=True)
-    )
-    return x, y, z
+        self._worker.submit(MoveTarget(self._number, self._xyz.typed, self._rpy.typed))
 
 
 def _state(state: TargetState) -> str:

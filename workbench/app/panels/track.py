@@ -163,6 +163,6 @@ def _scale(errors: np.ndarray, times: float) -> str:
         f'<div style="height:8px;border-radius:3px;margin-top:4px;background:linear-gradient(90deg,{stops})">'
         '</div><div style="display:flex;justify-content:space-between">'
         f"<span>{_millimetres(errors.min())}</span><span>{_millimetres(errors.max())}</span></div>"
-        f'<div style="color:{MUTED}">The trail shows where the amber arm\'s tool goes, its error drawn '
-        f"{times:g} times; Errors × above changes that.</div>"
+        f'<div style="color:{MUTED}">The trail shows where the amber arm\'s tool goes, its error '
+        f"{'in true size' if times == 1 else f'drawn {times:g} times'}; Errors × above changes that.</div>"
     )

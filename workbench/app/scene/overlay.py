@@ -54,7 +54,7 @@ class OverlayPart(AbstractPart):
                 self._ghost.stand(session.identification.runs[session.fit].calibrated, standing(session))
         for name in ("frames", "points"):
             if name in self._nodes:
-                self._nodes[name].visible = overlay.frames
+                self._nodes[name].visible = overlay.frames and session.focus is not Focus.TRACK
         for name in ("before", "after"):
             if name in self._nodes:
                 self._nodes[name].visible = is_compared

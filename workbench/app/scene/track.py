@@ -28,6 +28,8 @@ RATE = 25.0
 """Frames a second."""
 PIECES = 48
 """Parts in which the trail grows."""
+HIGH = 0.5
+"""How high an arm may stand above its first frame, as a share of its reach."""
 LEAST = 1e-6
 """Errors below this are none [m]."""
 
@@ -96,15 +98,18 @@ class TrackPart(AbstractPart):
             self._ghost.remove()
             self._ghost = None
         if track is not None and track.actual is not None:
-            self._ghost = Arm(self._server, "/track/arm", track.actual, ghost=GHOST, is_plain=True)
+            self._ghost = Arm(
+                self._server, "/track/arm", track.actual, ghost=GHOST, is_plain=True, has_foot=False
+            )
 
     def _look(self, track: Track | None) -> None:
         """Every page looks at another way when it is first there."""
         old = self._track
         if track is None or (old is not None and (old.kind, old.robot) == (track.kind, track.robot)):
             return
+        arm = np.outer([0.0, HIGH * track.robot.reach], [0.0, 0.0, 1.0])
         for client in self._server.get_clients().values():
-            look_at(client, np.vstack([track.wanted, np.zeros(3)]), along=from_outside(track.wanted))
+            look_at(client, np.vstack([track.wanted, arm]), along=from_outside(track.wanted))
 
     def _draw_way(self, track: Track | None, times: float) -> None:
         for node in (*self._nodes, *self._trail, *([] if self._mark is None else [self._mark])):

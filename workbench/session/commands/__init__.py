@@ -4,7 +4,7 @@ from workbench.session.commands.arm import ChooseRobot, Jog, JogTo, LoadModel
 from workbench.session.commands.arrange import ApplyPattern, PlaceTargets, Snap, SnapTarget
 from workbench.session.commands.branches import ChooseBranch, MixBranches
 from workbench.session.commands.choices import HoldParameter, LeaveRowsOut
-from workbench.session.commands.compare import SetDark, SetOverlay, ShowFit, ShowRow
+from workbench.session.commands.compare import SetDark, SetOverlay, SetUnits, ShowFit, ShowRow
 from workbench.session.commands.data import ForgetData, LoadData, MeasureVirtualArm
 from workbench.session.commands.diagnose import AddEffects, Diagnose, TakeNextPoses
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
@@ -95,6 +95,7 @@ __all__ = [
     "SetOverlay",
     "SetPace",
     "SetRegion",
+    "SetUnits",
     "ShowCubes",
     "ShowFit",
     "ShowRow",

@@ -8,7 +8,7 @@ import numpy as np
 from workbench.errors import OptionError
 from workbench.session.command import AbstractChange
 from workbench.session.comparison import compare, joined
-from workbench.session.state import Focus, Overlay, Session
+from workbench.session.state import Focus, Overlay, Session, Units
 
 LEAST_EXAGGERATION, GREATEST_EXAGGERATION = 1.0, 500.0
 
@@ -131,3 +131,27 @@ class SetDark(AbstractChange):
     def apply(self, session: Session) -> Session:
         """The session afterwards."""
         return replace(session, is_dark=self.is_dark)
+
+
+@dataclass(frozen=True)
+class SetUnits(AbstractChange):
+    """Show and type coordinates in these units."""
+
+    units: Units
+
+    @property
+    def title(self) -> str:
+        """Words for the journal."""
+        return f"Coordinates in {self.units}"
+
+    @property
+    def key(self) -> Hashable | None:
+        """Only the newest wish matters."""
+        return "units"
+
+    def check(self, session: Session) -> None:
+        """Nothing can be wrong."""
+
+    def apply(self, session: Session) -> Session:
+        """The session afterwards."""
+        return replace(session, units=self.units)
