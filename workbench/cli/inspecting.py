@@ -1,0 +1,63 @@
+"""The commands that look at an arm by itself: redundancy, axes."""
+
+from typing import Annotated
+
+import typer
+
+from workbench.cli.options import (
+    ColumnsOption,
+    DataArgument,
+    JsonOption,
+    LayoutOption,
+    RobotOption,
+    SheetOption,
+    check_writable,
+    read_rows,
+    say,
+    show,
+)
+
+
+def redundancy(
+    robot: RobotOption,
+    frames: Annotated[bool, typer.Option("--frames", help="With the constants of base and tool.")] = False,
+    points: Annotated[
+        bool, typer.Option("--points", help="As seen by points alone, without orientation.")
+    ] = False,
+    free: Annotated[bool, typer.Option("--free", help="Only the constants that the robot frees.")] = False,
+    json: JsonOption = None,
+) -> None:
+    """Which constants of an arm no measurement tells apart, and may be removed."""
+    from workbench.identify.redundancy import redundancy as found_of
+    from workbench.report.arm import redundancy_json, redundancy_text
+    from workbench.report.json import write_json
+    from workbench.robots import load_robot
+
+    arm = load_robot(robot)
+    check_writable(json)
+    found = found_of(arm, arm.default_free if free else None, frames=frames, points=points)
+    show(redundancy_text(arm, found, frames=frames))
+    if json is not None:
+        say(f"result: {write_json(json, redundancy_json(arm, found))}")
+
+
+def axes(
+    data: DataArgument,
+    robot: RobotOption,
+    json: JsonOption = None,
+    columns: ColumnsOption = None,
+    sheet: SheetOption = None,
+    layout: LayoutOption = None,
+) -> None:
+    """Circle-point analysis: where each joint's axis is, from rows in which it turned alone."""
+    from workbench.report.arm import axes_json, axes_table
+    from workbench.report.json import write_json
+    from workbench.robots import load_robot
+    from workbench.validate.circle_points import circle_axes
+
+    arm = load_robot(robot)
+    check_writable(json)
+    found = circle_axes(arm, read_rows(data, arm, columns, sheet, layout))
+    show(axes_table(arm, found))
+    if json is not None:
+        say(f"result: {write_json(json, axes_json(arm, found))}")
