@@ -314,3 +314,8 @@ def test_errors_have_one_base():
     for name, (path, node) in classes().items():
         if path == ROOT / "errors.py" and node.name != "WorkbenchError":
             assert bases(path, node) == ["workbench.errors.WorkbenchError"], name
+
+
+def test_no_two_test_files_have_one_name():
+    names = [path.name for path in ROOT.parent.joinpath("tests").rglob("test_*.py")]
+    assert sorted(names) == sorted(set(names))  # pytest imports them by their names

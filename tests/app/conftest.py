@@ -21,7 +21,7 @@ from workbench.robots import load_robot
 from workbench.session import Session
 
 FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=gl-egl", "--ignore-gpu-blocklist"]
-DRAWN = "() => (window.__viserTestpoints?.rendererInfo?.render?.triangles ?? 0) > 5000"
+DRAWN = "() => (window.__viserTestpoints?.rendererInfo?.render?.triangles ?? 0) > 3000"
 SIZE = {"width": 1280, "height": 800}
 
 
@@ -85,6 +85,15 @@ class Screen:
         self.app.worker.wait()
         return self.app.worker.session
 
+    def wait_node(self, name: str, place: np.ndarray, timeout: float = 30_000) -> None:
+        """Until the page has a node there, to a hundredth of a millimetre."""
+        self.page.wait_for_function(
+            "([n, p]) => window.__viserMutable.nodePoseData[n]?.position"
+            ".every((v, i) => Math.abs(v - p[i]) < 1e-5)",
+            arg=[name, place.tolist()],
+            timeout=timeout,
+        )
+
     def node(self, name: str) -> list[float]:
         """Position and orientation of a node as the page has it."""
         pose = self.page.evaluate("n => window.__viserMutable.nodePoseData[n]", name)
@@ -132,9 +141,7 @@ def look(app: App, chromium: Browser) -> Iterator[Callable[[], Screen]]:
         page.on("console", lambda line: errors.append(line.text) if line.type == "error" else None)
         page.goto(f"{app.url}/?fixedDpr=1")
         page.wait_for_selector('[data-testid="index"]', timeout=60_000)
-        page.wait_for_function(
-            "() => (window.__viserTestpoints?.rendererInfo?.render?.triangles ?? 0) > 5000"
-        )
+        page.wait_for_function(DRAWN, timeout=60_000)
         note = page.locator(".mantine-Notification-root", has_text="Software").get_by_role("button")
         with contextlib.suppress(Exception):  # only shown where there is no graphics card
             note.click(timeout=1500)

@@ -43,8 +43,8 @@ def test_the_demo_plays_to_its_end_and_the_numbers_fall(app, look):
 def test_touching_anything_ends_the_demo(app, look):
     app.demo.stop()
     app.demo.join(60.0)
-    slow = Demo(app.worker, pace=1.0)
     screen = look()
+    slow = Demo(app.worker, pace=1.0)
     screen.wait_text("caption", "calibration tool", timeout=60_000)
     screen.shoot("demo")
     screen.press("Stop the demo")

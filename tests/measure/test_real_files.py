@@ -1,7 +1,5 @@
 """Every file of the real measurements is read as its SOURCE.md says, or refused with the right sentence."""
 
-import time
-
 import numpy as np
 import pytest
 
@@ -31,12 +29,6 @@ def test_ur10_grid_series(shared_data, ur10):
     np.testing.assert_allclose(original.temperature, ur10.temperature, atol=6e-5)
     assert original.group.tolist() == ur10.group.tolist()
     assert any("goal columns are commanded" in note for note in original.notes)
-
-
-def test_ur10_is_read_in_less_than_a_second(shared_data, ur10):
-    begin = time.perf_counter()
-    read_measurements(shared_data / "ur10_ipa" / "measurements.csv")
-    assert time.perf_counter() - begin < 1.0
 
 
 def test_the_plain_reading_of_the_grid_series_asks_for_units(shared_data):

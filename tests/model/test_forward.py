@@ -128,13 +128,13 @@ def test_every_column_of_elementary_and_urdf_arms(make, seed, tmp_path):
 
 @pytest.mark.parametrize("name", built_in_robots())
 def test_every_column_of_the_built_in_arms(name):
-    robot = framed(load_robot(name), np.random.default_rng(1))
+    robot = framed(load_robot(name).with_effects(), np.random.default_rng(1))
     assert check_columns(robot, rows(robot)) < 1e-7
 
 
 @pytest.mark.parametrize("name", built_in_robots())
 def test_built_in_arms_agree_with_pinocchio(name):
-    robot = load_robot(name)
+    robot = load_robot(name).with_effects()
     assert check_forward(robot, rows(robot, 50)) < 1e-12
     assert check_forward(framed(robot, np.random.default_rng(2)), rows(robot, 50)) < 1e-12
 

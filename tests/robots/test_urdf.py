@@ -128,7 +128,7 @@ def test_real_arms_round_trip_through_toml_and_urdf(file, tmp_path):
 
 @pytest.mark.parametrize("name", built_in_robots())
 def test_built_in_arms_round_trip_through_urdf(name, tmp_path):
-    robot = load_robot(name)
+    robot = load_robot(name).with_effects()
     robot = robot.with_frames(tool=Frame(frozen(np.array([0.1, 0, 0.2])), frozen(rotation([0.3, 2, 1]))))
     path = write_urdf(robot, tmp_path / "arm.urdf")
     again = load_robot(path)
