@@ -17,7 +17,7 @@ def test_the_experiment_from_end_to_end(run, tmp_path):
     assert "3 kg were hung onto the tool" in out
     result = json.loads((tmp_path / "r.json").read_text())
     assert result["schema"] == "workbench.loading/1"
-    assert result["upright"] == [1]
+    assert result["unturned"] == [1]
     assert [j["joint"] for j in result["joints"]] == [1, 2, 3, 4, 5]
     for joint in result["joints"]:
         for part, within in (("clearance", 0.05), ("backlash", 0.05), ("compliance", 0.15)):

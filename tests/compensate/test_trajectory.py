@@ -211,7 +211,7 @@ def test_an_effect_without_its_driver_is_refused(arms):
 
 
 def test_a_correction_that_does_not_converge_is_refused(arms):
-    """An arm that came out shorter than its drawing does not reach what the drawing reaches when stretched."""
+    """An arm that came out shorter than drawn does not reach what the drawing reaches when stretched."""
     nominal = arms["aria"][0]
     short = nominal.with_values({"joint4.d": 0.336 - 0.02})
     q = np.tile([0.2, 0.3, -1.2, 0.3, 0.4, -0.4], (8, 1))

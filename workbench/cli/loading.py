@@ -12,7 +12,8 @@ from workbench.errors import OptionError
 def loading(
     robot: Annotated[str, typer.Argument(help="Robot with masses: a .toml file, or a built-in arm.")],
     joints: Annotated[
-        str | None, typer.Option(help="Joints to load, 2,3 …; if not given all, upright ones by side pulls.")
+        str | None,
+        typer.Option(help="Joints to load, 2,3 …; else all, those that no gravity turns by side pulls."),
     ] = None,
     added_mass: Annotated[float, typer.Option(help="Mass that can be hung onto the tool [kg].")] = 0.0,
     pairs: Annotated[int, typer.Option(help="Pairs of postures for every joint and purpose.")] = 4,

@@ -8,9 +8,9 @@ the other, one joint moves or a mass is hung onto the tool, and of the joint tha
     size        the moment about its axis grows and keeps its sign: its stiffness.
 
 The mass is hung on for `size` where the arm's own weight would bend the joint by less than the instrument
-resolves ten times over. Gravity turns no upright joint; such a joint is left out, and `side_loads` pulls
-sideways at the tool instead. Postures keep the joint limits, stand above the table, and links that are not
-neighbours keep apart.
+resolves ten times over. Gravity turns no upright joint, nor one whose load lies on its axis; such a joint is
+left out, and `side_loads` pulls sideways at the tool instead. Postures keep the joint limits, stand above the
+table, and links that are not neighbours keep apart.
 
 Source: Katana figs. 4.6 and 5.4, which show six of such postures for joint 3.
 """
@@ -42,8 +42,8 @@ FIRM = 0.1
 """Least moment that presses a joint to one side of its play [N m]."""
 ROUND = np.cos(np.deg2rad(150.0))
 """Cosine of the least angle by which a moment across an axis must turn."""
-UPRIGHT = 0.01
-"""Moment about an axis, by the greatest of the arm, below which gravity does not turn the joint."""
+LEVER = 0.01
+"""Least lever of a level pull at the tool that turns a joint [m]."""
 POSTURES, MOVES = 400, 4
 """Random postures, and random moves of each joint from each."""
 SIZES = (1.0, 0.8, 0.65, 0.5)
@@ -91,11 +91,13 @@ class LoadingPlan:
 
     Args:
         pairs: The pairs of postures, joint by joint.
-        upright: Joints that gravity does not turn, from 0; nothing of them shows.
+        unturned: Joints that gravity does not turn, from 0; they show their clearance at most.
+        missing: Joints and purposes for which no posture is reached.
     """
 
     pairs: tuple[LoadingPair, ...]
-    upright: tuple[int, ...]
+    unturned: tuple[int, ...]
+    missing: tuple[tuple[int, Purpose], ...] = ()
 
     @property
     def joints(self) -> tuple[int, ...]:
@@ -148,8 +150,8 @@ def loading_plan(
         rng: Source of the postures.
 
     Raises:
-        OptionError: no such joint, a negative mass, or an upright joint that was asked for.
-        DataError: no reachable posture loads a joint as asked; names joint and purpose.
+        OptionError: no such joint, a negative mass, or a joint that was asked for and gravity does not turn.
+        DataError: no reachable posture loads a joint that was asked for, or any joint; names the purpose.
     """
     if added_mass < 0.0 or each < 1:
         raise OptionError(
@@ -157,13 +159,23 @@ def loading_plan(
         )
     q, base = _moves(robot, rng)
     moves, heavy = (_loaded(robot, q, base, mass) for mass in (0.0, added_mass))
-    upright = _upright(moves.moments[0])
-    asked = _asked(robot, joints, upright)
+    unturned = _unturned(heavy.moments[0])
     pairs: list[LoadingPair] = []
-    for joint in asked:
+    missing: list[tuple[int, Purpose]] = []
+    for joint in _asked(robot, joints, unturned):
         for purpose in Purpose:
-            pairs += _pairs(robot, moves, heavy, joint, purpose, each)
-    return LoadingPlan(pairs=tuple(pairs), upright=upright)
+            try:
+                pairs += _pairs(robot, moves, heavy, joint, purpose, each)
+            except DataError:
+                if joints is not None:
+                    raise
+                missing.append((joint, purpose))
+    if not pairs:
+        raise DataError(
+            f"no posture that robot '{robot.name}' reaches loads any joint both ways, or little and much; "
+            "widen its limits, or add mass at the tool"
+        )
+    return LoadingPlan(pairs=tuple(pairs), unturned=unturned, missing=tuple(missing))
 
 
 def possible(robot: Robot, q: Float[np.ndarray, "rows n"]) -> Bool[np.ndarray, " rows"]:
@@ -221,24 +233,24 @@ def _loaded(robot: Robot, q: np.ndarray, base: np.ndarray, mass: float) -> _Move
     return _Moves(q, base, mass, (first, second))
 
 
-def _upright(moments: JointMoments) -> tuple[int, ...]:
-    about = np.abs(moments.about).max(axis=0)
-    return tuple(np.flatnonzero(about < UPRIGHT * about.max()).tolist())
+def _unturned(moments: JointMoments) -> tuple[int, ...]:
+    return tuple(np.flatnonzero(np.abs(moments.about).max(axis=0) < FIRM).tolist())
 
 
-def _asked(robot: Robot, joints: Sequence[int] | None, upright: tuple[int, ...]) -> tuple[int, ...]:
+def _asked(robot: Robot, joints: Sequence[int] | None, unturned: tuple[int, ...]) -> tuple[int, ...]:
     """Joints to load."""
     if joints is None:
-        return tuple(j for j in range(robot.dof) if j not in upright)
+        return tuple(j for j in range(robot.dof) if j not in unturned)
     for joint in joints:
         if not 0 <= joint < robot.dof:
             raise OptionError(
                 f"joint {joint + 1} is asked for, but the joints of '{robot.name}' are 1 to {robot.dof}"
             )
-        if joint in upright:
+        if joint in unturned:
             raise OptionError(
-                f"joint {joint + 1} of '{robot.name}' stands upright, so that no gravity acts about it and "
-                "inclinometers can't show it; pull sideways at the tool and measure its pose instead"
+                f"joint {joint + 1} of '{robot.name}' stands upright or carries its load on its axis: no "
+                "gravity acts about it, so inclinometers can't show it; ask for all joints to pull at the "
+                "tool instead"
             )
     return tuple(dict.fromkeys(joints))
 
@@ -352,13 +364,7 @@ def side_loads(
     if force <= 0.0:
         raise OptionError(f"a pull of {force:g} N loads nothing; give more than 0")
     q = np.unique(_moves(robot, rng)[0][0], axis=0)
-    none = joint_moments(robot, Motion(q)).about[:, joint]
-    level = np.eye(3) - np.outer(_up(robot), _up(robot))
-    by_axis = [
-        joint_moments(robot, Motion(q, wrench=np.tile([*axis, 0.0, 0.0, 0.0], (len(q), 1)))).about[:, joint]
-        for axis in np.eye(3)
-    ]
-    lever = (np.stack(by_axis, axis=1) - none[:, None]) @ level
+    lever = _levers(robot, joint, q)
     length = np.linalg.norm(lever, axis=1)
     best = np.argsort(-length)[:postures]
     if force * length[best].min() < FIRM:
@@ -374,6 +380,17 @@ def side_loads(
     return SideLoads(joint=joint, q=frozen(rows), wrench=frozen(wrench), about=frozen(about))
 
 
-def _up(robot: Robot) -> Float[np.ndarray, "3"]:
-    """Against gravity; z where there is none."""
-    return level_axes(robot.gravity)[2]
+def pullable(robot: Robot, joint: int, *, rng: np.random.Generator) -> bool:
+    """Whether level pulls at the tool turn a joint; not one that the tool's point lies on."""
+    low, high = robot.search_limits.T
+    q = rng.uniform(low, high, (POSTURES, robot.dof))
+    return bool(np.linalg.norm(_levers(robot, joint, q), axis=1).max() > LEVER)
+
+
+def _levers(robot: Robot, joint: int, q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows 3"]:
+    """Moment about a joint's axis per newton of a level pull along each axis of the robot's gravity [m]."""
+    up = level_axes(robot.gravity)[2]
+    none = joint_moments(robot, Motion(q)).about[:, joint]
+    pulls = (np.tile([*axis, 0.0, 0.0, 0.0], (len(q), 1)) for axis in np.eye(3))
+    by_axis = [joint_moments(robot, Motion(q, wrench=pull)).about[:, joint] - none for pull in pulls]
+    return np.stack(by_axis, axis=1) @ (np.eye(3) - np.outer(up, up))

@@ -66,6 +66,11 @@ class JointTilting:
         """Its standard error, to first order [N m/rad]."""
         return np.inf if self.compliance <= 0.0 else self.compliance_std / self.compliance**2
 
+    def only(self, asked: "JointTilting") -> "JointTilting":
+        """The sizes that are asked for there."""
+        wanted = {word: getattr(self, word) for word in KINDS.values() if np.isfinite(getattr(asked, word))}
+        return JointTilting(self.joint, **wanted)
+
     def joined(self, other: "JointTilting") -> "JointTilting":
         """What was found of the joint here, and there where nothing was found here."""
         here, there = asdict(self), asdict(other)
@@ -105,13 +110,28 @@ def tilting_effects(joints: Sequence[JointTilting]) -> tuple[AbstractEffect, ...
     return tuple(out)
 
 
+def giving_way(
+    joints: Sequence[int] = (), *, tipping: Sequence[int] = (), turning: Sequence[int] = ()
+) -> tuple[JointTilting, ...]:
+    """Sizes to ask for, all 0.
+
+    Args:
+        joints: Joints of which clearance, backlash and compliance are asked, from 0.
+        tipping: Joints of which the clearance alone is.
+        turning: Joints of which backlash and compliance alone are.
+    """
+    return (
+        *(JointTilting(j, 0.0, 0.0, 0.0) for j in joints),
+        *(JointTilting(j, clearance=0.0) for j in tipping),
+        *(JointTilting(j, backlash=0.0, compliance=0.0) for j in turning),
+    )
+
+
 def fit_tilting(
     robot: Robot,
     data: Dataset,
     *,
-    joints: Sequence[int] = (),
-    tipping: Sequence[int] = (),
-    turning: Sequence[int] = (),
+    asked: Sequence[JointTilting],
     noise: Noise,
     free: Sequence[str] | None = None,
     frames: FrameFreedom | None = None,
@@ -121,16 +141,11 @@ def fit_tilting(
     Args:
         robot: Nominal arm with masses; effects that it carries already act as they are.
         data: Rows of any observation.
-        joints: Joints of which clearance, backlash and compliance are fitted, from 0.
-        tipping: Joints of which the clearance alone is fitted.
-        turning: Joints of which backlash and compliance alone are fitted.
+        asked: Joints and where their sizes begin; what is NaN is not fitted. See `giving_way`.
         noise: Standard deviations where rows bring none.
         free: Constants to fit beside; the robot's default ones if None, none if empty: a given geometry.
         frames: What of base and tool is unknown; nothing if None.
     """
-    asked = [JointTilting(j, 0.0, 0.0, 0.0) for j in joints]
-    asked += [JointTilting(j, clearance=0.0) for j in tipping]
-    asked += [JointTilting(j, backlash=0.0, compliance=0.0) for j in turning]
     effects = tilting_effects(asked)
     names = [name for effect in effects for name in effect.names]
     bent = robot.with_effects(*robot.effects, *effects)

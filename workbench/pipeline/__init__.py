@@ -18,6 +18,7 @@ from workbench.pipeline.compensation import compensate_trajectory
 from workbench.pipeline.diagnosis import diagnose
 from workbench.pipeline.evaluation import evaluate
 from workbench.pipeline.identification import ALGORITHMS, identify
+from workbench.pipeline.loading import loading_experiment
 from workbench.pipeline.plates import cluster_region, score_plate, score_plates
 from workbench.pipeline.poses import choose_poses, write_poses
 from workbench.pipeline.simulation import measure_plate, measure_poses
@@ -36,6 +37,7 @@ __all__ = [
     "diagnose",
     "evaluate",
     "identify",
+    "loading_experiment",
     "measure_plate",
     "measure_poses",
     "score_plate",

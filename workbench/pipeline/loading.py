@@ -1,8 +1,8 @@
 """The experiment with inclinometers, planned and simulated: clearance, backlash and stiffness of each joint.
 
 The readings of all postures are fitted together, the directions of the axes with them, so that no posture has
-to be exact. Joints that stand upright, about which no gravity acts, are pulled sideways at the tool instead,
-and the tool's pose is measured; the other joints are then known from the inclinometers.
+to be exact. Joints about which no gravity acts, as they stand upright, are pulled sideways at the tool
+instead, and the tool's pose is measured; the other joints are then known from the inclinometers.
 
 Source: Katana figs. 4.6, 4.9, 5.4; §4.4.1 for joint 1.
 """
@@ -12,10 +12,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from workbench.design.loading import LoadingPlan, SideLoads, loading_plan, side_loads
+from workbench.design.loading import LoadingPlan, Purpose, SideLoads, loading_plan, pullable, side_loads
 from workbench.errors import OptionError
 from workbench.identify.problem import Noise
-from workbench.identify.tilting import JointTilting, Tilting, fit_tilting, tilting_effects
+from workbench.identify.tilting import JointTilting, Tilting, fit_tilting, giving_way, tilting_effects
 from workbench.measure.dataset import Dataset
 from workbench.measure.instruments import INSTRUMENTS, Instrument
 from workbench.measure.simulate import simulate, virtual_arm
@@ -51,7 +51,7 @@ def loading_experiment(
         added_mass: Mass that can be hung onto the tool [kg].
         each: Pairs of postures for every joint and purpose.
         repeats: Readings of every posture.
-        force: Greatest sideways pull at the tool for upright joints [N].
+        force: Greatest sideways pull at the tool for joints that gravity does not turn [N].
         seed: Of postures, hidden arm and noise.
 
     Raises:
@@ -63,9 +63,9 @@ def loading_experiment(
     rng = np.random.default_rng(seed)
     robot = robot.with_effects()
     plan = loading_plan(robot, joints=joints, added_mass=added_mass, each=each, rng=rng)
-    upright = plan.upright if joints is None else ()
-    side = tuple(side_loads(robot, j, force=force, rng=rng) for j in upright)
-    hidden = draw_joints(sorted((*plan.joints, *plan.upright)), rng)
+    pulled_at = [j for j in plan.unturned if joints is None and pullable(robot, j, rng=rng)]
+    side = tuple(side_loads(robot, j, force=force, rng=rng) for j in pulled_at)
+    hidden = draw_joints(asked_of(plan, pulled_at), rng)
     actual = virtual_arm(robot, rng=rng, length=LENGTH, angle=ANGLE).with_effects(*tilting_effects(hidden))
     inclinometer, tracker = INSTRUMENTS["inclinometer"], replace(INSTRUMENTS["optotrak"], sight=None)
     meter, tracker = (replace(instrument, samples=repeats) for instrument in (inclinometer, tracker))
@@ -95,12 +95,23 @@ def read_plan(
 def tilting_of(robot: Robot, plan: LoadingPlan, data: Dataset, *, instrument: Instrument) -> Tilting:
     """What readings of a plan show of its joints, the directions of all axes fitted beside.
 
-    Of upright joints, across whose axes the whole arm weighs, they show the clearance.
+    Of joints that gravity does not turn, but tips, they show the clearance.
     """
     _, turn = instrument.deviations
     angles = [n for n in robot.default_free if robot.chain.elements[robot.chain.index[n]].axis.turns]
     noise = Noise(rotation=turn or Noise().rotation)
-    return fit_tilting(robot, data, joints=plan.joints, tipping=plan.upright, noise=noise, free=angles)
+    return fit_tilting(robot, data, asked=asked_of(plan), noise=noise, free=angles)
+
+
+def asked_of(plan: LoadingPlan, pulled: Sequence[int] = ()) -> tuple[JointTilting, ...]:
+    """What a plan shows of each joint, 0 where it does; of pulled joints how they turn as well."""
+    out = []
+    for joint in sorted((*plan.joints, *plan.unturned)):
+        tips = (joint, Purpose.CROSSWISE) not in plan.missing
+        turns = joint in pulled or joint not in plan.unturned
+        back, soft = (turns and (joint, p) not in plan.missing for p in (Purpose.REVERSAL, Purpose.SIZE))
+        out.append(JointTilting(joint, *(0.0 if shown else np.nan for shown in (tips, back, soft))))
+    return tuple(out)
 
 
 def pulled_joint(robot: Robot, known: Tilting, loads: SideLoads, data: Dataset) -> Tilting:
@@ -113,7 +124,7 @@ def pulled_joint(robot: Robot, known: Tilting, loads: SideLoads, data: Dataset) 
         data: Measured poses, with the wrench of every row.
     """
     others = robot.with_effects(*known.effects)
-    return fit_tilting(others, data, turning=(loads.joint,), noise=Noise())
+    return fit_tilting(others, data, asked=giving_way(turning=(loads.joint,)), noise=Noise())
 
 
 def _pulled(actual: Robot, loads: SideLoads, tracker: Instrument, rng: np.random.Generator) -> Dataset:
@@ -123,12 +134,12 @@ def _pulled(actual: Robot, loads: SideLoads, tracker: Instrument, rng: np.random
     return replace(data, sigma=np.tile([position] * 3 + [turn or position] * 3, (len(loads.q), 1)))
 
 
-def draw_joints(joints: Sequence[int], rng: np.random.Generator) -> tuple[JointTilting, ...]:
-    """Joints of a virtual arm, of the usual sizes."""
+def draw_joints(asked: Sequence[JointTilting], rng: np.random.Generator) -> tuple[JointTilting, ...]:
+    """Joints of a virtual arm, of the usual sizes, as far as they are asked for."""
     out = []
-    for joint in joints:
+    for joint in asked:
         clearance, backlash, stiffness = (rng.uniform(*s) for s in (CLEARANCE, BACKLASH, STIFFNESS))
         compliance = np.deg2rad(1.0) / (9.81 * stiffness)
         sizes = [float(v) for v in (np.deg2rad(clearance), np.deg2rad(backlash), compliance)]
-        out.append(JointTilting(joint, *sizes))
+        out.append(JointTilting(joint.joint, *sizes).only(joint))
     return tuple(out)

@@ -16,13 +16,13 @@ from workbench.design.iso_cube import iso_cube_poses, largest_cube
 from workbench.design.loading import loading_plan
 from workbench.effects import AbstractEffect
 from workbench.identify.problem import Noise
-from workbench.identify.tilting import JointTilting, fit_geometry, fit_tilting, tilting_effects
+from workbench.identify.tilting import fit_geometry, fit_tilting, giving_way, tilting_effects
 from workbench.measure.dataset import Dataset
 from workbench.measure.instruments import INSTRUMENTS, Instrument, Observes
 from workbench.measure.simulate import simulate, virtual_arm
 from workbench.model.forward import tool_poses
 from workbench.motion import Motion
-from workbench.pipeline.loading import ANGLE, LENGTH, draw_joints, read_plan, tilting_of
+from workbench.pipeline.loading import ANGLE, LENGTH, asked_of, draw_joints, read_plan, tilting_of
 from workbench.robots.robot import Robot
 
 POSES, HELD_OUT = 118, 50
@@ -71,7 +71,7 @@ def compare_orders(
     models = (
         fit_geometry(robot, data, noise=noise).calibrated,
         fit_geometry(robot, data, known=known, noise=noise).calibrated,
-        fit_tilting(robot, data, joints=joints, tipping=tipping, noise=noise).calibrated,
+        fit_tilting(robot, data, asked=giving_way(joints, tipping=tipping), noise=noise).calibrated,
     )
     return Orders(*(_mean_mm(model, held_out) for model in models))
 
@@ -81,7 +81,7 @@ def order_study(
 ) -> tuple[Orders, ...]:
     """Both orders over virtual arms: inclinometers read without added mass, then 118 poses by ISO 9283.
 
-    Upright joints tip in their clearance, and do not turn: what friction would hold there is left out.
+    Joints that gravity does not turn tip in their clearance alone: what friction would hold is left out.
 
     Args:
         robot: Nominal arm with masses and limits.
@@ -96,10 +96,7 @@ def order_study(
     noise = Noise(sigma, float(turn or 1.0))
     out = []
     for k in range(arms):
-        joints = [
-            JointTilting(j.joint, clearance=j.clearance) if j.joint in plan.upright else j
-            for j in draw_joints((*plan.upright, *plan.joints), rng)
-        ]
+        joints = draw_joints(asked_of(plan), rng)
         actual = virtual_arm(robot, rng=rng, length=LENGTH, angle=ANGLE)
         actual = actual.with_effects(*tilting_effects(joints))
         readings = read_plan(actual, plan, instrument=meter, rng=rng)
@@ -113,7 +110,7 @@ def order_study(
                 rows.take(np.arange(POSES, len(rows))),
                 known=known.effects,
                 joints=plan.joints,
-                tipping=plan.upright,
+                tipping=plan.unturned,
                 noise=noise,
             )
         )

@@ -29,6 +29,13 @@ WORDS = {
 }
 
 
+LACKING = {
+    Purpose.CROSSWISE: "tips both ways: its clearance does not show",
+    Purpose.REVERSAL: "turns both ways: its backlash does not show",
+    Purpose.SIZE: "is loaded little and much: its stiffness does not show",
+}
+
+
 def loading_table(found: LoadingResult) -> RenderableType:
     """What was found of every joint, with standard errors, beside what the virtual arm hides."""
     table = plain_table(f"{found.robot.name}: inclinometers in {len(found.plan.q)} postures")
@@ -48,12 +55,12 @@ def notes(found: LoadingResult) -> list[str]:
     if masses:
         mass = max(pair.added.max() for pair in found.plan.pairs)
         out.append(f"{mass:g} kg were hung onto the tool for joint {_listed(masses)}")
-    for joint in found.plan.upright:
-        words = (
-            f"no gravity acts about joint {joint + 1}, which stands upright: inclinometers show how it tips"
-        )
+    for joint in found.plan.unturned:
+        words = f"no gravity acts about joint {joint + 1}: inclinometers show how it tips"
         pulled = any(s.joint == joint for s in found.side)
         out.append(words + (", poses under sideways pulls how it turns" if pulled else " and nothing else"))
+    for joint, purpose in found.plan.missing:
+        out.append(f"no posture loads joint {joint + 1} so that it {LACKING[purpose]}")
     return out
 
 
@@ -74,7 +81,8 @@ def loading_json(found: LoadingResult) -> Json:
                 }
                 for j in found.joints
             ],
-            "upright": [j + 1 for j in found.plan.upright],
+            "unturned": [j + 1 for j in found.plan.unturned],
+            "missing": [{"joint": j + 1, "purpose": str(p)} for j, p in found.plan.missing],
             "postures": [_pair(pair) for pair in found.plan.pairs],
             "pulls": [
                 {"joint": s.joint + 1, "q": s.q, "wrench": s.wrench, "about": s.about} for s in found.side

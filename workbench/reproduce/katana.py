@@ -28,6 +28,7 @@ from workbench.reproduce.katana_experiment import (
     experiment_sheet,
     experiments,
 )
+from workbench.reproduce.katana_pencil import PencilCheck, pencil_check, pencil_finding
 from workbench.reproduce.katana_study import EACH_SIDE, EACH_WAY, KatanaStudy, katana_study
 from workbench.reproduce.katana_tracking import TrackingStudy, tracking_study
 from workbench.reproduce.katana_tracking_claims import tracking_findings
@@ -68,6 +69,7 @@ class KatanaReproduction:
         experiments: The joints read with inclinometers.
         cube: The 118 poses in their order.
         tracking: A circle and lines followed before and after calibration.
+        pencil: The circle drawn on paper and read.
     """
 
     arms: int
@@ -82,6 +84,7 @@ class KatanaReproduction:
     experiments: Experiments
     cube: CubePoses
     tracking: TrackingStudy
+    pencil: PencilCheck
 
 
 def reproduce_katana(
@@ -145,6 +148,7 @@ def reproduce_katana(
     )
     robot = load_robot("katana450")
     cube = iso_cube_poses(robot, rng=np.random.default_rng(seed))
+    pencil = pencil_check(tracking.paths[0], seed=seed)
     influences = influence(robot, cube.q, names=printed.CONSTANTS)
     errors, sheets = _errors(once, twice, named, cube)
     redundant, sheet = setup.redundant()
@@ -156,6 +160,7 @@ def reproduce_katana(
             *claims.weights_compared(weights),
             *experiment_findings(read),
             *tracking_findings(tracking),
+            pencil_finding(pencil),
             *setup.arm(),
             *setup.equations(),
             *setup.influences(influences, cube),
@@ -170,6 +175,7 @@ def reproduce_katana(
         experiments=read,
         cube=cube,
         tracking=tracking,
+        pencil=pencil,
     )
 
 

@@ -9,6 +9,7 @@ from workbench.report.folder import check_folder
 from workbench.reproduce.influence_study import METHODS, TROUBLES
 from workbench.reproduce.katana import KatanaReproduction
 from workbench.reproduce.katana_figures import katana_pictures
+from workbench.reproduce.katana_pencil import pencil_picture
 from workbench.reproduce.katana_study import REMAINDER, TITLES, KatanaStudy, spread
 from workbench.reproduce.katana_tracking import PATHS, STEPS
 from workbench.reproduce.katana_tracking_claims import tracking_pictures
@@ -80,6 +81,7 @@ def write_katana(
         pictures=(
             *katana_pictures(found, lambda part: report(0.6 * part, "drawing")),
             *tracking_pictures(found.tracking, lambda part: report(0.6 + 0.4 * part, "drawing")),
+            pencil_picture(found.pencil),
         ),
         sheets=found.sheets,
         omitted="Figs. 3.1 to 3.7, 4.1 to 4.7 and 4.9 are photographs and drawings.",

@@ -86,6 +86,11 @@ def next_step(session: Session) -> str:
         return (
             "<b>Measure</b>: drive the arm to the wanted target, wait until it stands still, store the row."
         )
+    if session.source is not None and session.source.is_followed and session.focus is Focus.JOG:
+        return (
+            "The arm stands as the real one does. In <b>Measure</b>, take its rows target by target, or untick "
+            "<b>Follow the arm</b> to go on with the plate."
+        )
     if session.focus is Focus.TRACK:
         return (
             "The solid arm goes as it was taught, the amber one as the calibrated arm does. <b>Play</b> and "
