@@ -68,7 +68,7 @@ def _arms(study: KatanaStudy, diagnosed: Float[np.ndarray, " some"]) -> Figure:
             for column in range(len(TITLES)):
                 _box(axes, column, table[:, column])
             axes.plot(range(len(TITLES)), told, "x", ms=8, mew=1.8, color=COLOURS[1], label="thesis")
-            names = (*TITLES, "diagnosed")
+            names = (*TITLES, "diagnosed") if table is study.held_out else TITLES
             axes.set_xticks(range(len(names)), names, rotation=30, ha="right", rotation_mode="anchor")
             axes.set_yscale("log")
             axes.set_yticks([0.02, 0.05, 0.1, 0.2, 0.5, 1.0], ["0.02", "0.05", "0.1", "0.2", "0.5", "1"])

@@ -88,8 +88,8 @@ def next_step(session: Session) -> str:
         )
     if session.source is not None and session.source.is_followed and session.focus is Focus.JOG:
         return (
-            "The arm stands as the real one does. In <b>Measure</b>, take its rows target by target, or untick "
-            "<b>Follow the arm</b> to go on with the plate."
+            "The arm stands as the real one does. In <b>Measure</b>, take its rows target by target, or "
+            "untick <b>Follow the arm</b> to go on with the plate."
         )
     if session.focus is Focus.TRACK:
         return (
