@@ -58,6 +58,23 @@ def test_a_virtual_arm_is_recovered(worker, do, first, tmp_path):
     assert np.allclose(read_toml(tmp_path / name).values(first.robot.default_free), wanted, atol=1e-12)
 
 
+@pytest.mark.parametrize(("name", "millimetres"), [("laser-tracker", 0.02), ("optotrak", 0.00577)])
+def test_an_instrument_measures_a_virtual_arm_as_well_as_it_sees(name, millimetres, do):
+    session = do(MeasureVirtualArm(3, more=20, instrument=name))
+    data, actual = session.loaded.dataset, session.loaded.actual
+    assert dict(session.loaded.facts)["Noise"].startswith(f"{millimetres:g} mm")
+    off = np.linalg.norm(data.position - tool_poses(actual, data.q)[:, :3, 3], axis=1)
+    assert 1e3 * off.mean() == pytest.approx(1.6 * millimetres, rel=0.3)  # of three normal coordinates
+    found = do(Identify(("opt2",))).identification
+    assert found.runs["opt2"].held_out.position_mm.mean < 0.01 * found.nominal.held_out.position_mm.mean
+
+
+def test_what_sees_no_place_of_the_tool_can_t_measure_here(do):
+    session = do(MeasureVirtualArm(3, instrument="inclinometer"))
+    assert session.loaded is None
+    assert "choose one of ideal, plate" in session.news[-1].text
+
+
 def test_the_same_seed_is_the_same_arm(do):
     one = do(MeasureVirtualArm(5)).loaded.dataset
     other = do(MeasureVirtualArm(5)).loaded.dataset

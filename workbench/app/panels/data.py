@@ -5,11 +5,12 @@ import viser
 from workbench.app.html import LINE, MUTED, block, heading, pairs, text
 from workbench.app.panels.panel import AbstractPanel, on_press
 from workbench.session.commands import ForgetData, LoadData, MeasureVirtualArm, Tell
-from workbench.session.commands.data import LARGEST_FILE, MOST_MORE
+from workbench.session.commands.data import LARGEST_FILE, MOST_MORE, VIRTUAL_INSTRUMENTS
 from workbench.session.state import Loaded, Session
 from workbench.session.worker import Worker
 
 FILES = ".csv,.tsv,.txt,.xlsx,.parquet,.mat"
+SEAT = "seats of the plate"
 NOTES = 8
 """Notes shown before the rest is counted."""
 
@@ -55,11 +56,17 @@ class DataPanel(AbstractPanel):
                 step=10,
                 hint="Poses in the region that are measured for fitting besides the targets.",
             )
+            self._instrument = gui.add_dropdown(
+                "Instrument",
+                (SEAT, *VIRTUAL_INSTRUMENTS),
+                hint="What measures. The seats have the noise that is set in the Plate tab; every other "
+                "instrument has its own, and sees poses or points alone.",
+            )
             measure = gui.add_button(
                 "Measure a virtual arm",
                 icon=viser.Icon.ROBOT,
                 hint="Make an arm with hidden manufacturing errors (up to 5 mm and 5°) and measure it at "
-                "the targets as they stand, with the instrument's noise.",
+                "the targets as they stand.",
             )
         self._preview = gui.add_html("")
         self._forget = gui.add_button(
@@ -83,7 +90,9 @@ class DataPanel(AbstractPanel):
 
     def _measure(self) -> None:
         seed, more = int(self._seed.value), int(self._more.value)
-        self._worker.submit(MeasureVirtualArm(seed, surprise=bool(self._surprise.value), more=more))
+        name = str(self._instrument.value)
+        instrument = "" if name == SEAT else name
+        self._worker.submit(MeasureVirtualArm(seed, bool(self._surprise.value), more, instrument))
 
 
 def on_press_upload(button: viser.GuiUploadButtonHandle, worker: Worker) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 
 from workbench.design.region_poses import nearby_poses
 from workbench.errors import DataError, OptionError, WorkbenchError
-from workbench.measure.instruments import Instrument, Observes
+from workbench.measure.instruments import INSTRUMENTS, Instrument, Observes
 from workbench.measure.plausible import check_plausible
 from workbench.measure.simulate import simulate, virtual_arm
 from workbench.robots.robot import Robot
@@ -28,6 +28,12 @@ CHECKS = 40
 """Poses in the region that a virtual arm is measured at besides the targets, to be held out."""
 MOST_SEED = 2**32 - 1
 MOST_MORE = 500
+VIRTUAL_INSTRUMENTS = tuple(
+    name
+    for name, instrument in INSTRUMENTS.items()
+    if instrument.observes in (Observes.POSE, Observes.POINT, Observes.RIGID_BODY)
+)
+"""What can measure a virtual arm in the app: instruments that see where the tool is."""
 
 
 @dataclass(frozen=True)
@@ -98,11 +104,13 @@ class MeasureVirtualArm(AbstractTask):
         seed: Of the hidden errors and of the noise: the same seed is the same arm.
         surprise: Whether the arm also has a hidden effect that its geometry can't explain.
         more: Poses of the region that are measured for fitting besides the targets.
+        instrument: What measures, of `VIRTUAL_INSTRUMENTS`; the seats with the session's noise if empty.
     """
 
     seed: int = 1
     surprise: bool = False
     more: int = 0
+    instrument: str = ""
 
     @property
     def title(self) -> str:
@@ -120,6 +128,9 @@ class MeasureVirtualArm(AbstractTask):
             raise OptionError(f"seed {self.seed} can't be used; give a whole number from 0 to {MOST_SEED}")
         if not 0 <= self.more <= MOST_MORE:
             raise OptionError(f"{self.more} more poses can't be measured; give 0 to {MOST_MORE}")
+        if self.instrument and self.instrument not in VIRTUAL_INSTRUMENTS:
+            known = ", ".join(VIRTUAL_INSTRUMENTS)
+            raise OptionError(f"'{self.instrument}' can't measure here; choose one of {known}")
         if not any(state.reached for state in session.states):
             raise DataError("the arm reaches no target; drag at least a few targets into its reach")
 
@@ -131,7 +142,7 @@ class MeasureVirtualArm(AbstractTask):
         actual = virtual_arm(robot, rng=rng)
         if self.surprise:
             actual = actual.with_effects(*robot.effects, hidden_effect(robot, rng))
-        instrument = instrument_of(session)
+        instrument = self.instrument_in(session)
         progress(0.3, "measuring at the targets")
         used, near = postures(actual, session)
         rows = simulate(actual, near, instrument=instrument, rng=rng)
@@ -144,7 +155,13 @@ class MeasureVirtualArm(AbstractTask):
             raise Cancelled
         name = f"Virtual arm {self.seed}"
         facts = _virtual_facts(len(used), session, self)
-        return Loaded(replace(rows, source=name), name, facts, virtual=True, checks=checks, actual=actual)
+        notes = rows.notes if self.instrument else ()
+        rows = replace(rows, source=name)
+        return Loaded(rows, name, facts, notes, virtual=True, checks=checks, actual=actual)
+
+    def instrument_in(self, session: Session) -> Instrument:
+        """What measures."""
+        return INSTRUMENTS[self.instrument] if self.instrument else instrument_of(session)
 
     def finish(self, session: Session, result: Any) -> Session:
         """The session with the rows."""
@@ -231,7 +248,7 @@ def _without_measured(view: CubeView) -> CubeView:
 
 
 def _virtual_facts(targets: int, session: Session, command: MeasureVirtualArm) -> tuple[tuple[str, str], ...]:
-    noise = session.noise
+    position, rotation = command.instrument_in(session).deviations
     left_out = len(session.states) - targets
     hidden = "hidden errors up to 5 mm and 5° per constant"
     more = f", and {command.more} poses of the region" if command.more else ""
@@ -239,7 +256,8 @@ def _virtual_facts(targets: int, session: Session, command: MeasureVirtualArm) -
         ("Arm", hidden + (", and an effect that is no geometry" if command.surprise else "")),
         ("Measured at", f"{targets} targets{more}" + (f"; {left_out} left out" if left_out else "")),
         ("Kept for checking", f"{CHECKS} poses of the region near the targets"),
-        ("Noise", f"{noise.position * 1e3:g} mm, {np.rad2deg(noise.rotation):g}°"),
+        ("Instrument", command.instrument_in(session).note or "the seats themselves"),
+        ("Noise", f"{position * 1e3:.3g} mm" + (f", {np.rad2deg(rotation):.3g}°" if rotation else "")),
     )
 
 
