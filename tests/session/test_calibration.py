@@ -72,7 +72,7 @@ def test_an_instrument_measures_a_virtual_arm_as_well_as_it_sees(name, millimetr
 def test_what_sees_no_place_of_the_tool_can_t_measure_here(do):
     session = do(MeasureVirtualArm(3, instrument="inclinometer"))
     assert session.loaded is None
-    assert "choose one of ideal, plate" in session.news[-1].text
+    assert "choose one of ideal, plate" in session.messages[-1].text
 
 
 def test_the_same_seed_is_the_same_arm(do):
