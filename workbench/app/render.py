@@ -8,6 +8,7 @@ from workbench.app.icons import icons_at_once
 from workbench.app.panels.arm import ArmPanel
 from workbench.app.panels.arrange import ArrangePanel
 from workbench.app.panels.bending import BendingPanel
+from workbench.app.panels.captured import CapturedPanel
 from workbench.app.panels.choices import ChoicesPanel
 from workbench.app.panels.compare import ComparePanel
 from workbench.app.panels.data import DataPanel
@@ -90,7 +91,16 @@ def _build_panels(server: viser.ViserServer, worker: Worker) -> Sequence[Abstrac
         ("Identify", (FitPanel(worker), ChoicesPanel(worker))),
         ("Diagnose", (DiagnosePanel(worker),)),
         ("Compare", (ComparePanel(worker), TrackPanel(worker), BendingPanel(worker))),
-        ("More", (ArmPanel(worker), JogPanel(worker), FilesPanel(worker), LookPanel(worker))),
+        (
+            "More",
+            (
+                ArmPanel(worker),
+                JogPanel(worker),
+                CapturedPanel(worker),
+                FilesPanel(worker),
+                LookPanel(worker),
+            ),
+        ),
     ):
         with tabs.add_tab(title):
             for panel in contents:

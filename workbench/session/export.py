@@ -12,6 +12,7 @@ from workbench.errors import DataError
 from workbench.measure.writer import write_measurements
 from workbench.robots.robot import JointKind, Robot
 from workbench.robots.toml import write_toml
+from workbench.session.captured import captured_table
 from workbench.session.state import Session
 
 File = tuple[str, bytes]
@@ -61,6 +62,17 @@ def calibrated_urdf(session: Session) -> File:
     robot = _calibrated(session)
     content = _written(lambda path: write_urdf(robot, path, leave_out_effects=True), "urdf")
     return f"{_stem(session.robot.name)}-calibrated.urdf", content
+
+
+def captured_csv(session: Session) -> File:
+    """The poses that were kept while jogging.
+
+    Raises:
+        DataError: there are none.
+    """
+    if not session.captured:
+        raise DataError("there are no kept poses to save; keep some first")
+    return f"{_stem(session.robot.name)}-poses.csv", captured_table(session).encode()
 
 
 def report_zip(session: Session) -> File:

@@ -323,6 +323,7 @@ class Session:
         best_score: Its score.
         trial: The last trial of a plate on virtual arms, if any.
         jogged: Joint positions of the jogged arm [rad or m]; None: it was not jogged.
+        captured: Joint positions that were kept [rad or m].
         track: The planned trajectory, if any (`workbench.session.track.Track`).
         play: How far it is played.
         held: Parameters that are not identified, though the robot would have them free.
@@ -371,6 +372,7 @@ class Session:
     best_score: Score | None = None
     trial: Trial | None = None
     jogged: Float[np.ndarray, " n"] | None = None
+    captured: tuple[tuple[float, ...], ...] = ()
     track: Any = None
     play: Play = field(default_factory=Play)
     held: frozenset[str] = frozenset()

@@ -3,6 +3,7 @@
 from workbench.session.commands.arm import ChooseRobot, Jog, JogTo, LoadModel
 from workbench.session.commands.arrange import ApplyPattern, PlaceTargets, Snap, SnapTarget
 from workbench.session.commands.branches import ChooseBranch, MixBranches
+from workbench.session.commands.capture import CapturePose, ForgetPoses
 from workbench.session.commands.choices import HoldParameter, LeaveRowsOut
 from workbench.session.commands.compare import SetDark, SetOverlay, SetUnits, ShowFit, ShowRow
 from workbench.session.commands.data import ForgetData, LoadData, MeasureVirtualArm
@@ -49,6 +50,7 @@ __all__ = [
     "AddTarget",
     "ApplyPattern",
     "BeginMeasuring",
+    "CapturePose",
     "ChooseBranch",
     "ChooseRobot",
     "ClusterTargets",
@@ -61,6 +63,7 @@ __all__ = [
     "EndMeasuring",
     "FollowSource",
     "ForgetData",
+    "ForgetPoses",
     "GrabTarget",
     "HoldParameter",
     "Identify",

@@ -1,0 +1,47 @@
+"""Poses kept while jogging, before and after calibration."""
+
+import csv
+
+import numpy as np
+import pytest
+
+from workbench import se3
+from workbench.model.forward import tool_poses
+from workbench.session import replay
+from workbench.session.captured import captured
+from workbench.session.commands import CapturePose, ForgetPoses, Identify, Jog, MeasureVirtualArm
+from workbench.session.export import captured_csv
+
+ONE, TWO = (0.2, 0.6, -0.4, 0.1, 0.5, -0.3), (-0.4, 0.9, -0.9, 0.3, 0.2, 1.0)
+
+
+def test_kept_poses_show_what_a_calibration_changes(worker, do, first):
+    session = do(Jog(ONE), CapturePose(), Jog(TWO), CapturePose())
+    assert session.captured == (ONE, TWO)
+    assert captured(session).calibrated is None
+    assert np.isnan(captured(session).apart).all()
+    session = do(MeasureVirtualArm(3, more=30), Identify(("opt2",)))
+    poses, actual = captured(session), session.loaded.actual
+    real = se3.inverse(actual.base.pose) @ tool_poses(actual, np.array([ONE, TWO]))
+    off = np.linalg.norm(poses.calibrated[:, :3, 3] - real[:, :3, 3], axis=1)
+    assert (off < 0.05 * poses.apart).all()
+    assert replay(first, worker.journal).captured == session.captured
+
+
+def test_they_are_saved_with_units(do):
+    session = do(Jog(ONE), CapturePose())
+    name, content = captured_csv(session)
+    assert name == "aria-poses.csv"
+    [row] = csv.DictReader(content.decode().splitlines())
+    assert [float(row[f"q{i}[deg]"]) for i in range(1, 7)] == pytest.approx(np.rad2deg(ONE))
+    pose = captured(session).nominal[0]
+    found = [float(row[f"nominal_{axis}[mm]"]) for axis in "xyz"]
+    assert found == pytest.approx(1e3 * pose[:3, 3])
+    angles = np.deg2rad([float(row[f"nominal_{turn}[deg]"]) for turn in ("roll", "pitch", "yaw")])
+    assert se3.rpy_to_matrix(angles) == pytest.approx(pose[:3, :3])
+
+
+def test_nothing_kept_is_said(do):
+    session = do(ForgetPoses())
+    assert "no kept poses" in session.messages[-1].text
+    assert do(Jog(ONE), CapturePose(), ForgetPoses()).captured == ()
