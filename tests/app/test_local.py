@@ -12,7 +12,7 @@ import websockets
 import websockets.sync.client as client
 from viser import _messages
 
-from workbench.app.local import local_server
+from workbench.app.local import local_server, page_address, session_link
 from workbench.app.serving import serve
 from workbench.design.plate_toml import load_plate
 from workbench.errors import FileError, OptionError
@@ -84,6 +84,22 @@ def test_every_address_may_be_used_but_no_foreign_name():
         assert get(port, f"localhost:{port}") == 200
         assert get(port, f"evil.example:{port}") == 403
         assert get(port, f"192.0.2.7:{port}", Origin=f"http://evil.example:{port}") == 403
+    finally:
+        running.stop()
+
+
+def test_a_link_opens_its_own_session_and_no_other():
+    running = local_server(shown=lambda: "monday & co")
+    try:
+        link = session_link(running, "monday & co")
+        assert urllib.request.urlopen(link, timeout=20).status == 200
+        assert urllib.request.urlopen(page_address(running), timeout=20).status == 200
+        with pytest.raises(urllib.error.HTTPError) as refused:
+            urllib.request.urlopen(session_link(running, "tuesday"), timeout=20)
+        assert refused.value.code == 404
+        words = refused.value.read().decode()
+        assert "shows 'monday & co'" in words
+        assert "serve --session recordings/tuesday" in words
     finally:
         running.stop()
 

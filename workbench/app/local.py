@@ -7,9 +7,10 @@ still connect: this is no login. It relies on internals of viser 1.1; a test hol
 """
 
 import ipaddress
+from collections.abc import Callable
 from typing import Any
 from unittest import mock
-from urllib.parse import urlsplit
+from urllib.parse import parse_qs, urlencode, urlsplit
 
 import rich
 import viser
@@ -20,6 +21,8 @@ from workbench.errors import OptionError
 
 LOOPBACK = ("127.0.0.1", "localhost")
 LABEL = "Workbench"
+SESSION = "session"
+"""What names the session in a link."""
 EVERYWHERE = ("0.0.0.0", "::")
 _print = rich.print
 
@@ -33,13 +36,17 @@ def _print_but_viser(*objects: Any, **options: Any) -> None:
 rich.print = _print_but_viser
 
 
-def local_server(*, host: str = "127.0.0.1", port: int = 0, label: str = LABEL) -> viser.ViserServer:
+def local_server(
+    *, host: str = "127.0.0.1", port: int = 0, label: str = LABEL, shown: Callable[[], str] = str
+) -> viser.ViserServer:
     """A server that only pages of its own can talk to.
 
     Args:
         host: Address to listen at; the loopback address unless the user asks for another one.
         port: Port, or 0 for any free one.
         label: Name shown in the browser.
+        shown: Tells the name of the session on the page, empty if it has none: a link to another one
+            (`session_link`) is answered with a sentence instead of the wrong page.
 
     Raises:
         OptionError: the port is taken, or can't be used.
@@ -52,6 +59,9 @@ def local_server(*, host: str = "127.0.0.1", port: int = 0, label: str = LABEL) 
         def guard(connection, request):
             if not _is_ours(request, host, connection.local_address[1]):
                 return connection.respond(403, "this page may not talk to the workbench\n")
+            wanted, here = _session_of(request.path), shown()
+            if wanted and here and wanted != here:
+                return connection.respond(404, _elsewhere(wanted, here))
             return process_request(connection, request)
 
         return real(handler, address, port_tried, process_request=guard, **options)
@@ -74,12 +84,29 @@ def page_address(server: viser.ViserServer) -> str:
     return f"http://{LOOPBACK[0] if host in EVERYWHERE else host}:{server.get_port()}"
 
 
+def session_link(server: viser.ViserServer, name: str) -> str:
+    """A link that opens the page with this session, and with no other."""
+    return f"{page_address(server)}/?{urlencode({SESSION: name})}"
+
+
 def stop_server(server: viser.ViserServer) -> None:
     """Stop it, and wait for its thread."""
     server.stop()
     thread = server._websock_server._server_thread
     if thread is not None:
         thread.join(5.0)
+
+
+def _session_of(path: str) -> str:
+    """The session that a link asks for; empty if it leaves that open."""
+    return parse_qs(urlsplit(path).query).get(SESSION, [""])[0]
+
+
+def _elsewhere(wanted: str, here: str) -> str:
+    return (
+        f"This link is to the session '{wanted[:200]}'; the workbench at this address shows '{here}'.\n"
+        f"Open the other one with: workbench serve --session recordings/{wanted[:200]}\n"
+    )
 
 
 def _is_ours(request, host: str, port: int) -> bool:

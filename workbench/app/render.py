@@ -38,14 +38,20 @@ PANEL_WIDTH = 470
 
 
 class BrowserView(AbstractView):
-    """Draws every snapshot in one message window, so that no page shows half of it."""
+    """Draws every snapshot in one message window, so that no page shows half of it.
 
-    def __init__(self, server: viser.ViserServer, worker: Worker):
+    Args:
+        server: Where.
+        worker: What takes the commands.
+        link: Address of the page with this session; empty if it is not recorded.
+    """
+
+    def __init__(self, server: viser.ViserServer, worker: Worker, *, link: str = ""):
         self._server = server
         session = worker.session
         with server.atomic(), icons_at_once():
             self._scene = Scene(server, worker, session)
-            self._panels = _build_panels(server, worker)
+            self._panels = _build_panels(server, worker, link)
             for panel in self._panels:
                 panel.show(session)
 
@@ -65,7 +71,7 @@ class BrowserView(AbstractView):
         """The server is closed by its owner."""
 
 
-def _build_panels(server: viser.ViserServer, worker: Worker) -> Sequence[AbstractPanel]:
+def _build_panels(server: viser.ViserServer, worker: Worker, link: str) -> Sequence[AbstractPanel]:
     gui = server.gui
     gui.main_panel.dock_right()
     gui.main_panel.set_width(PANEL_WIDTH)
@@ -97,7 +103,7 @@ def _build_panels(server: viser.ViserServer, worker: Worker) -> Sequence[Abstrac
                 ArmPanel(worker),
                 JogPanel(worker),
                 CapturedPanel(worker),
-                FilesPanel(worker),
+                FilesPanel(worker, link),
                 LookPanel(worker),
             ),
         ),

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import viser
 
 from workbench.app.demo import Demo
-from workbench.app.local import local_server, page_address, stop_server
+from workbench.app.local import local_server, page_address, session_link, stop_server
 from workbench.app.render import BrowserView
 from workbench.design.plate import Plate
 from workbench.robots.robot import Robot
@@ -43,7 +43,8 @@ class App:
         begun = unrecorded(robot, plate) if begun is None else begun
         self.server = local_server() if server is None else server
         self.worker = Worker(begun.session, keepers=begun.keepers, journal=begun.entries, chores=CHORES)
-        self.view = BrowserView(self.server, self.worker)
+        link = session_link(self.server, begun.name) if begun.name else ""
+        self.view = BrowserView(self.server, self.worker, link=link)
         self.worker.add_view(self.view)
         self.worker.add_view(VirtualDriver(self.worker))
         if source is not None:

@@ -59,7 +59,8 @@ def serve(
     first = None if data is None else (Path(data).name, read_bytes(data, wanted="a measurement file"))
     stop = threading.Event()
     before = signal.signal(signal.SIGINT, _stopped_by_interrupt(stop))
-    server = _bound(host, port)
+    names: list[str] = []  # of the session on the page, once there is one
+    server = _bound(host, port, lambda: names[0] if names else "")
     end: Callable[[], None] = partial(stop_server, server)
     try:
         waiting = server.gui.add_html(block("Working out how the arm reaches the targets …"))
@@ -70,6 +71,7 @@ def serve(
 
             begun = (begin or unrecorded)(robot, plate)
             waiting.remove()
+            names.append(begun.name)
             pace = 1.0 if demo else None
             app = App(robot, plate, begun=begun, data=first, server=server, demo=pace, source=source)
             end = app.close
@@ -95,13 +97,14 @@ def _nothing_let_go() -> Iterator[None]:
         gc.enable()
 
 
-def _bound(host: str, port: int | None) -> viser.ViserServer:
+def _bound(host: str, port: int | None, shown: Callable[[], str]) -> viser.ViserServer:
+    bind = partial(local_server, host=host, shown=shown)
     if port is not None:
-        return local_server(host=host, port=port)
+        return bind(port=port)
     try:
-        return local_server(host=host, port=PORT)
+        return bind(port=PORT)
     except OptionError:
-        return local_server(host=host, port=0)
+        return bind(port=0)
 
 
 def _announce(url: str, on_ready: Callable[[str], None] | None, open_browser: bool) -> None:

@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import viser
 
+from workbench.app.html import MUTED, block, text
 from workbench.app.panels.panel import AbstractPanel
 from workbench.errors import WorkbenchError
 from workbench.session.commands import Tell
@@ -24,10 +25,10 @@ PICTURE = (1200, 1920)
 
 
 class FilesPanel(AbstractPanel):
-    """One button a file; those that have nothing to save yet are off."""
+    """One button a file; those that have nothing to save yet are off. Below, a link to the session."""
 
-    def __init__(self, worker: Worker):
-        self._worker = worker
+    def __init__(self, worker: Worker, link: str = ""):
+        self._worker, self._link = worker, link
 
     def build(self, server: viser.ViserServer) -> None:
         """Buttons by what they need."""
@@ -64,6 +65,10 @@ class FilesPanel(AbstractPanel):
                 hint="The scene as you see it, without the panel.",
             )
             picture.on_click(self._picture)
+            if self._link:
+                address = text(self._link)
+                words = f'Link to this session: <a href="{address}">{address}</a>'
+                gui.add_html(block(words, testid="link", style=f"color:{MUTED};overflow-wrap:anywhere"))
 
     def show(self, session: Session) -> None:
         """What there is to save."""

@@ -58,6 +58,11 @@ class Begun:
     entries: tuple[Entry, ...] = ()
     trouble: str = ""
 
+    @property
+    def name(self) -> str:
+        """What the session is called: its folder's name; empty if it has none."""
+        return "" if self.folder is None else self.folder.resolve().name
+
 
 def unrecorded(robot: Robot, plate: Plate) -> Begun:
     """A new session that leaves no trace."""
