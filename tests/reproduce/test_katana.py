@@ -75,6 +75,16 @@ def test_errors_are_of_the_thesis_size(found):
     assert found.twice.held_out[:, CONVENTIONAL].min() > 1.5 * medians[CONVENTIONAL]
 
 
+def test_arms_that_begin_as_badly_as_the_thesis_s_come_as_far(found):
+    medians = np.median(found.as_bad.held_out, axis=0)
+    assert 0.9 < medians[BEFORE] < 1.6
+    assert medians[FIRST] < 0.16
+    for after in (SIMULTANEOUS, CONVENTIONAL, FIRST):
+        assert found.as_bad.reduction(BEFORE, after).median > 1.4 * found.once.reduction(BEFORE, after).median
+    assert found.as_bad.reduction(BEFORE, FIRST).high > 1.16 / 0.13
+    assert finding(found, "Table 4.6", "with tilting, ten points, arms that begin").printed == "8.9"
+
+
 def test_diagnosis_leaves_less_than_the_thesis(found):
     """From the same poses alone, on rows that took no part: the remainder has a shape that is found."""
     count = len(found.diagnosed.held_out)

@@ -121,7 +121,7 @@ class VirtualKatana:
         return np.sin(phase) @ self.waves[joint, :, 0] + np.cos(phase) @ self.waves[joint, :, 1]
 
 
-def draw_arm(rng: np.random.Generator, *, play: float, remainder: float) -> VirtualKatana:
+def draw_arm(rng: np.random.Generator, *, play: float, remainder: float, share: float = 1.0) -> VirtualKatana:
     """An arm with errors of the size of Table 3.2 and the joints of Tables 4.3 and 4.4.
 
     Every constant's error is normal with its printed error as standard deviation.
@@ -131,10 +131,11 @@ def draw_arm(rng: np.random.Generator, *, play: float, remainder: float) -> Virt
         play: Share of the printed clearance and backlash that a joint gives to each side: 1 as the thesis's
             equations take them, ½ as its inclinometers read them, from one side to the other.
         remainder: Standard deviation of a joint's remainder [rad].
+        share: Size of the constants' errors, as a multiple of Table 3.2's.
     """
     table = NOMINAL.copy()
     rows, columns = np.array(PLACES).T
-    table[rows, columns] += printed.TABLE_3_2 * rng.standard_normal(len(PLACES))
+    table[rows, columns] += share * printed.TABLE_3_2 * rng.standard_normal(len(PLACES))
     size = remainder / np.sqrt(len(ORDERS))
     return VirtualKatana(
         table=table,

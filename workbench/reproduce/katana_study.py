@@ -50,6 +50,8 @@ TILT_ERROR = float(np.deg2rad(0.001)) / np.sqrt(2.0)
 """Half the difference of two readings of the inclinometer [rad]."""
 STIFFNESS_ERROR = 0.1
 """Relative error of a stiffness from the inclinometer: 0.001° of the 0.01° that a joint gives way."""
+AS_BAD = 2.2
+"""Multiple of Table 3.2's errors with which arms begin as badly as the thesis's: at 1.2 mm."""
 LOADED = (1, 2, 3, 4)
 """Joints about whose axes gravity has a moment, counted from 0."""
 
@@ -112,6 +114,7 @@ class KatanaStudy:
 
     Args:
         play: Share of the printed play to each side.
+        share: Size of the constants' errors, as a multiple of Table 3.2's.
         measured: Least, greatest and mean of ΔX, ΔY, ΔZ, ΔP [mm], ΔΦ, Δθ, ΔΨ [°], without sign, over the
             measured poses.
         ten: |ΔP| at ten uncalibrated points [mm].
@@ -121,6 +124,7 @@ class KatanaStudy:
     """
 
     play: float
+    share: float
     measured: Float[np.ndarray, "arms columns 3 7"]
     ten: Float[np.ndarray, "arms columns points"]
     held_out: Float[np.ndarray, "arms columns"]
@@ -137,6 +141,7 @@ def katana_study(
     arms: int,
     play: float = EACH_WAY,
     remainder: float = REMAINDER,
+    share: float = 1.0,
     seed: int = 0,
     progress: Progress | None = None,
     cancel: Cancel | None = None,
@@ -147,6 +152,7 @@ def katana_study(
         arms: How many.
         play: Share of the printed clearance and backlash to each side.
         remainder: Standard deviation of each joint's remainder [rad].
+        share: Size of the constants' errors, as a multiple of Table 3.2's.
         seed: Of poses, arms, noise.
         progress: Called with the share done.
         cancel: Asked between arms whether to stop with those that are done.
@@ -158,13 +164,14 @@ def katana_study(
         if rows and cancel is not None and cancel():
             break
         rng = np.random.default_rng([seed, arm])
-        measured_arm = measure_arm(rng, cube, play=play, remainder=remainder)
+        measured_arm = measure_arm(rng, cube, play=play, remainder=remainder, share=share)
         rows.append(_calibrated(measured_arm, craig, three.with_effects(*read_tilting(rng, play))))
         if progress is not None:
             progress((arm + 1) / arms)
     measured, ten, held_out, turned, constants = (np.array(part) for part in zip(*rows, strict=True))
     return KatanaStudy(
         play=play,
+        share=share,
         measured=measured,
         ten=ten,
         held_out=held_out,
@@ -196,7 +203,12 @@ def study_poses(seed: int) -> Float[np.ndarray, "rows 5"]:
 
 
 def measure_arm(
-    rng: np.random.Generator, cube: Float[np.ndarray, "rows 5"], *, play: float, remainder: float
+    rng: np.random.Generator,
+    cube: Float[np.ndarray, "rows 5"],
+    *,
+    play: float,
+    remainder: float,
+    share: float = 1.0,
 ) -> MeasuredArm:
     """Draw an arm and measure it with the optical tracker at some of the poses.
 
@@ -205,8 +217,9 @@ def measure_arm(
         cube: Poses to choose from [rad].
         play: Share of the printed clearance and backlash to each side.
         remainder: Standard deviation of each joint's remainder [rad].
+        share: Size of the constants' errors, as a multiple of Table 3.2's.
     """
-    actual = draw_arm(rng, play=play, remainder=remainder)
+    actual = draw_arm(rng, play=play, remainder=remainder, share=share)
     q = cube[rng.permutation(len(cube))]
     real = actual.poses(q)
     moved, turned = INSTRUMENTS["optotrak"].deviations
