@@ -50,7 +50,7 @@ TILT_ERROR = float(np.deg2rad(0.001)) / np.sqrt(2.0)
 """Half the difference of two readings of the inclinometer [rad]."""
 STIFFNESS_ERROR = 0.1
 """Relative error of a stiffness from the inclinometer: 0.001° of the 0.01° that a joint gives way."""
-AS_BAD = 2.2
+AS_BAD = 2.0
 """Multiple of Table 3.2's errors with which arms begin as badly as the thesis's: at 1.2 mm."""
 LOADED = (1, 2, 3, 4)
 """Joints about whose axes gravity has a moment, counted from 0."""
