@@ -15,15 +15,13 @@ from workbench import se3
 from workbench.appearance.colours import FOOT, JOINT, LINK, PROBE
 from workbench.appearance.shapes import Solid, along, ball, cylinder, merged, tube
 from workbench.chain import Element
+from workbench.model import skeleton
 from workbench.model.forward import joint_elements, link_frames
-from workbench.model.skeleton import height_above_floor
 from workbench.robots.robot import JointKind, Robot
 from workbench.types import Matrix4
 
 THICK, THIN = 0.035, 0.021
 """Radius of the first and of the last link, as a share of the arm's reach."""
-SHORTEST = 1e-3
-"""Parts of a link below this length are not drawn [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,15 +63,15 @@ def generated_bodies(robot: Robot, *, swell: float = 1.0) -> tuple[Body, ...]:
     """
     drivers = joint_elements(robot)
     order = np.argsort(drivers)
-    ways = [_way(robot, int(drivers[k]), _next(robot, drivers, order, i)) for i, k in enumerate(order)]
+    ways = skeleton.link_ways(robot)
     radii = swell * robot.reach * np.linspace(THICK, THIN, max(len(order), 2))
     bodies: list[Body | None] = [None] * len(order)
     for i, k in enumerate(order):
         element = robot.chain.elements[drivers[k]]
         last = i == len(order) - 1
         housing = _housing(element, float(radii[i]), first=i == 0)
-        bodies[k] = _link(ways[i], float(radii[i]), housing, last=last)
-    return (_foot(robot, int(drivers[order[0]]), float(radii[0])), *(b for b in bodies if b is not None))
+        bodies[k] = _link(ways[k + 1], float(radii[i]), housing, last=last)
+    return (_foot(robot, ways[0], float(radii[0])), *(b for b in bodies if b is not None))
 
 
 def file_bodies(robot: Robot) -> tuple[Body, ...]:
@@ -104,33 +102,7 @@ def body_frames(
         q: Joint positions [rad or m].
         shift: What is added to each element of its chain, one row [rad or m]; nothing if empty.
     """
-    drivers = joint_elements(robot)
-    order = np.argsort(drivers)
-    after = np.concatenate([[_base_end(robot)], drivers[order]])
-    frames = chains.frames(robot.chain, q[None], after, shift=shift)[0]
-    frames = se3.inverse(robot.base.pose) @ frames
-    return np.concatenate([frames[:1], frames[1:][np.argsort(order)]])
-
-
-def _base_end(robot: Robot) -> int:
-    return robot.base_size - 1
-
-
-def _next(robot: Robot, drivers: np.ndarray, order: np.ndarray, i: int) -> int:
-    """The element before the next joint's, or the last one of the chain."""
-    return int(drivers[order[i + 1]]) - 1 if i + 1 < len(order) else len(robot.chain.elements) - 1
-
-
-def _way(robot: Robot, first: int, last: int) -> Float[np.ndarray, "points 3"]:
-    """Origins of the frames after the elements first … last, seen from the first."""
-    after = np.arange(first, last + 1)
-    frames = chains.frames(robot.chain, np.zeros((1, robot.dof)), after)[0]
-    points = se3.apply(se3.inverse(frames[0]), frames[:, :3, 3])
-    kept = [points[0]]
-    for point in points[1:]:
-        if np.linalg.norm(point - kept[-1]) > SHORTEST:
-            kept.append(point)
-    return np.array(kept)
+    return skeleton.body_frames(robot, q[None], shift=shift)[0]
 
 
 def _link(way: Float[np.ndarray, "points 3"], radius: float, housing: Solid, *, last: bool) -> Body:
@@ -177,18 +149,15 @@ def _probe(start: np.ndarray, end: np.ndarray, radius: float) -> tuple[np.ndarra
     return stop, solids
 
 
-def _foot(robot: Robot, first: int, radius: float) -> Body:
+def _foot(robot: Robot, way: Float[np.ndarray, "points 3"], radius: float) -> Body:
     """A foot on the floor, a stand up to the arm's first frame, and a post where its first axis lies away."""
-    height = height_above_floor(robot)
+    height = skeleton.height_above_floor(robot)
     parts = [Part(cylinder(2.0 * radius, -height, 0.45 * radius - height, bevel=0.12 * radius), FOOT)]
     if height > 0.0:
         parts.append(Part(cylinder(1.1 * radius, -height, 0.0), LINK))
-    base_end = _base_end(robot)
-    if first - 1 > base_end:
-        way = _way(robot, base_end, first - 1)
-        post = [tube(a, b, radius) for a, b in itertools.pairwise(way)]
-        if post:
-            parts.append(Part(merged([*post, *(ball(radius, p) for p in way[1:])]), LINK))
+    post = [tube(a, b, radius) for a, b in itertools.pairwise(way)]
+    if post:
+        parts.append(Part(merged([*post, *(ball(radius, p) for p in way[1:])]), LINK))
     return Body(tuple(parts))
 
 

@@ -30,23 +30,12 @@ def aria(
 ) -> None:
     """Kinematic calibration of a lightweight manipulator: tables, pose selection, Fig. 7 over many arms."""
     from workbench.reproduce.aria import reproduce_aria
-    from workbench.reproduce.finding import findings_table
+    from workbench.reproduce.aria_page import aria_json, write_aria
 
     check_writable(json, folder=out)
     with progress_bar("reproduce") as progress:
         found = reproduce_aria(arms=arms, seed=seed, progress=progress)
-    show(findings_table(found.findings))
-    if out is not None:
-        from workbench.reproduce.aria_page import write_aria
-
-        with progress_bar("drawing") as progress:
-            page = write_aria(found, out, progress=progress)
-        say(f"page: {page}")
-    if json is not None:
-        from workbench.report.json import write_json
-        from workbench.reproduce.aria_page import aria_json
-
-        say(f"result: {write_json(json, aria_json(found))}")
+    _hand_out(found, out, json, write=write_aria, as_json=aria_json)
 
 
 @works.command()
@@ -63,23 +52,26 @@ def katana(
     seed: SeedOption = 0,
 ) -> None:
     """Joint tilting and influences on the Katana 450: Tables 3.2 to 4.6 over many arms."""
-    from workbench.reproduce.finding import findings_table
     from workbench.reproduce.katana import reproduce_katana
+    from workbench.reproduce.katana_page import katana_json, write_katana
 
     check_writable(json, folder=out)
     with progress_bar("reproduce") as progress:
         found = reproduce_katana(
             arms=arms, weighed=weighed, diagnosed=diagnosed, seed=seed, progress=progress
         )
+    _hand_out(found, out, json, write=write_katana, as_json=katana_json)
+
+
+def _hand_out(found, out: Path | None, json: Path | None, *, write, as_json) -> None:
+    """Show what agrees, and write the page and the result where they are asked for."""
+    from workbench.report.json import write_json
+    from workbench.reproduce.finding import findings_table
+
     show(findings_table(found.findings))
     if out is not None:
-        from workbench.reproduce.katana_page import write_katana
-
         with progress_bar("drawing") as progress:
-            page = write_katana(found, out, progress=progress)
+            page = write(found, out, progress=progress)
         say(f"page: {page}")
     if json is not None:
-        from workbench.report.json import write_json
-        from workbench.reproduce.katana_page import katana_json
-
-        say(f"result: {write_json(json, katana_json(found))}")
+        say(f"result: {write_json(json, as_json(found))}")

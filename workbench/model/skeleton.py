@@ -17,12 +17,20 @@ SHORTEST = 1e-3
 """Parts of a link below this length are left out [m]."""
 
 
-def body_frames(robot: Robot, q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows bodies 4 4"]:
-    """Frames of the base and of the link after each joint, in the order of q, in the robot's base."""
+def body_frames(
+    robot: Robot, q: Float[np.ndarray, "rows n"], *, shift: Float[np.ndarray, "_ _"] = chains.NO_SHIFT
+) -> Float[np.ndarray, "rows bodies 4 4"]:
+    """Frames of the base and of the link after each joint, in the order of q, in the robot's base.
+
+    Args:
+        robot: The arm.
+        q: Joint positions [rad or m].
+        shift: What is added to each element of its chain, row by row [rad or m]; nothing if empty.
+    """
     drivers = joint_elements(robot)
     order = np.argsort(drivers)
     after = np.concatenate([[robot.base_size - 1], drivers[order]])
-    frames = se3.inverse(robot.base.pose) @ chains.frames(robot.chain, q, after)
+    frames = se3.inverse(robot.base.pose) @ chains.frames(robot.chain, q, after, shift=shift)
     return np.concatenate([frames[:, :1], frames[:, 1:][:, np.argsort(order)]], axis=1)
 
 

@@ -9,12 +9,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from workbench.report.drawing import COLOURS, INK, NOMINAL, grid, look, new_figure, png
+from workbench.report.drawing import COLOURS, INK, NOMINAL, grid, look, new_figure
 from workbench.report.error_grid import Column, error_grid
 from workbench.reproduce import aria_printed as printed
 from workbench.reproduce.aria import AriaReproduction
 from workbench.reproduce.aria_arms import TITLES, Comparison
-from workbench.reproduce.page import Picture
+from workbench.reproduce.page import Picture, drawn
 from workbench.validate.components import RowComponents
 
 COLUMN_COLOURS = (NOMINAL, *COLOURS)
@@ -49,12 +49,7 @@ def all_pictures(
              "three algorithms, axis by axis and as a whole. Dotted: the required limit.",
              partial(_grid, comparison, rotation=rotation))
         )  # fmt: skip
-    pictures = []
-    for number, (name, title, caption, draw) in enumerate(wanted):
-        pictures.append(Picture(f"{name}.png", title, caption, png(draw())))
-        if progress is not None:
-            progress((number + 1) / len(wanted))
-    return tuple(pictures)
+    return drawn(wanted, progress)
 
 
 def _grid(comparison: Comparison, *, rotation: bool) -> Figure:

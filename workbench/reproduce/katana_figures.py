@@ -8,13 +8,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from workbench.model.forward import tool_poses
-from workbench.report.drawing import COLOURS, INK, NOMINAL, grid, look, new_figure, png
+from workbench.report.drawing import COLOURS, INK, NOMINAL, grid, look, new_figure
 from workbench.report.influence import influence_figure
 from workbench.reproduce.influence_study import study_figure
 from workbench.reproduce.katana import KatanaReproduction
 from workbench.reproduce.katana_printed import PRINTED_INFLUENCE, TABLE_3_4, TABLE_4_5, TABLE_4_6_MEANS
 from workbench.reproduce.katana_study import TITLES, KatanaStudy
-from workbench.reproduce.page import Picture
+from workbench.reproduce.page import Picture, drawn
 from workbench.robots import load_robot
 
 PRINTED = (
@@ -47,12 +47,7 @@ def katana_pictures(
          "over the arms with its 95 % interval. Below the dashed line they do better.",
          lambda: study_figure(weights)),
     ]  # fmt: skip
-    pictures = []
-    for number, (name, title, caption, draw) in enumerate(wanted):
-        pictures.append(Picture(f"{name}.png", title, caption, png(draw())))
-        if progress is not None:
-            progress((number + 1) / len(wanted))
-    return tuple(pictures)
+    return drawn(wanted, progress)
 
 
 def _arms(study: KatanaStudy, diagnosed: Float[np.ndarray, " some"]) -> Figure:

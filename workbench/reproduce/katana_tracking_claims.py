@@ -9,12 +9,12 @@ from matplotlib.figure import Figure
 from workbench.compensate.planning import Planned
 from workbench.model.moments import JointMoments, joint_moments
 from workbench.motion import Motion
-from workbench.report.drawing import COLOURS, INK, NOMINAL, grid, look, new_figure, png
+from workbench.report.drawing import COLOURS, INK, NOMINAL, grid, look, new_figure
 from workbench.report.motion import draw_moments, draw_motion
 from workbench.reproduce import katana_tracking as tracking
 from workbench.reproduce.finding import Finding, judged, without
 from workbench.reproduce.katana_tracking import STEPS, TrackingStudy
-from workbench.reproduce.page import Picture
+from workbench.reproduce.page import Picture, drawn
 
 BETTER = (tracking.GEOMETRY, tracking.STIFFNESS, tracking.TILTING)
 """Columns with a printed number."""
@@ -126,12 +126,7 @@ def tracking_pictures(
          "Mean error along each path. Dots: arms; bars: medians; crosses: the thesis.",
          lambda: _arms(study)),
     )  # fmt: skip
-    pictures = []
-    for number, (name, title, caption, draw) in enumerate(wanted):
-        pictures.append(Picture(f"{name}.png", title, caption, png(draw())))
-        if progress is not None:
-            progress((number + 1) / len(wanted))
-    return tuple(pictures)
+    return drawn(wanted, progress)
 
 
 def _moments(path: Planned) -> JointMoments:

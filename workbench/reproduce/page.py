@@ -1,13 +1,16 @@
 """One folder about a work done again: the page, its pictures, and everything as JSON."""
 
 from collections import Counter
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
+from matplotlib.figure import Figure
 
 from workbench.report import json as json_report
+from workbench.report.drawing import png
 from workbench.report.folder import write_folder
 from workbench.reproduce.finding import Finding, Verdict
 
@@ -32,6 +35,23 @@ class Picture:
     title: str
     caption: str
     content: bytes
+
+
+def drawn(
+    wanted: Sequence[tuple[str, str, str, Callable[[], Figure]]], progress: Callable[[float], None] | None
+) -> tuple[Picture, ...]:
+    """Pictures one after the other.
+
+    Args:
+        wanted: File name without ending, heading, caption, and what draws it.
+        progress: Called with the share done.
+    """
+    pictures = []
+    for number, (name, title, caption, draw) in enumerate(wanted):
+        pictures.append(Picture(f"{name}.png", title, caption, png(draw())))
+        if progress is not None:
+            progress((number + 1) / len(wanted))
+    return tuple(pictures)
 
 
 @dataclass(frozen=True)
