@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.measure.dataset import Dataset
-from workbench.measure.directions import with_directions
-from workbench.measure.readers import read_measurements
-from workbench.robots import load_robot
-from workbench.robots.robot import Robot
+from workbench.arm.library import load_robot
+from workbench.arm.robot import Robot
+from workbench.data.dataset import Dataset
+from workbench.data.directions import with_directions
+from workbench.data.readers import read_measurements
 
 SETS = {
     "ur10": ("ur10_ipa", "ur10"),

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from generator import ARMS, VirtualArm, aria, katana, move, rotation, seven, three_parallel, turn
 
-from workbench.model.forward import tool_poses
-from workbench.model.statics import joint_wrenches
-from workbench.robots import load_robot
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.library import load_robot
+from workbench.arm.statics.wrenches import joint_wrenches
 
 BUILT_IN = {"aria": "aria", "aria-table3": "aria-table3", "aria-table4": "aria-table4", "katana": "katana450"}
 

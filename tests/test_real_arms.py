@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 from real_arms import folds, load, splits
 
-from workbench.identify.frames import choose_frames
-from workbench.identify.opt2 import Opt2
-from workbench.identify.problem import Problem
-from workbench.measure.readers import read_measurements
-from workbench.pipeline import identify
-from workbench.pipeline.diagnosis import diagnose
-from workbench.robots import load_robot
-from workbench.types import Freedom
-from workbench.validate.errors import row_errors
+from workbench.arm.library import load_robot
+from workbench.base.types import Freedom
+from workbench.data.readers import read_measurements
+from workbench.diagnosis.diagnose import diagnose
+from workbench.identification.algorithms.opt2 import Opt2
+from workbench.identification.errors import row_errors
+from workbench.identification.frames import choose_frames
+from workbench.identification.identify import identify
+from workbench.identification.problem import Problem
 
 pytestmark = pytest.mark.data
 FOLDS = 5

@@ -1,11 +1,10 @@
 """Kinematic calibration of serial robot arms.
 
     import workbench as wb
-    from workbench.pipeline import identify
 
     arm = wb.load_robot("ur10")
-    run = identify(arm, wb.read_measurements("measured.csv"))
-    wb.write_toml(run.best.calibrated, "calibrated.toml")
+    fit = wb.identify(arm, wb.read_measurements("measured.csv"))
+    wb.write_toml(fit.best.calibrated, "calibrated.toml")
 
 Names are imported when they are first used, so that importing the package costs nothing.
 """
@@ -13,23 +12,23 @@ Names are imported when they are first used, so that importing the package costs
 from importlib import import_module
 
 _HOMES = {
-    "workbench.errors": ("WorkbenchError",),
-    "workbench.robots": ("Robot", "load_robot"),
-    "workbench.robots.toml": ("write_toml",),
-    "workbench.robots.urdf": ("read_urdf", "write_urdf"),
-    "workbench.measure.dataset": ("Dataset",),
-    "workbench.measure.readers": ("read_measurements",),
-    "workbench.measure.writer": ("write_measurements",),
-    "workbench.fabricate.as_measured": ("load_plate",),
-    "workbench.model.forward": ("tool_poses", "sensitivity", "sensitivity_blocks", "link_frames"),
-    "workbench.model.inverse": ("solve", "follow"),
-    "workbench.pipeline": (
-        "Identification",
-        "choose_poses",
-        "evaluate",
-        "measure_plate",
-        "measure_poses",
-    ),
+    "workbench.base.errors": ("WorkbenchError",),
+    "workbench.arm.robot": ("Robot",),
+    "workbench.arm.library": ("load_robot",),
+    "workbench.arm.robot_toml": ("write_toml",),
+    "workbench.arm.urdf": ("read_urdf", "write_urdf"),
+    "workbench.arm.kinematics.forward": ("tool_poses", "sensitivity", "sensitivity_blocks", "link_frames"),
+    "workbench.arm.inverse.solve": ("solve", "follow"),
+    "workbench.data.dataset": ("Dataset",),
+    "workbench.data.readers": ("read_measurements",),
+    "workbench.data.writer": ("write_measurements",),
+    "workbench.plate.parts.as_measured": ("load_plate",),
+    "workbench.plate.poses.run": ("choose_poses",),
+    "workbench.plate.measuring": ("measure_plate", "measure_poses"),
+    "workbench.identification.record": ("Identification",),
+    "workbench.identification.evaluate": ("evaluate",),
+    "workbench.identification.identify": ("identify",),
+    "workbench.diagnosis.diagnose": ("diagnose",),
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 

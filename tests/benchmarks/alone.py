@@ -38,8 +38,8 @@ def middle(*series):
 
 
 def growth():
-    from workbench.model.forward import sensitivity_blocks
-    from workbench.robots.library import load_robot
+    from workbench.arm.kinematics.forward import sensitivity_blocks
+    from workbench.arm.library import load_robot
 
     robot = load_robot("aria")
     rng = np.random.default_rng(0)
@@ -66,8 +66,8 @@ def first():
     import worker_workbench as worker
 
     imported = time.perf_counter() - started
-    from workbench.identify.opt2 import Opt2
-    from workbench.model.forward import sensitivity
+    from workbench.arm.kinematics.forward import sensitivity
+    from workbench.identification.algorithms.opt2 import Opt2
 
     robot = worker.nominal()
     arrays = task.make(seed=1, train=100, held_out=1)
@@ -81,12 +81,12 @@ def first():
 def large():
     import worker_workbench as worker
 
-    from workbench.identify.opt2 import Opt2
-    from workbench.measure.instruments import instrument_named
-    from workbench.measure.simulate import simulate, virtual_arm
-    from workbench.pipeline import identify
-    from workbench.robots.library import load_robot
-    from workbench.types import Freedom
+    from workbench.arm.library import load_robot
+    from workbench.base.types import Freedom
+    from workbench.data.simulation.instruments import instrument_named
+    from workbench.data.simulation.simulate import simulate, virtual_arm
+    from workbench.identification.algorithms.opt2 import Opt2
+    from workbench.identification.identify import identify
 
     robot = load_robot("wam")
     base, tool = (replace(frame, free=Freedom.FREE) for frame in (robot.base, robot.tool))

@@ -18,13 +18,13 @@ import environments
 import numpy as np
 from environments import Failed
 
-from workbench.design.criterion import criterion_of
-from workbench.design.dexchange import d_bound, d_exchange
-from workbench.design.exchange import exchange
-from workbench.design.indices import INDICES, AbstractSetIndex
-from workbench.design.sampling import random_poses
-from workbench.model.linearisation import linearise
-from workbench.robots import load_robot
+from workbench.arm.library import load_robot
+from workbench.arm.linearisation import linearise
+from workbench.plate.criterion import criterion_of
+from workbench.plate.indices import INDICES, AbstractSetIndex
+from workbench.plate.poses.d_optimal import d_bound, d_exchange
+from workbench.plate.poses.exchange import exchange
+from workbench.plate.poses.sampling import random_poses
 
 HERE = Path(__file__).resolve().parent
 CANDIDATES, CHOSEN = 500, 30

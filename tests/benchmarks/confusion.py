@@ -18,17 +18,17 @@ from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 TESTS = Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(TESTS.parent), str(TESTS), str(TESTS / "diagnose")]
+sys.path[:0] = [str(TESTS.parent), str(TESTS), str(TESTS / "diagnosis")]
 
-from arms import ARMS, make  # noqa: E402
-from cases import CASES  # noqa: E402
-from counts import NOTHING, by_kind, confusion, share, shares  # noqa: E402
-from judge import judge  # noqa: E402
-from rich.console import Console  # noqa: E402
-from rich.progress import track  # noqa: E402
-from rich.table import Column, Table  # noqa: E402
+from arms import ARMS, make
+from cases import CASES
+from counts import NOTHING, by_kind, confusion, share, shares
+from judge import judge
+from rich.console import Console
+from rich.progress import track
+from rich.table import Column, Table
 
-from workbench.effects import EFFECTS  # noqa: E402
+from workbench.arm.effects import EFFECTS
 
 WITHOUT = ("none", "misseated")
 """Kinds without an effect."""
@@ -37,7 +37,7 @@ ALL, EACH, GOOD, ALARMS = 0.95, 0.90, 0.95, 0.05
 """Least share that is right over all and of each, least share of good models, greatest of false alarms."""
 WIDTH = 160
 """Characters that the tables need."""
-DIAGNOSE = "workbench.pipeline.diagnosis:diagnose"
+DIAGNOSE = "workbench.diagnosis.diagnose:diagnose"
 
 
 def options(arguments=None):

@@ -17,18 +17,23 @@ from pathlib import Path
 import numpy as np
 from playwright.sync_api import Page, sync_playwright
 
-from workbench.app import html
-from workbench.app.server import App
-from workbench.design.cubes import map_cubes
-from workbench.design.plate_toml import load_plate
-from workbench.robots import load_robot
+from workbench.arm.library import load_robot
+from workbench.plate.cubes import map_cubes
+from workbench.plate.plate_toml import load_plate
 from workbench.session import Session, start
-from workbench.session.commands import GrabTarget, MoveTarget, SetRegion, ShowCubes
+from workbench.session.commands import (
+    GrabTarget,
+    MoveTarget,
+    SetRegion,
+    ShowCubes,
+)
 from workbench.session.commands.region import corner
 from workbench.session.cubes import values
 from workbench.session.state import CubeView, Field
+from workbench.views.page import html
+from workbench.views.page.app import App
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "app"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "views" / "page"))
 from conftest import DRAWN, FLAGS, SIZE, Screen
 
 STEPS = 300

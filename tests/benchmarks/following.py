@@ -13,10 +13,10 @@ import numpy as np
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 TESTS = Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(TESTS.parent), str(TESTS), str(TESTS / "diagnose")]
+sys.path[:0] = [str(TESTS.parent), str(TESTS), str(TESTS / "diagnosis")]
 
-import arms  # noqa: E402
-from followed import CURVES, followed, paths  # noqa: E402
+import arms
+from followed import CURVES, followed, paths
 
 
 def main(count: int) -> None:

@@ -22,13 +22,13 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 TESTS = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(TESTS.parent), str(TESTS)]
 
-import numpy as np  # noqa: E402
-from real_arms import SETS, load, plane, splits  # noqa: E402
-from rich.console import Console  # noqa: E402
-from rich.table import Table  # noqa: E402
+import numpy as np
+from real_arms import SETS, load, plane, splits
+from rich.console import Console
+from rich.table import Table
 
-from workbench.diagnose.words import label  # noqa: E402
-from workbench.pipeline.diagnosis import diagnose  # noqa: E402
+from workbench.diagnosis.diagnose import diagnose
+from workbench.diagnosis.words import label
 
 DATA = TESTS.parents[1] / "shared" / "data"
 BOUNDS = {

@@ -26,24 +26,24 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-
 from tests.record.viewer import viewer
-from workbench.design.plate_toml import load_plate
-from workbench.record.blueprint import blueprint
-from workbench.record.canvas import Canvas
-from workbench.record.drawing import Drawing, thinned
-from workbench.record.entities import Moment
-from workbench.record.outlet import FILE_TICK, FileOutlet
-from workbench.record.review import pictures_of
-from workbench.record.start import recorder
-from workbench.robots import load_robot
+
+from workbench.arm.library import load_robot
+from workbench.plate.plate_toml import load_plate
 from workbench.session import Worker
 from workbench.session.commands import DropTarget, GrabTarget, MoveTarget
+from workbench.session.follower import AbstractKeeper
 from workbench.session.journal.check import check
 from workbench.session.journal.folder import begin
 from workbench.session.journal.reader import read_recording
 from workbench.session.journal.restore import restore
-from workbench.session.keeper import AbstractKeeper
+from workbench.views.recording.blueprint import blueprint
+from workbench.views.recording.canvas import Canvas
+from workbench.views.recording.drawing import Drawing, thinned
+from workbench.views.recording.entities import Moment
+from workbench.views.recording.outlet import FILE_TICK, FileOutlet
+from workbench.views.recording.review import pictures_of
+from workbench.views.recording.start import recorder
 
 LONG, PER_DRAG, PLACES = 10_000, 100, 20
 STEPS, TURNS, GAP, PAUSE = 100, 6, 0.015, 1.0

@@ -14,20 +14,20 @@ from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 TESTS = Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(TESTS.parent), str(TESTS), str(TESTS / "diagnose")]
+sys.path[:0] = [str(TESTS.parent), str(TESTS), str(TESTS / "diagnosis")]
 
-import numpy as np  # noqa: E402
-from katanas import METER, SIGMA, inclined, make_katana  # noqa: E402
-from rich.console import Console  # noqa: E402
-from rich.progress import track  # noqa: E402
-from rich.table import Column, Table  # noqa: E402
+import numpy as np
+from katanas import METER, SIGMA, inclined, make_katana
+from rich.console import Console
+from rich.progress import track
+from rich.table import Column, Table
 
-from workbench.design.loading import loading_plan  # noqa: E402
-from workbench.effects import EFFECTS  # noqa: E402
-from workbench.identify.linear import factorise  # noqa: E402
-from workbench.identify.problem import Noise, Problem  # noqa: E402
-from workbench.pipeline.diagnosis import diagnose  # noqa: E402
-from workbench.pipeline.loading import tilting_of  # noqa: E402
+from workbench.arm.effects import EFFECTS
+from workbench.diagnosis.diagnose import diagnose
+from workbench.identification.linear import factorise
+from workbench.identification.load_test.postures import loading_plan
+from workbench.identification.load_test.run import tilting_of
+from workbench.identification.problem import Noise, Problem
 
 
 def from_poses(seed):

@@ -3,15 +3,15 @@
 import numpy as np
 import task
 
-from workbench.identify.ols import Ols
-from workbench.identify.opt2 import Opt2
-from workbench.identify.problem import FrameFreedom, Noise, Problem
-from workbench.measure.dataset import Dataset
-from workbench.model.forward import sensitivity_blocks, tool_poses
-from workbench.pipeline import identify
-from workbench.robots.library import load_robot
-from workbench.robots.robot import FRAME_PARTS, Frame
-from workbench.types import Freedom
+from workbench.arm.kinematics.forward import sensitivity_blocks, tool_poses
+from workbench.arm.library import load_robot
+from workbench.arm.robot import FRAME_PARTS, Frame
+from workbench.base.types import Freedom
+from workbench.data.dataset import Dataset
+from workbench.identification.algorithms.ols import Ols
+from workbench.identification.algorithms.opt2 import Opt2
+from workbench.identification.identify import identify
+from workbench.identification.problem import FrameFreedom, Noise, Problem
 
 NOISE = Noise(task.SIGMA_POSITION, task.SIGMA_ROTATION)
 FREE = FrameFreedom(base=FRAME_PARTS, tool=FRAME_PARTS)

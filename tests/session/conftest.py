@@ -5,9 +5,14 @@ from threading import Event
 
 import pytest
 
-from workbench.design.plate_toml import load_plate
-from workbench.robots import load_robot
-from workbench.session import AbstractView, Session, Worker, start
+from workbench.arm.library import load_robot
+from workbench.plate.plate_toml import load_plate
+from workbench.session import (
+    AbstractView,
+    Session,
+    Worker,
+    start,
+)
 
 
 @dataclass

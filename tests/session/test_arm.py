@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from workbench import se3
-from workbench.design.plate_toml import write_plate
-from workbench.model.forward import tool_poses
-from workbench.robots import load_robot
-from workbench.robots.toml import write_toml
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.library import load_robot
+from workbench.arm.robot_toml import write_toml
+from workbench.base import se3
+from workbench.plate.plate_toml import write_plate
 from workbench.session.commands import (
     ChooseRobot,
     HoldParameter,

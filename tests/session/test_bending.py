@@ -5,19 +5,24 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from workbench import se3
-from workbench.appearance.bodies import body_frames
-from workbench.effects import EFFECTS
-from workbench.model.forward import link_frames, tool_poses
-from workbench.model.influence import first_order_influence, influence
-from workbench.model.skeleton import height_above_floor
-from workbench.robots import load_robot
+from workbench.arm.effects import EFFECTS
+from workbench.arm.kinematics.forward import link_frames, tool_poses
+from workbench.arm.kinematics.influence import first_order_influence, influence
+from workbench.arm.kinematics.skeleton import height_above_floor
+from workbench.arm.library import load_robot
+from workbench.base import se3
+from workbench.base.types import Freedom
 from workbench.session import start
 from workbench.session.bending import bend, bending_robot
-from workbench.session.commands import ChooseRobot, Identify, MeasureVirtualArm, SetOverlay
+from workbench.session.commands import (
+    ChooseRobot,
+    Identify,
+    MeasureVirtualArm,
+    SetOverlay,
+)
+from workbench.session.default_plate import suited_plate
 from workbench.session.state import Severity
-from workbench.session.suited import suited_plate
-from workbench.types import Freedom
+from workbench.views.appearance.bodies import body_frames
 
 Q = np.array([0.4, 0.7, -0.9, -0.6, 0.8])
 

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from workbench import se3
-from workbench.measure.instruments import instrument_named
-from workbench.measure.simulate import simulate, virtual_arm
-from workbench.measure.writer import write_measurements
-from workbench.model.forward import tool_poses
-from workbench.robots import built_in_robots, load_robot
-from workbench.robots.toml import read_toml
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.library import built_in_robots, load_robot
+from workbench.arm.robot_toml import read_toml
+from workbench.base import se3
+from workbench.data.simulation.instruments import instrument_named
+from workbench.data.simulation.simulate import simulate, virtual_arm
+from workbench.data.writer import write_measurements
 from workbench.session import replay, start
 from workbench.session.commands import (
     ForgetData,

@@ -5,11 +5,17 @@ import csv
 import numpy as np
 import pytest
 
-from workbench import se3
-from workbench.model.forward import tool_poses
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.base import se3
 from workbench.session import replay
 from workbench.session.captured import captured
-from workbench.session.commands import CapturePose, ForgetPoses, Identify, Jog, MeasureVirtualArm
+from workbench.session.commands import (
+    CapturePose,
+    ForgetPoses,
+    Identify,
+    Jog,
+    MeasureVirtualArm,
+)
 from workbench.session.export import captured_csv
 
 ONE, TWO = (0.2, 0.6, -0.4, 0.1, 0.5, -0.3), (-0.4, 0.9, -0.9, 0.3, 0.2, 1.0)

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from workbench import se3
-from workbench.design.accuracy import predicted_error
-from workbench.design.plate_toml import read_plate, write_plate
-from workbench.model.forward import tool_poses
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.base import se3
+from workbench.plate.accuracy import predicted_error
+from workbench.plate.plate_toml import read_plate, write_plate
 from workbench.session import replay
 from workbench.session.commands import (
     AddTarget,

@@ -8,12 +8,12 @@ from time import monotonic, sleep
 import numpy as np
 import pytest
 
-from workbench.errors import FileError
-from workbench.measure.driver import format_sample
-from workbench.measure.send import first_listener, send_samples
-from workbench.measure.stream import Sample, connect
-from workbench.model.forward import tool_poses
-from workbench.pipeline.virtual import drive_plate
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.base.errors import FileError
+from workbench.data.live.send import first_listener, send_samples
+from workbench.data.live.stream import Sample, connect
+from workbench.data.simulation.driver import format_sample
+from workbench.plate.virtual import drive_plate
 from workbench.session import Worker, replay, start
 from workbench.session.commands import (
     DriveArm,

@@ -5,8 +5,8 @@ from time import sleep as pause
 import numpy as np
 import pytest
 
-from workbench import se3
-from workbench.model.forward import tool_poses
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.base import se3
 from workbench.session import Worker, replay
 from workbench.session.commands import (
     BeginMeasuring,

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from workbench.model.forward import tool_poses
-from workbench.robots.robot import Frame
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.robot import Frame
 from workbench.session import Worker, replay
 from workbench.session.commands import (
     Identify,

@@ -19,8 +19,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workbench.errors import FileError, OptionError
-from workbench.robots import built_in_robots, load_robot
+from workbench.arm.library import built_in_robots, load_robot
+from workbench.base.errors import FileError, OptionError
 from workbench.session import Worker
 from workbench.session.commands import (
     DropTarget,

@@ -6,15 +6,21 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from workbench import se3
-from workbench.design.accuracy import predicted_error
-from workbench.design.cubes import map_cubes
-from workbench.design.region import Region
-from workbench.model import inverse
-from workbench.model.forward import tool_poses
+from workbench.arm.inverse import solve as inverse
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.base import se3
+from workbench.plate.accuracy import predicted_error
+from workbench.plate.cubes import map_cubes
+from workbench.plate.region import Region
 from workbench.session import Worker
 from workbench.session.command import AbstractChore
-from workbench.session.commands import CHORES, MeasureVirtualArm, SelectTarget, SetRegion, ShowCubes
+from workbench.session.commands import (
+    CHORES,
+    MeasureVirtualArm,
+    SelectTarget,
+    SetRegion,
+    ShowCubes,
+)
 from workbench.session.cubes import values
 from workbench.session.journal import Ending
 from workbench.session.state import CubeView, Field, Severity

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from workbench.design.indices.o import of_poses
-from workbench.model.forward import sensitivity
+from workbench.arm.kinematics.forward import sensitivity
+from workbench.plate.indices.o import of_poses
 from workbench.session.commands import (
     AddEffects,
     ClusterTargets,

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from workbench import se3
-from workbench.model.forward import tool_poses
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.base import se3
 from workbench.session import replay
 from workbench.session.commands import (
     DropTarget,

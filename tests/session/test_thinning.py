@@ -7,7 +7,13 @@ import pytest
 
 from workbench.session import Worker
 from workbench.session.command import AbstractTask
-from workbench.session.commands import DropTarget, GrabTarget, MoveTarget, SelectTarget, Undo
+from workbench.session.commands import (
+    DropTarget,
+    GrabTarget,
+    MoveTarget,
+    SelectTarget,
+    Undo,
+)
 from workbench.session.journal import Ending, Entry, replay
 from workbench.session.state import Severity
 from workbench.session.thinning import in_one

@@ -9,7 +9,12 @@ import pytest
 
 from workbench.session import AbstractChange, AbstractTask, replay
 from workbench.session.command import Cancelled
-from workbench.session.commands import Dismiss, MoveTarget, SelectTarget, Tell
+from workbench.session.commands import (
+    Dismiss,
+    MoveTarget,
+    SelectTarget,
+    Tell,
+)
 from workbench.session.journal import Ending
 from workbench.session.state import Severity
 

@@ -1,4 +1,4 @@
-"""The commands. Each one reads, calls one function of `pipeline`, and shows or writes what came back.
+"""The commands. Each one reads, calls one verb of the package, and shows or writes what came back.
 
 Everything heavy is imported inside the commands, so that `workbench --help` answers at once. A mistake of
 the user ends with one sentence on standard error and exit status 1; nothing is then written.
@@ -13,6 +13,7 @@ from typing import Annotated
 
 import typer
 
+from workbench.base.errors import WorkbenchError
 from workbench.cli import (
     calibrating,
     compensating,
@@ -30,7 +31,6 @@ from workbench.cli import (
 )
 from workbench.cli.opening import open_session
 from workbench.cli.options import PlateOption, RobotOption, say
-from workbench.errors import WorkbenchError
 
 app = typer.Typer(
     name="workbench",
@@ -88,7 +88,7 @@ def serve(
     ] = None,
 ) -> None:
     """The app in the browser: robot, plate, draggable targets, identification."""
-    from workbench.app.serving import serve as run
+    from workbench.views.page.serve import serve as run
 
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # the recording is finished, as after Ctrl-C
     opening = open_session(robot, plate, session=session, step=step, record=record, live=rerun)

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from workbench.base.errors import OptionError
 from workbench.cli.options import (
     BaseMarkersOption,
     ColumnsOption,
@@ -37,7 +38,6 @@ from workbench.cli.options import (
     whole_numbers,
     with_markers,
 )
-from workbench.errors import OptionError
 
 
 def identify(
@@ -76,12 +76,12 @@ def identify(
     layout: LayoutOption = None,
 ) -> None:
     """Identify the arm's geometry from measurements, and report its error on held-out rows."""
-    from workbench import pipeline
-    from workbench.fabricate.as_measured import load_plate
-    from workbench.report import json as reports
-    from workbench.report import table
-    from workbench.report.prior import read_prior
-    from workbench.robots import load_robot
+    from workbench.arm.library import load_robot
+    from workbench.identification.identify import ALGORITHMS, identify
+    from workbench.identification.report import json as reports
+    from workbench.identification.report import table
+    from workbench.identification.report.prior import read_prior
+    from workbench.plate.parts.as_measured import load_plate
 
     if level == 1 and free is not None:
         raise OptionError("--level 1 frees the joint offsets alone; leave either it or --free out")
@@ -90,10 +90,10 @@ def identify(
     check_robot_file(save)
     check_writable(save, json, folder=report)
     with progress_bar("identify") as progress:
-        run = pipeline.identify(
+        run = identify(
             arm,
             rows,
-            algorithms=tuple(pipeline.ALGORITHMS) if algorithm == "all" else tuple(algorithm.split(",")),
+            algorithms=tuple(ALGORITHMS) if algorithm == "all" else tuple(algorithm.split(",")),
             held_out=held_out_of(held_out, arm, columns, sheet, layout),
             frames=frames,
             free=arm.joint_offsets if level == 1 else names_of(free),
@@ -112,7 +112,7 @@ def identify(
     if json is not None:
         say(f"result: {reports.write_json(json, reports.identification_json(run))}")
     if report is not None:
-        from workbench.report.html import write_report
+        from workbench.identification.report.page import write_report
 
         say(f"report: {write_report(run, report)}")
     if not run.best.fit.outcome.ok:
@@ -129,16 +129,16 @@ def evaluate(
     layout: LayoutOption = None,
 ) -> None:
     """Errors of a nominal or calibrated robot on measurements; nothing of the arm is fitted."""
-    from workbench import pipeline
-    from workbench.report import json as reports
-    from workbench.report import table
-    from workbench.robots import load_robot
+    from workbench.arm.library import load_robot
+    from workbench.identification.evaluate import evaluate
+    from workbench.identification.report import json as reports
+    from workbench.identification.report import table
 
     if frames not in ("given", "fit"):
         raise OptionError(f"--frames can't be '{frames}'; choose given or fit")
     arm = load_robot(robot)
     check_writable(json)
-    found = pipeline.evaluate(arm, read_rows(data, arm, columns, sheet, layout), fit_frames=frames == "fit")
+    found = evaluate(arm, read_rows(data, arm, columns, sheet, layout), fit_frames=frames == "fit")
     show(table.evaluation_tables(found))
     if json is not None:
         say(f"result: {reports.write_json(json, reports.evaluation_json(found))}")
@@ -156,7 +156,7 @@ def export(
     tip: Annotated[str | None, typer.Option(help="Last link of the chain, for a URDF with several.")] = None,
 ) -> None:
     """Write a robot in another form: URDF, TOML, or the few numbers that a controller takes."""
-    from workbench.robots import load_robot
+    from workbench.arm.library import load_robot
 
     arm = load_robot(calibrated, tip=tip)
     if urdf is None and toml is None and controller is None:
@@ -168,8 +168,8 @@ def export(
         if path is not None:
             say(f"{arm.name}: {save_robot(arm, path)}")
     if controller is not None and nominal is not None:
-        from workbench.report.json import write_json
-        from workbench.report.use import use_of
+        from workbench.identification.report.json import write_json
+        from workbench.identification.report.use import use_of
 
         use = use_of(arm, load_robot(nominal))
         show(use.summary())

@@ -5,7 +5,14 @@ from typing import Annotated
 
 import typer
 
-from workbench.cli.options import ColumnsOption, JsonOption, SheetOption, check_writable, say, show
+from workbench.cli.options import (
+    ColumnsOption,
+    JsonOption,
+    SheetOption,
+    check_writable,
+    say,
+    show,
+)
 
 
 def compensate(
@@ -34,11 +41,11 @@ def compensate(
     sheet: SheetOption = None,
 ) -> None:
     """Correct a joint trajectory with a calibrated robot, its effects included."""
-    from workbench.measure.readers.trajectory import read_trajectory
-    from workbench.pipeline.compensation import compensate_trajectory, write_trajectory
-    from workbench.report.compensation import compensation_json, compensation_table
-    from workbench.report.json import write_json
-    from workbench.robots import load_robot
+    from workbench.arm.library import load_robot
+    from workbench.data.readers.trajectory import read_trajectory
+    from workbench.identification.report.json import write_json
+    from workbench.paths.compensate import compensate_trajectory, write_trajectory
+    from workbench.paths.report.compensation import compensation_json, compensation_table
 
     arm = load_robot(robot)
     rows = read_trajectory(trajectory, columns=columns, joints=arm.dof, sheet=sheet)

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from workbench.base.errors import OptionError
 from workbench.cli.options import (
     JsonOption,
     RobotOption,
@@ -18,7 +19,6 @@ from workbench.cli.options import (
     unknown_frames,
 )
 from workbench.cli.plates import PlateArgument
-from workbench.errors import OptionError
 
 ToleranceOption = Annotated[
     str | None,
@@ -66,11 +66,11 @@ def optimise(
     seed: SeedOption = 0,
 ) -> None:
     """The best plate for a region: places, block angles and branches, reachable and free of collisions."""
-    from workbench.design.plate_toml import write_plate
-    from workbench.fabricate.as_measured import load_plate
-    from workbench.pipeline import plate_design
-    from workbench.report.plate_design import design_json, design_tables
-    from workbench.robots import load_robot
+    from workbench.arm.library import load_robot
+    from workbench.plate import design as plate_design
+    from workbench.plate.parts.as_measured import load_plate
+    from workbench.plate.plate_toml import write_plate
+    from workbench.plate.report.design import design_json, design_tables
 
     check_writable(out, json)
     base, tool = unknown_frames(unknown)
@@ -92,7 +92,7 @@ def optimise(
     show(design_tables(found))
     say(f"plate: {write_plate(found.plate, out)}")
     if json is not None:
-        from workbench.report.json import write_json
+        from workbench.identification.report.json import write_json
 
         say(f"result: {write_json(json, design_json(found))}")
 
@@ -125,11 +125,11 @@ def yield_(
     seed: SeedOption = 0,
 ) -> None:
     """How many arms of a production are good enough after a calibration with the plate, and what to blame."""
-    from workbench.fabricate.as_measured import load_plate
-    from workbench.pipeline import plate_design
-    from workbench.report.plate_design import yield_json, yield_tables
-    from workbench.robots import load_robot
-    from workbench.units import Quantity, parse_quantity
+    from workbench.arm.library import load_robot
+    from workbench.base.units import Quantity, parse_quantity
+    from workbench.plate import design as plate_design
+    from workbench.plate.parts.as_measured import load_plate
+    from workbench.plate.report.design import yield_json, yield_tables
 
     check_writable(json)
     length, angle = _pair(errors, "--errors")
@@ -152,17 +152,17 @@ def yield_(
         )
     show(yield_tables(found))
     if json is not None:
-        from workbench.report.json import write_json
+        from workbench.identification.report.json import write_json
 
         say(f"result: {write_json(json, yield_json(found))}")
 
 
 def _wish(targets, branches, reading, blocks, heights, angles, tilt, turn, tolerance, places):
     """What is asked of the fixture, from people's words."""
-    from workbench.design.fixture.blocks import Blocks, BlockStyle
-    from workbench.design.fixture.optimise import Postures, Wish
-    from workbench.pipeline.plate_design import IN_THE_AIR
-    from workbench.units import Quantity, parse_quantity
+    from workbench.base.units import Quantity, parse_quantity
+    from workbench.plate.design import IN_THE_AIR
+    from workbench.plate.optimiser.blocks import Blocks, BlockStyle
+    from workbench.plate.optimiser.optimise import Postures, Wish
 
     usual = IN_THE_AIR if reading == "ball-bar" else Blocks().heights
     return Wish(
@@ -186,8 +186,8 @@ def _within(wish, clearance: str, limit_margin: str, spacing: str, retreat: str,
     """The same with its margins."""
     from dataclasses import replace
 
-    from workbench.design.fixture.constraints import Constraints
-    from workbench.units import Quantity, parse_quantity
+    from workbench.base.units import Quantity, parse_quantity
+    from workbench.plate.optimiser.constraints import Constraints
 
     constraints = Constraints(
         clearance=parse_quantity(clearance, Quantity.LENGTH),
@@ -200,7 +200,7 @@ def _within(wish, clearance: str, limit_margin: str, spacing: str, retreat: str,
 
 
 def _making(text: str | None):
-    from workbench.design.fixture.making import Making
+    from workbench.plate.optimiser.tolerances import Making
 
     position, angle = (0.0, 0.0) if text is None else _pair(text, "--tolerance")
     return Making(position=position, angle=angle)
@@ -208,7 +208,7 @@ def _making(text: str | None):
 
 def _pair(text: str, option: str) -> tuple[float, float]:
     """A length and an angle."""
-    from workbench.units import Quantity, parse_quantity
+    from workbench.base.units import Quantity, parse_quantity
 
     parts = text.split(",")
     if len(parts) != 2:
@@ -218,7 +218,7 @@ def _pair(text: str, option: str) -> tuple[float, float]:
 
 def _two(text: str, option: str) -> tuple[float, float]:
     """Two lengths."""
-    from workbench.units import Quantity, parse_quantity
+    from workbench.base.units import Quantity, parse_quantity
 
     parts = text.split(",")
     if len(parts) != 2:

@@ -55,19 +55,19 @@ def diagnose(
     layout: LayoutOption = None,
 ) -> None:
     """Find the effects that the geometry lacks, add them, and report the held-out error before and after."""
-    from workbench import pipeline
-    from workbench.fabricate.as_measured import load_plate
-    from workbench.report.diagnosis.json import diagnosis_json
-    from workbench.report.diagnosis.table import diagnosis_tables
-    from workbench.report.json import write_json
-    from workbench.robots import load_robot
+    from workbench.arm.library import load_robot
+    from workbench.diagnosis.diagnose import diagnose
+    from workbench.diagnosis.report.json import diagnosis_json
+    from workbench.diagnosis.report.table import diagnosis_tables
+    from workbench.identification.report.json import write_json
+    from workbench.plate.parts.as_measured import load_plate
 
     arm = load_robot(robot)
     rows = with_markers(read_rows(data, arm, columns, sheet, layout), tool_markers, base_markers)
     check_robot_file(save, effects=True)
     check_writable(save, json, folder=report)
     with progress_bar("diagnose") as progress:
-        run = pipeline.diagnose(
+        run = diagnose(
             arm,
             rows,
             held_out=held_out_of(held_out, arm, columns, sheet, layout),
@@ -85,7 +85,7 @@ def diagnose(
     if json is not None:
         say(f"result: {write_json(json, diagnosis_json(run))}")
     if report is not None:
-        from workbench.report.diagnosis.page import write_diagnosis
+        from workbench.diagnosis.report.page import write_diagnosis
 
         say(f"report: {write_diagnosis(run, report)}")
     if not run.after_fit.outcome.ok:

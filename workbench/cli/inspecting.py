@@ -28,10 +28,10 @@ def redundancy(
     json: JsonOption = None,
 ) -> None:
     """Which constants of an arm no measurement tells apart, and may be removed."""
-    from workbench.identify.redundancy import redundancy as found_of
-    from workbench.report.arm import redundancy_json, redundancy_text
-    from workbench.report.json import write_json
-    from workbench.robots import load_robot
+    from workbench.arm.library import load_robot
+    from workbench.identification.redundancy import redundancy as found_of
+    from workbench.identification.report.arm import redundancy_json, redundancy_text
+    from workbench.identification.report.json import write_json
 
     arm = load_robot(robot)
     check_writable(json)
@@ -50,10 +50,10 @@ def axes(
     layout: LayoutOption = None,
 ) -> None:
     """Circle-point analysis: where each joint's axis is, from rows in which it turned alone."""
-    from workbench.report.arm import axes_json, axes_table
-    from workbench.report.json import write_json
-    from workbench.robots import load_robot
-    from workbench.validate.circle_points import circle_axes
+    from workbench.arm.library import load_robot
+    from workbench.identification.circle_points import circle_axes
+    from workbench.identification.report.arm import axes_json, axes_table
+    from workbench.identification.report.json import write_json
 
     arm = load_robot(robot)
     check_writable(json)

@@ -5,8 +5,14 @@ from typing import Annotated
 
 import typer
 
-from workbench.cli.options import JsonOption, SeedOption, check_writable, say, show
-from workbench.errors import OptionError
+from workbench.base.errors import OptionError
+from workbench.cli.options import (
+    JsonOption,
+    SeedOption,
+    check_writable,
+    say,
+    show,
+)
 
 
 def loading(
@@ -26,9 +32,9 @@ def loading(
     seed: SeedOption = 0,
 ) -> None:
     """Postures in which inclinometers show clearance, backlash and stiffness, tried on a virtual arm."""
-    from workbench.pipeline.loading import loading_experiment
-    from workbench.report.loading import loading_json, loading_table
-    from workbench.robots import load_robot
+    from workbench.arm.library import load_robot
+    from workbench.identification.load_test.report import loading_json, loading_table
+    from workbench.identification.load_test.run import loading_experiment
 
     check_writable(json, folder=out)
     found = loading_experiment(
@@ -44,17 +50,17 @@ def loading(
     if out is not None:
         say(f"postures, readings, picture: {_write(found, out)}")
     if json is not None:
-        from workbench.report.json import write_json
+        from workbench.identification.report.json import write_json
 
         say(f"result: {write_json(json, loading_json(found))}")
 
 
 def _write(found, out: Path) -> Path:
     """The folder of an experiment."""
-    from workbench.measure.writer import measurements_csv
+    from workbench.base.folder import write_folder
+    from workbench.data.writer import measurements_csv
+    from workbench.identification.load_test.report import loading_figure, postures_csv
     from workbench.report.drawing import svg
-    from workbench.report.folder import write_folder
-    from workbench.report.loading import loading_figure, postures_csv
 
     return write_folder(
         out,

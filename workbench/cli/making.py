@@ -5,7 +5,12 @@ from typing import Annotated
 
 import typer
 
-from workbench.cli.options import check_writable, noise_of, progress_bar, say
+from workbench.cli.options import (
+    check_writable,
+    noise_of,
+    progress_bar,
+    say,
+)
 from workbench.cli.plates import NoiseOption, PlateArgument
 
 
@@ -21,9 +26,9 @@ def export(
     noise: NoiseOption = "0.1mm,0.02deg",
 ) -> None:
     """Everything to make a plate: solids, hole drawing, lists, and a sheet with the expected accuracy."""
-    from workbench.fabricate.as_measured import load_plate
-    from workbench.pipeline import plate_making
-    from workbench.robots import load_robot
+    from workbench.arm.library import load_robot
+    from workbench.plate.parts import export as plate_making
+    from workbench.plate.parts.as_measured import load_plate
 
     wanted = plate_making.formats_named(formats)
     check_writable(folder=out)
@@ -55,9 +60,9 @@ def as_measured(
     ] = "base",
 ) -> None:
     """The plate as it came out: measured targets in place of the drawn ones; region and branches stay."""
-    from workbench.design.plate_toml import load_plate, write_plate
-    from workbench.fabricate.as_measured import as_measured as replaced
-    from workbench.fabricate.as_measured import frame_named, read_measured_targets
+    from workbench.plate.parts.as_measured import as_measured as replaced
+    from workbench.plate.parts.as_measured import frame_named, read_measured_targets
+    from workbench.plate.plate_toml import load_plate, write_plate
 
     chosen = frame_named(frame)
     check_writable(out)

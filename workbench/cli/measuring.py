@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from workbench.base.errors import OptionError
 from workbench.cli.options import (
     JsonOption,
     PlateOption,
@@ -22,7 +23,6 @@ from workbench.cli.options import (
     show,
     unknown_frames,
 )
-from workbench.errors import OptionError
 
 
 def simulate(
@@ -54,11 +54,11 @@ def simulate(
     seed: SeedOption = 0,
 ) -> None:
     """A virtual arm with hidden manufacturing errors, measured."""
-    from workbench import pipeline
-    from workbench.fabricate.as_measured import load_plate
-    from workbench.measure.writer import write_measurements
-    from workbench.robots import load_robot
-    from workbench.robots.toml import write_toml
+    from workbench.arm.library import load_robot
+    from workbench.arm.robot_toml import write_toml
+    from workbench.data.writer import write_measurements
+    from workbench.plate.measuring import measure_plate, measure_poses
+    from workbench.plate.parts.as_measured import load_plate
 
     if (plate is None) == (poses is None):  # from here on one of the two is given
         raise OptionError("give either --plate FILE or --poses NUMBER")
@@ -69,7 +69,7 @@ def simulate(
     measured = None if of is None else load_robot(of)
     with progress_bar("simulate") as progress:
         if plate is not None:
-            hidden, rows = pipeline.measure_plate(
+            hidden, rows = measure_plate(
                 arm,
                 load_plate(plate),
                 branch=branch,
@@ -80,7 +80,7 @@ def simulate(
                 progress=lambda part: progress(part, "choosing branches"),
             )
         elif poses is not None:
-            hidden, rows = pipeline.measure_poses(
+            hidden, rows = measure_poses(
                 arm,
                 poses,
                 index=index,
@@ -130,11 +130,11 @@ def poses(
     seed: SeedOption = 0,
 ) -> None:
     """Informative poses for a calibration: those with the largest observability index, in a short order."""
-    from workbench import pipeline
-    from workbench.design.pose_limits import PoseLimits
-    from workbench.report.poses import poses_json, poses_table
-    from workbench.robots import load_robot
-    from workbench.units import Quantity, parse_quantity
+    from workbench.arm.library import load_robot
+    from workbench.base.units import Quantity, parse_quantity
+    from workbench.plate.poses.limits import PoseLimits
+    from workbench.plate.poses.report import poses_json, poses_table
+    from workbench.plate.poses.run import choose_poses, write_poses
 
     arm = load_robot(robot)
     limits = PoseLimits(
@@ -148,7 +148,7 @@ def poses(
     base, tool = unknown_frames(unknown)
     check_writable(out, json)
     with progress_bar("poses") as progress:
-        found = pipeline.choose_poses(
+        found = choose_poses(
             arm,
             number,
             index=index,
@@ -162,9 +162,9 @@ def poses(
         )
     show(poses_table(arm, found))
     if out is not None:
-        say(f"poses: {pipeline.write_poses(arm, found, out)}")
+        say(f"poses: {write_poses(arm, found, out)}")
     if json is not None:
-        from workbench.report.json import write_json
+        from workbench.identification.report.json import write_json
 
         say(f"result: {write_json(json, poses_json(arm, found))}")
 
@@ -193,11 +193,11 @@ def capture(
     """
     from rich.console import Console
 
-    from workbench.fabricate.as_measured import load_plate
-    from workbench.measure.standstill import StandstillDetector
-    from workbench.pipeline import acquisition
-    from workbench.robots import load_robot
-    from workbench.units import Quantity, parse_quantity
+    from workbench.arm.library import load_robot
+    from workbench.base.units import Quantity, parse_quantity
+    from workbench.data.live.standstill import StandstillDetector
+    from workbench.plate import guided as acquisition
+    from workbench.plate.parts.as_measured import load_plate
 
     arm, fixture = load_robot(robot), load_plate(plate)
     detector = StandstillDetector(
@@ -246,13 +246,13 @@ def drive(
     seed: SeedOption = 0,
 ) -> None:
     """A virtual arm in place of a real one's driver: JSON lines of an arm steered from target to target."""
-    from workbench.fabricate.as_measured import load_plate
-    from workbench.measure.driver import Pace
-    from workbench.measure.send import send_samples
-    from workbench.pipeline.virtual import drive_plate
-    from workbench.robots import load_robot
-    from workbench.robots.toml import write_toml
-    from workbench.units import Quantity, parse_quantity
+    from workbench.arm.library import load_robot
+    from workbench.arm.robot_toml import write_toml
+    from workbench.base.units import Quantity, parse_quantity
+    from workbench.data.live.send import send_samples
+    from workbench.data.simulation.driver import Pace
+    from workbench.plate.parts.as_measured import load_plate
+    from workbench.plate.virtual import drive_plate
 
     check_writable(actual)
     hidden, samples = drive_plate(
@@ -273,7 +273,7 @@ def drive(
 @contextmanager
 def lines_of(source: str) -> Iterator[Iterable[str]]:
     """Lines of a live source: standard input, a place to connect to, or one to wait at."""
-    from workbench.measure.stream import connect, listen
+    from workbench.data.live.stream import connect, listen
 
     if source == "-":
         if sys.stdin.isatty():
@@ -291,8 +291,8 @@ def lines_of(source: str) -> Iterator[Iterable[str]]:
 @contextmanager
 def guided(console) -> Iterator[tuple]:
     """Keys and live view where a terminal has both, else neither."""
-    from workbench.pipeline.keyboard import keyboard
-    from workbench.report.live import live_view
+    from workbench.cli.guided_display import live_view
+    from workbench.cli.keyboard import keyboard
 
     if not console.is_terminal:
         yield None, None
@@ -310,7 +310,7 @@ def receiver(to: str) -> Iterator[Callable[[str], object]]:
     """Where lines go: standard output, or the first that connects."""
     import os
 
-    from workbench.measure.send import first_listener, writer_to
+    from workbench.data.live.send import first_listener, writer_to
 
     if to != "-":
         with first_listener(

@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from workbench.base.errors import OptionError
 from workbench.cli.options import progress_bar, say
-from workbench.errors import OptionError
 
 NO_PICTURES = (
     "the session is recorded without pictures; those for the rerun viewer need pip install 'workbench[rerun]'"
@@ -38,8 +38,8 @@ def open_session(
         _check_viewer(live)
     if session is not None and (step is not None or _holds_one(session)):
         return _again(session, step, record, live)
-    from workbench.fabricate.as_measured import load_plate
-    from workbench.robots import load_robot
+    from workbench.arm.library import load_robot
+    from workbench.plate.parts.as_measured import load_plate
 
     def begin(robot, plate):
         from workbench.session.journal import folder as folders
@@ -49,7 +49,7 @@ def open_session(
 
     if plate is not None or robot.startswith("aria"):
         return Opening(load_robot(robot), load_plate(plate or "table2"), begin)
-    from workbench.session.suited import suited_plate
+    from workbench.session.default_plate import suited_plate
 
     arm = load_robot(robot)
     return Opening(arm, suited_plate(arm), begin)
@@ -84,8 +84,8 @@ def _again(session: Path, step: int | None, record: bool, live: str | None) -> O
 
 def _followed(begun, live: str | None):
     """The session with its pictures, if they can be drawn; says where it is recorded."""
-    from workbench.record import has_rerun
     from workbench.session.state import Severity
+    from workbench.views.recording import has_rerun
 
     if begun.folder is not None:
         say(f"recording: {begun.folder}")
@@ -96,16 +96,16 @@ def _followed(begun, live: str | None):
     if not has_rerun():
         say(f"note: {NO_PICTURES}")
         return replace(begun, session=begun.session.tell(Severity.INFO, NO_PICTURES))
-    from workbench.record.start import recorder
+    from workbench.views.recording.start import recorder
 
     return replace(begun, keepers=(*begun.keepers, recorder(begun.folder, live=live)))
 
 
 def _check_viewer(address: str) -> None:
     """Refuse an address where no viewer listens before anything begins."""
-    from workbench.record import need_rerun
+    from workbench.views.recording import need_rerun
 
     need_rerun("--rerun")
-    from workbench.record.outlet import url_of
+    from workbench.views.recording.outlet import url_of
 
     url_of(address)

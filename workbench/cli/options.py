@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from workbench.errors import OptionError
+from workbench.base.errors import OptionError
 
 RobotOption = Annotated[
     str,
@@ -87,15 +87,15 @@ SeedOption = Annotated[int, typer.Option(help="Seed of everything random.")]
 
 def read_rows(path: Path, arm, columns: str | None, sheet: str | None, layout: str | None):
     """Measurements of a file, with as many joints as the arm has."""
-    from workbench.measure.readers import read_measurements
+    from workbench.data.readers import read_measurements
 
     return read_measurements(path, columns=columns, joints=arm.dof, sheet=sheet, layout=layout)
 
 
 def with_markers(data, tool: Path | None, base: Path | None):
     """Rows whose markers have become poses of the tool in the robot's base frame (ARIA 5.1)."""
-    from workbench.measure.observations.markers import marker_poses, synchronise
-    from workbench.measure.readers.markers import read_marker_rows
+    from workbench.data.observations.markers import marker_poses, synchronise
+    from workbench.data.readers.markers import read_marker_rows
 
     if tool is not None:
         data, _ = marker_poses(data, read_marker_rows(tool, 1)[0])
@@ -143,8 +143,8 @@ def bounds_of(texts: list[str]) -> dict[str, tuple[float, float]]:
 
 def noise_of(text: str):
     """Standard deviations from people's units."""
-    from workbench.identify.problem import Noise
-    from workbench.units import Quantity, parse_quantity
+    from workbench.base.units import Quantity, parse_quantity
+    from workbench.identification.problem import Noise
 
     parts = [part.strip() for part in text.split(",")]
     if len(parts) not in (1, 2):
@@ -170,8 +170,8 @@ def orientations_of(text: str):
     """Orientations of the tool: `roll,pitch,yaw` in degrees, or those of a plate's targets."""
     import numpy as np
 
-    from workbench import se3
-    from workbench.design.plate_toml import load_plate
+    from workbench.base import se3
+    from workbench.plate.plate_toml import load_plate
 
     try:
         angles = np.deg2rad([float(part) for part in text.split(",")])
@@ -186,8 +186,8 @@ def region_of(text: str):
     """A region: of a plate by file or name, or from its corners, `x,y,z:x,y,z` in m."""
     import numpy as np
 
-    from workbench.design.plate_toml import load_plate
-    from workbench.design.region import Region
+    from workbench.plate.plate_toml import load_plate
+    from workbench.plate.region import Region
 
     try:
         low, high = (np.array([float(part) for part in corner.split(",")]) for corner in text.split(":"))
@@ -200,7 +200,7 @@ def region_of(text: str):
 
 def check_writable(*files: Path | None, folder: Path | None = None) -> None:
     """Refuse an output that can't be written before the work begins."""
-    from workbench.files import check_writable
+    from workbench.base.files import check_writable
 
     for path in files:
         if path is not None:
@@ -211,10 +211,10 @@ def check_writable(*files: Path | None, folder: Path | None = None) -> None:
 
 def save_robot(arm, path: Path) -> Path:
     """Write a robot in the form that the file's ending asks for."""
-    from workbench.robots.toml import write_toml
+    from workbench.arm.robot_toml import write_toml
 
     if path.suffix.lower() == ".urdf":
-        from workbench.robots.urdf import write_urdf
+        from workbench.arm.urdf import write_urdf
 
         if arm.sessions:
             say(f"note: a URDF has one base; those of {len(arm.sessions)} sessions are left out of {path}")

@@ -5,8 +5,14 @@ from typing import Annotated
 
 import typer
 
-from workbench.cli.options import JsonOption, RobotOption, check_writable, say, show
-from workbench.errors import OptionError
+from workbench.base.errors import OptionError
+from workbench.cli.options import (
+    JsonOption,
+    RobotOption,
+    check_writable,
+    say,
+    show,
+)
 
 paths = typer.Typer(
     name="path",
@@ -50,9 +56,9 @@ def circle(
     """A circle through points, or through points that were taught."""
     import numpy as np
 
-    from workbench.compensate.curves import circle_through
-    from workbench.pipeline.paths import read_taught, taught_circle
-    from workbench.robots import load_robot
+    from workbench.arm.library import load_robot
+    from workbench.paths.curves import circle_through
+    from workbench.paths.make import read_taught, taught_circle
 
     if (taught is None) == (not through):
         raise OptionError("a circle needs --through, three times or more, or --taught with a file of joints")
@@ -78,8 +84,8 @@ def line(
     json: JsonOption = None,
 ) -> None:
     """A straight line between two points."""
-    from workbench.compensate.curves import line as straight
-    from workbench.robots import load_robot
+    from workbench.arm.library import load_robot
+    from workbench.paths.curves import line as straight
 
     curve = straight(_point(start, "--from"), _point(end, "--to"))
     _make(load_robot(robot), curve, out, duration, rows, axis, max_speed, picture, json)
@@ -87,11 +93,11 @@ def line(
 
 def _make(arm, curve, out, duration, rows, axis, max_speed, picture, json) -> None:
     """Plan, show and write."""
-    from workbench.compensate.planning import plan
-    from workbench.files import write_bytes
-    from workbench.pipeline.paths import planned_moments, write_plan
-    from workbench.report.json import write_json
-    from workbench.report.motion import path_json, path_picture, path_table
+    from workbench.base.files import write_bytes
+    from workbench.identification.report.json import write_json
+    from workbench.paths.make import planned_moments, write_plan
+    from workbench.paths.planning import plan
+    from workbench.paths.report.motion import path_json, path_picture, path_table
 
     if picture is not None and picture.suffix.lower() != ".png":
         raise OptionError(f"{picture}: a picture is written as .png; choose this ending")

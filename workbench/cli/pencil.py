@@ -5,8 +5,15 @@ from typing import Annotated
 
 import typer
 
-from workbench.cli.options import JsonOption, RobotOption, SeedOption, check_writable, say, show
-from workbench.errors import OptionError
+from workbench.base.errors import OptionError
+from workbench.cli.options import (
+    JsonOption,
+    RobotOption,
+    SeedOption,
+    check_writable,
+    say,
+    show,
+)
 
 pencil = typer.Typer(
     name="pencil",
@@ -26,7 +33,7 @@ def sheet(
     dpi: DotsOption = 300.0,
 ) -> None:
     """The sheet to print: a red circle, marks at its quarters, a long one where the path begins."""
-    from workbench.pipeline.pencil import write_sheet
+    from workbench.paths.pencil.run import write_sheet
 
     check_writable(out)
     say(f"sheet: {write_sheet(_radius(radius), _png(out), dpi=_dots(dpi))}")
@@ -42,9 +49,9 @@ def draw(
     seed: SeedOption = 0,
 ) -> None:
     """A virtual arm draws the circle: its scan and the readings."""
-    from workbench.measure.readers import read_trajectory
-    from workbench.pipeline.pencil import draw_path
-    from workbench.robots import load_robot
+    from workbench.arm.library import load_robot
+    from workbench.data.readers import read_trajectory
+    from workbench.paths.pencil.run import draw_path
 
     arm = load_robot(robot)
     rows = read_trajectory(trajectory, joints=arm.dof)
@@ -66,11 +73,11 @@ def errors(
     json: JsonOption = None,
 ) -> None:
     """Errors along a drawn circle: outside and inside from the scan, above and below from the readings."""
-    from workbench.files import write_bytes
-    from workbench.measure.readers import read_trajectory
-    from workbench.pipeline.pencil import read_drawing
-    from workbench.report.json import write_json
-    from workbench.report.plotted import plotted_json, plotted_picture, plotted_table
+    from workbench.base.files import write_bytes
+    from workbench.data.readers import read_trajectory
+    from workbench.identification.report.json import write_json
+    from workbench.paths.pencil.report import plotted_json, plotted_picture, plotted_table
+    from workbench.paths.pencil.run import read_drawing
 
     check_writable(None if picture is None else _png(picture), json)
     rows = None if path is None else read_trajectory(path)
@@ -85,7 +92,7 @@ def errors(
 
 def _radius(text: str) -> float:
     """A length greater than zero [m]."""
-    from workbench.units import Quantity, parse_quantity
+    from workbench.base.units import Quantity, parse_quantity
 
     radius = parse_quantity(text, Quantity.LENGTH)
     if not 0.0 < radius < 1.0:

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from workbench.base.errors import OptionError
 from workbench.cli.options import (
     JsonOption,
     RobotOption,
@@ -18,7 +19,6 @@ from workbench.cli.options import (
     show,
     unknown_frames,
 )
-from workbench.errors import OptionError
 
 plates = typer.Typer(
     name="plate", help="Fixture plates: their score, their design, their making.", no_args_is_help=True
@@ -38,15 +38,15 @@ def score(
     seed: SeedOption = 0,
 ) -> None:
     """What a plate tells about the arm: O per target, all indices, predicted errors in its region."""
-    from workbench import pipeline
-    from workbench.fabricate.as_measured import load_plate
-    from workbench.report.plates import score_json, score_tables
-    from workbench.robots import load_robot
+    from workbench.arm.library import load_robot
+    from workbench.plate.parts.as_measured import load_plate
+    from workbench.plate.report.plates import score_json, score_tables
+    from workbench.plate.verbs import score_plate
 
     check_writable(json)
     base, tool = unknown_frames(unknown)
     with progress_bar("score") as progress:
-        found = pipeline.score_plate(
+        found = score_plate(
             load_robot(robot),
             load_plate(plate),
             sigma=tuple(noise_of(noise)),
@@ -57,7 +57,7 @@ def score(
         )
     show(score_tables(found))
     if json is not None:
-        from workbench.report.json import write_json
+        from workbench.identification.report.json import write_json
 
         say(f"result: {write_json(json, score_json(found))}")
 
@@ -72,17 +72,17 @@ def compare(
     seed: SeedOption = 0,
 ) -> None:
     """Plates side by side: errors predicted in the first one's region, ranks and indices."""
-    from workbench import pipeline
-    from workbench.fabricate.as_measured import load_plate
-    from workbench.report.plates import comparison_json, comparison_table
-    from workbench.robots import load_robot
+    from workbench.arm.library import load_robot
+    from workbench.plate.parts.as_measured import load_plate
+    from workbench.plate.report.plates import comparison_json, comparison_table
+    from workbench.plate.verbs import score_plates
 
     if len(plate) < 2:
         raise OptionError("plate compare needs two plates or more")
     check_writable(json)
     base, tool = unknown_frames(unknown)
     with progress_bar("compare") as progress:
-        found = pipeline.score_plates(
+        found = score_plates(
             load_robot(robot),
             [load_plate(one) for one in plate],
             sigma=tuple(noise_of(noise)),
@@ -93,7 +93,7 @@ def compare(
         )
     show(comparison_table(found))
     if json is not None:
-        from workbench.report.json import write_json
+        from workbench.identification.report.json import write_json
 
         say(f"result: {write_json(json, comparison_json(found))}")
 
@@ -120,17 +120,17 @@ def cluster(
     seed: SeedOption = 0,
 ) -> None:
     """Workspace clustering: poses with equal O in different cubes of a region, the best such set."""
-    from workbench import pipeline
-    from workbench.design.plate_toml import load_plate, write_plate
-    from workbench.report.plates import cluster_json, cluster_tables
-    from workbench.robots import load_robot
-    from workbench.units import Quantity, parse_quantity
+    from workbench.arm.library import load_robot
+    from workbench.base.units import Quantity, parse_quantity
+    from workbench.plate.plate_toml import load_plate, write_plate
+    from workbench.plate.report.plates import cluster_json, cluster_tables
+    from workbench.plate.verbs import cluster_region
 
     check_writable(out, json)
     arm = load_robot(robot)
     fixture = None if plate is None else load_plate(plate)
     with progress_bar("cluster") as progress:
-        found = pipeline.cluster_region(
+        found = cluster_region(
             arm,
             region_of(region) if fixture is None else fixture.region,
             number=number,
@@ -145,6 +145,6 @@ def cluster(
     if out is not None:
         say(f"plate: {write_plate(found.plate(), out)}")
     if json is not None:
-        from workbench.report.json import write_json
+        from workbench.identification.report.json import write_json
 
         say(f"result: {write_json(json, cluster_json(found))}")

@@ -5,8 +5,14 @@ from typing import Annotated
 
 import typer
 
-from workbench.cli.options import JsonOption, check_writable, progress_bar, say, show
-from workbench.errors import OptionError
+from workbench.base.errors import OptionError
+from workbench.cli.options import (
+    JsonOption,
+    check_writable,
+    progress_bar,
+    say,
+    show,
+)
 
 RecordingArgument = Annotated[Path, typer.Argument(help="A recording: a folder such as recordings/sample.")]
 EXACT = 1e-9
@@ -26,8 +32,8 @@ def review(
     json: JsonOption = None,
 ) -> None:
     """Open recorded sessions in the rerun viewer; two of them side by side."""
-    from workbench.record import need_rerun
     from workbench.session.journal.reader import read_recording
+    from workbench.views.recording import need_rerun
 
     found = [read_recording(folder) for folder in (recording, *(others or []))]
     for note in (note for r in found for note in r.notes):
@@ -40,7 +46,7 @@ def review(
     if len(found) > 2:
         return
     need_rerun("the viewer")
-    from workbench.record.review import show_recordings
+    from workbench.views.recording.review import show_recordings
 
     with progress_bar("drawing") as progress:
         pictures = show_recordings(found, out=out, web=web, progress=progress, say=say)
@@ -50,8 +56,8 @@ def review(
 
 def _compare(found: list, json: Path | None) -> None:
     """What differs, and which parameters have moved beyond their standard errors."""
-    from workbench.record.compare import compare
-    from workbench.report.json import write_json
+    from workbench.identification.report.json import write_json
+    from workbench.views.recording.compare import compare
 
     compared = compare(found)
     show(compared.tables())
@@ -68,7 +74,7 @@ def replay(
     json: JsonOption = None,
 ) -> None:
     """Do a recorded session again and compare all numbers with those of then."""
-    from workbench.report.json import write_json
+    from workbench.identification.report.json import write_json
     from workbench.session.journal.check import check
     from workbench.session.journal.reader import read_recording
 
@@ -82,7 +88,7 @@ def replay(
     if json is not None:
         say(f"result: {write_json(json, replayed.json())}")
     if report is not None:
-        from workbench.record.page import write_page
+        from workbench.views.recording.page import write_page
 
         say(f"report: {write_page(found, replayed, report)}")
     if replayed.largest is not None and replayed.largest.size > EXACT:

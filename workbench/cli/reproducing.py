@@ -1,11 +1,24 @@
-"""The commands that do the two works again: `workbench reproduce aria` and `workbench reproduce katana`."""
+"""The commands that do the two works again: `workbench reproduce aria` and `workbench reproduce katana`.
 
+The studies belong to a checkout (`tests/studies`), not to what users install.
+"""
+
+import sys
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from workbench.cli.options import JsonOption, SeedOption, check_writable, progress_bar, say, show
+from workbench.base.errors import OptionError
+from workbench.cli.options import (
+    JsonOption,
+    SeedOption,
+    check_writable,
+    progress_bar,
+    say,
+    show,
+)
 
 works = typer.Typer(
     name="reproduce",
@@ -17,6 +30,14 @@ works = typer.Typer(
 @works.callback()
 def reproduce() -> None:
     """The works behind this program done again: printed numbers beside ours."""
+    tests = Path(__file__).resolve().parents[2] / "tests"
+    if (tests / "studies").is_dir() and str(tests) not in sys.path:
+        sys.path.append(str(tests))
+    if find_spec("studies") is None:
+        raise OptionError(
+            "the studies of the two works are not installed with the package; run this command in a checkout "
+            "of the project, after `pip install -e .`"
+        )
 
 
 @works.command()
@@ -29,8 +50,8 @@ def aria(
     seed: SeedOption = 0,
 ) -> None:
     """Kinematic calibration of a lightweight manipulator: tables, pose selection, Fig. 7 over many arms."""
-    from workbench.reproduce.aria import reproduce_aria
-    from workbench.reproduce.aria_page import aria_json, write_aria
+    from studies.aria import reproduce_aria
+    from studies.aria_page import aria_json, write_aria
 
     check_writable(json, folder=out)
     with progress_bar("reproduce") as progress:
@@ -52,8 +73,8 @@ def katana(
     seed: SeedOption = 0,
 ) -> None:
     """Joint tilting and influences on the Katana 450: Tables 3.2 to 4.6 over many arms."""
-    from workbench.reproduce.katana import reproduce_katana
-    from workbench.reproduce.katana_page import katana_json, write_katana
+    from studies.katana import reproduce_katana
+    from studies.katana_page import katana_json, write_katana
 
     check_writable(json, folder=out)
     with progress_bar("reproduce") as progress:
@@ -65,8 +86,9 @@ def katana(
 
 def _hand_out(found, out: Path | None, json: Path | None, *, write, as_json) -> None:
     """Show what agrees, and write the page and the result where they are asked for."""
-    from workbench.report.json import write_json
-    from workbench.reproduce.finding import findings_table
+    from studies.finding import findings_table
+
+    from workbench.identification.report.json import write_json
 
     show(findings_table(found.findings))
     if out is not None:

@@ -1,1 +1,1 @@
-"""Reports of results: tables for the terminal, figures, JSON, and an HTML page that needs no network."""
+"""What every report is built from: drawings as SVG, numbers for people, templates."""

@@ -6,13 +6,13 @@ from functools import lru_cache
 import numpy as np
 from jaxtyping import Float
 
-from workbench.effects import Insertion
-from workbench.effects.effect import across_axes, driven
-from workbench.errors import WorkbenchError
-from workbench.model.deflection import deflect
-from workbench.model.statics import own_axis
-from workbench.motion import Motion
-from workbench.robots.robot import Robot
+from workbench.arm.effects import Insertion
+from workbench.arm.effects.effect import across_axes, driven
+from workbench.arm.motion import Motion
+from workbench.arm.robot import Robot
+from workbench.arm.statics.deflection import deflect
+from workbench.arm.statics.wrenches import own_axis
+from workbench.base.errors import WorkbenchError
 from workbench.session.state import Session
 
 

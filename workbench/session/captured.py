@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from workbench import se3
-from workbench.model.forward import tool_poses
-from workbench.robots.robot import JointKind, Robot
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.robot import JointKind, Robot
+from workbench.base import se3
 from workbench.session.state import Session
 
 COORDINATES = ("x[mm]", "y[mm]", "z[mm]", "roll[deg]", "pitch[deg]", "yaw[deg]")

@@ -8,10 +8,10 @@ arm is thick.
 import numpy as np
 from jaxtyping import Bool, Float
 
-from workbench import se3
-from workbench.design.plate import Plate
-from workbench.model.forward import link_frames
-from workbench.robots.robot import Robot
+from workbench.arm.kinematics.forward import link_frames
+from workbench.arm.robot import Robot
+from workbench.base import se3
+from workbench.plate.plate import Plate
 
 THICKNESS = 0.03
 """Radius of an arm, as a share of its reach."""

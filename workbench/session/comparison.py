@@ -9,11 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from workbench import se3
-from workbench.measure.dataset import Dataset
-from workbench.model.forward import tool_poses
-from workbench.robots.robot import Robot
-from workbench.types import frozen
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.robot import Robot
+from workbench.base import se3
+from workbench.base.types import frozen
+from workbench.data.dataset import Dataset
 
 STEPS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0)
 """Exaggerations that are chosen by themselves."""

@@ -7,11 +7,11 @@ import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
-from workbench.design.plate_toml import write_plate
-from workbench.errors import DataError
-from workbench.measure.writer import write_measurements
-from workbench.robots.robot import JointKind, Robot
-from workbench.robots.toml import write_toml
+from workbench.arm.robot import JointKind, Robot
+from workbench.arm.robot_toml import write_toml
+from workbench.base.errors import DataError
+from workbench.data.writer import write_measurements
+from workbench.plate.plate_toml import write_plate
 from workbench.session.captured import captured_table
 from workbench.session.state import Session
 
@@ -57,7 +57,7 @@ def calibrated_urdf(session: Session) -> File:
     Raises:
         DataError: nothing has been identified.
     """
-    from workbench.robots.urdf import write_urdf  # yourdfpy takes half a second to import
+    from workbench.arm.urdf import write_urdf
 
     robot = _calibrated(session)
     content = _written(lambda path: write_urdf(robot, path, leave_out_effects=True), "urdf")
@@ -81,7 +81,7 @@ def report_zip(session: Session) -> File:
     Raises:
         DataError: nothing has been identified.
     """
-    from workbench.report.html import write_report  # matplotlib takes a second to import
+    from workbench.identification.report.page import write_report
 
     _calibrated(session)
     content = _packed(lambda folder: write_report(session.identification, folder), "report")
@@ -95,7 +95,7 @@ def fixture_zip(session: Session) -> File:
         OptionError: the plate can't be made; says why.
         MissingExtraError: a library for solids or drawings is not installed.
     """
-    from workbench.pipeline.plate_making import export_plate  # meshes and drawings take a second to import
+    from workbench.plate.parts.export import export_plate
 
     noise = session.noise
     sigma = (noise.position, noise.rotation)

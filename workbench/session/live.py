@@ -8,8 +8,8 @@ from typing import final
 
 import numpy as np
 
-from workbench.errors import WorkbenchError
-from workbench.measure.stream import Sample, samples
+from workbench.base.errors import WorkbenchError
+from workbench.data.live.stream import Sample, samples
 from workbench.session.commands import Tell, TellSource
 from workbench.session.state import Session
 from workbench.session.steering import command_of

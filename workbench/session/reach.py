@@ -10,17 +10,22 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
-from workbench.design.branches import choose_branches
-from workbench.design.plate import AUTO, Kind, Plate, Target
-from workbench.errors import OptionError
-from workbench.model.branches import Branch
-from workbench.model.inverse import follow, solve
-from workbench.model.newton import Task
-from workbench.model.ways import InverseResult, choose, nearest_of
-from workbench.robots.robot import Robot
+from workbench.arm.inverse.branch import Branch
+from workbench.arm.inverse.branches import InverseResult, choose, nearest_of
+from workbench.arm.inverse.damped_newton import Task
+from workbench.arm.inverse.solve import follow, solve
+from workbench.arm.robot import Robot
+from workbench.base.errors import OptionError
+from workbench.base.types import Matrix4, frozen
+from workbench.plate.branches import choose_branches
+from workbench.plate.plate import (
+    AUTO,
+    Kind,
+    Plate,
+    Target,
+)
 from workbench.session.clearance import first_hit, is_clear
 from workbench.session.state import TargetState
-from workbench.types import Matrix4, frozen
 
 STARTS = 8
 """Random mixes from which the first branches are improved."""

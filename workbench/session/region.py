@@ -3,13 +3,13 @@
 import numpy as np
 from jaxtyping import Float
 
-from workbench.design.region import Region
-from workbench.design.region_poses import region_poses
-from workbench.design.sampling import random_poses
-from workbench.errors import DataError
-from workbench.model.newton import Task
-from workbench.robots.robot import Robot
-from workbench.types import frozen
+from workbench.arm.inverse.damped_newton import Task
+from workbench.arm.robot import Robot
+from workbench.base.errors import DataError
+from workbench.base.types import frozen
+from workbench.plate.poses.sampling import random_poses
+from workbench.plate.region import Region
+from workbench.plate.region_poses import region_poses
 
 REGION_POSES = 24
 """Places in the region, in all branches of each, for which the error is predicted."""

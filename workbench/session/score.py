@@ -3,15 +3,15 @@
 import numpy as np
 from jaxtyping import Float
 
-from workbench.design.accuracy import position_weight, predicted_error
-from workbench.design.contributions import rise_without_each
-from workbench.design.freedom import identified_names
-from workbench.design.indices import INDICES, O, evaluate
-from workbench.design.plate import Kind, Plate
-from workbench.model.linearisation import Linearisation, linearise
-from workbench.robots.robot import Robot
+from workbench.arm.linearisation import Linearisation, linearise
+from workbench.arm.robot import Robot
+from workbench.base.types import frozen
+from workbench.plate.accuracy import position_weight, predicted_error
+from workbench.plate.contributions import rise_without_each
+from workbench.plate.freedom import identified_names
+from workbench.plate.indices import INDICES, O, evaluate
+from workbench.plate.plate import Kind, Plate
 from workbench.session.state import Noise, Score, TargetState
-from workbench.types import frozen
 
 WORST = 3
 """How many of the worst-determined parameters are named."""

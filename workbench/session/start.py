@@ -2,16 +2,16 @@
 
 import numpy as np
 
-from workbench.design.plate import Plate
-from workbench.errors import OptionError
-from workbench.model.newton import Task
-from workbench.robots.robot import Robot
+from workbench.arm.inverse.damped_newton import Task
+from workbench.arm.robot import Robot
+from workbench.base.errors import OptionError
+from workbench.base.types import frozen
+from workbench.plate.plate import Plate
 from workbench.session.reach import place_all
 from workbench.session.region import draw_region
 from workbench.session.score import score
 from workbench.session.state import Noise, Session
-from workbench.session.steps import settled
-from workbench.types import frozen
+from workbench.session.target_steps import settled
 
 
 def start(robot: Robot, plate: Plate, *, noise: Noise | None = None, seed: int = 0) -> Session:

@@ -11,17 +11,17 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from workbench.design.cubes import CubeMap
-from workbench.design.plate import Plate, Target
-from workbench.design.region import Region
-from workbench.effects import AbstractEffect
-from workbench.errors import OptionError
-from workbench.measure.dataset import Dataset
-from workbench.model.branches import Branch
-from workbench.model.linearisation import Linearisation
-from workbench.robots.robot import Robot
+from workbench.arm.effects import AbstractEffect
+from workbench.arm.inverse.branch import Branch
+from workbench.arm.linearisation import Linearisation
+from workbench.arm.robot import Robot
+from workbench.base.errors import OptionError
+from workbench.data.dataset import Dataset
+from workbench.plate.cubes import CubeMap
+from workbench.plate.plate import Plate, Target
+from workbench.plate.region import Region
 from workbench.session.comparison import Comparison
-from workbench.session.measuring import Measuring
+from workbench.session.guided import Measuring
 
 UNDO_STEPS = 200
 """How many moves can be taken back."""

@@ -5,11 +5,11 @@ from typing import final
 
 import numpy as np
 
-from workbench import se3
-from workbench.measure.driver import Pace, drive
-from workbench.measure.stream import Sample
+from workbench.base import se3
+from workbench.data.live.stream import Sample
+from workbench.data.simulation.driver import Pace, drive
 from workbench.session.commands import TakeSample
-from workbench.session.measuring import Ride, VirtualArm
+from workbench.session.guided import Ride, VirtualArm
 from workbench.session.state import Session
 from workbench.session.view import AbstractView
 from workbench.session.worker import Worker

@@ -10,16 +10,16 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Float
 
-from workbench.compensate.correction import compensate
-from workbench.compensate.curves import Curve, circle_through, line
-from workbench.compensate.path import command_joints
-from workbench.compensate.planning import plan
-from workbench.model.forward import tool_poses
-from workbench.model.newton import Task
-from workbench.robots.robot import Robot
+from workbench.arm.inverse.damped_newton import Task
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.robot import Robot
+from workbench.base.types import frozen
+from workbench.paths.correction import compensate
+from workbench.paths.curves import Curve, circle_through, line
+from workbench.paths.path import command_joints
+from workbench.paths.planning import plan
 from workbench.session.bending import bending_robot
 from workbench.session.state import Session
-from workbench.types import frozen
 
 CIRCLE, LINE = "circle", "line"
 ROWS = 240

@@ -16,12 +16,18 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from workbench.errors import WorkbenchError
-from workbench.session.command import AbstractChange, AbstractChore, AbstractCommand, AbstractTask, Cancelled
+from workbench.base.errors import WorkbenchError
+from workbench.session.command import (
+    AbstractChange,
+    AbstractChore,
+    AbstractCommand,
+    AbstractTask,
+    Cancelled,
+)
 from workbench.session.commands import AUTOMATIC, Tell
 from workbench.session.commands.drag import DropTarget
+from workbench.session.follower import AbstractKeeper
 from workbench.session.journal import Ending, Entry
-from workbench.session.keeper import AbstractKeeper
 from workbench.session.state import Job, Session, Severity
 from workbench.session.thinning import in_one
 from workbench.session.view import AbstractView

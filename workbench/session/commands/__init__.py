@@ -1,15 +1,42 @@
 """Commands: everything that can be asked of a session, one file per subject."""
 
-from workbench.session.commands.arm import ChooseRobot, Jog, JogTo, LoadModel
-from workbench.session.commands.arrange import ApplyPattern, PlaceTargets, Snap, SnapTarget
+from workbench.session.commands.arm import (
+    ChooseRobot,
+    Jog,
+    JogTo,
+    LoadModel,
+)
+from workbench.session.commands.arrange import (
+    ApplyPattern,
+    PlaceTargets,
+    Snap,
+    SnapTarget,
+)
 from workbench.session.commands.branches import ChooseBranch, MixBranches
 from workbench.session.commands.capture import CapturePose, ForgetPoses
 from workbench.session.commands.choices import HoldParameter, LeaveRowsOut
-from workbench.session.commands.compare import SetDark, SetOverlay, SetUnits, ShowFit, ShowRow
+from workbench.session.commands.compare import (
+    SetDark,
+    SetOverlay,
+    SetUnits,
+    ShowFit,
+    ShowRow,
+)
 from workbench.session.commands.data import ForgetData, LoadData, MeasureVirtualArm
 from workbench.session.commands.diagnose import AddEffects, Diagnose, TakeNextPoses
-from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
-from workbench.session.commands.edit import AddTarget, CopyTarget, DeleteTarget, LockTarget, RenumberTarget
+from workbench.session.commands.drag import (
+    DropTarget,
+    GrabTarget,
+    MoveTarget,
+    SelectTarget,
+)
+from workbench.session.commands.edit import (
+    AddTarget,
+    CopyTarget,
+    DeleteTarget,
+    LockTarget,
+    RenumberTarget,
+)
 from workbench.session.commands.fit import Identify
 from workbench.session.commands.measure import (
     BeginMeasuring,
@@ -24,7 +51,12 @@ from workbench.session.commands.measure import (
 from workbench.session.commands.messages import Dismiss, SetCaption, Tell
 from workbench.session.commands.noise import SetNoise
 from workbench.session.commands.production import TryPlate
-from workbench.session.commands.region import MapCubes, SampleRegion, SetRegion, ShowCubes
+from workbench.session.commands.region import (
+    MapCubes,
+    SampleRegion,
+    SetRegion,
+    ShowCubes,
+)
 from workbench.session.commands.search import ClusterTargets, ImprovePlate
 from workbench.session.commands.source import FollowSource, MeasureLive, TellSource
 from workbench.session.commands.track import (
@@ -35,7 +67,12 @@ from workbench.session.commands.track import (
     PlayTrack,
     SetPace,
 )
-from workbench.session.commands.undo import Redo, ResetTargets, RestoreBest, Undo
+from workbench.session.commands.undo import (
+    Redo,
+    ResetTargets,
+    RestoreBest,
+    Undo,
+)
 
 CHORES = (SampleRegion, MapCubes)
 """What sessions work out by themselves."""

@@ -8,18 +8,23 @@ from typing import Any
 
 import numpy as np
 
-from workbench import se3
-from workbench.design.plate_toml import read_plate
-from workbench.errors import FileError, OptionError, WorkbenchError
-from workbench.model.inverse import follow
-from workbench.robots import load_robot
-from workbench.robots.robot import Robot
-from workbench.session.command import AbstractChange, AbstractTask, Cancel, Progress
+from workbench.arm.inverse.solve import follow
+from workbench.arm.library import load_robot
+from workbench.arm.robot import Robot
+from workbench.base import se3
+from workbench.base.errors import FileError, OptionError, WorkbenchError
+from workbench.base.types import frozen
+from workbench.plate.plate_toml import read_plate
+from workbench.session.command import (
+    AbstractChange,
+    AbstractTask,
+    Cancel,
+    Progress,
+)
 from workbench.session.commands.data import safe_name
+from workbench.session.default_plate import suited_plate
 from workbench.session.start import start
 from workbench.session.state import Focus, Session, Severity
-from workbench.session.suited import suited_plate
-from workbench.types import frozen
 
 LARGEST_MODEL = 2 * 1024 * 1024
 """Robot and plate files beyond this size are refused [bytes]."""

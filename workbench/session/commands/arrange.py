@@ -6,16 +6,16 @@ from enum import StrEnum
 
 import numpy as np
 
-from workbench import se3
-from workbench.design.patterns import MOST_TARGETS, pattern
-from workbench.design.plate import Plate, Target
-from workbench.errors import OptionError
+from workbench.base import se3
+from workbench.base.errors import OptionError
+from workbench.base.types import Vector3, frozen
+from workbench.plate.patterns import MOST_TARGETS, pattern
+from workbench.plate.plate import Plate, Target
 from workbench.session.command import AbstractChange
 from workbench.session.commands.drag import MoveTarget, check_place
 from workbench.session.reach import place_all
 from workbench.session.state import Session
-from workbench.session.steps import changed, check_free, check_unlocked
-from workbench.types import Vector3, frozen
+from workbench.session.target_steps import changed, check_free, check_unlocked
 
 GRID = 0.01
 """Pitch of the grid that targets snap to [m]."""

@@ -5,12 +5,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from workbench.design.plate import AUTO
-from workbench.errors import OptionError
+from workbench.base.errors import OptionError
+from workbench.plate.plate import AUTO
 from workbench.session.command import AbstractChange
 from workbench.session.reach import place, place_all
 from workbench.session.state import Session
-from workbench.session.steps import changed, check_free, with_item
+from workbench.session.target_steps import changed, check_free, with_item
 
 
 @dataclass(frozen=True)

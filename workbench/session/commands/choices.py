@@ -3,7 +3,7 @@
 from collections.abc import Hashable
 from dataclasses import dataclass, replace
 
-from workbench.errors import DataError, OptionError
+from workbench.base.errors import DataError, OptionError
 from workbench.session.command import AbstractChange
 from workbench.session.state import Session
 

@@ -5,10 +5,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from workbench.errors import OptionError
+from workbench.base.errors import OptionError
 from workbench.session.command import AbstractChange
 from workbench.session.comparison import compare, joined
-from workbench.session.state import Focus, Overlay, Session, Units
+from workbench.session.state import (
+    Focus,
+    Overlay,
+    Session,
+    Units,
+)
 
 LEAST_EXAGGERATION, GREATEST_EXAGGERATION = 1.0, 500.0
 

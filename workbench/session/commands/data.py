@@ -9,18 +9,31 @@ from typing import Any
 
 import numpy as np
 
-from workbench.design.region_poses import nearby_poses
-from workbench.errors import DataError, OptionError, WorkbenchError
-from workbench.measure.instruments import INSTRUMENTS, Instrument, Observes
-from workbench.measure.plausible import check_plausible
-from workbench.measure.simulate import simulate, virtual_arm
-from workbench.robots.robot import Robot
-from workbench.session.command import AbstractChange, AbstractTask, Cancel, Cancelled, Progress
+from workbench.arm.robot import Robot
+from workbench.base.errors import DataError, OptionError, WorkbenchError
+from workbench.data.plausible import check_plausible
+from workbench.data.simulation.instruments import INSTRUMENTS, Instrument, Observes
+from workbench.data.simulation.simulate import simulate, virtual_arm
+from workbench.plate.region_poses import nearby_poses
+from workbench.session.command import (
+    AbstractChange,
+    AbstractTask,
+    Cancel,
+    Cancelled,
+    Progress,
+)
 from workbench.session.comparison import compare, joined
-from workbench.session.facts import facts_of
-from workbench.session.hidden import hidden_effect
+from workbench.session.file_facts import facts_of
 from workbench.session.reach import advance
-from workbench.session.state import CubeView, Field, Focus, Loaded, Session, Severity
+from workbench.session.state import (
+    CubeView,
+    Field,
+    Focus,
+    Loaded,
+    Session,
+    Severity,
+)
+from workbench.session.surprise import hidden_effect
 
 LARGEST_FILE = 20 * 1024 * 1024
 """Files beyond this size are refused [bytes]."""
@@ -70,7 +83,7 @@ class LoadData(AbstractTask):
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
         """Read the file and see whether it fits the robot."""
-        from workbench.measure.readers import preview, read_measurements  # spreadsheets take long to import
+        from workbench.data.readers import preview, read_measurements
 
         progress(0.0, "reading")
         with tempfile.TemporaryDirectory(prefix="workbench-") as folder:

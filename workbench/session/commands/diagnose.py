@@ -6,20 +6,26 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from workbench import se3
-from workbench.design.patterns import MOST_TARGETS
-from workbench.design.plate import Target
-from workbench.errors import DataError, OptionError
-from workbench.model.forward import tool_poses
-from workbench.session.command import AbstractChange, AbstractTask, Cancel, Cancelled, Progress
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.base import se3
+from workbench.base.errors import DataError, OptionError
+from workbench.base.types import frozen
+from workbench.plate.patterns import MOST_TARGETS
+from workbench.plate.plate import Target
+from workbench.session.command import (
+    AbstractChange,
+    AbstractTask,
+    Cancel,
+    Cancelled,
+    Progress,
+)
 from workbench.session.commands.arrange import placed_anew
 from workbench.session.commands.fit import Identify
 from workbench.session.state import Session, Severity
-from workbench.session.steps import check_free
-from workbench.types import frozen
+from workbench.session.target_steps import check_free
 
 if TYPE_CHECKING:
-    from workbench.diagnose.record import Diagnosis
+    from workbench.diagnosis.record import Diagnosis
 
 LEAST_ROWS = 20
 """Fewer rows can't tell one effect from another."""
@@ -60,7 +66,7 @@ class Diagnose(AbstractTask):
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
         """The diagnosis."""
-        from workbench.pipeline.diagnosis import diagnose  # takes a second to import, and is needed only here
+        from workbench.diagnosis.diagnose import diagnose
 
         loaded = session.loaded
         assert loaded is not None

@@ -9,12 +9,25 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from workbench.errors import OptionError
+from workbench.base.errors import OptionError
+from workbench.base.types import frozen
 from workbench.session.command import AbstractChange
 from workbench.session.reach import advance, settle
-from workbench.session.state import Focus, Holder, Session, TargetState
-from workbench.session.steps import check_free, check_unlocked, remember, settled, stand, with_item, with_ways
-from workbench.types import frozen
+from workbench.session.state import (
+    Focus,
+    Holder,
+    Session,
+    TargetState,
+)
+from workbench.session.target_steps import (
+    check_free,
+    check_unlocked,
+    remember,
+    settled,
+    stand,
+    with_item,
+    with_ways,
+)
 
 FARTHEST = 10.0
 """Targets beyond this distance from the base are refused [m]."""

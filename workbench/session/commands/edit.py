@@ -5,14 +5,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from workbench.design.patterns import MOST_TARGETS
-from workbench.design.plate import Target
-from workbench.errors import OptionError
+from workbench.base.errors import OptionError
+from workbench.base.types import Vector3, frozen
+from workbench.plate.patterns import MOST_TARGETS
+from workbench.plate.plate import Target
 from workbench.session.command import AbstractChange
 from workbench.session.reach import place
 from workbench.session.state import Session
-from workbench.session.steps import changed, check_free, check_unlocked, with_item
-from workbench.types import Vector3, frozen
+from workbench.session.target_steps import (
+    changed,
+    check_free,
+    check_unlocked,
+    with_item,
+)
 
 BESIDE = np.array([0.06, 0.0, 0.0])
 """Where a copy stands, from its original [m]."""

@@ -4,14 +4,19 @@ from collections.abc import Hashable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from workbench.errors import DataError, OptionError
-from workbench.session.command import AbstractTask, Cancel, Cancelled, Progress
+from workbench.base.errors import DataError, OptionError
+from workbench.session.command import (
+    AbstractTask,
+    Cancel,
+    Cancelled,
+    Progress,
+)
 from workbench.session.commands.compare import with_fit
 from workbench.session.comparison import exaggeration_for
 from workbench.session.state import Focus, Session, Severity
 
 if TYPE_CHECKING:
-    from workbench.pipeline import Identification
+    from workbench.identification.record import Identification
 
 ALGORITHMS = ("ols", "opt1", "opt2")
 PREFERRED = ("opt2", "ols", "opt1")
@@ -57,7 +62,7 @@ class Identify(AbstractTask):
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
         """Fit with every algorithm."""
-        from workbench.pipeline import identify  # takes half a second to import, and is needed only here
+        from workbench.identification.identify import identify
 
         loaded = session.loaded
         assert loaded is not None

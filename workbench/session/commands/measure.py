@@ -6,24 +6,45 @@ from typing import Any
 
 import numpy as np
 
-from workbench import se3
-from workbench.design.plate import Kind
-from workbench.errors import DataError, OptionError
-from workbench.measure.acquisition import ORIENTATION_STILL, POSITION_STILL, Acquisition, Event
-from workbench.measure.capture import Capture
-from workbench.measure.instruments import INSTRUMENTS, Instrument
-from workbench.measure.simulate import simulate_targets, virtual_arm
-from workbench.measure.standstill import StandstillDetector
-from workbench.measure.stream import Sample
-from workbench.pipeline.acquisition import wanted_targets
-from workbench.pipeline.virtual import STEERING, beside
-from workbench.session.command import AbstractChange, AbstractTask, Cancel, Cancelled, Progress
-from workbench.session.commands.data import MOST_SEED, instrument_of, postures, with_data
-from workbench.session.facts import observed
-from workbench.session.measuring import Measuring, Ride, VirtualArm
-from workbench.session.state import Focus, Loaded, Session, Severity
-from workbench.session.steps import with_ways
-from workbench.types import frozen
+from workbench.base import se3
+from workbench.base.errors import DataError, OptionError
+from workbench.base.types import frozen
+from workbench.data.live.acquisition import (
+    ORIENTATION_STILL,
+    POSITION_STILL,
+    Acquisition,
+    Event,
+)
+from workbench.data.live.capture import Capture
+from workbench.data.live.standstill import StandstillDetector
+from workbench.data.live.stream import Sample
+from workbench.data.simulation.instruments import INSTRUMENTS, Instrument
+from workbench.data.simulation.simulate import simulate_targets, virtual_arm
+from workbench.plate.guided import wanted_targets
+from workbench.plate.plate import Kind
+from workbench.plate.virtual import STEERING, beside
+from workbench.session.command import (
+    AbstractChange,
+    AbstractTask,
+    Cancel,
+    Cancelled,
+    Progress,
+)
+from workbench.session.commands.data import (
+    MOST_SEED,
+    instrument_of,
+    postures,
+    with_data,
+)
+from workbench.session.file_facts import observed
+from workbench.session.guided import Measuring, Ride, VirtualArm
+from workbench.session.state import (
+    Focus,
+    Loaded,
+    Session,
+    Severity,
+)
+from workbench.session.target_steps import with_ways
 
 NOISY = 10.0
 """Extent of an instrument's noise in a window of standstill, in standard deviations, at most."""

@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from workbench.errors import OptionError
+from workbench.base.errors import OptionError
 from workbench.session.command import AbstractChange
 from workbench.session.state import Noise, Session
-from workbench.session.steps import judged_anew
+from workbench.session.target_steps import judged_anew
 
 LARGEST_POSITION, LARGEST_ROTATION = 0.1, float(np.deg2rad(10.0))
 

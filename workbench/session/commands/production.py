@@ -6,9 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from workbench.design.plate import AUTO
-from workbench.errors import OptionError
-from workbench.session.command import AbstractTask, Cancel, Cancelled, Progress
+from workbench.base.errors import OptionError
+from workbench.plate.plate import AUTO
+from workbench.session.command import (
+    AbstractTask,
+    Cancel,
+    Cancelled,
+    Progress,
+)
 from workbench.session.state import Session, Severity, Trial
 
 MOST_ARMS = 100_000
@@ -47,7 +52,7 @@ class TryPlate(AbstractTask):
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
         """The trial, with the joint positions and the instrument that the page shows."""
-        from workbench.pipeline.plate_design import try_plate  # imported only where it is needed
+        from workbench.plate.design import try_plate
 
         plate, noise = session.plate, session.noise
         q = np.stack([state.q for state in session.states])
@@ -66,7 +71,7 @@ class TryPlate(AbstractTask):
 
     def finish(self, session: Session, result: Any) -> Session:
         """The session with the yield, also if the plate has moved on meanwhile."""
-        from workbench.report.plate_design import yield_sentence  # imported only where it is needed
+        from workbench.plate.report.design import yield_sentence
 
         session = replace(session, trial=result)
         return session.tell(Severity.INFO, yield_sentence(result.found))

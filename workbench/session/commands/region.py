@@ -6,15 +6,21 @@ from typing import Any
 
 import numpy as np
 
-from workbench.design.cubes import CubeMap, map_cubes
-from workbench.design.freedom import identified_names
-from workbench.design.region import Region
-from workbench.errors import DataError, OptionError
-from workbench.session.command import AbstractChange, AbstractChore, Cancel, Cancelled, Progress
+from workbench.base.errors import DataError, OptionError
+from workbench.plate.cubes import CubeMap, map_cubes
+from workbench.plate.freedom import identified_names
+from workbench.plate.region import Region
+from workbench.session.command import (
+    AbstractChange,
+    AbstractChore,
+    Cancel,
+    Cancelled,
+    Progress,
+)
 from workbench.session.cubes import values
 from workbench.session.region import draw_region
 from workbench.session.state import CubeView, Field, Session
-from workbench.session.steps import judged_anew, remember
+from workbench.session.target_steps import judged_anew, remember
 
 MOST_CUBES = 12_000
 """More cubes than this are refused: the page would no longer be fluid."""

@@ -4,12 +4,17 @@ from collections.abc import Hashable
 from dataclasses import dataclass
 from typing import Any
 
-from workbench.design.patterns import MOST_TARGETS
-from workbench.errors import OptionError
-from workbench.session.command import AbstractTask, Cancel, Cancelled, Progress
+from workbench.base.errors import OptionError
+from workbench.plate.patterns import MOST_TARGETS
+from workbench.session.command import (
+    AbstractTask,
+    Cancel,
+    Cancelled,
+    Progress,
+)
 from workbench.session.commands.arrange import placed_anew
 from workbench.session.state import Session, Severity
-from workbench.session.steps import check_free, is_better
+from workbench.session.target_steps import check_free, is_better
 
 
 @dataclass(frozen=True)
@@ -43,7 +48,7 @@ class ClusterTargets(AbstractTask):
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
         """The search."""
-        from workbench.pipeline.plates import cluster_region  # imported only where it is needed
+        from workbench.plate.verbs import cluster_region
 
         plate = session.plate
         found = cluster_region(
@@ -94,7 +99,7 @@ class ImprovePlate(AbstractTask):
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
         """The search."""
-        from workbench.pipeline.plate_design import optimise_plate  # imported only where it is needed
+        from workbench.plate.design import optimise_plate
 
         noise = session.noise
         found = optimise_plate(

@@ -3,12 +3,17 @@
 from collections.abc import Hashable
 from dataclasses import dataclass, replace
 
-from workbench.errors import OptionError
+from workbench.base.errors import OptionError
 from workbench.session.command import AbstractChange
 from workbench.session.commands.data import instrument_of
 from workbench.session.commands.measure import acquisition_of
-from workbench.session.measuring import Measuring
-from workbench.session.state import Focus, Session, Severity, Source
+from workbench.session.guided import Measuring
+from workbench.session.state import (
+    Focus,
+    Session,
+    Severity,
+    Source,
+)
 
 
 @dataclass(frozen=True)

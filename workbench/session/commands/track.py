@@ -6,11 +6,28 @@ from typing import Any
 
 import numpy as np
 
-from workbench.errors import OptionError
-from workbench.session.command import AbstractChange, AbstractTask, Cancel, Cancelled, Progress
-from workbench.session.state import Focus, Play, Session, Severity
-from workbench.session.steps import check_free
-from workbench.session.track import CIRCLE, LINE, Track, erring_robot, make_track
+from workbench.base.errors import OptionError
+from workbench.session.command import (
+    AbstractChange,
+    AbstractTask,
+    Cancel,
+    Cancelled,
+    Progress,
+)
+from workbench.session.state import (
+    Focus,
+    Play,
+    Session,
+    Severity,
+)
+from workbench.session.target_steps import check_free
+from workbench.session.track import (
+    CIRCLE,
+    LINE,
+    Track,
+    erring_robot,
+    make_track,
+)
 
 LEAST_TIME, GREATEST_TIME = 1.0, 120.0
 """Time that a trajectory may take [s]."""

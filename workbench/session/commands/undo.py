@@ -5,7 +5,13 @@ from dataclasses import dataclass, replace
 
 from workbench.session.command import AbstractChange
 from workbench.session.state import Session, Severity, Step
-from workbench.session.steps import check_free, first_difference, remember, settled, stand
+from workbench.session.target_steps import (
+    check_free,
+    first_difference,
+    remember,
+    settled,
+    stand,
+)
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,8 @@ from collections import deque
 from collections.abc import Mapping
 from pathlib import Path
 
-from workbench.errors import OptionError
-from workbench.files import write_bytes
+from workbench.base.errors import OptionError
+from workbench.base.files import write_bytes
 
 LOCK = ".lock"
 

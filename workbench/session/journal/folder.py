@@ -20,19 +20,25 @@ from typing import Any
 
 import tomli_w
 
-from workbench.design.plate import Plate
-from workbench.design.plate_toml import plate_to_table, read_plate
-from workbench.errors import OptionError, WorkbenchError
-from workbench.files import write_text
-from workbench.report.json import plain
-from workbench.robots.robot import Robot
-from workbench.robots.toml import read_toml, robot_to_table
+from workbench.arm.robot import Robot
+from workbench.arm.robot_toml import read_toml, robot_to_table
+from workbench.base.errors import OptionError, WorkbenchError
+from workbench.base.files import write_text
+from workbench.identification.report.json import plain
+from workbench.plate.plate import Plate
+from workbench.plate.plate_toml import plate_to_table, read_plate
+from workbench.session.follower import AbstractKeeper
 from workbench.session.journal.appender import Appender
 from workbench.session.journal.entry import Entry
 from workbench.session.journal.logbook import Logbook
 from workbench.session.journal.numbers import changed
-from workbench.session.journal.reader import JOURNAL, PLATE, ROBOT, SCHEMA, Recording
-from workbench.session.keeper import AbstractKeeper
+from workbench.session.journal.reader import (
+    JOURNAL,
+    PLATE,
+    ROBOT,
+    SCHEMA,
+    Recording,
+)
 from workbench.session.start import start
 from workbench.session.state import Session
 

@@ -10,12 +10,12 @@ import logging
 from datetime import UTC, datetime
 from typing import Any
 
-from workbench.errors import WorkbenchError
+from workbench.base.errors import WorkbenchError
+from workbench.session.follower import AbstractKeeper, Tell
 from workbench.session.journal import codec
 from workbench.session.journal.appender import Appender
 from workbench.session.journal.entry import Entry
 from workbench.session.journal.numbers import changed
-from workbench.session.keeper import AbstractKeeper, Tell
 from workbench.session.state import Session, Severity
 
 log = logging.getLogger(__name__)

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from workbench.report.diagnosis.json import diagnosis_json
-from workbench.report.json import identification_json, plain
+from workbench.diagnosis.report.json import diagnosis_json
+from workbench.identification.report.json import identification_json, plain
 from workbench.session.state import Session, TargetState
 
 Json = dict[str, Any]

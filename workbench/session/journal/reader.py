@@ -11,11 +11,11 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from workbench.design.plate import Plate
-from workbench.design.plate_toml import read_plate
-from workbench.errors import FileError, OptionError
-from workbench.robots.robot import Robot
-from workbench.robots.toml import read_toml
+from workbench.arm.robot import Robot
+from workbench.arm.robot_toml import read_toml
+from workbench.base.errors import FileError, OptionError
+from workbench.plate.plate import Plate
+from workbench.plate.plate_toml import read_plate
 from workbench.session.journal import codec
 from workbench.session.journal.entry import Ending, Entry
 from workbench.session.start import start

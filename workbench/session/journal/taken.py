@@ -10,12 +10,28 @@ from typing import Any
 
 import numpy as np
 
-from workbench.session.commands import DropTarget, GrabTarget, MoveTarget, SelectTarget
+from workbench.base.types import frozen
+from workbench.session.commands import (
+    DropTarget,
+    GrabTarget,
+    MoveTarget,
+    SelectTarget,
+)
 from workbench.session.journal.reader import Line
 from workbench.session.score import score
-from workbench.session.state import Focus, Score, Session, Step, TargetState
-from workbench.session.steps import counted, remember, with_item, with_ways
-from workbench.types import frozen
+from workbench.session.state import (
+    Focus,
+    Score,
+    Session,
+    Step,
+    TargetState,
+)
+from workbench.session.target_steps import (
+    counted,
+    remember,
+    with_item,
+    with_ways,
+)
 
 
 def taken(session: Session, line: Line) -> Session | None:

@@ -1,0 +1,157 @@
+"""Inverse kinematics of arms that bend, against forward evaluation."""
+
+from dataclasses import replace
+
+import generator
+import numpy as np
+import pytest
+
+from workbench.arm.effects import EFFECTS
+from workbench.arm.inverse import solve as inverse
+from workbench.arm.inverse.damped_newton import Task
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
+from workbench.arm.robot_toml import read_toml
+from workbench.base.errors import DataError
+
+SOFT = (
+    EFFECTS["joint-compliance"]((1, 2), (2e-4, 3e-4)),
+    EFFECTS["joint-harmonic"]((0, 3), (1e-3, -5e-4, 7e-4, 2e-4), order=5),
+    EFFECTS["encoder-scale"]((2,), (2e-3,)),
+)
+
+
+@pytest.fixture(scope="module")
+def arms(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("arms")
+    made = {"aria": generator.aria(), "katana": generator.katana()}
+    rng = np.random.default_rng(1)
+    found = {}
+    for name, arm in made.items():
+        (folder / f"{name}.toml").write_text(arm.perturbed(rng, length=2e-3, angle=0.01).toml(name))
+        found[name] = read_toml(folder / f"{name}.toml")
+    return found
+
+
+def reached(robot, q, motion):
+    return tool_poses(robot, q[None], motion=motion.at(q[None]))[0]
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_every_branch_of_a_bent_arm_reaches_the_target(arms, seed):
+    backlash = EFFECTS["backlash"]((3,), (1e-3,), by="motion")
+    robot = arms["aria"].with_effects(*SOFT, backlash)
+    rng = np.random.default_rng(seed)
+    q = rng.uniform(0.6 * robot.limits[:, 0], 0.6 * robot.limits[:, 1])
+    motion = Motion(q[None], payload=np.array([1.5]), direction=rng.choice([-1.0, 1.0], (1, 6)))
+    target = tool_poses(robot, motion.q, motion=motion)[0]
+    found = inverse.solve(robot, target, motion=motion)
+    rigid = inverse.solve(robot.with_effects(), target)
+    assert len(found.branches) == len(rigid.branches) >= 2
+    for branch in found.branches:
+        np.testing.assert_allclose(reached(robot, branch.q, motion), target, atol=1e-9)
+        assert branch.within_limits == bool(
+            ((branch.q >= robot.limits[:, 0]) & (branch.q <= robot.limits[:, 1])).all()
+        )
+    gap = min(np.abs(np.angle(np.exp(1j * (b.q - q)))).max() for b in found.branches)
+    assert gap < 2e-3 * 2 * np.pi  # the scale tells turns apart
+    followed = inverse.follow(robot, target, q + 0.01, motion=motion)
+    assert followed.converged
+    np.testing.assert_allclose(followed.q, q, atol=1e-8)
+
+
+def test_five_joints_meet_position_and_axis(arms):
+    robot = arms["katana"].with_effects(EFFECTS["joint-compliance"]((1, 2, 3), (1e-3, 1e-3, 1e-3)))
+    q = np.array([0.3, 1.0, -1.2, 0.8, 0.5])
+    motion = Motion(q[None])
+    target = tool_poses(robot, q[None])[0]
+    found = inverse.solve(robot, target)
+    assert found.task is Task.POSITION_AXIS
+    assert found.branches
+    for branch in found.branches:
+        pose = reached(robot, branch.q, motion)
+        np.testing.assert_allclose(pose[:3, 2:], target[:3, 2:], atol=1e-9)
+
+
+def test_rows_have_their_own_loads(arms):
+    robot = arms["aria"].with_effects(EFFECTS["joint-compliance"]((1,), (2e-4,)))
+    rng = np.random.default_rng(0)
+    q = rng.uniform(-1.0, 1.0, (6, 6))
+    motion = Motion(q, payload=np.linspace(0.0, 3.0, 6))
+    targets = tool_poses(robot, q, motion=motion)
+    followed = inverse.follow_many(robot, targets, q + 0.02, motion=motion)
+    np.testing.assert_allclose(followed.q, q, atol=1e-8)
+    for i, result in enumerate(inverse.solve_many(robot, targets, motion=motion)):
+        chosen = inverse.choose(result, near=q[i])
+        np.testing.assert_allclose(chosen.q, q[i], atol=1e-8)
+
+
+def test_a_load_that_turns_within_the_play_is_said(arms):
+    """At the pose where joint 2 is balanced, either flank throws the tool to the other side of the target."""
+    play = EFFECTS["backlash"]((1,), (1e-3,))
+    robot = arms["aria"].with_effects(play)
+    balanced = _balanced(robot)
+    target = tool_poses(robot.with_effects(), balanced[None])[0]
+    found = inverse.solve(robot, target)
+    chosen = inverse.choose(found, near=balanced)
+    error = np.linalg.norm(reached(robot, chosen.q, Motion(balanced[None]))[:3, 3] - target[:3, 3])
+    assert 1e-5 < error < 2e-3 * robot.reach
+    assert "joint2 gives way so unevenly" in found.note
+    assert f"'{chosen.name}'" in found.note
+    followed = inverse.follow(robot, target, balanced)
+    assert not followed.converged
+    assert followed.position_error < 2e-3 * robot.reach
+    # aside of it the flank is clear, and the target is met
+    aside = tool_poses(robot, (balanced + 0.1 * np.eye(6)[1])[None])[0]
+    assert inverse.solve(robot, aside).note is None
+
+
+def _balanced(robot):
+    """Joint positions where the links behind joint 2 stand upright over it."""
+    from scipy.optimize import brentq
+
+    from workbench.arm.statics.wrenches import holding, joint_wrenches
+
+    q = np.array([0.2, 0.0, 0.4, 0.3, -0.6, 0.1])
+
+    def moment(value):
+        q[1] = value
+        return float(holding(joint_wrenches(robot, q[None]), robot)[0, 1])
+
+    grid = np.linspace(*robot.limits[1], 40)
+    values = [moment(v) for v in grid]
+    at = next(i for i in range(39) if values[i] * values[i + 1] < 0)
+    q[1] = brentq(moment, grid[at], grid[at + 1], xtol=1e-14)
+    return q
+
+
+def test_a_map_of_part_of_a_joint_narrows_its_limits(arms):
+    knots = tuple(np.linspace(-0.5, 0.5, 6))
+    sizes = (1e-3, 0.0, -2e-3, 1e-3, 0.0, 1e-3)
+    robot = arms["aria"].with_effects(EFFECTS["local-joint-error"]((0,), sizes, knots=knots))
+    q = np.array([0.3, 0.4, -0.8, 0.3, 0.7, 0.2])
+    target = tool_poses(robot, q[None])[0]
+    found = inverse.solve(robot, target)
+    inside = found.within_limits
+    assert inside
+    assert all(abs(b.q[0]) <= 0.5 for b in inside)
+    for branch in inside:
+        np.testing.assert_allclose(tool_poses(robot, branch.q[None])[0], target, atol=1e-9)
+    beyond = tool_poses(arms["aria"], (q + np.eye(6)[0])[None])[0]
+    refused = inverse.solve(robot, beyond)
+    assert not refused.reachable
+    assert "joint 1" in refused.reason
+    assert not inverse.follow(robot, beyond, q).converged
+
+
+def test_what_drives_an_effect_is_asked_for(arms):
+    robot = arms["aria"].with_effects(EFFECTS["thermal-growth"]((), (1e-5,)))
+    q = np.array([[0.3, 0.4, -0.8, 0.3, 0.7, 0.2]])
+    warm = Motion(q, temperature=np.array([40.0]))
+    target = tool_poses(robot, q, motion=warm)[0]
+    with pytest.raises(DataError, match="temperature"):
+        inverse.solve(robot, target)
+    chosen = inverse.choose(inverse.solve(robot, target, motion=warm), near=q[0])
+    np.testing.assert_allclose(chosen.q, q[0], atol=1e-8)
+    cold = replace(warm, temperature=np.array([0.0]))
+    assert np.abs(inverse.choose(inverse.solve(robot, target, motion=cold), near=q[0]).q - q[0]).max() > 1e-5

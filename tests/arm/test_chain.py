@@ -1,0 +1,157 @@
+"""The chain of elementary transforms: against products of plain matrices, and its derivative."""
+
+import numpy as np
+import pytest
+from checks import check_jacobian, pose_change
+from generator import four, move, rotation, turn
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from workbench.arm import chain as chains
+from workbench.arm.chain import Axis, Chain, Element
+
+CODES = "xyz"
+
+
+def random_chain(rng, length, *, constants=True):
+    """Elements of every kind, some of them driven; joints count in the order of the chain."""
+    elements, joints = [], 0
+    for k in range(length):
+        axis = Axis(rng.integers(0, 7 if constants else 6))
+        if axis is Axis.CONSTANT:
+            matrix = four(rotation(rng.normal(size=3))) @ move("x", rng.normal())
+            elements.append(Element(axis, f"e{k}", matrix=matrix))
+            continue
+        driven = rng.random() < 0.4 or k == 0
+        elements.append(Element(axis, f"e{k}", float(rng.normal()), joint=joints if driven else None))
+        joints += driven
+    return Chain(tuple(elements), joints)
+
+
+def product(chain, row, shift=None):
+    """The same chain multiplied out matrix by matrix; also every frame on the way."""
+    t, frames = np.eye(4), [np.eye(4)]
+    for k, e in enumerate(chain.elements):
+        v = e.value + (0 if e.joint is None else row[e.joint]) + (0 if shift is None else shift[k])
+        step = (turn if e.axis.turns else move)(CODES[e.axis % 3], v)
+        t = t @ (e.matrix if e.axis is Axis.CONSTANT else step)
+        frames.append(t)
+    return t, frames
+
+
+@given(st.integers(0, 10_000), st.integers(1, 14))
+@settings(max_examples=60, deadline=None)
+def test_poses_are_the_product(seed, length):
+    rng = np.random.default_rng(seed)
+    chain = random_chain(rng, length)
+    q = rng.normal(size=(3, chain.dof))
+    expected = [product(chain, row)[0] for row in q]
+    np.testing.assert_allclose(chains.poses(chain, q), expected, atol=1e-12)
+
+
+@given(st.integers(0, 10_000), st.integers(1, 14))
+@settings(max_examples=30, deadline=None)
+def test_other_values_and_shifts(seed, length):
+    rng = np.random.default_rng(seed)
+    chain = random_chain(rng, length)
+    q = rng.normal(size=(3, chain.dof))
+    shift = rng.normal(size=(3, length))
+    expected = [product(chain, row, s)[0] for row, s in zip(q, shift, strict=True)]
+    np.testing.assert_allclose(chains.poses(chain, q, shift=shift), expected, atol=1e-12)
+    np.testing.assert_allclose(chains.twists(chain, q, np.arange(0), shift=shift)[0], expected, atol=1e-12)
+    values = rng.normal(size=length)
+    same = chain.with_values(values)
+    np.testing.assert_allclose(chains.poses(chain, q, values=values), chains.poses(same, q), atol=1e-13)
+
+
+@given(st.integers(0, 10_000), st.integers(1, 14))
+@settings(max_examples=30, deadline=None)
+def test_frames_on_the_way(seed, length):
+    rng = np.random.default_rng(seed)
+    chain = random_chain(rng, length)
+    q = rng.normal(size=(2, chain.dof))
+    found = chains.frames(chain, q, np.arange(-1, length))
+    for row in range(2):
+        np.testing.assert_allclose(found[row], product(chain, q[row])[1], atol=1e-12)
+    twice = chains.frames(chain, q, np.array([length - 1, length - 1]))
+    np.testing.assert_array_equal(twice[:, 0], twice[:, 1])
+
+
+@given(st.integers(0, 10_000), st.integers(1, 14))
+@settings(max_examples=30, deadline=None)
+def test_twists_are_the_derivative(seed, length):
+    rng = np.random.default_rng(seed)
+    chain = random_chain(rng, length, constants=False)
+    q = rng.normal(size=(3, chain.dof))
+    found, twists = chains.twists(chain, q, np.arange(length))
+    np.testing.assert_allclose(found, chains.poses(chain, q), atol=1e-14)
+    check_jacobian(
+        lambda v: chains.poses(chain, q, values=v), twists, np.array(chain.values), difference=pose_change
+    )
+
+
+def test_twist_by_hand():
+    # turn about z, one metre along x: the end moves along y; lift along z: it moves along z
+    chain = Chain((Element(Axis.RZ, "a", joint=0), Element(Axis.TX, "b", 1.0), Element(Axis.TZ, "c")), 1)
+    twists = chains.twists(chain, np.zeros((1, 1)), np.arange(3))[1][0]
+    np.testing.assert_array_equal(twists.T, [[0, 1, 0, 0, 0, 1], [1, 0, 0, 0, 0, 0], [0, 0, 1, 0, 0, 0]])
+
+
+def test_columns_come_in_the_order_asked_for():
+    rng = np.random.default_rng(1)
+    chain = random_chain(rng, 9, constants=False)
+    q = rng.normal(size=(2, chain.dof))
+    order = np.array([5, 0, 7, 2])
+    every = chains.twists(chain, q, np.arange(9))[1]
+    np.testing.assert_array_equal(chains.twists(chain, q, order)[1], every[:, :, order])
+
+
+def test_given_arrays_are_written_and_dirt_in_them_does_not_matter():
+    rng = np.random.default_rng(2)
+    chain = random_chain(rng, 8, constants=False)
+    q = rng.normal(size=(4, chain.dof))
+    out = np.full((4, 4, 4), np.nan), np.full((4, 6, 8), np.nan)
+    found = chains.twists(chain, q, np.arange(8), out=out)
+    assert found[0] is out[0]
+    assert found[1] is out[1]
+    expected = chains.twists(chain, q, np.arange(8))
+    for a, b in zip(found, expected, strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+@pytest.mark.parametrize("rows", [0, 1, 5000])
+def test_any_number_of_rows(rows):
+    chain = random_chain(np.random.default_rng(3), 6)
+    q = np.zeros((rows, chain.dof))
+    assert chains.poses(chain, q).shape == (rows, 4, 4)
+    assert chains.twists(chain, q, np.arange(2))[1].shape == (rows, 6, 2)
+    assert chains.frames(chain, q, np.array([-1, 5])).shape == (rows, 2, 4, 4)
+
+
+def test_joint_rows_of_any_layout():
+    rng = np.random.default_rng(4)
+    chain = random_chain(rng, 10)
+    q = rng.normal(size=(6, chain.dof))
+    expected = chains.poses(chain, q)
+    wide = np.zeros((6, 2 * chain.dof))
+    wide[:, ::2] = q
+    for same in (np.asfortranarray(q), wide[:, ::2]):
+        np.testing.assert_array_equal(chains.poses(chain, same), expected)
+
+
+def test_arrays_are_read_only_and_values_are_kept():
+    chain = random_chain(np.random.default_rng(5), 6)
+    for array in (chain.axes, chain.drivers, chain.values, chain.constants):
+        assert not array.flags.writeable
+    before = chain.values.copy()
+    chain.with_values(before + 1.0)
+    np.testing.assert_array_equal(chain.values, before)
+
+
+def test_units_and_names():
+    chain = Chain((Element(Axis.RX, "tilt"), Element(Axis.TZ, "up")), 0)
+    assert [e.unit for e in chain.elements] == ["rad", "m"]
+    assert chain.indices(["up", "tilt"]).tolist() == [1, 0]
+    assert chain.indices([]).shape == (0,)
+    with pytest.raises(KeyError):
+        chain.indices(["nothing"])

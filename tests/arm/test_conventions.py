@@ -1,0 +1,276 @@
+"""Every convention against 4×4 matrices typed from the printed equations, entry by entry."""
+
+import numpy as np
+import pytest
+
+from workbench.arm.chain import Axis
+from workbench.arm.conventions import (
+    JointEntry,
+    build_elements,
+    default_free,
+    joint_names,
+)
+from workbench.arm.kinematics.forward import link_frames, tool_poses
+from workbench.arm.library import load_robot
+from workbench.arm.robot import JointKind
+from workbench.base.errors import FileError, RobotError
+
+
+def rot(axis, angle):
+    c, s = np.cos(angle), np.sin(angle)
+    m = np.eye(4)
+    m[:3, :3] = {
+        "X": [[1, 0, 0], [0, c, -s], [0, s, c]],
+        "Y": [[c, 0, s], [0, 1, 0], [-s, 0, c]],
+        "Z": [[c, -s, 0], [s, c, 0], [0, 0, 1]],
+    }[axis]
+    return m
+
+
+def trans(axis, length):
+    m = np.eye(4)
+    m["XYZ".index(axis), 3] = length
+    return m
+
+
+def hayati(theta, d, a, alpha, beta):
+    """ARIA eq. (8), multiplied out by hand: Rot(z,θ) Trans(z,d) Trans(x,a) Rot(x,α) Rot(y,β)."""
+    ct, st, ca, sa, cb, sb = (f(v) for v in (theta, alpha, beta) for f in (np.cos, np.sin))
+    return np.array(
+        [
+            [ct * cb - st * sa * sb, -st * ca, ct * sb + st * sa * cb, a * ct],
+            [st * cb + ct * sa * sb, ct * ca, st * sb - ct * sa * cb, a * st],
+            [-ca * sb, sa, ca * cb, d],
+            [0, 0, 0, 1],
+        ]
+    )
+
+
+def standard(theta, d, a, alpha, beta):
+    """The textbook matrix of standard DH; β has no place in it."""
+    ct, st, ca, sa = (f(v) for v in (theta, alpha) for f in (np.cos, np.sin))
+    matrix = [[ct, -st * ca, st * sa, a * ct], [st, ct * ca, -ct * sa, a * st], [0, sa, ca, d], [0, 0, 0, 1]]
+    return np.array(matrix)
+
+
+def craig(theta, d, a, alpha, beta):
+    """The matrix printed below Katana eq. (3.1)."""
+    ct, st, ca, sa = (f(v) for v in (theta, alpha) for f in (np.cos, np.sin))
+    return np.array(
+        [
+            [ct, -st, 0, a],
+            [ca * st, ca * ct, -sa, -d * sa],
+            [sa * st, sa * ct, ca, d * ca],
+            [0, 0, 0, 1],
+        ]
+    )
+
+
+def craig_hayati(theta, d, a, alpha, beta):
+    """Katana eq. (3.2), with the Trans(Z, d) of (3.1) at its end."""
+    return rot("X", alpha) @ rot("Y", beta) @ trans("X", a) @ rot("Z", theta) @ trans("Z", d)
+
+
+def xyz(theta, d, a, alpha, beta):
+    """Katana eq. (4.3), and the Trans(Z, d) of the others."""
+    return rot("X", alpha) @ rot("Y", beta) @ rot("Z", theta) @ trans("X", a) @ trans("Z", d)
+
+
+def zyx(theta, d, a, alpha, beta):
+    """Katana eqs. (4.4) and (4.5), and the Trans(X, a) of (4.3)."""
+    return rot("Z", theta) @ rot("Y", beta) @ rot("X", alpha) @ trans("X", a) @ trans("Z", d)
+
+
+LINKS = {
+    "hayati": (hayati, True, ""),
+    "dh": (standard, False, ""),
+    "craig": (craig, False, ""),
+    "craig-hayati": (craig_hayati, True, ""),
+    "three-rotation": (xyz, True, ""),
+    "three-rotation zyx": (zyx, True, 'order = "zyx"'),
+}
+KINDS = ["revolute", "prismatic", "fixed"]
+
+
+def write(folder, name, tables, kinds):
+    convention = name.split()[0]
+    lines = [f'convention = "{convention}"']
+    for row, kind in zip(tables, kinds, strict=True):
+        lines += ["[[joint]]", f'type = "{kind}"', LINKS[name][2]]
+        keys = ("theta", "d", "a", "alpha", "beta")
+        lines += [f"{k} = {float(v)!r}" for k, v in zip(keys, row, strict=True)]
+    path = folder / "arm.toml"
+    path.write_text("\n".join(lines))
+    return load_robot(path)
+
+
+def tables(name, number, seed=0):
+    table = np.random.default_rng(seed).uniform(-2, 2, (number, 5))
+    if not LINKS[name][1]:
+        table[:, 4] = 0.0
+    return table
+
+
+@pytest.mark.parametrize("name", LINKS)
+@pytest.mark.parametrize("kind", ["revolute", "prismatic"])
+def test_one_link_is_the_printed_equation(name, kind, tmp_path):
+    for seed in range(5):
+        row = tables(name, 1, seed)
+        robot = write(tmp_path, name, row, [kind])
+        q = np.linspace(-2, 2, 7)
+        driven = 0 if kind == "revolute" else 1
+        for value, found in zip(q, tool_poses(robot, q[:, None]), strict=True):
+            constants = row[0].copy()
+            constants[driven] += value
+            np.testing.assert_allclose(found, LINKS[name][0](*constants), atol=1e-14)
+
+
+@pytest.mark.parametrize("name", LINKS)
+def test_links_multiply_with_every_kind_of_joint(name, tmp_path):
+    kinds = ["revolute", "fixed", "prismatic", "revolute", "fixed", "prismatic"]
+    rows = tables(name, len(kinds))
+    robot = write(tmp_path, name, rows, kinds)
+    assert [j.name for j in robot.joints] == ["joint1", "fixed1", "joint2", "joint3", "fixed2", "joint4"]
+    assert robot.dof == 4
+    q = np.random.default_rng(1).uniform(-2, 2, (5, 4))
+    found = link_frames(robot, q)
+    for row, frames in zip(q, found, strict=True):
+        t, left = np.eye(4), list(row)
+        np.testing.assert_allclose(frames[0], t)
+        for k, (kind, constants) in enumerate(zip(kinds, rows.copy(), strict=True)):
+            if kind != "fixed":
+                constants[0 if kind == "revolute" else 1] += left.pop(0)
+            t = t @ LINKS[name][0](*constants)
+            np.testing.assert_allclose(frames[k + 1], t, atol=1e-13)
+        np.testing.assert_allclose(frames[-1], t, atol=1e-13)
+
+
+@pytest.mark.parametrize(("plain", "wide"), [("dh", "hayati"), ("craig", "craig-hayati")])
+def test_beta_of_the_plain_conventions_stands_where_the_wide_ones_have_it(plain, wide, tmp_path):
+    rows = np.random.default_rng(2).uniform(-2, 2, (3, 5))
+    q = np.random.default_rng(3).uniform(-2, 2, (4, 3))
+    first = tool_poses(write(tmp_path, plain, rows, ["revolute"] * 3), q)
+    second = tool_poses(write(tmp_path, wide, rows, ["revolute"] * 3), q)
+    np.testing.assert_array_equal(first, second)
+
+
+def katana_3_3(q):
+    """Katana eq. (3.3) with Table 3.1, in metres; joint 6 is inactive."""
+    degrees, table = (
+        np.pi / 180,
+        [(0, 0, 0), (90, 0, 0), (0, 0.19, 0), (0, 0.139, 0), (-90, 0, 0.1473), (90, 0, 0.2)],
+    )
+    t = np.eye(4)
+    for i, ((alpha, a, d), theta) in enumerate(zip(table, [*q, 0.0], strict=True)):
+        if i in (2, 3):
+            t = t @ rot("X", alpha * degrees) @ rot("Y", 0.0) @ trans("X", a) @ rot("Z", theta)
+        else:
+            t = t @ craig(theta, d, a, alpha * degrees, 0.0)
+    return t
+
+
+def katana_4_6(q):
+    """Katana eqs. (4.2) to (4.6) with their printed lengths, in metres."""
+    quarter = np.pi / 2
+    t30 = rot("Z", q[0]) @ rot("X", quarter) @ rot("Z", q[1]) @ trans("X", 0.19)
+    t43 = rot("X", 0.0) @ rot("Y", 0.0) @ rot("Z", q[2]) @ trans("X", 0.139)
+    t54 = rot("Z", q[3]) @ rot("Y", 0.0) @ rot("X", -quarter) @ trans("Z", 0.1473)
+    t65 = rot("Z", q[4]) @ rot("Y", 0.0) @ rot("X", quarter) @ trans("Z", 0.2)
+    return t30 @ t43 @ t54 @ t65
+
+
+@pytest.mark.parametrize(
+    ("name", "printed"), [("katana450", katana_3_3), ("katana450-three-rotation", katana_4_6)]
+)
+def test_katana_is_the_thesis(name, printed):
+    robot = load_robot(name)
+    corner = np.eye(4)
+    corner[:3, 3] = 0.055, 0.055, 0.2015  # eq. (4.7)
+    q = np.random.default_rng(4).uniform(robot.limits[:, 0], robot.limits[:, 1], (20, 5))
+    expected = [corner @ printed(row) for row in q]
+    np.testing.assert_allclose(tool_poses(robot, q), expected, atol=1e-14)
+
+
+def test_both_forms_of_the_katana_agree_at_nominal():
+    first, second = load_robot("katana450"), load_robot("katana450-three-rotation")
+    q = np.random.default_rng(5).uniform(first.limits[:, 0], first.limits[:, 1], (50, 5))
+    np.testing.assert_allclose(tool_poses(first, q), tool_poses(second, q), atol=1e-14)
+    np.testing.assert_array_equal(first.limits, second.limits)
+
+
+@pytest.mark.parametrize("name", ["katana450-three-rotation"])
+def test_tilting_of_the_three_rotation_model(name):
+    # eqs. (4.3)–(4.5): three rotations at joints 3, 4 and 5; a tilt moves what the equations move
+    robot = load_robot(name)
+    values = {"joint3.alpha": 0.02, "joint3.beta": -0.01, "joint4.beta": 0.03, "joint5.alpha": 1.6}
+    q = np.array([0.3, 0.5, -0.4, 0.2, 0.9])
+    t30 = rot("Z", q[0]) @ rot("X", np.pi / 2) @ rot("Z", q[1]) @ trans("X", 0.19)
+    t43 = rot("X", 0.02) @ rot("Y", -0.01) @ rot("Z", q[2]) @ trans("X", 0.139)
+    t54 = rot("Z", q[3]) @ rot("Y", 0.03) @ rot("X", -np.pi / 2) @ trans("Z", 0.1473)
+    t65 = rot("Z", q[4]) @ rot("Y", 0.0) @ rot("X", 1.6) @ trans("Z", 0.2)
+    expected = trans("X", 0.055) @ trans("Y", 0.055) @ trans("Z", 0.2015) @ t30 @ t43 @ t54 @ t65
+    np.testing.assert_allclose(tool_poses(robot.with_values(values), q[None])[0], expected, atol=1e-14)
+
+
+def test_aria_is_its_table_1():
+    quarter = np.pi / 2
+    rows = [
+        (0, 0.205, 0, quarter, 0),
+        (0, 0, 0.41, 0, 0),
+        (quarter, -0.0048, 0.03, quarter, 0),
+        (0, 0.336, 0, -quarter, 0),
+        (0, -0.049, 0, quarter, 0),
+        (0, 0.202, 0, 0, 0),
+    ]
+    robot = load_robot("aria")
+    for q in np.random.default_rng(6).uniform(-2, 2, (10, 6)):
+        t = np.eye(4)
+        for (theta, *others), angle in zip(rows, q, strict=True):
+            t = t @ hayati(theta + angle, *others)
+        np.testing.assert_allclose(tool_poses(robot, q[None])[0], t, atol=1e-14)
+    limits = [[-2 * np.pi, 2 * np.pi], [-0.97, 3.615], [-2 * np.pi, 1.69]]
+    np.testing.assert_allclose(robot.limits[:3], limits)
+
+
+def entry(alpha=0.0, kind=JointKind.REVOLUTE, free=None):
+    return JointEntry(kind, {"alpha": alpha}, free)
+
+
+def test_four_constants_of_each_joint_are_free_and_beta_replaces_d_between_parallel_axes():
+    quarter = np.pi / 2
+    perpendicular, parallel = ("theta", "d", "a", "alpha"), ("theta", "beta", "a", "alpha")
+    # a Hayati joint's α leads to the next axis; a Craig joint's comes from the one before
+    entries = [entry(0.0), entry(quarter), entry(np.pi), entry(0.0)]
+    assert default_free("hayati", entries) == [parallel, perpendicular, parallel, perpendicular]
+    assert default_free("craig", entries) == [perpendicular, perpendicular, parallel, parallel]
+
+
+def test_a_sliding_or_fixed_neighbour_is_no_parallel_axis():
+    slide, fixed = JointKind.PRISMATIC, JointKind.FIXED
+    perpendicular = ("theta", "d", "a", "alpha")
+    entries = [entry(), entry(kind=slide), entry(), entry(kind=fixed)]
+    assert default_free("hayati", entries) == [perpendicular, perpendicular, perpendicular, ()]
+
+
+def test_free_names_are_those_of_the_table():
+    with pytest.raises(RobotError, match="delta"):
+        build_elements("hayati", [entry(free=("theta", "delta"))])
+    elements, ends = build_elements("hayati", [entry(free=("beta",)), entry(free=())])
+    assert [e.name for e in elements if e.free] == ["joint1.beta"]
+    assert ends == (4, 9)
+
+
+def test_elements_carry_their_joint_and_link():
+    entries = [entry(), entry(kind=JointKind.FIXED), entry(kind=JointKind.PRISMATIC)]
+    assert joint_names(entries) == ["joint1", "fixed1", "joint2"]
+    elements, _ = build_elements("craig", entries)
+    driven = [e for e in elements if e.joint is not None]
+    assert [(e.name, e.axis, e.joint, e.link) for e in driven] == [
+        ("joint1.theta", Axis.RZ, 0, 0),
+        ("joint2.d", Axis.TZ, 1, 2),
+    ]
+
+
+def test_an_arm_without_a_moving_joint_is_none(tmp_path):
+    with pytest.raises(FileError):
+        write(tmp_path, "hayati", np.zeros((1, 5)), ["fixed"])

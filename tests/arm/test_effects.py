@@ -1,0 +1,359 @@
+"""Every effect of the catalogue: it fits its arm, changes nothing at zero, and has the right derivative."""
+
+from dataclasses import replace
+
+import generator
+import numpy as np
+import pytest
+from rigid_body import rigid_body
+
+from workbench import testing
+from workbench.arm.effects import EFFECTS
+from workbench.arm.kinematics import forward
+from workbench.arm.library import load_robot
+from workbench.arm.linearisation import linearise
+from workbench.arm.motion import Motion
+from workbench.arm.robot import FRAME_PARTS, Frame, Robot
+from workbench.arm.robot_toml import read_toml
+from workbench.arm.statics.deflection import deflect, shift_of
+from workbench.arm.statics.load_derivatives import wrench_derivative
+from workbench.arm.statics.wrenches import joint_wrenches
+from workbench.arm.urdf import read_urdf, write_urdf
+from workbench.base.errors import (
+    DataError,
+    OptionError,
+    RobotError,
+    ShapeError,
+)
+
+KNOTS = tuple(np.linspace(-3.2, 3.2, 7))
+SIZES = {"rad": 2e-3, "m": 1e-3, "rad/(N*m)": 2e-4, "m/N": 1e-5, "1": 1e-3, "1/K": 2e-5}
+CATALOGUE = {
+    "joint-compliance": EFFECTS["joint-compliance"]((1, 2)),
+    "backlash": EFFECTS["backlash"]((1, 2)),
+    "backlash by motion": EFFECTS["backlash"]((0, 3), by="motion"),
+    "clearance-tilt": EFFECTS["clearance-tilt"]((2, 0)),
+    "bearing-compliance": EFFECTS["bearing-compliance"]((1, 3)),
+    "joint-harmonic": EFFECTS["joint-harmonic"]((0, 2), order=3),
+    "encoder-scale": EFFECTS["encoder-scale"]((1, 2)),
+    "joint-coupling": EFFECTS["joint-coupling"]((3, 2)),
+    "thermal-growth": EFFECTS["thermal-growth"](reference=18.0),
+    "base-drift": EFFECTS["base-drift"](reference=5.0),
+    "link-flexure": EFFECTS["link-flexure"]((1, 2)),
+    "gravity-sag": EFFECTS["gravity-sag"]((1,), terms="2x 3y payload", gravity=(0.6, 0.0, -0.8)),
+    "local-joint-error": EFFECTS["local-joint-error"]((1,), knots=KNOTS),
+    "local-joint-error periodic": EFFECTS["local-joint-error"]((2,), knots=KNOTS[1:-1], periodic=True),
+}
+ARMS = ("aria", "katana", "sliding", "urdf")
+
+
+@pytest.fixture(scope="module")
+def arms(tmp_path_factory) -> dict[str, Robot]:
+    """Arms of several conventions with masses, base and tool."""
+    folder = tmp_path_factory.mktemp("arms")
+    tool = generator.move("z", 0.13) @ generator.turn("x", 0.4) @ generator.move("y", 0.05)
+    base = generator.turn("y", 0.2) @ generator.move("x", 0.3)
+    made = {
+        "aria": replace(generator.aria(), base=base, tool=tool),
+        "katana": generator.katana(),
+        "sliding": replace(
+            generator.aria(),
+            convention="dh",
+            slides=(False, False, False, True, False, False),
+            tool=tool,
+            limits=None,
+        ),
+    }
+    found = {}
+    for name, arm in made.items():
+        (folder / f"{name}.toml").write_text(arm.toml(name))
+        found[name] = read_toml(folder / f"{name}.toml")
+    found["urdf"] = read_urdf(write_urdf(found["aria"], folder / "aria.urdf"))
+    return found
+
+
+def motion_of(robot: Robot, rows: int = 9, seed: int = 0) -> Motion:
+    rng = np.random.default_rng(seed)
+    q = rng.uniform(-2.0, 2.0, (rows, robot.dof))
+    return Motion(
+        q,
+        direction=rng.choice([-1.0, 1.0], q.shape),
+        time=rng.uniform(0.0, 100.0, rows),
+        temperature=rng.uniform(15.0, 35.0, rows),
+        payload=rng.uniform(0.0, 2.0, rows),
+        wrench=rng.uniform(-5.0, 5.0, (rows, 6)),
+    )
+
+
+def sized(robot: Robot, effect, seed: int = 1):
+    """The effect with coefficients of a usual size."""
+    rng = np.random.default_rng(seed)
+    sizes = [SIZES.get(u, 1e-5) * rng.uniform(0.3, 1.0) for u in effect.units(robot.chain)]
+    return replace(effect, coefficients=tuple(sizes))
+
+
+def fits(robot: Robot, effect) -> bool:
+    return not (effect.name == "joint-harmonic" and robot.name == "sliding" and 3 in effect.joints)
+
+
+def test_the_catalogue_is_tried_whole():
+    assert {e.name for e in CATALOGUE.values()} == set(EFFECTS)
+
+
+@pytest.mark.parametrize("arm", ARMS)
+@pytest.mark.parametrize("name", CATALOGUE)
+def test_zero_coefficients_change_nothing(arms, arm, name):
+    robot, effect = arms[arm], CATALOGUE[name]
+    motion, bent = motion_of(robot), robot.with_effects(effect)
+    assert not np.any(effect.coefficients)
+    np.testing.assert_array_equal(
+        forward.tool_poses(bent, motion.q, motion=motion), forward.tool_poses(robot, motion.q)
+    )
+    np.testing.assert_array_equal(
+        forward.link_frames(bent, motion.q, motion=motion), forward.link_frames(robot, motion.q)
+    )
+    np.testing.assert_allclose(joint_wrenches(bent, motion.q), joint_wrenches(robot, motion.q), atol=1e-12)
+    np.testing.assert_allclose(
+        rigid_body(bent, massless=True).poses(motion.q), forward.tool_poses(robot, motion.q), atol=1e-12
+    )
+
+
+@pytest.mark.parametrize("arm", ARMS)
+@pytest.mark.parametrize("name", CATALOGUE)
+def test_shapes_and_units(arms, arm, name):
+    robot, effect, motion = arms[arm], CATALOGUE[name], motion_of(arms[arm])
+    robot = robot.with_effects(effect)
+    wrenches = joint_wrenches(robot, motion.q)
+    law = effect.law(robot.chain, motion, wrenches)
+    assert law.shape == (len(motion), len(effect.elements(robot.chain)), len(effect.names))
+    assert np.isfinite(law).all()
+    assert len(effect.units(robot.chain)) == len(effect.names)
+    assert set(robot.coefficients) == set(robot.coefficient_units) == set(effect.names)
+    assert shift_of(robot, motion).shape == (len(motion), len(robot.chain.elements))
+    empty = motion.take(slice(0, 0))
+    assert forward.tool_poses(robot, empty.q, motion=empty).shape == (0, 4, 4)
+
+
+@pytest.mark.parametrize("arm", ARMS)
+@pytest.mark.parametrize("name", CATALOGUE)
+def test_the_total_derivative(arms, arm, name):
+    """Constants, frames and coefficients, through the fixed point."""
+    robot = arms[arm]
+    check_derivative(robot.with_effects(sized(robot, CATALOGUE[name])))
+
+
+def test_the_total_derivative_of_many_effects_at_once(arms):
+    robot = arms["aria"]
+    chosen = [
+        CATALOGUE[n] for n in ("joint-compliance", "bearing-compliance", "thermal-growth", "base-drift")
+    ]
+    flexible = replace(CATALOGUE["link-flexure"], joints=(4, 5))
+    check_derivative(robot.with_effects(*(sized(robot, e) for e in (*chosen, flexible))))
+
+
+def check_derivative(robot: Robot):
+    motion = motion_of(robot)
+    frames = tuple(f"{f}.{p}" for f in ("base", "tool") for p in FRAME_PARTS)
+    names = (*robot.default_free, *robot.coefficients, *frames)
+    known = dict(zip(robot.chain.index, robot.chain.values, strict=True)) | robot.coefficients
+    x = np.array([known[n] for n in names])
+
+    def poses(x):
+        moved = robot.with_values(dict(zip(names, x.tolist(), strict=True)))
+        return forward.tool_poses(moved, motion.q, motion=motion)
+
+    seen, twists = forward.sensitivity(robot, motion.q, names, motion=motion)
+    np.testing.assert_allclose(seen, poses(x), atol=1e-13)
+    testing.check_jacobian(poses, twists, x, difference=testing.pose_change, tolerance=1e-6)
+    blocks = list(forward.sensitivity_blocks(robot, motion.q, names, block=4, motion=motion))
+    np.testing.assert_allclose(np.concatenate([t for _, _, t in blocks]), twists, atol=1e-9)
+
+
+@pytest.mark.parametrize("arm", ARMS)
+def test_the_derivative_of_the_wrenches(arms, arm):
+    robot, motion = arms[arm], motion_of(arms[arm])
+    columns = np.array([i for i, e in enumerate(robot.chain.elements) if e.matrix is None])
+    shift = np.random.default_rng(3).normal(0.0, 0.01, (len(motion), len(robot.chain.elements)))
+    loads = {"payload": motion.payload, "wrench": motion.wrench}
+
+    def wrenches(x):
+        values = robot.chain.values.copy()
+        values[columns] = x
+        return joint_wrenches(robot, motion.q, **loads, values=values, shift=shift)
+
+    everything = np.array([(j, i) for j in range(robot.dof) for i in range(6)])
+    found = wrench_derivative(robot, motion.q, columns, everything, **loads, shift=shift)
+    found = found.reshape(*motion.q.shape, 6, -1)
+    testing.check_jacobian(wrenches, found, robot.chain.values[columns], tolerance=1e-6)
+
+
+def test_the_fixed_point_is_one(arms):
+    robot = arms["aria"]
+    robot = robot.with_effects(*(sized(robot, CATALOGUE[n]) for n in ("joint-compliance", "link-flexure")))
+    motion = motion_of(robot)
+    bent = deflect(robot, motion)
+    again = joint_wrenches(robot, motion.q, payload=motion.payload, wrench=motion.wrench, shift=bent.shift)
+    np.testing.assert_allclose(again, bent.wrenches, atol=1e-9)
+    shift = np.zeros_like(bent.shift)
+    for effect in robot.effects:
+        law = effect.law(robot.chain, motion, again)
+        shift[:, robot.chain.indices(effect.elements(robot.chain))] += law @ effect.coefficients
+    np.testing.assert_allclose(shift, bent.shift, atol=1e-12)
+
+
+@pytest.mark.parametrize("arm", ["aria", "katana"])
+def test_load_effects_bend_as_the_generator_does(arms, arm):
+    """Positive coefficients give way to the load, about the axis and across it."""
+    virtual = {"aria": generator.aria, "katana": generator.katana}[arm]()
+    robot = arms[arm].with_frames(base=Frame.from_pose(virtual.base), tool=Frame.from_pose(virtual.tool))
+    q = np.random.default_rng(0).uniform(-1.0, 1.0, (20, virtual.dof))
+    c, b = np.zeros((virtual.dof, 3)), np.zeros((virtual.dof, 3))
+    c[1], b[2] = (3e-6, 3e-6, 5e-6), (0.0, 0.0, 1e-5)
+    expected = virtual.pose(q, virtual.sag(q, compliance=c, backlash=b, payload=1.5))
+    bent = robot.with_effects(
+        EFFECTS["joint-compliance"]((1,), (5e-6,)),
+        EFFECTS["bearing-compliance"]((1,), (3e-6,)),
+        EFFECTS["backlash"]((2,), (1e-5,)),
+    )
+    motion = Motion(q, payload=np.full(20, 1.5))
+    found = forward.tool_poses(bent, q, motion=motion)
+    bend = np.abs(virtual.pose(q) - expected).max()
+    np.testing.assert_allclose(found, expected, atol=2e-3 * bend)
+
+
+def test_clearance_tips_by_its_angle_against_the_holding_moment(arms):
+    robot = arms["aria"].with_effects(EFFECTS["clearance-tilt"]((1,), (1e-3,)))
+    motion = motion_of(robot)
+    bent = deflect(robot, motion)
+    tilt = bent.shift[:, robot.chain.indices(["joint2.tilt_x", "joint2.tilt_y"])]
+    np.testing.assert_allclose(np.linalg.norm(tilt, axis=1), 1e-3)
+    assert ((tilt * bent.wrenches[:, 1, 3:5]).sum(1) < 0).all()
+
+
+def test_thermal_growth_is_the_growth_of_the_arm(arms):
+    for name in ("aria", "sliding"):
+        robot = arms[name].with_frames(base=Frame.from_pose(np.eye(4)))
+        motion = motion_of(robot)
+        grown = robot.with_effects(EFFECTS["thermal-growth"]((), (1e-4,), reference=20.0))
+        factor = 1.0 + 1e-4 * (motion.temperature - 20.0)[:, None]
+        straight, warm = (
+            forward.tool_poses(robot, motion.q),
+            forward.tool_poses(grown, motion.q, motion=motion),
+        )
+        np.testing.assert_allclose(warm[:, :3, 3], factor * straight[:, :3, 3], atol=1e-12)
+
+
+def test_torques_stand_in_for_masses(arms):
+    robot = arms["aria"]
+    bare = replace(robot, joints=tuple(replace(j, mass=None) for j in robot.joints))
+    bare = bare.with_effects(EFFECTS["joint-compliance"]((1,), (1e-3,)))
+    q = motion_of(robot).q
+    torque = np.random.default_rng(0).normal(0.0, 10.0, q.shape)
+    shift = shift_of(bare, Motion(q, torque=torque))
+    np.testing.assert_allclose(shift[:, bare.chain.index["joint2.theta"]], -1e-3 * torque[:, 1])
+    names = ("joint2.compliance", "joint1.theta")
+    motion = Motion(q, torque=torque)
+    _, twists = forward.sensitivity(bare, q, names, motion=motion)
+    testing.check_jacobian(
+        lambda x: forward.tool_poses(
+            bare.with_values(dict(zip(names, x.tolist(), strict=True))), q, motion=motion
+        ),
+        twists,
+        np.array([1e-3, 0.0]),
+        difference=testing.pose_change,
+        tolerance=1e-6,
+    )
+    with pytest.raises(DataError, match=r"joint-compliance.*torque1"):
+        forward.tool_poses(bare, q)
+    across = bare.with_effects(EFFECTS["bearing-compliance"]((1,), (1e-3,)))
+    with pytest.raises(DataError, match=r"bearing-compliance.*mass"):
+        forward.tool_poses(across, q, motion=motion)
+
+
+@pytest.mark.parametrize(
+    ("name", "column"),
+    [
+        ("backlash by motion", "direction1"),
+        ("thermal-growth", "temperature"),
+        ("base-drift", r"time\[s\]"),
+    ],
+)
+def test_missing_drivers_are_named(arms, name, column):
+    robot = arms["aria"].with_effects(CATALOGUE[name])
+    q = motion_of(robot).q
+    with pytest.raises(DataError, match=f"{CATALOGUE[name].name}.*{column}"):
+        forward.tool_poses(robot, q)
+    holes = {"temperature": np.full(len(q), 20.0), "time": np.zeros(len(q)), "direction": np.ones(q.shape)}
+    for values in holes.values():
+        values[4] = np.nan
+    with pytest.raises(DataError, match="row 4"):
+        forward.tool_poses(robot, q, motion=Motion(q, **holes))
+
+
+def test_a_local_error_refuses_outside_its_range(arms):
+    effect = EFFECTS["local-joint-error"]((1,), knots=(-1.0, 0.0, 1.0), range=(-0.9, 0.8))
+    robot = arms["aria"].with_effects(effect)
+    q = np.zeros((3, 6))
+    forward.tool_poses(robot, q)
+    q[2, 1] = 0.85
+    with pytest.raises(DataError, match=r"joint 2 is known from -51.57° to 45.84°.*row 2.*48.7°"):
+        forward.tool_poses(robot, q)
+    periodic = robot.with_effects(sized(robot, CATALOGUE["local-joint-error periodic"]))
+    np.testing.assert_allclose(
+        forward.tool_poses(periodic, q), forward.tool_poses(periodic, q + 2 * np.pi), atol=1e-12
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "arguments", "words"),
+    [
+        ("joint-compliance", {"joints": (6,)}, "joint 7.*1 … 6"),
+        ("joint-compliance", {"joints": (1, 1)}, "twice"),
+        ("joint-compliance", {"joints": (1,), "coefficients": (1.0, 2.0)}, "2 coefficients but needs 1"),
+        ("joint-compliance", {"joints": (1,), "coefficients": (np.nan,)}, "finite"),
+        ("joint-compliance", {}, "needs joints"),
+        ("joint-harmonic", {"joints": (1,), "order": 0}, "order"),
+        ("joint-coupling", {"joints": (1,)}, "two"),
+        ("backlash", {"joints": (1,), "by": "magic"}, "moment and motion"),
+        ("thermal-growth", {"joints": (1,)}, "whole arm"),
+        ("base-drift", {"joints": (1,)}, "joints out"),
+        ("local-joint-error", {"joints": (1,), "knots": (0.0, 1.0)}, "three"),
+        ("local-joint-error", {"joints": (1, 2), "knots": (0.0, 1.0, 2.0)}, "needs one"),
+        ("local-joint-error", {"joints": (1,), "knots": (0.0, 1.0, 2.0), "range": (0.0, 3.0)}, "beyond"),
+        ("local-joint-error", {"joints": (1,), "knots": (0.0, 1.0, 7.0), "periodic": True}, "turn"),
+    ],
+)
+def test_an_arm_refuses_effects_without_sense(arms, name, arguments, words):
+    with pytest.raises(RobotError, match=words):
+        arms["aria"].with_effects(EFFECTS[name](**arguments))
+
+
+def test_the_same_effect_twice_is_refused(arms):
+    with pytest.raises(RobotError, match="twice"):
+        arms["aria"].with_effects(EFFECTS["joint-compliance"]((1,)), EFFECTS["joint-compliance"]((1,)))
+    both = arms["aria"].with_effects(CATALOGUE["bearing-compliance"], CATALOGUE["clearance-tilt"])
+    assert len(both.chain.elements) == len(arms["aria"].chain.elements) + 8
+
+
+def test_a_linearisation_has_columns_for_coefficients(arms):
+    robot = arms["aria"].with_effects(sized(arms["aria"], CATALOGUE["joint-compliance"]))
+    names = ("joint1.theta", "joint3.compliance")
+    found = linearise(robot, motion_of(robot).q, names=names)
+    assert found.units == ("rad", "rad/(N*m)")
+    assert np.abs(found.jacobian[:, 1]).max() > 0.0
+
+
+def test_drivers_of_another_length_are_refused():
+    with pytest.raises(ShapeError):
+        Motion(np.zeros((3, 6)), time=np.zeros(2))
+
+
+def test_a_urdf_does_not_swallow_effects(arms, tmp_path):
+    robot = arms["aria"].with_effects(CATALOGUE["joint-compliance"])
+    with pytest.raises(OptionError, match="joint-compliance"):
+        write_urdf(robot, tmp_path / "arm.urdf")
+    path = write_urdf(robot, tmp_path / "arm.urdf", leave_out_effects=True)
+    q = motion_of(robot).q
+    np.testing.assert_allclose(
+        forward.tool_poses(load_robot(path), q), forward.tool_poses(arms["aria"], q), atol=1e-9
+    )

@@ -1,0 +1,286 @@
+"""Poses against pinocchio, and every column of every identification Jacobian against central differences."""
+
+import numpy as np
+import pytest
+from checks import check_forward, check_jacobian, pose_change
+
+from workbench.arm.chain import Axis
+from workbench.arm.kinematics.forward import (
+    geometric_jacobian,
+    joint_elements,
+    link_frames,
+    sensitivity,
+    sensitivity_blocks,
+    tool_poses,
+)
+from workbench.arm.library import built_in_robots, load_robot
+from workbench.arm.robot import FRAME_PARTS, Frame
+from workbench.base import se3
+from workbench.base.errors import ShapeError
+from workbench.base.types import frozen
+
+CONVENTIONS = ["hayati", "dh", "craig", "craig-hayati", "three-rotation xyz", "three-rotation zyx"]
+FRAMES = tuple(f"{owner}.{part}" for owner in ("base", "tool") for part in FRAME_PARTS)
+
+URDF_JOINT = """<joint name="j{i}" type="{kind}"><parent link="l{i}"/><child link="l{j}"/>
+<origin xyz="{xyz}" rpy="{rpy}"/><axis xyz="{axis}"/>
+<limit lower="-3" upper="3" effort="1" velocity="1"/></joint>"""
+
+
+def text(numbers):
+    return " ".join(repr(float(v)) for v in numbers)
+
+
+def framed(robot, rng):
+    """The robot on a base and with a tool in general position, also turned a little further."""
+
+    def frame():
+        return Frame(frozen(rng.normal(size=3)), frozen(se3.rotvec_to_matrix(rng.normal(size=3))))
+
+    return robot.with_frames(base=frame(), tool=frame())
+
+
+def table_arm(convention, folder, seed, number=5):
+    rng = np.random.default_rng(seed)
+    name, _, order = convention.partition(" ")
+    lines = [f'convention = "{name}"']
+    for i in range(number):
+        kind = rng.choice(["revolute", "revolute", "prismatic"]) if i else ["revolute", "prismatic"][seed % 2]
+        lines += ["[[joint]]", f'type = "{kind}"', f'order = "{order}"' if order else ""]
+        lines += [f"{c} = {float(rng.uniform(-1, 1))!r}" for c in ("theta", "d", "a", "alpha", "beta")]
+    path = folder / "arm.toml"
+    path.write_text("\n".join(lines))
+    return framed(load_robot(path), rng)
+
+
+def elementary_arm(folder, seed, number=14):
+    rng = np.random.default_rng(seed)
+    lines, joint = ['convention = "elementary"'], 0
+    for i in range(number):
+        axis = rng.choice(["rx", "ry", "rz", "tx", "ty", "tz"])
+        lines += ["[[element]]", f'axis = "{axis}"', f"value = {float(rng.uniform(-1, 1))!r}"]
+        if i % 3 == 1:
+            joint += 1
+            lines.append(f"joint = {joint}")
+    path = folder / "arm.toml"
+    path.write_text("\n".join(lines))
+    return framed(load_robot(path), rng)
+
+
+def urdf_arm(folder, seed, number=5):
+    rng = np.random.default_rng(seed)
+    parts = ["<robot name='r'>", *(f"<link name='l{i}'/>" for i in range(number + 1))]
+    axes = [*np.eye(3), *-np.eye(3), *rng.normal(size=(3, 3))]
+    for i in range(number):
+        parts.append(
+            URDF_JOINT.format(
+                i=i,
+                j=i + 1,
+                kind=rng.choice(["revolute", "revolute", "prismatic"]),
+                xyz=text(rng.uniform(-1, 1, 3)),
+                rpy=text(rng.uniform(-3, 3, 3)),
+                axis=text(axes[rng.integers(len(axes))]),
+            )
+        )
+    path = folder / "arm.urdf"
+    path.write_text("\n".join([*parts, "</robot>"]))
+    return framed(load_robot(path), rng)
+
+
+def arms(folder, seeds=range(4)):
+    for seed in seeds:
+        for convention in CONVENTIONS:
+            yield table_arm(convention, folder, seed)
+        yield elementary_arm(folder, seed)
+        yield urdf_arm(folder, seed)
+
+
+def rows(robot, number=3, seed=0):
+    low, high = robot.search_limits.T
+    return np.random.default_rng(seed).uniform(np.maximum(low, -3), np.minimum(high, 3), (number, robot.dof))
+
+
+def check_columns(robot, q):
+    """Every constant of the full chain, base and tool included, by differences of the whole robot."""
+    names = tuple(e.name for e in robot.chain.elements if e.axis is not Axis.CONSTANT)
+    poses, twists = sensitivity(robot, q, names)
+    np.testing.assert_allclose(poses, tool_poses(robot, q), atol=1e-13)
+
+    def moved(values):
+        return tool_poses(robot.with_values(dict(zip(names, values, strict=True))), q)
+
+    return check_jacobian(moved, twists, robot.values(names), difference=pose_change)
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("convention", CONVENTIONS)
+def test_every_column_of_every_table_convention(convention, seed, tmp_path):
+    robot = table_arm(convention, tmp_path, seed)
+    assert check_columns(robot, rows(robot)) < 1e-7
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("make", [elementary_arm, urdf_arm])
+def test_every_column_of_elementary_and_urdf_arms(make, seed, tmp_path):
+    robot = make(tmp_path, seed)
+    assert check_columns(robot, rows(robot)) < 1e-7
+
+
+@pytest.mark.parametrize("name", built_in_robots())
+def test_every_column_of_the_built_in_arms(name):
+    robot = framed(load_robot(name).with_effects(), np.random.default_rng(1))
+    assert check_columns(robot, rows(robot)) < 1e-7
+
+
+@pytest.mark.parametrize("name", built_in_robots())
+def test_built_in_arms_agree_with_pinocchio(name):
+    robot = load_robot(name).with_effects()
+    assert check_forward(robot, rows(robot, 50)) < 1e-12
+    assert check_forward(framed(robot, np.random.default_rng(2)), rows(robot, 50)) < 1e-12
+
+
+def test_random_arms_agree_with_pinocchio(tmp_path):
+    for robot in arms(tmp_path):
+        check_forward(robot, rows(robot, 20))
+
+
+def test_joint_columns_are_the_derivative_by_the_joints(tmp_path):
+    for robot in arms(tmp_path, seeds=[5]):
+        q = rows(robot)
+        jacobian = geometric_jacobian(robot, q)
+        for row in range(len(q)):
+            check_jacobian(
+                lambda x: tool_poses(robot, x[None]),  # noqa: B023
+                jacobian[row][None],
+                q[row].copy(),
+                difference=pose_change,
+            )
+        assert [robot.chain.elements[k].joint for k in joint_elements(robot)] == list(range(robot.dof))
+
+
+def rot(axis, angle):
+    return se3.rotvec_to_matrix(np.eye(3)["xyz".index(axis)] * angle)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_hayati_columns_are_aria_13(seed, tmp_path):
+    # eqs. (13a–e) from the link frames alone; the remark: the printed (13d) takes x_i after the β rotation
+    rng = np.random.default_rng(seed)
+    lines = ['convention = "hayati"']
+    table = rng.uniform(-1, 1, (6, 5))
+    for row in table:
+        lines.append("[[joint]]")
+        lines += [
+            f"{c} = {float(v)!r}" for c, v in zip(("theta", "d", "a", "alpha", "beta"), row, strict=True)
+        ]
+    path = tmp_path / "arm.toml"
+    path.write_text("\n".join(lines))
+    robot = framed(load_robot(path), rng)
+    q = rows(robot, 1)
+    frames = link_frames(robot, q)[0]
+    end = tool_poses(robot, q)[0, :3, 3]
+
+    def column(name):
+        return sensitivity(robot, q, (name,))[1][0, :, 0]
+
+    for i in range(1, 7):
+        beta = table[i - 1, 4]
+        before, after = frames[i - 1], frames[i]
+        z, y = before[:3, 2], after[:3, 1]
+        printed_x = after[:3, 0]
+        x = after[:3, :3] @ rot("y", -beta)[:, 0]  # before the β rotation
+        name = f"joint{i}."
+        zero = np.zeros(3)
+        theta = np.r_[np.cross(z, end - before[:3, 3]), z]
+        np.testing.assert_allclose(column(name + "theta"), theta, atol=1e-13)  # (13a)
+        np.testing.assert_allclose(column(name + "d"), np.r_[z, zero], atol=1e-13)  # (13b)
+        np.testing.assert_allclose(column(name + "a"), np.r_[x, zero], atol=1e-13)  # (13c)
+        lever = end - after[:3, 3]
+        np.testing.assert_allclose(column(name + "alpha"), np.r_[np.cross(x, lever), x], atol=1e-13)  # (13d)
+        np.testing.assert_allclose(column(name + "beta"), np.r_[np.cross(y, lever), y], atol=1e-13)  # (13e)
+        printed = np.r_[np.cross(printed_x, lever), printed_x]
+        off = np.linalg.norm(column(name + "alpha")[3:] - printed[3:])
+        np.testing.assert_allclose(off, 2 * abs(np.sin(beta / 2)), atol=1e-13)
+
+
+def test_printed_13_holds_where_beta_is_zero():
+    robot = load_robot("aria")
+    q = rows(robot, 1)
+    frames = link_frames(robot, q)[0]
+    end = frames[-1, :3, 3]
+    columns = sensitivity(robot, q, tuple(f"joint{i}.alpha" for i in range(1, 7)))[1][0]
+    for i in range(6):
+        x = frames[i + 1, :3, 0]
+        expected = np.r_[np.cross(x, end - frames[i + 1, :3, 3]), x]
+        np.testing.assert_allclose(columns[:, i], expected, atol=1e-14)
+
+
+def test_blocks_are_the_whole(tmp_path):
+    robot = table_arm("hayati", tmp_path, 0)
+    q = rows(robot, 23)
+    poses, twists = sensitivity(robot, q)
+    names = robot.default_free
+    for block in (1, 7, 23, 100):
+        for part, p, t in sensitivity_blocks(robot, q, names, block=block):
+            np.testing.assert_array_equal(p, poses[part])
+            np.testing.assert_array_equal(t, twists[part])
+    assert list(sensitivity_blocks(robot, q[:0], names)) == []
+
+
+def test_link_frames_end_in_the_tool(tmp_path):
+    for robot in arms(tmp_path, seeds=[6]):
+        q = rows(robot)
+        frames = link_frames(robot, q)
+        assert frames.shape == (len(q), len(robot.joints) + 2, 4, 4)
+        np.testing.assert_allclose(frames[:, 0], np.tile(robot.base.pose, (len(q), 1, 1)), atol=1e-14)
+        np.testing.assert_allclose(frames[:, -1], tool_poses(robot, q), atol=1e-13)
+
+
+def test_moving_a_frame_by_its_parts_is_exact(tmp_path):
+    robot = table_arm("hayati", tmp_path, 3)
+    rng = np.random.default_rng(9)
+    values = dict(zip(FRAMES, rng.uniform(-1, 1, len(FRAMES)), strict=True))
+    moved = robot.with_values(values)
+    q = rows(robot)
+    vector = robot.chain.values.copy()
+    vector[robot.chain.indices(FRAMES)] = list(values.values())
+    from workbench.arm import chain as chains
+
+    np.testing.assert_allclose(tool_poses(moved, q), chains.poses(robot.chain, q, values=vector), atol=1e-14)
+
+
+@pytest.mark.parametrize("function", [tool_poses, link_frames, sensitivity, geometric_jacobian])
+def test_other_joint_counts_are_refused(function):
+    with pytest.raises(ShapeError) as caught:
+        function(load_robot("aria"), np.zeros((2, 7)))
+    assert (caught.value.expected, caught.value.found) == (6, 7)
+
+
+def test_check_jacobian_finds_a_wrong_column():
+    x = np.array([0.3, -0.4])
+
+    def function(v):
+        return np.array([np.sin(v[0]) * v[1], v[1] ** 2])
+
+    right = np.array([[np.cos(0.3) * -0.4, np.sin(0.3)], [0.0, -0.8]])
+    assert check_jacobian(function, right, x) < 1e-8
+    wrong = right.copy()
+    wrong[1, 1] *= 1 + 1e-5
+    with pytest.raises(AssertionError, match="column 1"):
+        check_jacobian(function, wrong, x)
+    with pytest.raises(AssertionError, match="shape"):
+        check_jacobian(function, right[:, :1], x)
+    with pytest.raises(AssertionError):
+        check_jacobian(function, right * np.nan, x)
+
+
+def test_check_forward_finds_another_arm(monkeypatch):
+    from workbench import testing
+
+    robot = load_robot("aria")
+    other = robot.with_values({"joint3.d": 0.1})
+    monkeypatch.setattr(testing, "rigid_body", lambda _, massless: real(other, massless=massless))
+    from rigid_body import rigid_body as real
+
+    with pytest.raises(AssertionError, match="row"):
+        check_forward(robot, rows(robot))

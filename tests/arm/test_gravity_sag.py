@@ -1,0 +1,114 @@
+"""Sag by unknown weights: it holds what any masses do, in the fewest terms, with the right derivative."""
+
+from dataclasses import replace
+
+import generator
+import numpy as np
+import pytest
+
+from workbench import testing
+from workbench.arm.effects.gravity_sag import GravitySag, terms_of
+from workbench.arm.kinematics import forward
+from workbench.arm.motion import Motion
+from workbench.arm.robot_toml import read_toml, write_toml
+from workbench.base.errors import RobotError
+
+TOOL = generator.move("z", 0.13) @ generator.turn("x", 0.4) @ generator.move("y", 0.05)
+BASE = generator.turn("y", 0.3) @ generator.move("x", 0.2)
+ARMS = {
+    "aria": lambda: replace(generator.aria(), base=BASE, tool=TOOL),
+    "three-parallel": lambda: replace(generator.three_parallel(), tool=TOOL),
+    "sliding": lambda: replace(
+        generator.aria(),
+        convention="dh",
+        slides=(False, False, False, True, False, False),
+        tool=TOOL,
+        limits=None,
+    ),
+}
+DOWN = np.array([0.36, 0.48, -0.8])
+
+
+@pytest.fixture(scope="module", params=ARMS)
+def pair(request, tmp_path_factory):
+    """The generator's arm, and the package's without masses; gravity is aslant."""
+    arm = ARMS[request.param]()
+    path = tmp_path_factory.mktemp(request.param) / "arm.toml"
+    path.write_text(arm.toml("arm"))
+    robot = read_toml(path)
+    bare = replace(robot, joints=tuple(replace(j, mass=None) for j in robot.joints), gravity=9.81 * DOWN)
+    return replace(arm, gravity=9.81 * DOWN), bare
+
+
+def motion_of(robot, rows=60):
+    rng = np.random.default_rng(0)
+    return Motion(rng.uniform(-2.0, 2.0, (rows, robot.dof)), payload=rng.uniform(0.0, 2.0, rows))
+
+
+def sags(robot):
+    """A sag of every turning joint, by everything."""
+    for joint in (j for j in range(robot.dof) if robot.moving[j].kind == "revolute"):
+        yield GravitySag((joint,), terms=terms_of(robot.chain, joint, payload=True), gravity=tuple(DOWN))
+
+
+def test_terms_by_hand(pair):
+    chain = pair[1].chain
+    slides = pair[1].moving[3].kind == "prismatic"
+    assert terms_of(chain, 2) == f"3x 3y {'4m' if slides else '4x 4y'} 5x 5y 6x 6y"
+    assert terms_of(chain, 5, payload=True) == "6x 6y payload"
+
+
+def test_any_masses_are_held_and_no_term_is_superfluous(pair):
+    arm, robot = pair
+    motion = motion_of(robot)
+    rng = np.random.default_rng(1)
+    arm = replace(arm, masses=rng.uniform(0.5, 5.0, arm.dof), coms=rng.normal(0.0, 0.2, (arm.dof, 3)))
+    moments = arm.moments(motion.q, motion.payload[:, None])[:, :, 2]
+    for effect in sags(robot):
+        law = effect.law(robot.chain, motion, np.zeros((0, 0, 6)))[:, 0]
+        sizes, _, rank, _ = np.linalg.lstsq(law, -moments[:, effect.joints[0]])
+        np.testing.assert_allclose(law @ sizes, -moments[:, effect.joints[0]], atol=1e-10)
+        assert rank == len(effect.names)
+        assert sizes[-1] == pytest.approx(9.81)
+
+
+def test_the_total_derivative(pair):
+    robot = pair[1]
+    rng, motion = np.random.default_rng(2), motion_of(robot, 6)
+    sized = [replace(e, coefficients=tuple(rng.normal(0.0, 1e-3, len(e.names)))) for e in sags(robot)]
+    bent = robot.with_effects(*sized)
+    names = (*bent.default_free, *bent.coefficients, "base.x", "base.pitch", "tool.z", "tool.roll")
+    known = dict(zip(bent.chain.index, bent.chain.values, strict=True)) | bent.coefficients
+
+    def poses(x):
+        moved = bent.with_values(dict(zip(names, x.tolist(), strict=True)))
+        return forward.tool_poses(moved, motion.q, motion=motion)
+
+    _, twists = forward.sensitivity(bent, motion.q, names, motion=motion)
+    x = np.array([known[n] for n in names])
+    testing.check_jacobian(poses, twists, x, difference=testing.pose_change, tolerance=1e-6)
+
+
+def test_a_file_holds_it(pair, tmp_path):
+    effect = next(sags(pair[1]))
+    effect = replace(effect, coefficients=tuple(1e-3 * np.arange(1.0, 1.0 + len(effect.names))))
+    robot = pair[1].with_effects(effect)
+    assert read_toml(write_toml(robot, tmp_path / "arm.toml")).effects == (effect,)
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ({"terms": ""}, "2x 2y 3x"),
+        ({"terms": "3x 3x"}, "different"),
+        ({"terms": "1x"}, "no term '1x'"),
+        ({"terms": "7x"}, "no term '7x'"),
+        ({"terms": "3m"}, "no term '3m'"),
+        ({"terms": "weight"}, "no term 'weight'"),
+        ({"terms": "3x", "gravity": (0.0, 0.0, 0.0)}, "direction"),
+        ({"joints": (1, 2), "terms": "3x"}, "one joint"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(pair, settings, words):
+    with pytest.raises(RobotError, match=words):
+        pair[1].with_effects(GravitySag(**{"joints": (1,)} | settings))

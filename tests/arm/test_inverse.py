@@ -1,0 +1,377 @@
+"""Inverse kinematics: every branch, its name, the reason where there is none, following, and reach."""
+
+import tomllib
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from workbench.arm import chain as chains
+from workbench.arm.inverse import solve as inverse
+from workbench.arm.inverse.reduced_arm import compile_arm
+from workbench.arm.inverse.solve import Task
+from workbench.arm.kinematics import forward
+from workbench.arm.kinematics import reachable as reach
+from workbench.arm.library import assets, load_robot
+from workbench.arm.robot import JointKind, Robot
+from workbench.base import se3
+from workbench.base.errors import (
+    DataError,
+    OptionError,
+    RobotError,
+    ShapeError,
+)
+
+UNLIMITED = np.tile([-np.inf, np.inf], (6, 1))
+
+
+def perturbed(robot: Robot, seed: int, *, mm: float = 5.0, degrees: float = 5.0) -> Robot:
+    """The arm with manufacturing errors of every constant, up to the given ones."""
+    rng = np.random.default_rng(seed)
+    sizes = {e.name: np.radians(degrees) if e.axis.turns else mm * 1e-3 for e in robot.elements}
+    values = {e.name: e.value + rng.uniform(-1, 1) * sizes[e.name] for e in robot.elements}
+    return robot.with_values(values)
+
+
+def wrapped(gap: np.ndarray) -> np.ndarray:
+    return np.abs((gap + np.pi) % (2 * np.pi) - np.pi)
+
+
+def random_targets(robot: Robot, count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    q = np.random.default_rng(seed).uniform(-np.pi, np.pi, (count, robot.dof))
+    return q, forward.tool_poses(robot, q)
+
+
+def oracle(robot: Robot, target: np.ndarray, starts: int, rng: np.random.Generator) -> np.ndarray:
+    """Distinct solutions by damped Newton on the chain from many starts; shares no code with ours."""
+    axis_only = robot.dof == 5
+    q = rng.uniform(-np.pi, np.pi, (starts, robot.dof))
+    columns = forward.joint_elements(robot)
+
+    def gaps(q):
+        pose, jacobian = chains.twists(robot.chain, q, columns)
+        if axis_only:
+            z, want = pose[:, :3, 2], np.broadcast_to(target[:3, 2], (len(q), 3))
+            cross = np.cross(z, want)
+            sine = np.linalg.norm(cross, axis=1)
+            angle = np.arctan2(sine, z @ target[:3, 2])
+            turn = cross * (angle / np.maximum(sine, 1e-300))[:, None]
+            across = np.eye(3) - z[:, :, None] * z[:, None, :]
+            jacobian = np.concatenate([jacobian[:, :3], across @ jacobian[:, 3:]], 1)
+            return np.concatenate([target[:3, 3] - pose[:, :3, 3], turn], 1), jacobian
+        return se3.pose_error(np.broadcast_to(target, pose.shape), pose), jacobian
+
+    damping = np.full(starts, 1e-2)
+    error, jacobian = gaps(q)
+    for _ in range(45):
+        normal = np.swapaxes(jacobian, 1, 2) @ jacobian + damping[:, None, None] * np.eye(robot.dof)
+        step = np.linalg.solve(normal, np.swapaxes(jacobian, 1, 2) @ error[:, :, None])[:, :, 0]
+        step *= np.minimum(1.0, 0.7 / np.maximum(np.abs(step).max(1), 1e-12))[:, None]
+        new_error, new_jacobian = gaps(q + step)
+        better = (new_error**2).sum(1) < (error**2).sum(1)
+        q[better] += step[better]
+        error[better], jacobian[better] = new_error[better], new_jacobian[better]
+        damping = np.maximum(np.where(better, damping * 0.1, damping * 8), 1e-14)
+    q = q[np.linalg.norm(error, axis=1) < 1e-10]
+    kept: list[np.ndarray] = []
+    for row in q:
+        if all(wrapped(row - other).max() > 1e-3 for other in kept):
+            kept.append(row)
+    return np.array(kept).reshape(-1, robot.dof)
+
+
+def table2() -> np.ndarray:
+    plate = tomllib.loads((assets() / "plates" / "table2.toml").read_text())
+    return np.array(
+        [se3.pose(se3.rpy_to_matrix(np.array(t["rpy"])), np.array(t["xyz"])) for t in plate["target"]]
+    )
+
+
+def down(x: float, y: float, z: float) -> np.ndarray:
+    return se3.pose(se3.rpy_to_matrix(np.array([np.pi, 0.0, 0.0])), np.array([x, y, z]))
+
+
+@pytest.mark.parametrize(
+    ("name", "seed"),
+    [("aria", None), ("aria", 1), ("ur5", None), ("ur5", 1), ("katana450", None), ("katana450", 1)],
+)
+def test_all_branches_are_found(name, seed):
+    robot = load_robot(name) if seed is None else perturbed(load_robot(name), seed)
+    _, targets = random_targets(robot, 100, 11)
+    limits = UNLIMITED[: robot.dof]
+    results = inverse.solve_many(robot, targets, limits=limits)
+    rng = np.random.default_rng(3)
+    there = found = 0
+    for target, result in zip(targets, results, strict=True):
+        ours = np.array([b.q for b in result.branches])
+        expected = oracle(robot, target, 150, rng)
+        there += len(expected)
+        found += sum(wrapped(ours - q).max(1).min() < 2e-3 for q in expected)
+    assert there > 300
+    assert found >= 0.999 * there, f"{found} of {there} branches"
+
+
+@pytest.mark.parametrize("name", ["aria", "aria-table3", "aria-table4", "ur5", "ur10", "katana450"])
+def test_branches_reach_the_target_and_contain_the_origin(name):
+    robot = perturbed(load_robot(name), 4)
+    q, targets = random_targets(robot, 30, 5)
+    for own, target, result in zip(
+        q, targets, inverse.solve_many(robot, targets, limits=UNLIMITED[: robot.dof]), strict=True
+    ):
+        ours = np.array([b.q for b in result.branches])
+        poses = forward.tool_poses(robot, ours)
+        assert np.abs(poses[:, :3, 3] - target[:3, 3]).max() < 1e-9
+        part = slice(2, 3) if robot.dof == 5 else slice(0, 3)
+        assert np.abs(poses[:, :3, part] - target[:3, part]).max() < 2e-9
+        assert wrapped(ours - own).max(1).min() < 1e-5
+        assert len(set(result.names)) == len(result.branches) <= 16
+        assert result.finite
+        assert result.reachable
+
+
+def test_table_2_is_reached_within_limits_in_eight_ways():
+    robot = load_robot("aria")
+    for result in inverse.solve_many(robot, table2()):
+        assert len(result.within_limits) == 8
+        assert not any("(" in name for name in result.names)
+        assert result.nearest.position_error < 1e-9
+        for branch in result.within_limits:
+            assert (branch.q >= robot.limits[:, 0]).all()
+            assert (branch.q <= robot.limits[:, 1]).all()
+
+
+def test_one_pose_alone_and_twice_gives_the_same():
+    robot = load_robot("aria")
+    first, second = (inverse.solve(robot, table2()[3]) for _ in range(2))
+    assert first.names == second.names
+    assert all(np.array_equal(a.q, b.q) for a, b in zip(first.branches, second.branches, strict=True))
+
+
+def test_turns_are_all_within_limits_and_reach_the_target():
+    robot = load_robot("aria")
+    branch = inverse.solve(robot, table2()[0]).within_limits[0]
+    assert len(branch.turns) >= 8
+    assert np.array_equal(branch.turns[0], branch.q)
+    assert ((branch.turns >= robot.limits[:, 0]) & (branch.turns <= robot.limits[:, 1])).all()
+    assert wrapped(branch.turns - branch.q).max() < 1e-9
+
+
+def test_names_are_kept_from_pose_to_pose_and_from_nominal_to_calibrated():
+    nominal = load_robot("aria")
+    actual = perturbed(nominal, 2, mm=2.0, degrees=1.0)
+    kept = total = 0
+    for target in table2():
+        near = target.copy()
+        near[:3, 3] += [0.004, -0.003, 0.002]
+        named = {b.name: b.q for b in inverse.solve(nominal, target).branches}
+        for other in (inverse.solve(nominal, near), inverse.solve(actual, target)):
+            for branch in other.branches:
+                gaps = {name: np.linalg.norm(wrapped(q - branch.q)) for name, q in named.items()}
+                closest = min(gaps, key=gaps.get)
+                if gaps[closest] < 0.2:  # else a pair of solutions that the other pose does not have
+                    total += 1
+                    kept += closest == branch.name
+    assert total >= 158
+    assert kept == total
+
+
+def test_elbow_up_means_above():
+    robot = load_robot("aria")
+    for q, elbow in (([0.0, 0.9, -1.2, 0.0, 0.5, 0.0], "up"), ([0.0, 0.3, 0.9, 0.0, 0.5, 0.0], "down")):
+        target = forward.tool_poses(robot, np.array([q]))[0]
+        branch = inverse.nearest_branch(inverse.solve(robot, target), np.array(q))
+        assert branch.name.startswith(f"shoulder right, elbow {elbow}")
+
+
+def test_choice_by_name_by_joints_and_automatic():
+    robot = load_robot("aria")
+    result = inverse.solve(robot, table2()[0])
+    wanted = result.within_limits[5]
+    assert inverse.choose(result, branch=wanted.name) is wanted
+    assert inverse.choose(result, branch=wanted.q + 0.01).name == wanted.name
+    near = wanted.q + np.array([2 * np.pi, 0, 0, 0, 0, 0]) * (1 if wanted.q[0] < 0 else -1)
+    turned = inverse.choose(result, near=near)
+    assert turned.name == wanted.name
+    assert np.abs(turned.q - near).max() < 1e-9
+    assert turned.margin <= wanted.margin + 1e-12
+    assert inverse.choose(result).within_limits
+    with pytest.raises(OptionError):
+        inverse.choose(result, branch="elbow sideways")
+    assert inverse.choose(inverse.solve(robot, down(2.0, 0.0, 0.3))) is None
+
+
+def test_reasons():
+    robot = load_robot("aria")
+    far = inverse.solve(robot, down(2.0, 0.0, 0.205))
+    assert not far.reachable
+    assert "beyond the arm's greatest reach" in far.reason
+    assert far.nearest.position_error > 0.9
+    askew = inverse.solve(robot, down(0.75, 0.2, 0.1))
+    assert "not in this orientation" in askew.reason
+    free = inverse.solve(robot, table2()[0])
+    q = free.within_limits[0].q
+    limits = robot.limits.copy()
+    limits[1] = [2.5, 2.6]
+    held = inverse.solve(robot, table2()[0], limits=limits)
+    assert "outside the limits of joint 2 (needs" in held.reason
+    assert len(held.branches) == len(free.branches)
+    assert not held.within_limits
+    assert 2.5 <= held.nearest.q[1] <= 2.6
+    assert held.nearest.position_error > 1e-4
+    assert q.shape == (6,)
+
+
+def test_too_close_is_told_from_too_far():
+    joint = load_robot("aria").joints[0]
+    elements = tuple(
+        chains.Element(axis, f"joint{i + 1}.{axis.name}", value, joint=driver, link=i)
+        for i, length in enumerate((0.5, 0.3, 0.0))
+        for axis, value, driver in ((chains.Axis.RZ, 0.0, i), (chains.Axis.TX, length, None))
+    )
+    joints = tuple(replace(joint, name=f"joint{i + 1}") for i in range(3))
+    planar = Robot(
+        name="planar", convention="elementary", elements=elements, link_ends=(1, 3, 5), joints=joints
+    )
+    result = inverse.solve(planar, se3.pose(np.eye(3), np.array([0.1, 0.0, 0.0])))
+    assert "100 mm too close" in result.reason
+    assert abs(result.nearest.position_error - 0.1) < 1e-6
+    reached = inverse.solve(planar, se3.pose(np.eye(3), np.array([0.5, 0.3, 0.0])))
+    assert len(reached.branches) == 2
+    assert not reached.finite  # the last joint turns about the tool's own point
+    far = inverse.solve(planar, se3.pose(np.eye(3), np.array([0.9, 0.0, 0.0])))
+    assert "100 mm beyond" in far.reason
+
+
+def test_redundant_tasks_show_representatives():
+    for name, task in (("wam", Task.POSE), ("panda", Task.POSE), ("aria", Task.POSITION)):
+        robot = load_robot(name)
+        middle = robot.search_limits.mean(1) + 0.3
+        target = forward.tool_poses(robot, middle[None])[0]
+        result = inverse.solve(robot, target, task=task)
+        assert not result.finite
+        assert "endlessly many" in result.note
+        assert 2 <= len(result.within_limits) <= 8
+        q = np.array([b.q for b in result.branches])
+        assert np.abs(forward.tool_poses(robot, q)[:, :3, 3] - target[:3, 3]).max() < 1e-9
+
+
+def test_five_joints_can_be_asked_for_a_whole_pose():
+    robot = load_robot("katana450")
+    q = np.array([0.3, 0.4, -0.8, 0.5, 0.2])
+    target = forward.tool_poses(robot, q[None])[0]
+    result = inverse.solve(robot, target, task=Task.POSE)
+    assert min(wrapped(b.q - q).max() for b in result.branches) < 1e-6
+    turned = target @ se3.pose(se3.rpy_to_matrix(np.array([0.0, 0.0, 0.2])), np.zeros(3))
+    missed = inverse.solve(robot, turned, task=Task.POSE)
+    assert missed.branches == ()
+    assert "not in this orientation" in missed.reason
+
+
+@pytest.mark.parametrize(("name", "seed"), [("ur5", None), ("ur5", 1)])
+def test_a_singular_pose_gives_few_solutions(name, seed):
+    robot = load_robot(name) if seed is None else perturbed(load_robot(name), seed)
+    q = np.array([0.3, -1.0, 1.0, 0.4, 0.0, 0.7])
+    target = forward.tool_poses(robot, q[None])[0]
+    result = inverse.solve(robot, target)
+    assert 1 <= len(result.branches) <= 16
+    assert result.finite == (seed is not None)
+    assert any(b.continuum for b in result.branches) == (seed is None)
+    poses = forward.tool_poses(robot, np.array([b.q for b in result.branches]))
+    assert np.abs(poses - target).max() < 1e-8
+
+
+def test_a_prismatic_arm_is_searched():
+    entries = load_robot("aria")
+    drivers = {"joint3.d": 2, "joint3.theta": None}
+    elements = [replace(e, joint=drivers.get(e.name, e.joint)) for e in entries.elements]
+    joints = tuple(
+        replace(j, kind=JointKind.PRISMATIC, limits=(-0.3, 0.3)) if i == 2 else j
+        for i, j in enumerate(entries.joints)
+    )
+    robot = perturbed(replace(entries, elements=tuple(elements), joints=joints), 8)
+    assert compile_arm(robot).slides.tolist() == [False, False, True, False, False, False]
+    rng = np.random.default_rng(0)
+    low, high = np.maximum(robot.limits, -3).T[0], np.minimum(robot.limits, 3).T[1]
+    for q in rng.uniform(low, high, (10, 6)):
+        target = forward.tool_poses(robot, q[None])[0]
+        result = inverse.solve(robot, target)
+        assert min(wrapped(b.q - q).max() for b in result.branches) < 1e-6
+
+
+def test_follow_keeps_the_branch_and_the_limits():
+    robot = load_robot("aria")
+    target = table2()[0].copy()
+    start = inverse.choose(inverse.solve(robot, target))
+    q = start.q
+    for _ in range(50):
+        target[0, 3] -= 2e-3
+        step = inverse.follow(robot, target, q)
+        assert step.converged
+        assert np.abs(step.q - q).max() < 0.2
+        q = step.q
+    assert np.abs(forward.tool_poses(robot, q[None])[0] - target).max() < 1e-9
+    target[0, 3] = 2.0
+    stuck = inverse.follow(robot, target, q)
+    assert not stuck.converged
+    assert stuck.position_error > 0.5
+    assert ((stuck.q >= robot.limits[:, 0]) & (stuck.q <= robot.limits[:, 1])).all()
+
+
+def test_follow_many_agrees_with_follow():
+    robot = perturbed(load_robot("katana450"), 6)
+    q, targets = random_targets(robot, 20, 1)
+    q = np.clip(q, robot.limits[:, 0], robot.limits[:, 1])
+    targets = forward.tool_poses(robot, q)
+    many = inverse.follow_many(robot, targets, q + 0.02)
+    for i in range(len(q)):
+        one = inverse.follow(robot, targets[i], q[i] + 0.02)
+        assert np.array_equal(one.q, many.q[i])
+        assert one.converged == many.converged[i]
+    assert many.converged.mean() > 0.8
+
+
+def test_reach_agrees_with_the_full_solution():
+    robot = load_robot("aria")
+    rng = np.random.default_rng(2)
+    rotations = se3.rotvec_to_matrix(rng.normal(size=(120, 3)) * 1.5)
+    poses = se3.pose(rotations, rng.uniform(-0.8, 0.8, (120, 3)))
+    mask, q = reach.reachable(robot, poses)
+    full = np.array([r.reachable for r in inverse.solve_many(robot, poses)])
+    assert np.array_equal(mask, full)
+    assert 0.2 < mask.mean() < 0.8
+    assert np.abs(forward.tool_poses(robot, q[mask]) - poses[mask]).max() < 1e-8
+    assert np.isnan(q[~mask]).all()
+    assert ((q[mask] >= robot.limits[:, 0] - 1e-9) & (q[mask] <= robot.limits[:, 1] + 1e-9)).all()
+    quick, _ = reach.reachable(robot, poses, certain=False)
+    assert not (quick & ~mask).any()
+    assert quick.sum() >= mask.sum() - 2
+
+
+def test_reach_of_other_tasks_and_arms():
+    for name, task in (("katana450", None), ("wam", None), ("aria", Task.POSITION)):
+        robot = load_robot(name)
+        rng = np.random.default_rng(1)
+        q = rng.uniform(*np.clip(robot.limits, -3, 3).T, (50, robot.dof))
+        mask, found = reach.reachable(robot, forward.tool_poses(robot, q), task=task)
+        assert mask.mean() > 0.95
+        assert found.shape == q.shape
+    mask, found = reach.reachable(load_robot("aria"), np.empty((0, 4, 4)))
+    assert mask.shape == (0,)
+
+
+def test_bad_input():
+    robot = load_robot("aria")
+    mirrored = np.diag([1.0, 1.0, -1.0, 1.0])
+    broken = table2()[0].copy()
+    broken[0, 3] = np.nan
+    for pose in (mirrored, broken, np.eye(4) * 2):
+        with pytest.raises(DataError):
+            inverse.solve(robot, pose)
+    with pytest.raises(ShapeError) as caught:
+        inverse.solve(robot, table2()[0], limits=np.zeros((5, 2)))
+    assert (caught.value.expected, caught.value.found) == (6, 5)
+    with pytest.raises(ShapeError):
+        inverse.follow(robot, table2()[0], np.zeros(5))
+    doubled = replace(robot, elements=(*robot.elements[:-1], replace(robot.elements[-1], joint=0)))
+    with pytest.raises(RobotError):
+        inverse.solve(doubled, table2()[0])

@@ -1,0 +1,123 @@
+"""Whitening, scaling, rank and covariance of a linearisation."""
+
+import numpy as np
+import pytest
+
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.library import load_robot
+from workbench.arm.linearisation import Linearisation, linearise
+from workbench.base.errors import OptionError, ShapeError
+
+
+@pytest.fixture(scope="module")
+def aria():
+    return load_robot("aria")
+
+
+@pytest.fixture
+def q(aria, rng=None):
+    low, high = aria.search_limits.T
+    return np.random.default_rng(3).uniform(low, high, (10, 6))
+
+
+def simple(jacobian, *, units=("m", "rad"), length=2.0, sigma=None):
+    jacobian = np.array(jacobian, float)
+    rows = len(jacobian)
+    return Linearisation(
+        jacobian=jacobian,
+        names=tuple("ab"[: jacobian.shape[1]]),
+        units=units,
+        sigma=np.ones(rows) if sigma is None else np.array(sigma, float),
+        measurement=np.arange(rows),
+        length=length,
+    )
+
+
+def test_an_angle_counts_as_the_arc_at_the_characteristic_length():
+    linearisation = simple([[3.0, 0.0], [0.0, 8.0]])
+    assert np.allclose(linearisation.scaled, [[3.0, 0.0], [0.0, 4.0]])
+    assert np.allclose(linearisation.singular_values, [4.0, 3.0])
+    assert linearisation.condition == pytest.approx(4.0 / 3.0)
+    assert np.allclose(linearisation.covariance, np.diag([1 / 9, 1 / 64]))
+
+
+def test_covariance_and_rank_below_full_rank():
+    linearisation = simple([[1.0, 2.0], [2.0, 4.0]], length=1.0)
+    assert linearisation.rank() == 1
+    assert linearisation.condition == np.inf
+    assert np.allclose(np.abs(linearisation.unidentifiable.T @ [1.0, 2.0]), 0.0, atol=1e-12)
+    # pseudo-inverse of JᵀJ = 5 [1 2]ᵀ[1 2]: [1 2]ᵀ[1 2] / (5·25)
+    assert np.allclose(linearisation.covariance, np.outer([1.0, 2.0], [1.0, 2.0]) / 125.0)
+
+
+def test_nothing_measured_has_rank_zero():
+    linearisation = simple(np.zeros((0, 2)))
+    assert linearisation.rank() == 0
+    assert linearisation.measurements == 0
+    assert linearisation.unidentifiable.shape == (2, 2)
+    assert np.array_equal(simple(np.zeros((3, 2))).covariance, np.zeros((2, 2)))
+
+
+def test_linearise_against_differences(aria, q):
+    linearisation = linearise(aria, q, sigma_position=2.0, sigma_rotation=4.0)
+    names = aria.default_free
+    assert linearisation.names == names
+    assert linearisation.jacobian.shape == (60, 24)
+    assert linearisation.measurements == 10
+    step = 1e-6
+    for name in ("joint2.a", "joint5.alpha"):
+        base = aria.values((name,))[0]
+        plus = tool_poses(aria.with_values({name: base + step}), q)
+        minus = tool_poses(aria.with_values({name: base - step}), q)
+        column = linearisation.jacobian.reshape(10, 6, 24)[:, :3, names.index(name)]
+        assert np.allclose(column, (plus - minus)[:, :3, 3] / (2 * step) / 2.0, atol=1e-8)
+    assert np.allclose(linearisation.unwhitened, linearise(aria, q, sigma_position=1.0).unwhitened)
+
+
+def test_points_give_three_rows(aria, q):
+    points = linearise(aria, q, sigma_rotation=None)
+    poses = linearise(aria, q)
+    assert points.jacobian.shape == (30, 24)
+    assert np.array_equal(points.jacobian, poses.jacobian.reshape(10, 6, 24)[:, :3].reshape(30, 24))
+
+
+def test_covariance_is_the_inverse_normal_matrix_and_scales_with_the_noise(aria, q):
+    linearisation = linearise(aria, q)
+    direct = np.linalg.inv(linearisation.jacobian.T @ linearisation.jacobian)
+    assert np.allclose(linearisation.covariance, direct, rtol=1e-6, atol=1e-20)
+    double = linearise(aria, q, sigma_position=2e-4, sigma_rotation=2 * np.deg2rad(0.02))
+    assert np.allclose(double.covariance, 4 * linearisation.covariance)
+
+
+def test_the_length_changes_the_scaled_values_only(aria, q):
+    one, two = (linearise(aria, q, length=length) for length in (1.0, 2.0))
+    assert np.allclose(one.covariance, two.covariance)
+    assert not np.allclose(one.singular_values, two.singular_values)
+    assert linearise(aria, q).length == aria.reach
+
+
+def test_without_leaves_one_measurement_out(aria, q):
+    rest = linearise(aria, q).without(4)
+    assert rest.measurements == 9
+    assert np.array_equal(rest.jacobian, linearise(aria, np.delete(q, 4, 0)).jacobian)
+
+
+def test_base_columns_with_joint_1_are_unidentifiable(aria, q):
+    names = (*aria.default_free, "base.yaw")
+    linearisation = linearise(aria, q, names=names)
+    assert linearisation.rank() == 24
+    blind = linearisation.unidentifiable[:, 0]
+    assert set(np.array(names)[np.abs(blind) > 1e-6]) == {"joint1.theta", "base.yaw"}
+
+
+def test_bad_input():
+    with pytest.raises(ShapeError) as error:
+        simple([[1.0, 2.0]], units=("m",))
+    assert (error.value.expected, error.value.found) == (2, 1)
+    with pytest.raises(OptionError):
+        linearise(load_robot("aria"), np.zeros((1, 6)), sigma_position=0.0)
+
+
+def test_arrays_are_read_only(aria, q):
+    with pytest.raises(ValueError, match="read-only"):
+        linearise(aria, q).jacobian[0, 0] = 1.0

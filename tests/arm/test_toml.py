@@ -1,0 +1,463 @@
+"""Robot files: what the page of formats promises, round trips, and one error for each mistake."""
+
+import contextlib
+
+import numpy as np
+import pytest
+from generator import ARMS
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.library import built_in_robots, load_robot
+from workbench.arm.robot import Frame, JointKind, Robot, SessionFrames
+from workbench.arm.robot_toml import (
+    _Reader,
+    read_toml,
+    robot_from_table,
+    write_toml,
+)
+from workbench.arm.statics.wrenches import joint_wrenches
+from workbench.base import se3
+from workbench.base.errors import FileError
+from workbench.base.types import Freedom, frozen
+
+ARM = 'convention = "hayati"\n[[joint]]\nd = 0.1\n'
+ELEMENTS = 'convention = "elementary"\n[[element]]\naxis = "rx"\njoint = 1\n'
+
+
+def read(folder, text):
+    path = folder / "robot.toml"
+    path.write_text(text, encoding="utf-8")
+    return read_toml(path)
+
+
+def rows(robot, number=5, seed=0):
+    return np.random.default_rng(seed).uniform(-2, 2, (number, robot.dof))
+
+
+def assert_same(first, second):
+    """Everything that a robot's file can say is equal."""
+    q = rows(first)
+    np.testing.assert_allclose(tool_poses(first, q), tool_poses(second, q), atol=1e-9)
+    for name in ("name", "convention", "dof", "default_free", "link_ends"):
+        assert getattr(first, name) == getattr(second, name)
+    np.testing.assert_array_equal(first.limits, second.limits)
+    np.testing.assert_array_equal(first.gravity, second.gravity)
+    assert (first.base.free, first.tool.free) == (second.base.free, second.tool.free)
+    for a, b in zip(first.joints, second.joints, strict=True):
+        assert (a.name, a.kind, a.mass, a.max_moment) == (b.name, b.kind, b.mass, b.max_moment)
+        np.testing.assert_array_equal(a.com, b.com)
+    assert [e.name for e in first.elements] == [e.name for e in second.elements]
+    np.testing.assert_array_equal(first.chain.values, second.chain.values)
+
+
+def test_everything_that_the_page_of_formats_shows(tmp_path):
+    robot = read(
+        tmp_path,
+        """
+name = "ARIA"
+convention = "hayati"
+gravity = [0.0, 1.0, -9.81]
+[[joint]]
+theta = 0.1
+d = 0.205
+a = 0.02
+alpha = 1.5707963267948966
+beta = 0.01
+free = ["theta", "d"]
+limits = [-6.28, 6.28]
+mass = 2.6
+com = [0.0, -0.05, 0.0]
+max_moment = 40.0
+[[joint]]
+type = "prismatic"
+a = 0.3
+limits = [0.0, 0.5]
+[[joint]]
+type = "fixed"
+theta = 0.5
+[base]
+xyz = [1, 2, 3]
+rpy = [0.1, 0.2, 0.3]
+free = true
+[tool]
+xyz = [0, 0, 0.2]
+free = "auto"
+[[session]]
+name = "front-left"
+base = { xyz = [1, 0, 0], rpy = [0, 0, 0] }
+tool = { xyz = [0, 1, 0], rpy = [0, 0, 0.5] }
+[[session]]
+name = "rear"
+base = { xyz = [2, 0, 0] }
+""",
+    )
+    assert (robot.name, robot.convention, robot.dof) == ("ARIA", "hayati", 2)
+    np.testing.assert_array_equal(robot.gravity, [0.0, 1.0, -9.81])
+    np.testing.assert_array_equal(robot.limits, [[-6.28, 6.28], [0.0, 0.5]])
+    first = robot.joints[0]
+    assert (first.mass, first.max_moment) == (2.6, 40.0)
+    np.testing.assert_array_equal(first.com, [0.0, -0.05, 0.0])
+    assert [j.kind for j in robot.joints] == [JointKind.REVOLUTE, JointKind.PRISMATIC, JointKind.FIXED]
+    assert robot.default_free == (
+        "joint1.theta",
+        "joint1.d",
+        "joint2.theta",
+        "joint2.d",
+        "joint2.a",
+        "joint2.alpha",
+    )
+    np.testing.assert_allclose(robot.base.rpy, [0.1, 0.2, 0.3], atol=1e-15)
+    assert (robot.base.free, robot.tool.free) == (Freedom.FREE, Freedom.AUTO)
+    assert [s.name for s in robot.sessions] == ["front-left", "rear"]
+    np.testing.assert_allclose(robot.session_frames("front-left").tool.rpy, [0, 0, 0.5], atol=1e-15)
+    assert robot.session_frames("rear").tool is robot.tool
+    assert robot.session_frames("unknown").base is robot.base
+
+
+def test_defaults(tmp_path):
+    robot = read(tmp_path, ARM)
+    assert robot.name == "robot"
+    np.testing.assert_array_equal(robot.gravity, [0, 0, -9.81])
+    np.testing.assert_array_equal(robot.limits, [[-np.inf, np.inf]])
+    np.testing.assert_array_equal(robot.base.pose, np.eye(4))
+    assert (robot.base.free, robot.tool.free) == (Freedom.AUTO, Freedom.AUTO)
+    assert robot.joints[0].mass is None
+    assert not robot.has_masses
+
+
+@pytest.mark.parametrize("name", built_in_robots())
+def test_built_in_arms_round_trip(name, tmp_path):
+    robot = load_robot(name)
+    assert_same(robot, read_toml(write_toml(robot, tmp_path / "copy.toml")))
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_generated_arms_round_trip(name, tmp_path):
+    robot = read(tmp_path, ARMS[name]().perturbed(np.random.default_rng(0)).toml(free='"auto"'))
+    assert_same(robot, read_toml(write_toml(robot, tmp_path / "copy.toml")))
+
+
+number = st.floats(-10, 10).map(lambda v: float(np.float64(v)))
+joint = st.fixed_dictionaries(
+    dict.fromkeys(("theta", "d", "a", "alpha", "beta"), number)
+    | {
+        "kind": st.sampled_from(["revolute", "prismatic", "fixed"]),
+        "free": st.lists(st.sampled_from(["theta", "d", "a", "alpha", "beta"]), unique=True),
+    }
+)
+
+
+@given(
+    st.sampled_from(["hayati", "dh", "craig", "craig-hayati", "three-rotation"]),
+    st.lists(joint, min_size=1, max_size=4).filter(lambda joints: any(j["kind"] != "fixed" for j in joints)),
+    st.lists(number, min_size=6, max_size=6),
+    st.text(max_size=20),
+)
+@settings(max_examples=40, deadline=None)
+def test_any_table_round_trips(tmp_path_factory, convention, joints, frame, name):
+    lines = [f'convention = "{convention}"']
+    for entry in joints:
+        lines += ["[[joint]]", f'type = "{entry["kind"]}"', f"free = {entry['free']}"]
+        lines += [f"{c} = {entry[c]!r}" for c in ("theta", "d", "a", "alpha", "beta")]
+    lines += ["[base]", f"xyz = {frame[:3]}", f"rpy = {frame[3:]}"]
+    folder = tmp_path_factory.mktemp("any")
+    robot = read(folder, "\n".join(lines))
+    object.__setattr__(robot, "name", name)
+    again = read_toml(write_toml(robot, folder / "copy.toml"))
+    assert_same(robot, again)
+
+
+def test_elementary_round_trips_with_names_freedom_and_masses(tmp_path):
+    robot = read(
+        tmp_path,
+        """
+convention = "elementary"
+element = [
+    {axis = "tz", value = 0.3, name = "column", free = true}, {axis = "rx", joint = 1, value = 0.2},
+    {axis = "ry", value = 0.4, free = true}, {axis = "ty", joint = 2}, {axis = "RZ", value = -0.6},
+]
+joint = [{mass = 2.0, com = [0.1, 0.2, 0.3], limits = [-1, 1]}, {type = "prismatic", mass = 1.0}]
+""",
+    )
+    assert robot.default_free == ("column", "element3.ry")
+    assert [j.kind for j in robot.joints] == [JointKind.REVOLUTE, JointKind.PRISMATIC]
+    again = read_toml(write_toml(robot, tmp_path / "copy.toml"))
+    assert_same(robot, again)
+
+
+def test_elementary_arms_of_many_joints(tmp_path):
+    # ten and more joints once were compared as words, 10 before 2
+    text = "".join(f'[[element]]\naxis = "rx"\njoint = {i}\n' for i in range(1, 13))
+    assert read(tmp_path, 'convention = "elementary"\n' + text).dof == 12
+
+
+def test_sessions_and_frames_in_any_orientation_round_trip(tmp_path):
+    rng = np.random.default_rng(3)
+
+    def frame():
+        return Frame(
+            frozen(rng.normal(size=3)), frozen(se3.rotvec_to_matrix(rng.normal(size=3))), Freedom.FREE
+        )
+
+    lock = frozen(se3.rpy_to_matrix(np.array([0.3, np.pi / 2, 0.2])))
+    robot = load_robot("aria").with_frames(base=Frame(frozen(np.ones(3)), lock), tool=frame())
+    object.__setattr__(
+        robot, "sessions", (SessionFrames("a", frame(), frame()), SessionFrames("b", frame(), frame()))
+    )
+    again = read_toml(write_toml(robot, tmp_path / "copy.toml"))
+    assert_same(robot, again)
+    for first, second in zip(robot.sessions, again.sessions, strict=True):
+        assert first.name == second.name
+        np.testing.assert_allclose(first.base.pose, second.base.pose, atol=1e-14)
+        np.testing.assert_allclose(first.tool.pose, second.tool.pose, atol=1e-14)
+
+
+def test_masses_behind_fixed_joints_survive_the_elementary_form(tmp_path):
+    # a robot from a URDF becomes elementary, where every body has one mass in the driven element's axes
+    urdf = tmp_path / "arm.urdf"
+    inertia = '<inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/>'
+    links = "".join(
+        f'<link name="l{i}"><inertial><origin xyz="0.1 0.{i} -0.2"/>'
+        f'<mass value="{i + 1}"/>{inertia}</inertial></link>'
+        for i in range(4)
+    )
+    limit = '<limit lower="-1" upper="1" effort="1" velocity="1"/>'
+    joints = "".join(
+        f'<joint name="j{i}" type="{kind}"><parent link="l{i}"/><child link="l{i + 1}"/>'
+        f'<origin xyz="0.3 0 0.1" rpy="0.4 0 1"/><axis xyz="{axis}"/>{limit}</joint>'
+        for i, (kind, axis) in enumerate([("revolute", "0 -1 0"), ("fixed", "0 0 1"), ("revolute", "1 2 3")])
+    )
+    urdf.write_text(f'<robot name="r">{links}{joints}</robot>')
+    robot = load_robot(urdf)
+    again = read_toml(write_toml(robot, tmp_path / "copy.toml"))
+    q = rows(robot)
+    np.testing.assert_allclose(tool_poses(robot, q), tool_poses(again, q), atol=1e-14)
+    np.testing.assert_allclose(joint_wrenches(robot, q), joint_wrenches(again, q), atol=1e-12)
+
+
+def test_a_file_of_another_editor_is_read(tmp_path):
+    path = tmp_path / "robot.toml"
+    path.write_bytes(b"\xef\xbb\xbf" + ARM.replace("\n", "\r\n").encode())
+    assert read_toml(path).dof == 1
+
+
+MISTAKES = {
+    "no text": "\x00\x01",
+    "no TOML": "hello world",
+    "no convention": "[[joint]]\nd = 1.0\n",
+    "unknown convention": 'convention = "denavit"\n[[joint]]\n',
+    "convention of another type": 'convention = ["hayati"]\n[[joint]]\n',
+    "unknown key": "mass = 1\n" + ARM,
+    "unknown key of a joint": ARM + "foo = 1",
+    "unknown key of a frame": ARM + "[base]\nquat = [1, 0, 0, 0]",
+    "unknown key of an element": ELEMENTS + "foo = 1",
+    "unknown key of a session": ARM + '[[session]]\nname = "a"\nfoo = 1',
+    "no joint": 'convention = "hayati"',
+    "only a fixed joint": ARM + 'type = "fixed"',
+    "joint is a number": 'convention = "hayati"\njoint = 5',
+    "joint is a table": 'convention = "hayati"\n[joint]\nd = 1',
+    "joint is a list of numbers": 'convention = "hayati"\njoint = [1, 2]',
+    "unknown type": ARM + 'type = "hinge"',
+    "type of another type": ARM + "type = [1]",
+    "NaN": ARM + "a = nan",
+    "infinite": ARM + "a = inf",
+    "too large": ARM + "a = " + "9" * 400,
+    "true for a number": ARM + "a = true",
+    "text for a number": ARM + 'a = "0.1"',
+    "limits reversed": ARM + "limits = [1, -1]",
+    "limits empty": ARM + "limits = [1, 1]",
+    "three limits": ARM + "limits = [1, 2, 3]",
+    "limits a number": ARM + "limits = 1",
+    "NaN in limits": ARM + "limits = [nan, 1]",
+    "negative mass": ARM + "mass = -1",
+    "NaN mass": ARM + "mass = nan",
+    "com of two numbers": ARM + "com = [0, 0]",
+    "negative moment": ARM + "max_moment = -1",
+    "gravity of two numbers": "gravity = [0, 0]\n" + ARM,
+    "free of a joint is auto": ARM + 'free = "auto"',
+    "free of a joint is true": ARM + "free = true",
+    "free names nothing": ARM + 'free = ["gamma"]',
+    "free lists numbers": ARM + "free = [1]",
+    "order where there is none": ARM + 'order = "zyx"',
+    "unknown order": 'convention = "three-rotation"\n[[joint]]\norder = "yxz"',
+    "order of another type": 'convention = "three-rotation"\n[[joint]]\norder = [1]',
+    "free of a frame is text": ARM + '[base]\nfree = "yes"',
+    "free of a frame is a number": ARM + "[base]\nfree = 1",
+    "free of a frame is a list": ARM + "[base]\nfree = [1]",
+    "base is a number": "base = 3\n" + ARM,
+    "base is a list": "base = [1]\n" + ARM,
+    "xyz of text": ARM + '[base]\nxyz = ["a", 0, 0]',
+    "rpy of two numbers": ARM + "[tool]\nrpy = [0, 0]",
+    "session is a number": "session = 1\n" + ARM,
+    "session without a name": ARM + "[[session]]\nbase = { xyz = [0, 0, 0] }",
+    "session with a number for a name": ARM + "[[session]]\nname = 3",
+    "two sessions of one name": ARM + '[[session]]\nname = "a"\n[[session]]\nname = "a"',
+    "session's base is a number": ARM + '[[session]]\nname = "a"\nbase = 5',
+    "element in another convention": ARM + '[[element]]\naxis = "rx"',
+    "no element": 'convention = "elementary"',
+    "no driven element": 'convention = "elementary"\n[[element]]\naxis = "rx"',
+    "element is a number": 'convention = "elementary"\nelement = 5',
+    "elements are numbers": 'convention = "elementary"\nelement = [5]',
+    "no axis": 'convention = "elementary"\n[[element]]\njoint = 1',
+    "unknown axis": 'convention = "elementary"\n[[element]]\naxis = "qx"\njoint = 1',
+    "axis of the package": 'convention = "elementary"\n[[element]]\naxis = "constant"\njoint = 1',
+    "joint 0": ELEMENTS.replace("joint = 1", "joint = 0"),
+    "joint numbers begin at 2": ELEMENTS.replace("joint = 1", "joint = 2"),
+    "joint number with a point": ELEMENTS.replace("joint = 1", "joint = 1.0"),
+    "joint number is true": ELEMENTS.replace("joint = 1", "joint = true"),
+    "joint number is text": ELEMENTS.replace("joint = 1", 'joint = "1"'),
+    "joint number is a list": ELEMENTS.replace("joint = 1", "joint = [1]"),
+    "gap in the joint numbers": ELEMENTS + '[[element]]\naxis = "rx"\njoint = 3',
+    "joint twice": ELEMENTS + '[[element]]\naxis = "rx"\njoint = 1',
+    "joints in another order": ELEMENTS.replace("joint = 1", "joint = 2")
+    + '[[element]]\naxis = "rx"\njoint = 1',
+    "NaN in an element": ELEMENTS + "value = nan",
+    "free of an element is text": ELEMENTS + 'free = "yes"',
+    "free of an element is a number": ELEMENTS + "free = 2",
+    "two elements of one name": ELEMENTS + 'name = "a"\n[[element]]\naxis = "rx"\nname = "a"',
+    "an element with the base's name": ELEMENTS + 'name = "base.x"',
+    "an element with the tool's name": ELEMENTS + 'name = "tool.rotation"',
+    "a joint table too many": ELEMENTS + "[[joint]]\n[[joint]]",
+    "unknown key of an elementary joint": ELEMENTS + "[[joint]]\nmasss = 1",
+    "constants of an elementary joint": ELEMENTS + "[[joint]]\ntheta = 1",
+    "another kind than the element's": ELEMENTS + '[[joint]]\ntype = "prismatic"',
+    "a fixed elementary joint": ELEMENTS + '[[joint]]\ntype = "fixed"',
+}
+
+
+@pytest.mark.parametrize("name", MISTAKES)
+def test_each_mistake_is_one_file_error(name, tmp_path):
+    with pytest.raises(FileError) as caught:
+        read(tmp_path, MISTAKES[name])
+    assert caught.value.path == str(tmp_path / "robot.toml")
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("source", ["nothing", "nothing.toml", "nothing.urdf", "", "robot.yaml", "."])
+def test_files_that_are_none(source):
+    with pytest.raises(FileError) as caught:
+        load_robot(source)
+    assert caught.value.path == source
+
+
+def test_a_folder_and_bytes_are_no_robot(tmp_path):
+    folder = tmp_path / "folder.toml"
+    folder.mkdir()
+    binary = tmp_path / "binary.toml"
+    binary.write_bytes(b"\xff\xfe\x00")
+    for path in (folder, binary):
+        with pytest.raises(FileError) as caught:
+            load_robot(path)
+        assert caught.value.path == str(path)
+
+
+@given(
+    st.dictionaries(
+        st.sampled_from(["name", "convention", "joint", "element", "base", "session", "gravity"]),
+        st.recursive(
+            st.none()
+            | st.booleans()
+            | st.integers(-3, 3)
+            | st.floats()
+            | st.sampled_from(["hayati", "elementary", "auto", "rx"]),
+            lambda inner: (
+                st.lists(inner, max_size=3)
+                | st.dictionaries(
+                    st.sampled_from(
+                        ["axis", "joint", "value", "free", "type", "order", "name", "xyz", "limits"]
+                    ),
+                    inner,
+                    max_size=4,
+                )
+            ),
+            max_leaves=12,
+        ),
+    )
+)
+@settings(max_examples=300, deadline=None)
+def test_no_table_ends_in_another_error(data):
+    data = _without_none({"convention": "elementary", **data})
+    with contextlib.suppress(FileError):
+        assert isinstance(robot_from_table(data, _Reader("x.toml")), Robot)
+
+
+def _without_none(value):
+    if isinstance(value, dict):
+        return {k: _without_none(v) for k, v in value.items() if v is not None}
+    return [_without_none(v) for v in value if v is not None] if isinstance(value, list) else value
+
+
+def test_writing_replaces_whole_files(tmp_path):
+    path = tmp_path / "deep" / "robot.toml"
+    robot = load_robot("aria")
+    write_toml(robot, path)
+    write_toml(robot.with_values({"joint1.d": 0.3}), path)
+    assert read_toml(path).values(("joint1.d",)).tolist() == [0.3]
+    assert [p.name for p in path.parent.iterdir()] == ["robot.toml"]
+
+
+EFFECTS_TOML = """
+[[effect]]
+name = "joint-compliance"
+joints = [1]
+coefficients = [4.1e-5]
+[[effect]]
+name = "joint-harmonic"
+joints = [1]
+order = 2
+coefficients = [1e-3, 2e-3]
+[[effect]]
+name = "local-joint-error"
+joints = [1]
+knots = [-1, 0.0, 1.0]
+range = [-0.9, 0.9]
+coefficients = [0.0, 1e-3, 0.0]
+[[effect]]
+name = "backlash"
+joints = [1]
+by = "motion"
+coefficients = [1e-3]
+[[effect]]
+name = "thermal-growth"
+reference = 22.5
+coefficients = [1e-5]
+"""
+
+
+def test_effects_go_through_a_file(tmp_path):
+    robot = read(tmp_path, ARM + EFFECTS_TOML)
+    assert [str(e.name) for e in robot.effects] == [
+        "joint-compliance", "joint-harmonic", "local-joint-error", "backlash", "thermal-growth"
+    ]  # fmt: skip
+    assert robot.effects[0].joints == (0,)
+    assert robot.coefficients["joint1.sin2"] == 2e-3
+    assert robot.effects[2].range == (-0.9, 0.9)
+    assert robot.effects[4].reference == 22.5
+    again = read_toml(write_toml(robot, tmp_path / "again.toml"))
+    assert again.effects == robot.effects
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ('name = "magic"\ncoefficients = [1.0]', "'magic'; known are joint-compliance"),
+        ('name = ["a"]\ncoefficients = [1.0]', "known are joint-compliance"),
+        ('name = "joint-compliance"\njoints = [1]', "no coefficients"),
+        ('name = "joint-compliance"\njoints = [1]\ncoefficients = []', "no coefficients"),
+        ('name = "joint-compliance"\njoints = [1]\ncoefficients = 3.0', "list of numbers"),
+        ('name = "joint-compliance"\njoints = [1]\ncoefficients = ["a"]', "finite number"),
+        ('name = "joint-compliance"\njoints = [2]\ncoefficients = [1.0]', "joint 2"),
+        ('name = "joint-compliance"\njoints = [0]\ncoefficients = [1.0]', "joint 0"),
+        ('name = "joint-compliance"\njoints = 1\ncoefficients = [1.0]', "whole numbers"),
+        ('name = "joint-compliance"\njoints = [1]\norder = 2\ncoefficients = [1.0]', "'order'"),
+        ('name = "joint-harmonic"\njoints = [1]\norder = 2.5\ncoefficients = [1.0, 1.0]', "whole number"),
+        ('name = "joint-harmonic"\njoints = [1]\ncoefficients = [1.0]', "needs 2"),
+        ('name = "backlash"\njoints = [1]\nby = 3\ncoefficients = [1.0]', "word in quotes"),
+        ('name = "local-joint-error"\njoints = [1]\ncoefficients = [1.0]', "knots"),
+    ],
+)
+def test_mistakes_in_effects_are_named(tmp_path, text, words):
+    with pytest.raises(FileError, match=words):
+        read(tmp_path, ARM + "[[effect]]\n" + text + "\n")

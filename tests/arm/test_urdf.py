@@ -1,0 +1,418 @@
+"""URDF files in and out: every kind of joint, real arms, calibrated copies, round trips with TOML."""
+
+import os
+import shutil
+import xml.etree.ElementTree as ET
+from importlib.metadata import distribution
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from checks import check_forward
+from generator import rotation
+
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.library import built_in_robots, load_robot
+from workbench.arm.robot import FRAME_PARTS, Frame, JointKind
+from workbench.arm.robot_toml import read_toml, write_toml
+from workbench.arm.statics.wrenches import holding, joint_wrenches
+from workbench.arm.urdf import read_urdf, write_urdf
+from workbench.base import se3
+from workbench.base.errors import FileError, RobotError
+from workbench.base.types import Freedom, frozen
+
+LIMIT = '<limit lower="-2" upper="2" effort="10" velocity="1"/>'
+# end link of the arm proper, and joints on the way
+REAL = {
+    "ur_description/urdf/ur5_robot.urdf": ("tool0", 6),
+    "ur_description/urdf/ur5_joint_limited_robot.urdf": ("ee_link", 6),
+    "ur_description/urdf/ur10_robot.urdf": ("tool0", 6),
+    "ur_description/urdf/ur3_robot.urdf": ("ee_link", 6),
+    "ur_description/urdf/ur5_gripper.urdf": (None, 6),
+    "panda_description/urdf/panda.urdf": ("panda_link8", 7),
+    "xarm_description/urdf/xarm7.urdf": ("link_eef", 7),
+    "z1_description/urdf/z1.urdf": (None, 7),
+    "kinova_description/robots/kinova.urdf": ("j2s6s200_link_6", 6),
+    "so_arm_description/urdf/so101.urdf": (None, 6),
+    "talos_data/robots/talos_left_arm.urdf": ("arm_left_7_link", 6),
+    "tiago_description/robots/tiago_no_hand.urdf": (None, 8),
+    "baxter_description/urdf/baxter.urdf": ("left_gripper_base_link", 7),
+}
+
+
+def find_descriptions() -> Path:
+    files = distribution("example-robot-data").files or []
+    panda = next(f for f in files if f.name == "panda.urdf")
+    return Path(str(panda.locate())).resolve().parents[2]
+
+
+DESCRIPTIONS = find_descriptions()
+
+
+def urdf(*joints, links="abcdefg", name="r"):
+    parts = "".join(f'<link name="{x}"/>' for x in links[: len(joints) + 1])
+    return f'<robot name="{name}">{parts}{"".join(joints)}</robot>'
+
+
+def joint(number, kind="revolute", axis="0 0 1", origin="", limit=LIMIT, inside=""):
+    a, b = "abcdefg"[number : number + 2]
+    return (
+        f'<joint name="j{number}" type="{kind}"><parent link="{a}"/><child link="{b}"/>'
+        f'<origin {origin}/><axis xyz="{axis}"/>{limit}{inside}</joint>'
+    )
+
+
+def read(folder, text, **options):
+    path = folder / "robot.urdf"
+    path.write_text(text, encoding="utf-8")
+    return read_urdf(path, **options)
+
+
+def rows(robot, number=5, seed=0):
+    low, high = robot.search_limits.T
+    return np.random.default_rng(seed).uniform(low, high, (number, robot.dof))
+
+
+def by_pinocchio(path, robot, q):
+    """Poses of the robot's tip by pinocchio's own reader of the file, from the robot's root link."""
+    model = pin.buildModelFromUrdf(str(path))
+    data = model.createData()
+    moving = [
+        n for n, j in zip(robot.urdf.joints, robot.joints, strict=True) if j.kind is not JointKind.FIXED
+    ]
+    out = []
+    for row in q:
+        full = pin.neutral(model)
+        for name, value in zip(moving, row, strict=True):
+            index = model.joints[model.getJointId(name)]
+            if index.nq == 2:  # continuous: cosine and sine
+                full[index.idx_q : index.idx_q + 2] = np.cos(value), np.sin(value)
+            else:
+                full[index.idx_q] = value
+        pin.framesForwardKinematics(model, data, full)
+        root, tip = (data.oMf[model.getFrameId(link, pin.BODY)] for link in (robot.urdf.root, robot.urdf.tip))
+        out.append((root.inverse() * tip).homogeneous)
+    return np.array(out)
+
+
+@pytest.mark.parametrize("file", REAL)
+def test_real_arms_are_read_as_pinocchio_reads_them(file):
+    tip, dof = REAL[file]
+    path = DESCRIPTIONS / file
+    robot = load_robot(path, tip=tip)
+    assert robot.dof == dof
+    q = rows(robot, 20)
+    np.testing.assert_allclose(tool_poses(robot, q), by_pinocchio(path, robot, q), atol=1e-12)
+    check_forward(robot, q)
+    assert robot.convention == "urdf"
+    assert (robot.base.free, robot.tool.free) == (Freedom.AUTO, Freedom.AUTO)
+    assert robot.urdf.tip in robot.notes[0]
+
+
+@pytest.mark.parametrize("file", REAL)
+def test_real_arms_round_trip_through_toml_and_urdf(file, tmp_path):
+    robot = load_robot(DESCRIPTIONS / file, tip=REAL[file][0])
+    q = rows(robot)
+    table = read_toml(write_toml(robot, tmp_path / "arm.toml"))
+    frames = read_urdf(write_urdf(table, tmp_path / "arm.urdf"))
+    np.testing.assert_allclose(tool_poses(table, q), tool_poses(robot, q), atol=1e-9)
+    np.testing.assert_allclose(tool_poses(frames, q), tool_poses(robot, q), atol=1e-9)
+    np.testing.assert_array_equal(table.limits, robot.limits)
+    np.testing.assert_array_equal(frames.limits, robot.limits)
+    if robot.has_masses:
+        expected = holding(joint_wrenches(robot, q), robot)
+        for again in (table, frames):
+            np.testing.assert_allclose(holding(joint_wrenches(again, q), again), expected, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", built_in_robots())
+def test_built_in_arms_round_trip_through_urdf(name, tmp_path):
+    robot = load_robot(name).with_effects()
+    robot = robot.with_frames(tool=Frame(frozen(np.array([0.1, 0, 0.2])), frozen(rotation([0.3, 2, 1]))))
+    path = write_urdf(robot, tmp_path / "arm.urdf")
+    again = load_robot(path)
+    q = rows(robot)
+    np.testing.assert_allclose(tool_poses(again, q), tool_poses(robot, q), atol=1e-9)
+    np.testing.assert_allclose(by_pinocchio(path, again, q), tool_poses(robot, q), atol=1e-9)
+    np.testing.assert_array_equal(again.limits, robot.limits)
+    assert [j.max_moment for j in again.moving] == [j.max_moment for j in robot.moving]
+    once_more = read_toml(write_toml(again, tmp_path / "arm.toml"))
+    np.testing.assert_allclose(tool_poses(once_more, q), tool_poses(robot, q), atol=1e-9)
+    if robot.has_masses:
+        np.testing.assert_allclose(
+            holding(joint_wrenches(again, q), again), holding(joint_wrenches(robot, q), robot), atol=1e-9
+        )
+
+
+def corrected(robot, seed=0, size=0.02):
+    """Random corrections on every joint, and a base and a tool."""
+    rng = np.random.default_rng(seed)
+    names = [e.name for e in robot.elements if e.name.split(".")[-1] in FRAME_PARTS]
+    robot = robot.with_values(dict(zip(names, rng.uniform(-size, size, len(names)), strict=True)))
+    turns = (frozen(rotation(rng.normal(size=3))) for _ in range(2))
+    base, tool = (Frame(frozen(rng.normal(size=3)), turn) for turn in turns)
+    return robot.with_frames(base=base, tool=tool)
+
+
+@pytest.mark.parametrize("file", REAL)
+def test_calibrated_copies_are_read_back_exactly(file, tmp_path):
+    robot = load_robot(DESCRIPTIONS / file, tip=REAL[file][0])
+    actual = corrected(robot)
+    q = rows(robot)
+    assert np.abs(tool_poses(actual, q) - tool_poses(robot, q)).max() > 1e-3
+    path = write_urdf(actual, tmp_path / "calibrated.urdf")
+    again = load_robot(path)
+    np.testing.assert_allclose(tool_poses(again, q), tool_poses(actual, q), atol=1e-12)
+    np.testing.assert_allclose(by_pinocchio(path, again, q), tool_poses(actual, q), atol=1e-12)
+    # the copy is nominal now: nothing is left to be corrected, and it can be calibrated again
+    assert not again.chain.values[[e.name.split(".")[-1] in FRAME_PARTS for e in again.chain.elements]].any()
+    twice = corrected(again, seed=1)
+    path = write_urdf(twice, tmp_path / "twice.urdf")
+    np.testing.assert_allclose(tool_poses(load_robot(path), q), tool_poses(twice, q), atol=1e-12)
+
+
+def everything_else(root, changed):
+    """A file's content without the origins of the joints that may change."""
+    content = []
+    for node in root:
+        if node.tag == "joint" and node.get("name") in changed:
+            content.append(("joint", node.get("name"), [ET.tostring(n) for n in node if n.tag != "origin"]))
+        else:
+            content.append(ET.tostring(node))
+    return content
+
+
+@pytest.mark.parametrize("file", ["ur_description/urdf/ur5_robot.urdf", "panda_description/urdf/panda.urdf"])
+def test_calibrated_copies_keep_everything_else(file, tmp_path):
+    path = DESCRIPTIONS / file
+    robot = load_robot(path, tip=REAL[file][0])
+    actual = corrected(robot).with_frames(base=Frame(), tool=Frame())
+    copy = write_urdf(actual, tmp_path / "calibrated.urdf")
+
+    def strip(root):
+        for node in root.iter():
+            node.tail = node.text = None
+        return everything_else(root, robot.urdf.joints)
+
+    before, after = (strip(ET.parse(p).getroot()) for p in (path, copy))
+    assert before == after
+    meshes = [[n.get("filename") for n in ET.parse(p).getroot().iter("mesh")] for p in (path, copy)]
+    assert meshes[0] == meshes[1]
+    assert meshes[0]
+
+
+def test_comments_and_inertias_stay(tmp_path):
+    text = urdf(joint(0), joint(1)).replace(
+        '<link name="b"/>',
+        '<!-- made by hand --><link name="b"><inertial><mass value="2"/>'
+        '<inertia ixx="1" ixy="0" ixz="0" iyy="2" iyz="0" izz="3"/></inertial></link>',
+    )
+    robot = corrected(read(tmp_path, text))
+    written = write_urdf(robot, tmp_path / "copy.urdf").read_text()
+    assert "<!-- made by hand -->" in written
+    assert 'izz="3"' in written
+
+
+def test_relative_meshes_are_found_from_another_folder(tmp_path):
+    home = tmp_path / "home"
+    (home / "meshes").mkdir(parents=True)
+    (home / "meshes" / "arm.stl").write_bytes(b"solid")
+    mesh = '<visual><geometry><mesh filename="{}"/></geometry></visual>'
+    text = urdf(joint(0)).replace(
+        '<link name="b"/>', f'<link name="b">{mesh.format("meshes/arm.stl")}</link>'
+    )
+    text = text.replace('<link name="a"/>', f'<link name="a">{mesh.format("package://arm/a.stl")}</link>')
+    robot = read(home, text)
+    away = write_urdf(robot, tmp_path / "away" / "deep" / "copy.urdf")
+    files = [n.get("filename") for n in ET.parse(away).getroot().iter("mesh")]
+    assert files[0] == "package://arm/a.stl"
+    assert (away.parent / files[1]).resolve() == (home / "meshes" / "arm.stl").resolve()
+    near = write_urdf(robot, home / "copy.urdf")
+    assert [n.get("filename") for n in ET.parse(near).getroot().iter("mesh")][1] == "meshes/arm.stl"
+
+
+def test_the_source_that_is_gone_is_said(tmp_path):
+    robot = read(tmp_path, urdf(joint(0)))
+    os.remove(tmp_path / "robot.urdf")
+    with pytest.raises(FileError) as caught:
+        write_urdf(robot, tmp_path / "copy.urdf")
+    assert caught.value.path == str(tmp_path / "robot.urdf")
+    assert not (tmp_path / "copy.urdf").exists()
+
+
+def test_copy_over_the_source(tmp_path):
+    robot = corrected(read(tmp_path, urdf(joint(0), joint(1, "prismatic", "1 2 3"))))
+    q = rows(robot)
+    path = write_urdf(robot, tmp_path / "robot.urdf")
+    np.testing.assert_allclose(tool_poses(load_robot(path), q), tool_poses(robot, q), atol=1e-12)
+
+
+@pytest.mark.parametrize("kind", ["revolute", "prismatic", "continuous"])
+@pytest.mark.parametrize(
+    "axis",
+    ["1 0 0", "0 1 0", "0 0 1", "-1 0 0", "0 -1 0", "0 0 -1", "1 2 3", "-0.6 0 0.8", "0 0 5", "0 1e-7 -1"],
+)
+def test_any_axis(kind, axis, tmp_path):
+    robot = read(tmp_path, urdf(joint(0, kind, axis, 'xyz="1 2 3" rpy="0.1 0.2 0.3"')))
+    direction = np.array([float(v) for v in axis.split()])
+    direction /= np.linalg.norm(direction)
+    origin = se3.pose(se3.rpy_to_matrix(np.array([0.1, 0.2, 0.3])), np.array([1.0, 2, 3]))
+    for value in (-1.3, 0.0, 0.7):
+        step = np.eye(4)
+        if kind == "prismatic":
+            step[:3, 3] = direction * value
+        else:
+            step[:3, :3] = rotation(direction * value)
+        found = tool_poses(robot, np.array([[value]]))[0]
+        np.testing.assert_allclose(found, origin @ step, atol=1e-12)
+    assert robot.dof == 1
+
+
+def test_an_axis_that_is_left_out_is_x(tmp_path):
+    text = urdf(joint(0)).replace('<axis xyz="0 0 1"/>', "")
+    found = tool_poses(read(tmp_path, text), np.array([[0.5]]))[0]
+    np.testing.assert_allclose(found[:3, :3], rotation([0.5, 0, 0]), atol=1e-15)
+
+
+def test_kinds_limits_and_notes(tmp_path):
+    text = urdf(
+        joint(0, "fixed", limit=""),
+        joint(1, "continuous", limit=""),
+        joint(2, "prismatic", limit='<limit lower="0" upper="0.3" effort="5" velocity="1"/>'),
+        joint(3, "fixed", origin='xyz="0 0 1"', limit=""),
+        joint(4, limit='<limit lower="-1" upper="2" effort="0" velocity="0"/>'),
+    )
+    robot = read(tmp_path, text)
+    assert [j.name for j in robot.joints] == ["fixed1", "joint1", "joint2", "fixed2", "joint3"]
+    np.testing.assert_array_equal(robot.limits, [[-np.inf, np.inf], [0, 0.3], [-1, 2]])
+    assert [j.max_moment for j in robot.moving] == [None, 5.0, None]
+    assert any("j1" in note and "continuous" in note for note in robot.notes)
+    assert len(robot.default_free) == 18
+    q = rows(robot)
+    np.testing.assert_allclose(
+        tool_poses(robot, q), by_pinocchio(tmp_path / "robot.urdf", robot, q), atol=1e-12
+    )
+
+
+def test_six_corrections_stand_right_behind_the_origin(tmp_path):
+    robot = read(tmp_path, urdf(joint(0, origin='xyz="1 0 0" rpy="0 0 1.5707963267948966"')))
+    names = tuple(f"joint1.{part}" for part in FRAME_PARTS)
+    assert robot.default_free == names
+    moved = robot.with_values({"joint1.x": 0.1, "joint1.yaw": 0.2})
+    pose = tool_poses(moved, np.zeros((1, 1)))[0]
+    np.testing.assert_allclose(pose[:3, 3], [1.0, 0.1, 0.0], atol=1e-15)
+    np.testing.assert_allclose(pose[:3, :3], rotation([0, 0, np.pi / 2 + 0.2]), atol=1e-15)
+
+
+def test_one_flange_with_several_tools_ends_at_the_flange(tmp_path):
+    text = urdf(joint(0), joint(1, "fixed", limit="")).replace(
+        "</robot>",
+        '<link name="x"/><joint name="k" type="fixed"><parent link="b"/><child link="x"/></joint></robot>',
+    )
+    assert read(tmp_path, text).urdf.tip == "b"
+    assert read(tmp_path, text, tip="x").urdf.tip == "x"
+
+
+def test_a_gripper_beside_the_arm_and_a_mimic_finger(tmp_path):
+    ends = '<parent link="c"/><child link="x"/>'
+    fork = '<link name="x"/><joint name="k" type="prismatic">' + ends + "{}{}</joint></robot>"
+    mimic = '<mimic joint="j1"/>'
+    text = urdf(joint(0), joint(1), joint(2)).replace("</robot>", fork.format(LIMIT, mimic))
+    assert read(tmp_path, text).dof == 3
+    with pytest.raises(FileError):
+        read(tmp_path, text, tip="x")
+    with pytest.raises(FileError, match="d, x"):
+        read(tmp_path, text.replace(mimic, ""))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "hello",
+        "<html/>",
+        "<sdf/>",
+        '<robot name="r"/>',
+        '<robot name="r"><link name="a"/></robot>',
+        urdf(joint(0)).replace('name="r"', ""),
+        urdf(joint(0, "fixed")),
+        urdf(joint(0, "hinge")),
+        urdf(joint(0, "floating")),
+        urdf(joint(0, "planar"), joint(1)),
+        urdf(joint(0), joint(1, inside='<mimic joint="j0"/>')) + "x",
+        urdf(joint(0, limit="")),
+        urdf(joint(0, "prismatic", limit="")),
+        urdf(joint(0, limit='<limit lower="1" effort="1" velocity="1"/>')),
+        urdf(joint(0, limit='<limit lower="2" upper="1" effort="1" velocity="1"/>')),
+        urdf(joint(0, limit='<limit lower="0" upper="0" effort="1" velocity="1"/>')),
+        urdf(joint(0, limit='<limit lower="nan" upper="1" effort="1" velocity="1"/>')),
+        urdf(joint(0, limit='<limit lower="x" upper="1" effort="1" velocity="1"/>')),
+        urdf(joint(0, axis="0 0 0")),
+        urdf(joint(0, axis="0 nan 0")),
+        urdf(joint(0, axis="0 1")),
+        urdf(joint(0, axis="x y z")),
+        urdf(joint(0, origin='xyz="nan 0 0"')),
+        urdf(joint(0, origin='xyz="x 0 0"')),
+        urdf(joint(0), joint(1)).replace("j1", "j0"),
+        urdf(joint(0), joint(1), links="abb"),
+        urdf(joint(0), joint(1)).replace('child link="c"', 'child link="a"'),
+        urdf(joint(0), joint(1)).replace('child link="c"', 'child link="b"'),
+        urdf(joint(0)).replace('<child link="b"/>', ""),
+        urdf(joint(0)).replace(
+            '<link name="b"/>', '<link name="b"><inertial><mass value="-1"/></inertial></link>'
+        ),
+        urdf(joint(0)).replace(
+            '<link name="b"/>', '<link name="b"><inertial><mass value="nan"/></inertial></link>'
+        ),
+    ],
+)
+def test_each_mistake_is_one_file_error(text, tmp_path):
+    with pytest.raises(FileError) as caught:
+        read(tmp_path, text)
+    assert caught.value.path == str(tmp_path / "robot.urdf")
+
+
+@pytest.mark.parametrize("tip", ["nothing", "a"])
+def test_a_tip_must_be_a_link_behind_a_joint(tip, tmp_path):
+    with pytest.raises(FileError) as caught:
+        read(tmp_path, urdf(joint(0)), tip=tip)
+    assert caught.value.path == str(tmp_path / "robot.urdf")
+
+
+def test_several_arms_are_not_guessed():
+    with pytest.raises(FileError):
+        load_robot(DESCRIPTIONS / "baxter_description/urdf/baxter.urdf")
+
+
+def test_a_slide_without_end_is_no_urdf(tmp_path):
+    path = tmp_path / "arm.toml"
+    path.write_text('convention = "hayati"\n[[joint]]\ntype = "prismatic"\n')
+    with pytest.raises(RobotError):
+        write_urdf(load_robot(path), tmp_path / "arm.urdf")
+    assert not (tmp_path / "arm.urdf").exists()
+
+
+def test_names_with_special_characters(tmp_path):
+    path = tmp_path / "arm.toml"
+    path.write_text(
+        'name = "<Käfer> & \\"Co\\""\nconvention = "hayati"\n[[joint]]\nd = 0.1\n', encoding="utf-8"
+    )
+    robot = load_robot(path)
+    assert load_robot(write_urdf(robot, tmp_path / "arm.urdf")).name == robot.name
+
+
+def test_a_link_that_is_called_like_ours(tmp_path):
+    text = urdf(joint(0)).replace('"b"', '"calibrated_tool"')
+    robot = corrected(read(tmp_path, text))
+    q = rows(robot)
+    path = write_urdf(robot, tmp_path / "copy.urdf")
+    np.testing.assert_allclose(tool_poses(load_robot(path), q), tool_poses(robot, q), atol=1e-12)
+
+
+def test_a_copy_in_another_place_reads_the_same(tmp_path):
+    source = DESCRIPTIONS / "ur_description/urdf/ur5_robot.urdf"
+    shutil.copy(source, tmp_path / "ur5.urdf")
+    first, second = load_robot(source), load_robot(tmp_path / "ur5.urdf")
+    q = rows(first)
+    np.testing.assert_array_equal(tool_poses(first, q), tool_poses(second, q))

@@ -1,0 +1,271 @@
+"""Rigid motions: hand-worked numbers, group axioms, round trips at every angle that is special."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from workbench.base import se3
+
+PI = np.pi
+SPECIAL = [0.0, 1e-12, 1e-9, 1e-8, 1e-7, 1e-5, 9.9e-5, 1.01e-4, 1e-3, 0.5, PI / 2, 2.0]
+NEAR_PI = [PI - 1e-3, PI - 1e-6, PI - 1e-8, PI - 1e-12]
+AXES = [
+    np.array(a, float) / np.linalg.norm(a) for a in [(1, 0, 0), (0, -1, 0), (0, 0, 1), (1, 2, -3), (-1, 1, 1)]
+]
+
+vectors = arrays(float, 3, elements=st.floats(-10, 10))
+eulers = arrays(float, 3, elements=st.floats(-PI, PI))
+sixes = arrays(float, 6, elements=st.floats(-PI, PI))
+rotvecs = arrays(float, 3, elements=st.floats(-1.8, 1.8)).filter(lambda v: np.linalg.norm(v) < PI - 1e-3)
+
+
+def at(six):
+    """Transform with position six[:3] and roll, pitch, yaw six[3:]."""
+    return se3.pose(se3.rpy_to_matrix(six[3:]), six[:3])
+
+
+def exponential(v):
+    """Matrix exponential of [v]x by its series, in extended precision."""
+    k = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]], np.longdouble)
+    term, total = np.eye(3, dtype=np.longdouble), np.eye(3, dtype=np.longdouble)
+    for n in range(1, 60):
+        term = term @ k / n
+        total = total + term
+    return total.astype(float)
+
+
+def test_roll_pitch_yaw_by_hand():
+    # yaw last: x of the body goes to y of the base
+    np.testing.assert_allclose(se3.rpy_to_matrix(np.array([0, 0, PI / 2]))[:, 0], [0, 1, 0], atol=1e-15)
+    np.testing.assert_allclose(se3.rpy_to_matrix(np.array([PI / 2, 0, 0]))[:, 1], [0, 0, 1], atol=1e-15)
+    np.testing.assert_allclose(se3.rpy_to_matrix(np.array([0, PI / 2, 0]))[:, 2], [1, 0, 0], atol=1e-15)
+    r, p, y = 0.3, -0.7, 1.9
+    cr, sr, cp, sp, cy, sy = np.cos(r), np.sin(r), np.cos(p), np.sin(p), np.cos(y), np.sin(y)
+    expected = (
+        np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
+        @ np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
+        @ np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
+    )
+    np.testing.assert_allclose(se3.rpy_to_matrix(np.array([r, p, y])), expected, atol=1e-15)
+
+
+@given(eulers)
+@settings(deadline=None, max_examples=60)
+def test_rpy_round_trip(rpy):
+    rotation = se3.rpy_to_matrix(rpy)
+    np.testing.assert_allclose(se3.rpy_to_matrix(se3.matrix_to_rpy(rotation)), rotation, atol=1e-14)
+
+
+def test_zxz_is_its_three_turns():
+    a, b, c = 0.3, 0.8, -1.1
+    turns = [se3.rotvec_to_matrix(np.array(v)) for v in ([0, 0, a], [b, 0, 0], [0, 0, c])]
+    np.testing.assert_allclose(
+        se3.zxz_to_matrix(np.array([a, b, c])), turns[0] @ turns[1] @ turns[2], atol=1e-15
+    )
+    np.testing.assert_allclose(se3.matrix_to_zxz(turns[0] @ turns[1] @ turns[2]), [a, b, c], atol=1e-15)
+
+
+@pytest.mark.parametrize("end", [0.0, PI])
+@pytest.mark.parametrize("gap", [0.0, 1e-16, 1e-12, 1e-8, 1e-5, 0.4])
+def test_zxz_round_trip_where_the_last_axis_is_upright(end, gap):
+    for phi, psi in [(0.3, 1.1), (-2.0, 3.0), (0.0, 0.0), (PI, -PI / 2)]:
+        rotation = se3.zxz_to_matrix(np.array([phi, abs(end - gap), psi]))
+        zxz = se3.matrix_to_zxz(rotation)
+        assert 0.0 <= zxz[1] <= PI
+        np.testing.assert_allclose(se3.zxz_to_matrix(zxz), rotation, atol=1e-14)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("gap", [0.0, 1e-16, 1e-13, 1e-12, 1e-11, 1e-9, 1e-8, 1e-7, 1e-5, 1e-3])
+def test_rpy_round_trip_at_gimbal_lock(sign, gap):
+    for roll, yaw in [(0.3, 1.1), (-2.0, 3.0), (0.0, 0.0), (PI, -PI / 2)]:
+        rotation = se3.rpy_to_matrix(np.array([roll, sign * (PI / 2 - gap), yaw]))
+        rpy = se3.matrix_to_rpy(rotation)
+        assert abs(rpy[1]) <= PI / 2 + 1e-15
+        np.testing.assert_allclose(se3.rpy_to_matrix(rpy), rotation, atol=1e-14)
+
+
+def test_yaw_is_zero_at_gimbal_lock():
+    assert se3.matrix_to_rpy(se3.rpy_to_matrix(np.array([0.4, PI / 2, 0.9])))[2] == 0.0
+
+
+@given(st.floats(-PI, PI), st.floats(-PI / 2 + 1e-6, PI / 2 - 1e-6), st.floats(-PI, PI))
+@settings(deadline=None, max_examples=60)
+def test_angles_come_back(roll, pitch, yaw):
+    found = se3.matrix_to_rpy(se3.rpy_to_matrix(np.array([roll, pitch, yaw])))
+    difference = np.angle(np.exp(1j * (found - [roll, pitch, yaw])))
+    np.testing.assert_allclose(difference, 0, atol=1e-9)
+
+
+def test_quaternion_by_hand():
+    half = np.sqrt(0.5)
+    np.testing.assert_allclose(
+        se3.quaternion_to_matrix(np.array([half, 0, 0, half])), [[0, -1, 0], [1, 0, 0], [0, 0, 1]], atol=1e-15
+    )
+    np.testing.assert_allclose(se3.quaternion_to_matrix(np.array([-2.0, 0, 0, 0])), np.eye(3), atol=1e-15)
+
+
+@given(eulers)
+@settings(deadline=None, max_examples=60)
+def test_quaternion_round_trip(rpy):
+    rotation = se3.rpy_to_matrix(rpy)
+    quaternion = se3.matrix_to_quaternion(rotation)
+    assert quaternion[0] >= 0
+    np.testing.assert_allclose(np.linalg.norm(quaternion), 1.0, atol=1e-15)
+    np.testing.assert_allclose(se3.quaternion_to_matrix(quaternion), rotation, atol=1e-14)
+
+
+@pytest.mark.parametrize("axis", AXES, ids=str)
+@pytest.mark.parametrize("angle", SPECIAL + NEAR_PI)
+def test_exponential_and_logarithm(angle, axis):
+    rotation = se3.rotvec_to_matrix(angle * axis)
+    np.testing.assert_allclose(rotation, exponential(angle * axis), atol=2e-15)
+    np.testing.assert_allclose(se3.matrix_to_rotvec(rotation), angle * axis, atol=5e-15, rtol=1e-12)
+
+
+@pytest.mark.parametrize("axis", AXES, ids=str)
+def test_logarithm_of_a_half_turn(axis):
+    found = se3.matrix_to_rotvec(2 * np.outer(axis, axis) - np.eye(3))
+    np.testing.assert_allclose(np.abs(found @ axis), PI, atol=1e-14)
+    np.testing.assert_allclose(np.linalg.norm(found), PI, atol=1e-14)
+
+
+@given(eulers)
+@settings(deadline=None, max_examples=60)
+def test_logarithm_is_at_most_a_half_turn(rpy):
+    rotation = se3.rpy_to_matrix(rpy)
+    rotvec = se3.matrix_to_rotvec(rotation)
+    assert np.linalg.norm(rotvec) <= PI + 1e-14
+    np.testing.assert_allclose(se3.rotvec_to_matrix(rotvec), rotation, atol=1e-14)
+
+
+@given(vectors, vectors)
+@settings(deadline=None, max_examples=60)
+def test_skew_is_the_cross_product(u, v):
+    np.testing.assert_allclose(se3.skew(u) @ v, np.cross(u, v), atol=1e-12)
+
+
+@given(sixes, sixes, sixes)
+@settings(deadline=None, max_examples=60)
+def test_group_axioms(first, second, third):
+    a, b, c = at(first), at(second), at(third)
+    np.testing.assert_allclose((a @ b) @ c, a @ (b @ c), atol=1e-13)
+    np.testing.assert_allclose(a @ se3.inverse(a), np.eye(4), atol=1e-13)
+    np.testing.assert_allclose(se3.inverse(a) @ a, np.eye(4), atol=1e-13)
+    np.testing.assert_allclose(se3.inverse(a @ b), se3.inverse(b) @ se3.inverse(a), atol=1e-13)
+    np.testing.assert_allclose(se3.inverse(a), np.linalg.inv(a), atol=1e-12)
+    np.testing.assert_allclose(se3.inverse(se3.inverse(a)), a, atol=1e-13)
+
+
+@given(sixes, sixes, vectors)
+@settings(deadline=None, max_examples=60)
+def test_apply_composes_and_keeps_distances(first, second, point):
+    a, b = at(first), at(second)
+    np.testing.assert_allclose(se3.apply(a @ b, point), se3.apply(a, se3.apply(b, point)), atol=1e-12)
+    length = np.linalg.norm(se3.apply(a, point) - a[:3, 3])
+    np.testing.assert_allclose(length, np.linalg.norm(point), atol=1e-12)
+
+
+def test_apply_broadcasts():
+    stack = np.stack([np.eye(4)] * 3)
+    assert se3.apply(stack, np.ones((1, 3))).shape == (3, 3)
+    assert se3.apply(stack[:, None], np.ones((1, 5, 3))).shape == (3, 5, 3)
+
+
+@given(rotvecs, arrays(float, 3, elements=st.floats(-1, 1)))
+@settings(deadline=None, max_examples=60)
+def test_left_jacobian_inverse_is_the_derivative_of_the_logarithm(rotvec, direction):
+    step = 1e-6
+    base = se3.rotvec_to_matrix(rotvec)
+    ends = [se3.matrix_to_rotvec(se3.rotvec_to_matrix(s * step * direction) @ base) for s in (1, -1)]
+    slope = (ends[0] - ends[1]) / (2 * step)
+    np.testing.assert_allclose(se3.left_jacobian_inverse(rotvec) @ direction, slope, atol=2e-7)
+
+
+@pytest.mark.parametrize("angle", [*SPECIAL, PI - 1e-3, PI])
+def test_left_jacobian_inverse_keeps_its_own_vector(angle):
+    for axis in AXES:
+        matrix = se3.left_jacobian_inverse(angle * axis)
+        np.testing.assert_allclose(matrix @ axis, axis, atol=1e-14)
+        # transposed it belongs to the opposite vector
+        np.testing.assert_allclose(matrix.T, se3.left_jacobian_inverse(-angle * axis), atol=1e-14)
+
+
+@pytest.mark.parametrize("shape", [(), (0,), (1,), (4,), (2, 3), (2, 0)])
+def test_stacks_keep_their_shape(shape):
+    rng = np.random.default_rng(0)
+    vector = rng.normal(size=(*shape, 3))
+    rotation = se3.rotvec_to_matrix(vector)
+    assert rotation.shape == (*shape, 3, 3)
+    for back in (se3.matrix_to_rotvec, se3.matrix_to_rpy):
+        assert back(rotation).shape == (*shape, 3)
+    assert se3.matrix_to_quaternion(rotation).shape == (*shape, 4)
+    assert se3.rpy_to_matrix(vector).shape == (*shape, 3, 3)
+    assert se3.left_jacobian_inverse(vector).shape == (*shape, 3, 3)
+    pose = se3.pose(rotation, vector)
+    assert se3.inverse(pose).shape == pose.shape == (*shape, 4, 4)
+    assert se3.pose_error(pose, pose).shape == (*shape, 6)
+    np.testing.assert_array_equal(pose[..., 3, :], np.broadcast_to([0, 0, 0, 1], (*shape, 4)))
+
+
+@given(sixes, st.integers(3, 8), st.integers(0, 1000))
+@settings(deadline=None, max_examples=60)
+def test_best_fit_finds_the_transform(six, number, seed):
+    transform = at(six)
+    points = np.random.default_rng(seed).normal(size=(number, 3))
+    found = se3.best_fit(points, se3.apply(transform, points))
+    np.testing.assert_allclose(se3.apply(found, points), se3.apply(transform, points), atol=1e-12)
+    np.testing.assert_allclose(np.linalg.det(found[:3, :3]), 1.0, atol=1e-13)
+
+
+def test_best_fit_of_mirrored_points_is_no_reflection():
+    points = np.random.default_rng(1).normal(size=(6, 3))
+    found = se3.best_fit(points, points * [1, 1, -1])
+    np.testing.assert_allclose(np.linalg.det(found[:3, :3]), 1.0, atol=1e-13)
+
+
+def test_best_fit_of_points_in_a_plane_and_on_a_line():
+    rng = np.random.default_rng(2)
+    truth = se3.pose(se3.rotvec_to_matrix(np.array([2.0, 1.0, 0.5])), np.array([1.0, 2.0, 3.0]))
+    plane = np.c_[rng.normal(size=(5, 2)), np.zeros(5)]
+    np.testing.assert_allclose(se3.best_fit(plane, se3.apply(truth, plane)), truth, atol=1e-12)
+    line = np.c_[rng.normal(size=5), np.zeros((5, 2))]
+    found = se3.best_fit(line, se3.apply(truth, line))
+    np.testing.assert_allclose(se3.apply(found, line), se3.apply(truth, line), atol=1e-12)
+    np.testing.assert_allclose(np.linalg.det(found[:3, :3]), 1.0, atol=1e-13)
+
+
+def test_best_fit_is_least_squares():
+    rng = np.random.default_rng(3)
+    source, noise = rng.normal(size=(8, 3)), 0.05 * rng.normal(size=(8, 3))
+    truth = se3.pose(se3.rotvec_to_matrix(np.array([0.3, -1.0, 0.5])), np.ones(3))
+    destination = se3.apply(truth, source) + noise
+    best = se3.best_fit(source, destination)
+    error = np.sum((se3.apply(best, source) - destination) ** 2)
+    for change in 1e-3 * rng.normal(size=(50, 6)):
+        other = se3.pose(se3.rotvec_to_matrix(change[3:]), change[:3]) @ best
+        assert np.sum((se3.apply(other, source) - destination) ** 2) > error
+
+
+@given(sixes, vectors, rotvecs)
+@settings(deadline=None, max_examples=60)
+def test_pose_error_is_what_has_to_be_added(six, shift, turn):
+    predicted = at(six)
+    measured = se3.pose(se3.rotvec_to_matrix(turn) @ predicted[:3, :3], predicted[:3, 3] + shift)
+    error = se3.pose_error(measured, predicted)
+    np.testing.assert_allclose(error[:3], shift, atol=1e-13)
+    np.testing.assert_allclose(error[3:], turn, atol=1e-11)
+
+
+@given(sixes, rotvecs)
+@settings(deadline=None, max_examples=60)
+def test_equation_16_is_the_sine(six, turn):
+    predicted = at(six)
+    measured = se3.pose(se3.rotvec_to_matrix(turn) @ predicted[:3, :3], predicted[:3, 3])
+    angle = np.linalg.norm(turn)
+    expected = turn * np.sinc(angle / PI)
+    np.testing.assert_allclose(se3.pose_error_eq16(measured, predicted)[3:], expected, atol=1e-14)
+    # to second order in the angle it is the rotation vector
+    assert np.abs(expected - turn).max() <= angle**3 / 6 + 1e-15

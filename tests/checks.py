@@ -1,0 +1,104 @@
+"""Checks that our tests and those of outsiders share: poses and derivatives, each against another way.
+
+    check_forward(robot, q)                                  poses against pinocchio
+    check_jacobian(function, jacobian, x)                    a Jacobian against central differences
+    check_jacobian(poses, twists, x, difference=pose_change) the same where the values are poses
+
+Each returns the largest deviation that it saw, and raises AssertionError with the place when it is too large.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+from jaxtyping import Float
+from rigid_body import rigid_body
+
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.robot import Robot
+from workbench.base import se3
+from workbench.base.types import JointRows
+
+STEP = 6e-6
+"""Step of a central difference, about the cube root of the machine precision, in units of the argument."""
+
+
+def check_forward(robot: Robot, q: JointRows, *, tolerance: float = 1e-12) -> float:
+    """Compare the chain's tool poses with pinocchio's.
+
+    Args:
+        robot: Geometry with base and tool; masses are not needed.
+        q: Joint positions [rad or m].
+        tolerance: Greatest deviation of an entry of a pose [m or 1].
+    """
+    worst = np.abs(tool_poses(robot, q) - rigid_body(robot, massless=True).poses(q)).max(axis=(1, 2))
+    row = int(np.argmax(worst))
+    if not worst[row] <= tolerance:
+        error = f"pose differs from pinocchio's by {worst[row]:.3g}, more than {tolerance:g}"
+        raise AssertionError(f"robot '{robot.name}', row {row}: {error}")
+    return float(worst[row])
+
+
+def pose_change(
+    later: Float[np.ndarray, "*lead 4 4"], earlier: Float[np.ndarray, "*lead 4 4"]
+) -> Float[np.ndarray, "*lead 6"]:
+    """Difference of poses on the tangent space: [Δp; rotation vector], base axes, as twists are."""
+    return se3.pose_error(later, earlier)
+
+
+def numerical_jacobian(
+    function: Callable[[np.ndarray], np.ndarray],
+    x: Float[np.ndarray, " p"],
+    *,
+    difference: Callable[[np.ndarray, np.ndarray], np.ndarray] = np.subtract,
+    step: float = STEP,
+) -> np.ndarray:
+    """Central differences of a function of p numbers, the last axis counting them.
+
+    Args:
+        function: Values of any shape at x.
+        x: Where to differentiate.
+        difference: How two values are subtracted; `pose_change` for poses.
+        step: Half of the distance between the two values.
+    """
+    columns = []
+    for i in range(len(x)):
+        ahead, behind = x.copy(), x.copy()
+        ahead[i] += step
+        behind[i] -= step
+        columns.append(difference(function(ahead), function(behind)) / (ahead[i] - behind[i]))
+    return np.stack(columns, -1)
+
+
+def check_jacobian(
+    function: Callable[[np.ndarray], np.ndarray],
+    jacobian: np.ndarray,
+    x: Float[np.ndarray, " p"],
+    *,
+    difference: Callable[[np.ndarray, np.ndarray], np.ndarray] = np.subtract,
+    step: float = STEP,
+    tolerance: float = 1e-7,
+) -> float:
+    """Compare a Jacobian with central differences, column by column.
+
+    Args:
+        function: Values of any shape at x.
+        jacobian: Its derivative at x, the last axis counting the entries of x.
+        x: Where to differentiate.
+        difference: How two values are subtracted; `pose_change` for poses.
+        step: Half of the distance between the two values.
+        tolerance: Greatest deviation of an entry, relative to the largest one of its column (or to a
+            thousandth of the largest of all, for columns that vanish).
+    """
+    numerical = numerical_jacobian(function, x, difference=difference, step=step)
+    if numerical.shape != np.shape(jacobian):
+        raise AssertionError(f"the Jacobian's shape is {np.shape(jacobian)}, not {numerical.shape}")
+    rows = tuple(range(numerical.ndim - 1))
+    largest = np.abs(numerical).max(axis=rows)
+    scale = np.maximum(largest, 1e-3 * largest.max(initial=0.0))
+    error = np.abs(jacobian - numerical).max(axis=rows) / np.where(scale > 0.0, scale, 1.0)
+    column = int(np.argmax(error))
+    if not np.all(error <= tolerance):
+        raise AssertionError(
+            f"column {column} of the Jacobian is off by {error[column]:.3g} of its size > {tolerance:g}"
+        )
+    return float(error[column])

@@ -1,0 +1,531 @@
+"""The commands from end to end, and what they say to bad input: one sentence, and nothing written."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from workbench import cli
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.library import load_robot
+from workbench.arm.motion import Motion
+from workbench.arm.urdf import write_urdf
+from workbench.base.files import write_text
+from workbench.data.readers import read_measurements
+from workbench.data.readers.trajectory import read_trajectory
+from workbench.data.writer import RotationForm, write_measurements
+from workbench.plate.measuring import measure_poses
+
+ERRORS = {"position_mm", "orientation_deg"}
+SPREAD = {"mean", "rms", "max"}
+
+
+@pytest.fixture(scope="session")
+def measured(tmp_path_factory) -> Path:
+    """A folder with `good.csv` (40 poses of a virtual ARIA) and its spoilt relatives' sources."""
+    folder = tmp_path_factory.mktemp("measured")
+    _, rows = measure_poses(load_robot("aria"), 40, seed=1)
+    rows = replace(rows, sigma=None)
+    write_measurements(rows, folder / "good.csv")
+    write_measurements(rows, folder / "matrix.csv", rotation=RotationForm.MATRIX)
+    turn = np.diag([-1.0, -1.0, 1.0])
+    turned = replace(rows, position=rows.position @ turn.T, rotation=turn @ rows.rotation)
+    write_measurements(turned, folder / "turned.csv")
+    write_urdf(load_robot("aria"), folder / "aria.urdf")
+    return folder
+
+
+# -- whole runs -----------------------------------------------------------------------------------
+
+
+def test_from_simulation_to_a_calibrated_urdf(run, tmp_path):
+    """simulate → identify → evaluate → export → evaluate: the held-out error survives every step."""
+    assert run("simulate", "--robot", "aria", "--poses", 40, "--out", "d.csv", "--actual", "a.toml")[0] == 0
+    status, out, _ = run(
+        *("identify", "d.csv", "--robot", "aria", "--algorithm", "ols,opt2", "--json", "r.json"),
+        *("--save", "c.toml", "--report", "report"),
+    )
+    assert status == 0
+    assert "OLS" in out
+    result = json.loads(Path("r.json").read_text())
+    check_identification(result, {"ols", "opt2"})
+    assert result["nominal"]["held_out"]["position_mm"]["mean"] > 5.0
+    held_out = result["algorithms"]["ols"]["held_out"]["position_mm"]["mean"]
+    assert held_out < 0.25
+    page = next(Path("report").glob("*.html")).read_text()
+    assert "<html" in page
+    assert not re.search(r"(src|href)=\"https?://", page)
+
+    errors = []
+    assert run("export", "c.toml", "--urdf", "c.urdf", "--toml", "again.toml")[0] == 0
+    for robot in ("c.toml", "again.toml", "c.urdf"):
+        status, _, _ = run("evaluate", "d.csv", "--robot", robot, "--json", "e.json")
+        assert status == 0
+        found = json.loads(Path("e.json").read_text())
+        assert {"schema", "robot", "errors", "rows"} <= found.keys()
+        assert found["schema"] == "workbench.evaluation/1"
+        check_errors(found["errors"])
+        assert len(found["rows"]) == 40
+        assert {"row", "position_mm", "orientation_deg"} <= found["rows"][7].keys()
+        errors.append(found["errors"]["position_mm"]["mean"])
+    assert errors[0] < 0.2
+    np.testing.assert_allclose(errors, errors[0], rtol=1e-5)
+
+
+def check_identification(result: dict, algorithms: set[str]) -> None:
+    """The keys of `formats.md`, and what they hold."""
+    wanted = {"schema", "robot", "measurements", "nominal", "algorithms", "unidentifiable", "warnings"}
+    assert wanted <= result.keys()
+    assert result["schema"] == "workbench.identification/1"
+    assert result["robot"] == "ARIA"
+    assert {"used", "held_out", "excluded"} <= result["measurements"].keys()
+    assert result["measurements"]["used"] + result["measurements"]["held_out"] == 40
+    assert result["measurements"]["held_out"] == 8
+    assert result["algorithms"].keys() == algorithms
+    for part in (result["nominal"], *result["algorithms"].values()):
+        check_errors(part["train"])
+        check_errors(part["held_out"])
+    for found in result["algorithms"].values():
+        assert found["converged"] is True
+        assert found["iterations"] >= 1
+        assert found["seconds"] >= 0.0
+        for parameter in found["parameters"]:
+            assert {"name", "unit", "nominal", "value", "std"} <= parameter.keys()
+    names = {p["name"] for p in result["algorithms"]["ols"]["parameters"]}
+    assert "joint1.theta" in names
+
+
+def check_errors(errors: dict) -> None:
+    assert errors.keys() == ERRORS
+    assert errors["position_mm"].keys() == SPREAD == errors["orientation_deg"].keys()
+
+
+def test_hidden_effects_are_simulated(run):
+    """An effect acts on the rows as it stands in the actual arm's file, and what drives it is written."""
+    status, out, _ = run(
+        *("simulate", "--robot", "aria", "--poses", 30, "--out", "d.csv", "--actual", "a.toml"),
+        *("--effect", "joint-compliance:2:4e-5", "--effect", "thermal-growth", "--instrument", "ideal"),
+    )
+    assert status == 0
+    assert "joint2.compliance 4e-05 rad/(N*m)" in out
+    actual = load_robot("a.toml")
+    assert set(actual.coefficients) == {"joint2.compliance", "arm.thermal_growth"}
+    rows = read_measurements(Path("d.csv"), joints=6)
+    assert len(set(rows.payload)) > 1
+    assert np.ptp(rows.temperature) > 5.0
+    assert run("evaluate", "d.csv", "--robot", "a.toml", "--json", "e.json")[0] == 0
+    assert json.loads(Path("e.json").read_text())["errors"]["position_mm"]["max"] < 1e-6
+    plate = ("simulate", "--robot", "aria", "--plate", "table2", "--of", "a.toml", "--out", "p.csv")
+    assert run(*plate, "--instrument", "ideal")[0] == 0
+    assert run("evaluate", "p.csv", "--robot", "a.toml", "--json", "e.json")[0] == 0
+    assert json.loads(Path("e.json").read_text())["errors"]["position_mm"]["max"] < 1e-6
+
+
+def test_a_trajectory_is_corrected(run):
+    """Joints of the nominal arm, and poses, in; joints of the calibrated one out, in the same form."""
+    simulated = ("--poses", 5, "--effect", "joint-compliance:2:2e-4", "--effect", "backlash:4")
+    assert run("simulate", "--robot", "aria", *simulated, "--out", "d.csv", "--actual", "a.toml")[0] == 0
+    s = np.linspace(0.0, 1.0, 30)
+    q = np.array([0.2, 0.3, 0.9, 0.3, 1.0, -0.4])[:, None] + 0.3 * s
+    lines = ["time[s]," + ",".join(f"q{i + 1}[deg]" for i in range(6))]
+    lines += [
+        f"{5 * t},{','.join(repr(float(v)) for v in np.rad2deg(row))}" for t, row in zip(s, q.T, strict=True)
+    ]
+    Path("t.csv").write_text("\n".join(lines))
+    command = ("compensate", "t.csv", "--robot", "a.toml", "--nominal", "aria", "--payload", 1)
+    status, out, _ = run(*command, "--out", "c.csv", "--json", "c.json")
+    assert status == 0
+    assert "as commanded" in out
+    result = json.loads(Path("c.json").read_text())
+    assert result["schema"] == "workbench.compensation/1"
+    assert set(result["before"]) == ERRORS
+    assert set(result["after"]["position_mm"]) == SPREAD
+    assert len(result["rows"]) == 30
+    assert result["before"]["position_mm"]["mean"] > 1.0
+    assert result["after"]["position_mm"]["max"] < 1e-6
+    corrected = read_trajectory("c.csv")
+    np.testing.assert_allclose(corrected.time, 5 * s)
+    arm, payload = load_robot("a.toml"), np.ones(30)
+    wanted = tool_poses(load_robot("aria"), q.T)
+    reached = tool_poses(arm, corrected.q, motion=Motion(corrected.q, payload=payload))
+    np.testing.assert_allclose(reached, wanted, atol=1e-8)
+    status, _, err = run(*command[:4], "--out", "n.csv")
+    assert status == 1
+    assert "--nominal" in err
+    assert not Path("n.csv").exists()
+    poses = [
+        f"{5 * t},{','.join(repr(float(v)) for v in p)}" for t, p in zip(s, wanted[:, :3, 3], strict=True)
+    ]
+    Path("p.csv").write_text("\n".join(["time[s],x[m],y[m],z[m]", *poses]))
+    assert run("compensate", "p.csv", "--robot", "a.toml", "--payload", 1, "--out", "p2.csv")[0] == 0
+    q2 = read_trajectory("p2.csv").q
+    reached = tool_poses(arm, q2, motion=Motion(q2, payload=payload))
+    np.testing.assert_allclose(reached[:, :3, 3], wanted[:, :3, 3], atol=1e-8)
+
+
+def test_a_driven_arm_is_captured_and_identified(run):
+    """The line of the README: drive | capture, then identify, with real processes for the pipe."""
+    program = [sys.executable, "-c", "from workbench.cli import main; main()"]
+    where = ["--robot", "aria", "--plate", "table2"]
+    environment = os.environ | {"PYTHONPATH": str(Path(cli.__file__).parents[2])}
+    driver = subprocess.Popen(
+        [*program, "drive", *where, "--speed", "0", "--rate", "20"],
+        stdout=subprocess.PIPE,
+        env=environment,
+    )
+    taken = subprocess.run(
+        [*program, "capture", *where, "--from", "-", "--out", "d.csv"],
+        stdin=driver.stdout,
+        capture_output=True,
+        text=True,
+        env=environment,
+        timeout=120,
+        start_new_session=True,  # no terminal: only the source's own requests store
+    )
+    driver.stdout.close()
+    assert (taken.returncode, driver.wait(10)) == (0, 0), taken.stderr
+    assert taken.stderr.splitlines()[1] == "target 1 stored"
+    assert len(read_measurements("d.csv", joints=6)) == 10
+    status, _, _ = run("identify", "d.csv", "--robot", "aria", "--json", "r.json")
+    assert status == 0
+    assert json.loads(Path("r.json").read_text())["algorithms"]["opt2"]["converged"]
+
+
+def test_an_incomplete_capture_says_so_by_its_status(run, monkeypatch):
+    program = [sys.executable, "-c", "from workbench.cli import main; main()"]
+    line = '{"time": 0.0, "q": [0, 0, 0, 0, 0, 0], "xyz": [0.1, 0.2, 0.3], "capture": true}\n'
+    taken = subprocess.run(
+        [*program, "capture", "--robot", "aria", "--plate", "table2", "--out", "d.csv"],
+        input=line,
+        capture_output=True,
+        text=True,
+        env=os.environ | {"PYTHONPATH": str(Path(cli.__file__).parents[2])},
+        timeout=120,
+        start_new_session=True,
+    )
+    assert taken.returncode == 2
+    assert taken.stdout.startswith("1 of 10 targets")
+    assert len(read_measurements("d.csv", joints=6)) == 1
+
+
+def test_plates_and_poses(run):
+    assert run("simulate", "--robot", "aria", "--plate", "table2", "--out", "p.csv", "--seed", 3)[0] == 0
+    assert len(read_measurements("p.csv", joints=6)) == 10
+    status, out, _ = run("poses", "--robot", "aria", "--number", 8, "--index", "O1", "--out", "q.csv")
+    assert status == 0
+    assert out
+    assert Path("q.csv").read_text().count("\n") == 9
+    status, _, _ = run(
+        *("poses", "--robot", "aria", "--number", 4, "--from", "q.csv", "--json", "q.json", "--index", "O1")
+    )
+    assert status == 0
+    assert json.loads(Path("q.json").read_text())
+
+
+def test_controller_numbers(run, measured):
+    assert run("identify", measured / "good.csv", "--robot", "aria", "--save", "c.toml")[0] == 0
+    status, out, _ = run("export", "c.toml", "--controller", "c.json", "--nominal", "aria")
+    assert status == 0
+    assert out
+    assert json.loads(Path("c.json").read_text())
+
+
+def test_every_command_has_help(run):
+    status, out, _ = run("--help")
+    assert status == 0
+    for command in ("serve", "identify", "evaluate", "simulate", "poses", "export", "capture", "drive"):
+        assert command in out
+        assert run(command, "--help")[0] == 0
+
+
+# -- bad input ------------------------------------------------------------------------------------
+
+
+def spoilt(name: str, change) -> "callable":
+    """A file of measurements made from a good one by a change of its lines."""
+
+    def make(folder: Path) -> Path:
+        lines = (folder / name).read_text().splitlines()
+        return write_text(Path("bad.csv"), "\n".join(change(lines)) + "\n")
+
+    return make
+
+
+def cell(lines: list[str], row: int, column: str, value: str) -> list[str]:
+    """The lines with one cell of a data row changed."""
+    place = [name.split("[")[0] for name in lines[0].split(",")].index(column)
+    cells = lines[1 + row].split(",")
+    cells[place] = value
+    return [*lines[: 1 + row], ",".join(cells), *lines[2 + row :]]
+
+
+def header(old: str, new: str):
+    return lambda lines: [lines[0].replace(old, new), *lines[1:]]
+
+
+def scaled(columns: str, factor: float):
+    """Numbers in the wrong unit under an unchanged heading."""
+
+    def change(lines: list[str]) -> list[str]:
+        names = [name.split("[")[0] for name in lines[0].split(",")]
+        wanted = columns.split()
+        return [
+            lines[0],
+            *(
+                ",".join(
+                    repr(float(v) * factor) if n in wanted else v
+                    for n, v in zip(names, line.split(","), strict=True)
+                )
+                for line in lines[1:]
+            ),
+        ]
+
+    return change
+
+
+def no_header(lines: list[str]) -> list[str]:
+    return lines[1:]
+
+
+def other_file(content: bytes, name: str):
+    def make(folder: Path) -> Path:
+        Path(name).write_bytes(content)
+        return Path(name)
+
+    return make
+
+
+GOOD = spoilt("good.csv", lambda lines: lines)
+Q = "q1 q2 q3 q4 q5 q6"
+
+BAD_DATA = {
+    "missing unit": (spoilt("good.csv", header("q3[rad]", "q3")), "aria", ["bad.csv", "q3", "unit"]),
+    "unknown unit": (spoilt("good.csv", header("x[m]", "x[furz]")), "aria", ["bad.csv", "x", "furz"]),
+    "unit of another kind": (spoilt("good.csv", header("x[m]", "x[kg]")), "aria", ["bad.csv", "x", "kg"]),
+    "no header": (spoilt("good.csv", no_header), "aria", ["bad.csv", "--columns"]),
+    "wrong joint count": (spoilt("good.csv", header("", "")), "panda", ["bad.csv", "6", "7"]),
+    "not a number": (
+        spoilt("good.csv", lambda s: cell(s, 3, "q2", "NaN")),
+        "aria",
+        ["bad.csv", "line 5", "q2"],
+    ),
+    "infinite": (spoilt("good.csv", lambda s: cell(s, 3, "x", "inf")), "aria", ["bad.csv", "line 5", "x"]),
+    "text for a number": (
+        spoilt("good.csv", lambda s: cell(s, 7, "z", "high")),
+        "aria",
+        ["bad.csv", "line 9", "z", "high"],
+    ),
+    "short row": (
+        spoilt("good.csv", lambda s: [*s[:6], s[6].rsplit(",", 2)[0], *s[7:]]),
+        "aria",
+        ["bad.csv", "line 7"],
+    ),
+    "long row": (spoilt("good.csv", lambda s: [*s[:6], s[6] + ",1", *s[7:]]), "aria", ["bad.csv", "line 7"]),
+    "degrees labelled rad": (
+        spoilt("good.csv", scaled(Q, 180.0 / np.pi)),
+        "aria",
+        ["bad.csv", "degrees", "q1[deg]"],
+    ),
+    "millimetres labelled m": (spoilt("good.csv", scaled("x y z", 1e3)), "aria", ["bad.csv", "mm"]),
+    "turned base": (
+        lambda folder: folder / "turned.csv",
+        "aria",
+        ["turned.csv", "17", "° about z", "[base]"],
+    ),
+    "too few rows": (spoilt("good.csv", lambda s: s[:5]), "aria", ["bad.csv", "rows", "at least"]),
+    "one row": (spoilt("good.csv", lambda s: s[:2]), "aria", ["bad.csv", "row"]),
+    "no rows": (spoilt("good.csv", lambda s: s[:1]), "aria", ["bad.csv", "row"]),
+    "no rotation": (
+        spoilt("matrix.csv", lambda s: cell(s, 4, "r11", "2.5")),
+        "aria",
+        ["bad.csv", "line 6", "rotation"],
+    ),
+    "empty file": (other_file(b"", "bad.csv"), "aria", ["bad.csv", "empty"]),
+    "a picture": (other_file(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR" + b"\0" * 99, "bad.csv"), "aria", ["bad.csv"]),
+    "a web page": (
+        other_file(b"<!DOCTYPE html><html><body>404</body></html>", "bad.csv"),
+        "aria",
+        ["bad.csv"],
+    ),
+    "a robot as data": (other_file(b'name = "a"\n[[joint]]\nd = 1\n', "bad.toml"), "aria", ["bad.toml"]),
+    "no such file": (lambda folder: Path("none.csv"), "aria", ["none.csv"]),
+    "a folder": (lambda folder: folder, "aria", ["measured"]),
+    "unknown robot": (GOOD, "arai", ["arai", "aria"]),
+    "missing robot file": (GOOD, "none.toml", ["none.toml"]),
+    "a robot of another kind": (GOOD, "bad.csv", ["bad.csv"]),
+}
+
+
+@pytest.mark.parametrize("case", BAD_DATA)
+@pytest.mark.parametrize("command", ["identify", "evaluate"])
+def test_bad_data(run, measured, case, command):
+    make, robot, words = BAD_DATA[case]
+    if command == "evaluate" and case in ("turned base", "too few rows", "one row"):
+        pytest.skip("errors of a given model are shown, whatever they are")
+    data = make(measured)
+    options = ["--save", "c.toml", "--report", "report"] if command == "identify" else []
+    refused(run, words, command, data, "--robot", robot, "--json", "r.json", *options)
+
+
+def refused(run, words, *command) -> None:
+    """A command ends with one sentence that has the words, another status than 0, and no new file."""
+    before = set(Path().rglob("*"))
+    status, out, err = run(*command)
+    assert status not in (0, None)
+    assert err.startswith("workbench: ")
+    lines = err.strip().splitlines()
+    assert len(lines) == 1, err
+    assert "Traceback" not in err
+    for word in words:
+        assert word in lines[0], lines[0]
+    assert out == ""
+    assert set(Path().rglob("*")) == before
+
+
+def test_a_urdf_without_limits(run, measured):
+    text = (measured / "aria.urdf").read_text()
+    Path("bad.urdf").write_text(re.sub(r"<limit[^>]*/>", "", text))
+    refused(run, ["bad.urdf", "joint1", "limits"], "identify", measured / "good.csv", "--robot", "bad.urdf")
+
+
+BAD_OPTIONS = {
+    "unknown algorithm": (["--algorithm", "olz"], ["olz", "ols"]),
+    "one of two unknown": (["--algorithm", "ols,opt9"], ["opt9", "opt2"]),
+    "held-out share of one": (["--held-out", "1.0"], ["held-out", "1"]),
+    "negative held-out share": (["--held-out", "-0.1"], ["held-out", "-0.1"]),
+    "held-out NaN": (["--held-out", "nan"], ["held-out", "nan"]),
+    "held-out file that is none": (["--held-out", "none.csv"], ["none.csv"]),
+    "held-out session that is none": (["--held-out", "session:front"], ["session"]),
+    "unknown frames": (["--frames", "mine"], ["mine", "auto"]),
+    "unknown loss": (["--loss", "l1"], ["l1", "huber"]),
+    "unknown constant": (["--free", "joint9.theta"], ["joint9.theta"]),
+    "row that is none": (["--exclude", "99"], ["99"]),
+    "rows in words": (["--exclude", "first"], ["first", "--exclude"]),
+    "bounds without numbers": (["--bounds", "joint1.theta"], ["joint1.theta", "LOW:HIGH"]),
+    "bounds of nothing": (["--bounds", "joint9.theta=-1:1"], ["joint9.theta"]),
+    "bounds the wrong way": (["--bounds", "joint1.theta=1:-1"], ["joint1.theta"]),
+    "noise without unit": (["--noise", "0.05"], ["0.05", "unit"]),
+    "negative noise": (["--noise", "-0.05mm"], ["-0.05mm"]),
+    "region of no plate": (["--region", "none.toml"], ["none.toml"]),
+    "prior of no file": (["--prior", "none.json"], ["none.json"]),
+    "columns of another number": (["--columns", "q1[rad],q2[rad]"], ["columns"]),
+    "sheet of no workbook": (["--sheet", "two"], ["sheet"]),
+    "unknown layout": (["--layout", "strange"], ["strange"]),
+}
+
+
+@pytest.mark.parametrize("case", BAD_OPTIONS)
+def test_bad_options(run, measured, case):
+    options, words = BAD_OPTIONS[case]
+    data = measured / "good.csv"
+    refused(run, words, "identify", data, "--robot", "aria", "--json", "r.json", *options)
+
+
+@pytest.mark.parametrize("option", ["--save", "--json", "--report"])
+@pytest.mark.parametrize("place", ["/proc/nowhere/x.json", "taken.csv/x.json"])
+def test_unwritable_places(run, measured, option, place):
+    Path("taken.csv").write_text("a file, no folder")
+    refused(run, [place], "identify", measured / "good.csv", "--robot", "aria", option, place)
+
+
+OTHER_COMMANDS = {
+    "plate and poses": (["simulate", "--robot", "aria", "--out", "d.csv"], ["--plate", "--poses"]),
+    "no poses": (["simulate", "--robot", "aria", "--out", "d.csv", "--poses", "0"], ["poses"]),
+    "unknown instrument": (
+        ["simulate", "--robot", "aria", "--out", "d.csv", "--poses", "9", "--instrument", "ruler"],
+        ["ruler", "tracker-6d"],
+    ),
+    "unknown branch": (
+        ["simulate", "--robot", "aria", "--out", "d.csv", "--plate", "table2", "--branch", "upside"],
+        ["upside"],
+    ),
+    "unwritable simulation": (
+        ["simulate", "--robot", "aria", "--out", "/proc/nowhere/d.csv", "--poses", "9"],
+        ["/proc/nowhere/d.csv"],
+    ),
+    "unknown plate": (
+        ["simulate", "--robot", "aria", "--out", "d.csv", "--plate", "table3"],
+        ["table3", "table2"],
+    ),
+    "unknown index": (["poses", "--robot", "aria", "--number", "4", "--index", "O7"], ["O7", "O1"]),
+    "no number": (["poses", "--robot", "aria", "--number", "0"], ["0"]),
+    "unwritable poses": (
+        ["poses", "--robot", "aria", "--number", "4", "--index", "O1", "--out", "/proc/nowhere/q.csv"],
+        ["/proc/nowhere/q.csv"],
+    ),
+    "nothing to export": (["export", "aria"], ["--urdf", "--toml"]),
+    "unwritable export": (["export", "aria", "--urdf", "/proc/nowhere/a.urdf"], ["/proc/nowhere/a.urdf"]),
+    "controller without nominal": (["export", "aria", "--controller", "c.json"], ["--nominal"]),
+    "unknown source": (
+        ["capture", "--robot", "aria", "--plate", "table2", "--out", "d.csv", "--from", "nowhere"],
+        ["nowhere", "host:port"],
+    ),
+    "silent source": (
+        ["capture", "--robot", "aria", "--plate", "table2", "--out", "d.csv", "--from", "localhost:1"],
+        ["localhost:1"],
+    ),
+    "open to the network": (
+        ["capture", "--robot", "aria", "--plate", "table2", "--out", "d.csv", "--from", "listen:0.0.0.0:0"],
+        ["0.0.0.0"],
+    ),
+    "window without unit": (
+        ["capture", "--robot", "aria", "--plate", "table2", "--out", "d.csv", "--still-window", "1"],
+        ["1", "unit"],
+    ),
+    "unwritable capture": (
+        ["capture", "--robot", "aria", "--plate", "table2", "--out", "/proc/nowhere/d.csv"],
+        ["/proc/nowhere/d.csv"],
+    ),
+    "slow driver": (["drive", "--robot", "aria", "--plate", "table2", "--rate", "0"], ["rate"]),
+    "backward driver": (["drive", "--robot", "aria", "--plate", "table2", "--speed", "-1"], ["speed"]),
+    "blind driver": (
+        ["drive", "--robot", "aria", "--plate", "table2", "--instrument", "ball-bar"],
+        ["ball-bar"],
+    ),
+}
+
+
+@pytest.mark.parametrize("case", OTHER_COMMANDS)
+def test_other_commands_refuse(run, case):
+    command, words = OTHER_COMMANDS[case]
+    refused(run, words, *command)
+
+
+@pytest.mark.parametrize(
+    "command", [["identify"], ["fly"], ["identify", "d.csv", "--robot", "aria", "--fly"]]
+)
+def test_unknown_words(run, command):
+    """The command line's own mistakes have status 2, and no traceback."""
+    status, _, err = run(*command)
+    assert status == 2
+    assert "Traceback" not in err
+
+
+# -- what is odd but no mistake is done and said ----------------------------------------------------
+
+
+def noted(run, data, *options, robot="aria") -> str:
+    status, out, err = run(
+        *("identify", data, "--robot", robot, "--algorithm", "ols", "--json", "r.json", *options)
+    )
+    assert status in (0, 2), err
+    result = json.loads(Path("r.json").read_text())
+    return " ".join([out, *result["warnings"], *result.get("notes", [])])
+
+
+def test_duplicate_rows_are_noted(run, measured):
+    data = spoilt("good.csv", lambda lines: [*lines, lines[4]])(measured)
+    assert "repeats data row 3" in noted(run, data)
+
+
+def test_alike_orientations_are_noted(run, measured):
+    _, rows = measure_poses(load_robot("aria"), 40, seed=1)
+    alike = replace(rows, rotation=np.tile(np.eye(3), (len(rows), 1, 1)))
+    write_measurements(alike, "alike.csv")
+    assert "orientations are alike" in noted(run, Path("alike.csv"))

@@ -1,0 +1,144 @@
+"""The command that finds what the geometry lacks, and what its saved arm is good for."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from workbench.arm.effects.backlash import Backlash
+from workbench.arm.effects.local_joint_error import LocalJointError
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.library import load_robot
+from workbench.arm.motion import Motion
+from workbench.arm.robot_toml import write_toml
+from workbench.data.readers import read_measurements
+from workbench.data.writer import write_measurements
+from workbench.identification.evaluate import evaluate
+from workbench.identification.identify import identify
+from workbench.plate.measuring import measure_poses
+
+
+@pytest.fixture(scope="module")
+def soft(tmp_path_factory) -> Path:
+    """A folder with `soft.csv`: an ARIA that gives way in joint 2, measured at 70 poses."""
+    folder = tmp_path_factory.mktemp("soft")
+    _, rows = measure_poses(load_robot("aria"), 70, effects=("joint-compliance:2:5e-5",), seed=3)
+    write_measurements(replace(rows, sigma=None), folder / "soft.csv")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def moved():
+    """An arm with play that follows the motion, and rows in the order of time, without directions."""
+    loose = load_robot("aria").with_effects(Backlash((2,), (1e-3,), by="motion"))
+    q = np.random.default_rng(0).uniform(-1.0, 1.0, (30, 6))
+    _, rows = measure_poses(load_robot("aria"), 30, actual=load_robot("aria"), instrument="ideal", seed=1)
+    sign = np.sign(np.diff(q, axis=0, prepend=q[:1]))
+    poses = tool_poses(loose, q, motion=Motion(q, direction=sign))
+    rows = replace(
+        rows, q=q, position=poses[:, :3, 3], rotation=poses[:, :3, :3], time=10.0 * np.arange(30), sigma=None
+    )
+    return loose, rows
+
+
+# -- whole runs -----------------------------------------------------------------------------------
+
+
+def test_found_saved_and_used(run, soft):
+    """diagnose → evaluate and identify with the saved arm: the effect stays in force."""
+    data = soft / "soft.csv"
+    status, out, _ = run("diagnose", data, "--robot", "aria", "--save", "c.toml", "--json", "r.json")
+    assert status == 0
+    assert "joint-compliance" in out
+    assert "calibrated robot: c.toml" in out
+    found = json.loads(Path("r.json").read_text())
+    assert found["schema"] == "workbench.diagnosis/1"
+    assert [(e["name"], e["joints"]) for e in found["effects"]] == [("joint-compliance", [2])]
+    assert found["measurements"]["used"] + found["measurements"]["held_out"] == 70
+    before, after = (found[part]["held_out"]["position_mm"]["mean"] for part in ("before", "after"))
+    assert after < 0.6 * before
+    assert "[[effect]]" in Path("c.toml").read_text()
+
+    assert run("evaluate", data, "--robot", "c.toml", "--json", "e.json")[0] == 0
+    whole = json.loads(Path("e.json").read_text())["errors"]["position_mm"]["mean"]
+    parts = found["after"]
+    expected = (
+        56 * parts["train"]["position_mm"]["mean"] + 14 * parts["held_out"]["position_mm"]["mean"]
+    ) / 70
+    assert whole == pytest.approx(expected, rel=1e-6)
+    assert run("identify", data, "--robot", "c.toml", "--algorithm", "ols", "--json", "i.json")[0] == 0
+    again = json.loads(Path("i.json").read_text())["algorithms"]["ols"]
+    assert again["held_out"]["position_mm"]["mean"] == pytest.approx(after, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--save", "c.urdf"), "save the arm as .toml"),
+        (("--save", "c.txt"), ".toml"),
+        (("--report", "file"), "file: "),
+        (("--exclude", "70"), "no row 70"),
+        (("--exclude", "a"), "whole numbers"),
+        (("--held-out", "1.5"), "held"),
+        (("--frames", "some"), "shared"),
+        (("--noise", "-1mm"), "greater than zero"),
+    ],
+)
+def test_a_mistake_gets_one_sentence_and_writes_nothing(run, soft, words, said):
+    Path("file").write_text("")
+    status, out, err = run("diagnose", soft / "soft.csv", "--robot", "aria", "--json", "r.json", *words)
+    assert status == 1
+    assert out == ""
+    assert err.startswith("workbench: ")
+    assert len(err.strip().splitlines()) == 1
+    assert said in err
+    assert not Path("r.json").exists()
+
+
+def test_too_few_rows_are_refused(run, soft):
+    rows = read_measurements(soft / "soft.csv")
+    write_measurements(rows.take(np.arange(4)), Path("few.csv"))
+    status, _, err = run("diagnose", "few.csv", "--robot", "aria")
+    assert status == 1
+    assert "measure at least" in err
+
+
+# -- saved effects where data enter ---------------------------------------------------------------
+
+
+def test_directions_come_from_the_order_in_time(moved):
+    loose, rows = moved
+    found = evaluate(loose, rows)
+    assert found.errors.position_mm.max < 1e-6
+    assert any("direction of motion" in note for note in found.notes)
+    run = identify(loose, rows, algorithms=("ols",), held_out=0.2)
+    assert run.best.held_out.position_mm.max < 1e-5
+    assert any("direction of motion" in note for note in run.notes)
+    held = identify(loose, rows.take(np.arange(20)), algorithms=("ols",), held_out=rows)
+    assert held.best.held_out.position_mm.max < 1e-5
+
+
+def test_an_arm_that_needs_no_directions_is_given_none(moved):
+    _, rows = moved
+    assert not any("direction" in note for note in evaluate(load_robot("aria"), rows).notes)
+
+
+def test_without_times_the_missing_column_is_named(run, moved):
+    loose, rows = moved
+    write_toml(loose, Path("loose.toml"))
+    write_measurements(replace(rows, time=None), Path("rows.csv"))
+    status, _, err = run("evaluate", "rows.csv", "--robot", "loose.toml")
+    assert status == 1
+    assert len(err.strip().splitlines()) == 1
+    assert "direction1" in err
+
+
+def test_a_map_of_a_joint_refuses_where_it_was_not_learned(run, soft):
+    shape = LocalJointError((1,), (0.0, 1e-3, 0.0), knots=(-0.1, 0.0, 0.1))
+    write_toml(load_robot("aria").with_effects(shape), Path("mapped.toml"))
+    status, _, err = run("evaluate", soft / "soft.csv", "--robot", "mapped.toml")
+    assert status == 1
+    assert len(err.strip().splitlines()) == 1
+    assert "joint 2 is known from" in err

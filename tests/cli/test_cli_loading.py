@@ -1,0 +1,57 @@
+"""`workbench loading` from end to end, and what it refuses."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+from workbench.data.readers import read_measurements
+
+
+def test_the_experiment_from_end_to_end(run, tmp_path):
+    words = ("loading", "katana450", "--added-mass", 3, "--pairs", 2, "--seed", 2)
+    status, out, err = run(*words, "--out", "found", "--json", "r.json")
+    assert status == 0, err
+    assert "no gravity acts about joint 1" in out
+    assert "3 kg were hung onto the tool" in out
+    result = json.loads((tmp_path / "r.json").read_text())
+    assert result["schema"] == "workbench.loading/1"
+    assert result["unturned"] == [1]
+    assert [j["joint"] for j in result["joints"]] == [1, 2, 3, 4, 5]
+    for joint in result["joints"]:
+        for part, within in (("clearance", 0.05), ("backlash", 0.05), ("compliance", 0.15)):
+            assert joint[part]["value"] == pytest.approx(joint["hidden"][part], rel=within)
+    assert {p["purpose"] for p in result["postures"]} == {"crosswise", "reversal", "size"}
+    with open(tmp_path / "found" / "postures.csv") as file:
+        postures = list(csv.DictReader(file))
+    assert len(postures) == 2 * len(result["postures"])
+    data = read_measurements(tmp_path / "found" / "readings.csv", joints=5)
+    assert len(data) == len(postures)
+    assert set(data.tilt) == {1, 2, 3, 4, 5}
+    q = np.array([[float(row[f"q{j}[rad]"]) for j in range(1, 6)] for row in postures])
+    np.testing.assert_allclose(data.q, q)
+    picture = (tmp_path / "found" / "loading.svg").read_text()
+    assert "joint 5" in picture
+    assert "stiffness" in picture
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("katana450", "--joints", "1"), "no gravity acts about it"),
+        (("katana450", "--joints", "2,7"), "joint 7"),
+        (("katana450", "--joints", "two"), "--joints"),
+        (("katana450", "--added-mass", "-1"), "added mass"),
+        (("katana450", "--repeats", "0"), "0 readings"),
+        (("katana450", "--force", "0.001"), "pull harder"),
+        (("iiwa14",), "mass"),
+    ],
+)
+def test_what_is_refused(run, tmp_path, words, told):
+    status, _, err = run("loading", *words, "--out", "o", "--json", "o.json")
+    assert status == 1
+    assert told in err
+    assert len(err.strip().splitlines()) == 1
+    assert not (tmp_path / "o").exists()
+    assert not (tmp_path / "o.json").exists()

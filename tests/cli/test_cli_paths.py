@@ -1,0 +1,91 @@
+"""Trajectories and drawn circles from end to end at the command line."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.library import load_robot
+from workbench.arm.robot_toml import write_toml
+from workbench.data.readers import read_trajectory
+
+CENTRE, RADIUS = np.array([0.37, 0.3, 0.25]), 0.08
+CIRCLE = ("--through", "0.45,0.3,0.25", "--through", "0.37,0.38,0.25", "--through", "0.29,0.3,0.25")
+
+
+@pytest.fixture
+def circle(run):
+    """A level circle of ARIA's."""
+    words = ("path", "circle", "--robot", "aria", *CIRCLE, "--duration", 8, "--rows", 120)
+    status, out, err = run(*words, "--out", "c.csv", "--picture", "c.png", "--json", "c.json")
+    assert status == 0, err
+    assert "held along" in out
+    return read_trajectory("c.csv", joints=6)
+
+
+def test_a_circle_is_written_with_joints_poses_and_loads(circle):
+    """Joints that stand for the poses beside them; the result carries speeds, torques and moments."""
+    arm = load_robot("aria")
+    np.testing.assert_allclose(tool_poses(arm, circle.q)[:, :3, 3], circle.position, atol=1e-9)
+    away = circle.position - CENTRE
+    np.testing.assert_allclose(np.linalg.norm(away, axis=1), RADIUS, atol=1e-9)
+    np.testing.assert_allclose(away[:, 2], 0.0, atol=1e-9)
+    found = json.loads(Path("c.json").read_text())
+    assert found["schema"] == "workbench.path/1"
+    assert np.shape(found["velocity"]) == np.shape(found["moment_x"]) == (120, 6)
+    assert np.abs(found["velocity"])[[0, -1]].max() < 1e-9
+    assert Path("c.png").read_bytes()[:4] == b"\x89PNG"
+
+
+def test_a_circle_is_drawn_and_read(run, circle):
+    """An arm whose second joint is off by 2 mrad: what was read is what its kinematics say."""
+    arm = load_robot("aria").with_values({"joint2.theta": 2e-3})
+    write_toml(arm, "real.toml")
+    words = ("pencil", "draw", "c.csv", "--robot", "real.toml", "--dpi", 150, "--out", "scan.png")
+    assert run(*words, "--readings", "pot.csv")[0] == 0
+    words = ("pencil", "errors", "scan.png", "--radius", "80mm", "--path", "c.csv", "--readings", "pot.csv")
+    status, out, _ = run(*words, "--json", "e.json", "--picture", "e.png")
+    assert status == 0
+    assert "mean [mm]" in out
+    read = np.array(json.loads(Path("e.json").read_text())["errors_mm"])
+    away = 1e3 * (tool_poses(arm, circle.q)[:, :3, 3] - circle.position)
+    ray = (circle.position - CENTRE) / RADIUS
+    wanted = np.sum(away * ray, axis=1)[:, None] * ray + away[:, 2:] * [0.0, 0.0, 1.0]
+    assert np.linalg.norm(wanted, axis=1).mean() > 0.5
+    assert np.linalg.norm(read - wanted, axis=1).mean() < 0.06
+    status, _, err = run(*words[:4], "90mm", *words[5:])
+    assert status == 1
+    assert "80 mm" in err
+    assert run("pencil", "errors", "c.png")[0] == 1
+
+
+def test_a_compensated_circle_is_corrected_where_only_positions_count(run, circle):
+    words = ("compensate", "c.csv", "--robot", "ur5", "--nominal", "aria", "--out", "k.csv")
+    status, _, err = run(*words)
+    assert status == 1
+    assert err.count("\n") == 1
+    words = ("compensate", "c.csv", "--robot", "aria-table4", "--nominal", "aria", "--out", "k.csv")
+    assert run(*words, "--positions-only", "--moving")[0] == 0
+    status, _, err = run(*words[:-1], "n.csv", "--positions-only", "--max-speed", "0.01")
+    assert status == 1
+    assert "s): joint" in err
+    assert not Path("n.csv").exists()
+
+
+def test_nothing_is_written_where_a_path_can_not_be(run):
+    line = ("path", "line", "--robot", "aria", "--out", "l.csv")
+    for words, said in (
+        (("--from", "0.45,0.3,0.25", "--to", "1.45,0.3,0.25"), "beyond"),
+        (
+            ("--from", "0.45,0.3,0.25", "--to", "0.3,0.4,0.3", "--duration", "0.2", "--max-speed", "1"),
+            "joint",
+        ),
+        (("--from", "0.45,0.3", "--to", "0.3,0.4,0.3"), "three numbers"),
+    ):
+        status, _, err = run(*line, *words)
+        assert status == 1
+        assert said in err
+    assert not Path("l.csv").exists()
+    assert run("path", "circle", "--robot", "aria", "--out", "l.csv")[0] == 1

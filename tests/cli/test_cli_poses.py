@@ -1,0 +1,43 @@
+"""The command that chooses poses, with limits."""
+
+import json
+
+import numpy as np
+import pytest
+
+from workbench.data.readers import read_trajectory
+
+
+def test_poses_with_limits(run, tmp_path):
+    words = ("--region", "table2", "--towards", "-150,0,0", "--cone", "80deg", "--spread", "40mm")
+    more = ("--travel", "120deg", "--unknown", "base", "--out", "q.csv", "--json", "q.json")
+    status, out, _ = run("poses", "--robot", "aria", "--number", "8", *words, *more)
+    assert status == 0
+    assert "from pose to pose" in out
+    found = json.loads((tmp_path / "q.json").read_text())
+    assert found["travel"]["max"] <= np.deg2rad(120) + 1e-9
+    assert found["index"]["after"] >= found["index"]["before"]
+    assert np.allclose(read_trajectory(tmp_path / "q.csv", joints=6).q, found["poses"])
+    status, out, _ = run("poses", "--robot", "aria", "--number", "5", "--from", "q.csv", "--json", "5.json")
+    assert status == 0
+    assert "convex bound" in out
+    fewer = json.loads((tmp_path / "5.json").read_text())
+    assert fewer["index"]["after"] <= fewer["bound"]
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--spread", "500mm", "--region", "table2"), "conflict"),
+        (("--towards", "1,2"), "roll,pitch,yaw"),
+        (("--method", "magic"), "exchange, greedy"),
+        (("--index", "I"), "give a region"),
+        (("--region", "5,5,5:6,6,6"), "hardly ever reaches"),
+    ],
+)
+def test_bad_input(run, words, said):
+    status, out, err = run("poses", "--robot", "aria", "--number", "8", *words)
+    assert status == 1
+    assert said in err
+    assert err.count("\n") == 1
+    assert not out

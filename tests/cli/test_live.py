@@ -1,0 +1,54 @@
+"""The terminal's view of a guided measurement fits and says what matters."""
+
+from io import StringIO
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.library import load_robot
+from workbench.cli.guided_display import live_view, render
+from workbench.data.live.stream import Sample
+from workbench.plate.guided import plate_acquisition
+from workbench.plate.plate_toml import load_plate
+
+ARM, PLATE = load_robot("aria"), load_plate("table2")
+
+
+def shown(acquisition) -> str:
+    console = Console(file=StringIO(), width=80)
+    console.print(render(acquisition.status()))
+    return console.file.getvalue()
+
+
+@pytest.mark.parametrize("sees", ["nothing", "points", "poses"])
+def test_it_fits_into_80_columns(sees):
+    acquisition = plate_acquisition(ARM, PLATE)
+    text = shown(acquisition)
+    assert "waiting for the first sample" in text
+    pose = tool_poses(ARM, np.full((1, 6), -3.1))[0]
+    position = None if sees == "nothing" else 10.0 * pose[:3, 3]
+    rotation = pose[:3, :3] if sees == "poses" else None
+    acquisition.update(Sample(time=0.0, q=np.full(6, -3.1), position=position, rotation=rotation))
+    acquisition.store()
+    text = shown(acquisition)
+    assert "target 2 of 10" in text
+    assert ("by model" in text) == (sees == "nothing")
+    assert ("angle off" in text) == (sees != "points")
+    lines = text.splitlines()
+    assert max(len(line) for line in lines) <= 80
+    assert len(lines) <= 10
+
+
+def test_a_silent_source_is_said():
+    acquisition = plate_acquisition(ARM, PLATE)
+    acquisition.silence = 3.2
+    assert "silent for 3 s" in shown(acquisition)
+
+
+def test_the_live_view_draws():
+    console = Console(file=StringIO(), width=80, force_terminal=True)
+    with live_view(console) as show:
+        show(plate_acquisition(ARM, PLATE).status())
+    assert "target 1" in console.file.getvalue()

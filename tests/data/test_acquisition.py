@@ -1,0 +1,310 @@
+"""Guided measuring without a terminal: what is stored for which target, what is refused and why."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.library import load_robot
+from workbench.base import se3
+from workbench.base.errors import (
+    DataError,
+    FileError,
+    OptionError,
+    ShapeError,
+)
+from workbench.data.live.acquisition import PoseSource, Standing
+from workbench.data.live.send import first_listener, send_samples
+from workbench.data.live.standstill import StandstillDetector
+from workbench.data.live.stream import Sample, connect, parse_sample
+from workbench.data.readers import read_measurements
+from workbench.data.simulation.driver import Pace, drive, format_sample
+from workbench.data.simulation.instruments import instrument_named
+from workbench.plate.guided import capture, plate_acquisition
+from workbench.plate.plate_toml import load_plate
+from workbench.plate.virtual import drive_plate
+
+ARM, PLATE = load_robot("aria"), load_plate("table2")
+QUICK = Pace(rate=20.0, dwell=0.8)
+
+
+def still(k: int, *, start: float, q=None, pose: bool = True, flag: bool = False, count: int = 40):
+    """Samples of an arm that stands at its k-th place."""
+    q = np.full(6, 0.1 * k) if q is None else q
+    found = tool_poses(ARM, q[None])[0]
+    for i in range(count):
+        yield Sample(
+            time=start + i / 20.0,
+            q=q,
+            position=found[:3, 3] if pose else None,
+            rotation=found[:3, :3] if pose else None,
+            capture=flag and i == count - 1,
+        )
+
+
+def fed(acquisition, samples):
+    events = [acquisition.update(sample) for sample in samples]
+    return [event for event in events if event is not None]
+
+
+def stored(acquisition):
+    return [i for i, sample in enumerate(acquisition.capture.taken) if sample is not None]
+
+
+def test_a_measured_pose_is_stored_with_its_joints():
+    acquisition = plate_acquisition(ARM, PLATE, session="front")
+    fed(acquisition, still(1, start=0.0))
+    assert acquisition.standing is Standing.STILL
+    assert acquisition.store().changed
+    data = acquisition.dataset(source="here")
+    assert data.session.tolist() == ["front"]
+    np.testing.assert_allclose(data.position[0], tool_poses(ARM, data.q)[0, :3, 3])
+    assert acquisition.source is PoseSource.MEASURED
+    assert acquisition.capture.current == 1
+
+
+def test_without_a_pose_the_target_s_own_is_stored():
+    acquisition = plate_acquisition(ARM, PLATE)
+    fed(acquisition, still(1, start=0.0, pose=False))
+    assert not acquisition.status().measured
+    acquisition.store()
+    np.testing.assert_array_equal(acquisition.dataset(source="x").position[0], PLATE.targets[0].xyz)
+    assert acquisition.source is PoseSource.REFERENCE
+    fed(acquisition, still(2, start=9.0))  # poses come after all: one file has one kind
+    acquisition.store()
+    np.testing.assert_array_equal(acquisition.dataset(source="x").position[1], PLATE.targets[1].xyz)
+
+
+def test_an_instrument_that_has_lost_the_tool_stores_nothing():
+    acquisition = plate_acquisition(ARM, PLATE)
+    fed(acquisition, still(1, start=0.0))
+    fed(acquisition, still(1, start=2.0, pose=False))
+    assert not acquisition.store().changed
+
+
+def test_nothing_is_stored_while_the_arm_moves_unless_forced():
+    acquisition = plate_acquisition(ARM, PLATE)
+    assert not acquisition.store().changed  # no sample yet
+    moving = [
+        replace(sample, q=sample.q + 0.01 * i) for i, sample in enumerate(still(1, start=0.0, flag=True))
+    ]
+    (refused,) = fed(acquisition, moving)
+    assert not refused.changed
+    assert acquisition.standing is Standing.MOVING
+    assert not acquisition.store().changed
+    assert acquisition.store(force=True).changed
+    assert plate_acquisition(ARM, PLATE, forced=True).update(moving[-1]).changed
+
+
+def test_an_arm_that_has_not_moved_on_is_no_next_target():
+    acquisition = plate_acquisition(ARM, PLATE)
+    fed(acquisition, still(1, start=0.0, flag=True))
+    fed(acquisition, still(1, start=2.0, flag=True))
+    assert stored(acquisition) == [0]
+    acquisition.again()
+    assert acquisition.store().changed
+
+
+def test_samples_that_come_seldom_are_stored_when_asked():
+    acquisition = plate_acquisition(ARM, PLATE)
+    sparse = [next(still(k, start=float(k), flag=True, count=1)) for k in range(3)]
+    assert [event.changed for event in fed(acquisition, sparse)] == [True] * 3
+    assert acquisition.standing is Standing.UNKNOWN
+
+
+def test_rows_are_taken_again_and_targets_passed_over():
+    acquisition = plate_acquisition(ARM, PLATE)
+    for k in range(3):
+        fed(acquisition, still(k, start=10.0 * k, flag=True))
+    acquisition.step(2)
+    fed(acquisition, still(5, start=50.0, flag=True))
+    assert stored(acquisition) == [0, 1, 2, 5]
+    acquisition.again()
+    acquisition.again()
+    assert stored(acquisition) == [0, 1]
+    assert acquisition.capture.current == 2
+    acquisition.step(-3)
+    assert acquisition.capture.current == len(PLATE) - 1
+    acquisition.step(1)
+    acquisition.again()
+    assert stored(acquisition) == [1]
+    assert acquisition.capture.current == 0
+
+
+def test_a_full_capture_is_not_overwritten_by_one_key_too_many():
+    acquisition = plate_acquisition(ARM, replace(PLATE, targets=PLATE.targets[:1]))
+    fed(acquisition, still(1, start=0.0, flag=True))
+    assert acquisition.capture.done
+    assert not acquisition.store(force=True).changed
+
+
+def test_the_status_tells_the_deviation_per_axis():
+    acquisition = plate_acquisition(ARM, PLATE)
+    assert acquisition.status().pose is None
+    off = se3.pose(se3.rotvec_to_matrix(np.array([0.0, 0.02, 0.0])), np.array([1e-3, 0.0, -2e-3]))
+    pose = np.array(PLATE.targets[0].pose)
+    acquisition.update(
+        Sample(
+            time=0.0,
+            q=np.zeros(6),
+            position=pose[:3, 3] + off[:3, 3],
+            rotation=off[:3, :3] @ pose[:3, :3],
+        )
+    )
+    status = acquisition.status()
+    np.testing.assert_allclose(status.position, [1e-3, 0.0, -2e-3], atol=1e-12)
+    np.testing.assert_allclose(status.rotation, [0.0, 0.02, 0.0], atol=1e-12)
+    assert status.measured
+
+
+def test_a_fast_stream_is_thinned_for_the_judgement_only():
+    acquisition = plate_acquisition(ARM, PLATE, detector=StandstillDetector(window=0.5))
+    sample = next(still(1, start=0.0))
+    for i in range(1000):
+        acquisition.update(replace(sample, time=i / 1000.0))
+    assert len(acquisition._detector._seen) < 50
+    assert acquisition.standing is Standing.STILL
+
+
+def lines(samples):
+    return [format_sample(sample) + "\n" for sample in samples]
+
+
+def test_a_driven_arm_fills_the_file_and_bad_lines_do_no_harm(tmp_path):
+    hidden, samples = drive_plate(ARM, PLATE, branch="auto", pace=QUICK, seed=3)
+    text = lines(samples)
+    text.insert(len(text) // 2, "what?\n")
+    said = []
+    out = tmp_path / "d.csv"
+    out.write_text("older")
+    done = capture(plate_acquisition(ARM, PLATE), ARM, text, out, say=said.append)
+    assert done.complete
+    assert (tmp_path / "d.1.csv").read_text() == "older"
+    data = read_measurements(out, joints=6)
+    predicted = tool_poses(hidden, data.q)
+    np.testing.assert_allclose(data.position, predicted[:, :3, 3], atol=4e-4)
+    assert np.abs(se3.pose_error(predicted, PLATE.poses)).max() < 3e-3
+    assert sum("not a JSON object" in line for line in said) == 1
+
+
+def test_a_seated_arm_gets_the_plate_s_poses(tmp_path):
+    _, samples = drive_plate(ARM, PLATE, branch="auto", pace=QUICK, instrument="plate", seed=3)
+    out = tmp_path / "d.csv"
+    capture(plate_acquisition(ARM, PLATE), ARM, lines(samples), out)
+    np.testing.assert_allclose(read_measurements(out, joints=6).position, PLATE.poses[:, :3, 3])
+
+
+def test_the_file_is_whole_after_every_row(tmp_path):
+    out, seen = tmp_path / "d.csv", []
+
+    def watched(text):
+        for line in text:
+            yield line
+            if json.loads(line).get("capture"):
+                seen.append(line)
+
+    _, samples = drive_plate(ARM, PLATE, branch="auto", pace=QUICK)
+    counts = []
+    capture(
+        plate_acquisition(ARM, PLATE),
+        ARM,
+        watched(lines(samples)),
+        out,
+        say=lambda text: counts.append(len(read_measurements(out, joints=6)) if out.exists() else 0),
+    )
+    assert counts == list(range(len(PLATE) + 1))
+    assert not list(tmp_path.glob(".*"))
+
+
+def test_keys_store_take_again_and_end(tmp_path):
+    """Keys are given by a source of lines that waits for nobody: one thread stands for both."""
+    asked = iter("\nrq")
+    acquisition = plate_acquisition(ARM, PLATE)
+    fed(acquisition, still(1, start=0.0))
+    with pytest.raises(DataError):
+        capture(acquisition, ARM, _endless(), tmp_path / "d.csv", keys=asked)
+    assert not list(tmp_path.iterdir())  # the only row was dropped, and its file with it
+    done = capture(acquisition, ARM, _endless(), tmp_path / "d.csv", keys=iter("f q"))
+    assert done.by_hand
+    assert not done.complete
+    assert len(done.data) == 1
+
+
+def _endless():
+    import threading
+
+    threading.Event().wait(20.0)
+    yield ""
+
+
+@pytest.mark.parametrize(
+    ("text", "error"),
+    [
+        ("no json\n", FileError),
+        ("", DataError),
+        ('{"time": 0, "q": [0, 0]}\n', ShapeError),
+        ('{"time": 0, "q": [0, 0, 0, 0, 0, 0]}\n', DataError),
+    ],
+)
+def test_a_source_that_gives_nothing_leaves_no_file(tmp_path, text, error):
+    with pytest.raises(error):
+        capture(plate_acquisition(ARM, PLATE), ARM, text.splitlines(True), tmp_path / "d.csv")
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_driver_is_the_same_for_a_seed_and_reads_back():
+    once, again = (lines(drive_plate(ARM, PLATE, branch="auto", pace=QUICK, seed=5)[1]) for _ in range(2))
+    other = lines(drive_plate(ARM, PLATE, branch="auto", pace=QUICK, seed=6)[1])
+    assert once == again != other
+    parsed = [parse_sample(line, line=1) for line in once]
+    assert sum(sample.capture for sample in parsed) == len(PLATE)
+    assert np.all(np.diff([sample.time for sample in parsed]) > 0.0)
+
+
+def test_the_driver_moves_smoothly_and_within_its_speed():
+    pace = Pace(rate=100.0, turning=0.5, joint_noise=0.0)
+    targets = np.array([[0.5, 0.2, 0.0, -1.0, 0.3, 0.1], [0.0, 0.4, 0.1, 1.0, 0.3, 0.1]])
+    samples = list(drive(ARM, targets, rng=np.random.default_rng(0), pace=pace))
+    q = np.stack([sample.q for sample in samples])
+    speed = np.abs(np.diff(q, axis=0)).max(0) * pace.rate
+    assert 0.49 < speed.max() <= 0.5 + 1e-9
+    assert np.abs(np.diff(q, n=2, axis=0)).max() * pace.rate**2 < 2.0
+    assert [sample.q.tolist() for sample in samples if sample.capture] == targets.tolist()
+    assert all(sample.position is None for sample in samples)
+
+
+def test_what_the_driver_does_not_take():
+    rng = np.random.default_rng(0)
+    with pytest.raises(OptionError):
+        drive(ARM, np.zeros((1, 6)), rng=rng, instrument=instrument_named("ball-bar"))
+    with pytest.raises(ShapeError):
+        drive(ARM, np.zeros((1, 5)), rng=rng)
+    with pytest.raises(OptionError):
+        Pace(rate=0.0)
+    with pytest.raises(OptionError):
+        drive_plate(ARM, replace(PLATE, targets=()))
+    with pytest.raises(OptionError):
+        send_samples([], print, speed=-1.0)
+
+
+def test_samples_over_a_socket():
+    import threading
+
+    ports, sent = [], [next(still(k, start=float(k))) for k in range(3)]
+    bound = threading.Event()
+
+    def serve():
+        with first_listener(
+            "localhost:0", timeout=10.0, ready=lambda p: (ports.append(p), bound.set())
+        ) as to:
+            send_samples(sent, to, speed=0.0)
+
+    thread = threading.Thread(target=serve)
+    thread.start()
+    assert bound.wait(10.0)
+    with connect(f"localhost:{ports[0]}") as source:
+        received = [parse_sample(line, line=1) for line in source]
+    thread.join(10.0)
+    assert [sample.time for sample in received] == [0.0, 1.0, 2.0]

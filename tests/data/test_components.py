@@ -1,0 +1,65 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.library import load_robot
+from workbench.arm.robot import Frame, SessionFrames
+from workbench.base import se3
+from workbench.data.components import row_components
+from workbench.data.dataset import Dataset
+from workbench.identification.errors import row_errors
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return load_robot("aria")
+
+
+def measured(robot, q, shift, turn):
+    poses = tool_poses(robot, q)
+    return Dataset(
+        q=q,
+        row=np.arange(len(q)),
+        position=poses[:, :3, 3] + shift,
+        rotation=se3.rotvec_to_matrix(turn) @ poses[:, :3, :3],
+    )
+
+
+def test_components_are_measured_minus_predicted_along_the_axes(robot):
+    q = np.random.default_rng(1).uniform(-1.0, 1.0, (5, 6))
+    shift, turn = np.array([1e-3, -2e-3, 3e-3]), np.array([1e-3, 2e-3, -5e-4])
+    found = row_components(robot, measured(robot, q, shift, turn))
+    assert found.position == pytest.approx(np.tile(shift, (5, 1)))
+    angle = np.linalg.norm(turn)
+    assert found.rotation == pytest.approx(np.tile(np.sin(angle) * turn / angle, (5, 1)))  # eq. (16)
+
+
+def test_norms_are_the_row_errors(robot):
+    rng = np.random.default_rng(2)
+    q = rng.uniform(-1.0, 1.0, (5, 6))
+    data = measured(robot, q, rng.normal(0, 1e-3, (5, 3)), rng.normal(0, 1e-4, (5, 3)))
+    found, errors = row_components(robot, data), row_errors(robot, data)
+    assert np.linalg.norm(found.position, axis=1) == pytest.approx(errors.position)
+    assert np.linalg.norm(found.rotation, axis=1) == pytest.approx(errors.rotation, rel=1e-6)
+
+
+def test_sessions_have_their_own_frames(robot):
+    q = np.random.default_rng(3).uniform(-1.0, 1.0, (4, 6))
+    moved = Frame(xyz=np.array([1.0, 2.0, 3.0]))
+    frames = tuple(SessionFrames(n, base, robot.tool) for n, base in (("a", robot.base), ("b", moved)))
+    poses = tool_poses(robot, q)
+    poses[2:, :3, 3] += moved.xyz
+    names = np.array(["a", "a", "b", "b"])
+    data = Dataset(q=q, row=np.arange(4), position=poses[:, :3, 3], session=names)
+    found = row_components(replace(robot, sessions=frames), data)
+    assert found.position == pytest.approx(np.zeros((4, 3)), abs=1e-12)
+    assert np.isnan(found.rotation).all()
+    assert found.has_position.all()
+    assert not found.has_rotation.any()
+
+
+def test_distances_have_no_components(robot):
+    data = Dataset(q=np.zeros((2, 6)), row=np.arange(2), distance=np.ones(2), anchor=np.array(["A", "A"]))
+    assert np.isnan(row_components(robot, data).position).all()

@@ -1,0 +1,64 @@
+"""Directions of motion from the order of the rows in time."""
+
+import itertools
+
+import numpy as np
+
+from workbench.data.dataset import Dataset
+from workbench.data.directions import with_directions
+
+TURN = np.array([0.0, 0.1, 0.1, 0.3, 0.2, 0.2, -0.1])
+
+
+def data(q, **more):
+    q = np.atleast_2d(q).T if np.ndim(q) == 1 else q
+    return Dataset(q=q, row=np.arange(len(q)), position=np.zeros((len(q), 3)), **more)
+
+
+def test_signs_of_the_last_motion_hold_while_a_joint_stands():
+    found = with_directions(data(TURN, time=np.arange(7.0)))
+    assert found.direction.ravel().tolist() == [0, 1, 1, 1, -1, -1, -1]
+    assert "direction of motion" in found.notes[-1]
+
+
+def test_rows_are_taken_in_their_order_in_time():
+    order = np.random.default_rng(1).permutation(7)
+    found = with_directions(data(TURN[order], time=np.arange(7.0)[order]))
+    assert found.direction.ravel()[np.argsort(order)].tolist() == [0, 1, 1, 1, -1, -1, -1]
+
+
+def test_every_session_begins_anew():
+    session = np.array(["b", "a", "b", "a", "b", "a", "b"])
+    found = with_directions(data(TURN, time=np.arange(7.0), session=session)).direction.ravel()
+    assert found[session == "b"].tolist() == [0, 1, 1, -1]
+    assert found[session == "a"].tolist() == [0, 1, -1]
+
+
+def test_joints_are_told_apart_and_trembling_is_no_motion():
+    q = np.column_stack([TURN, -TURN, np.zeros(7), 1e-8 * np.arange(7)])
+    found = with_directions(data(q, time=np.arange(7.0))).direction
+    assert (found[:, 1] == -found[:, 0]).all()
+    assert not found[:, 2:].any()
+
+
+def test_a_plain_loop_agrees_on_random_runs():
+    for seed in range(5):
+        rng = np.random.default_rng(seed)
+        q = np.round(rng.standard_normal((40, 3)), 0)
+        time, session = rng.permutation(40).astype(float), rng.choice(["x", "y", "z"], 40)
+        expected = np.zeros((40, 3))
+        for name in "xyz":
+            rows = sorted(np.flatnonzero(session == name), key=lambda r: time[r])
+            for before, after in itertools.pairwise(rows):
+                step = np.sign(q[after] - q[before])
+                expected[after] = np.where(step == 0, expected[before], step)
+        found = with_directions(data(q, time=time, session=session)).direction
+        assert (found == expected).all()
+
+
+def test_nothing_is_derived_where_the_file_says_it_or_has_no_time():
+    own = data(TURN, time=np.arange(7.0), direction=np.ones((7, 1)))
+    assert with_directions(own) is own
+    for time in (None, np.array([0, 1, 2, np.nan, 4, 5, 6])):
+        rows = data(TURN, time=time)
+        assert with_directions(rows) is rows

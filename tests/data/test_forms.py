@@ -1,0 +1,369 @@
+"""Every form of table and column that is read, on small files made by hand."""
+
+import datetime
+import io
+
+import numpy as np
+import openpyxl
+import pytest
+
+from workbench.base.errors import FileError, MissingExtraError, OptionError
+from workbench.data.readers import preview, read_measurements, read_trajectory
+
+ROTATED = [[1, 0, 0], [0, 0, -1], [0, 1, 0]]  # 90° about x
+
+
+@pytest.fixture
+def read(tmp_path):
+    def reader(content, name="rows.csv", **options):
+        path = tmp_path / name
+        path.write_bytes(content if isinstance(content, bytes) else content.encode())
+        return read_measurements(path, **options)
+
+    return reader
+
+
+COMMA = "q1[deg],q2[mm],x[mm],y[in],z[µm]\n90,500,1000,10,2000000\n-45.5,0.25,1,2,3\n"
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        COMMA.encode(),
+        COMMA.encode("utf-8-sig"),
+        COMMA.encode("utf-16"),
+        COMMA.encode("utf-16-le"),
+        COMMA.encode("utf-16-be"),
+        COMMA.encode("utf-32"),
+        COMMA.encode("latin-1"),
+        COMMA.replace("\n", "\r\n").encode(),
+        COMMA.replace("\n", "\r").encode(),
+        COMMA.replace(",", "\t").encode(),
+        COMMA.replace(",", ";").encode(),
+        COMMA.replace(",", ";").replace(".", ",").encode(),
+        COMMA.replace(",", " ; ").replace(".", ",").encode(),
+        COMMA.replace(",", "\t").replace(".", ",").encode("utf-16"),
+        COMMA.replace(",", "   ").encode(),
+        COMMA.replace("[", " [").replace(",", "   ").encode(),
+        COMMA.replace(",", "  ").replace(".", ",").encode(),
+        COMMA.replace(",", ", ").encode(),
+        ("# made by hand\n\n" + COMMA.replace("\n", "\n\n") + "# the end\n").encode(),
+        ("# " + COMMA).encode(),
+        "\n".join(",".join(f'"{c}"' for c in row.split(",")) for row in COMMA.split()).encode(),
+        "\n".join(
+            ",".join(f'"{c.replace(".", ",")}"' for c in row.split(",")) for row in COMMA.split()
+        ).encode(),
+        COMMA.replace("-45.5", "\u221245.5").encode(),
+        ("Measured on Monday\n" + COMMA).encode(),
+        COMMA.replace("[", " (").replace("]", ")").encode(),
+        b"q1,q2,x,y,z\ndeg,mm,mm,in,um\n" + COMMA.split("\n", 1)[1].encode(),
+        b"q1,q2,x,y,z\n[deg],[mm],[mm],[in],[um]\n" + COMMA.split("\n", 1)[1].encode(),
+    ],
+)
+def test_the_same_numbers_in_every_text_form(read, content):
+    data = read(content)
+    np.testing.assert_allclose(data.q, [[np.pi / 2, 0.5], [np.radians(-45.5), 0.00025]], rtol=1e-14)
+    np.testing.assert_allclose(data.position, [[1.0, 0.254, 2.0], [0.001, 0.0508, 3e-6]], rtol=1e-14)
+    assert data.row.tolist() == [0, 1]
+
+
+def workbook(sheets):
+    book = openpyxl.Workbook()
+    book.remove(book.active)
+    for name, rows in sheets.items():
+        sheet = book.create_sheet(name)
+        for row in rows:
+            sheet.append(row)
+    buffer = io.BytesIO()
+    book.save(buffer)
+    return buffer.getvalue()
+
+
+TABLE = [
+    ["q1[deg]", "x[m]", "y[m]", "z[m]", "session"],
+    [90, 1.0, 2.5, 3.0, "a"],
+    [45.5, 1.0, None, 3.0, "b"],
+]
+
+
+def test_workbook_with_gap_and_labels(read):
+    data = read(workbook({"Notes": [["hello"]], "Data": TABLE}), "t.xlsx")
+    np.testing.assert_allclose(data.q[:, 0], np.radians([90, 45.5]))
+    assert data.exclude.tolist() == [False, True]
+    assert data.reason[1] == "lacks y"
+    assert data.sessions == ("a", "b")
+
+
+def test_workbook_with_two_tables_asks_which(read):
+    content = workbook({"A": TABLE, "B": TABLE})
+    with pytest.raises(FileError, match="'A', 'B'"):
+        read(content, "t.xlsx")
+    assert "sheet 'B'" in read(content, "t.xlsx", sheet="B").notes[0]
+
+
+def test_workbook_with_empty_sheets(read):
+    with pytest.raises(FileError, match="empty"):
+        read(workbook({"A": [], "B": []}), "t.xlsx")
+
+
+def test_workbook_rows_count_as_in_the_workbook(read):
+    rows = [
+        [],
+        ["title"],
+        [None, "q1[rad]", "x[m]", "y[m]", "z[m]"],
+        [None, 1, 1, 1, 1],
+        [None, 1, "one", 1, 1],
+    ]
+    with pytest.raises(FileError) as caught:
+        read(workbook({"A": rows}), "t.xlsx")
+    assert (caught.value.line, caught.value.column) == (5, "x[m]")
+
+
+def test_dates_become_seconds(read):
+    day = datetime.datetime(2020, 7, 14, 16, 39, 4)
+    rows = [["q1[rad]", "x[m]", "y[m]", "z[m]", "time"]]
+    rows += [[0.1 * i, i, i, i, day + datetime.timedelta(seconds=20 * i)] for i in range(3)]
+    assert read(workbook({"A": rows}), "t.xlsx").time.tolist() == [0.0, 20.0, 40.0]
+    text = "q1[rad],x[m],y[m],z[m],time\n" + "".join(f"{i},1,2,3,2020-07-14T16:39:0{i}\n" for i in range(3))
+    assert read(text).time.tolist() == [0.0, 1.0, 2.0]
+
+
+def test_parquet(read, tmp_path):
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    table = pa.table(
+        {
+            "q1[deg]": [90.0, 45.0],
+            "x[m]": [1.0, 0.1],
+            "y[m]": [2, 3],
+            "z[m]": [3.0, None],
+            "session": ["a", "b"],
+        }
+    )
+    parquet.write_table(table, tmp_path / "t.parquet")
+    data = read_measurements(tmp_path / "t.parquet")
+    np.testing.assert_allclose(data.q[:, 0], np.radians([90, 45]))
+    assert data.position[1, 0] == 0.1
+    assert data.reason.tolist() == ["", "lacks z"]
+
+
+def test_parquet_without_its_library(read, monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "pyarrow", None)
+    with pytest.raises(MissingExtraError) as caught:
+        read(b"PAR1" + bytes(8), "t.parquet")
+    assert caught.value.extra == "parquet"
+
+
+@pytest.mark.parametrize(
+    "columns",
+    [
+        "qw,qx,qy,qz\n{h},{h},0,0",
+        "qx,qy,qz,qw\n{h},0,0,{h}",
+        "quat_w,quat_x,quat_y,quat_z\n{h},{h},0,0",
+        "roll[deg],pitch[deg],yaw[deg]\n90,0,0",
+        "yaw[rad],pitch[mrad],roll[arcmin]\n0,0,5400",
+        "Roll [grad],Nick [grad],Gier [grad]\n100,0,0",
+        "rx[deg],ry[deg],rz[deg]\n90,0,0",
+        "zxz_phi[deg],zxz_theta[deg],zxz_psi[deg]\n0,90,0",
+        "r11,r12,r13,r21,r22,r23,r31,r32,r33\n1,0,0,0,0,-1,0,1,0",
+        "R_11,R_12,R_13,R_21,R_22,R_23,R_31,R_32,R_33\n1,0,0,0,0,-1,0,1,0",
+    ],
+)
+def test_orientation_in_every_form(read, columns):
+    head, row = columns.format(h=0.5**0.5).split("\n")
+    data = read(f"q1[rad],x[m],y[m],z[m],{head}\n0.1,1,2,3,{row}\n")
+    np.testing.assert_allclose(data.rotation[0], ROTATED, atol=1e-12)
+
+
+def test_roll_pitch_yaw_is_rz_ry_rx(read):
+    data = read("q1[rad],x[m],y[m],z[m],roll[deg],pitch[deg],yaw[deg]\n0,1,2,3,90,0,90\n")
+    np.testing.assert_allclose(data.rotation[0], [[0, 0, 1], [1, 0, 0], [0, 1, 0]], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "heads",
+    [
+        "q1,q2,q3",
+        "Q1,Q2,Q3",
+        "J1,J2,J3",
+        "A1,A2,A3",
+        "joint_1,joint_2,joint_3",
+        "Joint 1,Joint 2,Joint 3",
+        "joint_0,joint_1,joint_2",
+        "Gelenk1,Gelenk2,Gelenk3",
+        "Achse 1,Achse 2,Achse 3",
+        "theta1,theta2,theta3",
+        "shoulder_pan_joint,shoulder_lift_joint,elbow_joint",
+        "panda_joint1,panda_joint2,panda_joint3",
+        "lbr_iiwa_joint_1,lbr_iiwa_joint_2,lbr_iiwa_joint_3",
+        "joint_a1,joint_a2,joint_a3",
+        "q3,q1,q2",
+    ],
+)
+def test_names_of_joints(read, heads):
+    headings = ",".join(f"{name}[deg]" for name in heads.split(","))
+    data = read(f"{headings},x[m],y[m],z[m]\n10,20,30,1,2,3\n")
+    expected = [20, 30, 10] if heads == "q3,q1,q2" else [10, 20, 30]
+    np.testing.assert_allclose(np.degrees(data.q[0]), expected)
+    assert heads[0] in "qQ" or any("read as" in note for note in data.notes)
+
+
+def test_units_in_names_are_said(read):
+    data = read("q1_deg,x_mm,y_mm,z_mm\n90,1,2,3\n")
+    assert data.position[0].tolist() == [0.001, 0.002, 0.003]
+    assert sum("taken from its name" in note for note in data.notes) == 4
+
+
+def test_goals_and_unknown_columns_are_said(read):
+    data = read("q1[rad],x[m],y[m],z[m],Goal x[m],operator,Nr\n0.1,1,2,3,9,me,1\n")
+    said = " | ".join(data.notes)
+    assert "'Goal x[m]' is a goal, not a measurement" in said
+    assert "'operator', 'Nr'" in said
+
+
+def test_the_caller_renames_columns(read):
+    text = "a,b,x,y,z,q1\n90,45,1,2,3,7\n"
+    data = read(text, columns="q1[deg]=a,q2[deg]=b,x[mm]=x,y[mm]=y,z[mm]=z")
+    np.testing.assert_allclose(np.degrees(data.q[0]), [90, 45])
+    assert data.position[0].tolist() == [0.001, 0.002, 0.003]
+    assert any("'a' as q1[deg]" in note for note in data.notes)
+
+
+def test_the_caller_names_columns_in_order_and_leaves_some_out(read):
+    data = read("first second words 1\n7 90 1 2 3\n", columns="-,q1[deg],x[m],y[m],z[m]")
+    np.testing.assert_allclose(np.degrees(data.q[0]), [90])
+    assert any("named by the caller" in note for note in data.notes)
+
+
+def test_everything_else(read):
+    head = "q1[rad],q2[rad],m1x[mm],m1y[mm],m1z[mm],m2x[mm],m2y[mm],m2z[mm],distance[mm],anchor,contact,point"
+    head += ",tilt_x2[deg],tilt_y2[deg],time[ms],temperature[K],payload[g],torque1[Nm],direction1,direction2"
+    head += ",session,group,sigma_x[um],sigma_roll[deg],exclude,reason"
+    rows = "0,0,1,2,3,4,5,6,700,A,hole,s1,1,2,1500,300,250,3.5,1,-1,front,g1,50,0.01,false,\n"
+    rows += "0,0,1,2,3,,,,800,A,hole,s1,1,2,1500,,250,3.5,1,0,back,g1,50,0.01,yes,slipped\n"
+    data = read(head + "\n" + rows)
+    assert data.markers.shape == (2, 2, 3)
+    assert np.isnan(data.markers[1, 1]).all()
+    np.testing.assert_allclose(data.distance, [0.7, 0.8])
+    np.testing.assert_allclose(data.tilt[2], np.radians([[1, 2], [1, 2]]))
+    assert data.time.tolist() == [1.5, 1.5]
+    np.testing.assert_allclose(data.temperature, [26.85, np.nan])
+    assert data.payload.tolist() == [0.25, 0.25]
+    np.testing.assert_array_equal(data.torque, [[3.5, np.nan]] * 2)
+    np.testing.assert_array_equal(data.direction, [[1, -1], [1, 0]])
+    np.testing.assert_allclose(data.sigma[0, [0, 3]], [5e-5, np.radians(0.01)])
+    assert np.isnan(data.sigma[0, [1, 2, 4, 5]]).all()
+    assert data.sessions == ("front", "back")
+    assert [data.anchor[0], data.contact[0], data.point[0], data.group[0]] == ["A", "hole", "s1", "g1"]
+    assert data.exclude.tolist() == [False, True]
+    assert data.reason.tolist() == ["", "slipped"]
+
+
+def test_distances_without_anchor_share_one(read):
+    data = read("q1[rad],q2[rad],distance[mm]\n0,0,1\n0,1,2\n")
+    assert set(data.anchor) == {"anchor"}
+    assert any("one anchor" in note for note in data.notes)
+
+
+def test_contacts_need_no_numbers(read):
+    data = read("q1[rad],q2[rad],contact\n0,0,hole\n0,1,\n")
+    assert data.position is None
+    assert data.exclude.tolist() == [False, True]
+
+
+def test_rows_may_carry_different_observations(read):
+    data = read("q1[rad],x[m],y[m],z[m],distance[m],anchor\n0,1,2,3,,\n0,,,,0.5,A\n0,,,,0.5,\n")
+    assert data.included.tolist() == [True, True, False]
+    assert data.reason[2] == "lacks anchor"
+
+
+def test_grad_is_said(read):
+    data = read("q1[Grad],x[m],y[m],z[m]\n90,1,2,3\n")
+    np.testing.assert_allclose(data.q[0], [np.pi / 2])
+    assert any("360 to a turn" in note for note in data.notes)
+
+
+def test_plain_layout_can_be_forced(read):
+    text = "step_order,x_t,y_t,z_t,x_dif,y_dif,z_dif,joint_1\n0,1,2,3,1,1,1,90\n"
+    assert read(text).position[0].tolist() == [0.002, 0.003, 0.004]
+    with pytest.raises(Exception, match="unit is missing"):
+        read(text, layout="plain")
+
+
+def save_mat(path, **variables):
+    from scipy.io import savemat
+
+    savemat(path, variables)
+    return path
+
+
+def test_matlab_pages_labels_and_vectors(tmp_path):
+    poses = np.repeat(np.eye(4)[:, :, None], 5, axis=2)
+    poses[:3, :3, 1], poses[:3, 3, 1] = ROTATED, [1, 2, 3]
+    names = np.array([["a"], ["a"], ["b"], ["b"], ["b"]], dtype=object)
+    file = save_mat(tmp_path / "t.mat", Q=np.arange(10.0).reshape(5, 2), T=poses, s=names, t=np.arange(5.0))
+    data = read_measurements(file, columns="q[deg|row]=Q, pose[mm]=T, session=s, time[s]=t")
+    np.testing.assert_allclose(data.rotation[1], ROTATED)
+    assert data.position[1].tolist() == [0.001, 0.002, 0.003]
+    assert data.sessions == ("a", "b")
+    assert data.time.tolist() == [0, 1, 2, 3, 4]
+
+
+def test_matlab_square_or_open_matrices_ask_for_row_or_column(tmp_path):
+    file = save_mat(tmp_path / "t.mat", Q=np.zeros((3, 3)), P=np.zeros((3, 3)))
+    with pytest.raises(OptionError, match="row or a column"):
+        read_measurements(file, columns="q[deg|row]=Q, xyz[mm]=P")
+    with pytest.raises(OptionError, match="row or a column"):
+        read_measurements(file, columns="q[deg]=Q, xyz[mm|row]=P")
+
+
+def test_matlab_matrices_that_do_not_fit(tmp_path):
+    file = save_mat(tmp_path / "t.mat", Q=np.zeros((4, 2)), P=np.zeros((5, 3)))
+    with pytest.raises(FileError, match="5 measurements"):
+        read_measurements(file, columns="q[deg|row]=Q, xyz[mm]=P")
+    for bad in ("q[deg|row]=Z", "q[deg|row]=Q,foo[mm]=P", "q1[deg],q2[deg]"):
+        with pytest.raises(OptionError):
+            read_measurements(file, columns=bad)
+
+
+def test_preview_says_what_was_understood(tmp_path):
+    path = tmp_path / "t.csv"
+    path.write_text("Achse 1[°];x[mm];y[mm];z[mm];session;group;Nr\n90,5;1;2;3;a;g;1\n9;1;2;;b;g;2\n")
+    shown = preview(path)
+    assert shown.ok
+    assert (shown.rows, shown.joints, shown.excluded, shown.groups) == (2, 1, 1, 1)
+    assert shown.sessions == ("a", "b")
+    assert [(c.heading, c.key, c.unit, c.si) for c in shown.columns][:2] == [
+        ("Achse 1[°]", "q1", "°", "rad"),
+        ("x[mm]", "x", "mm", "m"),
+    ]
+    assert shown.columns[-1].key is None
+    assert "decimal commas" in shown.decisions
+
+
+def test_preview_lists_all_problems_of_columns(tmp_path):
+    path = tmp_path / "t.csv"
+    path.write_text("q1,x[foo],y[m],z[m],y[m],session\n1,1,2,3,2,a\n")
+    shown = preview(path)
+    assert len(shown.problems) == 3
+    assert shown.rows == 1
+    assert shown.sessions == ("a",)
+
+
+def test_trajectories(tmp_path):
+    path = tmp_path / "t.csv"
+    path.write_text("time[s],q1[deg],q2[deg]\n0,0,10\n0.1,1,11\n")
+    path2 = tmp_path / "p.csv"
+    path2.write_text("x[mm],y[mm],z[mm],qw,qx,qy,qz\n1,2,3,1,0,0,0\n")
+    assert read_trajectory(path, joints=2).q.shape == (2, 2)
+    assert read_trajectory(path).position is None
+    poses = read_trajectory(path2)
+    assert poses.q is None
+    assert poses.rotation.shape == (1, 3, 3)
+    path.write_text("time[s],q1[deg],q2[deg]\n0,0,10\n0,1,11\n")
+    with pytest.raises(Exception, match="line 3: time does not increase"):
+        read_trajectory(path)
+    path.write_text("time[s],q1[deg],q2[deg]\n0,0,10\n1,,11\n")
+    with pytest.raises(FileError, match="no gaps"):
+        read_trajectory(path)

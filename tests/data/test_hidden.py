@@ -1,0 +1,86 @@
+"""Hidden effects of virtual arms: said in words, of a size that shows, with what drives them."""
+
+import numpy as np
+import pytest
+
+from workbench.arm.effects import EFFECTS
+from workbench.arm.library import load_robot
+from workbench.arm.statics.deflection import shift_of
+from workbench.base.errors import OptionError
+from workbench.data.simulation.hidden_effects import (
+    ALUMINIUM,
+    BEND,
+    hidden_effects,
+    varied_state,
+)
+from workbench.identification.evaluate import evaluate
+from workbench.plate.measuring import measure_poses
+
+
+@pytest.fixture(scope="module")
+def aria():
+    return load_robot("aria")
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_every_effect_can_be_hidden(aria, name):
+    (effect,), (note,) = hidden_effects(aria, [name], rng=np.random.default_rng(0))
+    assert effect.name == name
+    assert name in note
+    assert all(n in note for n in effect.names)
+    robot = aria.with_effects(effect)
+    rng = np.random.default_rng(1)
+    q = rng.uniform(*aria.search_limits.T, (120, 6))
+    shift = shift_of(robot, varied_state(robot, q, rng=rng))
+    largest = np.abs(shift).max()
+    if name == "thermal-growth":
+        assert effect.coefficients == (ALUMINIUM,)
+        assert 1e-5 < largest < 1e-3
+    else:
+        assert 0.5 * BEND < largest < 1.5 * BEND
+
+
+def test_joint_and_size_are_as_said(aria):
+    rng = np.random.default_rng(0)
+    words = ["joint-compliance:3:4e-5", "base-drift::1e-7", "joint-coupling:4:1e-3", "backlash:5:2e-3"]
+    compliance, drift, coupling, backlash = hidden_effects(aria, words, rng=rng)[0]
+    assert (compliance.joints, compliance.coefficients) == ((2,), (4e-5,))
+    assert drift.joints == ()
+    assert np.linalg.norm(drift.coefficients[:3]) == pytest.approx(1e-7)
+    assert (coupling.joints, coupling.coefficients) == ((3, 2), (1e-3,))
+    assert (backlash.joints, backlash.coefficients) == ((4,), (2e-3,))
+    given = EFFECTS["encoder-scale"]((1,), (5e-4,))
+    assert hidden_effects(aria, [given], rng=rng)[0] == (given,)
+
+
+def test_rows_carry_what_drives_the_effects(aria):
+    effects = ("thermal-growth", "base-drift", EFFECTS["backlash"]((1,), (1e-3,), by="motion"))
+    actual, rows = measure_poses(aria, 40, instrument="ideal", effects=effects, seed=3)
+    assert [e.name for e in actual.effects] == ["thermal-growth", "base-drift", "backlash"]
+    assert set(np.unique(rows.direction)) == {-1.0, 1.0}
+    # a driver that goes along with another can't be told from it
+    assert abs(np.corrcoef(rows.time, rows.temperature)[0, 1]) < 0.7
+    assert rows.payload is None
+    assert evaluate(actual, rows).errors.position_mm.max < 1e-9
+    straight = evaluate(actual.with_effects(), rows).errors.position_mm.max
+    assert straight > 0.5
+    plain, same = measure_poses(aria, 40, instrument="ideal", seed=3)
+    assert not plain.effects
+    assert same.time is None
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("wobble", "no effect 'wobble'; known are joint-compliance, backlash"),
+        ("backlash:0", "1 … 6"),
+        ("backlash:two", "1 … 6"),
+        ("thermal-growth:2", "whole arm"),
+        ("joint-compliance:2:soft", "size 'soft'"),
+        ("joint-compliance:2:0", "size '0'"),
+        ("joint-compliance:1", "nothing drives it"),
+    ],
+)
+def test_words_without_sense_are_refused(aria, words, said):
+    with pytest.raises(OptionError, match=said):
+        hidden_effects(aria, [words], rng=np.random.default_rng(0))

@@ -1,0 +1,194 @@
+"""Measuring technologies: what each loses, how well it sees, and what an arm can be found from."""
+
+import numpy as np
+import pytest
+
+from workbench.arm.kinematics.forward import link_frames, tool_poses
+from workbench.arm.library import load_robot
+from workbench.arm.motion import Motion
+from workbench.base import se3
+from workbench.base.errors import DataError, OptionError
+from workbench.data.readers import read_measurements
+from workbench.data.simulation.instruments import (
+    INSTRUMENTS,
+    THREE_MARKERS,
+    Instrument,
+    Observes,
+)
+from workbench.data.simulation.sight import (
+    SIDES,
+    Sight,
+    lost,
+    mounting,
+    station,
+)
+from workbench.data.simulation.simulate import simulate, simulate_targets, virtual_arm
+from workbench.data.simulation.surfaces import three_planes
+from workbench.data.writer import write_measurements
+from workbench.identification.identify import identify
+from workbench.plate.measuring import measure_poses
+
+
+@pytest.fixture(scope="module")
+def katana():
+    return load_robot("katana450")
+
+
+def random_q(robot, rows, seed=0):
+    return np.random.default_rng(seed).uniform(*robot.search_limits.T, (rows, robot.dof))
+
+
+def test_a_fixed_reflector_is_lost_beyond_45_degrees(katana):
+    """Every row that is kept looks at the tracker within 45°, every other one does not."""
+    q = random_q(katana, 300)
+    rows = simulate(katana, q, instrument=INSTRUMENTS["laser-tracker-fixed"], rng=np.random.default_rng(1))
+    poses, place = tool_poses(katana, q), station(katana)
+    side = SIDES[mounting(INSTRUMENTS["laser-tracker-fixed"].sight, poses, place)]
+    line = place - poses[:, :3, 3]
+    cosine = np.einsum("rij,j,ri->r", poses[:, :3, :3], side, line / np.linalg.norm(line, axis=1)[:, None])
+    assert np.array_equal(rows.included, cosine >= np.cos(np.deg2rad(45.0)))
+    assert 0.05 < rows.included.mean() < 0.5
+    assert np.isnan(rows.position[~rows.included]).all()
+    assert np.isfinite(rows.position[rows.included]).all()
+    assert all("line of sight" in reason for reason in rows.reason[~rows.included])
+    assert any("looks along" in note for note in rows.notes)
+
+
+def test_the_side_that_is_seen_most_is_taken(katana):
+    """However the tool's axes are named, as many rows are seen, and no side sees more."""
+    poses, place, sight = tool_poses(katana, random_q(katana, 300)), station(katana), Sight(cone=0.8)
+    kept = []
+    for rpy in ((0.0, 0.0, 0.0), (0.0, np.pi / 2, 0.0), (np.pi / 2, 0.0, 0.0)):
+        turned = poses.copy()
+        turned[:, :3, :3] = poses[:, :3, :3] @ se3.rpy_to_matrix(np.array(rpy))
+        kept.append(int((lost(sight, turned, place)[0] == "").sum()))
+    line = place - poses[:, :3, 3]
+    line /= np.linalg.norm(line, axis=1, keepdims=True)
+    each = [(np.einsum("rij,j,ri->r", poses[:, :3, :3], side, line) >= np.cos(0.8)).sum() for side in SIDES]
+    assert kept == [max(each)] * 3
+
+
+def test_an_optical_tracker_needs_its_distance(katana):
+    q = random_q(katana, 50)
+    near = Instrument(
+        name="near",
+        observes=Observes.POINT,
+        sigma_position=0.0,
+        sight=Sight(near=2.0, far=7.0),
+        place=np.zeros(3),
+    )
+    with pytest.raises(DataError) as error:
+        simulate(katana, q, instrument=near, rng=np.random.default_rng(0))
+    assert "2 to 7 m" in str(error.value)
+    assert (
+        simulate(katana, q, instrument=INSTRUMENTS["optotrak"], rng=np.random.default_rng(0)).exclude is None
+    )
+
+
+@pytest.mark.parametrize("samples", [1, 16])
+def test_three_markers_give_a_pose_as_well_as_promised(katana, samples):
+    """Spread of 3000 fitted poses against the deviations that follow from the markers' places."""
+    instrument = Instrument(
+        name="o", observes=Observes.RIGID_BODY, sigma_position=1e-5, markers=THREE_MARKERS, samples=samples
+    )
+    q = np.tile(random_q(katana, 1), (3000, 1))
+    rows = simulate(katana, q, instrument=instrument, rng=np.random.default_rng(2))
+    error = se3.pose_error(se3.pose(rows.rotation, rows.position), tool_poses(katana, q))
+    position, rotation = instrument.deviations
+    assert np.isclose(position, 1e-5 / np.sqrt(3 * samples))  # the mean of three markers
+    assert np.isclose(np.sqrt((error[:, :3] ** 2).mean()), position, rtol=0.05)
+    assert np.isclose(np.sqrt((error[:, 3:] ** 2).mean()), rotation, rtol=0.05)
+    assert np.allclose(rows.sigma[0], [position] * 3 + [rotation] * 3)
+
+
+def test_a_short_ball_bar_takes_the_nearest_anchor_within_its_stroke(katana):
+    anchors = {"A": np.array([0.4, 0.1, 0.3]), "B": np.array([-0.3, 0.1, 0.3])}
+    q = random_q(katana, 200)
+    rows = simulate(
+        katana, q, instrument=INSTRUMENTS["short-ball-bar"], rng=np.random.default_rng(0), anchors=anchors
+    )
+    tips = tool_poses(katana, q)[:, :3, 3]
+    distances = np.stack([np.linalg.norm(tips - place, axis=1) for place in anchors.values()])
+    kept = rows.included
+    assert np.array_equal(rows.anchor[kept], np.array(list(anchors))[distances.argmin(axis=0)][kept])
+    assert np.allclose(rows.distance[kept], distances.min(axis=0)[kept], atol=3e-5)
+    assert (rows.distance[kept] <= 0.5).all()
+    assert (distances.min(axis=0)[~kept] > 0.4999).sum() + (distances.min(axis=0)[~kept] < 0.1001).sum() == (
+        ~kept
+    ).sum()
+
+
+def test_probes_touch_what_they_say(katana):
+    actual = virtual_arm(katana, rng=np.random.default_rng(0), length=5e-4, angle=5e-3)
+    q = random_q(actual, 60)
+    rows = simulate(actual, q, instrument=INSTRUMENTS["plane-probe"], rng=np.random.default_rng(1))
+    tips = tool_poses(actual, rows.q)[:, :3, 3]
+    planes = three_planes(actual)
+    off = [planes[n].normal @ tip - planes[n].offset for n, tip in zip(rows.contact, tips, strict=True)]
+    kept = rows.included
+    assert kept.sum() > 20
+    assert np.isclose(np.std(np.array(off)[kept]), 3e-5, rtol=0.4)
+    rows = simulate(actual, q, instrument=INSTRUMENTS["sphere-probe"], rng=np.random.default_rng(1))
+    tips = tool_poses(actual, rows.q)[:, :3, 3]
+    for name in np.unique(rows.contact):
+        mine = tips[(rows.contact == name) & rows.included]
+        assert np.isclose(mine.std(axis=0).mean(), 3e-5, rtol=0.6)
+
+
+def test_inclinometers_read_where_up_is(katana):
+    """A link turned back by its readings, first about x and then about y, has its z axis upright again."""
+    q = random_q(katana, 40)
+    rows = simulate(katana, q, instrument=INSTRUMENTS["inclinometer"], rng=np.random.default_rng(0))
+    assert set(rows.tilt) == {1, 2, 3, 4, 5}
+    frames, off = link_frames(katana, q), []
+    for link, tilt in rows.tilt.items():
+        back = se3.rpy_to_matrix(np.stack([tilt[:, 0], tilt[:, 1], np.zeros(40)], 1))
+        upright = frames[:, link, :3, :3] @ np.swapaxes(back, 1, 2)
+        off.append(upright[:, :2, 2])
+    assert np.isclose(np.std(off), np.deg2rad(0.001), rtol=0.1)
+    assert np.abs(rows.tilt[1]).max() < 1e-4  # the first link turns about the vertical
+
+
+@pytest.mark.parametrize(
+    ("name", "within_mm"),
+    [
+        ("laser-tracker-fixed", 0.06),
+        ("photogrammetric-tracker", 0.12),
+        ("optotrak", 0.02),
+        ("short-ball-bar", 0.02),
+        ("sphere-probe", 0.09),
+        ("plane-probe", 0.09),
+    ],
+)
+def test_an_arm_is_found_with_each(katana, name, within_mm, tmp_path):
+    """Measured, written, read and identified: held-out rows are met to about the instrument's noise."""
+    _, rows = measure_poses(katana, 160, instrument=name, seed=2)
+    back = read_measurements(write_measurements(rows, tmp_path / "rows.csv"), joints=katana.dof)
+    assert np.array_equal(back.included, rows.included)
+    run = identify(katana, back, algorithms=("opt2",), held_out=0.2)
+    held = run.best.held_out.position_mm
+    assert run.nominal.held_out.position_mm.mean > 5.0
+    assert held.mean < within_mm
+
+
+def test_what_a_probe_or_an_instrument_refuses(katana):
+    poses = tool_poses(katana, random_q(katana, 3))
+    with pytest.raises(OptionError) as error:
+        simulate_targets(katana, poses, instrument=INSTRUMENTS["plane-probe"], rng=np.random.default_rng(0))
+    assert "--poses" in str(error.value)
+    with pytest.raises(OptionError):
+        Instrument(name="x", observes=Observes.POINT, sigma_position=1e-5, samples=0)
+
+
+def test_a_bent_arm_touches_with_its_bend(katana):
+    """With a compliant joint 2, the tip that gravity bends stands on the ball; the rigid one would not."""
+    actual, rows = measure_poses(
+        katana, 60, instrument="sphere-probe", effects=("joint-compliance:2:1e-3",), seed=4
+    )
+    kept = rows.take(rows.included)
+    spreads = []
+    for arm in (actual, actual.with_effects()):
+        tips = tool_poses(arm, kept.q, motion=Motion.of(kept))[:, :3, 3]
+        spreads.append(max(tips[kept.contact == n].std(axis=0).max() for n in np.unique(kept.contact)))
+    assert spreads[0] < 6e-5
+    assert spreads[1] > 2e-4

@@ -1,0 +1,108 @@
+import re
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from workbench.base.errors import DataError, ShapeError
+from workbench.data.dataset import Dataset
+from workbench.data.plausible import check_plausible, repeated_rows
+
+LIMITS = np.array([[-6.28, 6.28], [-2.0, 2.0], [-np.inf, np.inf]])
+REACH = 0.9
+
+
+def dataset(rows=20, *, angle=1.0, length=1.0, **more):
+    rng = np.random.default_rng(1)
+    given = {
+        "q": angle * rng.uniform(-1.5, 1.5, (rows, 3)),
+        "row": np.arange(rows),
+        "position": length * (rng.uniform(-0.5, 0.5, (rows, 3)) + np.array([4.0, 2.0, 1.0])),
+        "rotation": Rotation.random(rows, rng).as_matrix(),
+    }
+    return Dataset(**(given | more))
+
+
+def test_sound_measurements_pass_without_a_word():
+    assert check_plausible(dataset(), LIMITS, REACH).notes == ()
+
+
+def test_degrees_labelled_rad():
+    with pytest.raises(DataError, match="degrees labelled rad"):
+        check_plausible(dataset(angle=57.3), LIMITS, REACH)
+
+
+def test_degrees_labelled_rad_without_any_limits():
+    with pytest.raises(DataError, match="degrees labelled rad"):
+        check_plausible(dataset(angle=57.3), np.full((3, 2), np.inf) * [-1, 1], REACH)
+
+
+def test_millimetres_of_a_sliding_joint_labelled_m():
+    data = dataset()
+    q = np.array(data.q)
+    q[:, 2] = np.linspace(0, 800, len(q))
+    with pytest.raises(DataError, match="mm labelled m"):
+        check_plausible(dataset(q=q), np.array([[-3, 3], [-3, 3], [0, 1.0]]), REACH)
+
+
+def test_millimetres_labelled_metres():
+    with pytest.raises(DataError, match="mm labelled m"):
+        check_plausible(dataset(length=1000.0), LIMITS, REACH)
+    markers = np.repeat(1000.0 * dataset().position[:, None], 2, axis=1)
+    with pytest.raises(DataError, match="mm labelled m"):
+        check_plausible(dataset(position=None, rotation=None, markers=markers), LIMITS, REACH)
+
+
+def test_one_row_far_away_names_the_row():
+    position = np.array(dataset().position)
+    position[7] += 500.0
+    with pytest.raises(DataError, match="data row 7"):
+        check_plausible(dataset(position=position), LIMITS, REACH)
+
+
+def test_a_row_that_is_kept_out_is_not_looked_at():
+    position = np.array(dataset().position)
+    position[7] += 500.0
+    check_plausible(dataset(position=position, exclude=np.arange(20) == 7), LIMITS, REACH)
+    check_plausible(dataset(exclude=np.ones(20, bool)), LIMITS, REACH)
+
+
+def test_sessions_may_lie_far_apart():
+    position = np.array(dataset().position)
+    position[10:] += 50.0
+    session = np.repeat(["a", "b"], 10)
+    assert check_plausible(dataset(position=position, session=session), LIMITS, REACH).notes == ()
+
+
+def test_a_distant_instrument_is_no_mistake():
+    check_plausible(dataset(position=dataset().position + 30.0), LIMITS, REACH)
+
+
+@pytest.mark.parametrize(
+    ("data", "word"),
+    [
+        (dataset(rotation=np.repeat(np.eye(3)[None], 20, axis=0)), "orientations are alike"),
+        (dataset(q=dataset().q * [1, 1, 0]), r"joint\(s\) 3 never move"),
+        (dataset(q=dataset().q + np.array([0, 1.0, 0])), "joint 2 is outside its limits"),
+        (dataset(angle=np.pi / 180), "rad labelled deg"),
+        (dataset(length=1e-3), "m labelled mm"),
+        (dataset().take(np.array([*range(20), 3])), "data row 3 repeats data row 3"),
+    ],
+)
+def test_what_is_odd_is_noted(data, word):
+    notes = check_plausible(data, LIMITS, REACH).notes
+    assert len(notes) == 1
+    assert re.search(word, notes[0])
+
+
+def test_another_robot():
+    with pytest.raises(ShapeError) as caught:
+        check_plausible(dataset(), LIMITS[:2], REACH)
+    assert (caught.value.expected, caught.value.found) == (2, 3)
+
+
+def test_repeats_heed_sessions():
+    twice = dataset().take(np.array([0, 1, 0]))
+    assert repeated_rows(twice) == [(0, 2)]
+    apart = Dataset(q=twice.q, row=twice.row, position=twice.position, session=np.array(["a", "a", "b"]))
+    assert repeated_rows(apart) == []

@@ -1,0 +1,211 @@
+"""Every file of the real measurements is read as its SOURCE.md says, or refused with the right sentence."""
+
+import numpy as np
+import pytest
+
+from workbench.base import se3
+from workbench.base.errors import (
+    DataError,
+    FileError,
+    OptionError,
+    ShapeError,
+    WorkbenchError,
+)
+from workbench.data.readers import preview, read_measurements
+
+pytestmark = pytest.mark.data
+
+
+def angles_between(a, b):
+    return np.linalg.norm(se3.matrix_to_rotvec(a @ np.swapaxes(b, -1, -2)), axis=-1)
+
+
+@pytest.fixture(scope="module")
+def ur10(shared_data):
+    return read_measurements(shared_data / "ur10_ipa" / "measurements.csv", joints=6)
+
+
+def test_ur10_grid_series(shared_data, ur10):
+    original = read_measurements(shared_data / "ur10_ipa" / "original" / "measurements_grid.csv", joints=6)
+    assert len(original) == len(ur10) == 11911
+    np.testing.assert_allclose(original.q, ur10.q, atol=1e-12)
+    np.testing.assert_allclose(original.position, ur10.position, atol=6e-8)
+    assert angles_between(original.rotation, ur10.rotation).max() < 2e-8
+    np.testing.assert_allclose(original.time, ur10.time, atol=0.51)
+    np.testing.assert_allclose(original.temperature, ur10.temperature, atol=6e-5)
+    assert original.group.tolist() == ur10.group.tolist()
+    assert any("goal columns are commanded" in note for note in original.notes)
+
+
+def test_the_plain_reading_of_the_grid_series_asks_for_units(shared_data):
+    with pytest.raises(WorkbenchError, match="unit is missing"):
+        read_measurements(shared_data / "ur10_ipa" / "original" / "measurements_grid.csv", layout="plain")
+
+
+@pytest.mark.parametrize(("arm", "folder"), [("UR5", "ur5_jacobi"), ("WAM", "wam_jacobi")])
+def test_targets_with_deviations(shared_data, arm, folder):
+    parts = [
+        read_measurements(shared_data / folder / "original" / f"3D_{arm}_uncalibrated_{part}_cleaned.csv")
+        for part in ("grid", "random")
+    ]
+    converted = read_measurements(shared_data / folder / "measurements.csv")
+    np.testing.assert_allclose(np.vstack([part.q for part in parts]), converted.q, atol=6e-11)
+    np.testing.assert_allclose(np.vstack([part.position for part in parts]), converted.position, atol=6e-8)
+    assert parts[0].rotation is None
+    assert any("target + deviation" in note for note in parts[0].notes)
+
+
+PANDAS = [f"panda_{n}" for n in ("1", "2", "2_clean", "3", "3_bis", "4", "4_clean", "6", "7")]
+
+
+@pytest.mark.parametrize("robot", ["kuka_14", *PANDAS])
+def test_ball_in_two_sockets(shared_data, robot):
+    folder = read_measurements(shared_data / "mukca" / "original" / robot)
+    converted = read_measurements(shared_data / "mukca" / robot / "measurements.csv", joints=7)
+    assert sorted(folder.sessions) == sorted(converted.sessions)
+    for session in folder.sessions:
+        ours, theirs = (data.take(data.session == session) for data in (folder, converted))
+        np.testing.assert_allclose(ours.q, theirs.q, atol=6e-10)
+        np.testing.assert_allclose(ours.position, theirs.position, atol=1e-12)
+        assert ours.point.tolist() == theirs.point.tolist()
+
+
+def test_one_socket_file_needs_its_layout_or_columns(shared_data):
+    file = shared_data / "mukca" / "original" / "panda_3" / "backcenter" / "hole_1.csv"
+    with pytest.raises(FileError, match="no header"):
+        read_measurements(file)
+    with pytest.raises(DataError, match="nothing was observed"):
+        read_measurements(file, columns="q1[rad],…,q7[rad]")
+    data = read_measurements(file, layout="mukca")
+    assert data.sessions == ("backcenter",)
+    assert set(data.point) == {"socket1"}
+
+
+def test_kinova_arms_have_six_joints(shared_data):
+    folder = shared_data / "mukca" / "original" / "dinova_2"
+    assert read_measurements(folder).joints == 6
+    with pytest.raises(ShapeError) as caught:
+        read_measurements(folder, joints=7)
+    assert (caught.value.expected, caught.value.found) == (7, 6)
+
+
+@pytest.mark.parametrize("columns", [None, "x[m],y[m],z[m],qx,qy,qz,qw"])
+def test_computed_poses_are_no_measurements(shared_data, columns):
+    file = shared_data / "mukca" / "original" / "panda_3" / "backcenter" / "hole_0_pose.csv"
+    with pytest.raises(FileError, match="own forward kinematics, not measurements"):
+        read_measurements(file, columns=columns)
+
+
+def test_every_original_file_is_read_or_refused(shared_data):
+    files = [p for p in shared_data.glob("*/original/**/*") if p.is_file()]
+    assert len(files) > 100
+    for file in files[::5]:
+        shown = preview(file)
+        if file.name.startswith("hole") and "pose" not in file.name:
+            assert "no header" in shown.problems[0]
+        elif "pose" in file.name or "Trafo" in file.name:
+            assert "not measurements" in shown.problems[0] or "transform" in shown.problems[0]
+        else:
+            assert shown.ok
+
+
+def test_preview_of_a_layout_says_which_columns_count(shared_data):
+    shown = preview(shared_data / "ur10_ipa" / "original" / "measurements_grid.csv")
+    columns = {column.heading: column for column in shown.columns}
+    assert (shown.layout, shown.rows, shown.groups) == ("ipa-grid", 11911, 619)
+    assert (columns["measurement_x"].key, columns["measurement_x"].unit) == ("x", "mm")
+    assert (columns["measurement_rx"].unit, columns["measurement_rx"].si) == ("deg", "rad")
+    assert columns["Goal x"].key is None
+    assert len(columns) == len(shown.columns)
+
+
+@pytest.mark.parametrize("name", ["LICENSE", "SOURCE.md", "robot.toml", ""])
+def test_what_is_no_table_is_refused(shared_data, name):
+    with pytest.raises(FileError):
+        read_measurements(shared_data / "mukca" / name)
+
+
+def ur5_test_rows(shared_data):
+    converted = read_measurements(shared_data / "ur5_jacobi" / "measurements.csv")
+    return converted.take(np.arange(len(converted) - 20, len(converted)))
+
+
+@pytest.mark.parametrize("name", ["ur5_plain.xlsx", "ur5_title_units_row.xlsx"])
+def test_workbooks(shared_data, name):
+    data = read_measurements(shared_data / "importer_variants" / name, joints=6)
+    expected = ur5_test_rows(shared_data)
+    np.testing.assert_allclose(data.q, expected.q, atol=2e-10)
+    np.testing.assert_allclose(data.position, expected.position, atol=1e-9)
+
+
+def test_the_sheet_can_be_chosen(shared_data):
+    file = shared_data / "importer_variants" / "ur5_title_units_row.xlsx"
+    assert len(read_measurements(file, sheet="Messwerte")) == 20
+    with pytest.raises(OptionError, match="Messwerte"):
+        read_measurements(file, sheet="Data")
+    with pytest.raises(FileError):
+        read_measurements(file, sheet="Info")
+
+
+@pytest.mark.parametrize(
+    ("name", "columns"),
+    [
+        ("wam_matrices.mat", "q[rad|column]=Q,xyz[mm|column]=P"),
+        ("wam_matrices.mat", "Q[column]=q1[rad],…,q7[rad],P[column]=x[mm],y[mm],z[mm]"),
+        ("wam_matrices.mat", "Q[rad|column]=q; P[mm|column]=xyz"),
+        ("wam_struct.mat", "q[deg|row]=data.joints_deg, xyz[m|row]=data.position_m"),
+    ],
+)
+def test_matlab(shared_data, name, columns):
+    converted = read_measurements(shared_data / "wam_jacobi" / "measurements.csv")
+    data = read_measurements(shared_data / "importer_variants" / name, columns=columns, joints=7)
+    np.testing.assert_allclose(data.q, converted.q[-20:], atol=2e-10)
+    np.testing.assert_allclose(data.position, converted.position[-20:], atol=1e-7)
+
+
+def test_matlab_says_what_it_holds(shared_data):
+    with pytest.raises(OptionError, match=r"Q \(7 x 20\)"):
+        read_measurements(shared_data / "importer_variants" / "wam_matrices.mat")
+    with pytest.raises(OptionError, match=r"20 values a measurement|has 20|says not"):
+        read_measurements(
+            shared_data / "importer_variants" / "wam_matrices.mat", columns="q[rad|row]=Q,xyz[mm|row]=P"
+        )
+
+
+def test_german_utf16(shared_data, ur10):
+    data = read_measurements(shared_data / "importer_variants" / "ur10_german_utf16.txt", joints=6)
+    np.testing.assert_allclose(data.q, ur10.q[:200], atol=1e-8)
+    np.testing.assert_allclose(data.position, ur10.position[:200], atol=6e-8)
+    np.testing.assert_allclose(data.temperature, ur10.temperature[:200], atol=6e-3)
+    assert data.rotation is None
+    said = " | ".join(data.notes)
+    assert all(word in said for word in ("utf-16", "decimal commas", "'Achse 1 [°]'", "q1 … q6", "'Nr'"))
+
+
+@pytest.mark.parametrize(
+    "columns",
+    [
+        "q1[deg],…,q6[deg],x[mm],y[mm],z[mm],qw,qx,qy,qz",
+        "q[deg],xyz[mm],quat",
+        "q1[deg]..q6[deg],xyz[mm],quat",
+    ],
+)
+def test_quaternions_without_header(shared_data, ur10, columns):
+    file = shared_data / "importer_variants" / "ur10_no_header_quaternion.txt"
+    data = read_measurements(file, columns=columns, joints=6)
+    np.testing.assert_allclose(data.q, ur10.q[:200], atol=1e-8)
+    np.testing.assert_allclose(data.position, ur10.position[:200], atol=6e-8)
+    assert angles_between(data.rotation, ur10.rotation[:200]).max() < 1e-6
+
+
+def test_rotation_vectors_with_a_gap_and_a_repeat(shared_data, ur10):
+    file = shared_data / "importer_variants" / "ur10_rotvec_missing_outlier.csv"
+    data = read_measurements(file, joints=6)
+    assert np.flatnonzero(data.exclude).tolist() == [12]
+    assert data.reason[12] == "lacks z"
+    said = " | ".join(data.notes)
+    assert "data row 12 (line 14) lacks z and is kept out" in said
+    assert "data row 31 (line 33) repeats data row 30 (line 32)" in said
+    first = ur10.take(np.arange(12))
+    np.testing.assert_allclose(data.position[:12], first.position, atol=1e-9)
+    assert angles_between(data.rotation[:12], first.rotation).max() < 2e-8

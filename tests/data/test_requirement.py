@@ -1,0 +1,70 @@
+import numpy as np
+import pytest
+
+from workbench.base.errors import OptionError
+from workbench.data.components import RowComponents
+from workbench.data.requirement import Requirement
+
+NAN = float("nan")
+
+
+def rows(position, rotation):
+    return RowComponents(1e-3 * np.array(position, float), np.deg2rad(np.array(rotation, float)))
+
+
+def test_the_papers_angle():
+    requirement = Requirement()
+    assert requirement.displacement == pytest.approx(1.7320508e-3)
+    # 2 asin((5 − 1.7320508) / (2 · 1.4142136 · 200)) = 2 asin(0.00577697) = 0.01155401 rad
+    assert requirement.angle == pytest.approx(0.01155401, abs=1e-8)
+    assert f"{np.rad2deg(requirement.angle):.2f}" == "0.66"
+    assert requirement.words == "1 mm per axis and 0.66°"
+
+
+def test_the_worst_case_just_keeps_the_target():
+    requirement = Requirement(radius=8e-3, insertion=0.35, per_axis=2e-3)
+    chord = 2.0 * requirement.insertion * np.sin(0.5 * requirement.angle)
+    assert requirement.displacement + np.sqrt(2.0) * chord == pytest.approx(requirement.radius)
+
+
+def test_rows_and_axes_pass_or_fail():
+    check = Requirement().check(
+        rows(
+            [[0.9, -0.9, 0.0], [1.1, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, -1.0]],
+            [[0.6, 0.0, -0.6], [0.0, 0.0, 0.0], [0.0, -0.7, 0.0], [0.0, 0.0, 0.0]],
+        )
+    )
+    assert check.passed.tolist() == [True, False, False, True]
+    assert check.share == 0.5
+    assert check.share_per_axis.tolist() == [0.75, 1.0, 1.0, 1.0, 0.75, 1.0]
+    assert not check.ok
+    assert 1e3 * check.worst[:3] == pytest.approx([1.1, 0.9, 1.0])
+    assert np.rad2deg(check.worst[3:]) == pytest.approx([0.6, 0.7, 0.6])
+
+
+def test_points_are_judged_by_position_alone():
+    check = Requirement().check(rows([[0.1, 0.2, 0.3], [NAN] * 3], [[NAN] * 3] * 2))
+    assert check.judged.tolist() == [True, False]
+    assert check.ok
+    assert check.share == 1.0
+    assert not check.with_rotation
+    assert np.isnan(check.share_per_axis[3:]).all()
+
+
+def test_rows_without_any_position_are_not_judged():
+    check = Requirement().check(rows([[NAN] * 3], [[NAN] * 3]))
+    assert not check.ok
+    assert np.isnan(check.share)
+    assert np.isnan(check.share_per_axis).all()
+
+
+def test_the_tip_adds_both_errors():
+    components = rows([[3.0, 0.0, 4.0], [0.0, 0.0, 0.0]], [[0.0, 60.0, 0.0], [NAN] * 3])
+    tip = Requirement().tip_error(components)
+    assert tip == pytest.approx([5e-3 + 0.2, 0.0])  # a chord over 60° is as long as the radius
+
+
+@pytest.mark.parametrize("changes", [{"radius": 0.0}, {"insertion": -1.0}, {"per_axis": 3e-3}])
+def test_impossible_requirements(changes):
+    with pytest.raises(OptionError):
+        Requirement(**changes)

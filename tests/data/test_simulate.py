@@ -1,0 +1,225 @@
+"""Virtual arms and measurements: what is hidden, how much noise there is, the same for the same seed."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.library import load_robot
+from workbench.arm.robot import Frame
+from workbench.base import se3
+from workbench.base.errors import DataError, OptionError
+from workbench.data.simulation.instruments import (
+    INSTRUMENTS,
+    Instrument,
+    Observes,
+    instrument_named,
+)
+from workbench.data.simulation.simulate import simulate, simulate_targets, virtual_arm
+
+
+def rng(seed=0):
+    return np.random.default_rng(seed)
+
+
+@pytest.fixture(scope="module")
+def aria():
+    return load_robot("aria")
+
+
+@pytest.fixture(scope="module")
+def targets():
+    angles = 2 * np.pi * np.arange(10) / 10
+    places = np.stack([0.316 + 0.25 * np.cos(angles), 0.354 + 0.25 * np.sin(angles), np.full(10, 0.235)], -1)
+    tilts = np.deg2rad(np.where(np.arange(10) % 2, -160.0, -150.0))
+    turns = se3.rpy_to_matrix(np.stack([tilts, 0 * tilts, 0 * tilts], -1))
+    return se3.pose(turns, places)
+
+
+@settings(max_examples=10)
+@given(seed=st.integers(0, 1000))
+def test_hidden_errors_are_even_and_within_their_bounds(seed):
+    aria = load_robot("aria")
+    actual = virtual_arm(aria, rng=rng(seed))
+    names = aria.default_free
+    hidden = actual.values(names) - aria.values(names)
+    turns = np.array([aria.chain.elements[aria.chain.index[n]].axis.turns for n in names])
+    assert np.abs(hidden[turns]).max() <= np.deg2rad(5.0)
+    assert np.abs(hidden[~turns]).max() <= 5e-3
+    assert np.all(hidden != 0.0)
+    assert np.array_equal(actual.limits, aria.limits)
+    others = tuple(set(aria.chain.index) - set(names))
+    assert np.array_equal(actual.values(others), aria.values(others))
+
+
+def test_hidden_errors_of_chosen_constants(aria):
+    actual = virtual_arm(aria, rng=rng(), names=("tool.x",), length=0.1)
+    assert 0.0 < abs(actual.values(("tool.x",))[0]) <= 0.1
+    assert np.array_equal(actual.values(aria.default_free), aria.values(aria.default_free))
+    many = [virtual_arm(aria, rng=rng(s)).values(("joint2.a",))[0] - 0.41 for s in range(300)]
+    assert np.std(many) == pytest.approx(5e-3 / np.sqrt(3.0), rel=0.1)
+
+
+def test_ideal_measurements_are_the_actual_poses(aria):
+    q = rng().uniform(-0.9, 1.6, (20, 6))
+    actual = virtual_arm(aria, rng=rng(1))
+    data = simulate(actual, q, instrument=INSTRUMENTS["ideal"], rng=rng(2))
+    poses = tool_poses(actual, q)
+    assert np.array_equal(data.q, q)
+    assert np.array_equal(data.position, poses[:, :3, 3])
+    assert np.allclose(data.rotation, poses[:, :3, :3], atol=1e-15)
+    assert data.sigma is None
+
+
+def test_noise_has_the_deviation_of_the_instrument(aria):
+    q = rng().uniform(-0.9, 1.6, (4000, 6))
+    instrument = INSTRUMENTS["tracker-6d"]
+    data = simulate(aria, q, instrument=instrument, rng=rng(3), joint_noise=1e-3)
+    poses = tool_poses(aria, q)
+    error = se3.pose_error(se3.pose(data.rotation, data.position), poses)
+    assert np.allclose(error[:, :3].std(0), 5e-5, rtol=0.05)
+    assert np.allclose(error[:, 3:].std(0), np.deg2rad(0.01), rtol=0.05)
+    assert np.abs(error.mean(0)).max() < 5e-6
+    assert (data.q - q).std() == pytest.approx(1e-3, rel=0.03)
+    assert np.allclose(data.sigma[0], [5e-5] * 3 + [np.deg2rad(0.01)] * 3)
+
+
+def test_the_same_seed_gives_the_same_measurements(aria, targets):
+    def run(seed):
+        generator = rng(seed)
+        actual = virtual_arm(aria, rng=generator)
+        return simulate_targets(actual, targets, instrument=INSTRUMENTS["plate"], rng=generator)
+
+    one, two, other = run(5), run(5), run(6)
+    assert np.array_equal(one.q, two.q)
+    assert np.array_equal(one.position, two.position)
+    assert np.array_equal(one.rotation, two.rotation)
+    assert not np.array_equal(one.q, other.q)
+
+
+@pytest.mark.parametrize("branch", ["auto", "mixed", "shoulder right, elbow up, wrist flip"])
+def test_at_targets_the_actual_arm_is_there(aria, targets, branch):
+    actual = virtual_arm(aria, rng=rng(7))
+    data = simulate_targets(actual, targets, instrument=INSTRUMENTS["ideal"], rng=rng(), branch=branch)
+    low, high = actual.limits.T
+    assert np.allclose(tool_poses(actual, data.q), targets, atol=1e-8)
+    assert not np.allclose(tool_poses(aria, data.q), targets, atol=1e-3)
+    assert ((data.q >= low - 1e-9) & (data.q <= high + 1e-9)).all()
+    assert np.allclose(data.position, targets[:, :3, 3], atol=1e-12)
+
+
+def test_seat_noise_at_targets(aria, targets):
+    many = np.concatenate([targets] * 30)
+    data = simulate_targets(
+        aria, many, instrument=INSTRUMENTS["plate"], rng=rng(1), near=_near(aria, targets, 30)
+    )
+    error = se3.pose_error(se3.pose(data.rotation, data.position), many)
+    assert np.allclose(error[:, :3].std(0), 1e-4, rtol=0.12)
+    assert np.allclose(error[:, 3:].std(0), np.deg2rad(0.02), rtol=0.12)
+    assert np.allclose(tool_poses(aria, data.q), many, atol=1e-8)
+
+
+def _near(robot, targets, times):
+    data = simulate_targets(robot, targets, instrument=INSTRUMENTS["ideal"], rng=rng())
+    return np.tile(data.q, (times, 1))
+
+
+def test_mixed_uses_all_branches_alike(aria, targets):
+    one = simulate_targets(aria, targets, instrument=INSTRUMENTS["ideal"], rng=rng())
+    mixed = simulate_targets(aria, targets, instrument=INSTRUMENTS["ideal"], rng=rng(), branch="mixed")
+    signs = {tuple(row) for row in np.stack([mixed.q[:, 0] > -0.5, mixed.q[:, 4] > 0], -1).tolist()}
+    assert len(signs) == 4
+    assert np.ptp(mixed.q[:, 0]) > np.ptp(one.q[:, 0])
+
+
+def test_near_the_nominal_joint_positions(aria, targets):
+    nominal = simulate_targets(
+        aria,
+        targets,
+        instrument=INSTRUMENTS["ideal"],
+        rng=rng(),
+        branch="shoulder right, elbow up, wrist flip",
+    )
+    actual = virtual_arm(aria, rng=rng(9))
+    data = simulate_targets(actual, targets, instrument=INSTRUMENTS["ideal"], rng=rng(), near=nominal.q)
+    assert np.allclose(tool_poses(actual, data.q), targets, atol=1e-8)
+    assert np.abs(data.q - nominal.q).max() < 0.8
+    assert len(data.notes) == 1
+    with pytest.raises(DataError, match="target 1 is not reachable"):
+        simulate_targets(
+            actual, targets + 5.0 * _up(), instrument=INSTRUMENTS["ideal"], rng=rng(), near=nominal.q
+        )
+
+
+def test_a_branch_outside_the_limits_of_the_actual_arm_is_said(aria, targets):
+    mixed = simulate_targets(aria, targets, instrument=INSTRUMENTS["ideal"], rng=rng(), branch="mixed")
+    actual = virtual_arm(aria, rng=rng(9))
+    data = simulate_targets(actual, targets, instrument=INSTRUMENTS["ideal"], rng=rng(), near=mixed.q)
+    assert np.allclose(tool_poses(actual, data.q), targets, atol=1e-8)
+    assert "target 6" in data.notes[1]
+
+
+def _up():
+    lift = np.zeros((4, 4))
+    lift[2, 3] = 1.0
+    return lift
+
+
+def test_targets_stand_in_the_base_of_the_robot(aria, targets):
+    base = Frame(np.array([1.0, 2.0, 0.5]), np.diag([-1.0, -1.0, 1.0]))
+    moved = aria.with_frames(base=base)
+    here = simulate_targets(aria, targets, instrument=INSTRUMENTS["ideal"], rng=rng())
+    there = simulate_targets(moved, targets, instrument=INSTRUMENTS["ideal"], rng=rng())
+    assert np.allclose(here.q, there.q, atol=1e-7)
+    assert np.allclose(there.position, here.position @ base.rotation.T + base.xyz, atol=1e-9)
+
+
+def test_points_markers_distances_and_contacts(aria, targets):
+    q = rng().uniform(-0.9, 1.6, (600, 6))
+    poses = tool_poses(aria, q)
+    point = simulate(aria, q, instrument=INSTRUMENTS["laser-tracker"], rng=rng())
+    assert point.rotation is None
+    assert np.isnan(point.sigma[:, 3:]).all()
+    assert (point.position - poses[:, :3, 3]).std() == pytest.approx(2e-5, rel=0.05)
+    seen = simulate(aria, q, instrument=INSTRUMENTS["motion-capture"], rng=rng())
+    assert seen.markers.shape == (600, 4, 3)
+    fits = np.stack([se3.best_fit(INSTRUMENTS["motion-capture"].markers, row) for row in seen.markers[:50]])
+    assert np.linalg.norm(fits[:, :3, 3] - poses[:50, :3, 3], axis=1).mean() < 4e-4
+    bar = simulate(aria, q, instrument=INSTRUMENTS["ball-bar"], rng=rng(), anchors={"K": np.ones(3)})
+    direct = np.linalg.norm(poses[:, :3, 3] - 1.0, axis=1)
+    assert (bar.distance - direct).std() == pytest.approx(5e-6, rel=0.1)
+    three = simulate(aria, q, instrument=INSTRUMENTS["ball-bar"], rng=rng())
+    assert three.anchor[:4].tolist() == ["A", "B", "C", "A"]
+    touched = np.concatenate([targets[:2], targets[1:2]])
+    touched[2, :3, :3] = targets[0, :3, :3]
+    contact = simulate_targets(aria, touched, instrument=INSTRUMENTS["touch-probe"], rng=rng())
+    assert contact.contact.tolist() == ["point 1", "point 2", "point 2"]
+    assert contact.position is None
+    off = tool_poses(aria, contact.q)[:, :3, 3] - touched[:, :3, 3]
+    assert 0.0 < np.abs(off).max() < 2e-4
+    with pytest.raises(OptionError, match="fixed points"):
+        simulate(aria, q, instrument=INSTRUMENTS["touch-probe"], rng=rng())
+
+
+def test_bad_targets_and_branches(aria, targets):
+    ideal = INSTRUMENTS["ideal"]
+    with pytest.raises(DataError, match="target 1 is not reachable"):
+        simulate_targets(aria, targets + 5.0 * _up(), instrument=ideal, rng=rng())
+    with pytest.raises(DataError, match="target 1 has no branch 'sideways'"):
+        simulate_targets(aria, targets, instrument=ideal, rng=rng(), branch="sideways")
+    with pytest.raises(OptionError, match="2 branches were named for 10 targets"):
+        simulate_targets(aria, targets, instrument=ideal, rng=rng(), branch=["auto", "auto"])
+
+
+def test_instruments():
+    with pytest.raises(OptionError, match="laser-tracker"):
+        instrument_named("ruler")
+    assert instrument_named("plate").sigma_rotation == pytest.approx(np.deg2rad(0.02))
+    mine = Instrument(name="mine", observes=Observes.POINT, sigma_position=1e-3)
+    assert instrument_named("mine", {**INSTRUMENTS, "mine": mine}) is mine
+    with pytest.raises(OptionError, match="negative"):
+        Instrument(name="x", observes=Observes.POINT, sigma_position=-1.0)
+    with pytest.raises(OptionError, match="sigma_rotation"):
+        Instrument(name="x", observes=Observes.POSE, sigma_position=1.0)
+    assert all(i.note for i in INSTRUMENTS.values())

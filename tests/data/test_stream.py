@@ -1,0 +1,315 @@
+"""Live samples: lines, sockets, standstill, capture."""
+
+import io
+import json
+import socket
+import threading
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from workbench.base import se3
+from workbench.base.errors import (
+    DataError,
+    FileError,
+    OptionError,
+    ShapeError,
+)
+from workbench.data.live.capture import Capture, Wanted
+from workbench.data.live.standstill import StandstillDetector
+from workbench.data.live.stream import (
+    Sample,
+    SocketLines,
+    connect,
+    listen,
+    parse_address,
+    parse_sample,
+    samples,
+)
+
+LINE = '{"time": 12.3, "q": [0.1, 0.2], "xyz": [1, 2, 3], "quat": [0.6, 0.8, 0, 0], "capture": true}'
+
+
+def test_one_line():
+    sample = parse_sample(LINE, line=1)
+    assert sample.time == 12.3
+    assert sample.q.tolist() == [0.1, 0.2]
+    assert sample.position.tolist() == [1, 2, 3]
+    np.testing.assert_allclose(sample.rotation, [[1, 0, 0], [0, -0.28, -0.96], [0, 0.96, -0.28]], atol=1e-14)
+    assert sample.capture
+    assert not sample.q.flags.writeable
+
+
+def test_pose_and_flag_may_be_absent():
+    sample = parse_sample('{"time": 1, "q": [0], "xyz": null}', line=1)
+    assert sample.position is None
+    assert sample.rotation is None
+    assert not sample.capture
+
+
+@given(
+    st.floats(-1e6, 1e6),
+    st.lists(st.floats(-10, 10), min_size=1, max_size=7),
+    st.lists(st.floats(-3, 3), min_size=3, max_size=3),
+)
+def test_numbers_come_through(time, q, xyz):
+    sample = parse_sample(json.dumps({"time": time, "q": q, "xyz": xyz}), line=1)
+    assert (sample.time, sample.q.tolist(), sample.position.tolist()) == (time, q, xyz)
+
+
+@pytest.mark.parametrize(
+    ("text", "column"),
+    [
+        ("hello", None),
+        ("[1, 2]", None),
+        ("{}", None),
+        ('{"time": 1, "q": []}', "q"),
+        ('{"time": 1, "q": "0.1"}', "q"),
+        ('{"time": 1, "q": [0.1, "a"]}', "q"),
+        ('{"time": 1, "q": [true]}', "q"),
+        ('{"time": 1, "q": [NaN]}', "q"),
+        ('{"time": 1, "q": [1e999]}', "q"),
+        ('{"time": 1, "q": [1' + "0" * 400 + "]}", "q"),
+        ('{"q": [1]}', "time"),
+        ('{"time": "now", "q": [1]}', "time"),
+        ('{"time": Infinity, "q": [1]}', "time"),
+        ('{"time": 1, "q": [1], "xyz": [1, 2]}', "xyz"),
+        ('{"time": 1, "q": [1], "quat": [0, 0, 0, 0]}', "quat"),
+        ('{"time": 1, "q": [1], "quat": [2, 0, 0, 0]}', "quat"),
+        ('{"time": 1, "q": [1], "quat": [1, 0, 0]}', "quat"),
+        ('{"time": 1, "q": [1], "capture": "yes"}', "capture"),
+        ("[" * 60000, None),
+        (" " * 70000 + "{}", None),
+    ],
+)
+def test_bad_lines_name_their_number(text, column):
+    with pytest.raises(FileError) as caught:
+        parse_sample(text, line=7)
+    assert (caught.value.line, caught.value.column) == (7, column)
+
+
+def test_wrong_number_of_joints():
+    with pytest.raises(ShapeError) as caught:
+        parse_sample(LINE, line=3, joints=6)
+    assert (caught.value.expected, caught.value.found) == (6, 2)
+
+
+def test_bad_lines_are_passed_over_when_somebody_listens():
+    told = []
+    text = io.StringIO(f"{LINE}\n\nhello\n{LINE}\n")
+    assert len(list(samples(text, joints=2, on_error=told.append))) == 2
+    assert [error.line for error in told] == [3]
+    with pytest.raises(FileError):
+        list(samples(io.StringIO("hello\n")))
+
+
+@pytest.mark.parametrize(
+    ("text", "address"),
+    [
+        ("localhost:5000", ("localhost", 5000)),
+        (":5000", ("127.0.0.1", 5000)),
+        ("5000", ("127.0.0.1", 5000)),
+        ("[::1]:7", ("::1", 7)),
+    ],
+)
+def test_addresses(text, address):
+    assert parse_address(text) == address
+
+
+@pytest.mark.parametrize("text", ["", "localhost", "localhost:", "localhost:port", "localhost:70000"])
+def test_bad_addresses(text):
+    with pytest.raises(OptionError):
+        parse_address(text)
+
+
+def test_connecting_to_a_source():
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        address = f"127.0.0.1:{server.getsockname()[1]}"
+        with connect(address) as lines:
+            source, _ = server.accept()
+            with source:
+                source.sendall((LINE + "\n" + LINE[:20]).encode())
+                source.sendall((LINE[20:] + "\n").encode())
+            assert [sample.time for sample in samples(lines, source=address)] == [12.3, 12.3]
+
+
+def test_listening_for_a_source():
+    def source(port):
+        def send():
+            with socket.create_connection(("127.0.0.1", port)) as connection:
+                connection.sendall((LINE + "\n").encode())
+
+        threading.Thread(target=send).start()
+
+    with listen("127.0.0.1:0", timeout=5.0, ready=source) as lines:
+        assert len(list(samples(lines))) == 1
+
+
+def test_closing_ends_the_iteration():
+    ours, theirs = socket.socketpair()
+    lines = SocketLines(ours, name="pair")
+    found = []
+    reader = threading.Thread(target=lambda: found.extend(lines))
+    reader.start()
+    theirs.sendall((LINE + "\n").encode())
+    lines.close()
+    lines.close()
+    reader.join(5.0)
+    theirs.close()
+    assert not reader.is_alive()
+
+
+def test_nobody_there():
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        port = server.getsockname()[1]
+    with pytest.raises(FileError):
+        connect(f"127.0.0.1:{port}", timeout=1.0)
+    with pytest.raises(FileError):
+        listen("127.0.0.1:0", timeout=0.01)
+    with pytest.raises(OptionError):
+        listen("0.0.0.0:0")
+
+
+def sample(time, q=(0.0, 0.0), xyz=(1.0, 2.0, 3.0), angle=0.0, capture=False):
+    return Sample(
+        time=float(time),
+        q=np.array(q, float),
+        position=None if xyz is None else np.array(xyz, float),
+        rotation=None if xyz is None else se3.rotvec_to_matrix(np.array([0.0, 0.0, angle])),
+        capture=capture,
+    )
+
+
+def test_standing_still_takes_the_whole_window():
+    detector = StandstillDetector(window=0.5)
+    assert [detector.update(sample(t)) for t in (0.0, 0.2, 0.4, 0.5, 0.6)] == [
+        False,
+        False,
+        False,
+        True,
+        True,
+    ]
+
+
+@pytest.mark.parametrize(
+    "moved",
+    [{"q": (0.01, 0.0)}, {"xyz": (1.001, 2, 3)}, {"angle": 0.01}],
+    ids=["joint", "position", "orientation"],
+)
+def test_any_motion_breaks_the_standstill(moved):
+    detector = StandstillDetector(window=0.5)
+    for t in np.arange(0.0, 1.0, 0.1):
+        detector.update(sample(t))
+    assert not detector.update(sample(1.0, **moved))
+    still = [detector.update(sample(t, **moved)) for t in np.arange(1.1, 2.0, 0.1)]
+    assert still.index(True) in (4, 5)
+
+
+def test_small_noise_is_no_motion():
+    rng = np.random.default_rng(0)
+    detector = StandstillDetector(window=0.5, joint=1e-3, position=1e-3)
+    still = [
+        detector.update(sample(t, q=1e-4 * rng.normal(size=2), xyz=1e-4 * rng.normal(size=3)))
+        for t in np.arange(0.0, 3.0, 0.05)
+    ]
+    assert all(still[11:])
+
+
+def test_a_slow_creep_is_seen_over_the_window():
+    detector = StandstillDetector(window=1.0, joint=1e-3)
+    assert not any(detector.update(sample(t, q=(2e-3 * t, 0.0))) for t in np.arange(0.0, 5.0, 0.01))
+
+
+def test_a_step_back_in_time_begins_anew():
+    detector = StandstillDetector(window=0.5)
+    for t in (0.0, 0.3, 0.6):
+        detector.update(sample(t))
+    assert not detector.update(sample(0.1))
+    assert not detector.update(sample(0.2, xyz=None))
+    assert not detector.update(sample(0.8, q=(0.0,)))
+    detector.reset()
+    assert not detector.update(sample(9.0))
+
+
+@pytest.mark.parametrize("option", ["window", "joint", "position", "orientation"])
+def test_standstill_options(option):
+    with pytest.raises(OptionError):
+        StandstillDetector(**{option: 0.0})
+
+
+def wanted(n=3):
+    return tuple(
+        Wanted(name=f"t{i}", pose=se3.pose(np.eye(3), np.array([i, 0.0, 0.0])), q=np.zeros(2))
+        for i in range(n)
+    )
+
+
+def test_deviation_in_people_s_units():
+    away = Capture(wanted=wanted()).deviation(
+        sample(0, q=(0.1, -0.2), xyz=(0.003, 0.004, 0), angle=np.radians(2))
+    )
+    assert away.position_mm == pytest.approx(5.0)
+    assert away.orientation_deg == pytest.approx(2.0)
+    assert away.joint == pytest.approx(0.2)
+    blind = Capture(wanted=wanted()).deviation(sample(0, xyz=None))
+    assert blind.position_mm is None
+    assert blind.orientation_deg is None
+
+
+def test_rows_are_taken_in_order_and_again():
+    capture = Capture(wanted=wanted(), session="front")
+    assert capture.target.name == "t0"
+    for i in range(3):
+        capture = capture.store(sample(i, xyz=(i, 0, 0)))
+    assert capture.done
+    capture = capture.again(1)
+    assert (capture.remaining, capture.target.name) == (1, "t1")
+    capture = capture.store(sample(9, xyz=(1.5, 0, 0)))
+    data = capture.dataset()
+    assert data.position[:, 0].tolist() == [0, 1.5, 2]
+    assert data.group.tolist() == ["t0", "t1", "t2"]
+    assert data.sessions == ("front",)
+    assert data.rotation.shape == (3, 3, 3)
+    assert data.notes == ()
+
+
+def test_skipped_targets_are_said_and_come_back():
+    capture = Capture(wanted=wanted()).go_to(2).store(sample(0))
+    assert capture.target.name == "t0"
+    data = capture.dataset()
+    assert data.row.tolist() == [2]
+    assert data.notes == ("1 of 3 targets were taken",)
+
+
+def test_only_samples_with_the_flag_are_kept():
+    capture = Capture(wanted=wanted(1))
+    assert capture.offer(sample(0)) is capture
+    full = capture.offer(sample(0, capture=True))
+    assert full.done
+    assert full.offer(sample(1, capture=True)) is full
+
+
+def test_orientations_that_some_rows_lack_are_left_out():
+    capture = Capture(wanted=wanted(2)).store(sample(0))
+    capture = capture.store(Sample(time=1.0, q=np.zeros(2), position=np.zeros(3)))
+    assert capture.dataset().rotation is None
+    assert len(capture.dataset().notes) == 1
+
+
+def test_what_a_capture_refuses():
+    capture = Capture(wanted=wanted())
+    with pytest.raises(DataError):
+        capture.store(sample(0, xyz=None))
+    with pytest.raises(DataError):
+        capture.dataset()
+    with pytest.raises(ShapeError):
+        capture.store(sample(0)).store(sample(1, q=(0, 0, 0)))
+    for index in (-1, 3):
+        with pytest.raises(OptionError):
+            capture.again(index)
+    with pytest.raises(OptionError):
+        Capture(wanted=())
+    with pytest.raises(ShapeError):
+        Capture(wanted=wanted(), taken=(None,))

@@ -1,0 +1,173 @@
+"""Writing and reading again gives the same measurements, whatever they are and in whatever unit."""
+
+import csv
+from dataclasses import fields
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from workbench.base.errors import FileError
+from workbench.base.units import Quantity, from_si
+from workbench.data.dataset import Dataset
+from workbench.data.readers import read_measurements
+from workbench.data.writer import RotationForm, write_measurements
+
+NOT_IN_THE_FILE = {"source", "notes", "row"}
+quick = settings(deadline=None, max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
+words = st.text(
+    st.characters(categories=("L", "N", "P", "S"), exclude_characters="#"), min_size=1, max_size=6
+)
+
+
+def assert_same(ours: Dataset, theirs: Dataset, *, rotation: float = 1e-14):
+    for f in fields(Dataset):
+        a, b = getattr(ours, f.name), getattr(theirs, f.name)
+        if f.name in NOT_IN_THE_FILE:
+            continue
+        if f.name == "rotation" and a is not None:
+            np.testing.assert_allclose(a, b, atol=rotation)
+        elif f.name == "tilt" and a is not None:
+            assert a.keys() == b.keys()
+            for link in a:
+                np.testing.assert_array_equal(a[link], b[link])
+        elif isinstance(a, np.ndarray):
+            np.testing.assert_array_equal(a, b, err_msg=f.name)
+        else:
+            assert a is None or a == b, f.name
+
+
+@st.composite
+def columns(draw):
+    """Fields of a `Dataset`; it is built in the test, as its run-time checks draw random numbers."""
+    rows, joints = draw(st.integers(1, 6)), draw(st.integers(1, 7))
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    maybe = lambda value: value if draw(st.booleans()) else None  # noqa: E731
+    labels = lambda: np.array(draw(st.lists(words, min_size=rows, max_size=rows)), dtype=str)  # noqa: E731
+    size = 10.0 ** draw(st.integers(-6, 3))
+    temperature = rng.normal(23, 2, rows)
+    temperature[rng.random(rows) < 0.3] = np.nan
+    exclude = rng.random(rows) < 0.3
+    exclude[0] = False
+    return dict(  # noqa: C408
+        q=rng.normal(0, 3, (rows, joints)),
+        row=np.arange(rows),
+        position=size * rng.normal(0, 1, (rows, 3)),
+        rotation=maybe(Rotation.from_rotvec(rng.normal(0, 2, (rows, 3))).as_matrix()),
+        markers=maybe(rng.normal(0, 1, (rows, 2, 3))),
+        distance=maybe(rng.random(rows)),
+        anchor=labels(),
+        contact=maybe(labels()),
+        point=maybe(labels()),
+        session=maybe(labels()),
+        group=maybe(labels()),
+        time=maybe(np.sort(rng.random(rows) * 1e4)),
+        temperature=maybe(temperature),
+        payload=maybe(rng.random(rows)),
+        torque=maybe(rng.normal(0, 10, (rows, joints))),
+        direction=maybe(rng.integers(-1, 2, (rows, joints)).astype(float)),
+        sigma=maybe(rng.random((rows, 6)) + 1e-9),
+        tilt=maybe({2: rng.normal(0, 1, (rows, 2))}),
+        wrench=maybe(rng.normal(0, 10, (rows, 6))),
+        exclude=maybe(exclude),
+        reason=maybe(labels()),
+    )
+
+
+@quick
+@given(given=columns(), form=st.sampled_from(RotationForm))
+def test_there_and_back(tmp_path, given, form):
+    dataset = Dataset(**given)
+    path = write_measurements(dataset, tmp_path / "rows.csv", rotation=form)
+    again = read_measurements(path, joints=dataset.joints)
+    assert_same(dataset, again, rotation=0.0 if form is RotationForm.MATRIX else 2e-14)
+
+
+UNITS = {
+    "q": (("rad", "deg", "mrad", "arcmin", "grad", "°"), Quantity.ANGLE),
+    "x": (("m", "mm", "cm", "µm", "um", "in"), Quantity.LENGTH),
+}
+
+
+@quick
+@given(
+    angle=st.sampled_from(UNITS["q"][0]),
+    length=st.sampled_from(UNITS["x"][0]),
+    separator=st.sampled_from(["\t", ";", ",", "  "]),
+    comma=st.booleans(),
+    encoding=st.sampled_from(["utf-8", "utf-8-sig", "utf-16", "latin-1"]),
+    seed=st.integers(0, 2**32 - 1),
+)
+def test_other_writers_forms(tmp_path, angle, length, separator, comma, encoding, seed):
+    rng = np.random.default_rng(seed)
+    q, position = rng.normal(0, 2, (4, 3)), rng.normal(0, 1, (4, 3))
+    cells = np.hstack([from_si(q, angle, Quantity.ANGLE), from_si(position, length, Quantity.LENGTH)])
+    head = [f"q{i}[{angle}]" for i in (1, 2, 3)] + [f"{a}[{length}]" for a in "xyz"]
+    decimal = "," if comma and separator != "," else "."
+    lines = [separator.join(head)]
+    lines += [separator.join(f"{value:.17e}".replace(".", decimal) for value in row) for row in cells]
+    path = tmp_path / "rows.txt"
+    path.write_bytes("\r\n".join(lines).encode(encoding))
+    data = read_measurements(path, joints=3)
+    np.testing.assert_allclose(data.q, q, rtol=1e-14)
+    np.testing.assert_allclose(data.position, position, rtol=1e-14)
+
+
+def small(**more):
+    return Dataset(q=np.array([[0.1, 0.2]]), row=np.array([0]), position=np.array([[1.0, 2.0, 3.0]]), **more)
+
+
+def test_the_header_is_that_of_the_formats(tmp_path):
+    path = write_measurements(small(rotation=np.eye(3)[None]), tmp_path / "rows.csv")
+    with path.open() as file:
+        assert next(csv.reader(file)) == [
+            "q1[rad]",
+            "q2[rad]",
+            "x[m]",
+            "y[m]",
+            "z[m]",
+            "qw",
+            "qx",
+            "qy",
+            "qz",
+        ]
+
+
+def test_sliding_joints_are_lengths(tmp_path):
+    path = write_measurements(small(), tmp_path / "rows.csv", prismatic={1})
+    assert path.read_text().startswith("q1[rad],q2[m],")
+    assert_same(small(), read_measurements(path))
+
+
+def test_rows_that_are_kept_out_come_back(tmp_path):
+    data = Dataset(
+        q=np.zeros((2, 1)),
+        row=np.arange(2),
+        position=np.array([[1.0, 2.0, np.nan], [1.0, 2.0, 3.0]]),
+        rotation=np.stack([np.full((3, 3), np.nan), np.eye(3)]),
+        exclude=np.array([True, False]),
+        reason=np.array(['lost, "sight"', ""]),
+    )
+    assert_same(data, read_measurements(write_measurements(data, tmp_path / "rows.csv")))
+
+
+def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
+    path = tmp_path / "rows.csv"
+    path.write_text("old")
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("os.replace", full)
+    with pytest.raises(FileError) as caught:
+        write_measurements(small(), path)
+    assert caught.value.path == str(path)
+    assert path.read_text() == "old"
+    assert [p.name for p in tmp_path.iterdir()] == ["rows.csv"]
+
+
+def test_a_folder_is_no_place_to_write(tmp_path):
+    with pytest.raises(FileError):
+        write_measurements(small(), tmp_path)

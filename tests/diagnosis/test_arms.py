@@ -1,0 +1,269 @@
+"""The virtual arms that judge the diagnosis: against pin, against the package, and as stated."""
+
+from dataclasses import replace
+
+import generator
+import numpy as np
+import pinocchio as pin
+import pytest
+from arms import ARMS, BADLY, JUDGING, MISSEATED, ROWS, SIGMA, TUNING, make, useful
+from cases import CASES, told
+from decide import Sight, catalogue, coefficients, decidable
+from draws import CREEP, FEEBLE, GROWTH, HOUR, LARGEST, PEAKS, PROPORTIONAL, SOFTEST, TWIST, draw, sized
+from laws import BY_STATE, NAMELESS, WHOLE, Effect, change, poses, straight_moments, turns
+
+from workbench.arm.effects import EFFECTS
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
+from workbench.arm.robot_toml import read_toml
+
+UNDRAWN = {"local-joint-error", "gravity-sag"}
+"""What no arm hides under this name: shapes without a name, and the compliance of arms without masses."""
+KINDS = [(kind, list(ARMS)[i % len(ARMS)]) for i, kind in enumerate(CASES)]
+"""Every kind of case, on one of the arms in turn."""
+
+
+def pinned(arm, payload):
+    """The arm in pin, with a load at the tool: a placement before every drive, and the links' masses."""
+    model, parent, after = pin.Model(), 0, arm.base
+    model.gravity.linear = arm.base[:3, :3] @ arm.gravity
+    for i, (before, driven, rest) in enumerate(arm.parts(np.zeros((1, arm.dof)))):
+        place = after @ before
+        parent = model.addJoint(parent, pin.JointModelRZ(), pin.SE3(place), f"joint{i + 1}")
+        after = driven[0] @ rest
+        com = after[:3, :3] @ arm.coms[i] + after[:3, 3]
+        model.appendBodyToJoint(parent, pin.Inertia(arm.masses[i], com, np.zeros((3, 3))), pin.SE3.Identity())
+    tool = after @ arm.tool
+    model.appendBodyToJoint(parent, pin.Inertia(payload, tool[:3, 3], np.zeros((3, 3))), pin.SE3.Identity())
+    return model, pin.SE3(tool)
+
+
+@pytest.fixture(scope="module")
+def cases():
+    return {kind: make(kind, TUNING[3], arm) for kind, arm in KINDS}
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_poses_and_moments_equal_pin(name):
+    case = make("none", TUNING[1], name, free_frames=True)
+    arm, payload = case.actual, 1.3
+    model, tool = pinned(arm, payload)
+    data, still = model.createData(), np.zeros(arm.dof)
+    state = replace(case.state, payload=np.full(ROWS, payload)).take(slice(0, 10))
+    found, moments = poses(arm, [], state), straight_moments(arm, state)
+    for row, q in enumerate(state.q):
+        pin.rnea(model, data, q, still, still)
+        pin.forwardKinematics(model, data, q)
+        np.testing.assert_allclose(found[row], (data.oMi[arm.dof] * tool).homogeneous, atol=1e-12)
+        for joint in range(arm.dof):
+            held = generator.turn("z", q[joint])[:3, :3] @ data.f[joint + 1].angular
+            np.testing.assert_allclose(moments[row, joint], held, atol=1e-10)
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_poses_equal_the_package(name):
+    case = make("none", TUNING[2], name)
+    robot = case.robot
+    np.testing.assert_allclose(tool_poses(robot, case.data.q), ARMS[name]().pose(case.data.q), atol=1e-13)
+    assert (case.data.q >= robot.limits[:, 0]).all()
+    assert (case.data.q <= robot.limits[:, 1]).all()
+    assert len(useful(case.actual, case.data.q)) == ROWS
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_laws_equal_the_package_to_first_order(name, tmp_path):
+    """Every effect of the catalogue in every joint: the check of conventions and signs."""
+    case = make("payload", TUNING[4], name, free_frames=True)
+    arm, state, rng = case.actual, case.state.take(slice(0, 30)), np.random.default_rng(0)
+    (tmp_path / "arm.toml").write_text(arm.toml())
+    robot = read_toml(tmp_path / "arm.toml")
+    drivers = {n: getattr(state, n) for n in ("direction", "time", "temperature", "payload")}
+    motion = Motion(state.q, **drivers)
+    plain, tried = poses(arm, [], state), set()
+    for effect in catalogue(arm):
+        size = (1e-7 if effect.name in WHOLE else 1e-5) * rng.uniform(0.5, 1.0, coefficients(effect))
+        effect = replace(effect, size=tuple(size.tolist()))
+        mine = change(poses(arm, [effect], state), plain)
+        theirs = change(tool_poses(robot.with_effects(told(effect)), state.q, motion=motion), plain)
+        if np.abs(mine).max() > 1e-9:
+            assert np.abs(theirs - mine).max() < 0.01 * np.abs(mine).max(), effect
+            tried.add(effect.name)
+        else:
+            assert np.abs(theirs).max() < 1e-9, effect
+    assert tried == set(EFFECTS) - UNDRAWN
+
+
+@pytest.mark.parametrize("kind", [k for k in CASES if CASES[k].effects])
+def test_effects_have_the_stated_sizes(cases, kind):
+    case = cases[kind]
+    assert case.hidden
+    straight = poses(case.actual, [], case.state)
+    for effect in case.hidden:
+        moved = change(poses(case.actual, [effect], case.state), straight)
+        peak = 1e3 * np.linalg.norm(moved[:, :3], axis=1).max()
+        if effect.name == "thermal-growth":
+            assert GROWTH[0] <= effect.size[0] <= GROWTH[1]
+        elif effect.name == "base-drift":
+            crept, turned = (HOUR * np.linalg.norm(part) for part in np.split(np.array(effect.size), 2))
+            assert CREEP[0] <= crept <= CREEP[1]
+            assert TWIST[0] <= turned <= TWIST[1]
+        else:
+            angle = np.abs(turns(case.actual, effect, case.state, straight_moments(case.actual, case.state)))
+            low, high = PEAKS[effect.name]
+            full = angle.max() > 0.999 * LARGEST or (
+                effect.name in PROPORTIONAL and max(np.abs(effect.size)) > 0.999 * SOFTEST
+            )
+            assert peak < 1.02 * high
+            assert full or peak > 0.98 * low
+            assert angle.max() < 1.001 * LARGEST
+
+
+@pytest.mark.parametrize(("kind", "arm"), KINDS)
+def test_what_the_program_gets(cases, kind, arm):
+    case = cases[kind]
+    assert case.robot.effects == ()
+    assert case.robot.has_masses
+    assert case.robot.dof == case.actual.dof == case.data.joints
+    assert (len(case.data), len(case.exact)) == (120, 200)
+    for column in ("time", "temperature", "direction"):
+        assert np.std(getattr(case.data, column)) > 0.1
+    confounded = np.corrcoef(case.data.time, case.data.temperature)[0, 1]
+    assert abs(confounded) < 0.9
+    assert len(case.misseated) in (range(BADLY[0], BADLY[1] + 1) if CASES[kind].misseated else (0,))
+    difference = change(_poses(case.data), poses(case.actual, case.hidden, case.state))
+    good = np.setdiff1d(np.arange(120), case.misseated)
+    off = np.linalg.norm(difference[list(case.misseated), :3], axis=1)
+    np.testing.assert_allclose(off, MISSEATED, atol=6 * SIGMA[0])
+    np.testing.assert_allclose(np.std(difference[good, :3]), SIGMA[0], rtol=0.13)
+    np.testing.assert_allclose(np.std(difference[good, 3:]), SIGMA[1], rtol=0.13)
+
+
+def _poses(data):
+    out = np.tile(np.eye(4), (len(data), 1, 1))
+    out[:, :3, :3], out[:, :3, 3] = data.rotation, data.position
+    return out
+
+
+def test_exact_rows_have_no_noise_and_their_own_drivers(cases):
+    case = cases["tool-payload"]
+    assert case.exact.payload.tolist() == [1.5] * 200
+    assert not set(map(tuple, case.exact.q)) & set(map(tuple, case.data.q))
+    bent = case.robot.with_effects(*(told(e) for e in case.hidden))
+    bend = change(
+        tool_poses(bent, case.exact.q, motion=Motion.of(case.exact)), tool_poses(case.robot, case.exact.q)
+    )
+    true = change(_poses(case.exact), case.actual.pose(case.exact.q))
+    assert np.abs(true - bend).max() < 0.05 * np.abs(bend).max()
+
+
+def test_same_seed_same_rows_whatever_is_asked_for():
+    first, second = (make("two", TUNING[5], "katana") for _ in range(2))
+    np.testing.assert_array_equal(first.data.position, second.data.position)
+    assert first.hidden == second.hidden
+    fewer = make("two", TUNING[5], "katana", poses=40, noise=2.0, observation="point")
+    assert fewer.hidden == first.hidden
+    assert fewer.truth == first.truth
+    assert fewer.data.rotation is None
+    np.testing.assert_array_equal(fewer.data.q, first.data.q[:40])
+    exact = poses(first.actual, first.hidden, first.state)[:40, :3, 3]
+    np.testing.assert_allclose(
+        np.std(fewer.data.position - exact), 2.0 * np.std(first.data.position[:40] - exact), rtol=0.5
+    )
+    other = make("two", TUNING[6], "katana")
+    assert np.abs(other.data.q - first.data.q).max() > 0.1
+
+
+def test_seeds_for_tuning_are_not_for_judging():
+    assert not set(TUNING) & set(JUDGING)
+    assert min(JUDGING) == 1_000_000
+    with pytest.raises(ValueError, match="neither"):
+        make("none", 10_000)
+
+
+def test_free_frames_are_away_from_where_they_are_said_to_be():
+    case = make("compliance", TUNING[7], "aria", free_frames=True)
+    away = change(case.actual.base[None], case.robot.base.pose[None])[0]
+    assert 1e-3 < np.linalg.norm(away[:3]) < 0.04
+    np.testing.assert_array_equal(make("compliance", TUNING[7], "aria").actual.base, case.robot.base.pose)
+
+
+def test_what_nobody_can_see_is_not_asked_for():
+    """The first joint's axis is vertical and carries no moment; a last joint's own weight is on its axis."""
+    case = make("none", TUNING[8], "aria")
+    state = replace(case.state, payload=np.zeros(ROWS))
+    sight = Sight(generator.aria(), state, False, SIGMA)
+    rng = np.random.default_rng(0)
+    assert draw("joint-compliance", generator.aria(), state, rng, joint=0) is None
+    assert draw("joint-compliance", generator.aria(), state, rng, joint=5) is None
+    for joint, feels in ((0, False), (1, True), (5, False)):
+        loose = draw("backlash", case.actual, state, rng, joint=joint, detail="moment")
+        assert (loose is not None) is feels
+    soft = draw("joint-compliance", generator.aria(), state, rng, joint=2)
+    assert decidable(sight, (soft,))
+    assert not decidable(sight, (soft.scaled(0.01),))
+    twins = Effect("encoder-scale", (3,), (1e-3,)), Effect("encoder-scale", (3,), (2e-3,))
+    assert decidable(sight, twins[:1])
+    assert not decidable(sight, twins)
+
+
+def test_nameless_laws_by_hand():
+    case = make("none", TUNING[9], "aria")
+    arm, state = case.actual, case.state.take(slice(0, 5))
+    q = np.zeros((5, 6))
+    q[:, 2] = -1.0, 0.0, 0.25, 0.5, 0.5 + 2 * np.pi
+    state = replace(state, q=q)
+
+    def angle(name, shape):
+        return turns(arm, Effect(name, (2,), (1e-3,), shape=shape), state, None)[:, 2, 2]
+
+    np.testing.assert_allclose(angle("dent", (0.0, 0.5)), [0, 1e-3, 0.5e-3, 0, 0], atol=1e-15)
+    kinks = (-1.0, 0.0, 2.0)  # up for half a turn, down for the other
+    np.testing.assert_allclose(
+        angle("kinked gear", kinks), 2e-3 * np.array([0, 1, 1.25, 1.5, 1.5]) / np.pi, atol=1e-15
+    )
+    pulled = [
+        1e-3 * (1 - np.exp(-0.5)),
+        0,
+        0,
+        -1e-3 * (1 - np.exp(-0.2)),
+        -1e-3 * (1 - np.exp(-0.2 - 2 * np.pi)),
+    ]
+    np.testing.assert_allclose(angle("dragging hose", (-0.5, 0.3)), pulled, atol=1e-15)
+    moment = straight_moments(arm, state)
+    stuck = Effect("wobbling mount", (0,), (1e-4,), shape=(1e3,))
+    assert not turns(arm, stuck, state, moment).any()
+    loose = turns(arm, replace(stuck, shape=(1.0,)), state, moment)[:, 0, :2]
+    across = moment[:, 0, :2]
+    np.testing.assert_allclose(
+        np.linalg.norm(loose, axis=1), 1e-4 * (np.linalg.norm(across, axis=1) - 1.0), atol=1e-12
+    )
+    assert ((loose * across).sum(1) < 0).all()
+
+
+def test_nameless_effects_are_not_in_the_catalogue():
+    assert not set(NAMELESS) & set(EFFECTS)
+    assert set(PEAKS) | set(WHOLE) == (set(EFFECTS) - UNDRAWN) | set(NAMELESS)
+    assert set(BY_STATE) >= {"dent", "kinked gear", "dragging hose"}
+
+
+def test_sizes_are_those_of_the_tool():
+    case = make("none", TUNING[10], "three-parallel")
+    effect = sized(Effect("encoder-scale", (0,)), case.actual, case.state, np.random.default_rng(1))
+    reach = np.hypot(*(case.actual.pose(case.state.q)[:, :2, 3].T))
+    expected = effect.size[0] * np.abs(case.state.q[:, 0]) * reach
+    moved = change(poses(case.actual, [effect], case.state), poses(case.actual, [], case.state))
+    np.testing.assert_allclose(np.linalg.norm(moved[:, :3], axis=1).max(), expected.max(), rtol=0.02)
+
+
+def test_exact_rows_have_settled_flanks():
+    """Rows are left out of the noise-free ones where less than friction decides, and only there."""
+
+    def deciding(case, data):
+        load = np.zeros(len(data)) if data.payload is None else data.payload
+        held = straight_moments(case.actual, replace(case.state, q=data.q, payload=load))
+        return np.abs(held[:, case.hidden[0].joints[0], 2])
+
+    cases = [make("backlash-moment", seed, "aria") for seed in TUNING[17:22]]
+    assert min(deciding(case, case.exact).min() for case in cases) >= FEEBLE
+    assert min(deciding(case, case.data).min() for case in cases) < FEEBLE
+    assert {len(case.exact) for case in cases} == {200}

@@ -1,0 +1,250 @@
+"""A diagnosis for people and scripts: plain data, tables, page and pictures."""
+
+import io
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from rich.console import Console
+from scipy.interpolate import CubicSpline
+from test_page import Page
+
+from workbench import load_robot
+from workbench.arm.effects import EFFECTS
+from workbench.arm.effects.local_joint_error import LocalJointError
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
+from workbench.diagnosis.diagnose import diagnose
+from workbench.diagnosis.report.apparent import Rows
+from workbench.diagnosis.report.coefficients import Size, lines, sizes
+from workbench.diagnosis.report.json import diagnosis_json
+from workbench.diagnosis.report.page import PAGE, RESULT, write_diagnosis
+from workbench.diagnosis.report.shapes import SURE, shapes
+from workbench.diagnosis.report.table import diagnosis_tables
+from workbench.diagnosis.report.views import VIEWS, views
+from workbench.identification.problem import Problem
+from workbench.plate.measuring import measure_poses
+
+HOSTILE = "<script>alert('x')</script> & \"quoted\" $\\alpha$"
+WRONG, KEPT_OUT = 13, 3
+DENT = LocalJointError(
+    (3,), (0.0, 0.0, 1e-3, 2e-3, 0.0, 0.0, -1e-3, 0.0, 0.0), knots=tuple(np.linspace(-6.3, 6.3, 9).tolist())
+)
+
+
+@pytest.fixture(scope="module")
+def diagnosed():
+    """Compliance of joint 2 and a nameless error of joint 4; one row off, one excluded; a hostile name."""
+    robot = replace(load_robot("aria"), name=HOSTILE)
+    _, rows = measure_poses(robot, 120, effects=("joint-compliance:2:5e-5", DENT), seed=1)
+    position, exclude = rows.position.copy(), np.zeros(len(rows), bool)
+    position[WRONG] += 2e-3
+    exclude[KEPT_OUT] = True
+    reason = np.array(["<b>probe</b>" if e else "" for e in exclude])
+    rows = replace(rows, position=position, exclude=exclude, reason=reason, sigma=None, source="a<i>b.csv")
+    return diagnose(robot, rows)
+
+
+@pytest.fixture(scope="module")
+def nothing():
+    """Points of an arm without effects, none held out."""
+    _, rows = measure_poses(load_robot("aria"), 40, instrument="laser-tracker", seed=2)
+    return diagnose(load_robot("aria"), rows, held_out=0.0)
+
+
+@pytest.fixture(scope="module")
+def page(diagnosed, tmp_path_factory):
+    path = write_diagnosis(diagnosed, tmp_path_factory.mktemp("report") / "new")
+    parsed = Page()
+    parsed.feed(path.read_text(encoding="utf-8"))
+    return path, parsed
+
+
+# -- plain data -----------------------------------------------------------------------------------
+
+
+def check_errors(found, *, turned=True):
+    assert found.keys() == {"position_mm", "orientation_deg"}
+    assert found["position_mm"].keys() == {"mean", "rms", "max"}
+    assert (found["orientation_deg"] is not None) == turned
+
+
+def test_the_plain_data_are_those_of_the_schema(diagnosed):
+    found = json.loads(json.dumps(diagnosis_json(diagnosed), allow_nan=False))
+    assert found["schema"] == "workbench.diagnosis/1"
+    assert found["robot"] == HOSTILE
+    rows = found["measurements"]
+    assert rows["outliers"] == [WRONG]
+    assert rows["used"] + rows["held_out"] + len(rows["outliers"]) == 119
+    assert rows["excluded"] == [{"row": KEPT_OUT, "reason": "<b>probe</b>"}]
+    for part in ("nominal", "before", "after"):
+        for errors in found[part].values():
+            check_errors(errors)
+    assert found["verdict"] == "explained"
+    assert found["noise"]["position_mm"] > 0.0
+    assert np.shape(found["measure_next"])[1] == 6
+
+
+def test_the_effects_are_those_that_were_hidden(diagnosed):
+    found = {e["name"]: e for e in diagnosis_json(diagnosed)["effects"]}
+    assert found.keys() == {"joint-compliance", "local-joint-error"}
+    soft = found["joint-compliance"]
+    assert soft["joints"] == [2]
+    assert 0.0 <= soft["p_value"] < 1e-6
+    (size,) = soft["coefficients"]
+    assert (size["name"], size["unit"]) == ("joint2.compliance", "rad/(N*m)")
+    assert abs(size["value"] - 5e-5) < 4.0 * size["std"]
+    local = found["local-joint-error"]
+    assert local["joints"] == [4]
+    assert len(local["coefficients"]) == len(local["knots"])
+    assert all(
+        {"name", "joints", "after_held_out_mm"} <= r.keys() for e in found.values() for r in e["alternatives"]
+    )
+
+
+def test_what_was_not_measured_is_null(nothing):
+    found = diagnosis_json(nothing)
+    assert found["effects"] == []
+    assert found["verdict"] == "no effect found"
+    assert found["noise"]["orientation_deg"] is None
+    assert found["after"]["held_out"] is None
+    check_errors(found["after"]["train"], turned=False)
+
+
+# -- words ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("size", "words"),
+    [
+        (Size("a", 0.041234, 0.000312, "mrad"), "0.04123 ± 0.00031 mrad"),
+        (Size("a", -2.5, 0.25, "mm/h"), "−2.50 ± 0.25 mm/h"),
+        (Size("a", 23.4, 11.0, "µm/(m·K)"), "23 ± 11 µm/(m·K)"),
+        (Size("a", 0.5, np.nan, "%"), "0.5 %"),
+    ],
+)
+def test_sizes_have_two_digits_of_their_error(size, words):
+    assert size.words == words
+
+
+def test_units_are_readable():
+    chain = load_robot("aria").with_effects(EFFECTS["base-drift"]()).chain
+    drift = EFFECTS["base-drift"]((), (1e-6, 0.0, 0.0, 0.0, 0.0, 1e-7))
+    found = sizes(drift, (1e-7,) * 6, chain)
+    assert [(s.value, s.unit) for s in (found[0], found[5])] == [
+        (pytest.approx(3.6), "mm/h"),
+        (pytest.approx(0.36), "mrad/h"),
+    ]
+    soft = EFFECTS["joint-compliance"]((1,), (4.1e-5,))
+    assert lines(soft, (1e-6,), chain) == (("joint2.compliance", "0.0410 ± 0.0010 mrad/(N·m)"),)
+    ((name, words),) = lines(DENT, (1e-4,) * 9, chain)
+    assert name == "9 coefficients, largest joint4.knot4"
+    assert words == "2.00 ± 0.10 mrad"
+
+
+@pytest.mark.parametrize("width", [80, 100])
+def test_the_terminal_tells_it_all(diagnosed, width):
+    text = io.StringIO()
+    Console(file=text, width=width).print(diagnosis_tables(diagnosed))
+    shown = " ".join(text.getvalue().split())
+    assert max(map(len, text.getvalue().splitlines())) <= width
+    for words in ("explained:", "geometry", "with effects", "joint-compliance,"):
+        assert words in shown
+    assert f"set apart: data row {WRONG}," in shown
+    assert "Measure next" in shown
+    assert "…" not in shown.replace(" …", "")
+
+
+def test_nothing_found_is_said_plainly(nothing):
+    text = io.StringIO()
+    Console(file=text, width=80).print(diagnosis_tables(nothing))
+    assert "no effect found:" in text.getvalue()
+    assert "with effects" not in text.getvalue()
+    assert "held out " not in text.getvalue().splitlines()[3]
+
+
+# -- the page and its pictures --------------------------------------------------------------------
+
+
+def test_the_folder_has_everything(page, diagnosed):
+    path, parsed = page
+    names = {"errors", "ranking", "effect-1", "effect-2", "shapes", "arrows"}
+    wanted = {PAGE, RESULT, *(f"diagnosis-{name}.png" for name in names)}
+    assert {p.name for p in path.parent.iterdir()} == wanted
+    assert json.loads((path.parent / RESULT).read_text()) == json.loads(json.dumps(diagnosis_json(diagnosed)))
+    assert all(p.read_bytes().startswith(b"\x89PNG") for p in path.parent.glob("*.png"))
+    assert parsed.stack == []
+    assert parsed.tags.count("figure") == len(names)
+
+
+def test_the_page_needs_nothing_else_and_believes_nobody(page, diagnosed):
+    _, parsed = page
+    links = [v for k, v in parsed.attributes if k in ("src", "href", "xlink:href") and v]
+    assert all(v.startswith(("#", "data:image/png;base64,")) for v in links)
+    assert "script" not in parsed.tags
+    assert HOSTILE in "".join(parsed.words)
+    assert diagnosed.message in "".join(parsed.words)
+
+
+def test_an_older_report_goes(nothing, page, tmp_path):
+    folder = tmp_path / "report"
+    folder.mkdir()
+    (folder / "diagnosis-effect-7.png").write_bytes(b"old")
+    (folder / "mine.txt").write_text("kept")
+    write_diagnosis(nothing, folder)
+    assert {p.name for p in folder.iterdir()} == {
+        PAGE,
+        RESULT,
+        "mine.txt",
+        *(f"diagnosis-{name}.png" for name in ("errors", "ranking", "arrows")),
+    }
+    assert "Nothing:" in (folder / PAGE).read_text()
+
+
+def test_the_drawn_shape_is_the_hidden_one_within_its_band(diagnosed):
+    (axes,) = [a for a in shapes(diagnosed).axes if a.get_title() == "joint 4"]
+    (drawn,) = [line for line in axes.lines if line.get_label() == "error of the joint"]
+    degrees, shape = drawn.get_xdata(), drawn.get_ydata()
+    hidden = CubicSpline(DENT.knots, DENT.coefficients, bc_type="clamped")
+    fitted = diagnosed.after_fit.problem.data.q[:, 3]
+    hidden = 1e3 * (hidden(np.deg2rad(degrees)) - hidden(fitted).mean())
+    band = axes.collections[0].get_paths()[0].vertices[1 : len(degrees) + 1, 1]
+    std = np.abs(band - shape) / SURE
+    assert np.abs(hidden).max() > 1.0
+    assert np.mean(np.abs(shape - hidden) < 3.0 * std + 0.05) > 0.95
+
+
+@pytest.mark.parametrize("name", list(EFFECTS))
+def test_rows_show_the_law_of_every_effect(name):
+    """At a model without the effect, exact rows show its law in the increment over its driver."""
+    robot = load_robot("aria")
+    words = name if name in ("thermal-growth", "base-drift") else f"{name}:3"
+    actual, rows = measure_poses(robot, 40, effects=(words,), actual=robot, instrument="ideal", seed=4)
+    (effect,) = actual.effects
+    alone = replace(effect, coefficients=_only_last(effect))
+    data = replace(_exact(robot.with_effects(alone), rows), sigma=None)
+    zero = replace(alone, coefficients=(0.0,) * len(effect.names))
+    missing = Rows((Problem.build(robot.with_effects(zero), data, free=()),), 1.0)
+    full = Rows((Problem.build(robot.with_effects(alone), data, free=()),), 1.0)
+    view = views(alone, full)[-1]
+    found, std = missing.along(view.elements, view.direction)
+    sure = std < 4.0 * np.median(std)
+    assert np.abs(view.law).max() > 1e-6
+    assert np.abs(found - view.law)[sure].max() < 0.02 * np.abs(view.law).max()
+    left, _ = full.along(view.elements, view.direction)
+    assert np.abs(left).max() < 1e-3 * np.abs(view.law).max()
+    assert type(effect) in VIEWS
+
+
+def _only_last(effect):
+    """All of a joint's shape, or the last of coefficients that act on elements of their own."""
+    if effect.name in ("link-flexure", "base-drift"):
+        return (*[0.0] * (len(effect.names) - 1), effect.coefficients[-1])
+    return effect.coefficients
+
+
+def _exact(robot, rows):
+    """The rows as a robot would be measured without noise."""
+    poses = tool_poses(robot, rows.q, motion=Motion.of(rows))
+    return replace(rows, position=poses[:, :3, 3], rotation=poses[:, :3, :3])

@@ -1,0 +1,180 @@
+"""Evidence, p-values and cross-validation from inner products, against the explicit tables they stand for."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy import linalg, stats
+from tables import BAND, EFFECTS, FOLDS, GEOMETRY, ROWS, Table
+
+from workbench.arm.effects.local_joint_error import LocalJointError
+from workbench.diagnosis.candidate import NAMELESS, Candidate
+from workbench.diagnosis.evidence import (
+    EVIDENT,
+    Term,
+    coefficients,
+    grown,
+    left_by,
+    offer,
+    offers,
+    precision_of,
+    validated,
+)
+
+FREE = tuple(Candidate(e) for e in EFFECTS)
+SMOOTH = np.exp(-0.5 * (np.subtract.outer(np.arange(16), np.arange(16)) / 2.0) ** 2) + 1e-3 * np.eye(16)
+SHRUNK = Candidate(BAND, SMOOTH)
+TRUE = {"joint1_cos2": 40.0, "joint2_sin1": 25.0, "joint6_cos4": 6.0, "joint6_sin4": -9.0}
+MODELS = {
+    "nothing": (),
+    "free": (Term(FREE[1]), Term(FREE[3])),
+    "shrunk": (Term(SHRUNK, 0.3),),
+    "both": (Term(FREE[1]), Term(SHRUNK, 0.3)),
+}
+
+
+def fall(table, model, candidate):
+    """Sums of squares without and with a free candidate, by least squares."""
+    return table.square(model), table.square((*model, Term(candidate)))
+
+
+@pytest.mark.parametrize("name", ["nothing", "free"])
+@pytest.mark.parametrize("seed", range(3))
+def test_free_candidates_are_judged_as_by_least_squares_and_the_f_test(name, seed):
+    table, model = Table(seed, **TRUE), MODELS[name]
+    others = [c for c in FREE if all(c is not t.candidate for t in model)]
+    left = left_by(table.grams, model)
+    freedom = ROWS - GEOMETRY - 2 * len(model)
+    assert left.freedom == freedom
+    found = offers(left, others)
+    assert [o.term.candidate for o in found] == others
+    for o in found:
+        before, after = fall(table, model, o.term.candidate)
+        assert left.square == pytest.approx(before, rel=1e-6)
+        gain = 0.5 * freedom * np.log(before / after) - np.log(ROWS)
+        assert o.gain == pytest.approx(gain, abs=1e-4)
+        ratio = ((before - after) / 2) / (after / (freedom - 2))
+        expected = np.log(stats.f.sf(ratio, 2, freedom - 2)) if ratio >= EVIDENT else 0.0
+        assert o.log_p == pytest.approx(expected, abs=1e-3)
+
+
+def test_the_true_effect_is_far_ahead():
+    table = Table(4, joint1_cos2=40.0)
+    found = sorted(offers(left_by(table.grams, ()), FREE), key=lambda o: -o.gain)
+    assert found[0].term.candidate is FREE[1]
+    assert found[0].gain > 20.0 + found[1].gain
+
+
+def restricted(table, model, covariance):
+    """Log density of what no fixed column can follow (restricted likelihood), at its likeliest variance."""
+    free = [t for t in model if not t.candidate.shrunk]
+    beside = linalg.null_space(np.column_stack([table.geometry, table.of(*free)]).T)
+    seen, spread = beside.T @ table.left, beside.T @ covariance @ beside
+    variance = seen @ np.linalg.solve(spread, seen) / len(seen)
+    return stats.multivariate_normal(cov=variance * spread).logpdf(seen)
+
+
+def marginal(table, terms):
+    """Covariance of the components, up to the noise's variance, with shrunk coefficients integrated out."""
+    out = np.eye(ROWS)
+    for term in terms:
+        scale = table.scale[[table.names.index(n) for n in term.candidate.names]]
+        columns = table.of(term) * scale
+        out += columns @ term.candidate.covariance @ columns.T / term.precision
+    return out
+
+
+@pytest.mark.parametrize("name", ["nothing", "free"])
+@pytest.mark.parametrize("seed", range(3))
+def test_the_evidence_of_shrunk_ones_is_the_restricted_likelihood(name, seed):
+    table, model = Table(seed, **TRUE), MODELS[name]
+    found = offer(left_by(table.grams, model), SHRUNK)
+    with_it = restricted(table, model, marginal(table, [found.term]))
+    without = restricted(table, model, np.eye(ROWS))
+    assert found.gain == pytest.approx(with_it - without - 0.5 * np.log(ROWS), abs=1e-3)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_precision_is_the_likeliest(seed):
+    table = Table(seed, **TRUE)
+    found = offer(left_by(table.grams, ()), SHRUNK).term
+    here = restricted(table, (), marginal(table, [found]))
+    for factor in (0.4, 2.5):
+        other = replace(found, precision=factor * found.precision)
+        assert restricted(table, (), marginal(table, [other])) < here + 1e-9
+
+
+def test_the_evidence_of_a_free_one_beside_shrunk_ones_allows_for_their_spread():
+    """Generalised least squares with the shrunk ones' covariance."""
+    table, model = Table(1, **TRUE), MODELS["shrunk"]
+    found = offer(left_by(table.grams, model), FREE[1])
+    inverse = np.linalg.inv(marginal(table, model))
+    squares = []
+    for design in (table.geometry, np.column_stack([table.geometry, table.of(Term(FREE[1]))])):
+        solved = np.linalg.solve(design.T @ inverse @ design, design.T @ inverse @ table.left)
+        off = table.left - design @ solved
+        squares.append(off @ inverse @ off)
+    freedom = ROWS - GEOMETRY
+    assert found.gain == pytest.approx(
+        0.5 * freedom * np.log(squares[0] / squares[1]) - np.log(ROWS), abs=1e-3
+    )
+
+
+def test_shapes_without_a_name_must_bring_more():
+    table = Table(2, **TRUE)
+    spline = LocalJointError((5,), knots=tuple(np.linspace(-1, 1, 16).tolist()), range=(-1.0, 1.0))
+    grams = replace(
+        table.grams,
+        names=tuple(spline.names[BAND.names.index(n)] if n in BAND.names else n for n in table.names),
+    )
+    named = offer(left_by(table.grams, ()), SHRUNK)
+    nameless = offer(left_by(grams, ()), Candidate(spline, SMOOTH))
+    assert nameless.gain == pytest.approx(named.gain - NAMELESS)
+
+
+@pytest.mark.parametrize("loose", [1e-7, 1e-2])
+@pytest.mark.parametrize("name", MODELS)
+def test_folds_are_predicted_as_by_explicit_fits_to_the_others(name, loose):
+    table, model = Table(3, loose=loose, **TRUE), MODELS[name]
+    squares = [table.square(model, table.fold != f, table.fold == f) for f in range(FOLDS)]
+    assert validated(table.grams, model) == pytest.approx(np.array(squares), rel=1e-5)
+
+
+@pytest.mark.parametrize("loose", [1e-7, 1e-2])
+@pytest.mark.parametrize("name", [m for m in MODELS if m != "nothing"])
+def test_coefficients_are_those_of_least_squares_in_their_own_units(name, loose):
+    table, model = Table(5, loose=loose, **TRUE), MODELS[name]
+    found = coefficients(table.grams, model)
+    for (coefficient, value), scaled in zip(found.items(), table.fitted(model)[GEOMETRY:], strict=True):
+        scale = table.scale[table.names.index(coefficient)]
+        assert value == pytest.approx(scaled / scale, rel=1e-4, abs=1e-7)
+
+
+def test_precisions_are_in_units_of_scaled_coefficients():
+    table, term = Table(6), Term(SHRUNK, 0.7)
+    rows = table.prior_rows((term,))[-16:, -16:]
+    assert precision_of(table.grams, term) == pytest.approx(rows.T @ rows, rel=1e-6, abs=1e-9)
+    assert not precision_of(table.grams, Term(FREE[0])).any()
+
+
+def test_what_no_row_shows_is_not_offered():
+    table = Table(7)
+    table.columns[:, :2] = table.geometry[:, :2]
+    found = [o.term.candidate for o in offers(left_by(table.grams, ()), FREE)]
+    assert found == list(FREE[1:])
+
+
+def test_asking_for_some_columns_alone_gives_the_same():
+    table, model = Table(8, **TRUE), MODELS["both"]
+    whole = offer(left_by(table.grams, model), FREE[4])
+    alone = offer(left_by(table.grams, model, FREE[4].names), FREE[4])
+    assert (alone.gain, alone.log_p) == pytest.approx((whole.gain, whole.log_p))
+
+
+def test_a_model_is_shrunk_anew_on_other_rows():
+    """On ten times the noise the likeliest precision rises."""
+    table, noisy = Table(9, **TRUE), Table(9, **TRUE)
+    noisy.left = noisy.left + 10.0 * np.random.default_rng(0).standard_normal(ROWS)
+    free, shrunk = grown(noisy.grams, grown(table.grams, MODELS["both"]))
+    assert free.precision == 0.0
+    assert shrunk.precision > 3.0 * grown(table.grams, MODELS["both"])[1].precision

@@ -1,0 +1,132 @@
+"""Rows compressed to inner products, against explicit columns by finite differences of the residual."""
+
+import numpy as np
+import pytest
+from arms import ARMS, make
+from problems import fitted, geometric, slopes
+
+from workbench.arm.effects.backlash import Backlash
+from workbench.arm.effects.base_drift import BaseDrift
+from workbench.arm.effects.bearing_compliance import BearingCompliance
+from workbench.arm.effects.clearance_tilt import ClearanceTilt
+from workbench.arm.effects.encoder_scale import EncoderScale
+from workbench.arm.effects.joint_compliance import JointCompliance
+from workbench.arm.effects.joint_coupling import JointCoupling
+from workbench.arm.effects.joint_harmonic import JointHarmonic
+from workbench.arm.effects.link_flexure import LinkFlexure
+from workbench.arm.effects.local_joint_error import LocalJointError
+from workbench.arm.effects.thermal_growth import ThermalGrowth
+from workbench.diagnosis.candidate import Candidate
+from workbench.diagnosis.columns import carriers
+from workbench.diagnosis.evidence import Term
+from workbench.diagnosis.grams import compress
+from workbench.diagnosis.refit import refit
+
+EXACT, BENT = 1e-4, 0.01
+"""Of a column's length: for an arm that nothing bends, and where the moments would be bent once more."""
+ROWS = np.arange(40)
+FOLD = np.arange(40) % 4
+BAND = JointHarmonic((3,), order=(1, 2, 3))
+EFFECTS = (
+    JointCompliance((1,)),
+    JointCompliance((2,)),
+    Backlash((1,)),
+    Backlash((0,), by="motion"),
+    ClearanceTilt((1,)),
+    BearingCompliance((0,)),
+    LinkFlexure((1,)),
+    JointHarmonic((4,), order=2),
+    BAND,
+    EncoderScale((0,)),
+    JointCoupling((2, 1)),
+    ThermalGrowth(),
+    BaseDrift(),
+    LocalJointError((0,), knots=(-7.0, -3.0, 0.0, 3.0, 7.0)),
+)
+NAMES = [n for e in EFFECTS for n in e.names]
+
+
+def table_of(grams, geometry, columns, left):
+    """Explicit columns in the order and scaling of the inner products."""
+    by_name = dict(zip(NAMES, columns.T, strict=True))
+    effects = np.column_stack([by_name[n] for n in grams.names]) / grams.scale
+    return np.column_stack([geometry @ grams.basis, effects, left])
+
+
+def close(found, expected):
+    """Cosines of unit columns; those with the residual relative to its length."""
+    size = np.sqrt(np.maximum(np.diagonal(expected), 1e-12))
+    return np.abs((found - expected) / np.outer(size, size)).max()
+
+
+@pytest.mark.parametrize("arm", ARMS)
+def test_inner_products_are_those_of_explicit_columns(arm):
+    stage = fitted(make("none", 3, arm), rows=ROWS)
+    problem, x = stage.problem, stage.fit.x
+    grams = compress(problem, x, EFFECTS, FOLD)
+    at = dict(zip(problem.names, x.tolist(), strict=True))
+    table = table_of(grams, problem.jacobian(x), slopes(problem, EFFECTS, at), problem.residual(x))
+    assert set(grams.names) == set(NAMES)
+    labels = FOLD[problem.component_rows]
+    for f in range(4):
+        mine = table[labels == f]
+        assert close(grams.folds[f], mine.T @ mine) < 2 * EXACT
+    lengths = np.diagonal(grams.total)
+    assert lengths[: grams.geometry] == pytest.approx(np.ones(grams.geometry), abs=1e-8)
+    shown = np.linalg.norm(table[:, grams.geometry : -1], axis=0)
+    assert shown == pytest.approx(np.ones(len(NAMES)), abs=EXACT)
+    assert grams.count == problem.size == 240
+
+
+def test_geometric_directions_span_what_the_rows_show():
+    """With base and tool free not all unknowns are seen: as many directions as the Jacobian has rank."""
+    case = make("none", 1)
+    problem = geometric(case, rows=ROWS, free_frames=True)
+    grams = compress(problem, problem.start, (JointCompliance((1,)),), FOLD)
+    jacobian = problem.jacobian(problem.start)
+    rank = np.linalg.matrix_rank(jacobian / np.linalg.norm(jacobian, axis=0), tol=1e-7)
+    assert grams.geometry == rank < len(problem.names)
+    unseen = jacobian @ grams.basis
+    assert unseen.T @ unseen == pytest.approx(np.eye(rank), abs=1e-7)
+
+
+def test_accepted_effects_are_given_back_to_the_residual():
+    """At the fit of a soft joint the residual is what is left and what the joint's column explains."""
+    case = make("compliance", 0)
+    stage = fitted(case, rows=ROWS)
+    soft = case.hidden[0].joints
+    candidate = Candidate(JointCompliance(soft))
+    first = compress(stage.problem, stage.fit.x, [candidate.effect], FOLD)
+    bent = refit(stage.problem, first, (Term(candidate),))
+    problem, x = bent.problem, bent.fit.x
+    grams = compress(problem, x, [candidate.effect, EncoderScale((0,))], FOLD)
+    (name,) = candidate.names
+    i = problem.names.index(name)
+    own = problem.jacobian(x)[:, i]
+    left = problem.residual(x) + x[i] * own
+    assert grams.total[-1, -1] == pytest.approx(left @ left, rel=2 * BENT)
+    along = grams.total[grams.index[name], -1] * grams.scale[grams.names.index(name)]
+    assert along == pytest.approx(own @ left, rel=2 * BENT)
+    stiff = problem.residual(x)
+    assert left @ left > 10.0 * (stiff @ stiff)
+
+
+def test_a_band_carries_the_columns_of_its_single_orders():
+    single = JointHarmonic((3,), order=2)
+    assert carriers([single, BAND, EncoderScale((3,))]) == (BAND, EncoderScale((3,)))
+    stage = fitted(make("none", 3), rows=ROWS)
+    together = compress(stage.problem, stage.fit.x, [single, BAND], FOLD)
+    alone = compress(stage.problem, stage.fit.x, [single], FOLD)
+    assert together.names == BAND.names
+    assert together.scales(single.names) == pytest.approx(alone.scale, rel=1e-9)
+
+
+def test_what_no_row_reaches_is_not_scaled():
+    """Knots beyond all rows have columns of zeros, and nothing divides by them."""
+    stage = fitted(make("none", 3), rows=ROWS)
+    beyond = LocalJointError((0,), knots=(-7.0, 0.0, 7.0, 8.0, 9.0, 10.0, 11.0), range=(-7.0, 11.0))
+    grams = compress(stage.problem, stage.fit.x, [beyond], FOLD)
+    assert (np.abs(stage.problem.data.q[:, 0]) < 7.0).all()
+    assert np.isfinite(grams.folds).all()
+    dead = grams.total[grams.geometry :][:-1].any(1)
+    assert (grams.scale[~dead] == 1.0).all()

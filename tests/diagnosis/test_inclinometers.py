@@ -1,0 +1,166 @@
+"""Joints found blind from inclinometers, and joint 1 from side pulls, on an independent generator's arm."""
+
+from dataclasses import replace
+
+import generator
+import numpy as np
+import pytest
+from katanas import (
+    ANGLE,
+    BACKLASH,
+    CLEARANCE,
+    COMPLIANCE,
+    LENGTH,
+    METER,
+    TILTING,
+    inclined,
+    nominal_robot,
+    still,
+)
+from laws import Effect, poses
+
+from workbench.arm.motion import Motion
+from workbench.arm.statics.moments import joint_moments
+from workbench.base.errors import DataError, OptionError
+from workbench.data.dataset import Dataset
+from workbench.identification.load_test.postures import (
+    FIRM,
+    Purpose,
+    loading_plan,
+    possible,
+    side_loads,
+)
+from workbench.identification.load_test.run import pulled_joint, tilting_of
+from workbench.identification.tilting import JointTilting, tilting_effects
+
+SEED = 20_001
+
+
+@pytest.fixture(scope="module")
+def plan():
+    return loading_plan(nominal_robot(), added_mass=3.0, rng=np.random.default_rng(SEED))
+
+
+@pytest.fixture(scope="module")
+def measured(plan):
+    """An arm as made with Tables 4.3 and 4.4 in its joints 1 to 5, and the readings of a plan."""
+    rng = np.random.default_rng(SEED)
+    actual = generator.katana().perturbed(rng, LENGTH, ANGLE)
+    hidden = tuple(
+        Effect(name, (j,), (float(sizes[j]),), detail)
+        for name, sizes, detail in (
+            ("clearance-tilt", CLEARANCE, None),
+            ("backlash", BACKLASH, "moment"),
+            ("joint-compliance", COMPLIANCE, None),
+        )
+        for j in range(5)
+    )
+    return actual, hidden, inclined(actual, hidden, plan, rng)
+
+
+@pytest.fixture(scope="module")
+def found(plan, measured):
+    return tilting_of(nominal_robot(), plan, measured[2], instrument=METER)
+
+
+def check(value, std, wanted, within):
+    assert value == pytest.approx(wanted, rel=within)
+    assert abs(value - wanted) < 4.0 * std
+    assert std < 0.5 * within * wanted
+
+
+def test_clearance_and_backlash_within_5_percent_and_stiffness_within_10(found):
+    joints = {j.joint: j for j in found.joints}
+    assert set(joints) == {0, *TILTING}
+    for j in TILTING:
+        check(joints[j].clearance, joints[j].clearance_std, CLEARANCE[j], 0.05)
+        check(joints[j].backlash, joints[j].backlash_std, BACKLASH[j], 0.05)
+        check(joints[j].stiffness, joints[j].stiffness_std, 1.0 / COMPLIANCE[j], 0.10)
+    check(joints[0].clearance, joints[0].clearance_std, CLEARANCE[0], 0.05)
+    assert np.isnan(joints[0].backlash)
+    assert found.fit.variance_factor == pytest.approx(1.0, abs=0.2)
+
+
+def test_joint_1_is_found_by_side_pulls_from_poses(found, measured):
+    """0.01 mm and 0.0069° poses; all else is known from the inclinometers."""
+    actual, hidden, _ = measured
+    rng = np.random.default_rng(3)
+    loads = side_loads(nominal_robot(), 0, force=40.0, rng=rng)
+    q, wrench = (np.repeat(rows, 5, axis=0) for rows in (loads.q, loads.wrench))
+    seen = poses(actual, hidden, replace(still(q), wrench=wrench))
+    position = seen[:, :3, 3] + 1e-5 * rng.standard_normal((len(q), 3))
+    turned = generator.rotation(1.2e-4 * rng.standard_normal((len(q), 3))) @ seen[:, :3, :3]
+    sigma = np.tile([1e-5] * 3 + [1.2e-4] * 3, (len(q), 1))
+    data = Dataset(q=q, row=np.arange(len(q)), position=position, rotation=turned, sigma=sigma, wrench=wrench)
+    (joint,) = pulled_joint(nominal_robot(), found, loads, data).joints
+    check(joint.backlash, joint.backlash_std, BACKLASH[0], 0.05)
+    check(joint.stiffness, joint.stiffness_std, 1.0 / COMPLIANCE[0], 0.10)
+
+
+def test_without_added_mass_the_last_stiffness_does_not_show(measured):
+    """Own weight turns joint 5 by 1e-5 rad either way, less than the instrument resolves."""
+    actual, hidden, _ = measured
+    rng = np.random.default_rng(SEED)
+    light = loading_plan(nominal_robot(), rng=rng)
+    assert not light.added.any()
+    data = inclined(actual, hidden, light, rng)
+    last = tilting_of(nominal_robot(), light, data, instrument=METER).joints[-1]
+    assert last.joint == 4
+    assert last.compliance_std > 0.2 * COMPLIANCE[4]
+    assert last.backlash == pytest.approx(BACKLASH[4], rel=0.05)
+
+
+def test_pairs_load_their_joint_as_they_say(plan):
+    """By moments worked out anew for every posture."""
+    robot = nominal_robot()
+    assert plan.unturned == (0,)
+    assert plan.joints == TILTING
+    assert possible(robot, plan.q).all()
+    low, high = robot.limits.T
+    assert ((plan.q >= low) & (plan.q <= high)).all()
+    for pair in plan.pairs:
+        moments = joint_moments(robot, Motion(pair.q, payload=pair.added))
+        about, across = moments.about[:, pair.joint], moments.across[:, pair.joint]
+        moved = np.count_nonzero(np.abs(np.diff(pair.q, axis=0)) > 0)
+        assert moved + np.count_nonzero(np.diff(pair.added)) == 1
+        if pair.purpose is Purpose.CROSSWISE:
+            assert across[0] @ across[1] < -0.8 * np.linalg.norm(across[0]) * np.linalg.norm(across[1])
+            assert (np.linalg.norm(across, axis=1) > FIRM).all()
+        elif pair.purpose is Purpose.REVERSAL:
+            assert about.prod() < 0.0
+            assert (np.abs(about) > FIRM).all()
+        else:
+            assert about.prod() > 0.0
+            assert abs(about[1] - about[0]) > 1.0
+    loaded = {pair.joint for pair in plan.pairs if np.diff(pair.added).any()}
+    assert {3, 4} <= loaded <= {2, 3, 4}
+
+
+def test_a_posture_below_the_table_or_folded_is_not_possible():
+    robot = nominal_robot()
+    straight = np.zeros(5)
+    down = np.array([0.0, -0.5, -1.5, -1.0, 0.0])
+    folded = np.array([0.0, 1.0, 2.1, 1.9, 0.0])
+    assert possible(robot, np.stack([straight, down, folded])).tolist() == [True, False, False]
+
+
+def test_what_cannot_be_loaded_is_refused():
+    robot, rng = nominal_robot(), np.random.default_rng(0)
+    with pytest.raises(OptionError, match=r"joint 1 .* stands upright or"):
+        loading_plan(robot, joints=[0], rng=rng)
+    with pytest.raises(OptionError, match="joint 9"):
+        loading_plan(robot, joints=[8], rng=rng)
+    with pytest.raises(OptionError, match="-1 kg"):
+        loading_plan(robot, added_mass=-1.0, rng=rng)
+    narrow = replace(robot, joints=tuple(replace(j, limits=(0.1, 0.12)) for j in robot.joints))
+    with pytest.raises(DataError, match=r"joint 2 .*crosswise.*widen"):
+        loading_plan(narrow, joints=[1], rng=rng)
+    with pytest.raises(DataError, match="pull harder"):
+        side_loads(robot, 0, force=0.01, rng=rng)
+
+
+def test_a_joint_that_was_not_asked_has_no_size():
+    both = JointTilting(0, clearance=1e-3).joined(JointTilting(0, backlash=2e-3, compliance=1e-5))
+    assert (both.clearance, both.backlash, both.stiffness) == (1e-3, 2e-3, pytest.approx(1e5))
+    (only,) = tilting_effects([JointTilting(2, clearance=1e-3), JointTilting(3)])
+    assert only.names == ("joint3.clearance",)

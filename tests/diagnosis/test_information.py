@@ -1,0 +1,93 @@
+"""Poses to measure next tell more than random ones, and can be reached."""
+
+import numpy as np
+import pytest
+from arms import ARMS, make
+from problems import fitted, slopes, with_effects
+
+from workbench.arm.effects.encoder_scale import EncoderScale
+from workbench.arm.effects.joint_compliance import JointCompliance
+from workbench.arm.effects.joint_harmonic import JointHarmonic
+from workbench.data.dataset import Dataset
+from workbench.diagnosis.next_poses import next_poses
+from workbench.identification.problem import Problem
+
+ASKED = (JointCompliance((1,)), JointHarmonic((1,), order=1))
+COUNT = 5
+
+
+def at(problem, q):
+    """The geometric problem on other joint positions; what is measured there does not matter."""
+    rows = len(q)
+    data = Dataset(
+        q=q,
+        row=np.arange(rows),
+        position=np.zeros((rows, 3)),
+        rotation=np.broadcast_to(np.eye(3), (rows, 3, 3)),
+    )
+    return Problem.build(problem.robot, data, noise=problem.noise)
+
+
+def information(problems, effects):
+    """Log determinant of what rows say of effects beside the geometry, by explicit columns."""
+    table = np.vstack([np.column_stack([p.jacobian(p.start), slopes(p, effects)]) for p in problems])
+    table = table / np.linalg.norm(table, axis=0)
+    size = sum(len(e.names) for e in effects)
+    geometry, asked = table[:, :-size], table[:, -size:]
+    beside = asked - geometry @ np.linalg.lstsq(geometry, asked, rcond=None)[0]
+    scale = np.concatenate([slopes(problems[0], effects)], axis=0)
+    size_now = np.linalg.norm(np.vstack([slopes(p, effects) for p in problems]), axis=0)
+    beside = beside * size_now / np.linalg.norm(scale, axis=0)
+    return np.linalg.slogdet(beside.T @ beside)[1]
+
+
+@pytest.mark.parametrize("arm", ARMS)
+@pytest.mark.parametrize("seed", range(3))
+def test_chosen_poses_say_more_than_random_ones(arm, seed):
+    case = make("none", seed, arm, poses=40)
+    fit = fitted(case).fit
+    problem, rng = fit.problem, np.random.default_rng(seed)
+    chosen = next_poses(problem, fit.x, ASKED, rng=rng, count=COUNT)
+    assert chosen.shape == (COUNT, problem.data.joints)
+    now = information([problem], ASKED)
+    gain = information([problem, at(problem, chosen)], ASKED) - now
+    low, high = problem.data.q.min(0), problem.data.q.max(0)
+    random = [
+        information([problem, at(problem, rng.uniform(low, high, chosen.shape))], ASKED) - now
+        for _ in range(10)
+    ]
+    assert min(random) > -1e-6
+    assert gain > max(random)
+
+
+@pytest.mark.parametrize("arm", ARMS)
+def test_poses_stay_within_what_was_measured(arm):
+    case = make("none", 6, arm)
+    fit = fitted(case).fit
+    found = next_poses(fit.problem, fit.x, ASKED, rng=np.random.default_rng(0))
+    q = case.data.q
+    assert ((found >= q.min(0)) & (found <= q.max(0))).all()
+    assert len(np.unique(found, axis=0)) == len(found)
+    where, seen = case.actual.pose(found)[:, :3, 3], case.data.position
+    margin = 0.11 * np.ptp(seen, axis=0)
+    assert ((where > seen.min(0) - margin) & (where < seen.max(0) + margin)).all()
+
+
+def test_the_same_seed_gives_the_same_poses():
+    fit = fitted(make("none", 6, poses=40)).fit
+    one, same, other = (
+        next_poses(fit.problem, fit.x, ASKED, rng=np.random.default_rng(s)) for s in (1, 1, 2)
+    )
+    assert (one == same).all()
+    assert not (one == other).all()
+
+
+def test_rivals_that_no_row_separates_may_be_asked_for():
+    """A joint that never moved: the scale of its encoder shows nothing yet."""
+    case = make("none", 6, poses=40)
+    fit = fitted(case).fit
+    wide = with_effects(fit.problem, EncoderScale((2,)))
+    x = np.append(fit.x, 0.0)[[[*fit.problem.names, "joint3.scale"].index(n) for n in wide.names]]
+    found = next_poses(wide, x, (EncoderScale((2,)), *ASKED), rng=np.random.default_rng(0))
+    assert np.isfinite(found).all()
+    assert len(found) == 5

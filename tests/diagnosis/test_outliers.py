@@ -1,0 +1,61 @@
+"""Rows that are off are found, and those that are not are left alone."""
+
+import numpy as np
+import pytest
+from arms import ARMS, MISSEATED, make
+from problems import fitted, geometric
+
+from workbench.diagnosis.outliers import robust_fit, standing_out
+from workbench.diagnosis.stages import geometry_first
+
+
+def moved(data, rows, by, rng):
+    """The data with some positions displaced [m]."""
+    away = rng.standard_normal((len(rows), 3))
+    data.position.setflags(write=True)
+    data.position[rows] += by * away / np.linalg.norm(away, axis=1, keepdims=True)
+
+
+@pytest.mark.parametrize("arm", ARMS)
+def test_misplaced_rows_are_set_apart(arm):
+    case = make("misseated", 5, arm)
+    stage = geometry_first(geometric(case))
+    out = np.flatnonzero(~stage.keep)
+    assert set(case.misseated) <= set(out)
+    assert len(out) <= len(case.misseated) + 1
+
+
+def test_a_robust_fit_is_near_that_of_the_good_rows_alone():
+    """A twelfth of the rows is off by 20 mm: least squares follow them, the robust fit does not."""
+    case, rng = make("none", 8), np.random.default_rng(0)
+    clean = fitted(case)
+    off = rng.choice(120, 10, replace=False)
+    data = case.data.take(np.arange(120))
+    moved(data, off, 10 * MISSEATED, rng)
+    problem = type(clean.problem).build(case.robot, data, noise=clean.problem.noise)
+    pulled = fitted(type(case)(**{**vars(case), "data": data})).fit.x
+    robust = robust_fit(problem, pulled)
+    bad, good = (np.abs((x - clean.fit.x) / clean.fit.std).max() for x in (pulled, robust))
+    assert good < 4.0
+    assert bad > 10 * good
+    found = standing_out(problem, robust, np.ones(120, bool))
+    assert set(off) == set(np.flatnonzero(found))
+
+
+def test_rows_that_were_not_fitted_are_judged_with_their_own_spread():
+    """A clean row far from the others must not look wrong for what the answer's spread adds to it."""
+    case = make("none", 8)
+    stage = fitted(case)
+    keep = np.ones(120, bool)
+    keep[:20] = False
+    few = fitted(case, rows=np.flatnonzero(keep))
+    assert not standing_out(stage.problem, few.fit.x, keep, few.fit.factor).any()
+
+
+def test_clean_rows_are_called_wrong_no_more_often_than_stated():
+    """One row in a hundred arms, at most: in twenty arms of 60 rows none or one."""
+    accused = 0
+    for seed in range(20):
+        stage = fitted(make("none", 100 + seed, "three-parallel", poses=60))
+        accused += standing_out(stage.problem, stage.fit.x, np.ones(60, bool), stage.fit.factor).sum()
+    assert accused <= 1

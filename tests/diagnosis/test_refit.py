@@ -1,0 +1,119 @@
+"""Geometry and effects fitted together: without the large matrix the answer is the same."""
+
+import numpy as np
+import pytest
+from arms import ARMS, make
+from problems import fitted, geometric
+
+from workbench.arm.effects.joint_compliance import JointCompliance
+from workbench.arm.effects.joint_harmonic import JointHarmonic
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
+from workbench.diagnosis import refit as refits
+from workbench.diagnosis.candidate import Candidate
+from workbench.diagnosis.evidence import Term, grown
+from workbench.diagnosis.grams import compress
+from workbench.diagnosis.refit import (
+    linear_answer,
+    refit,
+    robot_with,
+    with_own_noise,
+)
+from workbench.identification.linear import factorise, factorise_pieces
+
+BAND = JointHarmonic((1,), order=tuple(range(1, 9)))
+FOLD = np.arange(120) % 5
+
+
+def offered(case):
+    """The fit of the geometry, inner products, and a model of a soft joint and a band of harmonics."""
+    stage = fitted(case)
+    candidates = (Candidate(JointCompliance(case.hidden[0].joints)), Candidate(BAND, np.eye(16)))
+    grams = compress(stage.problem, stage.fit.x, [c.effect for c in candidates], FOLD)
+    return stage, grams, grown(grams, tuple(Term(c, 1.0) for c in candidates))
+
+
+@pytest.mark.parametrize("arm", ARMS)
+def test_chords_end_where_gauss_newton_ends(arm, monkeypatch):
+    stage, grams, model = offered(make("compliance", 2, arm))
+    begin = linear_answer(stage, grams, model)
+    whole = refit(stage.problem, grams, model, begin=begin).fit
+    monkeypatch.setattr(refits, "LARGE", 0)
+    pieces = refit(stage.problem, grams, model, begin=begin).fit
+    assert pieces.problem.names == whole.problem.names
+    assert pieces.outcome.ok
+    off = whole.problem.jacobian(whole.x) @ (pieces.x - whole.x)
+    assert np.sqrt(off @ off / len(whole.x)) < 1e-3
+    assert pieces.history[-1] == pytest.approx(whole.history[-1], rel=1e-8)
+
+
+def test_the_linear_solution_is_near_the_fit():
+    """Its arm is within a tenth of the noise of the fitted one, on other rows."""
+    case = make("compliance", 2)
+    stage, grams, model = offered(case)
+    linear = robot_with(stage, grams, model)
+    found = refit(stage.problem, grams, model).fit.calibrated
+    seen = [tool_poses(a, case.exact.q, motion=Motion.of(case.exact))[:, :3, 3] for a in (linear, found)]
+    bare = tool_poses(stage.fit.calibrated, case.exact.q, motion=Motion.of(case.exact))[:, :3, 3]
+    assert np.abs(seen[0] - seen[1]).max() < 0.1 * case.sigma[0]
+    assert np.abs(bare - seen[1]).max() > 10 * case.sigma[0]
+
+
+def test_shrunk_coefficients_are_held_by_their_variance():
+    """The prior that joins the residuals is their common precision."""
+    stage, grams, model = offered(make("compliance", 2))
+    problem = refit(stage.problem, grams, model).problem
+    names = list(BAND.names)
+    columns = [problem.names.index(n) for n in names]
+    held = problem.prior.T @ problem.prior
+    expected = model[1].precision * np.eye(len(names))
+    assert held[np.ix_(columns, columns)] == pytest.approx(expected, rel=1e-6, abs=1e-6 * model[1].precision)
+    others = np.setdiff1d(np.arange(len(problem.names)), columns)
+    assert not held[others].any()
+
+
+@pytest.mark.parametrize("arm", ARMS)
+def test_pieces_together_are_the_whole(arm):
+    """Also of a problem with prior knowledge."""
+    stage, grams, model = offered(make("compliance", 2, arm))
+    problem = refit(stage.problem, grams, model).problem
+    x = problem.start + 1e-3 * problem.units
+    whole = problem.evaluate(x)
+    pieces = [piece for _, piece in problem.pieces(x)]
+    assert len(pieces) >= 2
+    assert np.concatenate([p.residual for p in pieces]) == pytest.approx(whole.residual, abs=1e-9)
+    assert np.concatenate([p.jacobian for p in pieces]) == pytest.approx(whole.jacobian, abs=1e-9)
+    cost, gradient = problem.cost_and_gradient(x)
+    assert cost == pytest.approx(0.5 * whole.residual @ whole.residual, rel=1e-10)
+    expected = -whole.jacobian.T @ whole.residual
+    assert np.abs(gradient - expected).max() < 1e-9 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("parts", [1, 2, 7, 40])
+def test_a_factor_in_pieces_is_that_of_the_whole(parts):
+    """Pieces may have fewer rows than there are unknowns."""
+    rng = np.random.default_rng(parts)
+    jacobian, residual = rng.standard_normal((120, 9)), rng.standard_normal(120)
+    jacobian *= 100.0
+    jacobian[:, 8] = jacobian[:, 0] - jacobian[:, 3]
+    units = rng.uniform(0.1, 10.0, 9)
+    whole = factorise(jacobian, residual, units)
+    cuts = np.sort(rng.choice(np.arange(1, 120), parts - 1, replace=False))
+    pieces = zip(np.split(residual, cuts), np.split(jacobian, cuts), strict=True)
+    part = factorise_pieces(pieces, units)
+    assert part.root.shape == whole.root.shape == (9, 8)
+    assert part.covariance() == pytest.approx(whole.covariance(), abs=1e-10)
+    assert part.covariance() == pytest.approx(
+        units[:, None] * np.linalg.pinv((jacobian * units).T @ (jacobian * units), rcond=1e-10) * units,
+        abs=1e-8,
+    )
+    assert part.residual_square == pytest.approx(residual @ residual)
+
+
+def test_noise_is_what_the_fit_leaves():
+    """Of twice the noise that the problem was whitened by; a fit of 24 constants has its freedom."""
+    case = make("none", 4, noise=2.0)
+    stage = fitted(case)
+    left = with_own_noise(stage, geometric(case)).noise
+    assert left.position == pytest.approx(case.sigma[0], rel=0.15)
+    assert left.rotation == pytest.approx(case.sigma[1], rel=0.15)

@@ -1,0 +1,101 @@
+"""Arms whose masses nobody knows: the soft joint is found from measured torques, or from products alone."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from arms import TUNING, make
+from laws import straight_moments
+
+from workbench.arm.effects.gravity_sag import GravitySag
+from workbench.arm.motion import Motion
+from workbench.diagnosis.catalogue import catalogue
+from workbench.diagnosis.diagnose import diagnose
+from workbench.diagnosis.weights import expected_torques
+from workbench.diagnosis.words import sentence
+
+TORQUE_NOISE = 0.05
+"""Of measured joint torques [N m]."""
+CASES = [("aria", TUNING[2]), ("three-parallel", TUNING[1]), ("katana", TUNING[3])]
+
+
+def massless(robot):
+    return replace(robot, joints=tuple(replace(j, mass=None) for j in robot.joints))
+
+
+def with_torques(case):
+    """The rows with the moments about the axes, as sensors in the joints would read them."""
+    moments = straight_moments(case.actual, case.state)[:, :, 2]
+    noise = np.random.default_rng(case.seed).normal(0.0, TORQUE_NOISE, moments.shape)
+    return replace(case.data, torque=moments + noise)
+
+
+@pytest.mark.parametrize(("arm", "seed"), CASES)
+@pytest.mark.parametrize("measured", [True, False])
+def test_the_soft_joint_is_named(arm, seed, measured):
+    case = make("compliance", seed, arm)
+    found = diagnose(massless(case.robot), with_torques(case) if measured else case.data)
+    name = "joint-compliance" if measured else "gravity-sag"
+    assert [(e.effect.name, e.effect.joints) for e in found.effects] == [(name, case.truth[0].joints)]
+    before, after = (v.held_out.position_mm.mean for v in (found.before, found.after))
+    assert after < 0.5 * before
+    assert len(found.measure_next) == 5
+    if measured:
+        (size,), (std,) = found.effects[0].effect.coefficients, found.effects[0].std
+        assert abs(size - case.hidden[0].size[0]) < 5.0 * std + 0.02 * size
+
+
+def test_a_varying_payload_weighs_the_compliance():
+    """What the payload adds is known, and with it the compliance itself."""
+    case = make("payload", TUNING[1], "aria")
+    (found,) = diagnose(massless(case.robot), case.data).effects
+    assert (found.effect.name, found.effect.joints) == ("gravity-sag", case.truth[0].joints)
+    last = found.effect.coefficients[-1] / 9.81
+    assert abs(last - case.hidden[0].size[0]) < 5.0 * found.std[-1] / 9.81
+
+
+def test_the_sentence_gives_angles_alone():
+    sag = GravitySag((3,), (0.002, 0.001, 0.009), terms="4x 4y payload")
+    case = make("payload", TUNING[1], "aria")
+    words = sentence(sag, case.robot.chain, Motion.of(case.data))
+    assert words.startswith("Joint 4 gives way")
+    assert "up to 2 mrad" in words
+
+
+def test_nothing_is_claimed_of_a_stiff_arm():
+    case = make("none", TUNING[11], "aria")
+    found = diagnose(massless(case.robot), case.data)
+    assert found.effects == ()
+    assert sum("products of compliance and weight" in note for note in found.notes) == 1
+
+
+@pytest.mark.parametrize("arm", [arm for arm, _ in CASES])
+def test_torques_of_other_poses(arm):
+    case = make("payload", TUNING[1], arm)
+    half = len(case.data) // 2
+    motion = Motion.of(with_torques(case))
+    near, far = motion.take(slice(0, half)), motion.take(slice(half, None))
+    expected = expected_torques(massless(case.robot), near, replace(far, torque=None))
+    off = expected - straight_moments(case.actual, case.state)[half:, :, 2]
+    assert np.sqrt((off**2).mean()) < 2.0 * TORQUE_NOISE
+
+
+def test_what_is_offered():
+    case = make("payload", TUNING[1], "aria")
+    robot, motion = massless(case.robot), Motion.of(case.data)
+
+    def sags(robot, motion):
+        effects = (c.effect for c in catalogue(robot, motion).candidates)
+        return {e.joints[0]: e for e in effects if isinstance(e, GravitySag)}
+
+    assert sags(case.robot, motion) == {}
+    assert set(sags(robot, motion)) == set(range(6))
+    assert sags(robot, motion)[5].terms == "6x 6y payload"
+    assert sags(robot, replace(motion, payload=None))[5].terms == "6x 6y"
+    aslant = replace(robot, gravity=np.array([3.0, 0.0, -4.0]))
+    assert sags(aslant, motion)[0].gravity == (0.6, 0.0, -0.8)
+    assert sags(replace(robot, gravity=np.zeros(3)), motion) == {}
+    gaps = np.zeros_like(motion.q)
+    assert sags(robot, replace(motion, torque=gaps)) == {}
+    gaps[3, 1] = np.nan
+    assert set(sags(robot, replace(motion, torque=gaps))) == set(range(6))

@@ -1,0 +1,160 @@
+import json
+import re
+from html.parser import HTMLParser
+
+import pytest
+
+from workbench.base import folder as folders
+from workbench.base.errors import FileError
+from workbench.base.folder import write_folder
+from workbench.data.requirement import Requirement
+from workbench.identification.report.figures import NAMES
+from workbench.identification.report.page import write_report
+
+VOID = {"meta", "link", "br", "hr", "img", "input"}
+
+
+class Page(HTMLParser):
+    """Collects tags, attributes and words, and checks that tags close in order."""
+
+    def __init__(self):
+        super().__init__()
+        self.stack, self.tags, self.attributes, self.words = [], [], [], []
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append(tag)
+        self.attributes += attrs
+        if tag not in VOID:
+            self.stack.append(tag)
+
+    def handle_startendtag(self, tag, attrs):
+        self.tags.append(tag)
+        self.attributes += attrs
+
+    def handle_endtag(self, tag):
+        assert self.stack.pop() == tag
+
+    def handle_data(self, data):
+        self.words.append(data)
+
+
+@pytest.fixture(scope="module")
+def page(result, tmp_path_factory):
+    path = write_report(result, tmp_path_factory.mktemp("report") / "new")
+    parsed = Page()
+    parsed.feed(path.read_text(encoding="utf-8"))
+    return path, parsed
+
+
+def test_the_folder_has_everything(page, result):
+    path, _ = page
+    assert {p.name for p in path.parent.iterdir()} == {
+        "report.html",
+        "result.json",
+        *(f"{name}.svg" for name in NAMES),
+    }
+    found = json.loads((path.parent / "result.json").read_text())
+    assert found["schema"] == "workbench.identification/1"
+    judged = found["requirement"]
+    assert sorted(judged["passed"] + judged["failed"]) == sorted(result.held_out_data.row.tolist())
+    assert [c["takes"] for c in found["controller"]] == [
+        ["offsets"],
+        ["offsets", "tool"],
+        ["offsets", "tool", "base"],
+    ]
+
+
+def test_it_needs_nothing_from_elsewhere(page):
+    path, parsed = page
+    assert not {"script", "link", "img", "iframe", "object"} & set(parsed.tags)
+    addresses = [v for k, v in parsed.attributes if k in ("href", "src", "xlink:href", "action", "data")]
+    assert all(v.startswith("#") for v in addresses)
+    text = path.read_text()
+    assert set(re.findall(r"https?://[\w.]+", text)) <= {"http://www.w3.org"}  # names of XML, not addresses
+    assert all(v.startswith("#") for v in re.findall(r"url\(([^)]*)\)", text))
+    assert "@import" not in text
+
+
+def test_tags_close_and_hostile_words_are_only_words(page, result):
+    path, parsed = page
+    assert parsed.stack == []
+    assert "script" not in parsed.tags
+    assert "b" in parsed.tags  # of our own
+    text = path.read_text()
+    assert "<b>probe" not in text
+    assert "a<i>b.csv" not in text
+    words = "".join(parsed.words)
+    assert "<script>" in result.robot.name
+    assert result.robot.name in words
+    assert "<b>probe</b>" in words
+
+
+def test_it_says_what_matters(page, result):
+    words = " ".join("".join(page[1].words).split())
+    for sentence in (*result.notes, *result.warnings, *result.unidentifiable):
+        assert " ".join(sentence.split()) in words
+    for value in result.best.held_out.position_mm:
+        assert f"{value:.3f}" in words
+    assert "1 mm per axis and 0.66°" in words
+    assert "joint offsets only" in words
+
+
+def test_points_without_held_out_rows(points, tmp_path):
+    path = write_report(points, tmp_path / "p", requirement=Requirement(per_axis=1e-7))
+    text = path.read_text()
+    assert "none were held out" in text
+    assert "✗" in text
+    assert not (path.parent / "errors-orientation.svg").exists()
+    for words in points.unidentifiable:
+        assert words in text
+
+
+def test_an_older_report_is_replaced_and_other_files_stay(points, tmp_path):
+    (tmp_path / "errors-orientation.svg").write_text("old")
+    (tmp_path / "report.html").write_text("old")
+    (tmp_path / "mine.txt").write_text("mine")
+    parts = []
+    write_report(points, tmp_path, progress=lambda part, words: parts.append(part))
+    assert not (tmp_path / "errors-orientation.svg").exists()
+    assert (tmp_path / "report.html").read_text() != "old"
+    assert (tmp_path / "mine.txt").read_text() == "mine"
+    assert parts == sorted(parts)
+    assert parts[-1] == 1.0
+
+
+def test_a_file_in_the_way(points, tmp_path):
+    (tmp_path / "taken").write_text("")
+    with pytest.raises(FileError):
+        write_report(points, tmp_path / "taken")
+
+
+@pytest.mark.parametrize("moves", range(6))
+def test_all_or_nothing(tmp_path, monkeypatch, moves):
+    home = tmp_path / "home"
+    write_folder(home, {"a": b"1", "b": b"2", "old": b"3"})
+    (home / "mine").write_bytes(b"m")
+    before = {p.name: p.read_bytes() for p in home.iterdir()}
+    real, count = folders.os.replace, [0]
+
+    def failing(source, target):
+        if count[0] == moves:
+            count[0] += 1
+            raise OSError("full")
+        count[0] += 1
+        real(source, target)
+
+    monkeypatch.setattr(folders.os, "replace", failing)
+    with pytest.raises(OSError, match="full"):
+        write_folder(home, {"a": b"x", "b": b"y", "c": b"z"}, replaces=("old",))
+    assert {p.name: p.read_bytes() for p in home.iterdir()} == before
+    assert [p.name for p in tmp_path.iterdir()] == ["home"]
+
+
+def test_nothing_is_left_when_a_folder_cannot_be_made(tmp_path, monkeypatch):
+    def failing(source, target):
+        raise OSError("full")
+
+    monkeypatch.setattr(folders.os, "replace", failing)
+    with pytest.raises(OSError, match="full"):
+        write_folder(tmp_path / "new", {"a": b"1"})
+    assert list(tmp_path.iterdir()) == []

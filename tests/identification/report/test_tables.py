@@ -1,0 +1,120 @@
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from workbench.arm.library import load_robot
+from workbench.data.components import row_components
+from workbench.data.requirement import Requirement
+from workbench.identification.report.parameters import State, parameter_table
+from workbench.identification.report.table import (
+    evaluation_tables,
+    identification_tables,
+    parameters_tables,
+    requirement_table,
+)
+from workbench.identification.report.use import controller_use
+from workbench.report.numbers import (
+    factor,
+    short,
+    signed,
+    standard_error,
+)
+
+
+def printed(content, width=80):
+    console = Console(width=width, no_color=True, legacy_windows=False)
+    with console.capture() as capture:
+        console.print(content)
+    return capture.get()
+
+
+@pytest.mark.parametrize("name", ["result", "points"])
+def test_fits_eighty_columns_and_loses_no_number(name, request):
+    found = request.getfixturevalue(name)
+    text = printed(identification_tables(found))
+    assert max(map(len, text.splitlines())) <= 80
+    assert "…" not in text.split("note:")[0]
+    for run in found.runs.values():
+        assert short(run.train.position_mm.mean) in text
+        assert run.fit.title in text
+    fit = found.best.fit
+    table = parameter_table(fit)
+    for _, cells in table.rows:
+        for cell in cells:
+            if cell is not None and cell.state is State.IDENTIFIED:
+                assert signed(cell.value, 6) in text
+    flat = " ".join(text.split())
+    for words in (*found.unidentifiable, *found.warnings, *found.notes):
+        assert " ".join(words.split()) in flat
+
+
+def test_units_and_hostile_names_are_shown_as_they_are(result):
+    text = printed(identification_tables(result))
+    assert "[mm]" in text
+    assert "θ [rad]" in text
+    assert result.robot.name.split()[0] in text
+    assert "<b>probe</b>" in text
+
+
+def test_the_joint_table_is_the_papers(result):
+    table = parameter_table(result.best.fit)
+    assert table.headings == ("θ [rad]", "d [m]", "a [m]", "α [rad]", "β [rad]")
+    assert [joint for joint, _ in table.rows] == [f"joint{k}" for k in range(1, 7)]
+    held = [[c.state is State.HELD for c in cells] for _, cells in table.rows]
+    # Table 4: β is held everywhere but on link 2, where d is
+    assert [row.index(True) for row in held] == [4, 1, 4, 4, 4, 4]
+    assert all(sum(row) == 1 for row in held)
+    cell = table.rows[1][1][2]
+    assert (cell.name, cell.nominal) == ("joint2.a", 0.41)
+    place = result.best.fit.problem.names.index("joint2.a")
+    assert (cell.value, cell.std) == (result.best.fit.x[place], result.best.fit.std[place])
+
+
+def test_what_no_row_tells_apart_is_marked(points):
+    table = parameter_table(points.best.fit)
+    cells = {c.name: c for _, row in table.rows for c in row if c} | {c.name: c for c in table.others}
+    for combination in points.best.fit.unidentifiable:
+        wanted = State.SHARED if len(combination.names) > 1 else State.UNSEEN
+        assert {cells[n].state for n in combination.names} <= {wanted, State.UNSEEN}
+    assert State.SHARED in table.marks
+    assert "†" in printed(parameters_tables(points.best.fit))
+
+
+def test_evaluation_requirement_and_controller_tables(evaluated, result):
+    text = printed(evaluation_tables(evaluated))
+    assert short(evaluated.errors.position_mm.max) in text
+    check = Requirement().check(row_components(result.best.calibrated, result.held_out_data))
+    text = printed(requirement_table(check))
+    assert "1 mm per axis and 0.66°" in text
+    assert ("passed" in text) == check.ok or "not passed" in text
+    text = printed(controller_use(result).summary())
+    assert "joint offsets only" in text
+    assert max(map(len, text.splitlines())) <= 80
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(0.1234, "0.123"), (-1.5, "−1.500"), (0.0, "0.000"), (2e-7, "2e-07"), (np.nan, "–"), (np.inf, "–")],
+)
+def test_short(value, text):
+    assert short(value) == text
+
+
+def test_other_numbers():
+    assert signed(-0.0001, 3) == "0.000"
+    assert standard_error(1.2e-4) == "±0.000120"
+    assert standard_error(3e-9) == "±3e-09"
+    assert factor(1.0, 0.1) == "10 times smaller"
+    assert factor(1.0, 0.5) == "2.0 times smaller"
+    assert factor(1.0, 1.0) == "unchanged"
+    assert factor(1.0, 2.0) == "2 times larger"
+    assert factor(1.0, 0.0) == "no error left"
+
+
+def test_tables_need_no_drawing():
+    code = "import sys, workbench.report.table, workbench.report.json; print('matplotlib' in sys.modules)"
+    assert subprocess.check_output([sys.executable, "-c", code], text=True).strip() == "False"
+    assert load_robot("aria").dof == 6

@@ -1,0 +1,156 @@
+"""Base and tool: found in closed form, decided from the data, refused where they contradict the file."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.library import load_robot
+from workbench.arm.robot import FRAME_PARTS, Frame
+from workbench.base import se3
+from workbench.base.errors import DataError
+from workbench.base.types import Freedom
+from workbench.data.dataset import Dataset
+from workbench.data.readers import read_measurements
+from workbench.identification.alignment import align, hand_eye
+from workbench.identification.errors import row_errors
+from workbench.identification.frames import choose_frames
+from workbench.identification.problem import FrameFreedom
+
+
+def random_pose(rng, size=1.0):
+    return se3.pose(se3.rotvec_to_matrix(rng.normal(0.0, 1.0, 3)), rng.normal(0.0, size, 3))
+
+
+def auto(robot):
+    return robot.with_frames(
+        base=replace(robot.base, free=Freedom.AUTO), tool=replace(robot.tool, free=Freedom.AUTO)
+    )
+
+
+def rows_of(robot, rng, rows, noise=(0.0, 0.0), points=False):
+    q = rng.uniform(-1.2, 1.2, (rows, robot.dof))
+    poses = tool_poses(robot, q)
+    position = poses[:, :3, 3] + rng.normal(0.0, 1.0, (rows, 3)) * noise[0]
+    turn = se3.rotvec_to_matrix(rng.normal(0.0, 1.0, (rows, 3)) * noise[1])
+    rotation = None if points else turn @ poses[:, :3, :3]
+    return Dataset(q=q, row=np.arange(rows), position=position, rotation=rotation)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_hand_eye_finds_the_tool_without_the_base(seed):
+    rng = np.random.default_rng(seed)
+    arm = np.stack([random_pose(rng) for _ in range(6)])
+    base, tool = random_pose(rng), random_pose(rng, 0.2)
+    np.testing.assert_allclose(hand_eye(arm, base @ arm @ tool), tool, atol=1e-9)
+
+
+@pytest.mark.parametrize("points", [False, True])
+@pytest.mark.parametrize("seed", range(5))
+def test_alignment_finds_any_base_and_tool(seed, points):
+    rng = np.random.default_rng(seed)
+    robot = load_robot("ur5")
+    tool = se3.pose(
+        np.eye(3) if points else se3.rotvec_to_matrix(rng.normal(0.0, 1.0, 3)), rng.normal(0.0, 0.1, 3)
+    )
+    actual = robot.with_frames(base=Frame.from_pose(random_pose(rng)), tool=Frame.from_pose(tool))
+    data = rows_of(actual, rng, 40, points=points)
+    freedom = FrameFreedom(FRAME_PARTS, FRAME_PARTS[:3] if points else FRAME_PARTS)
+    aligned = align(robot, data, freedom)
+    np.testing.assert_allclose(tool_poses(aligned, data.q)[:, :3, 3], data.position, atol=1e-8)
+    np.testing.assert_allclose(aligned.base.pose, actual.base.pose, atol=1e-7)
+
+
+def test_a_base_at_ninety_degrees_of_pitch_is_no_trouble():
+    rng = np.random.default_rng(1)
+    robot = load_robot("ur10")
+    base = se3.pose(se3.rpy_to_matrix(np.array([0.3, np.pi / 2, -0.2])), np.array([1.0, 2.0, 0.5]))
+    actual = robot.with_frames(base=Frame.from_pose(base))
+    choice = choose_frames(auto(robot), rows_of(actual, rng, 40, noise=(1e-4, 3e-4)))
+    found = choice.robot.base.pose
+    np.testing.assert_allclose(found, base, atol=1e-3)
+
+
+def test_known_frames_stay_where_the_data_agree_with_them():
+    rng = np.random.default_rng(2)
+    robot = auto(load_robot("aria"))
+    values = {"joint2.a": 0.412, "joint4.theta": 0.02, "joint3.alpha": np.pi / 2 + 0.01}
+    choice = choose_frames(robot, rows_of(robot.with_values(values), rng, 60, noise=(1e-4, 3e-4)))
+    assert choice.freedom.base == ()
+    assert choice.freedom.tool == ()
+    assert "as given" in choice.notes[0]
+    assert "decided" in choice.notes[0]
+
+
+def test_moved_base_is_freed_and_said():
+    rng = np.random.default_rng(3)
+    robot = auto(load_robot("aria"))
+    turned = Frame.from_pose(
+        se3.pose(se3.rpy_to_matrix(np.array([0.0, 0.0, np.pi])), np.array([0.5, 0.2, 0.1]))
+    )
+    choice = choose_frames(robot, rows_of(robot.with_frames(base=turned), rng, 60, noise=(1e-4, 3e-4)))
+    assert choice.freedom.base == FRAME_PARTS
+    assert any("180.0° about z" in note for note in choice.notes)
+
+
+def test_a_base_that_is_declared_known_but_turned_is_refused():
+    rng = np.random.default_rng(4)
+    robot = load_robot("aria")
+    turned = Frame.from_pose(se3.pose(se3.rpy_to_matrix(np.array([0.0, 0.0, np.pi])), np.zeros(3)))
+    data = rows_of(robot.with_frames(base=turned), rng, 40, noise=(1e-4, 3e-4))
+    with pytest.raises(DataError, match=r"180\.0° about z"):
+        choose_frames(robot, data)
+
+
+def test_sessions_with_their_own_base_are_recognised():
+    rng = np.random.default_rng(5)
+    robot = auto(load_robot("panda"))
+    parts = []
+    for _ in range(3):
+        placed = robot.with_frames(base=Frame.from_pose(random_pose(rng), Freedom.AUTO))
+        parts.append(rows_of(placed, rng, 25, noise=(1e-4, 3e-4)))
+    data = Dataset(
+        q=np.concatenate([p.q for p in parts]),
+        row=np.arange(75),
+        position=np.concatenate([p.position for p in parts]),
+        rotation=np.concatenate([p.rotation for p in parts]),
+        session=np.repeat(["a", "b", "c"], 25),
+    )
+    choice = choose_frames(robot, data)
+    assert choice.freedom.base_per_session
+    assert not choice.freedom.tool_per_session
+    assert {s.name for s in choice.robot.sessions} == {"a", "b", "c"}
+
+
+def test_one_base_over_sessions_stays_one():
+    rng = np.random.default_rng(6)
+    robot = auto(load_robot("panda"))
+    placed = robot.with_frames(base=Frame.from_pose(random_pose(rng), Freedom.AUTO))
+    data = replace(rows_of(placed, rng, 75, noise=(1e-4, 3e-4)), session=np.repeat(["a", "b", "c"], 25))
+    choice = choose_frames(robot, data)
+    assert choice.freedom.base == FRAME_PARTS
+    assert not choice.freedom.base_per_session
+
+
+def test_tool_rotation_is_not_offered_to_points():
+    rng = np.random.default_rng(7)
+    robot = auto(load_robot("ur5"))
+    tool = Frame.from_pose(se3.pose(np.eye(3), np.array([0.02, -0.03, 0.1])))
+    placed = robot.with_frames(base=Frame.from_pose(random_pose(rng)), tool=tool)
+    choice = choose_frames(robot, rows_of(placed, rng, 80, noise=(1e-4, 0.0), points=True))
+    assert choice.freedom.tool == FRAME_PARTS[:3]
+
+
+@pytest.mark.parametrize(
+    ("file", "robot", "size"),
+    [("ur10_rotvec_missing_outlier.csv", "ur10", 2.0), ("ur5_plain.xlsx", "ur5", 2.0)],
+)
+def test_few_rows_or_an_outlier_do_not_bend_the_arm(file, robot, size, shared_data):
+    """An unknown base and tool go into the frames, not into the arm, however little the rows say."""
+    data = read_measurements(shared_data / "importer_variants" / file)
+    data = data.take(data.included)
+    choice = choose_frames(load_robot(robot), data)
+    assert len(choice.freedom.base) == 6
+    assert choice.freedom.tool
+    assert 1e3 * np.median(row_errors(choice.robot, data).position) < size

@@ -1,0 +1,261 @@
+"""Whole runs on data of every kind: held-out errors that can be believed, and sentences where they can't."""
+
+from dataclasses import replace
+
+import generator
+import numpy as np
+import pytest
+
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.library import load_robot
+from workbench.arm.robot import Frame
+from workbench.arm.robot_toml import read_toml, write_toml
+from workbench.base import se3
+from workbench.base.errors import OptionError
+from workbench.base.types import Freedom
+from workbench.data.dataset import Dataset
+from workbench.identification.evaluate import evaluate
+from workbench.identification.identify import identify
+from workbench.identification.prior import Prior
+from workbench.identification.problem import Noise
+
+NOISE = Noise(1e-4, 3e-4)
+LAYOUT = np.array([[0.05, 0, 0], [0, 0.05, 0], [-0.05, 0, 0.02], [0, -0.05, 0.04]])
+ANCHORS = np.array([[0.9, 0.2, 0.1], [-0.4, 0.8, 0.3], [0.1, -0.9, 0.6]])
+
+
+@pytest.fixture(scope="module")
+def arm():
+    return generator.aria().perturbed(np.random.default_rng(1), length=2e-3, angle=0.01)
+
+
+def frames(robot, freedom):
+    return robot.with_frames(base=replace(robot.base, free=freedom), tool=replace(robot.tool, free=freedom))
+
+
+def poses(arm, rng, rows, base=None):
+    q = arm.random(rng, rows)
+    position, rotation = arm.measure(q, rng, *NOISE)
+    if base is not None:
+        position, rotation = se3.apply(base[None], position), base[:3, :3] @ rotation
+    return Dataset(q=q, row=np.arange(rows), position=position, rotation=rotation)
+
+
+def join(*parts, sessions):
+    session = np.repeat(sessions, [len(p) for p in parts])
+    return Dataset(
+        q=np.concatenate([p.q for p in parts]),
+        row=np.arange(len(session)),
+        position=np.concatenate([p.position for p in parts]),
+        rotation=np.concatenate([p.rotation for p in parts]),
+        session=session,
+    )
+
+
+def some_base(rng):
+    return se3.pose(se3.rotvec_to_matrix(rng.normal(0.0, 1.0, 3)), rng.normal(0.0, 1.0, 3))
+
+
+def distances(arm, rng, rows, noise=0.0):
+    q = arm.random(rng, rows)
+    which = np.arange(rows) % 3
+    length = np.linalg.norm(arm.pose(q)[:, :3, 3] - ANCHORS[which], axis=1)
+    return Dataset(
+        q=q,
+        row=np.arange(rows),
+        distance=length + noise * rng.standard_normal(rows),
+        anchor=np.array(list("ABC"))[which],
+    )
+
+
+KNOWN = {f"anchor[{n}].{a}": ANCHORS[i, k] for i, n in enumerate("ABC") for k, a in enumerate("xyz")}
+
+
+def test_distances_from_unknown_anchors(arm):
+    rng = np.random.default_rng(2)
+    run = identify(load_robot("aria"), distances(arm, rng, 150, 1e-4))
+    assert run.best.held_out.position_mm.mean < 0.15
+    assert run.nominal.held_out.position_mm.mean > 10 * run.best.held_out.position_mm.mean
+
+
+def test_distances_from_known_anchors(arm):
+    rng = np.random.default_rng(3)
+    run = identify(load_robot("aria"), distances(arm, rng, 120), known=KNOWN)
+    for result in run.runs.values():
+        assert result.held_out.position_mm.max < 1e-3
+    q = arm.random(rng, 50)
+    off = tool_poses(run.best.calibrated, q)[:, :3, 3] - arm.pose(q)[:, :3, 3]
+    assert np.abs(off).max() < 1e-6
+
+
+def test_loose_markers(arm):
+    rng = np.random.default_rng(4)
+    q = arm.random(rng, 60)
+    markers = se3.apply(arm.pose(q)[:, None], LAYOUT[None]) + 1e-4 * rng.standard_normal((60, 4, 3))
+    hidden = markers.copy()
+    hidden[::2, 1:] = np.nan
+    for seen in (markers, hidden):
+        run = identify(load_robot("aria"), Dataset(q=q, row=np.arange(60), markers=seen))
+        assert run.best.held_out.position_mm.rms == pytest.approx(np.sqrt(3.0) * 0.1, rel=0.4)
+        assert run.noise.position == pytest.approx(1e-4, rel=0.15)
+
+
+def test_contacts_do_not_shrink_the_arm(arm):
+    rng = np.random.default_rng(5)
+    robot = load_robot("aria")
+    q, names = [], []
+    places = np.array([[0.4, 0.3, 0.2], [0.5, -0.1, 0.4], [0.2, 0.5, 0.5]])
+    while len(q) < 90:
+        place, x = places[len(q) % 3], arm.random(rng, 1)
+        for _ in range(60):
+            here = arm.pose(x)[0, :3, 3]
+            slope = np.stack([(arm.pose(x + 1e-6 * e)[0, :3, 3] - here) / 1e-6 for e in np.eye(6)], axis=1)
+            x = x + np.linalg.lstsq(slope, place - here, rcond=1e-3)[0]
+        within = (np.abs(x - arm.limits.mean(1)) < 0.5 * np.ptp(arm.limits, axis=1)).all()
+        if within and np.linalg.norm(arm.pose(x)[0, :3, 3] - place) < 1e-10:
+            q.append(x[0])
+            names.append("abc"[len(q) % 3])
+    q = np.array(q) + 1e-4 * rng.standard_normal((90, 6))
+    run = identify(robot, Dataset(q=q, row=np.arange(90), contact=np.array(names)))
+    assert any("scale" in note for note in run.notes)
+    for result in run.runs.values():
+        lengths = {p.name: v for p, v in zip(result.fit.parameters, result.fit.x, strict=True)}
+        assert lengths["joint4.d"] == pytest.approx(0.336, abs=0.02)
+
+
+def test_held_out_anchors_that_nobody_fitted_are_left_out_and_said(arm):
+    data = distances(arm, np.random.default_rng(6), 80)
+    anchor = data.anchor.astype("U2")
+    anchor[-6:] = [f"h{i}" for i in range(6)]
+    data = replace(data, anchor=anchor)
+    run = identify(load_robot("aria"), data.take(np.arange(74)), held_out=data.take(np.arange(70, 80)))
+    assert len(run.held_out_data) == 4
+    assert any("6 held-out rows" in note for note in run.notes)
+
+
+def test_points_with_a_known_tool_agree_over_all_algorithms(arm):
+    data = replace(poses(arm, np.random.default_rng(7), 80), rotation=None)
+    run = identify(load_robot("aria"), data)
+    errors = [result.held_out.position_mm.mean for result in run.runs.values()]
+    assert max(errors) < 0.25
+    assert max(errors) - min(errors) < 0.01
+
+
+def test_a_calibrated_file_with_sessions_is_identified_again(arm, tmp_path):
+    rng = np.random.default_rng(8)
+    data = join(*(poses(arm, rng, 30, some_base(rng)) for _ in range(3)), sessions=["a", "b", "c"])
+    first = identify(frames(load_robot("aria"), Freedom.AUTO), data)
+    again = read_toml(write_toml(first.best.calibrated, tmp_path / "calibrated.toml"))
+    for freedom in (Freedom.AUTO, Freedom.FIXED, Freedom.FREE):
+        second = identify(frames(again, freedom), data)
+        for result in second.runs.values():
+            assert result.held_out.position_mm.mean == pytest.approx(
+                first.best.held_out.position_mm.mean, rel=0.1
+            )
+
+
+def test_held_out_sessions_find_their_own_base(arm):
+    rng = np.random.default_rng(9)
+    data = join(*(poses(arm, rng, 30, some_base(rng)) for _ in range(4)), sessions=["a", "b", "c", "d"])
+    run = identify(frames(load_robot("aria"), Freedom.AUTO), data, held_out=("c", "d"))
+    assert run.best.held_out.position_mm.mean < 0.3
+    assert any("c, d" in note for note in run.notes)
+    assert run.nominal.held_out.position_mm.mean > 10 * run.best.held_out.position_mm.mean
+
+
+def test_what_was_not_seen_is_no_knowledge(arm):
+    """A prior from a fit with free frames must not pin what only base and joint 1 share."""
+    rng = np.random.default_rng(10)
+    old = identify(frames(load_robot("aria"), Freedom.FREE), poses(arm, rng, 60), held_out=0.0, noise=NOISE)
+    prior = Prior.of(old.best.fit)
+    fixed = frames(load_robot("aria"), Freedom.FIXED)
+    few = poses(arm, rng, 12)
+    runs = [identify(fixed, few, held_out=0.0, noise=NOISE, prior=p) for p in (prior, None)]
+    q = arm.random(rng, 100)
+    errors = [
+        np.linalg.norm(tool_poses(r.best.calibrated, q)[:, :3, 3] - arm.pose(q)[:, :3, 3], axis=1).mean()
+        for r in runs
+    ]
+    assert max(errors) < 2e-4
+
+
+def test_user_bounds_bind_what_is_best(arm):
+    data = poses(arm, np.random.default_rng(11), 40)
+    bounds = {"joint2.theta": (-1e-4, 1e-4)}
+    run = identify(load_robot("aria"), data, bounds=bounds)
+    assert run.best.fit.algorithm == "opt1"
+    assert abs(run.best.fit.x[run.best.fit.problem.names.index("joint2.theta")]) <= 1e-4
+    assert any("beyond" in w for w in run.warnings)
+
+
+def test_a_joint_that_never_moved_makes_the_model_doubtful_elsewhere(arm):
+    rng = np.random.default_rng(12)
+    q = arm.random(rng, 60)
+    q[:, 3] = 0.4
+    position, rotation = arm.measure(q, rng, *NOISE)
+    run = identify(load_robot("aria"), Dataset(q=q, row=np.arange(60), position=position, rotation=rotation))
+    tried = arm.random(rng, 400)
+    off = tool_poses(run.best.calibrated, tried)[:, :3, 3] - arm.pose(tried)[:, :3, 3]
+    assert run.transfer.anywhere.position > 0.5 * np.sqrt((off**2).sum(1).mean())
+    assert run.transfer.anywhere.position > 3 * run.transfer.near.position
+
+
+def test_nothing_to_spare_is_said(arm):
+    run = identify(load_robot("aria"), poses(arm, np.random.default_rng(13), 4), held_out=0.0)
+    assert any("to spare" in w for w in run.warnings)
+    with pytest.raises(OptionError, match="nothing is left to identify"):
+        identify(load_robot("aria"), poses(arm, np.random.default_rng(13), 8), free=(), held_out=0.0)
+
+
+def test_sigma_of_rows_reaches_every_observation(arm):
+    rng = np.random.default_rng(14)
+    data = distances(arm, rng, 300, 1e-3)
+    told = replace(data, sigma=np.full((300, 6), 1e-3))
+    run = identify(load_robot("aria"), told, held_out=0.0, algorithms=("opt2",))
+    assert run.best.fit.variance_factor == pytest.approx(1.0, abs=0.35)
+    assert "row by row" in " ".join(run.notes)
+    half = replace(
+        poses(arm, rng, 60), sigma=np.column_stack([np.full((60, 3), 1e-4), np.full((60, 3), np.nan)])
+    )
+    run = identify(load_robot("aria"), half, held_out=0.0, algorithms=("opt2",))
+    assert run.noise.rotation == pytest.approx(3e-4, rel=0.15)
+
+
+def test_observations_that_are_not_used_are_said(arm):
+    data = poses(arm, np.random.default_rng(15), 40)
+    run = identify(load_robot("aria"), replace(data, distance=np.full(40, 0.5)), algorithms=("ols",))
+    assert any("40 rows also carry distances" in note for note in run.notes)
+
+
+def test_evaluation_gives_what_identification_said(arm):
+    data = distances(arm, np.random.default_rng(16), 120, 1e-4)
+    run = identify(load_robot("aria"), data, held_out=0.0)
+    found = evaluate(run.best.calibrated, data)
+    assert found.errors.position_mm.mean == pytest.approx(run.best.train.position_mm.mean, rel=0.02)
+
+
+def test_groups_that_are_sessions_are_held_out_whole(arm):
+    rng = np.random.default_rng(17)
+    data = join(*(poses(arm, rng, 15) for _ in range(5)), sessions=list("abcde"))
+    run = identify(load_robot("aria"), replace(data, group=data.session), algorithms=("ols",))
+    assert len(run.held_out_rows) == 15
+
+
+def test_wrong_frames_are_suspected(arm):
+    rng = np.random.default_rng(18)
+    data = join(*(poses(arm, rng, 25, some_base(rng)) for _ in range(3)), sessions=list("abc"))
+    run = identify(frames(load_robot("aria"), Freedom.FREE), data, frames="shared", algorithms=("opt2",))
+    assert any("explains little" in w for w in run.warnings)
+
+
+def test_cancel_ends_the_run_with_what_it_has(arm):
+    run = identify(load_robot("aria"), poses(arm, np.random.default_rng(19), 60), cancel=lambda: True)
+    assert len(run.runs) == 1
+    assert not run.best.fit.outcome.ok
+
+
+def test_base_frame_of_an_asset_is_used(arm):
+    moved = se3.pose(np.eye(3), np.array([0.1, 0.0, 0.0]))
+    robot = load_robot("aria").with_frames(base=Frame.from_pose(moved))
+    run = identify(robot, poses(arm, np.random.default_rng(20), 60, moved))
+    assert run.best.held_out.position_mm.mean < 0.3

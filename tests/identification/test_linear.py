@@ -1,0 +1,104 @@
+"""The shared factorisation: steps, rank, what is not seen, and the words for it."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from workbench.arm.combinations import combinations
+from workbench.arm.parameters import Parameter
+from workbench.identification.algorithms.identifier import gauge_step
+from workbench.identification.linear import factorise
+
+
+def full(rng, rows=30, columns=5):
+    return rng.normal(size=(rows, columns)) * 10.0 ** rng.uniform(2, 4, columns), rng.normal(size=rows)
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_step_is_the_least_squares_solution(seed):
+    jacobian, residual = full(np.random.default_rng(seed))
+    expected = np.linalg.lstsq(jacobian, residual, rcond=None)[0]
+    factor = factorise(jacobian, residual)
+    np.testing.assert_allclose(factor.step(), expected, rtol=1e-9, atol=1e-15)
+    left = residual - jacobian @ expected
+    decrease = residual @ residual - left @ left
+    assert factor.predicted_decrease() == pytest.approx(decrease, rel=1e-9)
+    np.testing.assert_allclose(factor.covariance(), np.linalg.inv(jacobian.T @ jacobian), rtol=1e-7)
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(1e-2, 1e6))
+def test_damped_step_solves_the_damped_equations(seed, damping):
+    jacobian, residual = full(np.random.default_rng(seed))
+    factor = factorise(jacobian, residual)
+    normal = jacobian.T @ jacobian + damping * np.eye(5)
+    np.testing.assert_allclose(
+        factor.step(damping), np.linalg.solve(normal, jacobian.T @ residual), rtol=1e-7
+    )
+
+
+def test_two_equal_columns_make_one_null_direction():
+    rng = np.random.default_rng(0)
+    jacobian, residual = full(rng)
+    jacobian[:, 3] = jacobian[:, 1]
+    factor = factorise(jacobian, residual)
+    assert factor.rank == 4
+    null = factor.null_space[:, 0]
+    np.testing.assert_allclose(null / null[1], [0, 1, 0, -1, 0], atol=1e-9)
+    names = ("joint1.d", "base.yaw", "joint2.a", "joint1.theta", "joint3.alpha")
+    parameters = tuple(Parameter(n, "rad", 0.0) for n in names)
+    (found,) = combinations(factor.null_space, parameters)
+    assert found.words == "base yaw with joint1.theta"
+
+
+def test_a_faint_direction_is_held_and_named_apart():
+    rng = np.random.default_rng(1)
+    jacobian, residual = full(rng)
+    jacobian[:, 2] = 1e-3 * rng.normal(size=30)
+    factor = factorise(jacobian, residual)
+    assert factor.rank == 4
+    assert factor.null_space.shape[1] == 0
+    np.testing.assert_allclose(np.abs(factor.hardly[:, 0]), [0, 0, 1, 0, 0], atol=1e-5)
+    assert abs(factor.step()[2]) < 1e-3
+
+
+def test_fewer_rows_than_columns():
+    rng = np.random.default_rng(2)
+    jacobian = 1e3 * rng.normal(size=(3, 5))
+    factor = factorise(jacobian, rng.normal(size=3))
+    assert factor.rank == 3
+    assert factor.null_space.shape == (5, 2)
+    np.testing.assert_allclose(jacobian @ factor.null_space, 0.0, atol=1e-9)
+
+
+def test_covariance_is_zero_along_what_is_not_seen():
+    rng = np.random.default_rng(3)
+    jacobian, residual = full(rng)
+    jacobian[:, 4] = 0.0
+    factor = factorise(jacobian, residual)
+    np.testing.assert_allclose(factor.covariance()[4], 0.0, atol=1e-20)
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_natural_units_make_limits_mean_the_same(seed):
+    """A parameter counted in another unit is as well seen as before, and everything follows."""
+    rng = np.random.default_rng(seed)
+    jacobian, residual = full(rng)
+    jacobian[:, 2] = 1e-3 * rng.normal(size=30)
+    jacobian[:, 4] = jacobian[:, 0]
+    units = 10.0 ** rng.uniform(-6, 3, 5)
+    plain, scaled = factorise(jacobian, residual), factorise(jacobian / units, residual, units)
+    assert scaled.rank == plain.rank == 3
+    np.testing.assert_allclose(scaled.s, plain.s, rtol=1e-6, atol=1e-6)
+    np.testing.assert_allclose(scaled.step() / units, plain.step(), rtol=1e-6, atol=1e-12)
+    # both ways to the same matrix lose digits where a large unit meets a small one
+    covariance = scaled.covariance() / np.outer(units, units)
+    np.testing.assert_allclose(covariance, plain.covariance(), rtol=1e-6, atol=1e-12)
+    information = (jacobian / units).T @ (jacobian / units)
+    np.testing.assert_allclose(
+        scaled.information() * np.outer(units, units), information * np.outer(units, units), atol=1e-3
+    )
+    null = scaled.null_space[:, 0]
+    np.testing.assert_allclose(null / null[0], [1, 0, 0, 0, -1], atol=1e-6)
+    step = gauge_step(scaled, np.zeros(5), units * np.array([1.0, 0.0, 0.0, 0.0, 3.0]))
+    np.testing.assert_allclose(step / units, [1.0, 0.0, 0.0, 0.0, -1.0], atol=1e-6)

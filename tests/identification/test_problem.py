@@ -1,0 +1,162 @@
+"""The problem: its Jacobian for every observation, frames per session, priors, noise."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from workbench.arm.kinematics.forward import link_frames, tool_poses
+from workbench.arm.library import load_robot
+from workbench.arm.robot import FRAME_PARTS
+from workbench.base import se3
+from workbench.base.errors import DataError, OptionError
+from workbench.data.dataset import Dataset
+from workbench.data.observations import OBSERVATIONS
+from workbench.data.observations.tilt import reading
+from workbench.identification.problem import FrameFreedom, Noise, Problem
+
+ROWS = 12
+
+
+def measured(robot, rng, kind, rows=ROWS, sessions=None):
+    """Rows of every kind of observation, away from the model so that no residual is zero."""
+    q = rng.uniform(-1.0, 1.0, (rows, robot.dof))
+    poses = tool_poses(robot, q)
+    off = rng.normal(0.0, 0.02, (rows, 3))
+    common = {"q": q, "row": np.arange(rows), "session": sessions}
+    position = poses[:, :3, 3] + off
+    match kind:
+        case "PoseObservation":
+            turn = se3.rotvec_to_matrix(rng.normal(0.0, 0.3, (rows, 3)))
+            return Dataset(position=position, rotation=turn @ poses[:, :3, :3], **common)
+        case "PointObservation":
+            return Dataset(position=position, **common)
+        case "MarkerObservation":
+            layout = rng.normal(0.0, 0.05, (4, 3))
+            markers = se3.apply(poses[:, None], layout[None]) + off[:, None]
+            markers[3, 1] = np.nan
+            return Dataset(markers=markers, **common)
+        case "DistanceObservation":
+            anchors = {"A": np.array([0.5, 0.1, 0.2]), "B": np.array([-0.3, 0.8, 0.1])}
+            names = np.array(["A", "B"])[np.arange(rows) % 2]
+            length = np.array([np.linalg.norm(p - anchors[n]) for p, n in zip(position, names, strict=True)])
+            return Dataset(distance=length, anchor=names, **common)
+        case "PlaneObservation":
+            return Dataset(contact=np.array(["plane a", "plane b"])[np.arange(rows) % 2], **common)
+        case "ContactObservation":
+            return Dataset(contact=np.array(["a", "b", "c"])[np.arange(rows) % 3], **common)
+        case "TiltObservation":
+            frames = link_frames(robot, q)
+            turn = se3.rotvec_to_matrix(rng.normal(0.0, 0.02, (rows, 3)))
+            tilt = {link: reading((turn @ frames[:, link, :3, :3])[:, 2]) for link in (2, 3, 6)}
+            tilt[3][4] = np.nan
+            return Dataset(tilt=tilt, **common)
+    raise AssertionError(f"no test data for {kind}")
+
+
+@pytest.mark.parametrize("kind", OBSERVATIONS, ids=lambda k: k.__name__)
+@pytest.mark.parametrize("per_session", [False, True])
+def test_every_jacobian_column_is_the_derivative(kind, per_session):
+    rng = np.random.default_rng(7)
+    robot = load_robot("aria")
+    sessions = np.array(["front", "left"])[np.arange(ROWS) % 2] if per_session else None
+    data = measured(robot, rng, kind.__name__, sessions=sessions)
+    frames = FrameFreedom(
+        FRAME_PARTS, FRAME_PARTS, base_per_session=per_session, tool_per_session=per_session
+    )
+    problem = Problem.build(robot, data, frames=frames, noise=Noise(1.0, 1.0))
+    x = problem.start + rng.normal(0.0, 1e-2, len(problem.start))
+    jacobian = problem.jacobian(x)
+    step = 1e-5
+    for column, name in enumerate(problem.names):
+        move = np.zeros(len(x))
+        move[column] = step
+        difference = (problem.residual(x - move) - problem.residual(x + move)) / (2.0 * step)
+        scale = max(np.abs(jacobian[:, column]).max(), 0.1)
+        assert np.abs(difference - jacobian[:, column]).max() < 1e-7 * scale, name
+    cost, gradient = problem.cost_and_gradient(x)
+    residual = problem.residual(x)
+    assert cost == pytest.approx(0.5 * residual @ residual, rel=1e-12)
+    np.testing.assert_allclose(gradient, -jacobian.T @ residual, rtol=0, atol=1e-12 * np.abs(gradient).max())
+
+
+def test_rows_choose_the_first_observation_that_fits():
+    rng = np.random.default_rng(0)
+    robot = load_robot("aria")
+    data = measured(robot, rng, "PoseObservation")
+    rotation = data.rotation.copy()
+    rotation[:5] = np.nan
+    problem = Problem.build(robot, replace(data, rotation=rotation))
+    assert problem.size == 5 * 3 + (ROWS - 5) * 6
+    assert set(problem.component_rows[problem.component_channels]) == set(range(5, ROWS))
+
+
+def test_a_row_without_an_observation_is_refused():
+    robot = load_robot("aria")
+    data = measured(robot, np.random.default_rng(0), "PointObservation")
+    position = data.position.copy()
+    position[4] = np.nan
+    with pytest.raises(DataError, match="data row 4"):
+        Problem.build(robot, replace(data, position=position))
+
+
+def test_unknown_names_are_refused():
+    robot = load_robot("aria")
+    data = measured(robot, np.random.default_rng(0), "PointObservation")
+    with pytest.raises(OptionError, match="joint9"):
+        Problem.build(robot, data, free=("joint9.theta",))
+    with pytest.raises(OptionError, match=r"joint2\.d"):
+        Problem.build(robot, data, bounds={"joint2.d": (-1.0, 1.0)})
+    with pytest.raises(OptionError, match="nominal"):
+        Problem.build(robot, data, bounds={"joint1.d": (0.3, 0.4)})
+
+
+def test_noise_given_by_rows_whitens_those_rows():
+    robot = load_robot("aria")
+    data = measured(robot, np.random.default_rng(0), "PointObservation")
+    sigma = np.full((ROWS, 6), np.nan)
+    sigma[2, :3] = 0.01
+    problem = Problem.build(robot, replace(data, sigma=sigma), noise=Noise(0.1, 1.0))
+    weights = problem.inverse_sigma.reshape(ROWS, 3)
+    np.testing.assert_allclose(weights[2], 100.0)
+    np.testing.assert_allclose(weights[[0, 1, 3]], 10.0)
+
+
+def test_known_anchors_are_not_identified():
+    robot = load_robot("aria")
+    data = measured(robot, np.random.default_rng(0), "DistanceObservation")
+    known = {f"anchor[A].{axis}": v for axis, v in zip("xyz", (0.5, 0.1, 0.2), strict=True)}
+    problem = Problem.build(robot, data, known=known)
+    assert [n for n in problem.names if n.startswith("anchor")] == [f"anchor[B].{a}" for a in "xyz"]
+
+
+def test_prior_joins_the_residuals():
+    robot = load_robot("aria")
+    data = measured(robot, np.random.default_rng(0), "PointObservation")
+    problem = Problem.build(robot, data)
+    names = ("joint1.theta", "joint2.a")
+    centre = robot.values(names) + 1.0
+    prior = problem.with_prior(names, centre, np.diag([0.5, 1.0 / 3.0]))
+    x = problem.start.copy()
+    x[[problem.names.index(n) for n in names]] = centre + np.array([2.0, 3.0])
+    extra = prior.residual(x)[problem.size :]
+    assert extra @ extra == pytest.approx(2.0)
+    cost, _ = prior.cost_and_gradient(x)
+    assert cost == pytest.approx(0.5 * prior.residual(x) @ prior.residual(x))
+    with pytest.raises(OptionError, match="not identified"):
+        problem.with_prior(("joint2.d",), np.zeros(1), np.eye(1))
+
+
+def test_robot_at_moves_arm_and_session_frames():
+    rng = np.random.default_rng(3)
+    robot = load_robot("aria")
+    sessions = np.array(["front", "left"])[np.arange(ROWS) % 2]
+    data = measured(robot, rng, "PoseObservation", sessions=sessions)
+    frames = FrameFreedom(FRAME_PARTS, FRAME_PARTS[:3], base_per_session=True)
+    problem = Problem.build(robot, data, frames=frames)
+    x = problem.start + rng.normal(0.0, 0.05, len(problem.start))
+    moved = problem.robot_at(x)
+    direct = problem.physical(problem.residual(x))
+    again = Problem.build(moved, data, free=())
+    np.testing.assert_allclose(again.physical(again.residual(again.start)), direct, atol=1e-12)
+    assert [s.name for s in moved.sessions] == ["front", "left"]

@@ -1,0 +1,120 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.library import load_robot
+from workbench.arm.robot import FRAME_PARTS, Frame
+from workbench.base import se3
+from workbench.base.errors import OptionError, ShapeError
+from workbench.identification.controller import Part, controller_numbers
+
+OFFSETS = np.array([0.01, -0.02, 0.005, 0.03, -0.004, 0.002])
+
+
+@pytest.fixture(scope="module")
+def nominal():
+    base = Frame.from_pose(
+        se3.pose(se3.rotvec_to_matrix(np.array([0.1, 0.2, 0.9])), np.array([1.0, 0.5, 0.2]))
+    )
+    tool = Frame.from_pose(
+        se3.pose(se3.rotvec_to_matrix(np.array([0.3, 0.0, 0.4])), np.array([0.02, 0.01, 0.1]))
+    )
+    return load_robot("aria").with_frames(base=base, tool=tool)
+
+
+def with_offsets(robot, offsets):
+    names = tuple(f"joint{k + 1}.theta" for k in range(6))
+    return robot.with_values(dict(zip(names, robot.values(names) + offsets, strict=True)))
+
+
+@pytest.mark.parametrize("parts", [("offsets",), ("offsets", "tool"), ("offsets", "tool", "base")])
+def test_pure_offsets_are_recovered_exactly(nominal, parts):
+    found = controller_numbers(with_offsets(nominal, OFFSETS), nominal, parts=parts)
+    assert found.offsets == pytest.approx(OFFSETS, abs=1e-9)
+    assert found.after.position_max < 1e-9
+    assert found.after.rotation_max < 1e-9
+    assert found.before.position_mean > 1e-3
+    assert found.tool.pose == pytest.approx(nominal.tool.pose, abs=1e-9)
+    assert found.base.pose == pytest.approx(nominal.base.pose, abs=1e-9)
+
+
+def test_numbers_that_repeat_others_are_held_and_named(nominal):
+    plain = nominal.with_frames(base=Frame(), tool=Frame())
+    found = controller_numbers(with_offsets(plain, OFFSETS), plain)
+    assert set(found.held) == {"tool.yaw", "base.yaw"}  # joints 6 and 1 turn about the same axes
+
+
+def test_frames_are_taken_from_the_calibrated_arm_and_corrected(nominal):
+    rng = np.random.default_rng(3)
+    shifts = {f"{f}.{p}": 1e-3 * rng.normal() for f in ("base", "tool") for p in FRAME_PARTS[3:]}
+    calibrated = with_offsets(nominal.with_values(shifts), OFFSETS)
+    found = controller_numbers(calibrated, nominal)
+    q = rng.uniform(-1.0, 1.0, (20, 6))
+    assert tool_poses(found.robot, q) == pytest.approx(tool_poses(calibrated, q), abs=1e-8)
+    assert tool_poses(found.robot, q) == pytest.approx(
+        tool_poses(nominal.with_frames(base=found.base, tool=found.tool), q + found.offsets), abs=1e-12
+    )
+
+
+def test_more_parts_leave_less_and_what_is_left_is_said(nominal):
+    rng = np.random.default_rng(4)
+    names = nominal.default_free
+    sizes = [5e-3 if n.endswith((".d", ".a")) else 0.01 for n in names]
+    wrong = nominal.values(names) + rng.normal(size=len(names)) * sizes
+    calibrated = nominal.with_values(dict(zip(names, wrong, strict=True)))
+    q = rng.uniform(-1.5, 1.5, (100, 6))
+    found = [controller_numbers(calibrated, nominal, q=q, parts=list(Part)[:k]) for k in (1, 2, 3)]
+
+    def cost(errors):
+        return errors.position_mean + 0.3 * errors.rotation_mean
+
+    costs = [cost(found[0].before), *(cost(f.after) for f in found)]
+    assert costs == sorted(costs, reverse=True)
+    assert 1e-4 < found[2].after.position_mean < 0.7 * found[2].before.position_mean
+    predicted = tool_poses(found[2].robot, q)[:, :3, 3]
+    left = np.linalg.norm(tool_poses(calibrated, q)[:, :3, 3] - predicted, axis=1)
+    assert found[2].after.position_mean == pytest.approx(left.mean())
+    assert found[2].after.position_max == pytest.approx(left.max())
+
+
+def test_the_answer_is_a_minimum(nominal):
+    rng = np.random.default_rng(5)
+    names = nominal.default_free
+    calibrated = nominal.with_values(
+        dict(zip(names, nominal.values(names) + rng.normal(0, 3e-3, len(names)), strict=True))
+    )
+    q = rng.uniform(-1.5, 1.5, (60, 6))
+    found = controller_numbers(calibrated, nominal, q=q)
+    wanted = tool_poses(calibrated, q)
+
+    def cost(robot):
+        error = se3.pose_error(wanted, tool_poses(robot, q)) * ([1.0] * 3 + [0.3] * 3)
+        return (error**2).sum()
+
+    best = cost(found.robot)
+    moved = [f"joint{k + 1}.theta" for k in range(6)] + ["tool.x", "tool.z", "base.y", "base.roll"]
+    for name in moved:
+        value = found.robot.values((name,))[0]
+        assert all(cost(found.robot.with_values({name: value + step})) > best for step in (-1e-5, 1e-5))
+
+
+def test_sampled_rows_are_the_same_every_time(nominal):
+    calibrated = with_offsets(nominal, OFFSETS)
+    first, second = (controller_numbers(calibrated, nominal) for _ in range(2))
+    assert first.offsets.tolist() == second.offsets.tolist()
+    assert first.rows == 500
+
+
+def test_bad_input(nominal):
+    with pytest.raises(OptionError):
+        controller_numbers(nominal, nominal, parts=("wrist",))
+    with pytest.raises(OptionError):
+        controller_numbers(nominal, nominal, parts=())
+    with pytest.raises(OptionError):
+        controller_numbers(nominal, nominal, q=np.zeros((0, 6)))
+    with pytest.raises(ShapeError) as error:
+        controller_numbers(load_robot("panda"), nominal)
+    assert (error.value.found, error.value.expected) == (7, 6)
+    assert replace(nominal, name="same").dof == 6

@@ -1,0 +1,100 @@
+"""Lists out and in: targets round-trip exactly; a measured plate replaces the drawn one and says so."""
+
+import csv
+import io
+
+import numpy as np
+import pytest
+
+from workbench.base import se3
+from workbench.base.errors import WorkbenchError
+from workbench.plate.parts.as_measured import (
+    PlateFrame,
+    as_measured,
+    load_plate,
+    read_measured_targets,
+)
+from workbench.plate.parts.lists import blocks_csv, holes_csv, targets_csv
+from workbench.plate.plate import Kind
+from workbench.plate.plate_toml import load_plate as load_toml
+
+
+def write(tmp_path, text, name="cmm.csv"):
+    path = tmp_path / name
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_targets_round_trip(plate, tmp_path):
+    measured = read_measured_targets(write(tmp_path, targets_csv(plate)))
+    assert measured.numbers == tuple(range(1, len(plate) + 1))
+    assert np.allclose(measured.poses, plate.poses, atol=1e-13)
+    back = as_measured(plate, measured)
+    assert np.allclose(back.poses, plate.poses, atol=1e-13)
+    assert [t.kind for t in back.targets] == [t.kind for t in plate.targets]
+    assert back.branches == plate.branches
+    assert back.region is plate.region
+
+
+def test_holes_and_blocks_are_listed(plate, fixture):
+    holes = list(csv.DictReader(io.StringIO(holes_csv(fixture))))
+    assert len(holes) == len(fixture.slab.bores)
+    corner = 0.5e3 * fixture.slab.size[:2]
+    for row, bore in zip(holes, fixture.slab.bores, strict=True):
+        place = np.array([float(row["x[mm]"]), float(row["y[mm]"])]) - corner
+        assert np.allclose(place, 1e3 * bore.mouth[:2], atol=1e-4)
+    local = se3.inverse(plate.pose) @ plate.poses
+    for row, pose in zip(csv.DictReader(io.StringIO(blocks_csv(fixture))), local, strict=True):
+        tilt, turn = np.deg2rad([float(row["tilt[deg]"]), float(row["turn[deg]"])])
+        normal = [np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), np.cos(tilt)]
+        assert np.allclose(normal, -pose[:3, 2], atol=3e-6)
+
+
+def test_a_machine_of_another_country(tmp_path):
+    """Semicolons, decimal commas, two of ten targets, in the plate's frame, with deviations known by hand."""
+    nominal = load_toml("table2")
+    shift = np.array([2e-4, -1e-4, 3e-4])
+    rows = ["target;x[mm];y[mm];z[mm];sigma_x[mm];sigma_y[mm];sigma_z[mm]"]
+    for number in (7, 2):
+        x, y, z = 1e3 * (nominal.targets[number - 1].xyz - nominal.xyz + shift)
+        rows.append(f"{number};{x:.4f};{y:.4f};{z:.4f};0,003;0,004;0,005".replace(".", ","))
+    measured = read_measured_targets(write(tmp_path, "\n".join(rows)))
+    plate = as_measured(nominal, measured, frame=PlateFrame.PLATE)
+    for number, (old, new) in enumerate(zip(nominal.targets, plate.targets, strict=True), start=1):
+        moved = shift if number in (2, 7) else np.zeros(3)
+        assert np.allclose(new.xyz - old.xyz, moved, atol=1e-9)
+        assert np.allclose(new.pose[:3, :3], old.pose[:3, :3], atol=1e-12)
+    assert np.isclose(plate.targets[6].sigma[0], np.sqrt((9 + 16 + 25) / 3) * 1e-6)
+    text = " ".join(plate.notes)
+    assert "0.374 mm" in text
+    assert "1, 3, 4, 5, 6, 8, 9, 10 were not measured" in text
+
+
+def test_any_plate_option_takes_the_list_alone(tmp_path, plate):
+    found = load_plate(write(tmp_path, targets_csv(plate)))
+    assert np.allclose(found.poses, plate.poses, atol=1e-13)
+    assert found.region.contains(found.poses[:, :3, 3]).all()
+    assert "bounding box" in found.notes[0]
+    points = "target,x[mm],y[mm],z[mm]\n2,0,0,100\n1,50,0,100\n"
+    sockets = load_plate(write(tmp_path, points, "points.csv"))
+    assert [t.kind for t in sockets.targets] == [Kind.SOCKET] * 2
+    assert np.allclose(sockets.targets[0].xyz, [0.05, 0.0, 0.1])
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("x[mm],y[mm],z[mm]\n1,2,3\n", ("target",)),
+        ("target,x[mm],y[mm],z[mm]\n1,1,2,3\n1,1,2,3\n", ("line 3", "twice")),
+        ("target,x[mm],y[mm],z[mm]\n0,1,2,3\n", ("line 2", "number the targets from 1")),
+        ("target,x[mm],y[mm]\n1,1,2\n", ("z[mm]",)),
+        ("target,x[mm],y[mm],z[mm]\n1,1,2,\n", ("target 1", "no place")),
+        ("target,x[mm],y[mm],z[mm]\n11,566,354,235\n", ("target 11", "has 10")),
+        ("target,x[mm],y[mm],z[mm]\n1,250,0,50\n", ("target 1", "--frame plate")),
+        ("target,x[m],y[m],z[m]\n1,566,354,235\n", ("target 1", "units")),
+    ],
+)
+def test_mistakes_are_named(text, words, tmp_path):
+    with pytest.raises(WorkbenchError) as error:
+        as_measured(load_toml("table2"), read_measured_targets(write(tmp_path, text)))
+    assert all(word in str(error.value) for word in words), str(error.value)

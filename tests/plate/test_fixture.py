@@ -1,0 +1,219 @@
+"""Blocks, clearances, gains and readings of fixtures, against sampling and finite differences."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from workbench.arm.kinematics.forward import link_frames
+from workbench.arm.kinematics.skeleton import body_frames, link_ways
+from workbench.arm.library import load_robot
+from workbench.base import se3
+from workbench.base.errors import OptionError
+from workbench.plate.optimiser.blocks import (
+    STEEPEST,
+    Blocks,
+    BlockStyle,
+    block_corners,
+    places_of,
+    tool_poses_at,
+)
+from workbench.plate.optimiser.capsules import arm_shape
+from workbench.plate.optimiser.clearance import block_hulls, hull_distances, plate_hull
+from workbench.plate.optimiser.distances import segment_distances
+from workbench.plate.optimiser.gains import gains
+from workbench.plate.optimiser.tolerances import Making
+from workbench.plate.parts.fixture import fixture_of
+from workbench.plate.plate import Target
+from workbench.plate.plate_toml import load_plate
+
+HALF = np.array([0.25, 0.2])
+
+
+def rng(seed=0):
+    return np.random.default_rng(seed)
+
+
+@pytest.fixture(scope="module")
+def aria():
+    return load_robot("aria")
+
+
+@pytest.fixture(scope="module")
+def plate():
+    turned = replace(load_plate("table2"), rpy=np.array([0.05, -0.1, 0.4]))
+    return turned
+
+
+def test_places_and_poses_are_two_ways_to_say_one_thing(plate):
+    places = Blocks(greatest_tilt=np.deg2rad(60.0)).draw(50, HALF, rng=rng())
+    assert np.allclose(places_of(plate, tool_poses_at(plate, places)), places, atol=1e-9)
+    assert np.allclose(tool_poses_at(plate, places_of(plate, plate.poses)), plate.poses, atol=1e-12)
+
+
+def test_the_tool_points_into_the_face(plate):
+    places = np.array([[0.1, 0.05, 0.07, np.deg2rad(30.0), np.deg2rad(90.0), 0.3]])
+    local = se3.inverse(plate.pose) @ tool_poses_at(plate, places)[0]
+    assert np.allclose(local[:3, 2], [0.0, -0.5, -np.sqrt(0.75)])
+    assert np.allclose(local[:3, 3], [0.1, 0.05, 0.07])
+
+
+@pytest.mark.parametrize("style", list(BlockStyle))
+def test_only_what_may_be_made_is_drawn(style):
+    blocks = Blocks(
+        style=style,
+        heights=(0.06, 0.1),
+        tilts=tuple(np.deg2rad([0.0, 20.0, 40.0])),
+        turn=np.deg2rad(45.0),
+    )
+    places = blocks.draw(200, HALF, rng=rng())
+    assert (np.abs(places[:, :2]) <= HALF).all()
+    assert ((places[:, 2] >= 0.06) & (places[:, 2] <= 0.1)).all()
+    tilts = np.unique(np.rad2deg(places[:, 3]).round(6))
+    assert set(tilts) == ({0.0, 20.0, 40.0} if style is BlockStyle.TILTED else {0.0})
+    steps = places[:, 4:] / np.deg2rad(45.0)
+    assert np.allclose(steps, steps.round())
+    assert (len(np.unique(places[:, 2])) == 1) == (style is BlockStyle.FLAT)
+    assert np.allclose(blocks.makeable(places, HALF), places)
+
+
+def test_blocks_collide_as_they_are_made(plate):
+    """The corners are those of the bars that the workshop saws."""
+    places = Blocks().draw(40, HALF, rng=rng(3))
+    poses = tool_poses_at(plate, places)
+    for pose in poses:
+        target = Target(pose[:3, 3], se3.matrix_to_rpy(pose[:3, :3]))
+        block = fixture_of(replace(plate, targets=(target,))).blocks[0]
+        foot = se3.apply(
+            plate.pose @ block.pose,
+            0.5 * block.side * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], float),
+        )
+        mine = block_corners(plate, pose[None])[0]
+        assert np.allclose(mine[:4], foot, atol=1e-9)
+        heights = se3.apply(se3.inverse(plate.pose), mine[4:])[:, 2]
+        assert sorted({heights.min(), heights.max()}) == pytest.approx(sorted(block.heights), abs=1e-9)
+
+
+def test_a_face_too_steep_has_a_short_bar_behind_it(plate):
+    steep = tool_poses_at(plate, np.array([[0.0, 0.0, 0.2, STEEPEST + 0.1, 0.0, 0.0]]))[0]
+    behind = se3.apply(se3.inverse(steep), block_corners(plate, steep[None])[0])
+    assert behind[:, 2].min() == pytest.approx(0.0, abs=1e-12)
+    assert behind[:, 2].max() < 0.05
+
+
+@given(st.integers(0, 10_000))
+@settings(max_examples=30, deadline=None)
+def test_segments_are_as_far_apart_as_their_samples_say(seed):
+    one, other = rng(seed).normal(size=(2, 2, 3))
+    share = np.linspace(0.0, 1.0, 400)[:, None]
+    points = [s[0] + share * (s[1] - s[0]) for s in (one, other)]
+    sampled = np.linalg.norm(points[0][:, None] - points[1][None], axis=2).min()
+    found = segment_distances(one[None, None], other[None, None])[0, 0]
+    assert found <= sampled + 1e-12
+    assert found >= sampled - 0.02
+
+
+def test_parallel_and_shrunk_segments():
+    line = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
+    beside = line + np.array([0.3, 0.5, 0.0])
+    point = np.array([[2.0, 0.0, 1.0], [2.0, 0.0, 1.0]])
+    pairs = np.stack([np.stack([line, line, point]), np.stack([beside, point, line])])
+    assert np.allclose(segment_distances(pairs[0][None], pairs[1][None])[0], [0.5, np.sqrt(2), np.sqrt(2)])
+
+
+def test_an_arm_is_as_far_from_a_hull_as_its_samples_say(aria, plate):
+    """Distance of a box: largest excess beyond its faces, in its own frame."""
+    arm = arm_shape(aria)
+    q = rng(5).uniform(*aria.limits.T, (30, 6))
+    lines = arm.lines(q)
+    hull = plate_hull(plate)
+    every = np.ones(len(arm.radii), bool)
+    found = hull_distances(arm, lines, [hull], looked_at=every, far=5.0)
+    share = np.linspace(0.0, 1.0, 1500)[:, None]
+    for row, distance in zip(lines, found, strict=True):
+        gaps = []
+        for line, radius in zip(row, arm.radii, strict=True):
+            points = se3.apply(se3.inverse(plate.pose), line[0] + share * (line[1] - line[0]))
+            points[:, 2] += 0.5 * plate.size[2]
+            beyond = np.maximum(np.abs(points) - 0.5 * plate.size, 0.0)
+            gaps.append(np.linalg.norm(beyond, axis=1).min() - radius)
+        if min(gaps) > -0.02:
+            assert distance == pytest.approx(min(gaps), abs=1e-3)
+        else:
+            assert distance < 0.0
+
+
+def test_far_bounds_what_is_measured(aria, plate):
+    arm = arm_shape(aria)
+    lines = arm.lines(rng(5).uniform(*aria.limits.T, (30, 6)))
+    hull = block_hulls(plate, plate.poses[:1])[0]
+    every = np.ones(len(arm.radii), bool)
+    exact = hull_distances(arm, lines, [hull], looked_at=every, far=5.0)
+    near = hull_distances(arm, lines, [hull], looked_at=every, far=0.05)
+    assert np.allclose(near, np.minimum(exact, 0.05))
+    each = hull_distances(arm, lines, [hull] * 30, looked_at=every, far=0.05)
+    assert np.array_equal(each, near)
+
+
+@pytest.mark.parametrize("name", ["aria", "ur10", "katana450", "panda"])
+def test_the_skeleton_reaches_from_base_to_tool(name):
+    robot = load_robot(name)
+    q = rng(1).uniform(*robot.search_limits.T, (3, robot.dof))
+    frames, ways = body_frames(robot, q), link_ways(robot)
+    tool = (se3.inverse(robot.base.pose) @ link_frames(robot, q))[:, -1, :3, 3]
+    assert np.allclose(se3.apply(frames[:, -1], ways[-1][-1]), tool, atol=1e-9)
+    for body in range(len(ways) - 1):
+        end = se3.apply(frames[:, body], ways[body][-1])
+        start = se3.apply(frames[:, body + 1], ways[body + 1][0])
+        assert np.abs(end - start).max() < 2e-3
+
+
+def test_a_stretched_arm_is_clear_of_itself_and_a_folded_one_is_not(aria):
+    arm = arm_shape(aria)
+    stretched = np.array([[0.0, 1.2, -1.4, 0.0, 0.3, 0.0]])
+    folded = np.array([[0.0, 1.2, 2.2 - 2.0 * np.pi, 0.0, 0.3, 0.0]])
+    assert arm.own_distances(arm.lines(stretched)).min() > 0.02
+    assert arm.own_distances(arm.lines(folded)).min() < 0.0
+    assert not {tuple(pair) for pair in arm.bodies[arm.apart.pairs]} & {(k, k) for k in range(7)}
+
+
+def test_gains_are_what_another_candidate_brings():
+    blocks = rng().normal(size=(30, 6, 9))
+    chosen = blocks[:3].reshape(-1, 9)
+    information = chosen.T @ chosen + 0.01 * np.eye(9)
+    root = rng(1).normal(size=(9, 9))
+    weight = root @ root.T
+    covariance = np.linalg.inv(information)
+    expected = [
+        np.trace(weight @ covariance) - np.trace(weight @ np.linalg.inv(information + b.T @ b))
+        for b in blocks
+    ]
+    assert np.allclose(gains(blocks, covariance, weight), expected, rtol=1e-9)
+
+
+def test_tall_blocks_are_less_well_known():
+    """Against drawn errors: a hole off by ±a, a block turned by ±b about its foot."""
+    making, height = Making(position=1e-4, angle=1e-3), 0.1
+    draws = rng().uniform(-1.0, 1.0, (200_000, 6)) * [*[1e-4] * 3, *[1e-3] * 3]
+    moved = draws[:, :3] + np.cross(draws[:, 3:], [0.0, 0.0, height])
+    position, rotation = making.sigma(np.array([height]))[0]
+    assert position == pytest.approx(np.sqrt((moved**2).mean()), rel=0.01)
+    assert rotation == pytest.approx(draws[:, 3:].std(), rel=0.01)
+    with pytest.raises(OptionError, match="can't be negative"):
+        Making(position=-1e-5)
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"heights": (0.1, 0.05)}, "least height"),
+        ({"greatest_tilt": 1.4}, "lean"),
+        ({"tilts": (-0.1,)}, "lean"),
+        ({"turn": -0.1}, "negative"),
+    ],
+)
+def test_blocks_that_none_can_make(options, said):
+    with pytest.raises(OptionError, match=said):
+        Blocks(**options)

@@ -1,0 +1,90 @@
+"""The ISO cube: largest, its diagonal planes met, all joints moved; and what it says where there is none."""
+
+import numpy as np
+import pytest
+
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.library import load_robot
+from workbench.base.errors import DataError, OptionError
+from workbench.plate.poses.iso_cube import (
+    LEAST_MOVE,
+    _cubes,
+    iso_cube_poses,
+    largest_cube,
+    plane_points,
+)
+from workbench.plate.poses.sampling import in_base
+from workbench.plate.region import Region
+
+UNIT = Region(min=np.zeros(3), max=np.ones(3), cube=1.0)
+
+
+def on_planes(shares):
+    """Which points of the unit cube lie on one of the standard's diagonal planes."""
+    x, y, z = shares.T
+    return np.min(np.abs([y - z, x + z - 1.0, y + z - 1.0, x - z]), axis=0) < 1e-9
+
+
+@pytest.fixture(scope="module")
+def katana():
+    return load_robot("katana450")
+
+
+@pytest.fixture(scope="module")
+def poses(katana):
+    return iso_cube_poses(katana, rng=np.random.default_rng(3))
+
+
+def test_cubes_of_voxels_against_brute_force():
+    full = np.random.default_rng(0).uniform(size=(9, 8, 7)) < 0.93
+    edges = _cubes(full)
+    for place in np.ndindex(full.shape):
+        fits = [
+            n for n in range(1, min(place) + 2) if full[tuple(slice(i + 1 - n, i + 1) for i in place)].all()
+        ]
+        assert edges[place] == max(fits, default=0)
+
+
+def test_the_standards_points_come_first():
+    points = plane_points(UNIT, 40)
+    assert on_planes(points).all()
+    assert len({tuple(p.round(9)) for p in points}) == 40
+    assert np.allclose(points[0], 0.5)
+    corners = points[1:9]  # a tenth of the diagonal from the corners; each lies on two planes
+    assert np.isin(corners.round(9), [0.1, 0.9]).all()
+    assert (np.abs(points - 0.5).max(axis=1) > 0.499).sum() >= 4
+
+
+def test_the_poses_stand_on_the_planes_and_move_all_joints(katana, poses):
+    places = in_base(katana, tool_poses(katana, poses.q))[:, :3, 3]
+    shares = (places - poses.cube.min) / poses.cube.size
+    assert len(shares) == 118
+    assert on_planes(shares.round(6)).all()
+    assert ((poses.q >= katana.limits[:, 0]) & (poses.q <= katana.limits[:, 1])).all()
+    assert np.isclose(poses.least_move, np.abs(np.diff(poses.q, axis=0)).min())
+    assert poses.least_move >= LEAST_MOVE
+
+
+def test_every_part_of_the_cube_is_reached(katana):
+    """The cube is reached in every part, and stands beside the base's column."""
+    cube = largest_cube(katana, rng=np.random.default_rng(1))
+    assert np.allclose(cube.size, cube.size[0])
+    q = np.random.default_rng(2).uniform(*katana.search_limits.T, (400_000, 5))
+    points = in_base(katana, tool_poses(katana, q))[:, :3, 3]
+    shares = (points - cube.min) / cube.size
+    inner = shares[((shares > 0.0) & (shares < 1.0)).all(axis=1)]
+    assert len(np.unique((4 * inner).astype(int), axis=0)) == 64
+    assert (
+        (np.linalg.norm(cube.centres[0][:2]) > 0.5 * cube.size[0])
+        or (cube.min > 0).any()
+        or (cube.max < 0).any()
+    )
+
+
+def test_mistakes_are_named(katana):
+    with pytest.raises(OptionError):
+        iso_cube_poses(katana, 1, rng=np.random.default_rng(0))
+    far = Region(min=np.full(3, 2.0), max=np.full(3, 2.5), cube=0.5)
+    with pytest.raises(DataError) as error:
+        iso_cube_poses(katana, 10, rng=np.random.default_rng(0), cube=far)
+    assert "smaller cube" in str(error.value)

@@ -1,0 +1,155 @@
+"""Plates: the built-in one, the circle that makes it, files and their mistakes."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from workbench.base.errors import FileError, OptionError
+from workbench.plate.plate import (
+    Kind,
+    Plate,
+    Target,
+    circle,
+)
+from workbench.plate.plate_toml import (
+    built_in_plates,
+    load_plate,
+    read_plate,
+    write_plate,
+)
+from workbench.plate.region import Region
+
+REGION = "region = { min = [0.0, 0.0, 0.0], max = [1.0, 1.0, 1.0], cube = 0.1 }\n"
+
+
+def same(one: Plate, two: Plate) -> bool:
+    def facts(t: Target):
+        return (
+            t.xyz.tolist(),
+            t.rpy.tolist(),
+            t.branch,
+            None if t.q is None else t.q.tolist(),
+            t.kind,
+            t.sigma,
+        )
+
+    return (
+        one.name == two.name
+        and (one.size is None) == (two.size is None)
+        and (one.size is None or np.array_equal(one.size, two.size))
+        and np.array_equal(one.pose, two.pose)
+        and np.array_equal(one.region.min, two.region.min)
+        and np.array_equal(one.region.max, two.region.max)
+        and one.region.cube == two.region.cube
+        and [facts(t) for t in one.targets] == [facts(t) for t in two.targets]
+    )
+
+
+def test_table_2_is_built_in():
+    plate = load_plate("table2")
+    assert len(plate) == 10
+    assert plate.name == "Table 2"
+    assert plate.poses.shape == (10, 4, 4)
+    assert plate.branches == ("auto",) * 10
+    # Rx(-150°): the tool's z axis points down, tilted towards +y
+    assert np.allclose(plate.poses[0, :3, 2], [0.0, 0.5, -np.sqrt(3) / 2])
+    assert "table2" in built_in_plates()
+
+
+def test_the_circle_reproduces_table_2_to_its_printed_millimetres():
+    plate = load_plate("table2")
+    made = circle(centre=np.array([0.316, 0.354, 0.235]), radius=0.25, region=plate.region)
+    for target, printed in zip(made.targets, plate.targets, strict=True):
+        assert np.abs(target.xyz - printed.xyz).max() < 1e-3  # printed values are cut off, not rounded
+        assert np.allclose(target.rpy, printed.rpy)
+    assert np.allclose(made.xyz, plate.xyz)
+
+
+def test_a_circle_needs_targets():
+    with pytest.raises(OptionError):
+        circle(0, centre=np.zeros(3), radius=0.1, region=load_plate("table2").region)
+
+
+coordinates = st.floats(-10, 10).map(lambda v: round(v, 9))
+triples = st.tuples(coordinates, coordinates, coordinates).map(lambda v: np.array(v, float))
+facts = st.fixed_dictionaries(
+    {
+        "xyz": triples,
+        "rpy": triples,
+        "branch": st.sampled_from(["auto", "shoulder left, elbow up, wrist flip"]),
+        "q": st.none() | st.lists(coordinates, min_size=5, max_size=7).map(lambda v: np.array(v, float)),
+        "kind": st.sampled_from(list(Kind)),
+        "sigma": st.none() | st.tuples(st.floats(0, 1e-3), st.floats(0, 1e-3)),
+    }
+)
+
+
+@given(
+    name=st.text(max_size=20).filter(lambda s: s.isprintable()),
+    targets=st.lists(facts, max_size=4),
+    xyz=triples,
+    rpy=triples,
+    sized=st.booleans(),
+)
+def test_round_trip(name, targets, xyz, rpy, sized, tmp_path_factory):
+    # records are made here, not in strategies: checked ones use the random module, which these must not
+    plate = Plate(
+        name=name,
+        targets=tuple(Target(**target) for target in targets),
+        region=Region(min=np.array([0.0, -1.0, 0.25]), max=np.ones(3), cube=0.125),
+        xyz=xyz,
+        rpy=rpy,
+        size=np.array([0.6, 0.5, 0.01]) if sized else None,
+    )
+    path = tmp_path_factory.mktemp("plate") / "plate.toml"
+    assert same(read_plate(write_plate(plate, path)), plate)
+
+
+def test_built_in_round_trip(tmp_path):
+    plate = load_plate("table2")
+    q = np.arange(60.0).reshape(10, 6)
+    chosen = plate.with_joints(q, ("shoulder left",) * 10)
+    again = load_plate(write_plate(chosen, tmp_path / "mine.toml"))
+    assert same(again, chosen)
+    assert np.array_equal(again.targets[3].q, q[3])
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("name = 'x'\n", "no region"),
+        ("region = 3\n", "must be a table"),
+        ("region = { min = [0, 0, 0] }\n", "no max"),
+        ("region = { min = [0, 0, 0], max = [1, 0, 1] }\n", "empty along y"),
+        ("region = { min = [0, 0, 0], max = [1, 1, 1], cube = -1 }\n", "positive"),
+        ("region = { min = [0, 0], max = [1, 1, 1] }\n", "region min must be a list of 3"),
+        (REGION + "colour = 'red'\n", "unknown key 'colour'"),
+        (REGION + "size = [1, 1, 0]\n", "size"),
+        (REGION + "xyz = [1, 1, nan]\n", "finite"),
+        (REGION + "[[target]]\nrpy = [0, 0, 0]\n", "target]] 1 has no xyz"),
+        (REGION + "[[target]]\nxyz = [0, 0, '1']\n", "finite number, not '1'"),
+        (REGION + "[[target]]\nxyz = [0, 0, 1]\nkind = 'hole'\n", "seat, socket and point"),
+        (REGION + "[[target]]\nxyz = [0, 0, 1]\nsigma = [1e-4, -1]\n", "negative"),
+        (REGION + "[[target]]\nxyz = [0, 0, 1]\nbranch = 3\n", "branch"),
+        (REGION + "[[target]]\nxyz = [0, 0, 1]\nq = []\n", "q must be a list of numbers"),
+        (REGION + "[target]\nxyz = [0, 0, 1]\n", r"\[\[target\]\]"),
+        ("region = {\n", "no valid TOML"),
+    ],
+)
+def test_each_mistake_has_its_sentence(tmp_path, text, words):
+    path = tmp_path / "bad.toml"
+    path.write_text(text)
+    with pytest.raises(FileError, match=words) as error:
+        load_plate(path)
+    assert error.value.path == str(path)
+
+
+def test_no_such_file(tmp_path):
+    with pytest.raises(FileError, match="no such file"):
+        load_plate(tmp_path / "none.toml")
+    with pytest.raises(FileError, match="table2"):
+        load_plate("table3")
+    (tmp_path / "binary.toml").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(FileError, match="text file"):
+        load_plate(tmp_path / "binary.toml")

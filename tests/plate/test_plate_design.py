@@ -1,0 +1,195 @@
+"""Readings of a plate's targets against finite differences; plates of every kind designed and tried."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from workbench.arm.kinematics.forward import sensitivity, tool_poses
+from workbench.arm.library import load_robot
+from workbench.base import se3
+from workbench.base.errors import OptionError
+from workbench.plate.design import optimise_plate, try_plate
+from workbench.plate.optimiser.blocks import Blocks
+from workbench.plate.optimiser.optimise import Wish
+from workbench.plate.optimiser.reading import linearise_reading
+from workbench.plate.plate import Kind
+from workbench.plate.plate_toml import load_plate, read_plate, write_plate
+from workbench.plate.readings import (
+    MAKERS,
+    anchors_of,
+    contact_rows,
+    reading_named,
+)
+
+STEP = 1e-6
+WAYS = {
+    "seat": lambda pose, nominal, anchors: se3.pose_error(pose, nominal),
+    "socket": lambda pose, nominal, anchors: pose[:3, 3],
+    "point": lambda pose, nominal, anchors: pose[:3, 3],
+    "ball-bar": lambda pose, nominal, anchors: np.linalg.norm(pose[:3, 3] - anchors, axis=1),
+}
+
+
+@pytest.fixture(scope="module")
+def aria():
+    return load_robot("aria")
+
+
+@pytest.fixture(scope="module")
+def plate():
+    return load_plate("table2")
+
+
+def moved(pose, twist):
+    turned = se3.rotvec_to_matrix(twist[3:]) @ pose[:3, :3]
+    return se3.pose(turned, pose[:3, 3] + twist[:3])
+
+
+@pytest.mark.parametrize("name", list(WAYS))
+def test_a_reading_changes_as_the_tool_moves(name, aria, plate):
+    reading, anchors = reading_named(name, aria, plate), anchors_of(aria, plate)
+    nominal = plate.poses[3]
+    read = WAYS[name]
+    expected = [
+        (read(moved(nominal, STEP * e), nominal, anchors) - read(moved(nominal, -STEP * e), nominal, anchors))
+        / (2.0 * STEP)
+        for e in np.eye(6)
+    ]
+    found = reading.look(nominal[None])
+    assert np.allclose(found.by_twist[0], np.stack(expected, -1), atol=1e-6)
+
+
+def test_distances_change_as_their_anchors_move(aria, plate):
+    nominal, anchors = plate.poses[3], anchors_of(aria, plate)
+    columns = []
+    for k in range(9):
+        off = np.zeros(9)
+        off[k] = STEP
+        gaps = [nominal[:3, 3] - anchors - s * off.reshape(3, 3) for s in (1, -1)]
+        more, less = (np.linalg.norm(gap, axis=1) for gap in gaps)
+        columns.append((more - less) / (2.0 * STEP))
+    found = reading_named("ball-bar", aria, plate).look(nominal[None])
+    assert np.allclose(found.by_unknown[0], np.stack(columns, -1), atol=1e-6)
+
+
+def test_six_contacts_locate_a_cube_in_all_six_directions(aria, plate):
+    """Each contact moves along its normal as the cube's point there does; together they hold the pose."""
+    rows = contact_rows()
+    assert np.linalg.matrix_rank(rows) == 6
+    assert sorted(np.abs(rows[:, :3]).argmax(1)) == [0, 0, 1, 2, 2, 2]
+    twist = np.array([1e-5, -2e-5, 3e-5, 1e-4, 2e-4, -1e-4])
+    pose = moved(np.eye(4), twist)
+    points = np.array([[0.015, 0, 0], [-0.015, 0.015, 0], [-0.015, -0.015, 0]])
+    assert np.allclose(rows[:3] @ twist, (se3.apply(pose, points) - points)[:, 2], atol=1e-8)
+    seat = reading_named("contacts", aria, plate).look(plate.poses[:1]).by_twist[0]
+    turned = np.kron(np.eye(2), plate.poses[0, :3, :3].T)
+    assert np.allclose(seat, rows @ turned, atol=1e-12)
+
+
+def test_visits_lower_the_noise_but_not_the_target_s_own_error(aria, plate):
+    q = np.zeros((1, 6)) + 0.4
+    poses, twists = sensitivity(aria, q)
+    one, many = (reading_named("seat", aria, plate, visits=n) for n in (1, 10**9))
+    made = np.array([[5e-5, 1e-4]])
+    rows, _ = many.rows(poses, twists, made)
+    assert np.allclose(rows[0, :3], twists[0, :3] / 5e-5, rtol=1e-6)
+    rows, _ = one.rows(poses, twists, made)
+    assert np.allclose(rows[0, 3:], twists[0, 3:] / np.hypot(np.deg2rad(0.02), 1e-4))
+
+
+def test_unknown_anchors_are_solved_with_the_arm(aria, plate):
+    """Covariance of the arm's constants from the whole linear problem, the anchors as unknowns too."""
+    reading = reading_named("ball-bar", aria, plate)
+    q = np.random.default_rng(0).uniform(-1.0, 1.0, (14, 6))
+    names = aria.default_free[4:12]
+    found = linearise_reading(aria, q, reading, target_sigma=np.zeros((14, 2)), names=names)
+    poses, twists = sensitivity(aria, q, names)
+    look = reading.look(poses)
+    rows = np.concatenate([look.by_twist @ twists, look.by_unknown], axis=2).reshape(-1, 8 + 9) / 5e-6
+    prior = np.diag(np.concatenate([np.zeros(8), np.full(9, 5e-5**-2.0)]))
+    whole = np.linalg.inv(rows.T @ rows + prior)[:8, :8]
+    assert np.allclose(found.covariance, whole, rtol=1e-6)
+
+
+@pytest.mark.parametrize("name", [n for n in MAKERS if n != "seat"])
+def test_plates_of_every_kind_are_designed(name, aria, plate, tmp_path):
+    heights = (0.05, 0.35) if name == "ball-bar" else (0.04, 0.12)
+    wish = Wish(number=9, places=60, starts=1, blocks=Blocks(heights=heights))
+    design = optimise_plate(aria, replace(plate, targets=()), wish=wish, reading=name, seed=1)
+    assert np.isfinite(design.cost)
+    assert len(design.plate) == 9
+    assert design.clearance.min() >= 0.01 - 1e-9
+    kinds = {t.kind for t in design.plate.targets}
+    assert kinds == {{"socket": Kind.SOCKET, "contacts": Kind.SEAT}.get(name, Kind.POINT)}
+    again = read_plate(write_plate(design.plate, tmp_path / "plate.toml"))
+    q = np.stack([t.q for t in again.targets])
+    assert np.allclose(tool_poses(aria, q), design.plate.poses, atol=1e-6)
+
+
+def test_what_no_reading_is(aria, plate):
+    with pytest.raises(OptionError, match="there is no reading 'feeler'"):
+        reading_named("feeler", aria, plate)
+    with pytest.raises(OptionError, match="0 times"):
+        reading_named("seat", aria, plate, visits=0)
+    with pytest.raises(OptionError, match="positive"):
+        reading_named("socket", aria, plate, sigma=(0.0, None))
+
+
+def test_an_optimised_plate_calibrates_arms_better_than_table_2(run, tmp_path, aria):
+    """Predicted and tried out over the same poses: any place and branch, 60° about Table 2's targets."""
+    words = ("plate", "optimise", "table2", "--robot", "aria", "--out", "best.toml", "--json", "best.json")
+    status, out, _ = run(*words, "--tilt", "40deg", "--spacing", "75mm", "--places", "250")
+    assert status == 0
+    assert "predicted error in the region" in out
+    best = json.loads((tmp_path / "best.json").read_text())
+    assert best["schema"] == "workbench.plate-design/1"
+    predicted = best["predicted"]
+    assert predicted["given_position_rms_mm"] / predicted["position_rms_mm"] > 1.1
+    assert min(t["clearance_mm"] for t in best["targets"]) >= 10.0 - 1e-6
+    plates = [load_plate("table2"), read_plate(tmp_path / "best.toml")]
+    found = [try_plate(aria, p, arms=250, poses=60, towards=plates[0], seed=2) for p in plates]
+    table2, optimised = (each.position_rms for each in found)
+    assert table2 / optimised > 1.1
+
+
+def test_yield_of_table_2(run, tmp_path):
+    words = ("plate", "yield", "table2", "--robot", "aria", "--arms", "100", "--json", "yield.json")
+    status, out, _ = run(
+        *words, "--tolerance", "0.05mm,0.05deg", "--joint-noise", "0.002deg", "--poses", "60"
+    )
+    assert status == 0
+    assert "arms that meet it" in out
+    found = json.loads((tmp_path / "yield.json").read_text())
+    assert found["schema"] == "workbench.plate-yield/1"
+    assert found["arms"] == 100
+    assert found["share"] == 1.0
+    assert set(found["sources"]) == {
+        "seat position",
+        "seat rotation",
+        "joint readings",
+        "target position",
+        "target rotation",
+    }
+    assert len(found["cubes"]) > 30
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("optimise", "table2", "--branches", "double"), "--branches is mixed, single"),
+        (("optimise", "table2", "--blocks", "round"), "--blocks is flat, stepped, tilted"),
+        (("optimise", "table2", "--heights", "40mm"), "--heights takes two lengths"),
+        (("optimise", "table2", "--tolerance", "40mm"), "--tolerance takes a length and an angle"),
+        (("optimise", "table2", "--targets", "300"), "plate size and spacing conflict"),
+        (("optimise", "table2", "--reading", "feeler"), "there is no reading"),
+        (("yield", "table2", "--arms", "0"), "0 arms"),
+    ],
+)
+def test_mistakes_are_said_in_one_sentence(run, words, said):
+    more = ("--out", "p.toml") if words[0] == "optimise" else ()
+    status, _, err = run("plate", *words, "--robot", "aria", *more)
+    assert status != 0
+    assert said in err
+    assert "Traceback" not in err

@@ -1,0 +1,171 @@
+"""The score of the Table 2 plate against the paper's formulas written out anew, and what freedom costs."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from workbench.arm.library import load_robot
+from workbench.arm.linearisation import linearise
+from workbench.base.errors import DataError
+from workbench.plate.freedom import identified_names, visible, visible_basis
+from workbench.plate.plate import Kind, Target
+from workbench.plate.plate_toml import load_plate
+from workbench.plate.score import score_plate
+
+# theta, d, a, alpha, beta of ARIA Table 1; beta of joint 2 is free instead of d, as axes 2 and 3 are parallel
+TABLE_1 = np.array(
+    [
+        [0, 0.205, 0, np.pi / 2, 0],
+        [0, 0, 0.41, 0, 0],
+        [np.pi / 2, -0.0048, 0.03, np.pi / 2, 0],
+        [0, 0.336, 0, -np.pi / 2, 0],
+        [0, -0.049, 0, np.pi / 2, 0],
+        [0, 0.202, 0, 0, 0],
+    ]
+)
+FREE = [(i, k) for i in range(6) for k in range(5) if k != (1 if i == 1 else 4)]
+
+
+def turned(axis, angle):
+    c, s = np.cos(angle), np.sin(angle)
+    i, j = [(1, 2), (2, 0), (0, 1)][axis]
+    matrix = np.eye(4)
+    matrix[[i, j], [i, j]] = c
+    matrix[i, j], matrix[j, i] = -s, s
+    return matrix
+
+
+def forward(q, table=TABLE_1):
+    """ARIA eqs. (7), (8)."""
+    pose = np.eye(4)
+    for angle, (theta, d, a, alpha, beta) in zip(q, table, strict=True):
+        shift = np.eye(4)
+        shift[:3, 3] = [a, 0, d]
+        pose = pose @ turned(2, angle + theta) @ shift @ turned(0, alpha) @ turned(1, beta)
+    return pose
+
+
+def jacobian(q, step=1e-6):
+    """ARIA eq. (12) by central differences, with the orientation error of eq. (16)."""
+    columns = []
+    for i, k in FREE:
+        moved = []
+        for sign in (1, -1):
+            table = TABLE_1.copy()
+            table[i, k] += sign * step
+            moved.append(forward(q, table))
+        half = (moved[0] - moved[1]) / (2 * step)
+        spin = half[:3, :3] @ forward(q)[:3, :3].T
+        columns.append([*half[:3, 3], spin[2, 1], spin[0, 2], spin[1, 0]])
+    return np.array(columns).T
+
+
+@pytest.fixture(scope="module")
+def aria():
+    return load_robot("aria")
+
+
+@pytest.fixture(scope="module")
+def plate():
+    return load_plate("table2")
+
+
+@pytest.fixture(scope="module")
+def score(aria, plate):
+    return score_plate(aria, plate, rng=np.random.default_rng(0))
+
+
+def test_table_2_is_reached_and_its_o_is_that_of_the_papers_formulas(score, plate):
+    for part in (score.measured, score.single):
+        poses = np.stack([forward(q) for q in part.q])
+        assert np.allclose(poses, plate.poses, atol=1e-8)
+        blocks = np.stack([jacobian(q) for q in part.q])
+        values = np.linalg.svd(blocks, compute_uv=False)
+        assert np.allclose(part.per_target, values[:, -1] / values[:, 0], rtol=1e-6)
+        assert part.indices["O"] == pytest.approx((values[:, -1] / values[:, 0]).mean(), rel=1e-6)
+        stacked = np.linalg.svd(np.concatenate(blocks), compute_uv=False)
+        assert part.stacked == pytest.approx(stacked[-1] / stacked[0], rel=1e-6)
+        assert part.rank == 24
+
+
+def test_indices_and_predicted_error_of_table_2(score, aria):
+    """O1 … O5, A, D from the singular values of the scaled, whitened Jacobian; I from the predicted error."""
+    for part in (score.measured, score.single):
+        sigma = np.repeat([1e-4, np.deg2rad(0.02)], 3)[:, None]
+        angles = np.array([k in (0, 3, 4) for _, k in FREE])
+        scaled = np.concatenate([jacobian(q) / sigma for q in part.q]) / np.where(angles, aria.reach, 1.0)
+        s = np.linalg.svd(scaled, compute_uv=False)
+        expected = {
+            "O1": np.exp(np.log(s).mean()) / np.sqrt(10),
+            "O2": s[-1] / s[0],
+            "O3": s[-1],
+            "O4": s[-1] ** 2 / s[0],
+            "O5": 1 / (1 / s).sum(),
+            "A": 1 / np.sqrt((1 / s**2).mean()),
+            "D": np.exp(2 * np.log(s).mean()) / 10,
+            "I": 1 / part.error.position_rms,
+        }
+        assert {name: part.indices[name] for name in expected} == pytest.approx(expected, rel=1e-5)
+
+
+def test_a_mix_of_branches_is_worth_much_more_than_one(score):
+    assert score.single is not None
+    assert len(set(score.single.branches)) == 1
+    assert score.measured.error.position_rms < score.single.error.position_rms / 5
+
+
+def test_free_frames_leave_open_what_the_plate_cannot_tell(aria, plate):
+    """All targets of Table 2 keep the tool's x axis along the base's: a shift of either looks the same."""
+    found = score_plate(aria, plate, base=True, tool=True, rng=np.random.default_rng(0)).measured
+    assert (found.rank, found.visible, len(found.names)) == (29, 30, 36)
+    assert found.indices["O1"] == found.indices["I"] == 0.0
+    open_ones = {n for n, w in zip(found.names, found.open[:, 0], strict=True) if abs(w) > 1e-6}
+    assert open_ones == {"base.x", "tool.x", "joint6.a"}
+    varied = replace(
+        plate,
+        targets=tuple(
+            replace(t, rpy=t.rpy + np.array([0, 0, 0.3 * (k - 5)])) for k, t in enumerate(plate.targets)
+        ),
+    )
+    better = score_plate(aria, varied, base=True, tool=True, rng=np.random.default_rng(0)).measured
+    assert better.rank == better.visible == 30
+    assert better.indices["O1"] > 0
+    assert np.isfinite(better.error.position_rms)
+
+
+def test_the_visible_basis_drops_only_what_no_pose_shows(aria):
+    assert visible_basis(aria) is None
+    names = identified_names(aria, base=True)
+    basis = visible_basis(aria, names)
+    assert basis.shape == (30, 28)
+    q = np.random.default_rng(1).uniform(-1, 1, (12, 6))
+    whole = linearise(aria, q, names=names)
+    seen = visible(whole, basis)
+    assert seen.rank() == whole.rank() == 28
+    assert np.allclose(seen.singular_values, whole.singular_values[:28], rtol=1e-9)
+
+
+def test_better_known_and_weaker_targets_count_as_such(aria, plate):
+    """A target's own uncertainty adds to the noise; a socket gives its position only."""
+    rng = np.random.default_rng
+    fixed = plate.with_joints(score_plate(aria, plate, rng=rng(0)).measured.q, plate.branches)
+    loose = replace(fixed, targets=tuple(replace(t, sigma=(1e-4, np.deg2rad(0.02))) for t in fixed.targets))
+    exact, less = (score_plate(aria, p, rng=rng(0)).measured.error.position_rms for p in (fixed, loose))
+    assert less == pytest.approx(np.sqrt(2.0) * exact)
+    sockets = replace(fixed, targets=tuple(replace(t, kind=Kind.SOCKET) for t in fixed.targets))
+    assert score_plate(aria, sockets, rng=rng(0)).measured.rank < 24
+
+
+def test_plates_that_nothing_can_be_measured_on(aria, plate):
+    rng = np.random.default_rng(0)
+    with pytest.raises(DataError, match="no targets"):
+        score_plate(aria, replace(plate, targets=()), rng=rng)
+    with pytest.raises(DataError, match="stands in the robot's base"):
+        score_plate(aria, replace(plate, xyz=np.array([0.2, 0.2, 0.1])), rng=rng)
+    far = replace(plate.region, min=plate.region.min + 3.0, max=plate.region.max + 3.0)
+    with pytest.raises(DataError, match="outside the reach"):
+        score_plate(aria, replace(plate, region=far), rng=rng)
+    away = (*plate.targets, Target(np.array([2.0, 0.0, 0.0])))
+    with pytest.raises(DataError, match=r"target 11 .* not reachable"):
+        score_plate(aria, replace(plate, targets=away), rng=rng)

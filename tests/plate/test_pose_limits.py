@@ -1,0 +1,174 @@
+"""Poses that keep limits in pairs and one by one, orders with short ways, walks, conflicts that are named."""
+
+from itertools import permutations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.library import load_robot
+from workbench.base.errors import DataError, OptionError
+from workbench.base.types import Outcome
+from workbench.plate.freedom import identified_names, visible_basis
+from workbench.plate.indices import I
+from workbench.plate.plate_toml import load_plate
+from workbench.plate.poses.choose import Method, informative_poses
+from workbench.plate.poses.gradient import PoseClimb
+from workbench.plate.poses.limits import PoseLimits, sample_poses, walks
+from workbench.plate.poses.measuring_order import measuring_order, travels
+from workbench.plate.poses.sampling import random_poses
+from workbench.plate.region_poses import plate_region_poses
+
+
+@pytest.fixture(scope="module")
+def aria():
+    return load_robot("aria")
+
+
+@pytest.fixture(scope="module")
+def plate():
+    return load_plate("table2")
+
+
+def rng(seed=0):
+    return np.random.default_rng(seed)
+
+
+def gaps(robot, q):
+    places = tool_poses(robot, q)[:, :3, 3]
+    return np.linalg.norm(places[:, None] - places, axis=2)[np.triu_indices(len(q), 1)]
+
+
+@pytest.mark.parametrize("index", ["O", "O1", "O3", "I"])
+def test_all_limits_are_kept_and_the_set_is_better_than_its_start(aria, plate, index):
+    towards, cone = plate.poses[:, :3, :3], np.deg2rad(70)
+    limits = PoseLimits(
+        region=plate.region, towards=towards, cone=cone, margin=0.1, spread=0.05, travel=np.deg2rad(100)
+    )
+    matter = plate_region_poses(aria, plate, 5) if index == "I" else None
+    found = informative_poses(aria, 8, index=index, limits=limits, matter=matter, rng=rng(1))
+    poses = tool_poses(aria, found.q)
+    assert plate.region.contains(poses[:, :3, 3]).all()
+    cosines = 0.5 * (np.einsum("rij,kij->rk", poses[:, :3, :3], towards).max(1) - 1.0)
+    assert (cosines >= np.cos(cone) - 1e-9).all()
+    assert gaps(aria, found.q).min() >= 0.05
+    assert found.travels.max() <= np.deg2rad(100) + 1e-12
+    low, high = aria.limits.T
+    assert np.minimum(found.q - low, high - found.q).min() >= 0.1 - 1e-12
+    assert found.after >= found.before
+
+
+def test_a_spread_among_candidates(aria):
+    candidates = random_poses(aria, 80, rng=rng(2))
+    for index in ("O", "A"):
+        limits = PoseLimits(spread=0.3)
+        found = informative_poses(aria, 6, index=index, candidates=candidates, limits=limits, rng=rng(3))
+        assert {tuple(row) for row in found.q} <= {tuple(row) for row in candidates}
+        assert gaps(aria, found.q).min() >= 0.3
+
+
+def test_greedy_is_never_better_than_its_exchange(aria):
+    candidates = random_poses(aria, 120, rng=rng(4))
+    greedy, exchanged = (
+        informative_poses(aria, 7, candidates=candidates, method=method, rng=rng(5))
+        for method in (Method.GREEDY, Method.EXCHANGE)
+    )
+    assert greedy.after <= exchanged.after * (1 + 1e-12)
+    assert exchanged.bound is not None
+    assert exchanged.after <= exchanged.bound
+    assert greedy.after > 0.9 * exchanged.bound
+
+
+def test_the_bound_of_d_is_that_of_o1_squared(aria):
+    candidates = random_poses(aria, 90, rng=rng(6))
+    o1, d = (informative_poses(aria, 9, index=i, candidates=candidates, rng=rng(7)) for i in ("O1", "D"))
+    assert d.after == pytest.approx(o1.after**2)
+    assert d.bound == pytest.approx(o1.bound**2)
+    assert informative_poses(aria, 9, index="O5", candidates=candidates, rng=rng(7)).bound is None
+
+
+def test_poses_for_a_free_base_and_tool(aria):
+    """The index is of what can be seen at all: 30 combinations of 36 constants, five poses at least."""
+    names = identified_names(aria, base=True, tool=True)
+    found = informative_poses(aria, 6, names=names, rng=rng(8))
+    assert found.after > found.before > 0.0
+    with pytest.raises(OptionError, match="at least 5 poses"):
+        informative_poses(aria, 4, names=names, rng=rng(8))
+
+
+def test_gradients_of_i_and_of_reduced_indices(aria, plate):
+    names = identified_names(aria, base=True)
+    basis = visible_basis(aria, names)
+    moves = rng(9).normal(size=(40, basis.shape[1]))
+    climb = PoseClimb(aria, I(moves.T @ moves), {"names": names}, basis)
+    q, direction = rng(10).uniform(-0.9, 0.9, (6, 6)), rng(11).normal(size=(6, 6))
+    value, slope = climb.value_and_gradient(q)
+    difference = (climb.value(q + 1e-5 * direction) - climb.value(q - 1e-5 * direction)) / 2e-5
+    assert value == pytest.approx(climb.value(q))
+    assert difference == pytest.approx((slope * direction).sum(), rel=1e-4)
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=st.integers(0, 1000), rows=st.integers(1, 7))
+def test_orders_against_all_permutations(seed, rows):
+    q = rng(seed).uniform(-2, 2, (rows, 3))
+    order = measuring_order(q)
+    assert sorted(order) == list(range(rows))
+    shortest = min(travels(q[list(p)]).sum() for p in permutations(range(rows)))
+    assert travels(q[order]).sum() <= travels(q).sum() + 1e-12
+    assert travels(q[order]).sum() <= 1.15 * shortest + 1e-12
+
+
+def test_an_order_keeps_the_longest_way_that_it_came_with():
+    q = np.array([[0.0], [1.0], [2.0], [3.0], [1.5]])
+    order = measuring_order(q, longest=1.5)
+    assert travels(q[order]).max() <= 1.5
+    assert travels(q[order]).sum() == pytest.approx(3.0)
+
+
+def test_walks_stay_within_limits_and_reach(aria, plate):
+    limits = PoseLimits(region=plate.region, travel=0.2)
+    starts = sample_poses(aria, 3, limits, rng=rng(12))
+    rows = walks(aria, starts, 10, limits, rng=rng(13))
+    assert limits.admits(aria, rows).all()
+    assert len(rows) > 10
+    nearest = np.abs(rows[:, None] - np.concatenate([starts, rows])[None]).max(2)
+    nearest[np.arange(len(rows)), len(starts) + np.arange(len(rows))] = np.inf
+    assert nearest.min(1).max() <= 0.2
+
+
+def test_conflicts_name_the_pair(aria, plate):
+    def asked(number=12, **words):
+        return informative_poses(aria, number, limits=PoseLimits(region=plate.region, **words), rng=rng(14))
+
+    with pytest.raises(DataError, match="a spread of 300 mm and the region conflict: at most"):
+        asked(spread=0.3)
+    with pytest.raises(DataError, match=r"a spread of 200 mm and a travel of at most 15° .* conflict"):
+        asked(spread=0.2, travel=np.deg2rad(15))
+    far_apart = np.tile(np.arange(6.0)[:, None] / 10, (1, 6))
+    with pytest.raises(DataError, match=r"4 different poses and a travel of at most 1° .* conflict"):
+        informative_poses(
+            aria,
+            4,
+            candidates=far_apart,
+            limits=PoseLimits(travel=np.deg2rad(1)),
+            rng=rng(15),
+        )
+    with pytest.raises(DataError, match="of which 0 keep the limits"):
+        informative_poses(
+            aria, 4, candidates=np.zeros((9, 6)), limits=PoseLimits(region=plate.region), rng=rng(16)
+        )
+    for wrong in ({"cone": 0.0}, {"spread": -1.0}, {"travel": 0.0}, {"margin": -0.1}):
+        with pytest.raises(OptionError, match="can't be asked for"):
+            PoseLimits(**wrong)
+    with pytest.raises(OptionError, match="give a region"):
+        informative_poses(aria, 6, index="I", rng=rng(17))
+
+
+def test_cancelled_within_limits(aria, plate):
+    limits = PoseLimits(region=plate.region, spread=0.02)
+    stopped = informative_poses(aria, 6, limits=limits, rng=rng(18), cancel=lambda: True)
+    assert stopped.outcome is Outcome.CANCELLED
+    assert stopped.after >= stopped.before

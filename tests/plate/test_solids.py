@@ -1,0 +1,96 @@
+"""Solids: watertight, to size, with exactly the material of their parts; three ways to the same volume."""
+
+import io
+
+import numpy as np
+import pytest
+import trimesh
+
+from workbench.plate.parts.parts import Block
+from workbench.plate.parts.solids import (
+    block_mesh,
+    slab_mesh,
+    stl,
+    three_mf,
+)
+from workbench.plate.parts.step import block_step, slab_step, step_volume
+
+
+def by_hand(part) -> float:
+    """Volume of a part in m³, from its drawing."""
+    whole = part.side**2 * part.height if isinstance(part, Block) else float(np.prod(part.size))
+    cones = sum(np.pi / 12.0 * b.diameter**2 * b.depth for b in part.bores if b.conical)
+    return whole - cones - sum(np.pi / 4.0 * b.diameter**2 * b.depth for b in part.bores if not b.conical)
+
+
+def parts(fixture):
+    return [(fixture.slab, slab_mesh, slab_step), *((b, block_mesh, block_step) for b in fixture.blocks[:3])]
+
+
+def test_stl_is_watertight_and_to_size(fixture):
+    for part, mesh, _ in parts(fixture):
+        back = trimesh.load(io.BytesIO(stl(mesh(part))), file_type="stl")
+        assert back.is_watertight
+        assert back.is_winding_consistent
+        assert np.isclose(back.volume / 1e9, by_hand(part), rtol=1e-7)
+        if isinstance(part, Block):
+            high = part.height + 0.5 * part.side * np.tan(part.tilt)
+            half = 0.5 * part.side
+            assert np.allclose(
+                back.bounds, 1e3 * np.array([[-half, -half, 0.0], [half, half, high]]), atol=1e-4
+            )
+        else:
+            assert np.allclose(back.extents, 1e3 * part.size, atol=1e-4)
+            assert np.isclose(back.bounds[1, 2], 0.0, atol=1e-6)
+        assert back.euler_number == 2 - 2 * sum(b.through for b in part.bores)
+
+
+def test_holes_are_where_the_bores_are(fixture):
+    """A point in the middle of each bore is outside the material, one beside its wall is inside."""
+    for part, mesh, _ in parts(fixture)[1:]:
+        solid = mesh(part)
+        for bore in part.bores:
+            inner = 1e3 * (bore.mouth + 0.3 * bore.depth * bore.direction)
+            side = np.cross(bore.direction, [0.0, 1.0, 0.0])
+            beside = inner + 1e3 * (0.5 * bore.diameter + 4e-4) * side / np.linalg.norm(side)
+            assert solid.contains([inner, beside]).tolist() == [False, True]
+
+
+def test_three_mf_holds_every_part_in_its_place(plate, fixture):
+    scene = trimesh.load(io.BytesIO(three_mf(fixture)), file_type="3mf")
+    assert scene.units == "millimeter"
+    assert set(scene.geometry) == {"plate", *(f"block {i + 1}" for i in range(len(plate)))}
+    for name, mesh in scene.geometry.items():
+        assert mesh.is_watertight, name
+        part = fixture.slab if name == "plate" else fixture.blocks[int(name.split()[1]) - 1]
+        assert np.isclose(mesh.volume / 1e9, by_hand(part), rtol=1e-7)
+    for block in fixture.blocks:
+        centre = 1e3 * block.pose[:3, 3]
+        bounds = scene.geometry[f"block {block.number}"].bounds
+        assert np.allclose(bounds[:, :2].mean(axis=0), centre[:2], atol=1e-3)
+        assert np.isclose(bounds[0, 2], 0.0, atol=1e-6)
+
+
+def test_step_comes_back_with_the_same_volume(fixture):
+    for part, _, step in parts(fixture):
+        assert np.isclose(step_volume(step(part, "part")), by_hand(part), rtol=1e-9)
+
+
+@pytest.mark.parametrize("library", ["manifold3d", "OCP.STEPControl", "ezdxf"])
+def test_a_missing_library_names_its_extra(library, mixed, monkeypatch):
+    import sys
+
+    from workbench.base.errors import MissingExtraError
+    from workbench.plate.parts.drawing import dxf
+    from workbench.plate.parts.fixture import fixture_of
+
+    monkeypatch.setitem(sys.modules, library, None)
+    fixture = fixture_of(mixed)
+    work = {
+        "manifold3d": lambda: slab_mesh(fixture.slab),
+        "OCP.STEPControl": lambda: slab_step(fixture.slab, "plate"),
+        "ezdxf": lambda: dxf(fixture),
+    }[library]
+    with pytest.raises(MissingExtraError) as error:
+        work()
+    assert error.value.extra == ("step" if library.startswith("OCP") else "cad")

@@ -1,0 +1,210 @@
+"""The Katana thesis done again on virtual arms: its tables, its influences, its claims.
+
+    found = reproduce_katana(arms=40)
+    found.findings          # printed and ours, one by one
+    write_katana(found, "katana")
+
+Numbers that come from the real arm alone have no counterpart; each is listed with a reason.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from studies import katana_claims as claims
+from studies import katana_printed as printed
+from studies import katana_setup as setup
+from studies import katana_tables as tables
+from studies.finding import Finding
+from studies.influence_study import InfluenceStudy, influence_study
+from studies.katana_diagnosed import Diagnosed, diagnosed_arms, diagnosis
+from studies.katana_experiment import (
+    Experiments,
+    experiment_findings,
+    experiment_sheet,
+    experiments,
+)
+from studies.katana_pencil import PencilCheck, pencil_check, pencil_finding
+from studies.katana_study import (
+    AS_BAD,
+    EACH_SIDE,
+    EACH_WAY,
+    KatanaStudy,
+    katana_study,
+)
+from studies.katana_tracking import TrackingStudy, tracking_study
+from studies.katana_tracking_claims import tracking_findings
+from studies.page import Sheet
+from workbench.arm.kinematics.influence import Influence, influence
+from workbench.arm.library import load_robot
+from workbench.base.errors import OptionError
+from workbench.plate.poses.iso_cube import CubePoses, iso_cube_poses
+
+ARMS = 40
+"""Virtual arms of each reading of the printed play."""
+WEIGHED = 200
+"""Virtual arms on which influence-based identification is compared with least squares."""
+DIAGNOSED = 4
+"""Virtual arms that `diagnose` is tried on."""
+READ = 4
+"""Virtual arms that are read with inclinometers."""
+FOLLOWING = 2
+"""One arm in so many follows the paths of chapter 5."""
+NUMBERS = (6, 12, 118)
+"""Numbers of poses of that comparison."""
+
+Progress = Callable[[float, str], None]
+Cancel = Callable[[], bool]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class KatanaReproduction:
+    """The thesis done again.
+
+    Args:
+        arms: How many virtual arms were calibrated for each reading of the printed play.
+        seed: Of everything random.
+        findings: Printed numbers and statements beside ours.
+        sheets: Tables 3.2 to 3.4, 4.5, 4.6.
+        once: The printed play counted from one side to the other.
+        twice: The printed play counted to either side.
+        as_bad: The first, with arms that begin as badly as the thesis's.
+        influences: Of the constants at the measured poses.
+        weights: Influence-based identification against least squares.
+        diagnosed: What `diagnose` makes of some of the arms.
+        experiments: The joints read with inclinometers.
+        cube: The 118 poses in their order.
+        tracking: A circle and lines followed before and after calibration.
+        pencil: The circle drawn on paper and read.
+    """
+
+    arms: int
+    seed: int
+    findings: tuple[Finding, ...]
+    sheets: tuple[Sheet, ...]
+    once: KatanaStudy
+    twice: KatanaStudy
+    as_bad: KatanaStudy
+    influences: Influence
+    weights: InfluenceStudy
+    diagnosed: Diagnosed
+    experiments: Experiments
+    cube: CubePoses
+    tracking: TrackingStudy
+    pencil: PencilCheck
+
+
+def reproduce_katana(
+    *,
+    arms: int = ARMS,
+    weighed: int = WEIGHED,
+    diagnosed: int = DIAGNOSED,
+    seed: int = 0,
+    progress: Progress | None = None,
+    cancel: Cancel | None = None,
+) -> KatanaReproduction:
+    """Do the thesis again on virtual arms.
+
+    Args:
+        arms: How many arms are calibrated in every way, for each reading of the printed play.
+        weighed: How many arms compare influence-based identification with least squares.
+        diagnosed: How many of the arms `diagnose` is tried on.
+        seed: Of everything random.
+        progress: Called with the share done and what is being done.
+        cancel: Asked between arms whether to stop with those that are done.
+
+    Raises:
+        OptionError: too few arms for a spread.
+    """
+    if arms < 2 or weighed < 2:
+        raise OptionError(f"{min(arms, weighed)} virtual arms show no spread; ask for at least 2")
+    if diagnosed < 1:
+        raise OptionError(f"{diagnosed} arms can't be diagnosed; ask for at least 1")
+    report = progress or (lambda part, words: None)
+
+    def studied(begin: float, words: str, *, play: float = EACH_WAY, share: float = 1.0) -> KatanaStudy:
+        return katana_study(
+            arms=arms,
+            play=play,
+            share=share,
+            seed=seed,
+            progress=lambda part: report(begin + 0.15 * part, words),
+            cancel=cancel,
+        )
+
+    once = studied(0.0, "arms calibrated in every way")
+    twice = studied(0.15, "the same with twice the play", play=EACH_SIDE)
+    as_bad = studied(0.3, "arms that begin as badly as the thesis's", share=AS_BAD)
+    weights = influence_study(
+        arms=weighed,
+        numbers=NUMBERS,
+        seed=seed,
+        progress=lambda part: report(0.45 + 0.25 * part, "influence against least squares"),
+    )
+    named = diagnosed_arms(
+        arms=min(arms, diagnosed),
+        seed=seed,
+        progress=lambda part: report(0.7 + 0.1 * part, "arms diagnosed"),
+    )
+    read = experiments(
+        arms=min(arms, READ), seed=seed, progress=lambda part: report(0.8 + 0.05 * part, "joints loaded")
+    )
+    tracking = tracking_study(
+        arms=max(arms // FOLLOWING, 2),
+        seed=seed,
+        progress=lambda part: report(0.85 + 0.15 * part, "paths followed"),
+        cancel=cancel,
+    )
+    robot = load_robot("katana450")
+    cube = iso_cube_poses(robot, rng=np.random.default_rng(seed))
+    pencil = pencil_check(tracking.paths[0], seed=seed)
+    influences = influence(robot, cube.q, names=printed.CONSTANTS)
+    errors, sheets = _errors(once, twice, as_bad, named, cube)
+    redundant, sheet = setup.redundant()
+    return KatanaReproduction(
+        arms=len(once.held_out),
+        seed=seed,
+        findings=(
+            *errors,
+            *claims.weights_compared(weights),
+            *experiment_findings(read),
+            *tracking_findings(tracking),
+            pencil_finding(pencil),
+            *setup.arm(),
+            *setup.equations(),
+            *setup.influences(influences, cube),
+            *redundant,
+        ),
+        sheets=(*sheets, experiment_sheet(read), sheet),
+        once=once,
+        twice=twice,
+        as_bad=as_bad,
+        influences=influences,
+        weights=weights,
+        diagnosed=named,
+        experiments=read,
+        cube=cube,
+        tracking=tracking,
+        pencil=pencil,
+    )
+
+
+def _errors(
+    once: KatanaStudy, twice: KatanaStudy, as_bad: KatanaStudy, named: Diagnosed, cube: CubePoses
+) -> tuple[tuple[Finding, ...], tuple[Sheet, ...]]:
+    """Chapters 3 and 4: what calibration leaves."""
+    means, sheet_3_4 = tables.table_3_4(once)
+    ranges, sheets_4_5 = tables.table_4_5(once)
+    points, sheet_4_6 = tables.table_4_6(once)
+    findings = (
+        *claims.reductions(once),
+        *claims.reductions_from_as_bad(as_bad),
+        diagnosis(named),
+        claims.two_readings(once, twice),
+        *means,
+        *ranges,
+        *points,
+        *claims.contradictions(cube.q),
+    )
+    return findings, (tables.tables_3_2_3_3(once), sheet_3_4, *sheets_4_5, sheet_4_6)

@@ -1,0 +1,112 @@
+"""The ARIA paper done again: what must agree does, what can't is said, and the page holds it all."""
+
+import json
+
+import numpy as np
+import pytest
+
+from studies import aria_printed as printed
+from studies.aria import reproduce_aria
+from studies.aria_arms import TITLES, Judges, compare_acquisitions
+from studies.aria_page import aria_json, write_aria
+from studies.finding import Verdict
+from workbench.base.errors import OptionError
+from workbench.data.simulation.instruments import INSTRUMENTS
+from workbench.identification.report.json import text as text_of
+
+
+@pytest.fixture(scope="module")
+def found():
+    return reproduce_aria(arms=1)
+
+
+def finding(found, where, words):
+    return next(f for f in found.findings if f.where == where and words in f.what)
+
+
+def test_what_must_agree_agrees(found):
+    for where, words in (
+        ("Table 1", "nominal"),
+        ("Eq. (3)", "orientation"),
+        ("Eq. (13a)", "theta"),
+        ("Eq. (13e)", "beta"),
+        ("Table 2", "ten poses"),
+        ("Table 2", "reached"),
+        ("§4.2", "same O in different cubes"),
+        ("§4.2", "rank"),
+        ("Table 3", "joint4.theta"),
+        ("Table 3", "near zero"),
+        ("Table 3", "further"),
+        ("§4.1.3", "OPT1"),
+        ("§5.2", "OLS"),
+        ("§4.4, 1", "arbitrary"),
+        ("§4.4, 3", "measured poses"),
+    ):
+        assert finding(found, where, words).verdict is Verdict.AGREES, (where, words)
+
+
+def test_what_differs_or_can_not_be_given_has_a_reason(found):
+    others = [f for f in found.findings if f.verdict is not Verdict.AGREES]
+    assert all(f.reason for f in others)
+    assert finding(found, "Eq. (2)", "joint 3").verdict is Verdict.DIFFERS
+    assert finding(found, "Eq. (13d)", "alpha").verdict is Verdict.DIFFERS
+    assert finding(found, "Fig. 11", "position").verdict is Verdict.NONE
+
+
+def test_without_noise_every_arm_is_found_again(found):
+    for comparison in found.exact:
+        assert comparison.reached == 1
+        assert comparison.own_position[:, 1:].max() < 1e-9
+        assert comparison.region[:, 1:].max() < 1e-9
+        assert comparison.region[:, 0].min() > 5e-3
+
+
+def test_with_noise_the_ways_of_measuring_part_at_poses_that_were_not_measured(found):
+    """One branch for all of Table 2 leaves several times the error of clustering or of mixed branches."""
+    _, clustering, one_branch, mixed = (np.median(c.region[:, 1]) for c in found.noisy)
+    assert one_branch > 3 * clustering
+    assert one_branch > 3 * mixed
+    for comparison in found.noisy:
+        assert comparison.within(1e-3, np.deg2rad(0.66)) == 1.0
+        assert 5e-5 < np.median(comparison.own_position[:, 1]) < 3e-4
+        assert len(comparison.example) == len(TITLES)
+
+
+def test_the_page_holds_every_picture_and_finding(found, tmp_path):
+    page = write_aria(found, tmp_path / "aria")
+    text = page.read_text(encoding="utf-8")
+    pictures = sorted(p.name for p in page.parent.glob("*.png"))
+    assert pictures == sorted(
+        ["fig5.png", "fig6a.png", "fig7-arms.png", *(f"fig7{letter}.png" for letter in "abcdef")]
+    )
+    assert all(f'src="{name}"' in text for name in pictures)
+    assert all(p.read_bytes().startswith(b"\x89PNG") for p in page.parent.glob("*.png"))
+    assert text.count('<td class="where">') == len(found.findings)
+    content = json.loads((page.parent / "result.json").read_text())
+    assert content["schema"] == "workbench.reproduction/1"
+    assert sum(content["verdicts"].values()) == len(content["findings"]) == len(found.findings)
+    assert content["comparison"] == json.loads(text_of(aria_json(found)))["comparison"]
+
+
+def test_the_same_seed_gives_the_same_arms(found):
+    way = found.noisy[0].acquisition
+    judges = Judges(way.q, way.q)
+    one, two = (
+        compare_acquisitions(found.robot, [way], INSTRUMENTS["plate"], judges, arms=1, seed=4)[0]
+        for _ in range(2)
+    )
+    assert np.array_equal(one.region, two.region)
+    stopped = compare_acquisitions(
+        found.robot, [way], INSTRUMENTS["plate"], judges, arms=1, cancel=lambda: True
+    )
+    assert stopped[0].reached == 0
+
+
+def test_digits_say_how_far_a_number_is_rounded():
+    halves = {"0.34": 0.005, "1.57": 0.005, "-0.8": 0.05, "1.67e-7": 5e-10, "-0.00081": 5e-6}
+    assert {text: printed.half_unit(text) for text in halves} == pytest.approx(halves)
+
+
+def test_no_arms():
+    with pytest.raises(OptionError, match="at least 1"):
+        reproduce_aria(arms=0)

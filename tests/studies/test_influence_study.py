@@ -1,0 +1,59 @@
+"""The study of influence-based identification: repeatable, its intervals right, its words what it found."""
+
+import numpy as np
+import pytest
+
+from studies.influence_study import (
+    METHODS,
+    TROUBLES,
+    InfluenceStudy,
+    influence_study,
+    study_figure,
+)
+from workbench.report.drawing import svg
+
+
+@pytest.fixture(scope="module")
+def study():
+    return influence_study(arms=12, numbers=(6, 118))
+
+
+def test_arms_begin_like_the_thesis(study):
+    """1.21 mm on average before calibration (Table 3.4)."""
+    assert study.before.shape == (len(TROUBLES), 12)
+    assert 1.0 < 1e3 * study.before.mean() < 1.5
+
+
+def test_when_it_helps_and_when_not(study):
+    influence = list(METHODS).index("influence (eqs. 3.7, 3.8)")
+    assert [study.ratio(t, 0, influence).verdict for t in range(3)] == ["better", "better", "worse"]
+    assert [study.ratio(t, 1, influence).verdict for t in (1, 2)] == ["worse", "worse"]
+    assert abs(study.ratio(0, 1, influence).value - 1.0) < 0.05
+    text = " ".join(study.sentences())
+    assert "6 poses" in text
+    assert "better" in text
+    assert "worse" in text
+
+
+def test_an_arm_is_the_same_whatever_else_is_studied(study):
+    """The same seed gives the same arms, however many there are and at however many poses."""
+    again = influence_study(arms=2, numbers=(6,))
+    assert np.array_equal(again.errors, study.errors[:, :2, :1])
+    assert np.array_equal(again.before, study.before[:, :2])
+
+
+def test_intervals_by_hand():
+    """Two methods, four arms: log ratios ±ln 2 have mean 0 and standard error ln 2 / √3."""
+    errors = np.ones((3, 4, 1, 3))
+    errors[:, :, 0, 2] = [2.0, 0.5, 2.0, 0.5]
+    ratio = InfluenceStudy(numbers=(6,), before=np.ones((3, 4)), errors=errors).ratio(0, 0, 2)
+    assert np.isclose(ratio.value, 1.0)
+    assert np.isclose(np.log(ratio.high), 1.96 * np.log(2.0) / np.sqrt(3.0))
+    assert ratio.better == 0.5
+    assert ratio.verdict == "no different"
+
+
+def test_the_figure_is_drawn(study):
+    text = svg(study_figure(study), "study")
+    assert text.count("118") >= 3
+    assert "least squares" in text

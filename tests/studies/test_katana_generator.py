@@ -1,0 +1,123 @@
+"""The thesis's virtual arms against the suite's own generator, and by hand where that has no counterpart."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from diagnose import laws
+from generator import katana as other_katana
+from generator import move, turn
+
+from studies import katana_printed as printed
+from studies.katana_generator import (
+    CORNER,
+    NOMINAL,
+    PLACES,
+    VirtualKatana,
+    draw_arm,
+)
+from workbench.arm.library import load_robot
+from workbench.base import se3
+
+
+def arm(**changes):
+    """An arm with errors of all constants that place its joints; d of joints 1 to 4 is none of them."""
+    errors = 1e-3 * np.random.default_rng(1).standard_normal((6, 5))
+    errors[:4, 4] = 0.0
+    return replace(
+        VirtualKatana(
+            table=NOMINAL + errors,
+            clearance=np.zeros(5),
+            backlash=np.zeros(5),
+            stiffness=np.full(5, np.inf),
+            waves=np.zeros((5, 7, 2)),
+        ),
+        **changes,
+    )
+
+
+@pytest.fixture(scope="module")
+def q():
+    return other_katana().random(np.random.default_rng(0), 200)
+
+
+def counterpart(actual):
+    """The same geometry in the test suite's generator, whose fifth link begins before d and not behind."""
+    alpha, a, beta, theta, d = actual.table.T
+    table = np.column_stack([theta, d, a, alpha, beta])[:5]
+    tool = turn("x", alpha[5]) @ turn("y", beta[5]) @ move("x", a[5]) @ move("z", d[5]) @ turn("z", theta[5])
+    return replace(other_katana(), table=table, tool=tool)
+
+
+def test_a_straight_arm_stands_where_the_other_generator_says(q):
+    actual = arm()
+    assert np.abs(actual.poses(q) - counterpart(actual).pose(q)).max() < 1e-13
+
+
+def test_tilting_is_that_of_the_other_generator(q):
+    """Clearance of joints 1 to 4, backlash and compliance of 2 to 5; rows where a moment flips set apart."""
+    clearance = printed.CLEARANCE * [1, 1, 1, 1, 0]
+    actual = arm(clearance=clearance, backlash=printed.BACKLASH, stiffness=printed.STIFFNESS)
+    effects = [laws.Effect("clearance-tilt", (j,), (clearance[j],)) for j in range(4)]
+    for j in range(1, 5):
+        effects.append(laws.Effect("backlash", (j,), (printed.BACKLASH[j],), detail="moment"))
+        effects.append(laws.Effect("joint-compliance", (j,), (1.0 / printed.STIFFNESS[j],)))
+    zeros = np.zeros(len(q))
+    state = laws.State(q=q, direction=np.ones_like(q), time=zeros, temperature=zeros, payload=zeros)
+    other = counterpart(actual)
+    apart = np.abs(actual.poses(q) - laws.poses(other, effects, state)).max(axis=(1, 2))
+    moments = laws.straight_moments(other, state)
+    plain = (np.abs(moments[:, 1:, 2]).min(axis=1) > 0.05) & (
+        np.linalg.norm(moments[:, :4, :2], axis=2).min(axis=1) > 0.05
+    )
+    assert plain.sum() > 120
+    assert apart[plain].max() < 1e-8
+    assert np.abs(actual.poses(q) - arm().poses(q)).max() > 5e-4
+
+
+def test_the_fifth_joint_tips_about_its_place_behind_the_fifth_offset(q):
+    """Eq. (4.4): the turn has the clearance's size, lies across the joint, and leaves a point of it still."""
+    straight = arm()
+    tipped = replace(straight, clearance=printed.CLEARANCE * [0, 0, 0, 0, 1])
+    here, there = straight.poses(q), tipped.poses(q)
+    turned = se3.matrix_to_rotvec(there[:, :3, :3] @ np.swapaxes(here[:, :3, :3], 1, 2))
+    assert np.allclose(np.linalg.norm(turned, axis=1), printed.CLEARANCE[4], rtol=1e-9)
+    alpha, a, beta, theta, d = straight.table[5]
+    after = turn("x", alpha) @ turn("y", beta) @ move("x", a) @ move("z", d) @ turn("z", theta)
+    joint = here @ np.linalg.inv(after)
+    assert np.abs((turned * joint[:, :3, 2]).sum(axis=1)).max() < 1e-9
+    pivot = se3.apply(np.linalg.inv(here), joint[:, :3, 3])
+    assert np.abs(se3.apply(there, pivot) - joint[:, :3, 3]).max() < 1e-12
+
+
+def test_the_remainder_turns_one_joint_by_its_own_angle(q):
+    waves = np.zeros((5, 7, 2))
+    waves[2, 1, 0] = 1e-3
+    moved = q.copy()
+    moved[:, 2] += 1e-3 * np.sin(3.0 * q[:, 2])
+    assert np.abs(arm(waves=waves).poses(q) - arm().poses(moved)).max() < 1e-13
+
+
+def test_drawn_arms_have_errors_of_the_printed_size():
+    """Each constant scatters about its nominal value with its printed error, and no other one moves."""
+    errors = np.array(
+        [draw_arm(np.random.default_rng(k), play=1.0, remainder=0.0).errors for k in range(400)]
+    )
+    assert np.allclose(errors.std(axis=0), np.abs(printed.TABLE_3_2), rtol=0.15, atol=0.0)
+    drawn = draw_arm(np.random.default_rng(0), play=0.5, remainder=1e-3)
+    rows, columns = np.array(PLACES).T
+    kept = np.ones((6, 5), bool)
+    kept[rows, columns] = False
+    assert (drawn.table == NOMINAL)[kept].all()
+    assert np.allclose(drawn.clearance, 0.5 * printed.CLEARANCE)
+    waves = [draw_arm(np.random.default_rng(k), play=1.0, remainder=1e-3).waves for k in range(300)]
+    variance = 0.5 * (np.array(waves) ** 2).sum(axis=(2, 3)).mean()  # a wave of height 1 has variance ½
+    assert np.isclose(np.sqrt(variance), 1e-3, rtol=0.05)
+
+
+def test_the_nominal_arm_is_the_built_in_one():
+    robot = load_robot("katana450")
+    assert np.allclose(robot.base.xyz, CORNER)
+    nominal = dict(zip(printed.CONSTANTS, robot.values(printed.CONSTANTS), strict=True))
+    rows, columns = np.array(PLACES).T
+    assert np.allclose(list(nominal.values()), NOMINAL[rows, columns])

@@ -1,0 +1,95 @@
+"""Chapter 5 on a few virtual arms: reductions, what they hold for, and the numbers by hand."""
+
+import numpy as np
+import pytest
+
+from studies.finding import Verdict
+from studies.katana_generator import NOMINAL, ORDERS, VirtualKatana
+from studies.katana_study import EACH_WAY
+from studies.katana_tracking import (
+    BEFORE,
+    CIRCLE,
+    GEOMETRY,
+    LINE_FAR,
+    LINE_NEAR,
+    OURS,
+    PATHS,
+    POINTS,
+    STEPS,
+    TILTING,
+    drawing_katana,
+    missed,
+    tracking_study,
+)
+from studies.katana_tracking_claims import tracking_findings, tracking_pictures
+
+
+@pytest.fixture(scope="module")
+def study():
+    return tracking_study(arms=3, seed=2)
+
+
+def test_the_paths_are_those_of_the_thesis(study):
+    """The circle passes its four points; lines are straight; all begin and end at rest."""
+    for point in POINTS:
+        assert np.linalg.norm(study.paths[0].poses[:, :3, 3] - point, axis=1).min() < 3e-3
+    for path in study.paths[1:]:
+        p = path.poses[:, :3, 3]
+        away = np.cross(p - p[0], p[-1] - p[0])
+        assert np.abs(away).max() < 1e-8
+    assert all(np.abs(path.motion.velocity[[0, -1]]).max() < 1e-9 for path in study.paths)
+
+
+def test_tilting_first_reduces_more_than_the_thesis(study):
+    mean = study.mean
+    assert mean.shape == (3, len(STEPS), len(PATHS))
+    for path in (CIRCLE, LINE_NEAR):
+        assert np.median(mean[:, BEFORE, path] / mean[:, TILTING, path]) > 0.653 / 0.132
+    assert (mean[:, TILTING, CIRCLE] < mean[:, GEOMETRY, CIRCLE]).all()
+    assert (study.worse[:, TILTING, CIRCLE] < 0.05).all()
+
+
+def test_one_trajectory_does_not_teach_another_posture_but_the_workspace_does(study):
+    far = study.mean[:, :, LINE_FAR]
+    assert (far[:, OURS] < far[:, TILTING]).all()
+    assert far[:, OURS].max() < 0.5 * far[:, TILTING].max()
+    assert np.median(far[:, BEFORE] / far[:, OURS]) > 2.0
+
+
+def test_tilting_alone_costs_some_tenths(study):
+    """Half of 0.06° at 0.3 m and more, and the 0.06 mm or so of 5 N m on 4000 to 5000 N m/°."""
+    stiff, tilted = study.alone
+    assert 0.01 < stiff.mean() < 0.1
+    assert 0.25 < tilted.mean() < 1.0
+    assert EACH_WAY == 0.5
+
+
+def test_what_is_missed_is_a_distance(study):
+    """A stiff and tight arm that misses its path by what its last link is too long, and by nothing else."""
+    longer = NOMINAL.copy()
+    longer[5, 4] += 5e-3
+    path = study.paths[CIRCLE]
+    for table, wanted in ((NOMINAL, 0.0), (longer, 5.0)):
+        arm = VirtualKatana(
+            table=table,
+            clearance=np.zeros(5),
+            backlash=np.zeros(5),
+            stiffness=np.full(5, np.inf),
+            waves=np.zeros((5, len(ORDERS), 2)),
+        )
+        np.testing.assert_allclose(missed(arm, drawing_katana(), path.q, path.poses), wanted, atol=1e-6)
+
+
+def test_findings_have_reasons_and_pictures_are_drawn(study):
+    findings = tracking_findings(study)
+    assert all(f.reason for f in findings if f.verdict is not Verdict.AGREES)
+    assert {f.where for f in findings} >= {"§5.5.1", "Fig. 5.9", "Fig. 5.10"}
+    pictures = tracking_pictures(study)
+    assert [p.name for p in pictures] == [
+        "fig5-7.png",
+        "fig5-8.png",
+        "fig5-10.png",
+        "fig5-12.png",
+        "tracking-arms.png",
+    ]
+    assert all(p.content[:4] == b"\x89PNG" for p in pictures)

@@ -1,0 +1,155 @@
+"""A running app, and a real headless Chromium that looks at it."""
+
+import contextlib
+import math
+import os
+import shutil
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import pytest
+import viser
+import viser.transforms as vtf
+from playwright.sync_api import Browser, Page, sync_playwright
+
+from workbench.arm.library import load_robot
+from workbench.plate.plate_toml import load_plate
+from workbench.session import Session
+from workbench.views.page.app import App
+
+FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=gl-egl", "--ignore-gpu-blocklist"]
+DRAWN = "() => (window.__viserTestpoints?.rendererInfo?.render?.triangles ?? 0) > 3000"
+SIZE = {"width": 1280, "height": 800}
+
+
+@pytest.fixture
+def app() -> Iterator[App]:
+    running = App(load_robot("aria"), load_plate("table2"))
+    yield running
+    running.close()
+
+
+@pytest.fixture(scope="session")
+def chromium() -> Iterator[Browser]:
+    program = shutil.which("chromium")
+    if program is None:
+        reason = "Debian's chromium is not installed"
+        if os.environ.get("CI", "").lower() == "true":
+            pytest.fail(reason)
+        pytest.skip(reason)
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=program, headless=True, args=FLAGS)
+        yield browser
+        browser.close()
+
+
+@dataclass
+class Screen:
+    """A page and what a user does on it."""
+
+    page: Page
+    app: App
+    client: viser.ClientHandle
+    errors: list[str] = field(default_factory=list)
+
+    def text(self, testid: str) -> str:
+        return self.page.locator(f'[data-testid="{testid}"]').inner_text()
+
+    def tab(self, name: str) -> None:
+        self.page.get_by_role("tab", name=name).click()
+
+    def press(self, name: str) -> None:
+        self.page.get_by_role("button", name=name, exact=True).click()
+
+    def choose(self, label: str, option: str) -> None:
+        """Choose in a drop-down list."""
+        self.page.get_by_label(label, exact=True).click()
+        self.page.get_by_role("option", name=option, exact=True).click()
+
+    def wait_text(self, testid: str, wanted: str, timeout: float = 60_000) -> None:
+        self.page.wait_for_function(
+            '([id, words]) => document.querySelector(`[data-testid="${id}"]`)?.innerText.includes(words)',
+            arg=[testid, wanted],
+            timeout=timeout,
+        )
+
+    def until(self, holds: Callable[[Session], bool], timeout: float = 30.0) -> Session:
+        """The session once a gesture has had its effect on it."""
+        end = time.monotonic() + timeout
+        while not holds(self.app.worker.session):
+            assert time.monotonic() < end, "the gesture had no effect on the session"
+            self.page.wait_for_timeout(50)
+        self.app.worker.wait()
+        return self.app.worker.session
+
+    def wait_node(self, name: str, place: np.ndarray, timeout: float = 30_000) -> None:
+        """Until the page has a node there, to a hundredth of a millimetre."""
+        self.page.wait_for_function(
+            "([n, p]) => window.__viserMutable.nodePoseData[n]?.position"
+            ".every((v, i) => Math.abs(v - p[i]) < 1e-5)",
+            arg=[name, place.tolist()],
+            timeout=timeout,
+        )
+
+    def node(self, name: str) -> list[float]:
+        """Position and orientation of a node as the page has it."""
+        pose = self.page.evaluate("n => window.__viserMutable.nodePoseData[n]", name)
+        return [*pose["position"], *pose["wxyz"]]
+
+    def pixel(self, point) -> np.ndarray:
+        """Where a point of the world is on the page."""
+        camera = self.client.camera
+        seen = vtf.SO3(camera.wxyz).inverse().apply(np.asarray(point, float) - camera.position)
+        box = self.page.locator("canvas").first.bounding_box()
+        focal = 0.5 * box["height"] / math.tan(camera.fov / 2)
+        middle = np.array([box["x"] + box["width"] / 2, box["y"] + box["height"] / 2])
+        return middle + focal * seen[:2] / seen[2]
+
+    def grab(self, axis: int) -> tuple[np.ndarray, np.ndarray]:
+        """Take hold of an arrow; returns where, and how far one metre along it is on the page."""
+        handle = self.app.view.gizmo.handles["arrows"]
+        along = np.eye(3)[axis]
+        tip = np.array(handle.position) + 0.9 * handle.scale * along
+        at = self.pixel(tip)
+        metre = 10.0 * (self.pixel(tip + 0.1 * along) - at)
+        self.page.mouse.move(*at)
+        self.page.wait_for_timeout(150)
+        self.page.mouse.down()
+        return at, metre
+
+    def shoot(self, name: str) -> None:
+        """Keep a picture, for people."""
+        folder = os.environ.get("WORKBENCH_PICTURES")
+        if folder:
+            Path(folder).mkdir(parents=True, exist_ok=True)
+            self.page.screenshot(path=Path(folder) / f"{name}.png")
+
+
+@pytest.fixture
+def look(app: App, chromium: Browser) -> Iterator[Callable[[], Screen]]:
+    """Opens pages of the app, each as another user."""
+    screens: list[Screen] = []
+
+    def open_page() -> Screen:
+        known = set(app.server.get_clients())
+        page = chromium.new_context(viewport=SIZE, device_scale_factor=1, accept_downloads=True).new_page()
+        errors: list[str] = []
+        page.on("pageerror", lambda error: errors.append(str(error)))
+        page.on("console", lambda line: errors.append(line.text) if line.type == "error" else None)
+        page.goto(f"{app.url}/?fixedDpr=1")
+        page.wait_for_selector('[data-testid="index"]', timeout=60_000)
+        page.wait_for_function(DRAWN, timeout=60_000)
+        note = page.locator(".mantine-Notification-root", has_text="Software").get_by_role("button")
+        with contextlib.suppress(Exception):  # only shown where there is no graphics card
+            note.click(timeout=1500)
+        client = next(c for i, c in app.server.get_clients().items() if i not in known)
+        screens.append(Screen(page, app, client, errors))
+        return screens[-1]
+
+    yield open_page
+    for screen in screens:
+        screen.page.context.close()
+        assert not screen.errors

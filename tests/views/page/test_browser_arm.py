@@ -1,0 +1,111 @@
+"""The arm in a real Chromium: a file with meshes, jogging; dark pages, help, downloads."""
+
+from importlib.metadata import distribution
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from workbench.arm.library import load_robot
+from workbench.arm.meshes import link_meshes
+from workbench.plate.plate_toml import read_plate
+from workbench.session.commands.arm import standing
+from workbench.session.default_plate import suited_plate
+from workbench.session.track import KATANA
+from workbench.views.appearance.bodies import body_frames
+from workbench.views.page.app import App
+
+FILES = distribution("example-robot-data").files or []
+
+
+def urdf(name: str) -> Path:
+    return Path(str(next(f for f in FILES if f.name == name).locate())).resolve()
+
+
+def test_meshes_of_a_urdf_hang_on_their_links():
+    robot = load_robot(urdf("ur5_robot.urdf"))
+    pieces = link_meshes(robot)
+    assert {p.entry for p in pieces} >= set(range(1, 7))
+    assert sum(len(p.faces) for p in pieces) > 10_000
+    entries = {p.entry for p in pieces}
+    links = [np.concatenate([p.vertices for p in pieces if p.entry == entry]) for entry in entries]
+    longest = max(np.ptp(vertices, axis=0).max() for vertices in links)
+    assert longest == pytest.approx(0.55, abs=0.1)  # the upper arm is 425 mm from axis to axis
+
+
+def test_a_urdf_without_its_meshes_is_drawn_from_its_geometry(tmp_path):
+    copy = tmp_path / "ur5.urdf"
+    copy.write_bytes(urdf("ur5_robot.urdf").read_bytes())
+    assert link_meshes(load_robot(copy)) == ()
+    assert link_meshes(load_robot("aria")) == ()
+
+
+@pytest.fixture
+def app():
+    robot = load_robot(urdf("ur5_robot.urdf"))
+    running = App(robot, suited_plate(robot))
+    yield running
+    running.close()
+
+
+@pytest.mark.browser
+def test_another_arm_is_chosen_jogged_and_the_page_made_dark(app, look, tmp_path):
+    screen = look()
+    screen.shoot("meshes")
+    screen.tab("More")
+    slider = screen.page.get_by_role("textbox").first
+    slider.fill("40")
+    slider.press("Tab")
+    screen.until(lambda session: abs(standing(session)[0] - np.deg2rad(40.0)) < 1e-6)
+    screen.shoot("jogged")
+    screen.choose("Robot", "katana450-tilting")
+    screen.press("Change to this robot")
+    screen.wait_text("arm", "Katana 450, tilting")
+    screen.page.wait_for_function("() => window.__viserMutable.nodePoseData['/bent/body5'] !== undefined")
+    for i, frame in enumerate(body_frames(app.worker.session.robot, standing(app.worker.session))):
+        screen.wait_node(f"/arm/body{i}", frame[:3, 3])
+    assert not np.allclose(screen.node("/bent/body5")[:3], screen.node("/arm/body5")[:3], atol=5e-3)
+    screen.shoot("katana")
+    screen.tab("Compare")
+    screen.wait_text("bending", "Joint 5")
+    screen.page.get_by_role("checkbox", name="Bent arm", exact=True).uncheck()
+    screen.until(lambda session: not session.overlay.bent)
+    screen.press("Plan it")
+    screen.wait_text("track", "Error, mean")
+    track = app.worker.session.track
+    assert np.linalg.norm(track.wanted[:, None] - KATANA, axis=2).min(0).max() < 3e-3  # the thesis's points
+    assert 0.5e-3 < track.errors.mean() < 3e-3
+    screen.press("Play")
+    started = screen.node("/track/mark")
+    screen.page.wait_for_function(
+        "p => Math.abs(window.__viserMutable.nodePoseData['/track/mark'].position[0] - p) > 5e-3",
+        arg=started[0],
+    )
+    screen.shoot("playing")
+    screen.press("Pause")
+    screen.until(lambda session: not session.is_underway)
+    paused = app.worker.session
+    assert 0.0 < paused.play.at < 10.0
+    for i, frame in enumerate(body_frames(paused.robot, standing(paused))):
+        screen.wait_node(f"/arm/body{i}", frame[:3, 3])
+    screen.press("Back to the target")
+    screen.tab("Plate")
+    screen.page.get_by_text("Influence of each constant").click()
+    screen.wait_text("influence", "Motion of the tool")
+    assert screen.page.locator('[data-testid="influence"] title').count() == 20
+    screen.shoot("influence")
+    screen.tab("More")
+
+    with screen.page.expect_download() as download:
+        screen.press("Plate (TOML)")
+    saved = tmp_path / "plate.toml"
+    download.value.save_as(saved)
+    assert len(read_plate(saved)) == len(app.worker.session.plate)
+    screen.page.get_by_role("checkbox", name="Dark", exact=True).check()
+    screen.page.wait_for_function(
+        "() => document.documentElement.getAttribute('data-mantine-color-scheme') === 'dark'"
+    )
+    screen.press("Help and keys")
+    screen.wait_text("help", "Keys")
+    screen.shoot("help")
+    screen.press("Close")

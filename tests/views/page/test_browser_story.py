@@ -1,0 +1,58 @@
+"""The demo in a real Chromium: a hidden effect is found and added, and the numbers fall."""
+
+import numpy as np
+import pytest
+
+from workbench.arm.library import load_robot
+from workbench.plate.plate_toml import load_plate
+from workbench.session.commands import SelectTarget
+from workbench.views.page.app import App
+from workbench.views.page.demo import END, Demo
+
+pytestmark = pytest.mark.browser
+
+
+@pytest.fixture
+def app():
+    running = App(load_robot("aria"), load_plate("table2"), demo=0.02)
+    yield running
+    running.close()
+
+
+def test_the_demo_plays_to_its_end_and_the_numbers_fall(app, look):
+    screen = look()
+    screen.wait_text("message", END[:40], timeout=120_000)
+    app.demo.join(10.0)
+    assert app.demo.is_finished
+    session = app.worker.session
+    hidden = session.loaded.actual.effects[0]
+    assert [(e.name, e.joints) for e in session.accepted] == [(hidden.name, hidden.joints)]
+    found = session.diagnosis
+    after = session.identification.runs["opt2"].held_out.position_mm.mean
+    assert after < 0.7 * found.before.held_out.position_mm.mean
+    screen.tab("Diagnose")
+    screen.wait_text("verdict", "part of the model")
+    screen.shoot("diagnosed")
+    number = len(session.plate)
+    screen.press("Make the next poses targets")
+    screen.tab("Plate")
+    screen.wait_text("rank", f"{number + len(found.measure_next)} targets")
+    screen.shoot("next")
+
+
+def test_touching_anything_ends_the_demo(app, look):
+    app.demo.stop()
+    app.demo.join(60.0)
+    screen = look()
+    slow = Demo(app.worker, pace=1.0)
+    screen.wait_text("caption", "calibration tool", timeout=60_000)
+    screen.shoot("demo")
+    screen.press("Stop the demo")
+    slow.join(20.0)
+    assert not slow.is_finished
+    app.worker.wait()
+    assert app.worker.session.caption == ""
+    before = app.worker.session.plate
+    app.worker.submit(SelectTarget(3))
+    app.worker.wait()
+    assert np.array_equal(app.worker.session.plate.poses, before.poses)

@@ -1,0 +1,134 @@
+"""The door: only pages of this server get in, and nobody opens a tunnel."""
+
+import signal
+import subprocess
+import sys
+import urllib.error
+import urllib.request
+
+import pytest
+import viser
+import websockets
+import websockets.sync.client as client
+from viser import _messages
+
+from workbench.arm.library import load_robot
+from workbench.base.errors import FileError, OptionError
+from workbench.plate.plate_toml import load_plate
+from workbench.views.page.local_server import local_server, page_address, session_link
+from workbench.views.page.serve import serve
+
+
+@pytest.fixture
+def server():
+    running = local_server()
+    yield running
+    running.stop()
+
+
+def dial(port: int, **options) -> str:
+    try:
+        with client.connect(
+            f"ws://127.0.0.1:{port}", subprotocols=[f"viser-v{viser.__version__}"], **options
+        ) as socket:
+            socket.recv(timeout=10)
+        return "open"
+    except websockets.InvalidStatus as error:
+        return str(error.response.status_code)
+
+
+def test_foreign_origins_are_refused(server):
+    port = server.get_port()
+    assert dial(port, origin=f"http://127.0.0.1:{port}") == "open"
+    assert dial(port, origin=f"http://localhost:{port}") == "open"
+    for origin in (
+        "http://evil.example",
+        "null",
+        f"https://127.0.0.1:{port}",
+        f"http://127.0.0.1:{port + 1}",
+    ):
+        assert dial(port, origin=origin) == "403", origin
+
+
+def get(port: int, host: str, **headers: str) -> int:
+    """Status of opening the page under that name of the host."""
+    request = urllib.request.Request(f"http://127.0.0.1:{port}/", headers={"Host": host, **headers})
+    try:
+        with urllib.request.urlopen(request, timeout=20) as answer:
+            return answer.status
+    except urllib.error.HTTPError as error:
+        return error.code
+
+
+def test_foreign_host_names_are_refused(server):
+    port = server.get_port()
+    assert get(port, f"127.0.0.1:{port}") == 200
+    assert get(port, f"LOCALHOST:{port}") == 200
+    for host in (f"evil.example:{port}", f"127.0.0.1:{port + 1}", "127.0.0.1", f"192.0.2.7:{port}", ""):
+        assert get(port, host) == 403, host
+    assert get(port, f"localhost:{port}", Origin="http://evil.example") == 403
+
+
+def test_listens_on_the_loopback_only_and_offers_no_tunnel(server):
+    assert server.get_host() == "127.0.0.1"
+    handlers = server._websock_server._incoming_handlers
+    assert not handlers.get(_messages.ShareUrlRequest)
+    assert not handlers.get(_messages.ShareUrlDisconnect)
+
+
+def test_every_address_may_be_used_but_no_foreign_name():
+    running = local_server(host="0.0.0.0")
+    port = running.get_port()
+    try:
+        assert get(port, f"192.0.2.7:{port}", Origin=f"http://192.0.2.7:{port}") == 200
+        assert get(port, f"localhost:{port}") == 200
+        assert get(port, f"evil.example:{port}") == 403
+        assert get(port, f"192.0.2.7:{port}", Origin=f"http://evil.example:{port}") == 403
+    finally:
+        running.stop()
+
+
+def test_a_link_opens_its_own_session_and_no_other():
+    running = local_server(shown=lambda: "monday & co")
+    try:
+        link = session_link(running, "monday & co")
+        assert urllib.request.urlopen(link, timeout=20).status == 200
+        assert urllib.request.urlopen(page_address(running), timeout=20).status == 200
+        with pytest.raises(urllib.error.HTTPError) as refused:
+            urllib.request.urlopen(session_link(running, "tuesday"), timeout=20)
+        assert refused.value.code == 404
+        words = refused.value.read().decode()
+        assert "shows 'monday & co'" in words
+        assert "serve --session recordings/tuesday" in words
+    finally:
+        running.stop()
+
+
+def test_serve_says_where_and_ends_when_interrupted():
+    program = (
+        "from workbench.app.serving import serve\n"
+        "from workbench.design.plate_toml import load_plate\n"
+        "from workbench.robots import load_robot\n"
+        "serve(load_robot('aria'), load_plate('table2'), port=0, open_browser=False,\n"
+        "      on_ready=lambda url: print(url, flush=True))\n"
+    )
+    process = subprocess.Popen(
+        [sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    url = process.stdout.readline().strip()
+    assert urllib.request.urlopen(url, timeout=20).status == 200
+    process.send_signal(signal.SIGINT)
+    rest, errors = process.communicate(timeout=30)
+    assert (process.returncode, rest, errors) == (0, "", "")
+
+
+def test_a_taken_port_is_said(server):
+    with pytest.raises(OptionError):
+        local_server(port=server.get_port())
+    with pytest.raises(OptionError):
+        local_server(port=70_000)
+
+
+def test_a_missing_data_file_is_said(tmp_path):
+    with pytest.raises(FileError):
+        serve(load_robot("aria"), load_plate("table2"), data=tmp_path / "none.csv", open_browser=False)

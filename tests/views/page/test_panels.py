@@ -1,0 +1,210 @@
+"""Panels without a browser: every control explains itself, and strange text stays text."""
+
+import io
+import zipfile
+from time import sleep
+
+import numpy as np
+import pytest
+
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.library import load_robot
+from workbench.base.errors import OptionError
+from workbench.data.readers import read_measurements
+from workbench.plate.plate_toml import read_plate
+from workbench.session.commands import (
+    ChooseRobot,
+    Identify,
+    MeasureVirtualArm,
+    PlanTrack,
+    PlayTrack,
+    SelectTarget,
+    SetPace,
+    SetUnits,
+    Tell,
+)
+from workbench.session.commands.arm import standing
+from workbench.session.export import (
+    calibrated_toml,
+    calibrated_urdf,
+    fixture_zip,
+    measurements_csv,
+    plate_toml,
+    report_zip,
+)
+from workbench.session.state import Focus, Units
+from workbench.views.appearance.bodies import body_frames
+from workbench.views.page import html
+from workbench.views.page.panels.arrange import rows_of, table_of
+from workbench.views.page.panels.choices import read_rows
+from workbench.views.page.panels.compare import ComparePanel
+from workbench.views.page.panels.header import next_step
+from workbench.views.page.panels.targets import TargetsPanel
+
+
+def test_every_control_has_a_tooltip(app):
+    controls = list(app.server.gui._gui_input_handle_from_uuid.values())
+    assert len(controls) > 60
+    assert [c.label for c in controls if hasattr(c, "label") and not c.hint] == []
+
+
+def test_text_from_outside_is_escaped(app):
+    app.worker.submit(Tell("<script>alert(1)</script>"))
+    app.worker.wait()
+    header = app.view._panels[0]._message.content
+    assert "<script>" not in header
+    assert "&lt;script&gt;" in header
+
+
+def test_the_first_hint_is_there(app):
+    assert "Drag an arrow" in next_step(app.worker.session)
+
+
+@pytest.mark.parametrize(
+    ("value", "shown"),
+    [
+        (0.0, "0"),
+        (0.19702, "0.197"),
+        (4339.9, "4 340"),
+        (12.286, "12.3"),
+        (np.nan, "–"),
+        (np.inf, "∞"),
+        (-0.5, "-0.500"),
+    ],
+)
+def test_numbers(value, shown):
+    assert html.number(value) == shown
+
+
+def test_changes_are_green_where_better():
+    assert html.GOOD in html.change(2.0, 1.0, larger_is_better=True)
+    assert html.BAD in html.change(2.0, 1.0, larger_is_better=False)
+    assert html.change(np.inf, 1.0, larger_is_better=True) == ""
+
+
+def test_a_typed_table_says_which_line_is_wrong(app):
+    plate = app.worker.session.plate
+    assert rows_of(table_of(plate), plate)[3] == (*plate.targets[3].xyz, *plate.targets[3].rpy)
+    assert rows_of("1; 2; 3; 0; 0; 90", plate)[0] == pytest.approx((1e-3, 2e-3, 3e-3, 0, 0, np.pi / 2))
+    for words, wanted in (("1 2 3", "3 numbers"), ("1 2 3 4 5 6\n1 2 x 4 5 6", "line 2")):
+        with pytest.raises(OptionError, match=wanted):
+            rows_of(words, plate)
+
+
+def test_coordinates_are_shown_and_typed_in_metres_and_radians_too(app):
+    def control(label):
+        handles = app.server.gui._gui_input_handle_from_uuid.values()
+        return next(c for c in handles if getattr(c, "label", "") == label)
+
+    plate = app.worker.session.plate
+    assert control("Position [mm]").value == (566.0, 354.0, 235.0)
+    app.worker.submit(SetUnits(Units.METRES))
+    assert app.worker.wait()
+    assert control("Position [m]").value == (0.566, 0.354, 0.235)
+    assert control("Angles [rad]").value == (-2.61799, 0.0, 0.0)
+    table = control("x y z [m] r p y [rad]").value
+    assert rows_of(table, plate, Units.METRES)[3] == (*plate.targets[3].xyz, *plate.targets[3].rpy)
+    assert rows_of("1 2 3 0 0 0.5", plate, Units.METRES)[0] == (1.0, 2.0, 3.0, 0.0, 0.0, 0.5)
+    targets = next(p for p in app.view._panels if isinstance(p, TargetsPanel))
+    targets._xyz.control.value = (0.6, 0.354, 0.235)
+    assert targets._xyz.typed == (0.6, *plate.targets[0].xyz[1:])
+    assert targets._rpy.typed == tuple(plate.targets[0].rpy)
+
+
+def test_row_numbers_are_read_as_people_write_them():
+    assert read_rows(" 3, 17;20-22 ") == (3, 17, 20, 21, 22)
+    assert read_rows("") == ()
+    with pytest.raises(ValueError, match="seven"):
+        read_rows("seven")
+
+
+def test_what_needs_data_is_off_until_there_are_some(app):
+    def is_off(label):
+        handles = app.server.gui._gui_input_handle_from_uuid.values()
+        return next(c.disabled for c in handles if getattr(c, "label", "") == label)
+
+    labels = ("Measurements (CSV)", "Report (ZIP)", "Identify", "Pose", "Leave this row out")
+    assert all(is_off(label) for label in labels)
+    assert not is_off("Plate (TOML)")
+    app.worker.submit(MeasureVirtualArm(2))
+    app.worker.submit(Identify(("ols",)))
+    assert app.worker.wait(60.0)
+    app.worker.submit(Identify(("ols",)))
+    assert app.worker.wait(60.0)
+    assert not any(is_off(label) for label in labels)
+
+
+def test_another_robot_rebuilds_scene_and_panels(app):
+    app.worker.submit(ChooseRobot("panda"))
+    assert app.worker.wait(60.0)
+    labels = [getattr(c, "label", "") for c in app.server.gui._gui_input_handle_from_uuid.values()]
+    assert "Joint 7 [°]" in labels
+    names = list(app.server.scene._handle_from_node_name)
+    assert "/arm/body7" in names
+    assert sum(name.startswith("/targets/") for name in names) == len(app.worker.session.plate)
+
+
+def test_a_trajectory_is_played_to_its_end_and_stops_for_anything_else(app):
+    def stopped():
+        return any(_waited(app) and not app.worker.session.play.is_running for _ in range(600))
+
+    for command in (PlanTrack("line", 4.0), SetPace(10.0), PlayTrack()):
+        app.worker.submit(command)
+        assert app.worker.wait(60.0)
+    assert stopped()
+    session = app.worker.session
+    assert session.play.at == session.track.duration
+    assert np.array_equal(standing(session), session.track.q[-1])
+    arm = app.server.scene._handle_from_node_name["/arm/body6"]
+    assert np.allclose(arm.position, body_frames(session.robot, session.track.q[-1])[-1, :3, 3], atol=1e-9)
+
+    for command in (SetPace(0.1), PlayTrack(), SelectTarget(4)):
+        app.worker.submit(command)
+        assert app.worker.wait(60.0)
+    assert stopped()
+    session = app.worker.session
+    assert session.focus is Focus.TARGET
+    assert 0.0 <= session.play.at < 1.0
+    assert np.allclose(arm.position, body_frames(session.robot, session.states[4].q)[-1, :3, 3], atol=1e-9)
+
+
+def _waited(app):
+    sleep(0.05)
+    return app.worker.wait(60.0)
+
+
+def test_exports_are_files_that_can_be_read_again(app, tmp_path):
+    app.worker.submit(MeasureVirtualArm(2))
+    app.worker.wait(60.0)
+    app.worker.submit(Identify(("opt2",)))
+    app.worker.wait(60.0)
+    session = app.worker.session
+    made = {}
+    for make in (plate_toml, measurements_csv, calibrated_toml, calibrated_urdf, report_zip):
+        name, content = make(session)
+        (tmp_path / name).write_bytes(content)
+        made[make] = tmp_path / name
+    assert len(read_plate(made[plate_toml])) == 10
+    assert len(read_measurements(made[measurements_csv], joints=6)) == 10
+    q = session.comparison.q[:5]
+    wanted = tool_poses(session.identification.runs["opt2"].calibrated, q)
+    for path in (made[calibrated_toml], made[calibrated_urdf]):
+        assert np.abs(tool_poses(load_robot(path), q) - wanted).max() < 1e-9
+    assert "report/report.html" in zipfile.ZipFile(made[report_zip]).namelist()
+
+
+def test_the_plate_to_make_holds_solids_drawing_and_sheet(app):
+    name, content = fixture_zip(app.worker.session)
+    assert name.endswith("-fixture.zip")
+    held = set(zipfile.ZipFile(io.BytesIO(content)).namelist())
+    wanted = ("plate.stl", "fixture.3mf", "plate.dxf", "holes.csv", "sheet.html", "sheet.pdf")
+    assert held >= {f"fixture/{file}" for file in wanted}
+
+
+def test_a_few_poses_tell_whether_the_robot_as_opened_still_holds(app):
+    app.worker.submit(MeasureVirtualArm(2))
+    assert app.worker.wait(60.0)
+    rows = app.worker.session.comparison
+    mean = 1e3 * np.linalg.norm(rows.measured - rows.nominal[:, :3, 3], axis=1).mean()
+    readout = next(p for p in app.view._panels if isinstance(p, ComparePanel))._readout.content
+    assert f"{html.number(mean)} mm" in readout

@@ -1,0 +1,19 @@
+"""A session that goes on: what was connected then is not connected now."""
+
+from dataclasses import replace
+
+from workbench.session.journal.folder import unrecorded
+from workbench.session.state import Source
+from workbench.views.page.app import App
+
+
+def test_a_source_of_then_is_said_to_have_ended(app):
+    begun = unrecorded(app.worker.session.robot, app.worker.session.plate)
+    session = replace(begun.session, source=Source("localhost:5000"))
+    again = App(session.robot, session.plate, begun=replace(begun, session=session))
+    try:
+        assert again.worker.wait(20.0)
+        assert not again.worker.session.source.is_open
+        assert "localhost:5000 has ended" in again.worker.session.messages[-1].text
+    finally:
+        again.close()

@@ -1,0 +1,75 @@
+"""What a diagnosis and the searches of plates leave in a recording."""
+
+from dataclasses import replace
+
+import pytest
+
+from workbench.diagnosis.diagnose import diagnose
+from workbench.plate.measuring import measure_poses
+from workbench.session.commands import ClusterTargets, Diagnose, SelectTarget
+from workbench.session.journal.entry import Ending, Entry
+from workbench.views.recording.page import write_page
+from workbench.views.recording.start import recorder
+
+
+@pytest.fixture
+def draw(tmp_path, reader):
+    """Record sessions one after the other; what can be read back."""
+
+    def run(*steps):
+        (tmp_path / "r").mkdir()
+        keeper = recorder(tmp_path / "r")
+        keeper.begin(steps[0][1], step=0, at=0.0, tell=print)
+        for step, (command, session) in enumerate(steps[1:], start=1):
+            keeper.note(step, Entry(command, Ending.DONE, 0, 0.0, 0.0, at=float(step)), session)
+        keeper.close()
+        return reader(tmp_path / "r" / "session.rrd")
+
+    return run
+
+
+def test_a_search_is_one_row_against_the_plate_before(draw, sample, replayed):
+    before, after = sample.first, replayed.session
+    pictures = draw(
+        (None, before), (ClusterTargets(4), after), (SelectTarget(1), after), (ClusterTargets(4), before)
+    )
+    (first_step, (first,)), (last_step, (last,)) = pictures.values("/searches", "TextDocument:text")
+    assert (first_step, last_step) == (1, 3)
+    rows = last.splitlines()[2:]
+    assert [row.split(" | ")[0] for row in rows] == ["| 1", "| 3"]
+    assert first.splitlines()[2:] == rows[:1]
+    errors = [f"{1e3 * s.score.position:.3f}"[:4] for s in (before, after)]
+    cells = rows[0].strip("| ").split(" | ")[-1].split(" → ")
+    assert [cell[:4] for cell in cells] == errors
+
+
+@pytest.fixture(scope="module")
+def diagnosed(sample):
+    """A diagnosis of an arm whose second joint gives way."""
+    _, rows = measure_poses(sample.robot, 25, effects=["joint-compliance:2"], seed=1)
+    return diagnose(sample.robot, rows)
+
+
+def test_a_diagnosis_is_told_in_pictures_and_numbers(draw, sample, diagnosed):
+    found = replace(sample.first, diagnosis=diagnosed)
+    pictures = draw(
+        (None, sample.first), (Diagnose(), found), (SelectTarget(1), found), (SelectTarget(2), sample.first)
+    )
+    (_, (words,)), *_ = pictures.values("/diagnosis/words", "TextDocument:text")
+    assert diagnosed.message in words
+    assert "joint-compliance, joint 2" in words
+    assert pictures.values("/diagnosis/ranking", "EncodedImage:blob")
+    for name, fit in (("geometry", diagnosed.before), ("effects", diagnosed.after)):
+        drawn = pictures.values(f"/error/diagnosed_{name}_mm", "Scalars:scalars")
+        expected = fit.held_out.position_mm.mean
+        assert [(step, value[0]) for step, value in drawn] == [(1, expected), (2, expected)]
+
+
+def test_the_report_tells_a_diagnosis(sample, replayed, diagnosed, tmp_path):
+    last = replace(replayed, session=replace(replayed.session, diagnosis=diagnosed))
+    page = write_page(sample, last, tmp_path / "page.html").read_text()
+    assert f"What the model lacks: {diagnosed.verdict}" in page
+    assert "joint-compliance, joint 2" in page
+    assert "ranking" in page
+    assert "Move target 1 to 506.0, 384.0, 285.0 mm; predicted error" in page
+    assert "Grab target" not in page

@@ -1,0 +1,265 @@
+"""The recorder beside a session: quick, thinned, whole; and what the commands make of recordings."""
+
+import json
+import resource
+import shutil
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.record.demo import drag
+
+from workbench import cli
+from workbench.session import Worker
+from workbench.session.commands import (
+    DropTarget,
+    GrabTarget,
+    MoveTarget,
+    SelectTarget,
+    Undo,
+)
+from workbench.session.journal import replay
+from workbench.session.journal.check import check
+from workbench.session.journal.entry import Ending, Entry
+from workbench.session.journal.folder import begin, resume
+from workbench.session.journal.numbers import SUBJECTS, numbers_of
+from workbench.session.journal.reader import JOURNAL, read_recording
+from workbench.session.journal.restore import restore
+from workbench.views.recording.compare import compare_sessions
+from workbench.views.recording.drawing import INTERVAL, thinned
+from workbench.views.recording.entities import Moment
+from workbench.views.recording.review import pictures_of
+from workbench.views.recording.start import parts, recorder
+
+
+@pytest.fixture
+def call(monkeypatch, capfd, tmp_path):
+    """Run a command: exit status, output, errors."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "100")
+
+    def run(*words):
+        monkeypatch.setattr("sys.argv", ["workbench", *map(str, words)])
+        with pytest.raises(SystemExit) as ended:
+            cli.main()
+        out, err = capfd.readouterr()
+        return int(ended.value.code or 0), out, err
+
+    return run
+
+
+@pytest.fixture
+def copy(sample, tmp_path):
+    return shutil.copytree(sample.folder, tmp_path / "copy")
+
+
+def live(folder, robot, plate, commands):
+    begun = begin(robot, plate, folder=folder)
+    worker = Worker(begun.session, keepers=(*begun.keepers, recorder(folder)))
+    for command in commands(begun.session):
+        worker.submit(command)
+        worker.wait()
+    worker.close()
+    return worker
+
+
+def test_a_drag_is_thinned_and_its_end_is_drawn(sample, reader, tmp_path):
+    def commands(session):
+        yield from drag(session, 0, (-0.06, 0.03, 0.05), (0.25, 0.1, 0.0))
+        yield from drag(session, 4, (0.05, -0.08, 0.04), (-0.2, 0.2, 0.3))
+
+    worker = live(tmp_path / "r", sample.robot, sample.plate, commands)
+    pictures = reader(tmp_path / "r" / "session.rrd")
+    drawn = pictures.values("/world/arm/nominal/body6", "Transform3D:translation")
+    assert len(worker.journal) == 6
+    assert {step for step, _ in drawn} == {0, 2, 4, 5}
+    assert len(drawn) < 20
+    assert {step for step, _ in pictures.values("/log", "TextLog:text")} == {0, 1, 3, 4, 6}
+    shown = pictures.values("/predicted/position_mm", "Scalars:scalars")[-1][1][0]
+    assert shown == pytest.approx(1e3 * worker.session.score.position, rel=1e-12)
+
+
+def test_what_is_passing_is_thinned_by_time_but_decisions_are_not(replayed):
+    session = replayed.session
+    move = next(drag(session, 0, (0.0, 0.0, 0.1), (0.0, 0.0, 0.0)))  # a grab, a decision
+    passing = list(drag(session, 0, (0.0, 0.0, 0.1), (0.0, 0.0, 0.0)))[1]
+
+    def moment(step, command, at):
+        return Moment(step, at, session, Entry(command, Ending.DONE, 0, 0.0, 0.0, at=at))
+
+    moments = [moment(k, move if k % 10 == 0 else passing, 0.01 * k) for k in range(101)]
+    kept = [m.step for m in thinned(moments)]
+    assert set(range(0, 101, 10)) <= set(kept)
+    assert set(range(9, 100, 10)) <= set(kept)  # the last place of every drag
+    assert len(kept) < 45
+    slow = [moment(k, passing, 2 * INTERVAL * k) for k in range(10)]
+    assert [m.step for m in thinned(slow)] == list(range(10))
+
+
+def test_a_session_that_goes_on_has_another_file(copy, reader):
+    recording = read_recording(copy)
+    begun = resume(recording, restore(recording))
+    worker = Worker(begun.session, keepers=(*begun.keepers, recorder(copy)), journal=begun.entries)
+    worker.submit(SelectTarget(5))
+    worker.wait()
+    worker.close()
+    assert [p.name for p in parts(copy)] == ["session.rrd", "session-2.rrd"]
+    pictures = reader(copy / "session-2.rrd")
+    steps = [step for step, _ in pictures.values("/log", "TextLog:text")]
+    assert steps == [len(recording.lines), len(recording.lines) + 1]
+
+
+def test_a_restored_session_is_the_replayed_one(sample, replayed):
+    restored, again = restore(sample), replayed.session
+    same_targets(restored, again)
+    a, b = restored.identification.runs["opt2"].fit, again.identification.runs["opt2"].fit
+    assert a.x.tolist() == b.x.tolist()
+
+
+def same_targets(restored, again):
+    """Places, postures, scores, and what can be gone back to, to the last digit."""
+    assert numbers_of(restored, SUBJECTS) == numbers_of(again, SUBJECTS)
+    for a, b in zip((*restored.done, restored.best), (*again.done, again.best), strict=True):
+        assert [s.q.tolist() for s in a.states] == [s.q.tolist() for s in b.states]
+        assert [t.xyz.tolist() for t in a.plate.targets] == [t.xyz.tolist() for t in b.plate.targets]
+    assert [(s.position, s.indices) for s in restored.history] == [
+        (s.position, s.indices) for s in again.history
+    ]
+    if again.holder is None:  # in the middle of a drag those of its beginning are shown
+        assert [(w.name, w.q.tolist()) for w in restored.ways] == [(w.name, w.q.tolist()) for w in again.ways]
+    assert (restored.score.worst, restored.best_score.worst) == (again.score.worst, again.best_score.worst)
+    assert restored.holder == again.holder
+
+
+def test_drags_out_of_reach_and_back_are_restored(sample, tmp_path):
+    """Out of reach, back in another branch, held by another, not moved, typed, undone, left in the air."""
+
+    def commands(session):
+        yield from drag(session, 7, (0.30, 0.20, 0.60), (0.0, 0.0, 0.0))
+        yield GrabTarget(7, 1)
+        yield MoveTarget(7, (0.4, -0.3, 0.3), (3.0, 0.3, 1.0), 1)
+        yield MoveTarget(7, (0.3, -0.4, 0.3), (3.0, 0.3, 1.0), 2)
+        yield MoveTarget(7, (0.3, -0.4, 0.2), (3.0, 0.0, 1.5), 1)
+        yield DropTarget(1)
+        yield from (GrabTarget(3, 1), DropTarget(2), DropTarget(1), SelectTarget(8))
+        yield MoveTarget(2, (0.45, 0.4, 0.25), (-2.6, 0.0, 0.0))
+        yield Undo()
+        for number in range(10):
+            yield from (GrabTarget(number, 1), MoveTarget(number, (3.0, 3.0, 3.0), (0.0, 0.0, 0.0), 1))
+            yield DropTarget(1)
+        yield from drag(session, 2, (-0.02, 0.0, 0.03), (0.0, 0.0, 0.2))
+        yield from list(drag(session, 5, (0.03, 0.0, 0.03), (0.0, 0.0, 0.2)))[:-1]
+
+    worker = live(tmp_path / "r", sample.robot, sample.plate, commands)
+    recording = read_recording(tmp_path / "r")
+    assert len(recording.lines) == len(worker.journal)
+    assert check(recording).differences == ()
+    for step in (3, 9, 14, 40, len(recording.lines)):
+        part = recording.upto(step)
+        same_targets(restore(part), replay(part.first, part.entries))
+    assert numbers_of(restore(recording), SUBJECTS) == numbers_of(worker.session, SUBJECTS)
+
+
+@pytest.mark.parametrize("cut", [500, 20_000, 400_000, 10**9])
+def test_pictures_without_an_end_are_shown_as_far_as_they_go(copy, reader, cut):
+    path = copy / "session.rrd"
+    content = path.read_bytes()
+    path.write_bytes(content[: max(0, len(content) - cut)])
+    said = []
+    (copy.parent / "room").mkdir()
+    files = pictures_of(read_recording(copy), copy.parent / "room", say=said.append)
+    assert said
+    assert path.read_bytes() == content[: max(0, len(content) - cut)]
+    shown = reader(files[-1])
+    assert shown.values("/log", "TextLog:text")[-1][0] >= len(read_recording(copy).lines) - 5
+
+
+def test_replay_and_its_report(call, copy):
+    status, out, _ = call("replay", copy, "--report", "r.html", "--json", "r.json")
+    assert status == 0
+    assert "all the same" in out
+    assert json.loads((copy.parent / "r.json").read_text())["schema"] == "workbench.replay/1"
+    page = (copy.parent / "r.html").read_text()
+    assert "before-after" in page
+    assert "joint2.alpha" in page
+    assert "http://" not in page.replace("http://www.w3.org", "")
+    assert "<script" not in page
+
+
+def test_replay_names_a_difference(call, copy):
+    path = copy / JOURNAL
+    path.write_text(path.read_text().replace('"rank": 24', '"rank": 23', 1))
+    status, out, _ = call("replay", copy)
+    assert status == 2
+    assert "score.rank" in out
+
+
+def test_two_sessions_side_by_side(call, copy, reader):
+    lines = (copy / JOURNAL).read_text().splitlines(keepends=True)
+    (copy / JOURNAL).write_text("".join(lines[:30]))
+    status, out, _ = call("review", copy, "--with", copy, "--out", "ab.rrd", "--json", "ab.json")
+    assert status == 0
+    assert "predicted error [mm]" in out
+    pictures = reader(copy.parent / "ab.rrd")
+    for side in ("A", "B"):
+        assert f"/{side}/world/arm/nominal/body3" in pictures.paths
+    assert "/differences" in pictures.static
+    values = json.loads((copy.parent / "ab.json").read_text())["figures"]["index O1"]
+    assert values[0] == values[1] > 0.0
+
+
+def test_what_has_moved_is_named(replayed):
+    """One joint's offset is moved by hand in the result; nothing else is called moved."""
+    session = replayed.session
+    run = session.identification.runs["opt2"]
+    name = compare_sessions(["then", "now"], [session, session]).moves[3].name
+    k = [p.name for p in run.fit.parameters].index(name)
+    x = run.fit.x.copy()
+    x[k] += 10.0 * run.fit.std[k]
+    found = replace(
+        session.identification,
+        runs={**session.identification.runs, "opt2": replace(run, fit=replace(run.fit, x=x))},
+    )
+    compared = compare_sessions(["then", "now"], [session, replace(session, identification=found)])
+    assert [move.name for move in compared.moved] == [name]
+    expected = 10.0 * run.fit.std[k] / np.hypot(*compared.moved[0].stds)
+    assert compared.moved[0].ratios[1] == pytest.approx(expected, rel=1e-6)
+    assert "1 of" in compared.sentence
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (("review", "nothing"), "holds no journal"),
+        (("replay", "nothing"), "holds no journal"),
+        (("serve", "--step", "3"), "--step needs --session"),
+        (("serve", "--rerun", "127.0.0.1:1"), "no rerun viewer listens"),
+        (("serve", "--rerun", "what:ever"), "no rerun viewer listens"),
+    ],
+)
+def test_mistakes_are_one_sentence(call, words, sentence):
+    status, _, err = call(*words)
+    assert status == 1
+    assert sentence in err
+    assert err.count("\n") == 1
+
+
+def test_a_full_disk_stops_no_recorder(sample, tmp_path):
+    """Pictures find no room: told once, and closing takes no time."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    begun = begin(sample.robot, sample.plate, folder=tmp_path / "r")
+    resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, hard))
+    try:
+        worker = Worker(begun.session, keepers=[recorder(tmp_path / "r")])
+        for k in range(10):
+            worker.submit(SelectTarget(k))
+            worker.wait()
+        started = time.monotonic()
+        while not worker.session.messages and time.monotonic() - started < 20.0:
+            time.sleep(0.05)
+        worker.close()
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert [m.text for m in worker.session.messages if "session.rrd can't be written" in m.text]
+    assert worker.session.selected == 9

@@ -1,0 +1,135 @@
+"""The session in the repository: it opens, it can be done again, and its pictures show what it was."""
+
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pytest
+
+from workbench.session.commands import DropTarget, Identify, MoveTarget
+from workbench.session.journal.check import check
+from workbench.session.journal.entry import Ending
+from workbench.session.journal.numbers import SUBJECTS, numbers_of
+from workbench.session.journal.reader import read_recording
+from workbench.session.journal.restore import restore
+from workbench.views.recording.canvas import ROW, STEP, TIME
+
+MOST = 2 * 2**20
+"""Size of the folder [bytes]."""
+
+
+@pytest.fixture(scope="module")
+def pictures(sample, reader):
+    return reader(sample.folder / "session.rrd")
+
+
+def test_it_is_small(sample):
+    assert sum(p.stat().st_size for p in sample.folder.rglob("*") if p.is_file()) <= MOST
+
+
+def test_it_comes_to_the_same_numbers(sample, replayed):
+    assert replayed.steps == len(sample.lines) == 20
+    assert replayed.compared > 1100
+    assert all(difference.size <= 1e-9 for difference in replayed.differences), replayed.words
+
+
+def test_every_kind_of_thing_is_there(pictures, replayed):
+    bodies = {f"/world/arm/{arm}/body{i}" for arm in ("nominal", "calibrated") for i in range(7)}
+    targets = {f"/world/plate/targets/{i}" for i in range(1, 11)}
+    trails = {f"/world/plate/trails/{i}" for i in (1, 5, 8)}
+    scene = {"/world/plate/solid", "/world/region/outline", "/world/region/cubes", "/world/measured"}
+    errors = {"/world/errors/nominal", "/world/errors/calibrated", "/row_error/nominal_mm/1_opt2"}
+    words = {"/log", "/about", "/parameters", "/target/index_O", "/figure/before_after"}
+    assert bodies | targets | trails | scene | errors | words <= pictures.paths
+    assert {p for p in pictures.paths if p.startswith("/world/plate/trails/")} == trails
+    assert pictures.timelines == {STEP, TIME, ROW}
+
+
+def test_the_numbers_are_the_session_s(pictures, sample, replayed):
+    session = replayed.session
+    last = pictures.values("/predicted/position_mm", "Scalars:scalars")[-1][1][0]
+    assert last == pytest.approx(1e3 * session.score.position, rel=1e-12)
+    for name, value in session.score.indices.items():
+        assert pictures.values(f"/index/{name}", "Scalars:scalars")[-1][1][0] == pytest.approx(
+            value, rel=1e-12
+        )
+    found = session.identification
+    seen = [v[0] for _, v in pictures.values("/error/calibrated_mm", "Scalars:scalars")]
+    assert found.runs["opt2"].held_out.position_mm.mean in [pytest.approx(v, rel=1e-12) for v in seen]
+
+
+def test_at_every_decision_the_prediction_is_the_journal_s(pictures, sample):
+    """What the line shows at a step is what the journal wrote at that step or last before."""
+    drawn = pictures.values("/predicted/position_mm", "Scalars:scalars")
+    written = sample.header["numbers"]["score"]["position"]
+    for step, line in enumerate(sample.lines, start=1):
+        written = line.numbers.get("score", {}).get("position", written)
+        if line.entry.command.key is None:
+            shown = [value[0] for at, value in drawn if at <= step][-1]
+            assert shown == pytest.approx(1e3 * written, rel=1e-12), step
+
+
+def test_an_earlier_version_s_session_opens():
+    """Every place of its drag is in the journal, none says where the arm came from."""
+    earlier = read_recording(Path(__file__).with_name("earlier"))
+    assert len(earlier.lines) == 18
+    moves = [e.command for e in earlier.entries if isinstance(e.command, MoveTarget)]
+    assert len(moves) == 13
+    assert all(move.start is None for move in moves)
+    assert check(earlier).differences == ()
+    assert numbers_of(restore(earlier), SUBJECTS) == numbers_of(check(earlier).session, SUBJECTS)
+
+
+def test_the_arm_stands_at_every_measured_row(pictures, replayed):
+    rows = replayed.session.comparison
+    places = pictures.values("/world/arm/nominal/body6", "Transform3D:translation", ROW)
+    assert sorted({row for row, _ in places}) == list(range(len(rows)))
+    scene = (
+        "plate/solid",
+        "plate/targets/1",
+        "region/outline",
+        "errors/calibrated",
+        "arm/nominal/body1/part0",
+    )
+    for path in scene:
+        assert any(ROW in batch.schema.names for batch in pictures.batches[f"/world/{path}"]), path
+    for k, arm in enumerate(("nominal", "calibrated")):
+        errors = [v[0] for _, v in pictures.values(f"/row_error/{arm}_mm/1_opt2", "Scalars:scalars", ROW)]
+        assert errors == pytest.approx([1e3 * rows.errors(i)[k] for i in range(len(rows))], rel=1e-9)
+
+
+def test_the_targets_stand_where_they_were_left(pictures, replayed):
+    for i, target in enumerate(replayed.session.plate.targets, start=1):
+        points = pictures.values(f"/world/plate/targets/{i}/number", "Points3D:positions")[-1][1]
+        assert np.allclose(points[0][:2], target.xyz[:2], atol=1e-6)
+
+
+def test_every_decision_is_in_words(pictures, sample):
+    log = dict(pictures.values("/log", "TextLog:text"))
+    decisions = [s for s, line in enumerate(sample.lines, start=1) if line.entry.command.key is None]
+    assert set(decisions) <= set(log)
+    kinds = {type(line.entry.command): step for step, line in enumerate(sample.lines, start=1)}
+    identified = kinds[Identify]
+    assert "held-out poses" in log[identified][0]
+    drops = [s for s, line in enumerate(sample.lines, start=1) if isinstance(line.entry.command, DropTarget)]
+    assert "predicted error" in log[drops[0]][0]
+    assert "out of reach" in log[drops[2]][0]
+    assert len(log) < len(sample.lines)
+    assert all(line.entry.ending is Ending.DONE for line in sample.lines)
+
+
+def test_times_never_go_back(pictures):
+    for path in ("/log", "/target/index_O"):
+        pairs = [pair for batch in pictures.batches[path] for pair in both(batch)]
+        assert len(pairs) > 3
+        times = [time for _, time in sorted(pairs)]
+        assert times == sorted(times)
+
+
+def both(batch):
+    """Step and session time of every row of a batch."""
+    if not {"step", TIME} <= set(batch.schema.names):
+        return []
+    return list(
+        zip(*(batch.column(name).cast(pa.int64()).to_pylist() for name in ("step", TIME)), strict=True)
+    )

@@ -1,0 +1,52 @@
+"""Generated bodies: they hang together, for every built-in arm."""
+
+import numpy as np
+import pytest
+
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.library import built_in_robots, load_robot
+from workbench.base import se3
+from workbench.views.appearance.bodies import body_frames, make_bodies
+from workbench.views.appearance.shapes import cuboid_edges, cylinder, target_block
+
+
+@pytest.mark.parametrize("name", built_in_robots())
+def test_the_last_body_ends_at_the_tool(name):
+    robot = load_robot(name)
+    q = np.random.default_rng(3).uniform(-1, 1, robot.dof)
+    bodies, frames = make_bodies(robot), body_frames(robot, q)
+    assert len(bodies) == len(frames) == robot.dof + 1
+    tool = (se3.inverse(robot.base.pose) @ tool_poses(robot, q[None])[0])[:3, 3]
+    vertices = se3.apply(frames[-1], bodies[-1].solid.vertices)
+    assert np.linalg.norm(vertices - tool, axis=1).min() < 0.06 * robot.reach
+
+
+def test_bodies_move_with_their_joint_only():
+    robot = load_robot("aria")
+    still, moved = body_frames(robot, np.zeros(6)), body_frames(robot, np.eye(6)[3])
+    assert np.allclose(still[:4], moved[:4])
+    assert not np.allclose(still[4], moved[4])
+
+
+def test_turned_parts_face_outwards():
+    solid = cylinder(0.5, 0.0, 2.0, bevel=0.1)
+    corners = solid.vertices[solid.faces]
+    volume = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6
+    assert volume == pytest.approx(np.pi * 0.25 * 2.0, rel=0.05)
+
+
+@pytest.mark.parametrize("roll", [-180.0, -150.0, -90.0, 0.0])
+def test_a_block_has_the_target_on_its_face_and_its_faces_outwards(roll):
+    place = np.array([0.3, 0.4, 0.25])
+    pose = se3.pose(se3.rpy_to_matrix(np.deg2rad([roll, 0.0, 30.0])), place)
+    solid = target_block(pose, se3.pose(np.eye(3), np.array([0.3, 0.3, 0.18])))
+    corners = solid.vertices[solid.faces] - solid.vertices.mean(0)
+    assert np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).min() > 0
+    heights = (solid.vertices - place) @ pose[:3, 2]
+    assert np.sort(np.abs(heights))[:4] == pytest.approx(0.0, abs=1e-12)
+    assert heights.min() > -1e-9  # the block lies behind the face, where the tool's z axis points
+
+
+def test_a_cuboid_has_twelve_edges():
+    edges = cuboid_edges(np.zeros(3), np.array([1.0, 2.0, 3.0]))
+    assert np.sort(np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1)).tolist() == [1] * 4 + [2] * 4 + [3] * 4

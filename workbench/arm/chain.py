@@ -1,0 +1,321 @@
+"""A serial arm as a chain of elementary transforms: the one formula of the package.
+
+    T(q, p) = E_1(v_1) E_2(v_2) … E_K(v_K),        v_k = driver_k(q) + p_k + shift_k
+
+Each E_k rotates about, or translates along, one axis of its own frame. Its driver is a joint or nothing,
+p_k is a constant with a name, and shift_k is what effects add. The derivative has one rule: the column of
+v_k is the twist of element k seen at the tool, [a × (p_e − p_k); a] for a rotation about the axis a
+through p_k and [a; 0] for a translation along a, in base axes. For the Hayati chain these are ARIA eqs.
+(13a–e), except that the α column takes the x axis before the β rotation, as eq. (8) demands and the
+printed (13d) does not.
+
+The two loops over rows are compiled (numba); everything else here only describes the chain.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import IntEnum
+from functools import cached_property
+from typing import no_type_check
+
+import numpy as np
+from jaxtyping import Float, Int
+from numba import njit
+
+from workbench.base.types import Matrix4, frozen
+
+
+class Axis(IntEnum):
+    """The axis of an elementary transform, and whether it rotates about it or moves along it."""
+
+    RX = 0
+    RY = 1
+    RZ = 2
+    TX = 3
+    TY = 4
+    TZ = 5
+    CONSTANT = 6
+
+    @property
+    def turns(self) -> bool:
+        """True for a rotation."""
+        return self <= Axis.RZ
+
+
+@dataclass(frozen=True, eq=False)
+class Element:
+    """One elementary transform of a chain.
+
+    Args:
+        axis: What it does.
+        name: Name of its constant, such as `joint2.alpha`.
+        value: The constant p [rad or m].
+        joint: Column of q that drives it, or None.
+        free: Whether its constant may be identified by default.
+        link: Joint entry that it belongs to, counted from 0; -1 for the base, -2 for the tool.
+        matrix: The transform of an `Axis.CONSTANT`, which has neither value nor driver.
+    """
+
+    axis: Axis
+    name: str
+    value: float = 0.0
+    joint: int | None = None
+    free: bool = False
+    link: int = -1
+    matrix: Matrix4 | None = None
+
+    @property
+    def unit(self) -> str:
+        """Unit of the constant."""
+        return "rad" if self.axis.turns else "m"
+
+
+@dataclass(frozen=True, eq=False)
+class Chain:
+    """Elements in order from base to tool, compiled on first use.
+
+    Args:
+        elements: The elementary transforms.
+        dof: Number of joint coordinates in q.
+    """
+
+    elements: tuple[Element, ...]
+    dof: int
+
+    @cached_property
+    def axes(self) -> Int[np.ndarray, " k"]:
+        """Axis code of every element."""
+        return frozen(np.array([e.axis for e in self.elements], np.int64))
+
+    @cached_property
+    def drivers(self) -> Int[np.ndarray, " k"]:
+        """Column of q that drives each element; -1 for none."""
+        return frozen(np.array([-1 if e.joint is None else e.joint for e in self.elements], np.int64))
+
+    @cached_property
+    def driven(self) -> Int[np.ndarray, " n"]:
+        """The (first) element that each joint drives; 0 for a joint without any."""
+        return frozen(np.array([int(np.argmax(self.drivers == j)) for j in range(self.dof)], np.int64))
+
+    @cached_property
+    def values(self) -> Float[np.ndarray, " k"]:
+        """The constants p in force: those of the elements, unless others were set."""
+        return frozen(np.array([e.value for e in self.elements], float))
+
+    @cached_property
+    def constants(self) -> Float[np.ndarray, "k 4 4"]:
+        """Matrices of the constant elements; identities elsewhere."""
+        return frozen(np.stack([np.eye(4) if e.matrix is None else e.matrix for e in self.elements]))
+
+    @cached_property
+    def index(self) -> dict[str, int]:
+        """Position of each named element."""
+        return {e.name: i for i, e in enumerate(self.elements)}
+
+    def indices(self, names: Iterable[str]) -> Int[np.ndarray, " p"]:
+        """Positions of the named elements."""
+        return np.array([self.index[name] for name in names], np.int64)
+
+    def with_values(self, values: Float[np.ndarray, " k"]) -> "Chain":
+        """The same chain with other constants in force; what does not depend on them is shared."""
+        other = Chain(self.elements, self.dof)
+        shared = {name: getattr(self, name) for name in ("axes", "drivers", "driven", "constants", "index")}
+        other.__dict__.update(shared, values=frozen(values.copy()))
+        return other
+
+
+NO_SHIFT = np.zeros((0, 0))
+NO_SHIFT.setflags(write=False)
+WHOLE = slice(None)
+
+
+def poses(
+    chain: Chain,
+    q: Float[np.ndarray, "rows n"],
+    *,
+    values: Float[np.ndarray, " k"] | None = None,
+    shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
+    part: slice = WHOLE,
+) -> Float[np.ndarray, "rows 4 4"]:
+    """Pose of the last frame in the first for every row.
+
+    Args:
+        chain: K elements.
+        q: Joint coordinates [rad or m].
+        values: Constants to use instead of the chain's own.
+        shift: What effects add to each element's value; an empty array for nothing.
+        part: Elements between the two frames, if not all.
+    """
+    out = np.empty((len(q), 4, 4))
+    _poses(
+        chain.axes[part],
+        chain.drivers[part],
+        (chain.values if values is None else values)[part],
+        chain.constants[part],
+        np.ascontiguousarray(q),
+        np.ascontiguousarray(shift[:, part]),
+        out,
+    )
+    return out
+
+
+def frames(
+    chain: Chain,
+    q: Float[np.ndarray, "rows n"],
+    after: Int[np.ndarray, " f"],
+    *,
+    values: Float[np.ndarray, " k"] | None = None,
+    shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
+) -> Float[np.ndarray, "rows f 4 4"]:
+    """Poses of the frames after the given elements (-1: the very first frame), in increasing order."""
+    out = np.empty((len(q), len(after), 4, 4))
+    start = 0
+    current = np.broadcast_to(np.eye(4), (len(q), 4, 4)).copy()
+    values = chain.values if values is None else values
+    q = np.ascontiguousarray(q)
+    for column, last in enumerate(after):
+        step = np.empty((len(q), 4, 4))
+        part = slice(start, last + 1)
+        own = np.ascontiguousarray(shift[:, part]) if len(shift) else NO_SHIFT
+        _poses(chain.axes[part], chain.drivers[part], values[part], chain.constants[part], q, own, step)
+        current = current @ step
+        out[:, column] = current
+        start = last + 1
+    return out
+
+
+def twists(
+    chain: Chain,
+    q: Float[np.ndarray, "rows n"],
+    columns: Int[np.ndarray, " p"],
+    *,
+    values: Float[np.ndarray, " k"] | None = None,
+    shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
+    out: tuple[np.ndarray, np.ndarray] | None = None,
+    part: slice = WHOLE,
+) -> tuple[Float[np.ndarray, "rows 4 4"], Float[np.ndarray, "rows 6 p"]]:
+    """Poses, and the twist of the tool per unit of each chosen element.
+
+    Args:
+        chain: K elements.
+        q: Joint coordinates [rad or m].
+        columns: Elements whose twists are wanted.
+        values: Constants to use instead of the chain's own.
+        shift: What effects add to each element's value; an empty array for nothing.
+        out: Arrays to write into, for loops over blocks of rows.
+        part: Elements between the first frame and the one that is watched in place of the tool, if not all;
+            what lies outside has no twist.
+
+    Returns:
+        Poses, and twists [v; w] at the tool's origin in base axes.
+    """
+    blank = np.empty if part == WHOLE else np.zeros
+    pose_out, twist_out = out or (np.empty((len(q), 4, 4)), blank((len(q), 6, len(columns))))
+    place = np.full(len(chain.elements), -1, np.int64)
+    place[columns] = np.arange(len(columns))
+    _twists(
+        chain.axes[part],
+        chain.drivers[part],
+        (chain.values if values is None else values)[part],
+        chain.constants[part],
+        place[part],
+        np.ascontiguousarray(q),
+        np.ascontiguousarray(shift[:, part]),
+        pose_out,
+        twist_out,
+    )
+    return pose_out, twist_out
+
+
+@njit(cache=True, inline="always")
+@no_type_check
+def _advance(axis, value, constant, t):
+    """Multiply the 3×4 transform t by one elementary transform, in place."""
+    if axis < 3:
+        c, s = np.cos(value), np.sin(value)
+        i, j = (axis + 1) % 3, (axis + 2) % 3
+        for row in range(3):
+            a, b = t[row, i], t[row, j]
+            t[row, i] = a * c + b * s
+            t[row, j] = b * c - a * s
+    elif axis < 6:
+        for row in range(3):
+            t[row, 3] += t[row, axis - 3] * value
+    else:
+        for row in range(3):
+            a, b, c = t[row, 0], t[row, 1], t[row, 2]
+            t[row, 3] += a * constant[0, 3] + b * constant[1, 3] + c * constant[2, 3]
+            for column in range(3):
+                t[row, column] = a * constant[0, column] + b * constant[1, column] + c * constant[2, column]
+
+
+@njit(cache=True)
+@no_type_check
+def _poses(axes, drivers, values, constants, q, shift, out):
+    shifted = shift.shape[0] > 0
+    t = np.empty((3, 4))
+    for row in range(q.shape[0]):
+        for i in range(3):
+            for j in range(4):
+                t[i, j] = 1.0 if i == j else 0.0
+        for k in range(axes.shape[0]):
+            value = values[k]
+            if drivers[k] >= 0:
+                value += q[row, drivers[k]]
+            if shifted:
+                value += shift[row, k]
+            if value != 0.0 or axes[k] == 6:
+                _advance(axes[k], value, constants[k], t)
+        for i in range(3):
+            for j in range(4):
+                out[row, i, j] = t[i, j]
+            out[row, 3, i] = 0.0
+        out[row, 3, 3] = 1.0
+
+
+@njit(cache=True)
+@no_type_check
+def _twists(axes, drivers, values, constants, place, q, shift, out, twist):
+    shifted = shift.shape[0] > 0
+    p = twist.shape[2]
+    t = np.empty((3, 4))
+    through = np.empty((p, 3))
+    turns = np.zeros(p, np.bool_)
+    for row in range(q.shape[0]):
+        for i in range(3):
+            for j in range(4):
+                t[i, j] = 1.0 if i == j else 0.0
+        for k in range(axes.shape[0]):
+            column = place[k]
+            if column >= 0:
+                turns[column] = axes[k] < 3
+                for i in range(3):
+                    through[column, i] = t[i, 3]
+                    twist[row, 3 + i, column] = t[i, axes[k] % 3]
+            value = values[k]
+            if drivers[k] >= 0:
+                value += q[row, drivers[k]]
+            if shifted:
+                value += shift[row, k]
+            if value != 0.0 or axes[k] == 6:
+                _advance(axes[k], value, constants[k], t)
+        for column in range(p):
+            ax, ay, az = twist[row, 3, column], twist[row, 4, column], twist[row, 5, column]
+            if turns[column]:
+                rx = t[0, 3] - through[column, 0]
+                ry = t[1, 3] - through[column, 1]
+                rz = t[2, 3] - through[column, 2]
+                twist[row, 0, column] = ay * rz - az * ry
+                twist[row, 1, column] = az * rx - ax * rz
+                twist[row, 2, column] = ax * ry - ay * rx
+            else:
+                twist[row, 0, column] = ax
+                twist[row, 1, column] = ay
+                twist[row, 2, column] = az
+                for i in range(3):
+                    twist[row, 3 + i, column] = 0.0
+        for i in range(3):
+            for j in range(4):
+                out[row, i, j] = t[i, j]
+            out[row, 3, i] = 0.0
+        out[row, 3, 3] = 1.0

@@ -1,0 +1,63 @@
+"""Combinations of constants that measurements can't tell apart, in words."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.parameters import Parameter
+
+NOTICEABLE = 0.05
+"""Weights below this part of the largest do not enter the words for an unidentifiable combination."""
+
+
+@dataclass(frozen=True, eq=False)
+class Combination:
+    """Parameters that can't be told apart: moving them together changes no row.
+
+    Args:
+        names: The parameters, the heaviest first.
+        weights: Their shares [natural units], the largest 1.
+        words: For people, such as `base yaw with joint1.theta`.
+    """
+
+    names: tuple[str, ...]
+    weights: tuple[float, ...]
+    words: str
+
+
+def combinations(
+    null_space: Float[np.ndarray, "p n"], parameters: tuple[Parameter, ...]
+) -> tuple[Combination, ...]:
+    """Words for a null space: its basis is reduced until every vector involves few parameters.
+
+    Gauss–Jordan elimination with the largest pivots gives one parameter to each combination alone; the
+    others that must move with it are named after it.
+    """
+    rows = null_space.T.copy()
+    used: list[int] = []
+    for k in range(len(rows)):
+        free = np.abs(rows[k:])
+        free[:, used] = 0.0
+        row, column = divmod(int(np.argmax(free)), rows.shape[1])
+        rows[[k, k + row]] = rows[[k + row, k]]
+        rows[k] /= rows[k, column]
+        others = np.arange(len(rows)) != k
+        rows[others] -= np.outer(rows[others, column], rows[k])
+        used.append(column)
+    found = []
+    for row in rows:
+        weights = row / np.abs(row).max()
+        chosen = np.flatnonzero(np.abs(weights) > NOTICEABLE)
+        chosen = chosen[np.argsort(-np.abs(weights[chosen]), kind="stable")]
+        found.append(_combination([parameters[i] for i in chosen], weights[chosen]))
+    return tuple(found)
+
+
+def _combination(parameters: list[Parameter], weights: np.ndarray) -> Combination:
+    ordered = sorted(zip(parameters, weights, strict=True), key=lambda pair: pair[0].is_geometry)
+    words = [p.words for p, _ in ordered]
+    text = " with ".join(words) if len(words) > 1 else f"{words[0]} alone (no row shows it)"
+    if len(words) > 3:
+        text = f"{words[0]} with a combination of {', '.join(words[1:-1])} and {words[-1]}"
+    return Combination(tuple(p.name for p, _ in ordered), tuple(float(w) for _, w in ordered), text)

@@ -1,0 +1,70 @@
+"""Clearance tilt: a loose bearing lets the later link tip over by a fixed angle, the way the load pushes it.
+
+    (Δv_x, Δv_y) = −c (τ_x, τ_y) / |(τ_x, τ_y)|
+
+about the two axes across the joint's own, right before it. c [rad] is half the clearance's angle. The
+direction turns quickly where the moment across the axis vanishes.
+
+Source: Katana eqs. (4.11), (4.12), (5.15)–(5.18), with the moment that holds instead of the one that loads,
+and with its direction itself: (5.16) strays from it by up to 4.1°, and (5.15) is printed upside down.
+"""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from workbench.arm.effects.effect import (
+    AbstractEffect,
+    Insertion,
+    Loads,
+    across,
+    across_components,
+    blocks,
+    inserted_names,
+    paired,
+)
+
+
+@final
+@dataclass(frozen=True)
+class ClearanceTilt(AbstractEffect):
+    """One coefficient a joint."""
+
+    name = "clearance-tilt"
+    loads = Loads.ALL
+    insertion = Insertion.TILT
+
+    @property
+    def names(self):
+        """`joint3.clearance` …"""
+        return tuple(f"joint{j + 1}.clearance" for j in self.joints)
+
+    def units(self, chain):
+        """Angles."""
+        return ("rad",) * len(self.joints)
+
+    def elements(self, chain):
+        """Two rotations a joint."""
+        return inserted_names(chain, self.joints, self.insertion)
+
+    def law(self, chain, motion, wrenches):
+        """See the module; 0 where no moment tips the link."""
+        return paired(-_direction(across(chain, self.joints, wrenches))[0])
+
+    def components(self, chain):
+        """Moments across the axes."""
+        return across_components(chain, self.joints)
+
+    def slope(self, chain, motion, wrenches):
+        """The direction d turns with what acts across it: −c (1 − d dᵀ) / |(τ_x, τ_y)|."""
+        direction, size = _direction(across(chain, self.joints, wrenches))
+        turning = np.eye(2) - direction[..., :, None] * direction[..., None, :]
+        return blocks(-turning / size[..., None] * np.array(self.coefficients)[:, None, None])
+
+
+def _direction(moment: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Unit vectors (0 for none), and lengths (infinite for none)."""
+    size = np.linalg.norm(moment, axis=-1, keepdims=True)
+    size = np.where(size > 0.0, size, np.inf)
+    return moment / size, size

@@ -1,0 +1,211 @@
+"""Gravity sag: a joint gives way to the weight of what it carries, though nobody knows the masses.
+
+The moment about joint j's axis u is linear in masses and first moments of the links behind it. Its compliance
+c times these are the unknowns; d is the direction of gravity, seen from the robot's base:
+
+    Δv = Σ_t c_t (d × u) · w_t,      c_t = c g × (first moment or mass of term t)
+
+    3x, 3y, 3z    w = R e_x …       R the frame behind the drive of joint 3; c_t [rad]
+    4m            w = a q_4         all that the slide of joint 4 moves along its axis a; c_t [rad/m]
+    payload       w = m (p_e − p_j) from the joint to the tool, m the payload of the row; c_t [rad/(kg m)]
+
+Masses at fixed places of a link, those of the later links among them, only add to its first moments; the part
+along a joint's own axis belongs to the link before it as well. The two first moments across each axis, and a
+mass for each slide, are therefore all that any masses can do (`terms_of`).
+
+R, a, p_e and p_j are those of the arm that nothing bends: sag by sag is of second order.
+
+Source: Gautier, Khalil, Direct calculation of minimum set of inertial parameters of serial robots, IEEE
+Trans. Robot. Autom. 6(3), 1990; here gravity alone.
+"""
+
+import re
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from workbench.arm import chain as chains
+from workbench.arm.chain import Chain
+from workbench.arm.effects.effect import (
+    BASE,
+    AbstractEffect,
+    Insertion,
+    Loads,
+    across_axes,
+    driven_names,
+    turns,
+)
+from workbench.arm.motion import Motion
+from workbench.base.types import JointRows
+
+PAYLOAD = "payload"
+TERM = re.compile(r"([1-9][0-9]*)([xyzm])")
+NO_CONSTANTS = np.zeros(0, np.int64)
+NO_CONSTANTS.setflags(write=False)
+
+
+def terms_of(chain: Chain, joint: int, *, payload: bool = False) -> str:
+    """The fewest terms that hold whatever the masses behind a joint can do to it.
+
+    Args:
+        chain: Of the arm.
+        joint: Column of q, counted from 0.
+        payload: Whether loads at the tool differ from row to row.
+    """
+    terms = []
+    for k in range(joint, chain.dof):
+        letters = ["xyz"[i] for i in sorted(across_axes(chain, k))] if turns(chain, k) else ["m"]
+        terms += [f"{k + 1}{letter}" for letter in letters]
+    return " ".join([*terms, PAYLOAD] if payload else terms)
+
+
+@final
+@dataclass(frozen=True)
+class GravitySag(AbstractEffect):
+    """One joint; one coefficient a term.
+
+    Args:
+        terms: What it carries, as in the module, with spaces between; links count from 1.
+        gravity: Direction of gravity in the robot's base frame.
+    """
+
+    terms: str = ""
+    gravity: tuple[float, ...] = (0.0, 0.0, -1.0)
+    name = "gravity-sag"
+    loads = Loads.NONE
+    insertion = Insertion.NONE
+
+    @property
+    def names(self):
+        """`joint2.sag_3x` …"""
+        return tuple(f"joint{j + 1}.sag_{term}" for j in self.joints for term in self.terms.split())
+
+    def units(self, chain):
+        """Angles; per metre of a slide, per payload and metre."""
+        units = {"m": "rad/m", "d": "rad/(kg*m)"}
+        return tuple(units.get(term[-1], "rad") for term in self.terms.split())
+
+    def elements(self, chain):
+        """What the joint drives."""
+        return driven_names(chain, self.joints)
+
+    def law(self, chain, motion, wrenches):
+        """See the module."""
+        seen = _see(self, chain, motion)
+        return np.einsum("ri,rti->rt", seen.pull, seen.levers)[:, None]
+
+    def growth(self, chain, motion, wrenches, constants):
+        """What stands behind the joint moves levers; what turns before it turns all of them, and the axis.
+
+        The latter is a turn of gravity by the opposite angle; see `model/loads.py` for known masses.
+        """
+        sizes = np.array(self.coefficients)
+        seen = _see(self, chain, motion, constants)
+        axes, points = seen.axes, seen.points - seen.point[:, None]
+        turning = (chain.axes[constants] < 3)[:, None]
+        load = (seen.payload * sizes[[t == PAYLOAD for t in self._terms]].sum())[:, None, None]
+        carried = np.einsum("pt,rti->rpi", constants[:, None] <= seen.links, seen.levers * sizes[:, None])
+        moved = np.where(turning, np.cross(axes, carried - load * points), load * axes)
+        whole = np.einsum("rti,t->ri", seen.levers, sizes)
+        turned = np.where(turning, np.cross(self._down, np.cross(whole, seen.axis))[:, None] * axes, 0.0)
+        behind = np.einsum("ri,rpi->rp", seen.pull, moved)
+        grown = np.where(constants >= chain.driven[self.joints[0]], behind, turned.sum(2))
+        return np.where(constants >= _base_size(chain), grown, 0.0)[:, None]
+
+    def mistake(self, chain):
+        """Other than one turning joint, terms that the arm has not, or no direction."""
+        if len(self.joints) != 1 or not turns(chain, self.joints[0]):
+            return f"is of one joint that turns, not of {[j + 1 for j in self.joints]}"
+        if len(self.gravity) != 3 or not np.any(self.gravity) or not np.isfinite(self.gravity).all():
+            return f"needs the direction of gravity as three numbers, not {list(self.gravity)}"
+        if len(set(self._terms)) != len(self._terms) or not self._terms:
+            return f"needs different terms, such as '{terms_of(chain, self.joints[0])}', not '{self.terms}'"
+        wrong = [term for term in self._terms if not self._fits(chain, term)]
+        if wrong:
+            known = terms_of(chain, self.joints[0], payload=True)
+            return f"of joint {self.joints[0] + 1} has no term '{wrong[0]}'; use '{known}', or some of these"
+        return None
+
+    @property
+    def _terms(self) -> list[str]:
+        return self.terms.split()
+
+    @property
+    def _down(self) -> np.ndarray:
+        return np.array(self.gravity) / np.linalg.norm(self.gravity)
+
+    def _fits(self, chain: Chain, term: str) -> bool:
+        """Whether the arm carries such a thing behind the joint."""
+        found = TERM.fullmatch(term)
+        if found is None:
+            return term == PAYLOAD
+        link = int(found[1]) - 1
+        return self.joints[0] <= link < chain.dof and (found[2] != "m" or not turns(chain, link))
+
+
+@dataclass(frozen=True, eq=False)
+class _Seen:
+    """The unbent arm, from its base's frame.
+
+    Args:
+        axis: Of the joint.
+        point: On it [m].
+        pull: d × u.
+        links: Element of the chain that moves each term last.
+        levers: w of each term.
+        axes: Of the elements that were asked for.
+        points: Where these are [m].
+        payload: Of each row [kg].
+    """
+
+    axis: Float[np.ndarray, "rows 3"]
+    point: Float[np.ndarray, "rows 3"]
+    pull: Float[np.ndarray, "rows 3"]
+    links: Int[np.ndarray, " t"]
+    levers: Float[np.ndarray, "rows t 3"]
+    axes: Float[np.ndarray, "rows p 3"]
+    points: Float[np.ndarray, "rows p 3"]
+    payload: Float[np.ndarray, " rows"]
+
+
+def _see(
+    effect: GravitySag, chain: Chain, motion: Motion, constants: Int[np.ndarray, " p"] = NO_CONSTANTS
+) -> _Seen:
+    """What an effect's terms and some elements look like in every row."""
+    joint, terms = int(chain.driven[effect.joints[0]]), effect._terms
+    links = np.array([len(chain.elements) - 1 if t == PAYLOAD else chain.driven[_link(t)] for t in terms])
+    at = _frames(chain, motion.q, np.concatenate([[joint], links, constants]))
+    axis, point = at[:, 0, :3, chain.axes[joint] % 3], at[:, 0, :3, 3]
+    payload = np.zeros(len(motion)) if motion.payload is None else motion.need("payload", effect.name)
+    levers = np.empty((len(motion), len(terms), 3))
+    for i, term in enumerate(terms):
+        frame = at[:, 1 + i, :3]
+        if term == PAYLOAD:
+            levers[:, i] = payload[:, None] * (frame[:, :, 3] - point)
+        elif term[-1] == "m":
+            levers[:, i] = frame[:, :, chain.axes[links[i]] % 3] * motion.q[:, [_link(term)]]
+        else:
+            levers[:, i] = frame[:, :, "xyz".index(term[-1])]
+    asked = at[:, 1 + len(terms) :, :3]
+    axes = np.take_along_axis(asked, (chain.axes[constants] % 3)[None, :, None, None], axis=3)[..., 0]
+    return _Seen(axis, point, np.cross(effect._down, axis), links, levers, axes, asked[..., 3], payload)
+
+
+def _link(term: str) -> int:
+    """Joint before the link of a term, counted from 0."""
+    return int(term[:-1]) - 1
+
+
+def _base_size(chain: Chain) -> int:
+    """Number of elements of the base, whose gravity is given behind them."""
+    return next(k for k, e in enumerate(chain.elements) if e.link != BASE)
+
+
+def _frames(chain: Chain, q: JointRows, elements: Int[np.ndarray, " f"]) -> Float[np.ndarray, "rows f 4 4"]:
+    """Frames behind some elements, from the frame behind the base; that frame itself for the base's own."""
+    first = _base_size(chain)
+    arm = Chain(chain.elements[first:], chain.dof).with_values(chain.values[first:])
+    wanted, where = np.unique(np.maximum(elements - first, -1), return_inverse=True)
+    return chains.frames(arm, q, wanted)[:, where]

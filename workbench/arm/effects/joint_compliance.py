@@ -1,0 +1,55 @@
+"""Joint compliance: the angle about a joint's axis gives way in proportion to the moment about it.
+
+Δv = −c τ,      τ the holding moment about (force along) the axis, c [rad/(N m) or m/N]
+"""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from workbench.arm.effects.effect import (
+    AbstractEffect,
+    Insertion,
+    Loads,
+    diagonal,
+    driven_names,
+    own,
+    own_components,
+    turns,
+)
+
+
+@final
+@dataclass(frozen=True)
+class JointCompliance(AbstractEffect):
+    """One coefficient a joint."""
+
+    name = "joint-compliance"
+    loads = Loads.OWN
+    insertion = Insertion.NONE
+
+    @property
+    def names(self):
+        """`joint3.compliance` …"""
+        return tuple(f"joint{j + 1}.compliance" for j in self.joints)
+
+    def units(self, chain):
+        """Angle per moment, or length per force."""
+        return tuple("rad/(N*m)" if turns(chain, j) else "m/N" for j in self.joints)
+
+    def elements(self, chain):
+        """What the joints drive."""
+        return driven_names(chain, self.joints)
+
+    def law(self, chain, motion, wrenches):
+        """See the module."""
+        return diagonal(-own(chain, self.joints, wrenches))
+
+    def components(self, chain):
+        """Moments about the axes."""
+        return own_components(chain, self.joints)
+
+    def slope(self, chain, motion, wrenches):
+        """−c."""
+        return np.tile(-np.diag(self.coefficients), (len(motion), 1, 1))

@@ -1,0 +1,81 @@
+"""Link flexure: a link (the last one: with the tool) bends and twists at its root with the moment it carries.
+
+    Δv_x = −c_x τ'_x,      Δv_y = −c_y τ'_y,      τ' = R(v)ᵀ τ
+
+The two rotations stand right after the driven element and turn with the link, so that a link may be softer
+about one of its axes than about the other; with c_x = c_y it would be the compliance of a bearing. Where the
+chain's x axis runs along the link (Hayati, DH), c_x is torsion and c_y bending [rad/(N m)].
+"""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from workbench.arm.effects.effect import (
+    AbstractEffect,
+    Insertion,
+    Loads,
+    across,
+    across_components,
+    blocks,
+    diagonal,
+    inserted_names,
+    turns,
+)
+
+
+@final
+@dataclass(frozen=True)
+class LinkFlexure(AbstractEffect):
+    """Two coefficients a joint, of the link after it."""
+
+    name = "link-flexure"
+    loads = Loads.ALL
+    insertion = Insertion.BEND
+
+    @property
+    def names(self):
+        """`joint3.flexure1`, `joint3.flexure2` …: about the axes across the joint's own, in cyclic order."""
+        return tuple(f"joint{j + 1}.flexure{k}" for j in self.joints for k in (1, 2))
+
+    def units(self, chain):
+        """Angle per moment."""
+        return ("rad/(N*m)",) * len(self.names)
+
+    def elements(self, chain):
+        """Two rotations a joint."""
+        return inserted_names(chain, self.joints, self.insertion)
+
+    def law(self, chain, motion, wrenches):
+        """See the module."""
+        turned = self._turn(chain, motion) @ across(chain, self.joints, wrenches)[..., None]
+        return diagonal(-turned.reshape(len(motion), -1))
+
+    def components(self, chain):
+        """Moments across the axes."""
+        return across_components(chain, self.joints)
+
+    def slope(self, chain, motion, wrenches):
+        """−c R(v)ᵀ."""
+        return blocks(-self._sizes() * self._turn(chain, motion))
+
+    def growth(self, chain, motion, wrenches, constants):
+        """Through the constant that the joint's angle contains: dR(v)ᵀ/dv is R(v)ᵀ and a quarter turn."""
+        quarter = np.array([[0.0, 1.0], [-1.0, 0.0]])
+        moments = across(chain, self.joints, wrenches)[..., None]
+        change = -self._sizes() * (quarter @ self._turn(chain, motion) @ moments)
+        mine = np.array([turns(chain, j) * (constants == chain.driven[j]) for j in self.joints])
+        return (change * mine[:, None]).reshape(len(motion), len(self.names), -1)
+
+    def _sizes(self) -> np.ndarray:
+        """Coefficients (joints, 2, 1)."""
+        return np.reshape(self.coefficients, (-1, 2, 1))
+
+    def _turn(self, chain, motion) -> np.ndarray:
+        """R(v)ᵀ (rows, joints, 2, 2), from the axes before the joints to those after them."""
+        joints = list(self.joints)
+        turning = [turns(chain, j) for j in joints]
+        angle = np.where(turning, motion.q[:, joints] + chain.values[chain.driven[joints]], 0.0)
+        c, s = np.cos(angle), np.sin(angle)
+        return np.moveaxis(np.array([[c, s], [-s, c]]), (0, 1), (2, 3))

@@ -1,0 +1,102 @@
+"""Local joint error: a smooth error of one joint that fits no other name, as a cubic spline through knots.
+
+    Δv = Σ_k c_k B_k(q),      B_k the spline that is 1 at knot k and 0 at the others
+
+Periodic splines repeat every turn (the first knot stands for the last one too); clamped ones have no slope
+at their ends. The error is known only in `range`, where it was learned: elsewhere it refuses.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import final
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from workbench.arm.effects.effect import (
+    AbstractEffect,
+    Insertion,
+    Loads,
+    check_ranges,
+    driven_names,
+    turns,
+)
+
+TURN = 2.0 * np.pi
+
+
+@final
+@dataclass(frozen=True)
+class LocalJointError(AbstractEffect):
+    """One coefficient a knot, of one joint.
+
+    Args:
+        knots: Increasing joint positions [rad or m], at least three; within one turn if periodic.
+        range: Least and greatest joint position where it may be used; from the first knot to the last if
+            empty, or anywhere if periodic.
+        periodic: Whether it repeats every turn.
+    """
+
+    knots: tuple[float, ...] = ()
+    range: tuple[float, ...] = ()
+    periodic: bool = False
+    name = "local-joint-error"
+    loads = Loads.NONE
+    insertion = Insertion.NONE
+
+    @property
+    def names(self):
+        """`joint3.knot1` …"""
+        return tuple(f"joint{j + 1}.knot{k + 1}" for j in self.joints[:1] for k in range(len(self.knots)))
+
+    def units(self, chain):
+        """That of the joint."""
+        return ("rad" if turns(chain, self.joints[0]) else "m",) * len(self.knots)
+
+    def elements(self, chain):
+        """What the joint drives."""
+        return driven_names(chain, self.joints)
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """Where it may be used [rad or m]."""
+        if self.range:
+            return self.range[0], self.range[1]
+        return (-np.inf, np.inf) if self.periodic else (self.knots[0], self.knots[-1])
+
+    def ranges(self):
+        """Its own."""
+        return {self.joints[0]: self.limits}
+
+    def law(self, chain, motion, wrenches):
+        """See the module.
+
+        Raises:
+            DataError: a joint position outside the range.
+        """
+        check_ranges((self,), chain, motion.q)
+        return _basis(self.knots, self.periodic)(motion.q[:, self.joints[0]])[:, None, :]
+
+    def mistake(self, chain):
+        """Joints, knots or a range without sense."""
+        if len(self.joints) != 1:
+            return f"has {len(self.joints)} joints but needs one"
+        if len(self.knots) < 3 or not (np.diff(self.knots) > 0).all():
+            return f"has knots = {list(self.knots)}; give at least three, increasing"
+        if self.range and not (len(self.range) == 2 and self.range[0] < self.range[1]):
+            return f"has range = {list(self.range)}; give the least and the greatest joint position"
+        if self.periodic and not (turns(chain, self.joints[0]) and self.knots[-1] - self.knots[0] < TURN):
+            return "is periodic; that asks for a joint that turns, and knots within one turn"
+        low, high = self.limits
+        if not self.periodic and not (self.knots[0] <= low and high <= self.knots[-1]):
+            return f"has the range {low:g} … {high:g} beyond its knots {self.knots[0]:g} … {self.knots[-1]:g}"
+        return None
+
+
+@lru_cache(maxsize=256)
+def _basis(knots: tuple[float, ...], periodic: bool) -> CubicSpline:
+    """Splines that are 1 at one knot and 0 at the others."""
+    if periodic:
+        values = np.eye(len(knots))
+        return CubicSpline((*knots, knots[0] + TURN), np.vstack([values, values[:1]]), bc_type="periodic")
+    return CubicSpline(knots, np.eye(len(knots)), bc_type="clamped")

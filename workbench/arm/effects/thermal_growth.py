@@ -1,0 +1,89 @@
+"""Thermal growth: all lengths of the arm and the tool grow with the temperature.
+
+    Δv = c (T − T_ref) ℓ,      ℓ the length of the element (with its drive), c [1/K]
+
+A constant origin, as a URDF joint has one, grows through the three corrections that follow it. The base is
+left out: it belongs to the floor.
+"""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from workbench.arm.chain import Axis, Chain
+from workbench.arm.effects.effect import (
+    BASE,
+    AbstractEffect,
+    Insertion,
+    Loads,
+)
+
+
+@final
+@dataclass(frozen=True)
+class ThermalGrowth(AbstractEffect):
+    """One coefficient for the whole arm.
+
+    Args:
+        reference: Temperature T_ref at which the lengths are as given [degC].
+    """
+
+    reference: float = 20.0
+    name = "thermal-growth"
+    loads = Loads.NONE
+    insertion = Insertion.NONE
+
+    @property
+    def names(self):
+        """`arm.thermal_growth`."""
+        return ("arm.thermal_growth",)
+
+    def units(self, chain):
+        """Share of a length per kelvin."""
+        return ("1/K",)
+
+    def elements(self, chain):
+        """Every translation behind the base."""
+        return tuple(chain.elements[k].name for k in _lengths(chain))
+
+    def law(self, chain, motion, wrenches):
+        """See the module."""
+        places = _lengths(chain)
+        lengths = np.tile(chain.values[places] + _of_constants(chain)[places], (len(motion), 1))
+        for column, k in enumerate(places):
+            if chain.drivers[k] >= 0:
+                lengths[:, column] += motion.q[:, chain.drivers[k]]
+        return (lengths * self._warmer(motion)[:, None])[..., None]
+
+    def growth(self, chain, motion, wrenches, constants):
+        """A constant that is longer grows more."""
+        same = np.array(_lengths(chain))[:, None] == constants
+        return self.coefficients[0] * self._warmer(motion)[:, None, None] * same
+
+    def mistake(self, chain):
+        """Joints, which it has not."""
+        return "concerns the whole arm; leave joints out" if self.joints else None
+
+    def _warmer(self, motion):
+        return motion.need("temperature", self.name) - self.reference
+
+
+def _lengths(chain: Chain) -> list[int]:
+    """Translations of arm and tool."""
+    return [
+        k
+        for k, e in enumerate(chain.elements)
+        if Axis.TX <= e.axis <= Axis.TZ and (e.link != BASE or e.joint is not None)
+    ]
+
+
+def _of_constants(chain: Chain) -> np.ndarray:
+    """Lengths of constant origins, given to the three translations right after each, in their axes."""
+    out = np.zeros(len(chain.elements))
+    for k, e in enumerate(chain.elements[:-3]):
+        if e.matrix is not None and e.link != BASE:
+            following = [x.axis for x in chain.elements[k + 1 : k + 4]]
+            if following == [Axis.TX, Axis.TY, Axis.TZ]:
+                out[k + 1 : k + 4] = e.matrix[:3, :3].T @ e.matrix[:3, 3]
+    return out

@@ -1,0 +1,95 @@
+"""Joint coordinates with which an arm that bends reaches its targets.
+
+The rigid arm T(q) is sent to where the bent one B(q) must not: with D(q) = T(q) B(q)⁻¹ the bent arm is at the
+target T* exactly where the rigid one is at D(q) T*. From a solution for the rigid arm
+
+    q ← q + s (T⁻¹(D(q) T*) − q)
+
+is repeated, T⁻¹ the warm-started Newton run within the limits, s = 1 and halved while the error does not
+fall. An arm bends by milliradians, so that each round brings some three digits, also near singularities.
+
+Where a load changes its sign within a joint's play (backlash by moment), no joint position may hold the
+target: the run then ends as near as it came, with what is left as its error.
+"""
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm import chain as chains
+from workbench.arm.inverse.damped_newton import (
+    WEIGHT,
+    Refined,
+    Task,
+    refine,
+)
+from workbench.arm.inverse.reduced_arm import compile_arm
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
+from workbench.arm.robot import Robot
+from workbench.base import se3
+
+ROUNDS = 40
+"""Rounds at most."""
+SHORTEST = 2.0**-8
+"""Share of a step below which a row is given up."""
+EXACT = 1e-12
+"""Error [m] that counts as none."""
+
+
+def settle(
+    robot: Robot,
+    poses: Float[np.ndarray, "rows 4 4"],
+    q: Float[np.ndarray, "rows n"],
+    *,
+    task: Task,
+    limits: Float[np.ndarray, "n 2"],
+    motion: Motion | None = None,
+) -> Refined:
+    """Joint coordinates of the bent arm next to those of the rigid one.
+
+    Args:
+        robot: Arm with its effects.
+        poses: Tool poses in the measuring frame, one a row.
+        q: Where to start: solutions of the geometry alone [rad or m].
+        task: What of the pose must be met.
+        limits: Limits that hold the joints; within the ranges where the effects are known.
+        motion: What drives the effects beside q; its own q is not looked at.
+
+    Returns:
+        Where each row ended, in the chain's order, with the bent arm's errors.
+
+    Raises:
+        DataError: an effect misses what drives it.
+    """
+    arm = compile_arm(robot)
+    held = limits[arm.columns]
+    x = np.clip(q[:, arm.columns], held[:, 0], held[:, 1])
+    weight = WEIGHT * arm.length
+    best, step = x.copy(), np.zeros_like(x)
+    errors, cost = np.full((len(x), 2), np.inf), np.full(len(x), np.inf)
+    share, steps, going = np.ones(len(x)), np.zeros(len(x), np.int64), np.arange(len(x))
+    for _ in range(ROUNDS):
+        if not len(going):
+            break
+        now = x[going][:, arm.places]
+        state = Motion(now) if motion is None else motion.take(going).at(now)
+        wanted = rigid_targets(robot, poses[going], state)
+        here = refine(arm, wanted, x[going], task=task, limits=held, iterations=0)
+        fell = here.cost(weight) < cost[going]
+        lower = going[fell]
+        best[lower], cost[lower] = x[lower], here.cost(weight)[fell]
+        errors[lower] = np.stack([here.position_error, here.rotation_error], 1)[fell]
+        there = refine(arm, wanted[fell], x[lower], task=task, limits=held)
+        step[lower], steps[lower] = there.x - x[lower], steps[lower] + there.steps
+        share[going] = np.where(fell, 1.0, 0.5 * share[going])
+        x[going] = best[going] + share[going][:, None] * step[going]
+        going = going[(cost[going] > EXACT**2) & (share[going] > SHORTEST)]
+    return Refined(best, errors[:, 0], errors[:, 1], steps)
+
+
+def rigid_targets(
+    robot: Robot, poses: Float[np.ndarray, "rows 4 4"], state: Motion
+) -> Float[np.ndarray, "rows 4 4"]:
+    """Where the rigid arm must be for the bent one to be at the poses, if it bends as in this state."""
+    rigid, bent = chains.poses(robot.chain, state.q), tool_poses(robot, state.q, motion=state)
+    return rigid @ se3.inverse(bent) @ poses

@@ -1,0 +1,99 @@
+"""The branches of an arm that bends: its geometry's, each moved to where the bent arm is at the target."""
+
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.inverse import unreachable
+from workbench.arm.inverse.bent_arm import settle
+from workbench.arm.inverse.branch import LIMIT_SLACK, Branch, margins
+from workbench.arm.inverse.branches import InverseResult, Nearest, quality
+from workbench.arm.inverse.damped_newton import Refined, unlimited
+from workbench.arm.inverse.reduced_arm import compile_arm
+from workbench.arm.motion import Motion
+from workbench.arm.robot import Robot
+from workbench.arm.statics.deflection import shift_of
+from workbench.base.types import frozen
+
+NEAR = 0.1
+"""A branch this far outside the range where an effect is known may still move into it [rad or m]."""
+PROBE = 1e-6
+"""How far the joints are moved to see which one jumps [rad or m]."""
+
+
+def bent_result(
+    robot: Robot,
+    target: Float[np.ndarray, "4 4"],
+    rigid: InverseResult,
+    limits: Float[np.ndarray, "n 2"],
+    motion: Motion | None,
+) -> InverseResult:
+    """Every way in which a bent arm reaches a pose, from the ways of the rigid one.
+
+    Args:
+        robot: Arm with its effects.
+        target: Tool pose in the measuring frame [m].
+        rigid: What the geometry alone can do.
+        limits: Limits of the joints, within where the effects are known [rad or m].
+        motion: What drives the effects beside q, one row.
+    """
+    known = robot.narrowed(unlimited(robot.dof))
+    near = [b for b in rigid.branches if (margins(b.q[None], known) >= -NEAR).all()]
+    if not near:
+        return rigid
+    q = np.stack([b.q for b in near])
+    rows = np.zeros(len(near), np.int64)
+    state = None if motion is None else motion.take(rows)
+    found = settle(robot, target[None][rows], q, task=rigid.task, limits=known, motion=state)
+    moved = found.x[:, compile_arm(robot).places]
+    settled = {id(b): _at(b, row, limits) for b, row in zip(near, moved, strict=True)}
+    branches = sorted(
+        (settled.get(id(b), b) for b in rigid.branches),
+        key=lambda b: (not b.within_limits, -b.manipulability),
+    )
+    notes = [rigid.note] if rigid.note else []
+    notes += [
+        _jumping(robot, b.name, row, float(left), state)
+        for b, row, left, ok in zip(near, moved, found.position_error, found.converged, strict=True)
+        if not ok
+    ]
+    inside = [b for b in branches if b.within_limits]
+    nearest, reason = rigid.nearest, None
+    if inside:
+        nearest = _nearest(max(inside, key=quality), near, found)
+    elif rigid.reachable:
+        arm = compile_arm(robot)
+        x = np.stack([b.q for b in branches])[:, arm.columns]
+        reason = unreachable.limits_reason(arm, x, limits[arm.columns])
+    else:
+        reason = rigid.reason
+    return replace(
+        rigid, branches=tuple(branches), reason=reason, note="; ".join(notes) or None, nearest=nearest
+    )
+
+
+def _at(branch: Branch, q: np.ndarray, limits: np.ndarray) -> Branch:
+    margin = float(margins(q[None], limits).min())
+    return replace(branch, q=frozen(q), margin=margin, within_limits=margin >= -LIMIT_SLACK)
+
+
+def _nearest(best: Branch, near: list[Branch], found: Refined) -> Nearest:
+    """The best branch, with what the bent arm leaves there."""
+    row = [b.name for b in near].index(best.name)
+    return Nearest(best.q, float(found.position_error[row]), float(found.rotation_error[row]))
+
+
+def _jumping(robot: Robot, name: str, q: np.ndarray, left: float, motion: Motion | None) -> str:
+    """Which joint gives way so unevenly that nothing holds the target."""
+    probes = q + PROBE * np.concatenate([np.eye(len(q)), -np.eye(len(q))])
+    known = robot.narrowed(unlimited(robot.dof))
+    probes = np.clip(probes, known[:, 0], known[:, 1])
+    rows = np.zeros(len(probes), np.int64)
+    state = Motion(probes) if motion is None else motion.take(rows).at(probes)
+    jump = np.ptp(shift_of(robot, state), axis=0)
+    owner = robot.chain.elements[int(np.argmax(jump))].name.partition(".")[0]
+    return (
+        f"'{name}' is held only to {1e3 * left:.3g} mm: {owner} gives way so unevenly there (its load "
+        "changes direction within its play) that no joint position reaches the target"
+    )

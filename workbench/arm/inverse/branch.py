@@ -1,0 +1,208 @@
+"""One solution of the inverse kinematics: its name, its place within the limits, its other turns.
+
+A branch is named after the signs of three geometric quantities (Lee and Ziegler, IEEE Trans. Aerospace and
+Electronic Systems 20(6), 1984), with z_i the direction of joint axis i and o_1 the point of axis 1 that is
+nearest to axis 2 (the shoulder):
+
+    shoulder  right if (z_1 × z_2)·(h − o_1) ≥ 0, else left: on which side of axis 1 the hand lies, seen
+              from the upper arm; h is the point of axis 5 nearest to axis 6
+    elbow     up if the elbow (axis 3) lies above the line from shoulder to wrist for a right shoulder,
+              below it for a left one, where above is the side of positive z_1, and the wrist is the point
+              of axis 5 nearest to axis 4
+    wrist     no flip if z_5·(z_4 × z_6) ≥ 0, else flip, as far as wrist and arm are decoupled. In general
+              the sign is that of det J times the other two, times a constant of the arm that makes the
+              two definitions agree in most configurations: det J changes its sign only at singularities,
+              so that names part branches better (ARIA's wrist is offset by 49 mm).
+
+They are taken from the actual axes, so a calibrated arm and its nominal one give the same names, and so do
+neighbouring poses as long as no sign changes, which is at a singularity for the usual arms. They need axes 2
+and 3 nearly parallel and axes 1 and 2, 4 and 5, 5 and 6 nearly perpendicular (an arm of five joints takes
+its tool's z axis for the sixth). Other arms are named after the signs of their angles, as `+-++-+`.
+Solutions of one target that share a name are numbered by increasing angle of joint 1, then 2 ….
+"""
+
+from collections import Counter
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from itertools import product
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from workbench.arm.inverse.reduced_arm import Arm
+from workbench.base.types import frozen
+
+STRUCTURE = 0.35
+"""Sine or cosine up to which two axes count as nearly parallel or perpendicular (20°)."""
+MOST_TURNS = 4096
+"""Alternatives that `Branch.turns` lists at most."""
+TURN = 2.0 * np.pi
+LIMIT_SLACK = 1e-9
+"""A joint counts as within its limits up to this [rad or m]."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Branch:
+    """One way to reach the target.
+
+    Args:
+        q: Joint coordinates; the turn within the limits nearest to their middle [rad or m].
+        name: Unique within a result.
+        within_limits: Whether some turn of every joint is within its limits.
+        margin: Distance to the nearest limit, negative outside [rad or m].
+        manipulability: Smallest singular value of the task's Jacobian, lengths in units of the arm's.
+        continuum: Whether the pose is singular so that q is one of endlessly many (a wrist that may spin).
+        limits: The limits that were asked for.
+        slides: Which joints translate, and so have no other turns.
+    """
+
+    q: Float[np.ndarray, " n"]
+    name: str
+    within_limits: bool
+    margin: float
+    manipulability: float
+    continuum: bool
+    limits: Float[np.ndarray, "n 2"]
+    slides: Bool[np.ndarray, " n"]
+
+    @cached_property
+    def turns(self) -> Float[np.ndarray, "m n"]:
+        """All q of this branch within the limits that differ by full turns, nearest to `q` first.
+
+        A joint without limits keeps its turn. Empty where the branch is outside the limits.
+        """
+        choices = []
+        for value, (low, high), slide in zip(self.q, self.limits, self.slides, strict=True):
+            least, most = np.ceil((low - value) / TURN), np.floor((high - value) / TURN)
+            if slide or not (np.isfinite(least) and np.isfinite(most)):
+                choices.append([value] if low <= value <= high else [])
+            else:
+                choices.append(
+                    sorted(value + TURN * np.arange(least, most + 1), key=lambda v: abs(v - value))
+                )
+        while np.prod([float(len(c)) for c in choices]) > MOST_TURNS:
+            longest = max(choices, key=len)
+            longest.pop()
+        rows = np.array(list(product(*choices)), float).reshape(-1, len(self.q))
+        return frozen(rows[np.argsort(np.abs(rows - self.q).sum(1), kind="stable")])
+
+    def nearest_turn(self, q: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
+        """The q of this branch, within the limits if it is within them, that is nearest to another q."""
+        turns = np.where(self.slides, 0.0, np.round((q - self.q) / TURN))
+        if self.within_limits:
+            with np.errstate(invalid="ignore"):
+                least = np.ceil((self.limits[:, 0] - self.q - 1e-12) / TURN)
+                most = np.floor((self.limits[:, 1] - self.q + 1e-12) / TURN)
+            turns = np.where(self.slides, 0.0, np.clip(turns, least, most))
+        return frozen(self.q + TURN * turns)
+
+
+def representative(
+    q: Float[np.ndarray, "rows n"], limits: Float[np.ndarray, "n 2"], slides: Bool[np.ndarray, " n"]
+) -> Float[np.ndarray, "rows n"]:
+    """The turn of every joint nearest to the middle of its limits."""
+    low, high = limits.T
+    bounded = np.isfinite(low) & np.isfinite(high)
+    middle = np.where(bounded, 0.5 * (np.where(bounded, low, 0.0) + np.where(bounded, high, 0.0)), 0.0)
+    middle = np.clip(middle, low, high)
+    turned = q - TURN * np.round((q - middle) / TURN)
+    return np.where(slides, q, turned)
+
+
+def margins(q: Float[np.ndarray, "rows n"], limits: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "rows n"]:
+    """Distance of every joint to its nearest limit, negative outside."""
+    return np.minimum(q - limits[:, 0], limits[:, 1] - q)
+
+
+def branch_names(arm: Arm, x: Float[np.ndarray, "rows n"]) -> list[str]:
+    """A name for every solution of one target, unique among them.
+
+    Args:
+        arm: Its n joints.
+        x: Solutions in the chain's order [rad or m].
+    """
+    if len(x) == 0:
+        return []
+    plain = plain_names(arm, x)
+    count: Counter[str] = Counter()
+    names = list(plain)
+    for i in np.lexsort(np.angle(np.exp(1j * x)).round(6).T[::-1]):
+        count[plain[i]] += 1
+        if count[plain[i]] > 1:
+            names[i] = f"{plain[i]} ({count[plain[i]]})"
+    return names
+
+
+def plain_names(arm: Arm, x: Float[np.ndarray, "rows n"]) -> list[str]:
+    """A name for every configuration by its signs alone, whatever the others are called.
+
+    Args:
+        arm: Its n joints.
+        x: Configurations in the chain's order [rad or m].
+    """
+    signs = _signs(arm, x)
+    if signs is None:
+        wrapped = np.where(arm.slides, x, np.angle(np.exp(1j * x)))[:, arm.places]
+        return ["".join("+" if v >= 0 else "-" for v in row) for row in wrapped]
+    return [
+        f"shoulder {'right' if s >= 0 else 'left'}, elbow {'up' if e >= 0 else 'down'}, "
+        f"wrist {'no flip' if f >= 0 else 'flip'}"
+        for s, e, f in signs
+    ]
+
+
+def _signs(arm: Arm, x: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows 3"] | None:
+    """Shoulder, elbow and wrist quantities, or None for an arm without that structure."""
+    constant = _agreement(arm)
+    if constant == 0.0:
+        return None
+    side, bend, _, determinant = _quantities(arm, x)
+    return np.stack([side, bend, constant * determinant * np.where(bend >= 0, 1.0, -1.0)], -1)
+
+
+@lru_cache(maxsize=256)
+def _agreement(arm: Arm) -> float:
+    """The sign that makes both definitions of the wrist agree in most configurations; 0 without structure."""
+    if arm.dof not in (5, 6) or arm.slides.any():
+        return 0.0
+    x = np.random.default_rng(0).uniform(-np.pi, np.pi, (512, arm.dof))
+    tool, axes, _ = arm.geometry(x[:1])
+    z = [*axes[0], *([tool[0, :, 2]] if arm.dof == 5 else [])]
+    if max(abs(z[i] @ z[i + 1]) for i in (0, 3, 4)) > STRUCTURE:
+        return 0.0
+    if np.linalg.norm(np.cross(z[1], z[2])) > STRUCTURE:
+        return 0.0
+    _, bend, flip, determinant = _quantities(arm, x)
+    return 1.0 if np.sign(bend * flip * determinant).sum() >= 0 else -1.0
+
+
+def _quantities(arm: Arm, x: Float[np.ndarray, "rows n"]) -> tuple[Float[np.ndarray, " rows"], ...]:
+    """Shoulder, elbow, simple wrist quantity and det J of every configuration."""
+    tool, axes, points = arm.geometry(x)
+    jacobian = arm.jacobian(x)
+    if arm.dof == 5:  # the free turn about the tool's z axis is the sixth joint
+        axes = np.concatenate([axes, tool[:, None, :, 2]], 1)
+        points = np.concatenate([points, tool[:, None, :, 3]], 1)
+        spin = np.concatenate([np.zeros((len(x), 3)), tool[:, :, 2]], 1)
+        jacobian = np.concatenate([jacobian, spin[:, :, None]], 2)
+    z1, z2, _, z4, z5, z6 = axes.transpose(1, 0, 2)
+    shoulder = foot(points[:, 0], z1, points[:, 1], z2)
+    wrist = foot(points[:, 4], z5, points[:, 3], z4)
+    hand = foot(points[:, 4], z5, points[:, 5], z6)
+    side = np.einsum("ri,ri->r", np.cross(z1, z2), hand - shoulder)
+    bend = np.einsum("ri,ri->r", z2, np.cross(points[:, 2] - points[:, 1], wrist - points[:, 2]))
+    flip = np.einsum("ri,ri->r", z5, np.cross(z4, z6))
+    return side, bend * np.where(side >= 0, -1.0, 1.0), flip, np.linalg.det(jacobian)
+
+
+def foot(
+    p: Float[np.ndarray, "rows 3"],
+    u: Float[np.ndarray, "rows 3"],
+    r: Float[np.ndarray, "rows 3"],
+    v: Float[np.ndarray, "rows 3"],
+) -> Float[np.ndarray, "rows 3"]:
+    """The point of the line p + s u that is nearest to the line r + t v (not parallel)."""
+    cosine = np.einsum("ri,ri->r", u, v)
+    between = r - p
+    s = np.einsum("ri,ri->r", between, u - cosine[:, None] * v) / np.maximum(1.0 - cosine**2, 1e-12)
+    return p + s[:, None] * u

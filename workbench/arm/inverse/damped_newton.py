@@ -1,0 +1,278 @@
+"""Damped Newton for one arm and one target at a time, compiled, with or without joint limits.
+
+Minimises |p* − p|² + w² |ρ|², where ρ is the rotation vector that is still missing: of R* Rᵀ for a pose, the
+one that turns the tool's z axis onto the target's for an axis, none for a position. Steps solve
+(JᵀJ + λ I) δ = Jᵀ r on the joints that no limit holds, and are clipped to the limits; λ follows the
+success of the steps and never exceeds the squared residual, which keeps the convergence quadratic even
+where J is singular at the solution (Fan and Yuan, Computing 74, 2005).
+"""
+
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import no_type_check
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+from numba import njit
+
+from workbench.arm.inverse.reduced_arm import Arm, forward
+from workbench.base.types import frozen
+
+
+class Task(IntEnum):
+    """What of the target the tool has to meet."""
+
+    POSE = 6
+    POSITION_AXIS = 5
+    POSITION = 3
+
+    @classmethod
+    def default(cls, dof: int) -> "Task":
+        """The most that an arm of so many joints can meet in general."""
+        return cls.POSE if dof >= 6 else cls.POSITION_AXIS if dof == 5 else cls.POSITION
+
+
+ITERATIONS = 60
+"""Steps after which a start is given up."""
+POSITION_TOLERANCE = 1e-9
+"""A solution is nearer to its target than this [m]."""
+ROTATION_TOLERANCE = 1e-9
+"""A solution is turned away from its target by less than this [rad]."""
+WEIGHT = 0.25
+"""Default w, as a share of the arm's length [1/rad]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Refined:
+    """Where the starts ended.
+
+    Args:
+        x: Joint coordinates in the chain's order [rad or m].
+        position_error: Distance of the tool from its target [m].
+        rotation_error: Angle between the two, as far as the task asks [rad].
+        steps: Steps taken.
+    """
+
+    x: Float[np.ndarray, "rows n"]
+    position_error: Float[np.ndarray, " rows"]
+    rotation_error: Float[np.ndarray, " rows"]
+    steps: Int[np.ndarray, " rows"]
+
+    @property
+    def converged(self) -> Bool[np.ndarray, " rows"]:
+        """Rows that meet their targets."""
+        return (self.position_error < POSITION_TOLERANCE) & (self.rotation_error < ROTATION_TOLERANCE)
+
+    def cost(self, weight: float) -> Float[np.ndarray, " rows"]:
+        """|p* − p|² + w² |ρ|² [m²]."""
+        return self.position_error**2 + (weight * self.rotation_error) ** 2
+
+
+def unlimited(n: int) -> Float[np.ndarray, "n 2"]:
+    """Limits that hold nothing."""
+    return frozen(np.tile([-np.inf, np.inf], (n, 1)))
+
+
+def refine(
+    arm: Arm,
+    targets: Float[np.ndarray, "targets 4 4"],
+    starts: Float[np.ndarray, "rows n"],
+    *,
+    task: Task,
+    target_of: Int[np.ndarray, " rows"] | None = None,
+    limits: Float[np.ndarray, "n 2"] | None = None,
+    weight: float | None = None,
+    iterations: int = ITERATIONS,
+) -> Refined:
+    """Run every start to a solution, or to the nearest that it comes to.
+
+    Args:
+        arm: Its n joints.
+        targets: Poses of the tool in the measuring frame.
+        starts: Joint coordinates in the chain's order [rad or m].
+        task: What of the target must be met.
+        target_of: Target of each start; row by row if None.
+        limits: Limits that hold the joints, in the chain's order; none if None.
+        weight: w [m/rad]; `WEIGHT` of the arm's length if None.
+        iterations: Steps before giving up.
+    """
+    rows = len(starts)
+    # fresh arrays, as a read-only one would have the loop compiled once more
+    x, errors, steps = np.array(starts, float, order="C"), np.empty((rows, 2)), np.empty(rows, np.int64)
+    _refine_many(
+        arm.constants,
+        arm.slides,
+        np.array(targets, float, order="C"),
+        np.arange(rows) if target_of is None else np.array(target_of, np.int64),
+        int(task),
+        WEIGHT * arm.length if weight is None else weight,
+        np.array(unlimited(arm.dof) if limits is None else limits, float, order="C"),
+        iterations,
+        x,
+        errors,
+        steps,
+    )
+    return Refined(x, errors[:, 0], errors[:, 1], steps)
+
+
+@njit(cache=True)
+@no_type_check
+def missing(tool, target, task, r):
+    """Position and rotation that are missing, [p* − p; ρ], into r; returns their lengths."""
+    for i in range(3):
+        r[i] = target[i, 3] - tool[i, 3]
+        r[3 + i] = 0.0
+    distance = np.sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2])
+    if task == 3:
+        return distance, 0.0
+    if task == 5:
+        x, y, z = tool[0, 2], tool[1, 2], tool[2, 2]
+        u, v, w = target[0, 2], target[1, 2], target[2, 2]
+        r[3], r[4], r[5] = y * w - z * v, z * u - x * w, x * v - y * u
+        sine, cosine = np.sqrt(r[3] ** 2 + r[4] ** 2 + r[5] ** 2), x * u + y * v + z * w
+        if sine < 1e-12 and cosine < 0.0:  # exactly opposite: any perpendicular axis will do
+            r[3], r[4], r[5], sine = tool[0, 0], tool[1, 0], tool[2, 0], 1.0
+            angle = np.pi
+        else:
+            angle = np.arctan2(sine, cosine)
+    else:
+        # vector part of the quaternion of R* Rᵀ, times 4 w; near a half-turn from the symmetric part
+        m = np.empty((3, 3))
+        for i in range(3):
+            for j in range(3):
+                m[i, j] = target[i, 0] * tool[j, 0] + target[i, 1] * tool[j, 1] + target[i, 2] * tool[j, 2]
+        trace = m[0, 0] + m[1, 1] + m[2, 2]
+        r[3], r[4], r[5] = m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]
+        sine, cosine = 0.5 * np.sqrt(r[3] ** 2 + r[4] ** 2 + r[5] ** 2), 0.5 * (trace - 1.0)
+        angle = np.arctan2(sine, cosine)
+        if cosine < -0.99:
+            k = 0
+            for i in range(1, 3):
+                if m[i, i] > m[k, k]:
+                    k = i
+            sign = 1.0 if r[3 + k] >= 0.0 else -1.0
+            for i in range(3):
+                r[3 + i] = sign * (0.5 * (m[i, k] + m[k, i]) - (cosine if i == k else 0.0))
+        sine = np.sqrt(r[3] ** 2 + r[4] ** 2 + r[5] ** 2)
+    scale = 1.0 if sine < 1e-300 else angle / sine
+    for i in range(3, 6):
+        r[i] *= scale
+    return distance, angle
+
+
+@njit(cache=True)
+@no_type_check
+def _normal_equations(tool, axes, points, slides, r, task, w2, h, g):
+    """JᵀJ and Jᵀr, with rotations weighted by w² (w2) and projected as the task asks."""
+    n = slides.shape[0]
+    j = np.zeros((6, n))
+    for k in range(n):
+        a, b, c = axes[k, 0], axes[k, 1], axes[k, 2]
+        if slides[k]:
+            j[0, k], j[1, k], j[2, k] = a, b, c
+            continue
+        x, y, z = tool[0, 3] - points[k, 0], tool[1, 3] - points[k, 1], tool[2, 3] - points[k, 2]
+        j[0, k], j[1, k], j[2, k] = b * z - c * y, c * x - a * z, a * y - b * x
+        if task == 6:
+            j[3, k], j[4, k], j[5, k] = a, b, c
+        elif task == 5:
+            along = a * tool[0, 2] + b * tool[1, 2] + c * tool[2, 2]
+            j[3, k] = a - along * tool[0, 2]
+            j[4, k] = b - along * tool[1, 2]
+            j[5, k] = c - along * tool[2, 2]
+    for a in range(n):
+        g[a] = 0.0
+        for i in range(6):
+            g[a] += (1.0 if i < 3 else w2) * j[i, a] * r[i]
+        for b in range(a + 1):
+            total = 0.0
+            for i in range(3):
+                total += j[i, a] * j[i, b] + w2 * j[3 + i, a] * j[3 + i, b]
+            h[a, b] = total
+            h[b, a] = total
+
+
+@njit(cache=True)
+@no_type_check
+def _solve_damped(h, g, damping, held, low, step):
+    """Cholesky solution of (H + λ I) δ = g with δ = 0 for held joints; False where it breaks down."""
+    n = g.shape[0]
+    for a in range(n):
+        for b in range(a + 1):
+            total = 0.0 if held[a] or held[b] else h[a, b]
+            if a == b:
+                total = 1.0 if held[a] else total + damping
+            for k in range(b):
+                total -= low[a, k] * low[b, k]
+            if a == b:
+                if total <= 0.0:
+                    return False
+                low[a, a] = np.sqrt(total)
+            else:
+                low[a, b] = total / low[b, b]
+    for a in range(n):
+        total = 0.0 if held[a] else g[a]
+        for k in range(a):
+            total -= low[a, k] * step[k]
+        step[a] = total / low[a, a]
+    for a in range(n - 1, -1, -1):
+        total = step[a]
+        for k in range(a + 1, n):
+            total -= low[k, a] * step[k]
+        step[a] = total / low[a, a]
+    return True
+
+
+@njit(cache=True)
+@no_type_check
+def _refine_many(constants, slides, targets, target_of, task, weight, limits, iterations, xs, errors, steps):
+    n = slides.shape[0]
+    tool, axes, points = np.empty((3, 4)), np.empty((n, 3)), np.empty((n, 3))
+    r, h, g, low = np.empty(6), np.empty((n, n)), np.empty(n), np.empty((n, n))
+    step, new, held = np.empty(n), np.empty(n), np.zeros(n, np.bool_)
+    w2 = weight * weight
+    for row in range(xs.shape[0]):
+        x, target = xs[row], targets[target_of[row]]
+        for k in range(n):
+            x[k] = min(max(x[k], limits[k, 0]), limits[k, 1])
+        forward(constants, slides, x, tool, axes, points)
+        distance, angle = missing(tool, target, task, r)
+        cost = distance**2 + w2 * angle**2
+        relative, idle, count = 1e-3, 0, 0
+        while count < iterations and idle < 4 and (distance > 1e-13 or angle > 1e-13):
+            count += 1
+            _normal_equations(tool, axes, points, slides, r, task, w2, h, g)
+            size = 0.0
+            for k in range(n):
+                size += h[k, k] / n
+                held[k] = (x[k] <= limits[k, 0] and g[k] < 0.0) or (x[k] >= limits[k, 1] and g[k] > 0.0)
+            relative = max(min(relative, cost / size), 1e-15)
+            better = False
+            for _ in range(14):
+                if not _solve_damped(h, g, relative * size, held, low, step):
+                    relative *= 10.0
+                    continue
+                longest = 0.0
+                for k in range(n):
+                    longest = max(longest, abs(step[k]))
+                scale = min(1.0, 0.7 / max(longest, 1e-300))
+                for k in range(n):
+                    new[k] = min(max(x[k] + scale * step[k], limits[k, 0]), limits[k, 1])
+                forward(constants, slides, new, tool, axes, points)
+                distance, angle = missing(tool, target, task, r)
+                trial = distance**2 + w2 * angle**2
+                if trial < cost:
+                    better = True
+                    break
+                relative *= 10.0
+            if not better:
+                forward(constants, slides, x, tool, axes, points)
+                distance, angle = missing(tool, target, task, r)
+                break
+            idle = idle + 1 if trial > 0.9999 * cost else 0
+            cost = trial
+            relative *= 0.1
+            for k in range(n):
+                x[k] = new[k]
+        errors[row, 0], errors[row, 1] = distance, angle
+        steps[row] = count

@@ -1,0 +1,91 @@
+"""Following a target: one warm-started damped Newton run within the limits, for drags (`newton`).
+
+An arm that bends is then settled (`settle`).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from workbench.arm.inverse.bent_arm import settle
+from workbench.arm.inverse.damped_newton import Task, refine
+from workbench.arm.inverse.reduced_arm import compile_arm
+from workbench.arm.motion import Motion
+from workbench.arm.robot import Robot
+from workbench.base.types import frozen
+
+FOLLOW_STEPS = 40
+"""Steps that a drag can always afford."""
+
+
+@dataclass(frozen=True, eq=False)
+class Followed:
+    """Where a warm-started run ended, within the limits.
+
+    Args:
+        q: Joint coordinates [rad or m].
+        converged: Whether the target is met.
+        position_error: Distance of the tool from the target [m].
+        rotation_error: Angle between the two, as far as the task asks [rad].
+    """
+
+    q: Float[np.ndarray, " n"]
+    converged: bool
+    position_error: float
+    rotation_error: float
+
+
+@dataclass(frozen=True, eq=False)
+class FollowedMany:
+    """`Followed` for many targets, one row each."""
+
+    q: Float[np.ndarray, "rows n"]
+    converged: Bool[np.ndarray, " rows"]
+    position_error: Float[np.ndarray, " rows"]
+    rotation_error: Float[np.ndarray, " rows"]
+
+
+def follow(
+    robot: Robot,
+    pose: Float[np.ndarray, "4 4"],
+    q_start: Float[np.ndarray, " n"],
+    *,
+    task: Task | None = None,
+    motion: Motion | None = None,
+) -> Followed:
+    """The solution next to a start, or the nearest that the arm comes to within its limits.
+
+    Args:
+        robot: Geometry with base and tool, n joints.
+        pose: Tool pose in the measuring frame [m]; trusted to be one.
+        q_start: Where to start, as a rule the last solution [rad or m].
+        task: What of the pose must be met; by default what so many joints can meet.
+        motion: What drives a robot's effects beside q, one row; its own q is not looked at.
+    """
+    many = follow_many(robot, pose[None], q_start[None], task=task, motion=motion)
+    return Followed(
+        frozen(many.q[0]),
+        bool(many.converged[0]),
+        float(many.position_error[0]),
+        float(many.rotation_error[0]),
+    )
+
+
+def follow_many(
+    robot: Robot,
+    poses: Float[np.ndarray, "rows 4 4"],
+    q_starts: Float[np.ndarray, "rows n"],
+    *,
+    task: Task | None = None,
+    motion: Motion | None = None,
+) -> FollowedMany:
+    """`follow` for every row."""
+    robot.check_joints(q_starts)
+    arm, task = compile_arm(robot), task or Task.default(robot.dof)
+    limits = robot.known_limits
+    held = limits[arm.columns]
+    r = refine(arm, poses, q_starts[:, arm.columns], task=task, limits=held, iterations=FOLLOW_STEPS)
+    if robot.effects:
+        r = settle(robot, poses, r.x[:, arm.places], task=task, limits=limits, motion=motion)
+    return FollowedMany(frozen(r.x[:, arm.places]), r.converged, r.position_error, r.rotation_error)

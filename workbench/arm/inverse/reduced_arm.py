@@ -1,0 +1,156 @@
+"""An arm boiled down for inverse kinematics: one constant transform between neighbouring joints.
+
+    T(q) = C_0 Z(q_1) C_1 Z(q_2) … Z(q_n) C_n,      Z = rotation about, or translation along, z
+
+Any chain has this form once each joint's axis is turned onto z; nothing of a convention or of a nominal
+structure is left. The axes and points that the columns of the Jacobian and the names of branches need are
+those of the frames right before each Z.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import no_type_check
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+from numba import njit
+
+from workbench.arm import chain as chains
+from workbench.arm.chain import Axis, Chain
+from workbench.arm.robot import Robot
+from workbench.base import se3
+from workbench.base.errors import RobotError
+from workbench.base.types import frozen
+
+ONTO_Z = tuple(frozen(se3.pose(np.roll(np.eye(3), -(axis + 1), axis=1), np.zeros(3))) for axis in range(3))
+"""Frames whose z axis is the x, y or z axis of their parent."""
+
+
+@dataclass(frozen=True, eq=False)
+class Arm:
+    """Constants between joints, in the order of the chain.
+
+    Args:
+        constants: C_0 … C_n, base and tool included.
+        slides: Whether each joint translates.
+        columns: Column of q that drives each joint of the chain.
+        limits: Least and greatest coordinate per joint of the chain [rad or m].
+        length: Length of the stretched arm [m]: the unit that makes its Jacobian dimensionless.
+    """
+
+    constants: Float[np.ndarray, "links 4 4"]
+    slides: Bool[np.ndarray, " n"]
+    columns: Int[np.ndarray, " n"]
+    limits: Float[np.ndarray, "n 2"]
+    length: float
+
+    @property
+    def dof(self) -> int:
+        """Number of joints."""
+        return len(self.slides)
+
+    @cached_property
+    def places(self) -> Int[np.ndarray, " n"]:
+        """Where each column of q stands in the chain: q = x[places] for x in the chain's order."""
+        return frozen(np.argsort(self.columns))
+
+    def geometry(
+        self, x: Float[np.ndarray, "rows n"]
+    ) -> tuple[Float[np.ndarray, "rows 3 4"], Float[np.ndarray, "rows n 3"], Float[np.ndarray, "rows n 3"]]:
+        """Tool poses (upper three rows), and direction and a point of every joint axis.
+
+        Args:
+            x: Joint coordinates in the chain's order [rad or m].
+        """
+        rows, n = x.shape
+        out = np.empty((rows, 3, 4)), np.empty((rows, n, 3)), np.empty((rows, n, 3))
+        _geometry(self.constants, self.slides, np.array(x, float, order="C"), *out)
+        return out
+
+    def jacobian(self, x: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows 6 n"]:
+        """Twist of the tool per joint, linear part in units of `length`, so that it is dimensionless."""
+        tool, axes, points = self.geometry(x)
+        lever = np.cross(axes, tool[:, None, :, 3] - points)
+        slides = self.slides[None, :, None]
+        linear = np.where(slides, axes, lever) / self.length
+        return np.swapaxes(np.concatenate([linear, np.where(slides, 0.0, axes)], -1), 1, 2)
+
+
+_ARMS: WeakKeyDictionary[Robot, Arm] = WeakKeyDictionary()
+
+
+def compile_arm(robot: Robot) -> Arm:
+    """The robot's arm, worked out once.
+
+    Raises:
+        RobotError: a joint drives several elements, which has no such form.
+    """
+    if robot not in _ARMS:
+        _ARMS[robot] = _compile(robot)
+    return _ARMS[robot]
+
+
+def _compile(robot: Robot) -> Arm:
+    constants, columns, slides = [], [], []
+    current = np.eye(4)
+    for element in robot.chain.elements:
+        if element.joint is not None:
+            turn = ONTO_Z[element.axis % 3]
+            constants.append(current @ turn)
+            columns.append(element.joint)
+            slides.append(not Axis(element.axis).turns)
+            current = turn.T
+        still = chains.Element(element.axis, element.name, element.value, matrix=element.matrix)
+        current = current @ chains.poses(Chain((still,), 0), np.zeros((1, 0)))[0]
+    if sorted(columns) != list(range(robot.dof)):
+        double = next(c for c in columns if columns.count(c) > 1)
+        raise RobotError(
+            f"joint {double + 1} of robot '{robot.name}' drives several elements; inverse kinematics needs "
+            "every joint to drive exactly one"
+        )
+    constants.append(current)
+    order = np.array(columns, np.int64)
+    return Arm(
+        frozen(np.array(constants)),
+        frozen(np.array(slides, bool)),
+        frozen(order),
+        frozen(robot.limits[order]),
+        max(robot.reach, 1e-3),
+    )
+
+
+@njit(cache=True)
+@no_type_check
+def forward(constants, slides, x, tool, axes, points):
+    """Tool pose, axes and points of one configuration, into the arrays given."""
+    n = slides.shape[0]
+    for i in range(3):
+        for j in range(4):
+            tool[i, j] = constants[0, i, j]
+    for k in range(n):
+        for i in range(3):
+            axes[k, i] = tool[i, 2]
+            points[k, i] = tool[i, 3]
+        c, s, d = 1.0, 0.0, 0.0
+        if slides[k]:
+            d = x[k]
+        else:
+            c, s = np.cos(x[k]), np.sin(x[k])
+        m = constants[k + 1]
+        for i in range(3):
+            a = tool[i, 0] * c + tool[i, 1] * s
+            b = tool[i, 1] * c - tool[i, 0] * s
+            z = tool[i, 2]
+            p = tool[i, 3] + z * d
+            tool[i, 0] = a * m[0, 0] + b * m[1, 0] + z * m[2, 0]
+            tool[i, 1] = a * m[0, 1] + b * m[1, 1] + z * m[2, 1]
+            tool[i, 2] = a * m[0, 2] + b * m[1, 2] + z * m[2, 2]
+            tool[i, 3] = a * m[0, 3] + b * m[1, 3] + z * m[2, 3] + p
+
+
+@njit(cache=True)
+@no_type_check
+def _geometry(constants, slides, x, tools, axes, points):
+    for row in range(x.shape[0]):
+        forward(constants, slides, x[row], tools[row], axes[row], points[row])

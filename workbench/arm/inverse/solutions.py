@@ -1,0 +1,244 @@
+"""All joint coordinates that reach a target, limits left aside: completeness is decided here.
+
+Six revolute joints and a pose, and five of them and a position with an axis (whose free turn about the tool's
+z axis is a sixth), have at most sixteen solutions, and all of them follow from `closure`. The closed loop
+is entered at several joints, because a target that is special for one entry is not for another. Other arms
+with as many joints as conditions are searched from random starts until two rounds bring nothing new.
+Either way the neighbours of nearly singular solutions are searched too, along the direction that hardly
+moves the tool, because there two solutions lie close together.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import no_type_check
+
+import numpy as np
+from jaxtyping import Bool, Float
+from numba import njit
+
+from workbench.arm.inverse.damped_newton import Task, refine
+from workbench.arm.inverse.elimination import closure_starts
+from workbench.arm.inverse.reduced_arm import Arm
+
+ENTRIES = (0, 1, 2, 5)
+"""Joints at which the loop is entered."""
+RANDOM_STARTS = 48
+"""Random starts per target besides the algebraic ones."""
+ROUND, ROUNDS = 192, 24
+"""Random starts per round, and the most rounds, where there is no algebraic way."""
+DISTINCT = 1e-4
+"""Solutions nearer than this are one [rad, or share of the arm's length]."""
+NEAR_SINGULAR = 0.05
+"""Dimensionless singular value below which a solution's neighbours are searched."""
+SINGULAR = 1e-6
+"""Dimensionless singular value below which a solution may be one of endlessly many."""
+SAME_CONTINUUM = 0.03
+"""Nearer than this, ends of slides are one: where two solutions merge, their place is soft [rad]."""
+SLIDES = 200
+"""Steps along a continuum at most, of up to 0.1 rad each."""
+REACHES = (0.03, 0.15, 0.6)
+"""How far from a nearly singular solution its neighbours are sought [rad]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Solutions:
+    """Distinct solutions of one target, in the chain's order.
+
+    Args:
+        x: Joint coordinates [rad or m].
+        smallest: Smallest singular value of the task's Jacobian, dimensionless.
+        continuum: Which of them stand for endlessly many.
+    """
+
+    x: Float[np.ndarray, "rows n"]
+    smallest: Float[np.ndarray, " rows"]
+    continuum: Bool[np.ndarray, " rows"]
+
+
+def is_algebraic(arm: Arm, task: Task) -> bool:
+    """Whether `closure` finds the solutions."""
+    return not arm.slides.any() and (arm.dof, task) in ((6, Task.POSE), (5, Task.POSITION_AXIS))
+
+
+def all_solutions(
+    arm: Arm, targets: Float[np.ndarray, "rows 4 4"], *, task: Task, rng: np.random.Generator
+) -> list[Solutions]:
+    """Every solution of every target, for an arm with as many joints as conditions (or fewer)."""
+    rows, n = len(targets), arm.dof
+    found = [np.empty((0, n))] * rows
+    if is_algebraic(arm, task):
+        starts = [algebraic_starts(arm, targets, ENTRIES), random_starts(arm, (rows, RANDOM_STARTS), rng)]
+        found = _extend(arm, targets, found, np.concatenate(starts, 1), task)
+        for i in range(rows):
+            found[i] = _with_neighbours(arm, targets[i : i + 1], found[i], task)
+    else:
+        for i in range(rows):
+            found[i] = _searched(arm, targets[i : i + 1], task, rng)
+    return [_settled(arm, targets[i : i + 1], found[i], task) for i in range(rows)]
+
+
+def algebraic_starts(
+    arm: Arm, targets: Float[np.ndarray, "rows 4 4"], entries: Iterable[int]
+) -> Float[np.ndarray, "rows starts n"]:
+    """24 starts per entry from the elimination."""
+    constants = arm.constants
+    if arm.dof == 5:
+        constants = np.concatenate([constants, np.eye(4)[None]])
+    starts = []
+    for entry in entries:
+        try:
+            starts.append(closure_starts(constants, targets, length=arm.length, first=entry))
+        except np.linalg.LinAlgError:  # an exactly singular pencil: the other entries do the work
+            continue
+    none = np.empty((len(targets), 0, 6))
+    return np.nan_to_num(np.concatenate([none, *starts], axis=1)[:, :, : arm.dof])
+
+
+def random_starts(
+    arm: Arm,
+    shape: tuple[int, ...],
+    rng: np.random.Generator,
+    *,
+    limits: Float[np.ndarray, "n 2"] | None = None,
+) -> np.ndarray:
+    """Uniform joint coordinates within limits; one turn, or the arm's length, where there are none."""
+    limits = np.tile([-np.inf, np.inf], (arm.dof, 1)) if limits is None else limits
+    span = np.where(arm.slides, arm.length, np.pi)
+    low = np.where(np.isfinite(limits[:, 0]), limits[:, 0], np.minimum(-span, limits[:, 1] - 2 * span))
+    high = np.where(np.isfinite(limits[:, 1]), limits[:, 1], np.maximum(low + 2 * span, span))
+    return rng.uniform(low, high, (*shape, arm.dof))
+
+
+def task_jacobian(arm: Arm, x: Float[np.ndarray, "rows n"], task: Task) -> Float[np.ndarray, "rows m n"]:
+    """The rows of the Jacobian that the task asks for; rotations about the tool's z axis projected off."""
+    jacobian = arm.jacobian(x)
+    if task is Task.POSITION:
+        return jacobian[:, :3]
+    if task is Task.POSITION_AXIS:
+        tool = arm.geometry(x)[0][:, :, :2]  # x and y axes of the tool: turns about them count
+        return np.concatenate([jacobian[:, :3], np.swapaxes(tool, 1, 2) @ jacobian[:, 3:]], 1)
+    return jacobian
+
+
+def _extend(
+    arm: Arm, targets: np.ndarray, found: list[np.ndarray], starts: np.ndarray, task: Task
+) -> list[np.ndarray]:
+    """Solutions so far, and the distinct new ones that starts (rows, k, n) lead to."""
+    rows, k, n = starts.shape
+    result = refine(arm, targets, starts.reshape(-1, n), task=task, target_of=np.repeat(np.arange(rows), k))
+    good, x = result.converged.reshape(rows, k), result.x.reshape(rows, k, n)
+    return [distinct(arm, np.concatenate([found[i], x[i, good[i]]])) for i in range(rows)]
+
+
+def _with_neighbours(arm: Arm, target: np.ndarray, x: np.ndarray, task: Task) -> np.ndarray:
+    """Solutions, and those near the nearly singular ones."""
+    checked = 0
+    while checked < len(x):
+        part = x[checked:]
+        checked = len(x)
+        _, s, vt = np.linalg.svd(task_jacobian(arm, part, task))
+        weak = (s[:, -1] < NEAR_SINGULAR) & (s[:, -1] > SINGULAR)
+        if not weak.any() or len(x) > 64:
+            break
+        steps = np.array([*REACHES, *(-r for r in REACHES)])[:, None, None] * vt[weak, -1]
+        x = _extend(arm, target, [x], (part[weak] + steps).reshape(1, -1, arm.dof), task)[0]
+    return x
+
+
+def _searched(arm: Arm, target: np.ndarray, task: Task, rng: np.random.Generator) -> np.ndarray:
+    """Solutions from random starts, in rounds until two bring nothing new."""
+    x, idle = np.empty((0, arm.dof)), 0
+    for _ in range(ROUNDS):
+        before = len(x)
+        x = _extend(arm, target, [x], random_starts(arm, (1, ROUND), rng), task)[0]
+        x = _with_neighbours(arm, target, x, task)
+        idle = idle + 1 if len(x) == before else 0
+        if idle == 2 or len(x) > 200:
+            break
+    return x
+
+
+def _settled(arm: Arm, target: np.ndarray, x: np.ndarray, task: Task) -> Solutions:
+    """Solutions with one representative for each continuum of them."""
+    if len(x) == 0:
+        return Solutions(x, np.empty(0), np.empty(0, bool))
+    smallest = np.linalg.svd(task_jacobian(arm, x, task))[1][:, -1]
+    suspects = np.flatnonzero(smallest < SINGULAR)
+    if len(suspects) == 0:
+        return Solutions(x, smallest, np.zeros(len(x), bool))
+    ends, flows = _slid(arm, target, x[suspects], task)
+    flowing = distinct(arm, ends[flows], SAME_CONTINUUM)
+    x = np.concatenate([np.delete(x, suspects[flows], 0), flowing])
+    continuum = np.arange(len(x)) >= len(x) - len(flowing)
+    return Solutions(x, np.linalg.svd(task_jacobian(arm, x, task))[1][:, -1], continuum)
+
+
+def _slid(
+    arm: Arm, target: np.ndarray, x: np.ndarray, task: Task
+) -> tuple[Float[np.ndarray, "rows n"], Bool[np.ndarray, " rows"]]:
+    """Slide singular solutions along their continuum until the last joint that can turn is at zero.
+
+    Returns:
+        Where each ended, and whether it slid at all: the others are isolated.
+    """
+    x, flows, going = x.copy(), np.zeros(len(x), bool), np.arange(len(x))
+    joint = np.full(len(x), -1)
+    for step in range(SLIDES):
+        _, s, vt = np.linalg.svd(task_jacobian(arm, x[going], task))
+        null = np.zeros((len(going), arm.dof, arm.dof))
+        null[:, : s.shape[1]] = s[:, :, None] < 10 * SINGULAR
+        null[:, s.shape[1] :] = 1.0
+        null *= vt
+        free = np.abs(null).max(1) > 0.1
+        last = arm.dof - 1 - np.argmax(free[:, ::-1], 1)
+        joint[going] = np.where(joint[going] < 0, last, joint[going])
+        row, column = np.arange(len(going)), joint[going]
+        along = np.einsum("rki,rk->ri", null, null[row, :, column])
+        gap = -x[going, column]
+        gap = np.where(arm.slides[column], gap, np.angle(np.exp(1j * gap)))
+        slope = np.maximum(along[row, column], 1e-12)
+        wanted = (slope > 1e-3) & ((np.abs(gap) > 1e-9) | (step == 0))
+        move = np.where(step == 0, 0.05, np.clip(gap / slope, -0.1, 0.1))
+        tried = x[going] + move[:, None] * along
+        r = refine(arm, target, tried, task=task, target_of=np.zeros(len(going), np.int64))
+        far = np.linalg.norm(r.x - x[going], axis=1) > 0.4 * np.abs(move) * np.linalg.norm(along, axis=1)
+        good = wanted & r.converged & far
+        going = going[good]
+        x[going] = r.x[good]
+        flows[going] = True
+        if len(going) == 0:
+            break
+    return x, flows
+
+
+def distinct(
+    arm: Arm, x: Float[np.ndarray, "rows n"], tolerance: float = DISTINCT
+) -> Float[np.ndarray, "kept n"]:
+    """The first of every group of solutions that agree up to full turns."""
+    unit = np.where(arm.slides, arm.length, 1.0)
+    return x[_first_of_group(np.ascontiguousarray(x / unit), arm.slides, tolerance)]
+
+
+@njit(cache=True)
+@no_type_check
+def _first_of_group(x, slides, tolerance):
+    kept = np.empty(x.shape[0], np.int64)
+    count = 0
+    for i in range(x.shape[0]):
+        new = True
+        for j in range(count):
+            same = True
+            for k in range(x.shape[1]):
+                gap = x[i, k] - x[kept[j], k]
+                if not slides[k]:
+                    gap -= 2.0 * np.pi * np.round(gap / (2.0 * np.pi))
+                if abs(gap) > tolerance:
+                    same = False
+                    break
+            if same:
+                new = False
+                break
+        if new:
+            kept[count] = i
+            count += 1
+    return kept[:count]

@@ -1,0 +1,260 @@
+"""Inverse kinematics: every way to reach a pose, the honest reason where there is none, and quick following.
+
+`solve` finds all solution branches where there are finitely many, for any geometry (`solutions`), names them
+(`branches`) and explains failure (`unreachable`). `follow` is one warm-started damped Newton run within the
+limits, for drags (`newton`). Nothing here assumes a nominal structure, so a calibrated arm is solved exactly.
+
+An arm that bends (`Robot.effects`) has the branches of its geometry, each moved to where the bent arm reaches
+the target (`settle`); reasons, and the nearest configuration to what is out of reach, are the geometry's. A
+branch keeps its turn: with an effect that does not repeat every turn, `follow` from another one.
+"""
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.inverse import unreachable
+from workbench.arm.inverse.bent_branches import bent_result
+from workbench.arm.inverse.branch import (
+    LIMIT_SLACK,
+    Branch,
+    branch_names,
+    margins,
+    representative,
+)
+from workbench.arm.inverse.branches import (
+    InverseResult,
+    Nearest,
+    choose,
+    nearest_branch,
+    quality,
+)
+from workbench.arm.inverse.damped_newton import Task, refine
+from workbench.arm.inverse.follow import (
+    Followed,
+    FollowedMany,
+    follow,
+    follow_many,
+)
+from workbench.arm.inverse.reduced_arm import Arm, compile_arm
+from workbench.arm.inverse.solutions import (
+    Solutions,
+    all_solutions,
+    distinct,
+    random_starts,
+    task_jacobian,
+)
+from workbench.arm.motion import Motion
+from workbench.arm.robot import Robot
+from workbench.base.errors import DataError, ShapeError
+from workbench.base.types import frozen
+
+__all__ = [
+    "Branch",
+    "Followed",
+    "FollowedMany",
+    "InverseResult",
+    "Nearest",
+    "Task",
+    "choose",
+    "follow",
+    "follow_many",
+    "nearest_branch",
+    "solve",
+    "solve_many",
+]
+
+REPRESENTATIVES = 8
+"""Solutions shown of a redundant arm."""
+SPREAD_STARTS = 96
+"""Starts from which they are chosen, per round."""
+
+
+def solve(
+    robot: Robot,
+    pose: Float[np.ndarray, "4 4"],
+    *,
+    task: Task | None = None,
+    rng: np.random.Generator | None = None,
+    limits: Float[np.ndarray, "n 2"] | None = None,
+    motion: Motion | None = None,
+) -> InverseResult:
+    """Every way to reach a pose of the tool.
+
+    Args:
+        robot: Geometry with base and tool, n joints.
+        pose: Tool pose in the measuring frame [m].
+        task: What of it must be met; by default what so many joints can meet.
+        rng: For the random starts that stand beside the algebraic ones; seeded with 0 if None.
+        limits: Limits to use instead of the robot's [rad or m]; infinite ones to leave them aside. An effect
+            that is known on part of a joint's range narrows them.
+        motion: What drives a robot's effects beside q, one row; its own q is not looked at.
+
+    Raises:
+        DataError: the pose is not finite or no rigid motion, or an effect misses what drives it.
+        ShapeError: limits have another number of joints than the robot.
+    """
+    return solve_many(robot, np.asarray(pose)[None], task=task, rng=rng, limits=limits, motion=motion)[0]
+
+
+def solve_many(
+    robot: Robot,
+    poses: Float[np.ndarray, "rows 4 4"],
+    *,
+    task: Task | None = None,
+    rng: np.random.Generator | None = None,
+    limits: Float[np.ndarray, "n 2"] | None = None,
+    motion: Motion | None = None,
+) -> list[InverseResult]:
+    """`solve` for several poses at once, at less than half the time each; a row of `motion` a pose."""
+    arm, task = compile_arm(robot), task or Task.default(robot.dof)
+    rng = np.random.default_rng(0) if rng is None else rng
+    targets, limits = check_poses(poses), _limits(robot, limits)
+    inner = limits[arm.columns]
+    if arm.dof > task:
+        solutions = [_spread(arm, t[None], task, inner, rng) for t in targets]
+    else:
+        solutions = all_solutions(arm, targets, task=task, rng=rng)
+    results = [_result(arm, t, s, task, limits, rng) for t, s in zip(targets, solutions, strict=True)]
+    if not robot.effects:
+        return results
+    states = [None if motion is None else motion.take(np.array([i])) for i in range(len(results))]
+    return [bent_result(robot, t, r, limits, s) for t, r, s in zip(targets, results, states, strict=True)]
+
+
+def check_poses(poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, "rows 4 4"]:
+    """Poses with exactly orthonormal rotations.
+
+    Raises:
+        ShapeError: not a stack of 4×4 matrices.
+        DataError: not finite, or not a rigid motion.
+    """
+    if poses.ndim != 3 or poses.shape[1:] != (4, 4):
+        raise ShapeError(f"a pose is a 4×4 matrix, not {poses.shape[1:]}", expected=4, found=poses.shape[-1])
+    if not np.isfinite(poses).all():
+        raise DataError("a pose to be reached has entries that are not finite numbers; give it anew")
+    r = poses[:, :3, :3]
+    off = float(np.abs(np.swapaxes(r, 1, 2) @ r - np.eye(3)).max(initial=0.0))
+    if off > 1e-3 or (np.linalg.det(r) < 0).any():
+        raise DataError(
+            f"the rotation of a pose to be reached is none (RᵀR differs from 1 by {off:.2g}, or it mirrors); "
+            "give an orthonormal right-handed matrix"
+        )
+    u, _, vt = np.linalg.svd(r)
+    clean = np.array(poses, float)
+    clean[:, :3, :3] = u @ vt
+    return clean
+
+
+def _limits(robot: Robot, limits: np.ndarray | None) -> np.ndarray:
+    if limits is None:
+        return robot.known_limits
+    if limits.shape != (robot.dof, 2):
+        raise ShapeError(
+            f"limits are for {len(limits)} joints, robot '{robot.name}' has {robot.dof}; give one pair each",
+            expected=robot.dof,
+            found=len(limits),
+        )
+    return robot.narrowed(np.array(limits, float))
+
+
+def _spread(
+    arm: Arm, target: np.ndarray, task: Task, limits: np.ndarray, rng: np.random.Generator
+) -> Solutions:
+    """Representatives of endlessly many solutions within the limits, far apart from each other."""
+    x = np.empty((0, arm.dof))
+    for held in (limits, limits, limits, None):
+        starts = random_starts(arm, (SPREAD_STARTS,), rng, limits=limits)
+        one = np.zeros(len(starts), np.int64)
+        r = refine(arm, target, starts, task=task, target_of=one, limits=held)
+        x = distinct(arm, r.x[r.converged])
+        if len(x):
+            break
+    if len(x):
+        place = np.concatenate([np.where(arm.slides, x, np.cos(x)), np.where(arm.slides, 0.0, np.sin(x))], 1)
+        picked = [int(np.argmax(np.linalg.svd(task_jacobian(arm, x, task))[1][:, -1]))]
+        away = np.linalg.norm(place - place[picked[0]], axis=1)
+        while len(picked) < min(REPRESENTATIVES, len(x)):
+            picked.append(int(np.argmax(away)))
+            away = np.minimum(away, np.linalg.norm(place - place[picked[-1]], axis=1))
+        x = x[picked]
+    smallest = np.linalg.svd(task_jacobian(arm, x, task))[1][:, -1]
+    return Solutions(x, smallest, np.ones(len(x), bool))
+
+
+def _result(
+    arm: Arm,
+    target: np.ndarray,
+    solutions: Solutions,
+    task: Task,
+    limits: np.ndarray,
+    rng: np.random.Generator,
+) -> InverseResult:
+    redundant = arm.dof > task
+    inner = limits[arm.columns]
+    x = representative(solutions.x, inner, arm.slides)
+    x = _into_limits(arm, target, x, solutions, task, inner)
+    branches = _branches(arm, x, solutions, limits, redundant)
+    singular = bool(solutions.continuum.any()) and not redundant
+    note = None
+    if redundant and len(x):
+        note = (
+            f"{arm.dof} joints for {int(task)} conditions: endlessly many solutions, of which some are shown"
+        )
+    elif singular:
+        note = (
+            "the pose is singular: some joints can move without moving the tool, one solution stands for all"
+        )
+    reason = None
+    inside = [b for b in branches if b.within_limits]
+    if inside:
+        best = max(inside, key=quality)
+        closest = refine(arm, target[None], best.q[None, arm.columns], task=task, iterations=0)
+    else:
+        closest = unreachable.nearest(arm, target, task=task, limits=inner, rng=rng, starts=x)
+        if len(x):
+            reason = unreachable.limits_reason(arm, x, inner)
+        else:
+            reason = unreachable.geometry_reason(arm, target, task=task, limits=inner, rng=rng)
+    nearest = Nearest(
+        frozen(closest.x[0, arm.places]), float(closest.position_error[0]), float(closest.rotation_error[0])
+    )
+    return InverseResult(branches, not (redundant or singular), reason, note, nearest, task)
+
+
+def _into_limits(
+    arm: Arm, target: np.ndarray, x: np.ndarray, solutions: Solutions, task: Task, limits: np.ndarray
+) -> np.ndarray:
+    """Slide the representatives of a continuum into the limits where that is possible."""
+    outside = solutions.continuum & (margins(x, limits).min(1, initial=np.inf) < 0.0)
+    if not outside.any():
+        return x
+    one = np.zeros(int(outside.sum()), np.int64)
+    r = refine(arm, target[None], x[outside], task=task, target_of=one, limits=limits)
+    x = x.copy()
+    x[np.flatnonzero(outside)[r.converged]] = r.x[r.converged]
+    return x
+
+
+def _branches(
+    arm: Arm, x: np.ndarray, solutions: Solutions, limits: np.ndarray, redundant: bool
+) -> tuple[Branch, ...]:
+    names = [f"sample {i + 1}" for i in range(len(x))] if redundant else branch_names(arm, x)
+    slides = frozen(arm.slides[arm.places])
+    branches = []
+    for row, name, smallest, flows in zip(
+        x[:, arm.places], names, solutions.smallest, solutions.continuum, strict=True
+    ):
+        margin = float(margins(row[None], limits).min())
+        branches.append(
+            Branch(
+                q=frozen(row.copy()),
+                name=name,
+                within_limits=margin >= -LIMIT_SLACK,
+                margin=margin,
+                manipulability=float(smallest),
+                continuum=bool(flows),
+                limits=limits,
+                slides=slides,
+            )
+        )
+    return tuple(sorted(branches, key=lambda b: (not b.within_limits, -b.manipulability)))

@@ -1,0 +1,169 @@
+"""Why a target can't be reached, in one sentence, and the nearest that can.
+
+The nearest configuration minimises |p* − p|² + w² |ρ|² within the limits from many starts (`newton`). The
+reason is sought in this order: limits alone; the position (too far, or too near); the orientation there.
+"""
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.inverse.branch import STRUCTURE, foot, margins
+from workbench.arm.inverse.damped_newton import (
+    POSITION_TOLERANCE,
+    WEIGHT,
+    Refined,
+    Task,
+    refine,
+    unlimited,
+)
+from workbench.arm.inverse.reduced_arm import Arm
+from workbench.arm.inverse.solutions import random_starts
+
+STARTS = 96
+"""Random starts of each search for a nearest configuration."""
+LIGHT = (0.02, 2e-4, 2e-6)
+"""Falling weights w that bring the position home before the orientation, as shares of the arm's length."""
+
+
+def nearest(
+    arm: Arm,
+    target: Float[np.ndarray, "4 4"],
+    *,
+    task: Task,
+    limits: Float[np.ndarray, "n 2"],
+    rng: np.random.Generator,
+    starts: Float[np.ndarray, "rows n"] | None = None,
+    weight: float | None = None,
+) -> Refined:
+    """The nearest configuration within the limits, as one row.
+
+    Args:
+        arm: Its n joints.
+        target: Pose of the tool.
+        task: What of it counts.
+        limits: In the chain's order.
+        rng: For the random starts.
+        starts: Further starts in the chain's order, such as solutions outside the limits.
+        weight: w of the objective [m/rad].
+    """
+    rows = random_starts(arm, (STARTS,), rng, limits=limits)
+    if starts is not None:
+        rows = np.concatenate([starts, rows])
+    one = np.zeros(len(rows), np.int64)
+    result = refine(
+        arm, target[None], rows, task=task, target_of=one, limits=limits, weight=weight, iterations=200
+    )
+    return _best(result, WEIGHT * arm.length if weight is None else weight)
+
+
+def _best(result: Refined, weight: float) -> Refined:
+    i = int(np.argmin(result.cost(weight)))
+    row = slice(i, i + 1)
+    return Refined(result.x[row], result.position_error[row], result.rotation_error[row], result.steps[row])
+
+
+def nearest_orientation(
+    arm: Arm,
+    target: Float[np.ndarray, "4 4"],
+    *,
+    task: Task,
+    limits: Float[np.ndarray, "n 2"],
+    rng: np.random.Generator,
+) -> Refined:
+    """The configuration at the target's position whose orientation is nearest."""
+    result = nearest(arm, target, task=task, limits=limits, rng=rng, weight=LIGHT[0] * arm.length)
+    for share in LIGHT[1:]:
+        one = np.zeros(1, np.int64)
+        result = refine(
+            arm,
+            target[None],
+            result.x,
+            task=task,
+            target_of=one,
+            limits=limits,
+            weight=share * arm.length,
+            iterations=200,
+        )
+    return result
+
+
+def limits_reason(arm: Arm, x: Float[np.ndarray, "rows n"], limits: Float[np.ndarray, "n 2"]) -> str:
+    """Which limits keep the arm from the solutions that there are: those of the least violation.
+
+    Args:
+        arm: Its n joints.
+        x: Solutions outside the limits, in the chain's order, at their best turn.
+        limits: In the chain's order.
+    """
+    beyond = np.minimum(margins(x, limits), 0.0)
+    best = int(np.argmax(beyond.sum(1)))
+    parts = []
+    for column in range(arm.dof):
+        k = int(arm.places[column])
+        if beyond[best, k] < 0.0:
+            unit = "m" if arm.slides[k] else "rad"
+            limit = limits[k, 0] if x[best, k] < limits[k, 0] else limits[k, 1]
+            value = x[best, k]
+            digits = 2 if abs(value - limit) >= 0.01 else 4
+            parts.append(
+                f"joint {column + 1} (needs {value:.{digits}f} {unit}, limit {limit:.{digits}f} {unit})"
+            )
+    sentence = f"reachable only outside the limits of {' and '.join(parts)}"
+    return sentence if len(x) == 1 else f"{sentence}, the least of {len(x)} ways"
+
+
+def geometry_reason(
+    arm: Arm,
+    target: Float[np.ndarray, "4 4"],
+    *,
+    task: Task,
+    limits: Float[np.ndarray, "n 2"],
+    rng: np.random.Generator,
+) -> str:
+    """Why no joint coordinates at all, or in a redundant arm none within the limits, reach the target."""
+    free = np.where(arm.slides[:, None], limits, unlimited(arm.dof))
+    closest = nearest(arm, target, task=Task.POSITION, limits=free, rng=rng)
+    gap = float(closest.position_error[0])
+    if gap > POSITION_TOLERANCE:
+        return _distance_reason(arm, target, closest, gap)
+    if task is Task.POSITION:
+        return "reachable only outside the joint limits"
+    inside = nearest(arm, target, task=Task.POSITION, limits=limits, rng=rng)
+    turned = float(nearest_orientation(arm, target, task=task, limits=free, rng=rng).rotation_error[0])
+    if turned < 1e-6:
+        return "reachable only outside the joint limits"
+    sentence = (
+        f"the position is reachable, but not in this orientation: the nearest there is {_degrees(turned)} off"
+    )
+    if inside.position_error[0] > POSITION_TOLERANCE:
+        return f"{sentence}, and the joint limits keep the tool {_mm(float(inside.position_error[0]))} away"
+    within = float(nearest_orientation(arm, target, task=task, limits=limits, rng=rng).rotation_error[0])
+    if within > turned + 1e-3:
+        sentence += f", {_degrees(within)} within the joint limits"
+    return sentence
+
+
+def _distance_reason(arm: Arm, target: Float[np.ndarray, "4 4"], closest: Refined, gap: float) -> str:
+    tool = arm.geometry(closest.x)[0]
+    further = _from_shoulder(arm, target[:3, 3]) >= _from_shoulder(arm, tool[0, :, 3])
+    if further:
+        return f"the target is {_mm(gap)} beyond the arm's greatest reach"
+    return f"the target is {_mm(gap)} too close to the arm's base"
+
+
+def _from_shoulder(arm: Arm, point: Float[np.ndarray, "3"]) -> float:
+    """Distance from the point of axis 1 nearest to axis 2; from axis 1 itself where the two are parallel."""
+    _, axes, points = arm.geometry(np.zeros((1, arm.dof)))
+    away = point - points[0, 0]
+    if arm.dof > 1 and np.linalg.norm(np.cross(axes[0, 0], axes[0, 1])) > STRUCTURE:
+        shoulder = foot(points[:, 0], axes[:, 0], points[:, 1], axes[:, 1])[0]
+        return float(np.linalg.norm(point - shoulder))
+    return float(np.linalg.norm(away - (away @ axes[0, 0]) * axes[0, 0]))
+
+
+def _mm(length: float) -> str:
+    return f"{length * 1e3:.3g} mm" if length < 0.1 else f"{length * 1e3:.0f} mm"
+
+
+def _degrees(angle: float) -> str:
+    return f"{np.degrees(angle):.3g}°"

@@ -1,0 +1,108 @@
+"""Influence of each constant on the tool's place, pose by pose (Katana §3.5).
+
+A deviation is imposed on one constant at a time, +0.05° on an angle and +0.1 mm on a length, and the tool
+moves by so much. A length moves it by its own deviation everywhere; an angle by its lever, so that its
+influence depends on the configuration. The weights k of a pose are its influences as shares of the greatest:
+
+    e_i(q) = |p(q; φ + δ_i) − p(q; φ)|,      k_i(q) = e_i(q) / max_j e_j(q)
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.kinematics.forward import sensitivity, tool_poses
+from workbench.arm.robot import Robot
+from workbench.base.types import frozen
+
+ANGLE = float(np.deg2rad(0.05))
+"""Deviation imposed on an angle [rad], Katana §3.5."""
+LENGTH = 1e-4
+"""Deviation imposed on a length [m], Katana §3.5."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Influence:
+    """How far the tool moves for a standard deviation of each constant.
+
+    Args:
+        names: The constants.
+        distances: At each pose for each constant [m].
+    """
+
+    names: tuple[str, ...]
+    distances: Float[np.ndarray, "rows p"]
+
+    @property
+    def weights(self) -> Float[np.ndarray, "rows p"]:
+        """k of every pose: shares of its greatest influence (Katana §3.6); zero where nothing moves."""
+        greatest = self.distances.max(axis=1, keepdims=True)
+        return self.distances / np.where(greatest > 0.0, greatest, 1.0)
+
+    @property
+    def least(self) -> Float[np.ndarray, " p"]:
+        """Least influence of each constant over the poses [m]."""
+        return self.distances.min(axis=0)
+
+    @property
+    def mean(self) -> Float[np.ndarray, " p"]:
+        """Mean influence of each constant over the poses [m]."""
+        return self.distances.mean(axis=0)
+
+    @property
+    def greatest(self) -> Float[np.ndarray, " p"]:
+        """Greatest influence of each constant over the poses [m]."""
+        return self.distances.max(axis=0)
+
+    @property
+    def mean_weights(self) -> Float[np.ndarray, " p"]:
+        """k of a pose whose influences are the means, as the thesis reads its figure 3.8."""
+        return self.mean / self.mean.max()
+
+
+def influence(
+    robot: Robot,
+    q: Float[np.ndarray, "rows n"],
+    *,
+    names: tuple[str, ...] | None = None,
+    angle: float = ANGLE,
+    length: float = LENGTH,
+) -> Influence:
+    """Impose a deviation on each constant and see how far the tool moves.
+
+    Args:
+        robot: Geometry.
+        q: Joint positions [rad or m].
+        names: Constants; the robot's default free ones if None.
+        angle: Deviation of an angle [rad].
+        length: Deviation of a length [m].
+    """
+    names = robot.default_free if names is None else names
+    elements = robot.chain.elements
+    turns = np.array([elements[i].axis.turns for i in robot.chain.indices(names)], bool)
+    deviated = robot.values(names) + np.where(turns, angle, length)
+    here = tool_poses(robot, q)[:, :3, 3]
+    moved = [
+        tool_poses(robot.with_values({name: float(value)}), q)[:, :3, 3] - here
+        for name, value in zip(names, deviated, strict=True)
+    ]
+    return Influence(names=names, distances=frozen(np.linalg.norm(np.stack(moved, axis=1), axis=-1)))
+
+
+def first_order_influence(
+    robot: Robot, q: Float[np.ndarray, "rows n"], *, names: tuple[str, ...] | None = None
+) -> Influence:
+    """`influence` with the standard deviations, to first order: all constants at once, for live views.
+
+    e_i = |J_v,i| δ_i with the linear part of the identification Jacobian; what it leaves out is of the
+    second order in δ.
+    """
+    names = robot.default_free if names is None else names
+    elements = robot.chain.elements
+    turns = np.array([elements[i].axis.turns for i in robot.chain.indices(names)], bool)
+    twists = sensitivity(robot, q, names)[1]
+    return Influence(
+        names=names,
+        distances=frozen(np.linalg.norm(twists[:, :3], axis=1) * np.where(turns, ANGLE, LENGTH)),
+    )

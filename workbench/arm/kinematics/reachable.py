@@ -1,0 +1,118 @@
+"""Which of many poses an arm reaches within its limits, fast enough to be shown live.
+
+A table of random configurations within the limits, with their poses, serves as the memory: each target
+starts damped Newton runs from the nearest entries of the table. Those that fail are settled by the complete
+search for arms that have one (`solutions`), so that "not reachable" is as sure as in `inverse.solve`.
+"""
+
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from jaxtyping import Bool, Float
+from scipy.spatial import cKDTree
+
+from workbench.arm.inverse.branch import margins, representative
+from workbench.arm.inverse.damped_newton import WEIGHT, Task, refine
+from workbench.arm.inverse.reduced_arm import Arm, compile_arm
+from workbench.arm.inverse.solutions import algebraic_starts, is_algebraic, random_starts
+from workbench.arm.inverse.solve import LIMIT_SLACK, check_poses
+from workbench.arm.robot import Robot
+
+TABLE = 20_000
+"""Configurations remembered per robot and task."""
+WAVES = ((0, 1), (1, 4), (4, 12))
+"""Neighbours from which the targets that are still open are tried, wave by wave."""
+STEPS = 25
+"""Newton steps per try; what is not near by then is left to the next neighbour."""
+
+_TABLES: WeakKeyDictionary[Robot, dict[Task, tuple[np.ndarray, cKDTree]]] = WeakKeyDictionary()
+
+
+def reachable(
+    robot: Robot,
+    poses: Float[np.ndarray, "rows 4 4"],
+    *,
+    task: Task | None = None,
+    certain: bool = True,
+) -> tuple[Bool[np.ndarray, " rows"], Float[np.ndarray, "rows n"]]:
+    """Whether each pose is reached within the limits, and one way to reach it.
+
+    Args:
+        robot: Geometry with base and tool, n joints.
+        poses: Tool poses in the measuring frame [m].
+        task: What of them must be met; by default what so many joints can meet.
+        certain: Settle the failures by the complete search, at about 0.5 ms each; without it a few poses in
+            a thousand that can be reached are given up.
+
+    Returns:
+        A mask, and joint coordinates [rad or m], NaN where not reached.
+    """
+    arm, task = compile_arm(robot), task or Task.default(robot.dof)
+    targets = check_poses(poses)
+    x = np.full((len(targets), arm.dof), np.nan)
+    table, tree = _table(robot, arm, task)
+    _, near = tree.query(_features(targets, arm, task), k=WAVES[-1][1])
+    exact = certain and is_algebraic(arm, task)
+    for first, last in WAVES[: 2 if exact else 3]:
+        _try(arm, targets, x, table[near[:, first:last]], task)
+    if exact:
+        _settle(arm, targets, x, task)
+    mask = ~np.isnan(x[:, 0]) if arm.dof else np.zeros(len(x), bool)
+    return mask, x[:, arm.places]
+
+
+def _table(robot: Robot, arm: Arm, task: Task) -> tuple[np.ndarray, cKDTree]:
+    tables = _TABLES.setdefault(robot, {})
+    if task not in tables:
+        x = random_starts(arm, (TABLE,), np.random.default_rng(0), limits=arm.limits)
+        tables[task] = x, cKDTree(_features(arm.geometry(x)[0], arm, task))
+    return tables[task]
+
+
+def _features(poses: np.ndarray, arm: Arm, task: Task) -> np.ndarray:
+    """Numbers whose distance measures how far apart two poses are."""
+    scale = WEIGHT * arm.length
+    parts = [poses[:, :3, 3]]
+    if task is not Task.POSITION:
+        parts.append(scale * poses[:, :3, 2])
+    if task is Task.POSE:
+        parts.append(scale * poses[:, :3, 0])
+    return np.concatenate(parts, 1)
+
+
+def _try(arm: Arm, targets: np.ndarray, x: np.ndarray, starts: np.ndarray, task: Task) -> None:
+    """Run the starts (rows, k, n) of the open targets within the limits, and keep what converges."""
+    rows = np.flatnonzero(np.isnan(x[:, 0]))
+    k = starts.shape[1]
+    r = refine(
+        arm,
+        targets,
+        starts[rows].reshape(-1, arm.dof),
+        task=task,
+        target_of=np.repeat(rows, k),
+        limits=arm.limits,
+        iterations=STEPS,
+    )
+    good = r.converged.reshape(-1, k)
+    hit = good.any(1)
+    x[rows[hit]] = r.x.reshape(-1, k, arm.dof)[hit, good[hit].argmax(1)]
+
+
+def _settle(arm: Arm, targets: np.ndarray, x: np.ndarray, task: Task) -> None:
+    """All solutions of the open targets; the one deepest within the limits is kept."""
+    rows = np.flatnonzero(np.isnan(x[:, 0]))
+    for part in np.array_split(rows, max(1, len(rows) // 256)):
+        starts = algebraic_starts(arm, targets[part], (0,))
+        k = starts.shape[1]
+        if len(part) == 0 or k == 0:
+            continue
+        r = refine(arm, targets, starts.reshape(-1, arm.dof), task=task, target_of=np.repeat(part, k))
+        ends = representative(r.x, arm.limits, arm.slides).reshape(len(part), k, arm.dof)
+        room = np.where(
+            r.converged.reshape(-1, k),
+            margins(ends.reshape(-1, arm.dof), arm.limits).min(1).reshape(-1, k),
+            -1.0,
+        )
+        best = room.argmax(1)
+        inside = room.max(1) >= -LIMIT_SLACK
+        x[part[inside]] = ends[np.arange(len(part)), best][inside]

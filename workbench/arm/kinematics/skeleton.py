@@ -1,0 +1,72 @@
+"""Skeleton of an arm: the lines along which its links run, and the frames that they move with.
+
+The link after joint k runs along the way that the chain takes from that joint's axis to the next one, so that
+it fits any convention. Every link moves with the frame right after what its joint drives.
+"""
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm import chain as chains
+from workbench.arm.kinematics.forward import joint_elements
+from workbench.arm.robot import Robot
+from workbench.base import se3
+from workbench.base.types import Freedom
+
+SHORTEST = 1e-3
+"""Parts of a link below this length are left out [m]."""
+
+
+def body_frames(
+    robot: Robot, q: Float[np.ndarray, "rows n"], *, shift: Float[np.ndarray, "_ _"] = chains.NO_SHIFT
+) -> Float[np.ndarray, "rows bodies 4 4"]:
+    """Frames of the base and of the link after each joint, in the order of q, in the robot's base.
+
+    Args:
+        robot: The arm.
+        q: Joint positions [rad or m].
+        shift: What is added to each element of its chain, row by row [rad or m]; nothing if empty.
+    """
+    drivers = joint_elements(robot)
+    order = np.argsort(drivers)
+    after = np.concatenate([[robot.base_size - 1], drivers[order]])
+    frames = se3.inverse(robot.base.pose) @ chains.frames(robot.chain, q, after, shift=shift)
+    return np.concatenate([frames[:, :1], frames[:, 1:][:, np.argsort(order)]], axis=1)
+
+
+def link_ways(robot: Robot) -> tuple[Float[np.ndarray, "points 3"], ...]:
+    """Corner points of the base's post and of the link after each joint, each in its own frame [m].
+
+    The last link of the chain ends at the tool's origin. A way of one point has no length.
+    """
+    drivers = joint_elements(robot)
+    order = np.argsort(drivers)
+    ways: list[np.ndarray] = [np.zeros((1, 3))] * (robot.dof + 1)
+    ways[0] = _way(robot, robot.base_size - 1, int(drivers[order[0]]) - 1)
+    for i, joint in enumerate(order):
+        end = int(drivers[order[i + 1]]) - 1 if i + 1 < len(order) else len(robot.chain.elements) - 1
+        ways[joint + 1] = _way(robot, int(drivers[joint]), end)
+    return tuple(ways)
+
+
+def height_above_floor(robot: Robot) -> float:
+    """How high the arm's first frame stands above the floor of the measuring frame [m].
+
+    Zero where the base is to be identified, is turned, or is none on which such an arm could stand.
+    """
+    height = float(robot.base.xyz[2])
+    is_upright = np.array_equal(robot.base.rotation, np.eye(3))
+    is_stand = robot.base.free is Freedom.FIXED and is_upright and 0.0 < height < robot.reach
+    return height if is_stand else 0.0
+
+
+def _way(robot: Robot, first: int, last: int) -> Float[np.ndarray, "points 3"]:
+    """Origins of the frames after the elements first … last, seen from the first."""
+    after = np.arange(first, max(last, first) + 1)
+    frames = chains.frames(robot.chain, np.zeros((1, robot.dof)), after)[0]
+    points = se3.apply(se3.inverse(frames[0]), frames[:, :3, 3])
+    kept = [points[0]]
+    for point in points[1:]:
+        if np.linalg.norm(point - kept[-1]) > SHORTEST:
+            kept.append(point)
+    return np.array(kept)

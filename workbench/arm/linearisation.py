@@ -1,0 +1,199 @@
+"""Linearisation: the whitened identification Jacobian of a set of measurements, and what follows from it.
+
+    r(p + δ) ≈ r(p) − J δ,        J = diag(1/σ) ∂predicted/∂p,        C = (JᵀJ)⁺
+
+Every row is divided by its instrument's standard deviation, so C is the covariance of the parameters. For
+singular values, ranks and indices the columns must compare as well. The choice here: an angle counts as
+the arc at one characteristic length L, the greatest distance to which the arm reaches. The unit of every
+scaled parameter is then the metre, and a scaled parameter of δ moves the tool by no more than about δ.
+
+Sources: Golub & Van Loan, Matrix Computations (4th ed.), §5.5 (pseudo-inverse, rank); Schröer, Albright &
+Grethlein, Robotics and Computer-Integrated Manufacturing 13(3), 1997 (scaling of rows by the deviation
+of measurements and of columns by a length).
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from workbench.arm.kinematics.forward import sensitivity
+from workbench.arm.robot import Robot
+from workbench.base.errors import OptionError, ShapeError
+from workbench.base.types import frozen
+
+RANK_TOLERANCE = 1e-9
+"""Singular values below this share of the largest (scaled) one count as zero."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Linearisation:
+    """A whitened identification Jacobian, with the meaning of its rows and columns.
+
+    Args:
+        jacobian: ∂predicted/∂parameter divided by the row's standard deviation [1 per unit].
+        names: The parameters.
+        units: Their units, `m` or `rad` (others count unscaled).
+        sigma: Standard deviation of each row [m or rad].
+        measurement: Which measurement each row belongs to, counted from 0, in increasing order.
+        length: Characteristic length L [m] at which an angle counts as an arc.
+        residual: Whitened measured − predicted, once measured.
+    """
+
+    jacobian: Float[np.ndarray, "m p"]
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    sigma: Float[np.ndarray, " m"]
+    measurement: Int[np.ndarray, " m"]
+    length: float
+    residual: Float[np.ndarray, " m"] | None = None
+
+    def __post_init__(self):
+        rows, columns = self.jacobian.shape
+        for what, found, expected in (
+            ("names", len(self.names), columns),
+            ("units", len(self.units), columns),
+            ("sigma", len(self.sigma), rows),
+            ("measurement", len(self.measurement), rows),
+            ("residual", rows if self.residual is None else len(self.residual), rows),
+        ):
+            if found != expected:
+                raise ShapeError(
+                    f"the linearisation's {what} has {found} entries, its Jacobian asks for {expected}",
+                    expected=expected,
+                    found=found,
+                )
+
+    @cached_property
+    def measurements(self) -> int:
+        """Number of measurements."""
+        return int(self.measurement[-1]) + 1 if len(self.measurement) else 0
+
+    @cached_property
+    def weights(self) -> Float[np.ndarray, " p"]:
+        """What one metre of each scaled parameter is in the parameter's own unit: 1/L for an angle."""
+        return frozen(np.array([1.0 / self.length if unit == "rad" else 1.0 for unit in self.units]))
+
+    @cached_property
+    def scaled(self) -> Float[np.ndarray, "m p"]:
+        """Whitened Jacobian per metre of scaled parameter [1/m]."""
+        return frozen(self.jacobian * self.weights)
+
+    @cached_property
+    def unwhitened(self) -> Float[np.ndarray, "m p"]:
+        """∂predicted/∂parameter in its own units, metres and radians mixed, as the paper has it."""
+        return frozen(self.jacobian * self.sigma[:, None])
+
+    @cached_property
+    def singular_values(self) -> Float[np.ndarray, " k"]:
+        """Singular values of the scaled Jacobian [1/m], largest first, min(m, p) of them."""
+        return frozen(np.linalg.svd(self.scaled, compute_uv=False))
+
+    @cached_property
+    def spectrum(self) -> Float[np.ndarray, " p"]:
+        """The singular values with zeros up to the number of parameters."""
+        values = np.zeros(len(self.names))
+        values[: len(self.singular_values)] = self.singular_values
+        return frozen(values)
+
+    @cached_property
+    def factors(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """U, σ, Vᵀ of the scaled Jacobian (thin)."""
+        u, values, vt = np.linalg.svd(self.scaled, full_matrices=False)
+        return frozen(u), frozen(values), frozen(vt)
+
+    def rank(self, tolerance: float = RANK_TOLERANCE) -> int:
+        """How many combinations of parameters the measurements determine."""
+        values = self.singular_values
+        return int(np.count_nonzero(values > tolerance * values[0])) if len(values) and values[0] > 0 else 0
+
+    @cached_property
+    def condition(self) -> float:
+        """σmax/σmin of the scaled Jacobian; infinite below full rank."""
+        if self.rank() < len(self.names):
+            return np.inf
+        return float(self.singular_values[0] / self.singular_values[-1])
+
+    @cached_property
+    def covariance(self) -> Float[np.ndarray, "p p"]:
+        """C = (JᵀJ)⁺ in the parameters' own units, on the identifiable subspace.
+
+        Below full rank the unidentifiable combinations of scaled parameters are taken as held, so their
+        variance here is zero: look at `rank` before trusting it.
+        """
+        _, values, vt = self.factors
+        rank = self.rank()
+        root = (vt[:rank] / values[:rank, None]) * self.weights
+        return frozen(root.T @ root)
+
+    @cached_property
+    def unidentifiable(self) -> Float[np.ndarray, "p missing"]:
+        """Orthonormal combinations of scaled parameters that no measurement sees, as columns."""
+        rows, columns = self.scaled.shape
+        vt = self.factors[2] if rows >= columns else np.linalg.svd(self.scaled, full_matrices=True)[2]
+        return frozen(vt[self.rank() :].T)
+
+    def without(self, measurement: int) -> "Linearisation":
+        """The linearisation with one measurement left out."""
+        keep = self.measurement != measurement
+        later = self.measurement[keep] > measurement
+        return Linearisation(
+            jacobian=self.jacobian[keep],
+            names=self.names,
+            units=self.units,
+            sigma=self.sigma[keep],
+            measurement=self.measurement[keep] - later,
+            length=self.length,
+            residual=None if self.residual is None else self.residual[keep],
+        )
+
+
+def linearise(
+    robot: Robot,
+    q: Float[np.ndarray, "rows n"],
+    *,
+    names: tuple[str, ...] | None = None,
+    sigma_position: float = 1e-4,
+    sigma_rotation: float | None = 3.490658503988659e-4,
+    length: float | None = None,
+) -> Linearisation:
+    """Linearisation of full poses, or of points, at the robot's present constants.
+
+    Args:
+        robot: Geometry with base and tool.
+        q: Joint positions [rad or m].
+        names: Constants to identify, P of them; the robot's default free ones if None. With an unknown
+            base or tool its `base.…` and `tool.…` constants belong here.
+        sigma_position: Standard deviation of a measured coordinate [m].
+        sigma_rotation: Standard deviation of a measured rotation about an axis [rad]; None where the
+            instrument sees points only. Default 0.02°.
+        length: Characteristic length L [m]; the robot's reach if None.
+
+    Returns:
+        Six rows a pose (or three a point): position first, then rotation, base axes.
+
+    Raises:
+        OptionError: a standard deviation or a length that is not positive.
+    """
+    for what, value in (
+        ("sigma_position", sigma_position),
+        ("sigma_rotation", sigma_rotation),
+        ("length", length),
+    ):
+        if value is not None and not value > 0:
+            raise OptionError(f"{what} is {value:g}; give a positive number")
+    names = robot.default_free if names is None else names
+    _, twists = sensitivity(robot, q, names)
+    deviations = np.full(3 if sigma_rotation is None else 6, sigma_position)
+    deviations[3:] = sigma_position if sigma_rotation is None else sigma_rotation
+    whitened = twists[:, : len(deviations)] / deviations[:, None]
+    elements, coefficients = robot.chain.elements, robot.coefficient_units
+    return Linearisation(
+        jacobian=frozen(whitened.reshape(-1, len(names))),
+        names=names,
+        units=tuple(coefficients.get(n) or elements[robot.chain.index[n]].unit for n in names),
+        sigma=frozen(np.tile(deviations, len(q))),
+        measurement=frozen(np.repeat(np.arange(len(q)), len(deviations))),
+        length=robot.reach if length is None else length,
+    )

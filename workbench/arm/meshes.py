@@ -1,0 +1,96 @@
+"""The bodies that a URDF shows for its links, as triangles in the frames of the links.
+
+Meshes are looked for as the file says, and for `package://name/…` in every folder above the file. A file
+without its meshes gives none: the arm is then drawn from its geometry.
+"""
+
+import logging
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import trimesh
+import yourdfpy
+from jaxtyping import Float, Int
+
+from workbench.arm.robot import Robot, UrdfSource
+
+GREY = (200, 204, 210)
+MOST_FACES = 400_000
+"""Heavier arms are drawn from their geometry instead."""
+SCHEME = "package://"
+
+
+@dataclass(frozen=True, eq=False)
+class LinkMesh:
+    """One piece of a link.
+
+    Args:
+        entry: The link's place in the chain: 0 for its root, i + 1 for the link after joint entry i.
+        vertices: Corners in the link's frame [m].
+        faces: Indices of the corners.
+        colour: Red, green, blue of 255.
+    """
+
+    entry: int
+    vertices: Float[np.ndarray, "v 3"]
+    faces: Int[np.ndarray, "f 3"]
+    colour: tuple[int, int, int]
+
+
+def link_meshes(robot: Robot) -> tuple[LinkMesh, ...]:
+    """All pieces of the robot's file; none if it is no URDF, or its meshes are missing."""
+    if robot.urdf is None or not robot.urdf.path.is_file():
+        return ()
+    path = robot.urdf.path
+    logging.getLogger("yourdfpy").setLevel(logging.CRITICAL)
+    try:
+        model = yourdfpy.URDF.load(
+            str(path),
+            build_scene_graph=True,
+            load_meshes=True,
+            filename_handler=lambda fname: find_mesh(fname, path),
+        )
+        pieces = tuple(_pieces(model, robot.urdf))
+    except Exception:  # whatever a mesh file has wrong: the arm can be drawn without it
+        return ()
+    return pieces if 0 < sum(len(p.faces) for p in pieces) <= MOST_FACES else ()
+
+
+def find_mesh(name: str, urdf: Path) -> str:
+    """Path of a mesh that a URDF names; the name itself where nothing is found."""
+    relative = name.removeprefix(SCHEME).removeprefix("file://")
+    if not name.startswith(SCHEME):
+        return str(urdf.parent / relative)
+    inside = relative.partition("/")[2]
+    for folder in urdf.resolve().parents:
+        for candidate in (folder / relative, folder / inside):
+            if candidate.is_file():
+                return str(candidate)
+    return relative
+
+
+def _pieces(model: yourdfpy.URDF, source: UrdfSource) -> Iterator[LinkMesh]:
+    links = [source.root, *(model.joint_map[name].child for name in source.joints)]
+    graph = model.scene.graph
+    for node in graph.nodes_geometry:
+        link = graph.transforms.parents[node]
+        pose, name = graph.get(node, frame_from=link)
+        mesh = model.scene.geometry[name]
+        if link not in links or not isinstance(mesh, trimesh.Trimesh):
+            continue
+        vertices = trimesh.transform_points(mesh.vertices, pose)
+        yield LinkMesh(links.index(link), np.array(vertices), np.array(mesh.faces, np.int64), _colour(mesh))
+
+
+def _colour(mesh: trimesh.Trimesh) -> tuple[int, int, int]:
+    """The mesh's main colour."""
+    try:
+        visual: Any = mesh.visual
+        main = getattr(visual, "material", visual).main_color
+        red, green, blue = (int(v) for v in main[:3])
+    except Exception:  # textures that can't be read
+        return GREY
+    return red, green, blue

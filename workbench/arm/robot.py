@@ -1,0 +1,356 @@
+"""A robot: the elements of its arm, what is known of its joints, and its base and tool frames.
+
+The full chain is always T_b^0 · arm · T_n^e (ARIA eq. 6). A frame is written as a translation, a constant
+rotation, and three small rotations about its own axes (`roll`, `pitch`, `yaw`, zero until identified), so
+that no base or tool orientation is singular.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.chain import Axis, Chain, Element
+from workbench.arm.effects import (
+    AbstractEffect,
+    check_ranges,
+    drifting,
+    with_insertions,
+)
+from workbench.base import se3
+from workbench.base.errors import RobotError, ShapeError
+from workbench.base.types import (
+    Freedom,
+    Matrix3,
+    Matrix4,
+    Vector3,
+    frozen,
+)
+
+BASE, TOOL = -1, -2
+"""Link numbers of the elements of the base and of the tool."""
+FRAME_PARTS = ("x", "y", "z", "roll", "pitch", "yaw")
+"""The six constants of a frame, in the order of the chain."""
+
+
+class JointKind(StrEnum):
+    """What a joint does."""
+
+    REVOLUTE = "revolute"
+    PRISMATIC = "prismatic"
+    FIXED = "fixed"
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Joint:
+    """What is known of one joint and the link after it, apart from the geometry.
+
+    Args:
+        name: `joint1` … for moving joints, `fixed1` … for the others.
+        kind: Revolute, prismatic or fixed.
+        limits: Least and greatest coordinate [rad or m]; infinite where there is none.
+        mass: Mass of the link [kg]; None if unknown.
+        com: Its centre of mass in the link frame [m].
+        max_moment: Greatest moment about the axis [N m].
+    """
+
+    name: str
+    kind: JointKind = JointKind.REVOLUTE
+    limits: tuple[float, float] = (-np.inf, np.inf)
+    mass: float | None = None
+    com: Vector3 = field(default_factory=lambda: np.zeros(3))
+    max_moment: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """Pose of a frame, and whether it is to be identified.
+
+    Args:
+        xyz: Position [m].
+        rotation: Rotation matrix.
+        free: Fixed, free, or decided from the data.
+    """
+
+    xyz: Vector3 = field(default_factory=lambda: np.zeros(3))
+    rotation: Matrix3 = field(default_factory=lambda: np.eye(3))
+    free: Freedom = Freedom.FIXED
+
+    @classmethod
+    def from_pose(cls, pose: Matrix4, free: Freedom = Freedom.FIXED) -> "Frame":
+        """The frame at a 4×4 pose."""
+        return cls(frozen(pose[:3, 3].copy()), frozen(pose[:3, :3].copy()), free)
+
+    @cached_property
+    def pose(self) -> Matrix4:
+        """The 4×4 pose."""
+        return frozen(se3.pose(self.rotation, self.xyz))
+
+    @property
+    def rpy(self) -> Vector3:
+        """Roll, pitch, yaw [rad]."""
+        return se3.matrix_to_rpy(self.rotation)
+
+    def elements(self, name: str, link: int) -> tuple[Element, ...]:
+        """The frame as elements `name.x` … `name.yaw`."""
+        turn = se3.pose(self.rotation, np.zeros(3))
+        return (
+            *(
+                Element(Axis(Axis.TX + i), f"{name}.{part}", float(self.xyz[i]), link=link)
+                for i, part in enumerate(FRAME_PARTS[:3])
+            ),
+            Element(Axis.CONSTANT, f"{name}.rotation", link=link, matrix=frozen(turn)),
+            *(Element(Axis(i), f"{name}.{part}", link=link) for i, part in enumerate(FRAME_PARTS[3:])),
+        )
+
+    def moved(self, parts: Float[np.ndarray, "6"]) -> "Frame":
+        """The frame with position parts[:3] and turned by the small rotations parts[3:]."""
+        turn = np.eye(3)
+        for axis in range(3):
+            turn = turn @ se3.rotvec_to_matrix(np.eye(3)[axis] * parts[3 + axis])
+        return replace(self, xyz=frozen(np.array(parts[:3])), rotation=frozen(self.rotation @ turn))
+
+
+@dataclass(frozen=True)
+class UrdfSource:
+    """The file that a robot came from: for its meshes, and for writing a calibrated copy.
+
+    Args:
+        path: The URDF.
+        joints: Names in the file of the robot's joint entries, in order.
+        root: First link of the chain.
+        tip: Last link of the chain.
+    """
+
+    path: Path
+    joints: tuple[str, ...]
+    root: str
+    tip: str
+
+
+@dataclass(frozen=True, eq=False)
+class SessionFrames:
+    """Base and tool of one session of measurements."""
+
+    name: str
+    base: Frame
+    tool: Frame
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Robot:
+    """A serial arm: geometry, joints, base and tool.
+
+    Args:
+        name: For people.
+        convention: Which front door it came through (`hayati`, `craig`, `urdf`, …).
+        elements: The arm's elements, without base and tool.
+        joints: One per joint entry, moving or fixed.
+        link_ends: Element of the arm after which each joint entry's link frame lies.
+        base: Pose of the arm's first frame in the measuring frame.
+        tool: Pose of the tool in the arm's last frame.
+        sessions: Base and tool of single sessions, where they differ.
+        gravity: Acceleration in the robot's base frame [m/s²].
+        urdf: The URDF file that it came from, if any.
+        effects: What bends the arm beside its geometry; acts wherever poses are computed from a `Motion`.
+        notes: Decisions that its reader took, one sentence each.
+    """
+
+    name: str
+    convention: str
+    elements: tuple[Element, ...]
+    joints: tuple[Joint, ...]
+    link_ends: tuple[int, ...]
+    base: Frame = field(default_factory=Frame)
+    tool: Frame = field(default_factory=Frame)
+    sessions: tuple[SessionFrames, ...] = ()
+    gravity: Vector3 = field(default_factory=lambda: np.array([0.0, 0.0, -9.81]))
+    urdf: UrdfSource | None = None
+    effects: tuple[AbstractEffect, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self):
+        if not any(e.joint is not None for e in self.elements):
+            raise RobotError(f"robot '{self.name}' has no joint that moves; give at least one")
+        names = [e.name for e in self.elements]
+        if len(set(names)) != len(names):
+            double = next(n for n in names if names.count(n) > 1)
+            raise RobotError(f"robot '{self.name}' has two elements called '{double}'; rename one")
+        if self.effects:
+            self._check_effects(set(names))
+
+    @cached_property
+    def chain(self) -> Chain:
+        """Base, arm and tool as one chain, with the rotations of value 0 that effects turn."""
+        base, tool = self.base.elements("base", BASE), self.tool.elements("tool", TOOL)
+        arm = with_insertions(self.elements, self.dof, self.effects) if self.effects else self.elements
+        return Chain((*drifting(base, self.effects), *arm, *tool), self.dof)
+
+    @cached_property
+    def base_size(self) -> int:
+        """Number of elements of the base at the beginning of the full chain."""
+        return len(drifting(self.base.elements("base", BASE), self.effects))
+
+    @cached_property
+    def chain_ends(self) -> tuple[int, ...]:
+        """Element of the full chain after which each joint entry's link frame lies."""
+        if not self.effects:
+            return tuple(self.base_size + end for end in self.link_ends)
+        own = {e.name for e in self.elements}
+        ends = []
+        for end in self.link_ends:
+            last = self.chain.index[self.elements[end].name]
+            while ".bend_" in self.chain.elements[last + 1].name and (
+                self.chain.elements[last + 1].name not in own
+            ):
+                last += 1
+            ends.append(last)
+        return tuple(ends)
+
+    @cached_property
+    def coefficients(self) -> dict[str, float]:
+        """Coefficients of all effects by name, such as `joint3.compliance`, SI."""
+        return {n: c for e in self.effects for n, c in zip(e.names, e.coefficients, strict=True)}
+
+    @cached_property
+    def coefficient_units(self) -> dict[str, str]:
+        """Their units."""
+        return {n: u for e in self.effects for n, u in zip(e.names, e.units(self.chain), strict=True)}
+
+    @cached_property
+    def moving(self) -> tuple[Joint, ...]:
+        """The joints that have a coordinate, in the order of q."""
+        return tuple(j for j in self.joints if j.kind is not JointKind.FIXED)
+
+    @property
+    def dof(self) -> int:
+        """Number of joint coordinates."""
+        return len(self.moving)
+
+    @cached_property
+    def limits(self) -> Float[np.ndarray, "n 2"]:
+        """Least and greatest coordinate of every moving joint [rad or m]."""
+        return frozen(np.array([j.limits for j in self.moving], float))
+
+    @cached_property
+    def known_limits(self) -> Float[np.ndarray, "n 2"]:
+        """The limits, narrowed to where every effect is known [rad or m]."""
+        return self.narrowed(self.limits)
+
+    def narrowed(self, limits: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "n 2"]:
+        """Some limits, narrowed to where every effect is known [rad or m]."""
+        low, high = limits.T.copy()
+        for effect in self.effects:
+            for joint, (least, greatest) in effect.ranges().items():
+                low[joint], high[joint] = max(low[joint], least), min(high[joint], greatest)
+        return frozen(np.stack([low, high], 1))
+
+    @cached_property
+    def search_limits(self) -> Float[np.ndarray, "n 2"]:
+        """Those, with one turn either way (or 1 m) where a joint has none: for searches."""
+        spans = np.array([1.0 if j.kind is JointKind.PRISMATIC else np.pi for j in self.moving])[:, None]
+        known = self.known_limits
+        return frozen(np.where(np.isfinite(known), known, np.array([-1.0, 1.0]) * spans))
+
+    @property
+    def has_masses(self) -> bool:
+        """Whether every link after a moving joint has a mass."""
+        return all(j.mass is not None for j in self.moving)
+
+    @cached_property
+    def reach(self) -> float:
+        """Length of the stretched arm from its first frame to the tool [m]; bounds any distance."""
+        reach = float(np.linalg.norm(self.tool.xyz))
+        for e in self.elements:
+            if e.matrix is not None:
+                reach += float(np.linalg.norm(e.matrix[:3, 3]))
+            elif not e.axis.turns:
+                reach += abs(e.value)
+        for joint in self.moving:
+            if joint.kind is JointKind.PRISMATIC:
+                reach += float(np.nanmax(np.abs(np.where(np.isfinite(joint.limits), joint.limits, 0.0))))
+        return reach
+
+    @cached_property
+    def default_free(self) -> tuple[str, ...]:
+        """Names of the arm's constants that are identified unless the user says otherwise."""
+        return tuple(e.name for e in self.elements if e.free)
+
+    @cached_property
+    def joint_offsets(self) -> tuple[str, ...]:
+        """Names of the constants that a level-1 calibration identifies: where each joint has its zero."""
+        return tuple(e.name for e in self.elements if e.joint is not None)
+
+    def values(self, names: tuple[str, ...]) -> Float[np.ndarray, " p"]:
+        """Present values of the named constants."""
+        return self.chain.values[self.chain.indices(names)]
+
+    def with_values(self, values: Mapping[str, float]) -> "Robot":
+        """The same robot with other constants or coefficients; `base.…` and `tool.…` move the frames."""
+        chain = self.chain
+        if unknown := set(values) - set(chain.index) - set(self.coefficients):
+            raise RobotError(f"robot '{self.name}' has no constant '{sorted(unknown)[0]}'")
+        elements = tuple(
+            replace(e, value=float(values[e.name])) if e.name in values else e for e in self.elements
+        )
+
+        def moved(frame: Frame, name: str) -> Frame:
+            keys = [f"{name}.{part}" for part in FRAME_PARTS]
+            if not any(k in values for k in keys):
+                return frame
+            return frame.moved(np.array([values.get(k, chain.values[chain.index[k]]) for k in keys]))
+
+        effects = tuple(e.sized(values) for e in self.effects)
+        return replace(
+            self,
+            elements=elements,
+            base=moved(self.base, "base"),
+            tool=moved(self.tool, "tool"),
+            effects=effects,
+        )
+
+    def with_effects(self, *effects: AbstractEffect) -> "Robot":
+        """The same arm with these effects instead of its own."""
+        return replace(self, effects=effects)
+
+    def with_frames(self, *, base: Frame | None = None, tool: Frame | None = None) -> "Robot":
+        """The same arm on another base or with another tool."""
+        return replace(self, base=base or self.base, tool=tool or self.tool)
+
+    def session_frames(self, session: str) -> SessionFrames:
+        """Base and tool of a session: its own where the robot has them, else the common ones."""
+        for frames in self.sessions:
+            if frames.name == session:
+                return frames
+        return SessionFrames(session, self.base, self.tool)
+
+    def _check_effects(self, taken: set[str]) -> None:
+        """Refuse effects that the arm can't carry, and names that stand for two things."""
+        for effect in self.effects:
+            effect.check(self.chain)
+        inserted = [e.name for e in self.chain.elements]
+        for name in [*(n for e in self.effects for n in e.names), *inserted]:
+            if name in taken and name not in {e.name for e in self.elements}:
+                raise RobotError(f"robot '{self.name}' has '{name}' twice among its effects; merge them")
+            taken.add(name)
+        if len(self.chain.index) != len(self.chain.elements) or set(inserted) & set(self.coefficients):
+            raise RobotError(f"robot '{self.name}' has an element with the name of an effect's; rename it")
+
+    def check_ranges(self, q: np.ndarray, rows: np.ndarray | None = None, source: str = "") -> None:
+        """Refuse joint positions where an effect is not known; arguments as of `effects.check_ranges`."""
+        check_ranges(self.effects, self.chain, q, rows=rows, source=source)
+
+    def check_joints(self, q: np.ndarray, source: str = "joint positions") -> None:
+        """Refuse rows with another number of joints than the robot has."""
+        if q.ndim != 2 or q.shape[1] != self.dof:
+            found = q.shape[-1] if q.ndim else 0
+            raise ShapeError(
+                f"{source}: rows have {found} joints, robot '{self.name}' has {self.dof}; "
+                "choose the robot that was measured",
+                expected=self.dof,
+                found=found,
+            )

@@ -1,0 +1,349 @@
+"""Robots as TOML files: the tables of `formats.md`, read with one clear sentence for each mistake."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, final
+
+import numpy as np
+import tomli_w
+
+from workbench.arm.chain import Axis, Element
+from workbench.arm.conventions import (
+    CONSTANTS,
+    ORDERS,
+    THREE_ROTATION,
+    JointEntry,
+    build_elements,
+    joint_names,
+)
+from workbench.arm.effects import EFFECTS, AbstractEffect
+from workbench.arm.masses import carried
+from workbench.arm.robot import (
+    Frame,
+    Joint,
+    JointKind,
+    Robot,
+    SessionFrames,
+)
+from workbench.base import se3
+from workbench.base.errors import RobotError
+from workbench.base.files import write_text
+from workbench.base.toml import AbstractTableReader
+from workbench.base.types import Freedom, frozen
+
+CONVENTIONS = (*ORDERS, "three-rotation", "elementary")
+ROBOT_KEYS = {"name", "convention", "gravity", "joint", "element", "base", "tool", "session", "effect"}
+JOINT_KEYS = {"type", "free", "limits", "mass", "com", "max_moment", "order", "name", *CONSTANTS}
+ELEMENT_AXES = ("rx", "ry", "rz", "tx", "ty", "tz")
+ELEMENT_KEYS = {"axis", "value", "joint", "free", "name"}
+FACT_KEYS = {"type", "limits", "mass", "com", "max_moment", "name"}
+FREEDOMS = {False: Freedom.FIXED, True: Freedom.FREE, "auto": Freedom.AUTO}
+
+
+@final
+class _Reader(AbstractTableReader):
+    """A robot's file being read."""
+
+    wanted = "a robot TOML"
+    otherwise = "a robot TOML, a URDF, or a built-in name"
+
+    def frame(self, value: Any, what: str, default: Freedom) -> Frame:
+        table = self.table(value, f"[{what}]")
+        self.keys(table, {"xyz", "rpy", "free"}, f"[{what}]")
+        free = table.get("free")
+        if not (free is None or isinstance(free, bool) or free == "auto"):
+            raise self.fail(f'[{what}] free must be true, false or "auto", not {free!r}')
+        xyz = self.numbers(table.get("xyz", [0, 0, 0]), 3, f"[{what}] xyz")
+        rpy = self.numbers(table.get("rpy", [0, 0, 0]), 3, f"[{what}] rpy")
+        freedom = default if free is None else FREEDOMS[free]
+        return Frame(frozen(xyz), frozen(se3.rpy_to_matrix(rpy)), freedom)
+
+    def joint(self, table: dict, name: str) -> Joint:
+        limits = (-np.inf, np.inf)
+        if "limits" in table:
+            low, high = self.numbers(table["limits"], 2, f"{name} limits")
+            if low >= high:
+                raise self.fail(f"{name} limits [{low:g}, {high:g}] are empty; give the smaller one first")
+            limits = (float(low), float(high))
+        mass = self.number(table["mass"], f"{name} mass") if "mass" in table else None
+        if mass is not None and mass < 0:
+            raise self.fail(f"{name} mass is {mass:g} kg; a mass can't be negative")
+        moment = self.number(table["max_moment"], f"{name} max_moment") if "max_moment" in table else None
+        if moment is not None and moment < 0:
+            raise self.fail(f"{name} max_moment is {moment:g} N m; give its size, which can't be negative")
+        com = frozen(self.numbers(table.get("com", [0, 0, 0]), 3, f"{name} com"))
+        return Joint(
+            name=name, kind=self.kind(table, name), limits=limits, mass=mass, com=com, max_moment=moment
+        )
+
+    def kind(self, table: dict, name: str) -> JointKind:
+        try:
+            return JointKind(table.get("type", "revolute"))
+        except ValueError:
+            raise self.fail(
+                f"{name} has type {table['type']!r}; known are revolute, prismatic and fixed"
+            ) from None
+
+    def entry(self, table: dict, name: str, convention: str) -> JointEntry:
+        self.keys(table, JOINT_KEYS if convention == "three-rotation" else JOINT_KEYS - {"order"}, name)
+        constants = {c: self.number(table[c], f"{name} {c}") for c in CONSTANTS if c in table}
+        order = table.get("order", "xyz")
+        if not isinstance(order, str) or order not in THREE_ROTATION:
+            raise self.fail(f'{name} order must be "xyz" or "zyx", not {order!r}')
+        free = table.get("free")
+        if free is not None and not (isinstance(free, list) and all(isinstance(f, str) for f in free)):
+            raise self.fail(f'{name} free must be a list of names, such as ["theta", "a"], not {free!r}')
+        return JointEntry(self.kind(table, name), constants, None if free is None else tuple(free), order)
+
+
+def read_toml(path: Path | str) -> Robot:
+    """Read a robot.
+
+    Raises:
+        FileError: the file is missing, no TOML, or says something that a robot can't be.
+    """
+    reader = _Reader(path)
+    data = reader.load()
+    return robot_from_table(data, reader)
+
+
+def robot_from_table(data: dict[str, Any], reader: _Reader) -> Robot:
+    """A robot from the parsed tables of its file."""
+    reader.keys(data, ROBOT_KEYS, "the robot")
+    convention = data.get("convention")
+    if convention not in CONVENTIONS:
+        raise reader.fail(f"convention is {convention!r}; known are {', '.join(CONVENTIONS)}")
+    tables = reader.tables(data, "joint")
+    base = reader.frame(data.get("base", {}), "base", Freedom.AUTO)
+    tool = reader.frame(data.get("tool", {}), "tool", Freedom.AUTO)
+    kinds = [reader.kind(t, f"[[joint]] {i + 1}") for i, t in enumerate(tables)]
+    names = joint_names([JointEntry(k) for k in kinds])
+    joints = tuple(reader.joint(t, n) for t, n in zip(tables, names, strict=True))
+    try:
+        if convention == "elementary":
+            elements, ends, joints = _elementary(data, tables, joints, reader)
+        else:
+            if "element" in data:
+                raise reader.fail(f'[[element]] belongs to convention "elementary", not to "{convention}"')
+            entries = [reader.entry(t, n, convention) for t, n in zip(tables, names, strict=True)]
+            elements, ends = build_elements(convention, entries)
+        robot = Robot(
+            name=str(data.get("name", Path(reader.path).stem)),
+            convention=convention,
+            elements=elements,
+            joints=joints,
+            link_ends=ends,
+            base=base,
+            tool=tool,
+            gravity=frozen(reader.numbers(data.get("gravity", [0.0, 0.0, -9.81]), 3, "gravity")),
+        )
+        effects = [_effect(t, i, reader) for i, t in enumerate(reader.tables(data, "effect"))]
+        robot = replace(robot, effects=tuple(effects))
+    except RobotError as error:
+        raise reader.fail(str(error)) from None
+    return replace(robot, sessions=_sessions(reader.tables(data, "session"), robot, reader))
+
+
+def _elementary(data: dict, facts: list[dict], joints: tuple[Joint, ...], reader: _Reader):
+    """Elements of an `elementary` robot; the link frame of a joint lies right after what it drives."""
+    tables = reader.tables(data, "element")
+    drivers = [t["joint"] for t in tables if "joint" in t]
+    whole = all(isinstance(d, int) and not isinstance(d, bool) for d in drivers)
+    if not whole or drivers != list(range(1, len(drivers) + 1)):
+        raise reader.fail(f"[[element]] joints must be 1, 2, … in order, once each; found {drivers}")
+    elements: list[Element] = []
+    ends: list[int] = []
+    for i, table in enumerate(tables):
+        ends += [i] if "joint" in table else []
+        elements.append(_element(table, i, max(len(ends) - 1, 0), reader))
+    kinds = [JointKind.REVOLUTE if elements[i].axis.turns else JointKind.PRISMATIC for i in ends]
+    if not joints:
+        joints = tuple(Joint(name=f"joint{k + 1}", kind=kind) for k, kind in enumerate(kinds))
+    if len(joints) != len(ends):
+        raise reader.fail(
+            f"{len(joints)} [[joint]] tables but {len(ends)} driven elements; give one for each"
+        )
+    for k, table in enumerate(facts):
+        reader.keys(table, FACT_KEYS, f"joint{k + 1} of an elementary robot")
+        if table.get("type", kinds[k]) != kinds[k]:
+            axis = elements[ends[k]].axis.name.lower()
+            raise reader.fail(f"joint{k + 1} is '{table['type']}' but drives {axis}; make it '{kinds[k]}'")
+    return (
+        tuple(elements),
+        tuple(ends),
+        tuple(replace(j, name=f"joint{k + 1}", kind=kinds[k]) for k, j in enumerate(joints)),
+    )
+
+
+def _element(table: dict, number: int, link: int, reader: _Reader) -> Element:
+    what = f"[[element]] {number + 1}"
+    reader.keys(table, ELEMENT_KEYS, what)
+    letters = str(table.get("axis")).lower()
+    if letters not in ELEMENT_AXES:
+        raise reader.fail(f"{what} axis is {table.get('axis')!r}; known are {', '.join(ELEMENT_AXES)}")
+    axis = Axis[letters.upper()]
+    free = table.get("free", False)
+    if not isinstance(free, bool):
+        raise reader.fail(f"{what} free must be true or false, not {free!r}")
+    name = str(table.get("name", f"element{number + 1}.{axis.name.lower()}"))
+    if name.split(".")[0] in ("base", "tool"):
+        raise reader.fail(f"{what} is called '{name}', a name that [base] and [tool] use; rename it")
+    value = reader.number(table.get("value", 0.0), f"{what} value")
+    joint = table["joint"] - 1 if "joint" in table else None
+    return Element(axis, name, value, joint=joint, free=free, link=link)
+
+
+def _sessions(tables: list[dict], robot: Robot, reader: _Reader) -> tuple[SessionFrames, ...]:
+    sessions: list[SessionFrames] = []
+    for i, table in enumerate(tables):
+        what = f"[[session]] {i + 1}"
+        reader.keys(table, {"name", "base", "tool"}, what)
+        if not isinstance(table.get("name"), str):
+            raise reader.fail(f"{what} needs a name, as in the measurements' session column")
+        if table["name"] in {s.name for s in sessions}:
+            raise reader.fail(f"{what} is called '{table['name']}' like one before it; rename one")
+        sessions.append(
+            SessionFrames(
+                table["name"],
+                reader.frame(table["base"], f"{what} base", Freedom.FIXED) if "base" in table else robot.base,
+                reader.frame(table["tool"], f"{what} tool", Freedom.FIXED) if "tool" in table else robot.tool,
+            )
+        )
+    return tuple(sessions)
+
+
+def _effect(table: dict, number: int, reader: _Reader) -> AbstractEffect:
+    """An effect; what its record holds beside joints and coefficients are keys of the same name."""
+    what = f"[[effect]] {number + 1}"
+    name = table.get("name")
+    if not isinstance(name, str) or name not in EFFECTS:
+        raise reader.fail(f"{what} has the name {name!r}; known are {', '.join(EFFECTS)}")
+    kind, what = EFFECTS[name], f"{what} ({name})"
+    reader.keys(table, {"name", "joints", "coefficients", *kind.settings()}, what)
+    joints = table.get("joints", [])
+    if not isinstance(joints, list) or not all(type(j) is int for j in joints):
+        raise reader.fail(f"{what} joints must be a list of whole numbers from 1, not {joints!r}")
+    settings = {
+        key: _setting(getattr(kind, key), table[key], f"{what} {key}", reader)
+        for key in kind.settings()
+        if key in table
+    }
+    if "coefficients" not in table:
+        raise reader.fail(f"{what} has no coefficients; give their sizes in SI units")
+    coefficients = _setting((), table["coefficients"], f"{what} coefficients", reader)
+    if not coefficients:
+        raise reader.fail(f"{what} has no coefficients; give their sizes in SI units")
+    return kind(tuple(j - 1 for j in joints), coefficients, **settings)
+
+
+def _setting(default: Any, value: Any, what: str, reader: _Reader) -> Any:
+    """A setting of an effect, which must be of its default's kind."""
+    if isinstance(default, tuple):
+        if not isinstance(value, list):
+            raise reader.fail(f"{what} must be a list of numbers, not {value!r}")
+        return tuple(reader.number(v, what) for v in value)
+    if isinstance(default, float):
+        return reader.number(value, what)
+    if type(default) is int and isinstance(value, list):
+        return tuple(_setting(default, v, what, reader) for v in value)
+    if type(value) is not type(default):
+        words = {int: "a whole number", bool: "true or false", str: "a word in quotes"}
+        raise reader.fail(f"{what} must be {words[type(default)]}, not {value!r}")
+    return value
+
+
+def _effect_table(effect: AbstractEffect) -> dict[str, Any]:
+    table: dict[str, Any] = {"name": str(effect.name)}
+    if effect.joints:
+        table["joints"] = [j + 1 for j in effect.joints]
+    table["coefficients"] = list(effect.coefficients)
+    for key in effect.settings():
+        value = getattr(effect, key)
+        if value != ():
+            table[key] = list(value) if isinstance(value, tuple) else value
+    return table
+
+
+def robot_to_table(robot: Robot) -> dict[str, Any]:
+    """The tables of a robot's file. A robot from a URDF becomes `elementary`."""
+    family = robot.convention in ORDERS or robot.convention == "three-rotation"
+    table: dict[str, Any] = {
+        "name": robot.name,
+        "convention": robot.convention if family else "elementary",
+        "gravity": robot.gravity.tolist(),
+    }
+    if family:
+        table["joint"] = _joint_tables(robot)
+    else:
+        table["element"] = _element_tables(robot)
+        bodies = zip(robot.moving, carried(robot), strict=True)
+        table["joint"] = [_joint_facts(replace(j, mass=mass, com=com)) for j, (mass, com) in bodies]
+    table["base"], table["tool"] = _frame_table(robot.base), _frame_table(robot.tool)
+    if robot.sessions:
+        table["session"] = [
+            {"name": s.name, "base": _frame_table(s.base, False), "tool": _frame_table(s.tool, False)}
+            for s in robot.sessions
+        ]
+    if robot.effects:
+        table["effect"] = [_effect_table(e) for e in robot.effects]
+    return table
+
+
+def write_toml(robot: Robot, path: Path | str) -> Path:
+    """Write a robot's file, whole or not at all."""
+    return write_text(path, tomli_w.dumps(robot_to_table(robot)))
+
+
+def _joint_facts(joint: Joint) -> dict[str, Any]:
+    facts: dict[str, Any] = {} if joint.kind is JointKind.REVOLUTE else {"type": str(joint.kind)}
+    if np.isfinite(joint.limits).all():
+        facts["limits"] = [float(v) for v in joint.limits]
+    if joint.mass is not None:
+        facts["mass"] = joint.mass
+        facts["com"] = joint.com.tolist()
+    if joint.max_moment is not None:
+        facts["max_moment"] = joint.max_moment
+    return facts
+
+
+def _joint_tables(robot: Robot) -> list[dict[str, Any]]:
+    tables = []
+    for link, joint in enumerate(robot.joints):
+        mine = {e.name.split(".")[1]: e for e in robot.elements if e.link == link}
+        table: dict[str, Any] = {c: mine[c].value for c in CONSTANTS}
+        table["free"] = [c for c in CONSTANTS if mine[c].free]
+        if robot.convention == "three-rotation" and next(iter(mine)) == "theta":
+            table["order"] = "zyx"
+        tables.append(table | _joint_facts(joint))
+    return tables
+
+
+def _element_tables(robot: Robot) -> list[dict[str, Any]]:
+    tables: list[dict[str, Any]] = []
+    for e in robot.elements:
+        if e.matrix is not None:
+            parts = zip(
+                ("tx", "ty", "tz", "rz", "ry", "rx"),
+                (*e.matrix[:3, 3], *se3.matrix_to_rpy(e.matrix[:3, :3])[::-1]),
+                strict=True,
+            )
+            tables += [
+                {"axis": axis, "value": float(value), "name": f"{e.name}.{axis}"}
+                for axis, value in parts
+                if value != 0.0
+            ]
+        else:
+            table: dict[str, Any] = {"axis": e.axis.name.lower(), "value": e.value, "name": e.name}
+            if e.joint is not None:
+                table["joint"] = e.joint + 1
+            if e.free:
+                table["free"] = True
+            tables.append(table)
+    return tables
+
+
+def _frame_table(frame: Frame, with_free: bool = True) -> dict[str, Any]:
+    table: dict[str, Any] = {"xyz": frame.xyz.tolist(), "rpy": frame.rpy.tolist()}
+    if with_free:
+        table["free"] = {v: k for k, v in FREEDOMS.items()}[frame.free]
+    return table

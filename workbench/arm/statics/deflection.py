@@ -1,0 +1,349 @@
+"""What a robot's effects add to its chain, and the derivative of that.
+
+    s = Σ_e c_e φ_e(state, W(p, s)),      W the wrenches through the joints of the arm as it is bent
+
+Wrenches depend on the bent pose, so that s is a fixed point; a joint gives way by milliradians, and each
+round brings some three digits. With φ's slope in W, the total derivative of s is
+
+    (1 − ∂s/∂v) ds = ∂s/∂p dp + φ dc
+
+row by row, and the tool's twist is that of the shifted chain along dv = dp + ds. Nothing is differentiated
+by hand but each effect's own law. In rows that move, ∂W/∂v is that of the weights alone: how inertia changes
+with a bend of a thousandth is left out of the derivative, not of s.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import no_type_check
+
+import numpy as np
+from jaxtyping import Float, Int
+from numba import njit
+
+from workbench.arm import chain as chains
+from workbench.arm.chain import NO_SHIFT, WHOLE, Chain
+from workbench.arm.effects import AbstractEffect, Loads
+from workbench.arm.motion import Motion
+from workbench.arm.robot import Robot
+from workbench.arm.statics.load_derivatives import wrench_derivative
+from workbench.arm.statics.wrenches import motion_wrenches, own_axis
+from workbench.base.errors import DataError
+
+ROUNDS = 20
+"""Rounds of the fixed point; an arm that is stiff enough to be called one needs five."""
+SETTLED = 1e-13
+"""Change of a value [rad or m] below which the fixed point is reached."""
+NO_WRENCHES = np.zeros((0, 0, 6))
+
+
+@dataclass(frozen=True, eq=False)
+class Deflection:
+    """A bent arm.
+
+    Args:
+        shift: What the effects add to each element of the chain [rad or m].
+        wrenches: Through every joint of the bent arm; empty where no effect asks for them.
+    """
+
+    shift: Float[np.ndarray, "rows k"]
+    wrenches: Float[np.ndarray, "_ _ 6"]
+
+
+def deflect(
+    robot: Robot,
+    motion: Motion,
+    *,
+    values: Float[np.ndarray, " k"] | None = None,
+    effects: Sequence[AbstractEffect] | None = None,
+) -> Deflection:
+    """The fixed point of a robot's effects.
+
+    Args:
+        robot: Arm with its effects; K elements in the full chain.
+        motion: State of every row.
+        values: Constants of the chain to use instead of the robot's own.
+        effects: The robot's effects with other coefficients, to use instead.
+
+    Raises:
+        DataError: an effect misses its driver, or masses and torques are both unknown.
+    """
+    chain = robot.chain if values is None else robot.chain.with_values(values)
+    effects = robot.effects if effects is None else effects
+    return _fixed_point(robot, chain, motion, effects, _laws(chain, motion, effects, loaded=False))
+
+
+def shift_of(
+    robot: Robot,
+    motion: Motion,
+    *,
+    values: Float[np.ndarray, " k"] | None = None,
+    effects: Sequence[AbstractEffect] | None = None,
+) -> Float[np.ndarray, "_ _"]:
+    """What the effects add to each element of the chain; empty for a robot without any."""
+    return deflect(robot, motion, values=values, effects=effects).shift if robot.effects else NO_SHIFT
+
+
+def effect_columns(
+    robot: Robot,
+    motion: Motion,
+    columns: Int[np.ndarray, " p"],
+    coefficients: Sequence[str],
+    *,
+    values: Float[np.ndarray, " k"] | None = None,
+    effects: Sequence[AbstractEffect] | None = None,
+    part: slice = WHOLE,
+) -> tuple[Float[np.ndarray, "rows 4 4"], Float[np.ndarray, "rows 6 pc"]]:
+    """Poses of the bent arm, and the tool's twist per constant and per coefficient: the total derivative.
+
+    Args:
+        robot: Arm with its effects.
+        motion: State of every row.
+        columns: Elements of the full chain whose constants vary, P of them.
+        coefficients: Names of the coefficients that vary, C of them.
+        values: Constants of the chain to use instead of the robot's own.
+        effects: The robot's effects with other coefficients, to use instead.
+        part: Elements between the first frame and the one that is watched in place of the tool, if not all.
+
+    Returns:
+        Poses, and twists [v; w] at the tool's origin in base axes, P + C columns.
+    """
+    chain = robot.chain if values is None else robot.chain.with_values(values)
+    effects = robot.effects if effects is None else effects
+    laws = _laws(chain, motion, effects, loaded=False)
+    bent = _fixed_point(robot, chain, motion, effects, laws)
+    laws |= _laws(chain, motion, effects, loaded=True, wrenches=bent.wrenches)
+    places = [chain.indices(e.elements(chain)) for e in effects]
+    moved = np.unique(np.concatenate(places))
+    union, where = np.unique(np.concatenate([columns, moved]), return_inverse=True)
+    poses, twists = chains.twists(chain, motion.q, union, shift=bent.shift, part=part)
+    rows = [np.searchsorted(moved, p) for p in places]
+    gain, change = _loads(robot, chain, motion, bent, effects, union, rows)
+    out = np.empty((len(motion), 6, len(columns) + len(coefficients)))
+    _total(
+        twists,
+        change,
+        gain,
+        _growth(chain, motion, bent, effects, columns, rows),
+        _chosen(effects, laws, rows, coefficients),
+        where[: len(columns)],
+        where[len(columns) :],
+        out,
+    )
+    return poses, out
+
+
+def law_sizes(robot: Robot, motion: Motion, coefficients: Sequence[str]) -> dict[str, float]:
+    """Largest change of any element over the rows per unit of some coefficients [rad or m per unit]."""
+    laws = _laws(robot.chain, motion, robot.effects, loaded=False)
+    if any(e.loads for e in robot.effects):
+        bent = deflect(robot, motion)
+        laws |= _laws(robot.chain, motion, robot.effects, loaded=True, wrenches=bent.wrenches)
+    sizes = {
+        name: float(np.abs(laws[i][:, :, k]).max(initial=0.0))
+        for i, effect in enumerate(robot.effects)
+        for k, name in enumerate(effect.names)
+    }
+    return {name: sizes[name] for name in coefficients}
+
+
+def _laws(
+    chain: Chain,
+    motion: Motion,
+    effects: Sequence[AbstractEffect],
+    *,
+    loaded: bool,
+    wrenches: np.ndarray = NO_WRENCHES,
+) -> dict[int, np.ndarray]:
+    """Laws of the effects that need wrenches, or of those that do not, by their place."""
+    mine = ((i, e) for i, e in enumerate(effects) if bool(e.loads) is loaded)
+    return {i: e.law(chain, motion, wrenches) for i, e in mine}
+
+
+def _fixed_point(
+    robot: Robot, chain: Chain, motion: Motion, effects: Sequence[AbstractEffect], laws: dict[int, np.ndarray]
+) -> Deflection:
+    """The bent arm, from the laws of the effects that need no wrenches."""
+    robot.check_joints(motion.q)
+    fixed = np.zeros((len(motion), len(chain.elements)))
+    for i, law in laws.items():
+        _add(fixed, chain.indices(effects[i].elements(chain)), effects[i], law)
+    bent = [e for e in effects if e.loads]
+    if not bent or not len(motion):
+        return Deflection(fixed, NO_WRENCHES)
+    _check_loads(robot, motion, bent)
+    if robot.has_masses:
+        return _settled(robot, chain, motion, bent, fixed)
+    measured = np.full((*motion.q.shape, 6), np.nan)
+    measured[:, np.arange(robot.dof), own_axis(robot)] = motion.torque
+    for effect in bent:
+        places = chain.indices(effect.elements(chain))
+        _add(fixed, places, effect, effect.law(chain, motion, measured))
+    return Deflection(fixed, measured)
+
+
+def _settled(
+    robot: Robot, chain: Chain, motion: Motion, bent: Sequence[AbstractEffect], fixed: np.ndarray
+) -> Deflection:
+    """Rounds of the fixed point, each over the rows that the last one still moved."""
+    moved = np.unique(np.concatenate([chain.indices(e.elements(chain)) for e in bent]))
+    shift, wrenches = fixed.copy(), np.empty((*motion.q.shape, 6))
+    rows, now, start = np.arange(len(motion)), shift, fixed[:, moved]
+    for _ in range(ROUNDS):
+        loads = motion_wrenches(robot, motion, values=chain.values, shift=now)
+        new = start.copy()
+        for effect in bent:
+            places = np.searchsorted(moved, chain.indices(effect.elements(chain)))
+            _add(new, places, effect, effect.law(chain, motion, loads))
+        unsettled = np.abs(new - now[:, moved]).max(1) >= SETTLED
+        now[:, moved] = new
+        if now is not shift:
+            shift[rows] = now
+        wrenches[rows] = loads
+        if not unsettled.any():
+            break
+        if not unsettled.all():
+            rows, motion = rows[unsettled], motion.take(unsettled)
+            now, start = now[unsettled], start[unsettled]
+    return Deflection(shift, wrenches)
+
+
+def _check_loads(robot: Robot, motion: Motion, bent: Sequence[AbstractEffect]) -> None:
+    """Refuse an arm whose moments can't be known."""
+    if robot.has_masses:
+        if motion.payload is not None:
+            motion.need("payload", bent[0].name)
+        return
+    unknown = next(j.name for j in robot.moving if j.mass is None)
+    remedy = f"{unknown} of robot '{robot.name}' has no mass; add 'mass' [kg] and 'com' [m] to its [[joint]]"
+    if all(e.loads is Loads.OWN for e in bent):
+        if motion.torque is not None:
+            motion.need("torque", bent[0].name)
+            return
+        remedy += ", or the columns torque1[N*m], torque2[N*m] … to the data"
+    worst = max(bent, key=lambda e: e.loads)
+    raise DataError(f"effect '{worst.name}' needs the moments of the joints, but {remedy}")
+
+
+def _add(out: np.ndarray, places: np.ndarray, effect: AbstractEffect, law: np.ndarray) -> None:
+    """Add an effect's increments to its elements' columns."""
+    out[:, places] += law @ np.array(effect.coefficients)
+
+
+def _chosen(effects, laws, rows, coefficients) -> np.ndarray:
+    """Increment of every moved element per unit of the chosen coefficients, (rows, E, C)."""
+    size = 1 + max(int(r.max()) for r in rows)
+    out = np.zeros((len(laws[0]), size, len(coefficients)))
+    column = {name: i for i, name in enumerate(coefficients)}
+    for i, effect in enumerate(effects):
+        mine = [k for k, name in enumerate(effect.names) if name in column]
+        if mine:
+            places = [column[effect.names[k]] for k in mine]
+            out[:, rows[i][:, None], places] = laws[i][:, :, mine]
+    return out
+
+
+def _growth(chain, motion, bent, effects, columns, rows) -> np.ndarray:
+    """Derivative of the moved elements' increments in P constants at given wrenches; no rows if all are 0."""
+    size = 1 + max(int(r.max()) for r in rows)
+    parts = [e.growth(chain, motion, bent.wrenches, columns) for e in effects]
+    out = np.zeros((0 if all(p is None for p in parts) else len(motion), size, len(columns)))
+    for part, mine in zip(parts, rows, strict=True):
+        if part is not None:
+            out[:, mine] += part
+    return out
+
+
+def _loads(robot, chain, motion, bent, effects, union, rows) -> tuple[np.ndarray, np.ndarray]:
+    """Derivative of the moved elements' increments in M wrench components, and of those in the union."""
+    size = 1 + max(int(r.max()) for r in rows)
+    asked = [e.components(chain) for e in effects]
+    components = np.concatenate(asked)
+    if not robot.has_masses or not len(components):
+        return np.zeros((0, size, 0)), np.zeros((0, 0, len(union)))
+    gain = np.zeros((len(motion), size, len(components)))
+    start = 0
+    for effect, mine, own in zip(effects, rows, asked, strict=True):
+        if len(own):
+            gain[:, mine, start : start + len(own)] = effect.slope(chain, motion, bent.wrenches)
+            start += len(own)
+    change = wrench_derivative(
+        robot,
+        motion.q,
+        union,
+        components,
+        payload=motion.payload,
+        wrench=motion.wrench,
+        values=chain.values,
+        shift=bent.shift,
+    )
+    return gain, change
+
+
+@njit(cache=True)
+@no_type_check
+def _divide(lines, matrix):
+    """lines · matrix⁻¹ in place, by Gaussian elimination of columns; `matrix` is lost.
+
+    Without pivots: an arm that is worth the name has 1 − ∂s/∂v near the identity.
+    """
+    n, m = matrix.shape[0], lines.shape[0]
+    for k in range(n):
+        for j in range(k + 1, n):
+            factor = matrix[k, j] / matrix[k, k]
+            if factor != 0.0:
+                for i in range(k + 1, n):
+                    matrix[i, j] -= factor * matrix[i, k]
+                for i in range(m):
+                    lines[i, j] -= factor * lines[i, k]
+    for k in range(n - 1, -1, -1):
+        for i in range(m):
+            lines[i, k] /= matrix[k, k]
+        for j in range(k):
+            for i in range(m):
+                lines[i, j] -= matrix[k, j] * lines[i, k]
+
+
+@njit(cache=True)
+@no_type_check
+def _total(twists, change, gain, growth, laws, own, moved, out):
+    """The total derivative, row by row; `own` and `moved` are columns of J and of the wrenches' change W.
+
+    With Z = J_moved (1 − gain W_moved)⁻¹:  out = [J_own + Z (gain W_own + growth), Z laws]
+    """
+    size, p, loads = moved.shape[0], own.shape[0], gain.shape[2]
+    z, matrix = np.empty((6, size)), np.empty((size, size))
+    carried = np.empty((loads, p))
+    for row in range(out.shape[0]):
+        for i in range(6):
+            for e in range(size):
+                z[i, e] = twists[row, i, moved[e]]
+        if loads > 0:
+            for m in range(loads):
+                for k in range(p):
+                    carried[m, k] = change[row, m, own[k]]
+            for e in range(size):
+                for f in range(size):
+                    matrix[e, f] = 1.0 if e == f else 0.0
+                for m in range(loads):
+                    if gain[row, e, m] != 0.0:
+                        for f in range(size):
+                            matrix[e, f] -= gain[row, e, m] * change[row, m, moved[f]]
+            _divide(z, matrix)
+        for i in range(6):
+            for k in range(p):
+                out[row, i, k] = twists[row, i, own[k]]
+            for k in range(p, out.shape[2]):
+                out[row, i, k] = 0.0
+            for m in range(loads):
+                factor = 0.0
+                for e in range(size):
+                    factor += z[i, e] * gain[row, e, m]
+                for k in range(p):
+                    out[row, i, k] += factor * carried[m, k]
+            for e in range(size):
+                factor = z[i, e]
+                if growth.shape[0] > 0:
+                    for k in range(p):
+                        out[row, i, k] += factor * growth[row, e, k]
+                for k in range(laws.shape[2]):
+                    out[row, i, p + k] += factor * laws[row, e, k]

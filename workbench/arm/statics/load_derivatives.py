@@ -1,0 +1,204 @@
+"""How the wrenches through the joints change with the values of the chain, rows at rest.
+
+With S, C the mass and first moment of all that element k (axis a through p_k) carries, C grows by
+a × (C − S p_k) per unit of v_k if it turns, and by S a if it slides. A component of a joint's wrench along
+the unit vector u, which stands on the link before the joint, is
+
+    u·τ_j = u·(g × L_j),      L_j = C_j − S_j p_j,            u·f_j = −S_j u·g
+
+p_j and the axes u are those of the joint's mount (see `statics`). Elements behind it change L_j; those before
+it turn joint and masses alike, which is a turn of gravity by −a.
+
+    k behind j:   Δ(u·τ_j) = (u × g)·ΔC,             Δ(u·f_j) = 0
+    k before j:   Δ(u·τ_j) = ((L_j × u) × g)·a,      Δ(u·f_j) = −S_j (u × g)·a      (0 if k slides)
+
+Elements of the base change nothing, as gravity is given after them (see `statics`). A wrench [F; M] that
+pulls at the tool's origin p_e is one more weight, S = 1, C = p_e, in a gravity of F; its moment M only turns,
+(M × u)·a for k before j.
+"""
+
+from typing import no_type_check
+
+import numpy as np
+from jaxtyping import Float, Int
+from numba import njit
+
+from workbench.arm.chain import NO_SHIFT, _advance
+from workbench.arm.robot import Robot
+from workbench.arm.statics.wrenches import NO_PULL, masses, mounts
+from workbench.base.types import JointRows
+
+
+def wrench_derivative(
+    robot: Robot,
+    q: JointRows,
+    columns: Int[np.ndarray, " p"],
+    components: Int[np.ndarray, "m 2"],
+    *,
+    payload: Float[np.ndarray, " _"] | None = None,
+    wrench: Float[np.ndarray, "_ 6"] | None = None,
+    values: Float[np.ndarray, " k"] | None = None,
+    shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
+) -> Float[np.ndarray, "rows m p"]:
+    """Derivative of some components of `statics.joint_wrenches` in the values of some elements.
+
+    Args:
+        robot: Geometry with masses; n joints.
+        q: Joint positions [rad or m].
+        columns: Elements of the full chain, each once.
+        components: Joint (column of q), and component of [f; τ] in the joint's own axes.
+        payload: Mass at the tool, one number a row [kg].
+        wrench: What pulls at the tool, as `joint_wrenches` takes it.
+        values: Constants of the chain to use instead of the robot's own.
+        shift: What effects add to each element's value.
+    """
+    chain, weights = robot.chain, masses(robot)
+    out = np.empty((len(q), len(components), len(columns)))
+    _derivatives(
+        robot.base_size,
+        chain.axes,
+        chain.drivers,
+        mounts(robot),
+        chain.values if values is None else values,
+        chain.constants,
+        weights.after,
+        weights.mass,
+        weights.com,
+        np.array(robot.gravity, float),
+        np.ascontiguousarray(q),
+        np.zeros(0) if payload is None else np.ascontiguousarray(payload),
+        NO_PULL if wrench is None else np.ascontiguousarray(wrench, float),
+        shift,
+        np.ascontiguousarray(columns),
+        np.ascontiguousarray(components),
+        out,
+    )
+    return out
+
+
+@njit(cache=True)
+@no_type_check
+def _cross(a, b, out):
+    out[0] = a[1] * b[2] - a[2] * b[1]
+    out[1] = a[2] * b[0] - a[0] * b[2]
+    out[2] = a[0] * b[1] - a[1] * b[0]
+
+
+@njit(cache=True)
+@no_type_check
+def _carry(t, mass, com, total):
+    """Add a point mass and its first moment about the arm's first frame."""
+    total[0] += mass
+    for i in range(3):
+        total[1 + i] += mass * (t[i, 3] + t[i, 0] * com[0] + t[i, 1] * com[1] + t[i, 2] * com[2])
+
+
+@njit(cache=True)
+@no_type_check
+def _sweep(first, axes, drivers, values, constants, after, mass, com, q, payload, shift, t, frames, carried):
+    """Frames right before every element, and mass and first moment behind each."""
+    size = axes.shape[0]
+    for i in range(3):
+        for j in range(4):
+            t[i, j] = 1.0 if i == j else 0.0
+    carried[:] = 0.0
+    link = 0
+    for k in range(first, size):
+        while link < after.shape[0] and after[link] < k:
+            _carry(t, mass[link], com[link], carried[after[link]])
+            link += 1
+        for i in range(3):
+            for j in range(4):
+                frames[k, i, j] = t[i, j]
+        value = values[k]
+        if drivers[k] >= 0:
+            value += q[drivers[k]]
+        if shift.shape[0] > 0:
+            value += shift[0, k]
+        if value != 0.0 or axes[k] == 6:
+            _advance(axes[k], value, constants[k], t)
+    while link < after.shape[0]:
+        _carry(t, mass[link], com[link], carried[after[link]])
+        link += 1
+    if payload.shape[0] > 0:
+        carried[size - 1, 0] += payload[0]
+        for i in range(3):
+            carried[size - 1, 1 + i] += payload[0] * t[i, 3]
+    for k in range(size - 1, first, -1):
+        for i in range(4):
+            carried[k - 1, i] += carried[k, i]
+
+
+@njit(cache=True)
+@no_type_check
+def _grow(columns, axes, frames, carried, turn, grown):
+    """Each column's axis (0 if it slides), and what it adds to the first moment behind it."""
+    for p in range(columns.shape[0]):
+        k = columns[p]
+        size, axis = carried[k, 0], axes[k] % 3
+        ax, ay, az = frames[k, 0, axis], frames[k, 1, axis], frames[k, 2, axis]
+        if axes[k] < 3:
+            x = carried[k, 1] - size * frames[k, 0, 3]
+            y = carried[k, 2] - size * frames[k, 1, 3]
+            z = carried[k, 3] - size * frames[k, 2, 3]
+            turn[0, p], turn[1, p], turn[2, p] = ax, ay, az
+            grown[0, p], grown[1, p], grown[2, p] = ay * z - az * y, az * x - ax * z, ax * y - ay * x
+        else:
+            turn[0, p], turn[1, p], turn[2, p] = 0.0, 0.0, 0.0
+            grown[0, p], grown[1, p], grown[2, p] = size * ax, size * ay, size * az
+
+
+@njit(cache=True)
+@no_type_check
+def _fall(axes, frames, carried, element, gravity, moment, columns, components, out):
+    """Add the change of some components under what is carried in some gravity, beside a free moment."""
+    turn, grown = np.empty((3, columns.shape[0])), np.empty((3, columns.shape[0]))
+    u, lever, side, turned = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    _grow(columns, axes, frames, carried, turn, grown)
+    for m in range(components.shape[0]):
+        joint, component = element[components[m, 0]], components[m, 1]
+        size = carried[joint, 0]
+        for i in range(3):
+            u[i] = frames[joint, i, component % 3]
+            lever[i] = carried[joint, 1 + i] - size * frames[joint, i, 3]
+        _cross(u, gravity, side)
+        if component < 3:
+            for i in range(3):
+                turned[i] = -size * side[i]
+                side[i] = 0.0
+        else:
+            _cross(lever, u, turned)
+            lever[:] = turned
+            _cross(lever, gravity, turned)
+            _cross(moment, u, lever)
+            turned += lever
+        for p in range(columns.shape[0]):
+            for i in range(3):
+                if columns[p] >= joint:
+                    out[m, p] += side[i] * grown[i, p]
+                else:
+                    out[m, p] += turned[i] * turn[i, p]
+
+
+@njit(cache=True)
+@no_type_check
+def _derivatives(
+    first, axes, drivers, element, values, constants, after, mass, com, gravity, q, payload, pull, shift,
+    columns, components, out,
+):  # fmt: skip
+    t, frames, carried = np.empty((3, 4)), np.zeros((axes.shape[0], 3, 4)), np.empty((axes.shape[0], 4))
+    moment, tool = np.zeros(3), np.empty((axes.shape[0], 4))
+    out[:] = 0.0
+    for row in range(q.shape[0]):
+        _sweep(
+            first, axes, drivers, values, constants, after, mass, com, q[row], payload[row : row + 1],
+            shift[row : row + 1], t, frames, carried,
+        )  # fmt: skip
+        _fall(axes, frames, carried, element, gravity, moment, columns, components, out[row])
+        if pull.shape[0] > 0:
+            tool[:, 0] = 1.0
+            tool[:, 1:] = t[:, 3]
+            _fall(axes, frames, tool, element, pull[row, :3], pull[row, 3:], columns, components, out[row])
+    for p in range(columns.shape[0]):
+        if columns[p] < first:
+            out[:, :, p] = 0.0

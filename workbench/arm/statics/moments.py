@@ -1,0 +1,54 @@
+"""Moments at the joints, at rest and in motion, apart into the drive's own and those that tip the bearing.
+
+    η_i = (moment about the axis, moments about the two axes across it)
+
+of the wrenches through the bent arm's joints (`statics`, recursive Newton–Euler), in the axes of the frame
+right before each drive, which stand on the earlier link. They are what holds the later link: minus the loads
+of Katana eqs. (4.21) and (5.14). Links are point masses, so that N_i of (5.14) is nil.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.effects.effect import across, own
+from workbench.arm.motion import Motion
+from workbench.arm.robot import Robot
+from workbench.arm.statics.deflection import shift_of
+from workbench.arm.statics.wrenches import motion_wrenches
+from workbench.base.types import JointRows
+
+
+@dataclass(frozen=True, eq=False)
+class JointMoments:
+    """Moments that hold an arm.
+
+    Args:
+        about: Torque of every drive [N m]; its force [N] where the joint slides.
+        across: Moments that its bearing carries, about the two axes across the joint's own in cyclic order
+            (x and y of a joint about z) [N m].
+    """
+
+    about: JointRows
+    across: Float[np.ndarray, "rows n 2"]
+
+    @property
+    def tipping(self) -> JointRows:
+        """Size of the moment across each axis [N m]."""
+        return np.linalg.norm(self.across, axis=-1)
+
+
+def joint_moments(robot: Robot, motion: Motion) -> JointMoments:
+    """Moments at every joint of an arm, bent by its effects.
+
+    Args:
+        robot: Arm with masses.
+        motion: Joint positions; velocities, accelerations, payload and wrench at the tool where known.
+
+    Raises:
+        RobotError: a moving joint's link has no mass; names the joint.
+    """
+    wrenches = motion_wrenches(robot, motion, shift=shift_of(robot, motion))
+    joints = range(robot.dof)
+    return JointMoments(own(robot.chain, joints, wrenches), across(robot.chain, joints, wrenches))

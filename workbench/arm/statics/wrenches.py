@@ -1,0 +1,362 @@
+"""Wrenches transmitted through the joints, by Newton–Euler over all rows at once.
+
+With the centres of mass c_k and their accelerations a_k in the arm's base axes, the earlier link must exert
+
+    f_j = Σ_k m_k (a_k − g),      τ_j = Σ_k (c_k − p_j) × m_k (a_k − g),      k over all masses after joint j
+
+on the later one at p_j, the origin of the joint's mount: the frame right before the driven element, and
+before the rotations by which a loose bearing lets it tip. Both are handed out in the mount's axes, which
+stand on the earlier link: the driven axis is the joint's, the other two carry the moments that tilt it. The
+component about (along) the joint's axis is the holding torque (force) of the drive. It is the reaction to the
+load: minus the moment of Katana eq. (4.21), which the weight exerts.
+
+Links are point masses at their centres of mass; a payload is one in the tool frame. A wrench that pulls at
+the tool from outside adds its negative to every joint's.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import no_type_check
+
+import numpy as np
+from jaxtyping import Float, Int
+from numba import njit
+
+from workbench.arm.chain import NO_SHIFT, _advance
+from workbench.arm.effects.effect import Insertion
+from workbench.arm.motion import Motion
+from workbench.arm.robot import Robot
+from workbench.base.errors import RobotError, ShapeError
+from workbench.base.types import JointRows, Vector3, frozen
+
+NO_PULL = np.zeros((0, 6))
+
+
+@dataclass(frozen=True, eq=False)
+class Masses:
+    """Point masses of a robot, in the order in which the chain reaches them.
+
+    Args:
+        after: Element of the full chain after which each link frame lies, never decreasing.
+        mass: Mass of each link [kg].
+        com: Centre of mass in its link frame [m].
+    """
+
+    after: Int[np.ndarray, " links"]
+    mass: Float[np.ndarray, " links"]
+    com: Float[np.ndarray, "links 3"]
+
+
+@lru_cache(maxsize=16)
+def masses(robot: Robot) -> Masses:
+    """The robot's links as point masses; fixed joints without a mass carry none.
+
+    Raises:
+        RobotError: a moving joint's link has no mass; names the joint.
+    """
+    for joint in robot.moving:
+        if joint.mass is None:
+            raise RobotError(
+                f"{joint.name} of robot '{robot.name}' has no mass, which its joint moments need; add "
+                "'mass' [kg] and 'com' [m, link frame] to its [[joint]], or <inertial> to its URDF link"
+            )
+    heavy = [(a, joint) for a, joint in zip(robot.chain_ends, robot.joints, strict=True) if joint.mass]
+    return Masses(
+        frozen(np.array([after for after, _ in heavy], np.int64)),
+        frozen(np.array([joint.mass for _, joint in heavy], float)),
+        frozen(np.array([joint.com for _, joint in heavy], float).reshape(-1, 3)),
+    )
+
+
+@lru_cache(maxsize=16)
+def mounts(robot: Robot) -> Int[np.ndarray, " n"]:
+    """Element of the full chain right before which each joint's mount lies: its first tilt, or its drive."""
+    chain = robot.chain
+    out = chain.driven.copy()
+    for joint in range(robot.dof):
+        tilts = [chain.index.get(Insertion.TILT.element(joint, axis)) for axis in range(3)]
+        out[joint] = min([out[joint], *(place for place in tilts if place is not None)])
+    return frozen(out)
+
+
+def joint_wrenches(
+    robot: Robot,
+    q: JointRows,
+    *,
+    payload: Float[np.ndarray, " _"] | None = None,
+    payload_com: Vector3 | None = None,
+    wrench: Float[np.ndarray, "_ 6"] | None = None,
+    velocity: Float[np.ndarray, "_ _"] | None = None,
+    acceleration: Float[np.ndarray, "_ _"] | None = None,
+    values: Float[np.ndarray, " k"] | None = None,
+    shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
+) -> Float[np.ndarray, "rows n 6"]:
+    """Wrench [f; τ] that the link before each joint exerts on the link after it, in the joint's own axes.
+
+    Args:
+        robot: Geometry with masses; K elements in the full chain, n joints.
+        q: Joint positions [rad or m].
+        payload: Mass at the tool, one number a row [kg].
+        payload_com: Its centre in the tool frame [m]; the tool's origin if None.
+        wrench: What pulls at the tool from outside, one [f; τ] a row at the tool's origin, in the axes in
+            which gravity is given [N, N m]; nothing if None.
+        velocity: Joint velocities, shaped as q [rad/s or m/s]; at rest if None.
+        acceleration: Joint accelerations, shaped as q [rad/s² or m/s²]; none if None.
+        values: Constants of the chain to use instead of the robot's own.
+        shift: What effects add to each element's value; an empty array for nothing.
+
+    Returns:
+        By column of q: force [N] and moment [N m] at the origin of the joint's mount, in the mount's axes.
+        `own_axis` tells which component lies along the joint's axis.
+
+    Raises:
+        RobotError: a moving joint's link has no mass, or a joint drives several elements.
+        ShapeError: q, velocity, acceleration, payload or wrench has another number of joints or rows.
+    """
+    robot.check_joints(q)
+    for rows, source in ((velocity, "joint velocities"), (acceleration, "joint accelerations")):
+        if rows is not None:
+            robot.check_joints(rows, source)
+            _check_rows(len(rows), len(q), source)
+    for given, source in ((payload, "payloads"), (wrench, "wrenches at the tool")):
+        if given is not None:
+            _check_rows(len(given), len(q), source)
+    weights = masses(robot)
+    if np.count_nonzero(robot.chain.drivers >= 0) != robot.dof:
+        raise RobotError(f"a joint of robot '{robot.name}' drives several elements; let each drive one")
+    moving = velocity is not None or acceleration is not None
+    zeros = np.zeros(q.shape) if moving else NO_SHIFT
+    out = np.empty((*q.shape, 6))
+    _wrenches(
+        robot.base_size,  # gravity is given in the frame after the base
+        robot.chain.axes,
+        robot.chain.drivers,
+        mounts(robot),
+        robot.chain.values if values is None else values,
+        robot.chain.constants,
+        weights.after,
+        weights.mass,
+        weights.com,
+        np.array(robot.gravity, float),
+        np.ascontiguousarray(q, float),
+        zeros if velocity is None else np.ascontiguousarray(velocity, float),
+        zeros if acceleration is None else np.ascontiguousarray(acceleration, float),
+        np.zeros(0) if payload is None else np.ascontiguousarray(payload, float),
+        np.zeros(3) if payload_com is None else np.array(payload_com, float),
+        NO_PULL if wrench is None else np.ascontiguousarray(wrench, float),
+        shift,
+        out,
+    )
+    return out
+
+
+def motion_wrenches(
+    robot: Robot,
+    motion: Motion,
+    *,
+    values: Float[np.ndarray, " k"] | None = None,
+    shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
+) -> Float[np.ndarray, "rows n 6"]:
+    """`joint_wrenches` of rows with all that they know of: payload, wrench at the tool, how they move."""
+    return joint_wrenches(
+        robot,
+        motion.q,
+        payload=motion.payload,
+        wrench=motion.wrench,
+        velocity=motion.velocity,
+        acceleration=motion.acceleration,
+        values=values,
+        shift=shift,
+    )
+
+
+def own_axis(robot: Robot) -> Int[np.ndarray, " n"]:
+    """Component of a joint's wrench that its drive holds: 3–5 for a rotation, 0–2 for a translation."""
+    out = np.empty(robot.dof, np.int64)
+    for element in robot.elements:
+        if element.joint is not None:
+            out[element.joint] = (element.axis + 3) % 6
+    return out
+
+
+def holding(wrenches: Float[np.ndarray, "rows n 6"], robot: Robot) -> JointRows:
+    """Torque or force of every drive [N m or N], from the wrenches through its joint."""
+    return wrenches[:, np.arange(robot.dof), own_axis(robot)]
+
+
+def _check_rows(found: int, expected: int, source: str) -> None:
+    if found != expected:
+        raise ShapeError(
+            f"{source}: {found} rows for {expected} rows of joint positions; give one for each",
+            expected=expected,
+            found=found,
+        )
+
+
+@njit(cache=True)
+@no_type_check
+def _accelerate(point, origin, spin, change, start, out):
+    """Acceleration of a point of a body: start + change × r + spin × (spin × r), r = point − origin."""
+    x, y, z = point[0] - origin[0], point[1] - origin[1], point[2] - origin[2]
+    u = spin[1] * z - spin[2] * y
+    v = spin[2] * x - spin[0] * z
+    w = spin[0] * y - spin[1] * x
+    out[0] = start[0] + change[1] * z - change[2] * y + spin[1] * w - spin[2] * v
+    out[1] = start[1] + change[2] * x - change[0] * z + spin[2] * u - spin[0] * w
+    out[2] = start[2] + change[0] * y - change[1] * x + spin[0] * v - spin[1] * u
+
+
+@njit(cache=True)
+@no_type_check
+def _load(t, mass, com, gravity, moving, origin, spin, change, start, c, force, total):
+    """Add the force that carries a point mass, and its moment about the arm's first frame, to a body's.
+
+    `c` and `force` are room to work in.
+    """
+    for i in range(3):
+        force[i] = 0.0
+        c[i] = t[i, 3] + t[i, 0] * com[0] + t[i, 1] * com[1] + t[i, 2] * com[2]
+    if moving:
+        _accelerate(c, origin, spin, change, start, force)
+    for i in range(3):
+        force[i] = mass * (force[i] - gravity[i])
+        total[i] += force[i]
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        total[3 + i] += c[j] * force[k] - c[k] * force[j]
+
+
+@njit(cache=True)
+@no_type_check
+def _resist(t, pull, total):
+    """Add what holds the body against a wrench at the origin of t, taken about the arm's first frame."""
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        total[i] -= pull[i]
+        total[3 + i] -= pull[3 + i] + t[j, 3] * pull[k] - t[k, 3] * pull[j]
+
+
+@njit(cache=True)
+@no_type_check
+def _join(axis, t, value, speed, change_of_speed, origin, spin, change, start):
+    """Carry the motion (spin and change of the body, start at origin) over one driven element.
+
+    `t` is the frame right before the element. The new origin lies right after it.
+    """
+    z = t[:, axis % 3].copy()
+    here = t[:, 3].copy()
+    if axis >= 3:
+        here += z * value
+    at = np.empty(3)
+    _accelerate(here, origin, spin, change, start, at)
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        turned = (spin[j] * z[k] - spin[k] * z[j]) * speed
+        if axis >= 3:
+            at[i] += 2.0 * turned + z[i] * change_of_speed
+        else:
+            change[i] += turned + z[i] * change_of_speed
+    if axis < 3:
+        spin += z * speed
+    origin[:] = here
+    start[:] = at
+
+
+@njit(cache=True)
+@no_type_check
+def _wrenches(
+    first, axes, drivers, mount, values, constants, after, mass, com, gravity, q, velocity, acceleration,
+    payload, payload_com, pull, shift, out,
+):  # fmt: skip
+    moving = velocity.shape[0] > 0
+    shifted = shift.shape[0] > 0
+    n = q.shape[1]
+    mounted = np.full(axes.shape[0], -1)
+    mounted[mount] = np.arange(n)
+    t = np.empty((3, 4))
+    before = np.empty((n, 3, 4))
+    totals = np.empty((n + 1, 6))
+    order = np.empty(n, np.int64)
+    origin, spin, change, start = np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3)
+    c, force = np.empty(3), np.empty(3)
+    for row in range(q.shape[0]):
+        t[:] = 0.0
+        for i in range(3):
+            t[i, i] = 1.0
+        totals[:] = 0.0
+        origin[:], spin[:], change[:], start[:] = 0.0, 0.0, 0.0, 0.0
+        body, link = 0, 0
+        for k in range(first, axes.shape[0]):
+            while link < after.shape[0] and after[link] < k:
+                _load(
+                    t,
+                    mass[link],
+                    com[link],
+                    gravity,
+                    moving,
+                    origin,
+                    spin,
+                    change,
+                    start,
+                    c,
+                    force,
+                    totals[body],
+                )
+                link += 1
+            value = values[k]
+            joint = drivers[k]
+            if joint >= 0:
+                value += q[row, joint]
+            if shifted:
+                value += shift[row, k]
+            if mounted[k] >= 0:
+                before[body] = t
+                order[body] = mounted[k]
+                body += 1
+            if joint >= 0 and moving:
+                _join(
+                    axes[k], t, value, velocity[row, joint], acceleration[row, joint],
+                    origin, spin, change, start,
+                )  # fmt: skip
+            if value != 0.0 or axes[k] == 6:
+                _advance(axes[k], value, constants[k], t)
+        while link < after.shape[0]:
+            _load(
+                t, mass[link], com[link], gravity, moving, origin, spin, change, start, c, force, totals[body]
+            )
+            link += 1
+        if payload.shape[0] > 0:
+            _load(
+                t,
+                payload[row],
+                payload_com,
+                gravity,
+                moving,
+                origin,
+                spin,
+                change,
+                start,
+                c,
+                force,
+                totals[body],
+            )
+        if pull.shape[0] > 0:
+            _resist(t, pull[row], totals[body])
+        _project(before, totals, order, out[row])
+
+
+@njit(cache=True)
+@no_type_check
+def _project(before, totals, order, out):
+    """Sum the bodies from the tool inwards, and turn each sum into its joint's own axes at its origin."""
+    for k in range(order.shape[0] - 1, -1, -1):
+        for i in range(6):
+            totals[k, i] += totals[k + 1, i]
+        f, m, frame = totals[k + 1, :3], totals[k + 1, 3:], before[k]
+        x, y, z = frame[0, 3], frame[1, 3], frame[2, 3]
+        u = m[0] - (y * f[2] - z * f[1])
+        v = m[1] - (z * f[0] - x * f[2])
+        w = m[2] - (x * f[1] - y * f[0])
+        for i in range(3):
+            out[order[k], i] = frame[0, i] * f[0] + frame[1, i] * f[1] + frame[2, i] * f[2]
+            out[order[k], 3 + i] = frame[0, i] * u + frame[1, i] * v + frame[2, i] * w

@@ -1,0 +1,395 @@
+"""Robots as URDF files, with six small corrections per joint, and calibrated URDF files out.
+
+Each joint on the way from root to tip becomes: its origin (a constant), six corrections named
+`jointN.x … jointN.yaw` that are zero until identified, and the driven rotation or translation about the
+joint's axis. A calibrated URDF has the corrections multiplied into the origins; everything else of the
+file (meshes, inertias, other branches) stays as it was. Arms from tables become URDFs of plain frames.
+"""
+
+import os
+import xml.etree.ElementTree as ET
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import yourdfpy
+
+from workbench.arm import chain as chains
+from workbench.arm.chain import Axis, Element
+from workbench.arm.masses import carried
+from workbench.arm.robot import (
+    FRAME_PARTS,
+    Frame,
+    Joint,
+    JointKind,
+    Robot,
+    UrdfSource,
+)
+from workbench.base import se3
+from workbench.base.errors import FileError, OptionError, RobotError
+from workbench.base.files import write_bytes
+from workbench.base.types import (
+    Freedom,
+    Matrix4,
+    Vector3,
+    frozen,
+)
+
+KINDS = {
+    "revolute": JointKind.REVOLUTE,
+    "continuous": JointKind.REVOLUTE,
+    "prismatic": JointKind.PRISMATIC,
+    "fixed": JointKind.FIXED,
+}
+BASE_LINK, TOOL_LINK = "measuring_frame", "calibrated_tool"
+"""Links that a written file has before and behind the arm; the tool's is then the chain's end."""
+CORRECTION_AXES = (Axis.TX, Axis.TY, Axis.TZ, Axis.RX, Axis.RY, Axis.RZ)
+
+
+def read_urdf(path: Path | str, *, tip: str | None = None) -> Robot:
+    """Read the longest chain of a URDF, or the one that ends in the link `tip`.
+
+    Raises:
+        FileError: no URDF, no such link, several equally long chains, or a joint that can't be used.
+    """
+    path = Path(path)
+    model = _parse(path)
+    joints = _chain_to(model, path, tip)
+    elements: list[Element] = []
+    infos: list[Joint] = []
+    ends: list[int] = []
+    notes: list[str] = []
+    moving = 0
+    for link, joint in enumerate(joints):
+        if joint.type not in KINDS or joint.mimic is not None:
+            kind = "a mimic joint" if joint.mimic is not None else f"of type '{joint.type}'"
+            raise FileError(
+                f"joint '{joint.name}' is {kind}, which a serial chain can't have; choose another tip",
+                path=str(path),
+            )
+        kind = KINDS[joint.type]
+        name = f"fixed{link + 1 - moving}" if kind is JointKind.FIXED else f"joint{moving + 1}"
+        origin = np.eye(4) if joint.origin is None else np.array(joint.origin, float)
+        if not np.isfinite(origin).all():
+            raise FileError(f"joint '{joint.name}' has an <origin> that is no number", path=str(path))
+        elements.append(Element(Axis.CONSTANT, f"{name}.origin", link=link, matrix=frozen(origin)))
+        if kind is not JointKind.FIXED:
+            elements += [
+                Element(axis, f"{name}.{part}", free=True, link=link)
+                for axis, part in zip(CORRECTION_AXES, FRAME_PARTS, strict=True)
+            ]
+            elements += _driven(name, kind, _unit_axis(joint, path), moving, link)
+            moving += 1
+        ends.append(len(elements) - 1)
+        infos.append(_joint_info(joint, name, kind, model, path, notes))
+    return Robot(
+        name=model.robot.name or path.stem,
+        convention="urdf",
+        elements=tuple(elements),
+        joints=tuple(infos),
+        link_ends=tuple(ends),
+        base=Frame(free=Freedom.AUTO),
+        tool=Frame(free=Freedom.AUTO),
+        urdf=UrdfSource(path, tuple(j.name for j in joints), joints[0].parent, joints[-1].child),
+        notes=(
+            f"chain from link '{joints[0].parent}' to '{joints[-1].child}', "
+            f"joints {', '.join(j.name for j in joints if j.type != 'fixed')}",
+            *notes,
+        ),
+    )
+
+
+def _parse(path: Path) -> yourdfpy.URDF:
+    if not path.is_file():
+        raise FileError("there is no such file; give a URDF", path=str(path))
+    try:
+        root = ET.fromstring(path.read_bytes())
+    except ET.ParseError as error:
+        raise FileError(f"is no URDF: {error}", path=str(path)) from None
+    if root.tag != "robot":
+        raise FileError(f"is no URDF: its root is <{root.tag}>, not <robot>", path=str(path))
+    if not root.findall("joint"):
+        raise FileError("has no joints; give a URDF that describes an arm", path=str(path))
+    for kind in ("joint", "link"):
+        names = [node.get("name") for node in root.findall(kind)]
+        if double := next((n for n in names if names.count(n) > 1), None):
+            raise FileError(f"has two {kind}s called '{double}'; rename one", path=str(path))
+    for joint in root.findall("joint"):
+        if joint.get("type") in ("revolute", "prismatic"):
+            limit = joint.find("limit")
+            if limit is None or limit.get("lower") is None or limit.get("upper") is None:
+                raise FileError(
+                    f"joint '{joint.get('name')}' has no limits; add <limit lower=… upper=…/>, or make "
+                    "its type 'continuous' if it can turn without end",
+                    path=str(path),
+                )
+    try:
+        return yourdfpy.URDF.load(
+            str(path), build_scene_graph=False, load_meshes=False, build_collision_scene_graph=False
+        )
+    except Exception as error:  # yourdfpy raises many kinds for a malformed file
+        raise FileError(f"is no URDF that can be read: {error}", path=str(path)) from None
+
+
+def _chain_to(model: yourdfpy.URDF, path: Path, tip: str | None) -> list:
+    """Joints from the root to the tip, or to a calibrated tool, or along the most moving joints."""
+    into: dict = {}
+    for joint in model.robot.joints:
+        if joint.child in into:
+            raise FileError(
+                f"link '{joint.child}' hangs on two joints, '{into[joint.child].name}' and '{joint.name}'; "
+                "a serial chain is needed",
+                path=str(path),
+            )
+        into[joint.child] = joint
+
+    def to_root(link: str) -> list:
+        joints = []
+        while link in into:
+            joints.append(into[link])
+            link = into[link].parent
+            if len(joints) > len(into):
+                raise FileError("its joints form a loop; a serial chain is needed", path=str(path))
+        return joints[::-1]
+
+    def count(joints: list) -> int:
+        return sum(j.type != "fixed" and j.mimic is None for j in joints)
+
+    links = [link.name for link in model.robot.links]
+    if tip is not None:
+        if tip not in links:
+            raise FileError(f"has no link '{tip}'; its links are {', '.join(links)}", path=str(path))
+        if not count(to_root(tip)):
+            raise FileError(f"has no joint that moves on the way to link '{tip}'", path=str(path))
+        return to_root(tip)
+    parents = {j.parent for j in model.robot.joints}
+    ends = [link for link in links if link not in parents]
+    if ours := [link for link in ends if link.startswith(TOOL_LINK)]:
+        return to_root(ours[-1])
+    leaves = [to_root(link) for link in ends]
+    if not leaves:
+        raise FileError("has no link at which a chain ends; a serial chain is needed", path=str(path))
+    most = max(count(joints) for joints in leaves)
+    if most == 0:
+        raise FileError("has no joint that moves", path=str(path))
+    best = [joints for joints in leaves if count(joints) == most]
+    last_moving = [max(i for i, j in enumerate(joints) if j.type != "fixed") for joints in best]
+    if len({joints[i].name for joints, i in zip(best, last_moving, strict=True)}) > 1:
+        tips = ", ".join(joints[-1].child for joints in best)
+        raise FileError(f"has several chains of {most} moving joints; choose a tip: {tips}", path=str(path))
+    if len(best) > 1:  # several tools on one flange: stop at the flange
+        return best[0][: last_moving[0] + 1]
+    return best[0]
+
+
+def _unit_axis(joint, path: Path) -> Vector3:
+    axis = np.array(joint.axis, float)
+    if axis.shape != (3,) or not np.isfinite(axis).all() or np.linalg.norm(axis) < 1e-9:
+        raise FileError(
+            f"joint '{joint.name}' has the <axis> {axis.tolist()}; give a direction", path=str(path)
+        )
+    return axis / np.linalg.norm(axis)
+
+
+def _driven(name: str, kind: JointKind, axis: Vector3, joint: int, link: int) -> list[Element]:
+    """The driven element, between constants that turn its axis onto x, y or z where it is none of them."""
+    first = Axis.RX if kind is JointKind.REVOLUTE else Axis.TX
+    main = int(np.argmax(axis))
+    if axis[main] > 1.0 - 1e-12:
+        return [Element(Axis(first + main), f"{name}.q", joint=joint, link=link)]
+    cross = np.cross([0.0, 0.0, 1.0], axis)
+    sine, cosine = np.linalg.norm(cross), axis[2]
+    turn = np.eye(3) if sine < 1e-12 else se3.rotvec_to_matrix(cross / sine * np.arctan2(sine, cosine))
+    if sine < 1e-12 and cosine < 0:
+        turn = np.diag([1.0, -1.0, -1.0])
+    there = se3.pose(turn, np.zeros(3))
+    return [
+        Element(Axis.CONSTANT, f"{name}.align", link=link, matrix=frozen(there)),
+        Element(Axis(first + 2), f"{name}.q", joint=joint, link=link),
+        Element(Axis.CONSTANT, f"{name}.unalign", link=link, matrix=frozen(se3.inverse(there))),
+    ]
+
+
+def _joint_info(joint, name: str, kind: JointKind, model, path: Path, notes: list[str]) -> Joint:
+    limits = (-np.inf, np.inf)
+    if kind is not JointKind.FIXED and joint.type != "continuous":
+        limits = (float(joint.limit.lower), float(joint.limit.upper))
+        if not limits[0] < limits[1]:
+            raise FileError(
+                f"joint '{joint.name}' has the empty limits {list(limits)}; mend its <limit>", path=str(path)
+            )
+    elif kind is not JointKind.FIXED:
+        notes.append(f"joint '{joint.name}' is continuous: searches assume one half-turn either way")
+    inertial = model.link_map[joint.child].inertial
+    mass, com = None, np.zeros(3)
+    if inertial is not None and inertial.mass is not None:
+        mass = float(inertial.mass)
+        com = np.zeros(3) if inertial.origin is None else np.array(inertial.origin[:3, 3], float)
+        if not (mass >= 0.0 and np.isfinite([mass, *com]).all()):
+            raise FileError(
+                f"link '{joint.child}' has the mass {mass} at {com.tolist()}; mend its <inertial>",
+                path=str(path),
+            )
+    effort = joint.limit.effort if joint.limit is not None else None
+    return Joint(
+        name=name,
+        kind=kind,
+        limits=limits,
+        mass=mass,
+        com=frozen(com),
+        max_moment=None if not effort else float(effort),
+    )
+
+
+def write_urdf(robot: Robot, path: Path | str, *, leave_out_effects: bool = False) -> Path:
+    """Write a robot as URDF: a calibrated copy of the file it came from, or frames alone.
+
+    The base frame becomes a fixed joint from the link `measuring_frame`, the tool one to `calibrated_tool`,
+    unless they are identities. A URDF has no place for effects.
+
+    Args:
+        robot: The arm.
+        path: File to write.
+        leave_out_effects: Write the geometry of an arm with effects, without them.
+
+    Raises:
+        OptionError: the robot has effects, and nobody said that they may be left out.
+        FileError: the file that the robot came from is gone.
+        RobotError: the robot has something that a URDF can't say.
+    """
+    if robot.effects and not leave_out_effects:
+        names = ", ".join(dict.fromkeys(str(e.name) for e in robot.effects))
+        raise OptionError(
+            f"robot '{robot.name}' has effects ({names}) that a URDF can't say; write a TOML, or leave them "
+            "out knowingly (leave_out_effects=True): the URDF alone is less accurate than the calibration"
+        )
+    if robot.urdf is not None:
+        root = _original(robot.urdf.path)
+        _correct_origins(root, robot, robot.urdf.joints)
+        _keep_references(root, robot.urdf.path, Path(path))
+    else:
+        root = _skeleton(robot)
+    _add_frames(root, robot)
+    ET.indent(root)
+    return write_bytes(path, ET.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n")
+
+
+def _original(path: Path) -> ET.Element:
+    """The file that the robot came from, comments included."""
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        message = f"can't be read any more ({error.strerror}), and the calibrated copy is made from it"
+        raise FileError(message, path=str(path)) from None
+    return ET.fromstring(content, parser=ET.XMLParser(target=ET.TreeBuilder(insert_comments=True)))
+
+
+def _keep_references(root: ET.Element, source: Path, copy: Path) -> None:
+    """Let relative mesh and texture files be found from the folder of the copy."""
+    for node in root.iter():
+        file = node.get("filename") if node.tag in ("mesh", "texture") else None
+        if file is None or "://" in file or Path(file).is_absolute():
+            continue
+        if (source.parent / file).is_file() and copy.parent.resolve() != source.parent.resolve():
+            node.set("filename", os.path.relpath((source.parent / file).resolve(), copy.parent.resolve()))
+
+
+def _segments(robot: Robot) -> list[Matrix4]:
+    """Pose between driven elements, at q = 0: before joint 1, between 1 and 2, …, after the last."""
+    driven = [i for i, e in enumerate(robot.elements) if e.joint is not None]
+    undriven = chains.Chain(tuple(replace(e, joint=None) for e in robot.elements), 0)
+    poses = chains.frames(undriven, np.zeros((1, 0)), np.array([*driven, len(robot.elements) - 1]))[0]
+    return [poses[0], *(se3.inverse(a) @ b for a, b in pairwise(poses))]
+
+
+def _skeleton(robot: Robot) -> ET.Element:
+    """A URDF of frames for an arm from a table; every driven element keeps its own axis."""
+    root = ET.Element("robot", name=robot.name)
+    driven = [e for e in robot.elements if e.joint is not None]
+    segments = _segments(robot)
+    ET.SubElement(root, "link", name="base_link")
+    parent = "base_link"
+    bodies = carried(robot)
+    for number, (element, joint, segment) in enumerate(
+        zip(driven, robot.moving, segments[:-1], strict=True), start=1
+    ):
+        link = ET.SubElement(root, "link", name=f"link{number}")
+        kind = str(joint.kind) if np.isfinite(joint.limits).all() else "continuous"
+        if kind == "continuous" and joint.kind is JointKind.PRISMATIC:
+            raise RobotError(f"{joint.name} is prismatic without limits, which a URDF can't say; give limits")
+        node = _joint_node(root, f"joint{number}", kind, parent, f"link{number}", segment)
+        axis = np.eye(3)[element.axis % 3]
+        ET.SubElement(node, "axis", xyz=_text(axis))
+        if kind != "continuous":
+            effort = joint.max_moment or 0.0
+            ET.SubElement(
+                node,
+                "limit",
+                lower=repr(float(joint.limits[0])),
+                upper=repr(float(joint.limits[1])),
+                effort=repr(float(effort)),
+                velocity="0",
+            )
+        _inertial(link, *bodies[number - 1])
+        parent = f"link{number}"
+    ET.SubElement(root, "link", name="flange")
+    _joint_node(root, "flange_joint", "fixed", parent, "flange", segments[-1])
+    return root
+
+
+def _inertial(link: ET.Element, mass: float | None, com: Vector3) -> None:
+    """Mass and centre of a body in the frame right after its joint; nothing where the mass is unknown."""
+    if mass is None:
+        return
+    node = ET.SubElement(link, "inertial")
+    ET.SubElement(node, "origin", xyz=_text(com), rpy="0 0 0")
+    ET.SubElement(node, "mass", value=repr(float(mass)))
+    ET.SubElement(node, "inertia", ixx="0", ixy="0", ixz="0", iyy="0", iyz="0", izz="0")
+
+
+def _correct_origins(root: ET.Element, robot: Robot, names: tuple[str, ...]) -> None:
+    """Multiply the identified corrections into the origins of the joints of the chain."""
+    by_name = {node.get("name"): node for node in root.findall("joint")}
+    for link, (joint, original) in enumerate(zip(robot.joints, names, strict=True)):
+        mine = [
+            e
+            for e in robot.elements
+            if e.link == link and e.joint is None and not e.name.endswith(("align", "unalign"))
+        ]
+        if joint.kind is JointKind.FIXED or not any(e.value for e in mine):
+            continue
+        pose = chains.poses(chains.Chain(tuple(mine), 0), np.zeros((1, 0)))[0]
+        node = by_name[original]
+        origin = node.find("origin")
+        if origin is None:
+            origin = ET.SubElement(node, "origin")
+        origin.set("xyz", _text(pose[:3, 3]))
+        origin.set("rpy", _text(se3.matrix_to_rpy(pose[:3, :3])))
+
+
+def _add_frames(root: ET.Element, robot: Robot) -> None:
+    links = {node.get("name") for node in root.findall("link")}
+    children = {child.get("link") for child in root.findall("joint/child")}
+    first = next(str(n.get("name")) for n in root.findall("link") if n.get("name") not in children)
+    last = "flange" if robot.urdf is None else robot.urdf.tip
+    for frame, name in ((robot.base, BASE_LINK), (robot.tool, TOOL_LINK)):
+        if np.array_equal(frame.pose, np.eye(4)):
+            continue
+        while name in links:
+            name += "_"
+        ET.SubElement(root, "link", name=name)
+        ends = (name, first) if frame is robot.base else (last, name)
+        _joint_node(root, f"{name}_joint", "fixed", *ends, frame.pose)
+
+
+def _joint_node(root: ET.Element, name: str, kind: str, parent: str, child: str, pose: Matrix4) -> ET.Element:
+    node = ET.SubElement(root, "joint", name=name, type=kind)
+    ET.SubElement(node, "parent", link=parent)
+    ET.SubElement(node, "child", link=child)
+    ET.SubElement(node, "origin", xyz=_text(pose[:3, 3]), rpy=_text(se3.matrix_to_rpy(pose[:3, :3])))
+    return node
+
+
+def _text(numbers: np.ndarray) -> str:
+    return " ".join(repr(float(v)) for v in numbers)

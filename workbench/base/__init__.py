@@ -1,0 +1,1 @@
+"""What everything stands on: errors, types, units, rigid motions, files."""

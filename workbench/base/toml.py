@@ -1,0 +1,84 @@
+"""Reading TOML files of our own with one clear sentence for each mistake.
+
+A file's reader (robots, plates) extends `AbstractTableReader` with what its tables mean; how a number, a
+list or a key must look is said here once.
+"""
+
+import tomllib
+from abc import ABC
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+
+from workbench.base.errors import FileError
+from workbench.base.types import frozen
+
+LARGEST = 1e100
+"""Numbers beyond this overflow when they are squared."""
+
+
+class AbstractTableReader(ABC):
+    """One file being read: knows its path for messages, and how values must look."""
+
+    wanted: ClassVar[str]
+    """What to give instead of a file that is none, such as `a plate TOML`."""
+    otherwise: ClassVar[str]
+    """What to give instead of a file that is missing."""
+
+    def __init__(self, path: Path | str):
+        self.path = str(path)
+
+    def load(self) -> dict[str, Any]:
+        """The file's tables."""
+        try:
+            return tomllib.loads(Path(self.path).read_text(encoding="utf-8-sig"))
+        except FileNotFoundError:
+            raise self.fail(f"there is no such file; give {self.otherwise}") from None
+        except (OSError, UnicodeDecodeError) as error:
+            raise self.fail(f"can't be read as a text file ({error}); give {self.wanted}") from None
+        except tomllib.TOMLDecodeError as error:
+            raise self.fail(f"is no valid TOML: {error}") from None
+
+    def fail(self, message: str) -> FileError:
+        """The error that names this file."""
+        return FileError(message, path=self.path)
+
+    def number(self, value: Any, what: str) -> float:
+        """A finite number."""
+        if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < LARGEST:
+            raise self.fail(f"{what} must be a finite number, not {value!r}")
+        return float(value)
+
+    def numbers(self, value: Any, count: int | None, what: str) -> np.ndarray:
+        """So many numbers, or any number of them but none."""
+        if not isinstance(value, list) or not value or count not in (None, len(value)):
+            wanted = "numbers" if count is None else f"{count} numbers"
+            raise self.fail(f"{what} must be a list of {wanted}, not {value!r}")
+        return frozen(np.array([self.number(v, what) for v in value]))
+
+    def flag(self, value: Any, what: str) -> bool:
+        """True or false."""
+        if not isinstance(value, bool):
+            raise self.fail(f"{what} must be true or false, not {value!r}")
+        return value
+
+    def table(self, value: Any, what: str) -> dict[str, Any]:
+        """A table."""
+        if not isinstance(value, dict):
+            raise self.fail(f"{what} must be a table of keys and values, not {value!r}")
+        return value
+
+    def tables(self, data: dict[str, Any], key: str) -> list[dict[str, Any]]:
+        """The `[[key]]` tables; none where the key is missing."""
+        value = data.get(key, [])
+        if not isinstance(value, list):
+            raise self.fail(f"{key} must be given as [[{key}]] tables, with two brackets, not as {value!r}")
+        return [self.table(entry, f"[[{key}]] {i + 1}") for i, entry in enumerate(value)]
+
+    def keys(self, table: Any, known: set[str], what: str) -> None:
+        """Refuse keys that mean nothing."""
+        if unknown := sorted(set(self.table(table, what)) - known):
+            raise self.fail(
+                f"{what} has the unknown key '{unknown[0]}'; known are {', '.join(sorted(known))}"
+            )

@@ -1,0 +1,217 @@
+"""Units at the door: from a column's heading to SI numbers, and back for panels and reports.
+
+Inside the package every number is SI (temperatures in degC). A unit is looked up once, as
+SI = scale · value + offset, in a registry that is built when the first unit is asked for.
+"""
+
+import re
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.base.errors import UnitError
+
+
+class Quantity(StrEnum):
+    """What a number measures; the value is the unit that it has inside the package."""
+
+    ANGLE = "rad"
+    LENGTH = "m"
+    TIME = "s"
+    TEMPERATURE = "degC"
+    MASS = "kg"
+    TORQUE = "N*m"
+    FORCE = "N"
+    NUMBER = "1"
+
+
+EXAMPLES = {
+    Quantity.ANGLE: "rad or deg",
+    Quantity.LENGTH: "m or mm",
+    Quantity.TIME: "s",
+    Quantity.TEMPERATURE: "degC",
+    Quantity.MASS: "kg",
+    Quantity.TORQUE: "N*m",
+    Quantity.FORCE: "N",
+    Quantity.NUMBER: "nothing",
+}
+
+# Spellings that the registry does not know, or knows as something else ('Nm' as number-metre, 'Grad' as
+# gigaradian). 'Grad' is German for degree; 'grad' is the gon.
+ALIASES = {
+    "Grad": "degree",
+    "Deg": "degree",
+    "DEG": "degree",
+    "Rad": "radian",
+    "RAD": "radian",
+    "MM": "mm",
+    "gon": "grade",
+    "sec": "second",
+    "Zoll": "inch",
+    "℃": "degC",
+    "-": "",
+    "–": "",
+    "1": "",
+}
+REMARKS = {
+    "Grad": "'Grad' is read as the degree (360 to a turn)",
+    "grad": "'grad' is read as the gon (400 to a turn)",
+}
+
+_TORQUE = re.compile(r"([mkµμu]?)N[ ·.*⋅-]?([mc]?m)")
+_UNIT_TEXT = re.compile(r"[A-Za-zµμ°Ωπ℃%·⋅*/^ .()_-]{0,24}(?:[\^*]-?\d)?[A-Za-zµμ·⋅*/ ]{0,12}")
+_BRACKETED = re.compile(r"(?P<name>.*?)\s*\[(?P<unit>[^\[\]]*)\]\s*")
+_SPOKEN = re.compile(r"(?P<name>.+?)\s*(?:\((?P<a>[^()]+)\)|\s/\s*(?P<b>\S+)|\s+in\s+(?P<c>\S+))\s*")
+_LARGEST = {Quantity.ANGLE: 7.0, Quantity.LENGTH: 1.0}
+
+
+class Heading(NamedTuple):
+    """A column heading: its name, and the unit that stands with it (None: none)."""
+
+    name: str
+    unit: str | None
+
+
+@dataclass(frozen=True)
+class Conversion:
+    """SI = scale · value + offset, for one unit of one quantity."""
+
+    quantity: Quantity
+    scale: float
+    offset: float
+
+    def to_si(self, values: Float[np.ndarray, "..."]) -> Float[np.ndarray, "..."]:
+        """Values in this unit, in SI."""
+        whole = round(1.0 / self.scale)
+        if self.offset == 0.0 and whole > 1 and abs(whole * self.scale - 1.0) < 1e-14:
+            return values / whole  # exact powers of ten: 0.001 is no binary number, 1000 is
+        return values if (self.scale, self.offset) == (1.0, 0.0) else values * self.scale + self.offset
+
+    def from_si(self, values: Float[np.ndarray, "..."]) -> Float[np.ndarray, "..."]:
+        """SI values, in this unit."""
+        return values if (self.scale, self.offset) == (1.0, 0.0) else (values - self.offset) / self.scale
+
+
+def parse_heading(text: str) -> Heading:
+    """Split a column heading into name and unit.
+
+    'q1[deg]' and 'q1 [deg]' always; 'q1 (deg)', 'x / mm' and 'x in mm' where what stands there is a unit.
+    """
+    text = text.strip()
+    if match := _BRACKETED.fullmatch(text):
+        return Heading(match["name"].strip(), match["unit"].strip())
+    if match := _SPOKEN.fullmatch(text):
+        unit = next(part for part in (match["a"], match["b"], match["c"]) if part is not None).strip()
+        if is_unit(unit):
+            return Heading(match["name"].strip(), unit)
+    return Heading(text, None)
+
+
+def is_unit(text: str) -> bool:
+    """Whether the text is a unit of one of our quantities (a number without unit is not)."""
+    for quantity in Quantity:
+        try:
+            conversion(text, quantity)
+        except UnitError:
+            continue
+        return quantity is not Quantity.NUMBER
+    return False
+
+
+@cache
+def conversion(unit: str, *quantities: Quantity) -> Conversion:
+    """How a unit turns into SI.
+
+    Args:
+        unit: As people write it: 'deg', '°', 'mm', 'µm', 'N*m', 'Nm', 'degC', 'arcmin', …
+        *quantities: What the column may measure, in order of preference.
+
+    Raises:
+        UnitError: The unit is unknown, or of another quantity.
+    """
+    parsed = _parsed(unit)
+    for quantity in quantities:
+        if (found := _as_quantity(parsed, quantity)) is not None:
+            return _sane(found, unit)
+    wanted = " or ".join(EXAMPLES[quantity] for quantity in quantities)
+    raise UnitError(f"the unit '{unit}' does not fit here: write {wanted}", unit=unit)
+
+
+def to_si(values: Float[np.ndarray, "..."], unit: str, *quantities: Quantity) -> Float[np.ndarray, "..."]:
+    """Values in a unit, in SI (temperatures in degC)."""
+    return conversion(unit, *quantities).to_si(values)
+
+
+def from_si(values: Float[np.ndarray, "..."], unit: str, *quantities: Quantity) -> Float[np.ndarray, "..."]:
+    """SI values (temperatures in degC), in a unit."""
+    return conversion(unit, *quantities).from_si(values)
+
+
+def parse_quantity(text: str, quantity: Quantity) -> float:
+    """A setting such as '0.05 mm', in SI.
+
+    Raises:
+        UnitError: No number, no unit, or a unit of another quantity.
+    """
+    match = re.fullmatch(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*", text)
+    if match is None or (not match[2] and quantity is not Quantity.NUMBER):
+        raise UnitError(f"'{text}' is not a number with a unit: write e.g. '0.1 {quantity}'", unit=text)
+    return float(to_si(np.array([float(match[1])]), match[2], quantity)[0])
+
+
+@cache
+def _registry():
+    """The unit registry; built on first use, as that takes a quarter of a second."""
+    import pint
+
+    return pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
+
+
+def _parsed(unit: str):
+    """The registry's unit for a text.
+
+    Raises:
+        UnitError: The text is no unit.
+    """
+    text = ALIASES.get(unit.strip(), unit.strip())
+    if match := _TORQUE.fullmatch(text):
+        text = f"{match[1]}N*{match[2]}"
+    if _UNIT_TEXT.fullmatch(text):
+        try:
+            return _registry().parse_units(text.replace("⋅", "*"))
+        except Exception:  # the registry's parser answers odd text with nearly any exception
+            pass
+    raise UnitError(
+        f"the unit '{unit}' is unknown: write e.g. rad, deg, m, mm, s, degC, kg or N*m", unit=unit
+    )
+
+
+def _as_quantity(parsed, quantity: Quantity) -> Conversion | None:
+    """The conversion, or None when the unit measures something else."""
+    registry = _registry()
+    wanted = registry.parse_units("" if quantity is Quantity.NUMBER else str(quantity))
+    if parsed.dimensionality != wanted.dimensionality:
+        return None
+    if parsed.dimensionless and registry.get_root_units(parsed)[1] != registry.get_root_units(wanted)[1]:
+        return None  # angles and plain numbers are both dimensionless, and must not be mixed up
+    zero, one = (float(registry.Quantity(v, parsed).to(wanted).magnitude) for v in (0.0, 1.0))
+    return Conversion(quantity, one - zero if zero else one, zero)
+
+
+def _sane(found: Conversion, unit: str) -> Conversion:
+    """The conversion, unless a robot can't be measured in that unit ('Mm' for 'mm').
+
+    Raises:
+        UnitError: The unit is absurdly large.
+    """
+    if found.scale > _LARGEST.get(found.quantity, np.inf):
+        raise UnitError(
+            f"the unit '{unit}' is {found.scale:g} {found.quantity}, too large for a robot: "
+            f"write {EXAMPLES[found.quantity]}",
+            unit=unit,
+        )
+    return found

@@ -1,0 +1,104 @@
+"""Guided measuring in the terminal: the wanted target, the deviation from it, standstill, rows stored.
+
+Everything fits into 80 columns. Lengths in mm, angles in degrees, axes of the measuring frame.
+"""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import numpy as np
+from rich.console import Console, Group, RenderableType
+from rich.live import Live
+from rich.table import Table
+from rich.text import Text
+
+from workbench.base import se3
+from workbench.base.types import Matrix4, Vector3
+from workbench.data.live.acquisition import Standing, Status
+
+KEYS = "Enter stores · f forces · r row again · n/p next/previous · q ends"
+NEAR = 1e-3, float(np.deg2rad(0.5))
+"""Deviations below these are shown as near [m], [rad]."""
+NOTHING, DEGREES = "–", 180.0 / np.pi
+MARKS = 50
+"""Targets that the line of marks shows."""
+
+
+@contextmanager
+def live_view(console: Console) -> Iterator[Callable[[Status], None]]:
+    """A function that draws a status over the last one."""
+    with Live(console=console, auto_refresh=False, transient=True) as live:
+        yield lambda status: live.update(render(status), refresh=True)
+
+
+def render(status: Status) -> RenderableType:
+    """The whole view of one status."""
+    lines: list[RenderableType] = [_heading(status), _table(status), _standing(status), _marks(status)]
+    if status.message:
+        lines.append(Text(status.message, style="yellow" if "not stored" in status.message else "green"))
+    lines.append(Text(KEYS, style="dim"))
+    return Group(*lines)
+
+
+def _heading(status: Status) -> Text:
+    taken = sum(status.stored)
+    text = Text(f"{status.name} of {len(status.stored)}", style="bold")
+    return text.append(f"   {taken} stored, {len(status.stored) - taken} to go", style="")
+
+
+def _table(status: Status) -> Table:
+    """Wanted pose, present pose and what lies between them."""
+    table = Table(box=None, padding=(0, 1), pad_edge=False)
+    table.add_column("", width=9)
+    for name in ("x", "y", "z", "mm"):
+        table.add_column(name, justify="right", width=9)
+    for name in ("roll/x", "pitch/y", "yaw/z"):
+        table.add_column(name, justify="right", width=7)
+    table.add_row("wanted", *_pose(status.wanted))
+    turned = not status.measured or status.rotation is not None or status.wanted is None
+    table.add_row("measured" if status.measured else "by model", *_pose(status.pose, turned=turned))
+    off = "–" if status.position is None else _size(status.position, 1e3, NEAR[0])
+    table.add_row("off", *_parts(status.position, 1e3), off, *_parts(status.rotation, DEGREES))
+    return table
+
+
+def _pose(pose: Matrix4 | None, *, turned: bool = True) -> list[str]:
+    if pose is None:
+        return [NOTHING] * 7
+    turn = [f"{DEGREES * v:z.2f}" for v in se3.matrix_to_rpy(pose[:3, :3])] if turned else [NOTHING] * 3
+    return [*(f"{1e3 * v:z.2f}" for v in pose[:3, 3]), "", *turn]
+
+
+def _parts(values: Vector3 | None, scale: float) -> list[str]:
+    """The three components, with their signs."""
+    return [NOTHING] * 3 if values is None else [f"{scale * v:+z.2f}" for v in values]
+
+
+def _size(values: Vector3, scale: float, near: float) -> Text:
+    """The length, green where it is small."""
+    size = float(np.linalg.norm(values))
+    return Text(f"{scale * size:.2f}", style="bold green" if size < near else "bold")
+
+
+def _standing(status: Status) -> Text:
+    """Whether the arm stands still, and the angle that is left."""
+    if status.silence > 0.0:
+        return Text(f"the source has been silent for {status.silence:.0f} s", style="bold red")
+    if status.standing is None:
+        return Text("waiting for the first sample", style="yellow")
+    text = Text(
+        f"the arm {status.standing}", style="green" if status.standing is Standing.STILL else "yellow"
+    )
+    if status.rotation is not None:
+        text.append("   angle off ", style="").append(_size(status.rotation, DEGREES, NEAR[1])).append("°")
+    return text
+
+
+def _marks(status: Status) -> Text:
+    """One mark a target: stored, wanted now, to come; a window of them where they are many."""
+    first = max(0, min(status.current - MARKS // 2, len(status.stored) - MARKS))
+    text = Text("")
+    for i in range(first, min(first + MARKS, len(status.stored))):
+        mark = "▶" if i == status.current else ("●" if status.stored[i] else "·")
+        text.append(mark, style="bold" if i == status.current else ("green" if status.stored[i] else "dim"))
+    return text

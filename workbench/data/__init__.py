@@ -1,0 +1,1 @@
+"""Measurements: the table of rows, readers, observations, simulated instruments, live sources."""

@@ -1,0 +1,114 @@
+"""The table of measurements that every reader makes and every fit reads.
+
+A `Dataset` is plain SI data: joint positions and what an instrument saw, one row a measurement. Columns
+that a file does not have are None; single values that a row lacks are NaN (numbers) or "" (labels).
+"""
+
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from workbench.base.errors import ShapeError
+from workbench.base.types import frozen
+
+Labels = np.ndarray  # one string a row
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Dataset:
+    """Rows of joint positions and observations, in SI and in the measuring frame.
+
+    Args:
+        q: Joint positions [rad or m], as the controller reported them; never wrapped.
+        row: Data row of the file, counted from 0, before anything was left out.
+        position: Measured position of the tool point [m]; NaN where a row has none.
+        rotation: Measured orientation of the tool, as rotation matrices.
+        markers: Measured positions of the markers on the tool [m]; NaN where one was hidden.
+        distance: Measured distance of the tool point from the row's anchor [m].
+        anchor: Name of that anchor.
+        contact: Name of the fixed point that the tool touched; the same name is the same point.
+        point: Name of the socket that the tool was in.
+        session: Rows of one placement of robot or instrument; base and tool may differ between sessions.
+        group: Rows that are held out together.
+        time: Time [s].
+        temperature: Temperature [K above 0 degC, that is degC].
+        payload: Mass at the tool [kg].
+        torque: Measured joint torques [N m].
+        direction: Sign of each joint's last motion (-1, 0, +1).
+        sigma: Standard deviation per row of position (first three, m) and rotation (last three, rad).
+        tilt: Inclinometer readings about x and y of a link [rad], by link number counted from 1.
+        wrench: [f; τ] that pulls at the tool from outside, in the axes of the robot's gravity [N, N m].
+        exclude: Rows that the file keeps out.
+        reason: Why, for such rows.
+        source: Where the rows came from, for messages.
+        notes: Each decision that the reader took, in one sentence.
+    """
+
+    q: Float[np.ndarray, "rows n"]
+    row: Int[np.ndarray, " rows"]
+    position: Float[np.ndarray, "rows 3"] | None = None
+    rotation: Float[np.ndarray, "rows 3 3"] | None = None
+    markers: Float[np.ndarray, "rows markers 3"] | None = None
+    distance: Float[np.ndarray, " rows"] | None = None
+    anchor: Labels | None = None
+    contact: Labels | None = None
+    point: Labels | None = None
+    session: Labels | None = None
+    group: Labels | None = None
+    time: Float[np.ndarray, " rows"] | None = None
+    temperature: Float[np.ndarray, " rows"] | None = None
+    payload: Float[np.ndarray, " rows"] | None = None
+    torque: Float[np.ndarray, "rows n"] | None = None
+    direction: Float[np.ndarray, "rows n"] | None = None
+    sigma: Float[np.ndarray, "rows 6"] | None = None
+    tilt: dict[int, Float[np.ndarray, "rows 2"]] | None = None
+    wrench: Float[np.ndarray, "rows 6"] | None = None
+    exclude: Bool[np.ndarray, " rows"] | None = None
+    reason: Labels | None = None
+    source: str = "data"
+    notes: tuple[str, ...] = field(default=())
+
+    def __post_init__(self):
+        for f in fields(self):
+            value = getattr(self, f.name)
+            if isinstance(value, np.ndarray):
+                if len(value) != len(self.q):
+                    raise ShapeError(
+                        f"{self.source}: '{f.name}' has {len(value)} rows, the joint positions {len(self.q)}",
+                        expected=len(self.q),
+                        found=len(value),
+                    )
+                object.__setattr__(self, f.name, frozen(value))
+
+    def __len__(self) -> int:
+        return len(self.q)
+
+    @property
+    def joints(self) -> int:
+        """Number of joint columns."""
+        return self.q.shape[1]
+
+    @cached_property
+    def sessions(self) -> tuple[str, ...]:
+        """Session names in order of appearance; one unnamed session when the file has none."""
+        if self.session is None:
+            return ("",)
+        return tuple(dict.fromkeys(self.session.tolist()))
+
+    @cached_property
+    def included(self) -> Bool[np.ndarray, " rows"]:
+        """Rows that the file does not keep out."""
+        return np.ones(len(self), bool) if self.exclude is None else ~self.exclude
+
+    def take(self, rows: Int[np.ndarray, " k"] | Bool[np.ndarray, " rows"]) -> "Dataset":
+        """The chosen rows, by index or mask, in the order given."""
+        changes = {}
+        for f in fields(self):
+            value = getattr(self, f.name)
+            if isinstance(value, np.ndarray):
+                changes[f.name] = value[rows]
+        if self.tilt is not None:
+            changes["tilt"] = {link: values[rows] for link, values in self.tilt.items()}
+        return replace(self, **changes)

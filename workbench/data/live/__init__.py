@@ -1,0 +1,1 @@
+"""Live sources: samples from a real or simulated arm become stored rows."""

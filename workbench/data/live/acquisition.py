@@ -1,0 +1,266 @@
+"""Guided measuring: which sample is stored for which target, and why one is not. Knows no terminal.
+
+As in the paper (ARIA 5.1) somebody steers the arm until the wanted pose shows, then asks for the sample to be
+kept. What is stored with its joints is the pose that the source measures; where the source measures none,
+it is the target's own pose, which the plate's seat imposes. One run stores one of the two, never a mix.
+"""
+
+import copy
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from typing import final
+
+import numpy as np
+
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.robot import Robot
+from workbench.base import se3
+from workbench.base.types import Matrix4, Vector3
+from workbench.data.dataset import Dataset
+from workbench.data.live.capture import Capture
+from workbench.data.live.standstill import StandstillDetector
+from workbench.data.live.stream import Sample
+
+THINNED = 0.02
+"""Samples that follow the last one sooner than this are not looked at for motion [s]."""
+POSITION_STILL, ORIENTATION_STILL = 1e-3, float(np.deg2rad(0.2))
+"""What a noisy instrument may see of an arm that stands [m], [rad]; the joints say it more sharply."""
+
+
+class Standing(StrEnum):
+    """Whether the arm stands still."""
+
+    STILL = "stands still"
+    MOVING = "moves, or has only just come to rest"
+    UNKNOWN = "may move: samples come too seldom to tell"
+
+
+class PoseSource(StrEnum):
+    """Where the stored poses come from."""
+
+    MEASURED = "the pose that the source measures"
+    REFERENCE = "the target's own pose, as the source measures none"
+
+
+@dataclass(frozen=True)
+class Event:
+    """What a request has led to: one sentence, and whether the stored rows have changed."""
+
+    message: str
+    changed: bool = False
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Status:
+    """All that a view shows, at one time.
+
+    Args:
+        name: Name of the wanted target.
+        current: Its index.
+        stored: For each target, whether a row is stored.
+        wanted: Wanted pose of the tool in the measuring frame; None: any.
+        pose: Where the tool is, measured or from the nominal model; None before the first sample.
+        position: Pose minus wanted, axes of the measuring frame [m]; None where one is missing.
+        rotation: Rotation vector from wanted to pose, same axes [rad]; None where one is missing.
+        measured: Whether the pose is measured; else it comes from the nominal model.
+        standing: Whether the arm stands still; None before the first sample.
+        source: Where the stored poses come from.
+        silence: Time since the last sample came [s].
+        message: Outcome of the last request.
+    """
+
+    name: str
+    current: int
+    stored: tuple[bool, ...]
+    wanted: Matrix4 | None
+    pose: Matrix4 | None
+    position: Vector3 | None
+    rotation: Vector3 | None
+    measured: bool
+    standing: Standing | None
+    source: PoseSource
+    silence: float
+    message: str
+
+
+@final
+class Acquisition:
+    """Takes samples and requests, stores rows.
+
+    Args:
+        capture: The wanted targets, in the measuring frame.
+        robot: Nominal arm: where the source measures no pose, it says where the tool should be.
+        detector: Judges standstill; the usual tolerances if None.
+        oriented: For each target, whether its orientation is imposed as well; all if None.
+        forced: Store on the source's request even while the arm moves.
+    """
+
+    def __init__(
+        self,
+        capture: Capture,
+        *,
+        robot: Robot,
+        detector: StandstillDetector | None = None,
+        oriented: tuple[bool, ...] | None = None,
+        forced: bool = False,
+    ):
+        self.capture = capture
+        self.latest: Sample | None = None
+        self.standing: Standing | None = None
+        self.silence = 0.0
+        self.message = ""
+        self._robot = robot
+        self._detector = detector or StandstillDetector(
+            position=POSITION_STILL, orientation=ORIENTATION_STILL
+        )
+        self._oriented = oriented or (True,) * len(capture.wanted)
+        self._forced = forced
+        self._judged: Sample | None = None
+        self._order: list[int] = []
+        self._source: PoseSource | None = None
+        self._seen = False
+
+    def copy(self) -> "Acquisition":
+        """One that goes on by itself and leaves this one as it is."""
+        other = copy.copy(self)
+        other._detector = self._detector.copy()
+        return other
+
+    @property
+    def source(self) -> PoseSource:
+        """Where the stored poses come from; settled by the first row."""
+        if self._source is not None:
+            return self._source
+        return PoseSource.MEASURED if self._seen else PoseSource.REFERENCE
+
+    @property
+    def rows(self) -> int:
+        """Number of rows stored."""
+        return len(self._order)
+
+    def update(self, sample: Sample) -> Event | None:
+        """Take in a sample; what came of it if the sample itself asks to be stored."""
+        self.latest, self.silence = sample, 0.0
+        self._seen = self._seen or sample.position is not None
+        if self._judged is None or sample.capture or not 0.0 <= sample.time - self._judged.time < THINNED:
+            self.standing = self._judge(sample)
+            self._judged = sample
+        if not sample.capture or self.capture.done:
+            return None
+        return self.store(force=self._forced)
+
+    def _judge(self, sample: Sample) -> Standing:
+        if self._detector.update(sample):
+            return Standing.STILL
+        last = -np.inf if self._judged is None else self._judged.time
+        seldom = sample.time - last > max(self._detector.window / 2.0, 3.0 * THINNED)
+        return Standing.UNKNOWN if seldom else Standing.MOVING
+
+    def store(self, *, force: bool = False) -> Event:
+        """Store the latest sample for the current target, or say why not.
+
+        Args:
+            force: Also while the arm moves, or has not moved since the last row.
+        """
+        sample, index = self.latest, self.capture.current
+        reason = "no sample has come from the source yet" if sample is None else self._refusal(sample, force)
+        if reason or sample is None:
+            return self._say(f"not stored: {reason}")
+        self._source = self.source
+        self.capture = self.capture.store(self._completed(sample))
+        self._order = [*(i for i in self._order if i != index), index]
+        doubt = "" if self.standing is Standing.STILL else f" (the arm {self.standing})"
+        end = "; that was the last one" if self.capture.done else ""
+        return self._say(f"{self.capture.wanted[index].name} stored{doubt}{end}", changed=True)
+
+    def _refusal(self, sample: Sample, force: bool) -> str | None:
+        """Why the sample can't be stored now; None if it can."""
+        capture = self.capture
+        if self.silence > 0.0:
+            return f"the source has been silent for {self.silence:.0f} s"
+        if self._order and capture.done and capture.current == self._order[-1]:
+            return "every target has its row; take the last one again to replace it"
+        if self.source is PoseSource.MEASURED and sample.position is None:
+            return "the instrument does not see the tool"
+        if self.source is PoseSource.REFERENCE and capture.target.pose is None:
+            return "neither the source nor the target says where the tool is"
+        if force:
+            return None
+        if self.standing is Standing.MOVING:
+            return f"the arm {self.standing}; wait, or force it"
+        if self._order and not self._has_moved(sample):
+            return "the arm has not moved since the last row; steer it on, or force it"
+        return None
+
+    def _has_moved(self, sample: Sample) -> bool:
+        last = self.capture.taken[self._order[-1]]
+        return last is None or bool(np.abs(sample.q - last.q).max() > self._detector.joint)
+
+    def _completed(self, sample: Sample) -> Sample:
+        """The sample with the pose that is to be stored with it."""
+        pose = self.capture.target.pose
+        if self.source is PoseSource.MEASURED or pose is None:
+            return sample
+        turn = pose[:3, :3] if self._oriented[self.capture.current] else None
+        return replace(sample, position=pose[:3, 3], rotation=turn)
+
+    def again(self) -> Event:
+        """Drop the row of the current target, or else the one that was stored last; its target is current."""
+        if not self._order:
+            return self._say("there is no row to take again")
+        current = self.capture.current
+        index = current if self.capture.taken[current] is not None else self._order[-1]
+        self._order = [i for i in self._order if i != index]
+        self.capture = self.capture.again(index)
+        return self._say(f"{self.capture.target.name}: its row is dropped, take it again", changed=True)
+
+    def step(self, by: int) -> Event:
+        """Make another target current, counted from the present one and around."""
+        self.capture = self.capture.go_to((self.capture.current + by) % len(self.capture.wanted))
+        stored = self.capture.taken[self.capture.current] is not None
+        return self._say(f"{self.capture.target.name}" + (" has a row, which the next replaces" * stored))
+
+    def dataset(self, *, source: str) -> Dataset:
+        """What is stored, in the order of the targets.
+
+        Raises:
+            DataError: nothing is.
+        """
+        found = self.capture.dataset(source=source)
+        return replace(found, notes=(*found.notes, f"stored with the joints: {self.source}"))
+
+    def status(self) -> Status:
+        """All that a view shows."""
+        wanted = self.capture.target.pose
+        pose, position, rotation, measured = self._where()
+        off = None if wanted is None or pose is None else se3.pose_error(pose, wanted)
+        return Status(
+            name=self.capture.target.name,
+            current=self.capture.current,
+            stored=tuple(sample is not None for sample in self.capture.taken),
+            wanted=wanted,
+            pose=pose,
+            position=off[:3] if off is not None and position else None,
+            rotation=off[3:] if off is not None and rotation else None,
+            measured=measured,
+            standing=self.standing,
+            source=self.source,
+            silence=self.silence,
+            message=self.message,
+        )
+
+    def _where(self) -> tuple[Matrix4 | None, bool, bool, bool]:
+        """Pose of the tool; whether its position and its orientation are known, and whether measured."""
+        sample = self.latest
+        if sample is None:
+            return None, False, False, False
+        if not self._seen:
+            return tool_poses(self._robot, sample.q[None])[0], True, True, False
+        if sample.position is None:
+            return None, False, False, True
+        turn = np.eye(3) if sample.rotation is None else sample.rotation
+        return se3.pose(turn, sample.position), True, sample.rotation is not None, True
+
+    def _say(self, message: str, *, changed: bool = False) -> Event:
+        self.message = message
+        return Event(message, changed)

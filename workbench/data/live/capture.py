@@ -1,0 +1,193 @@
+"""Taking the rows of a measurement one after the other: what is wanted, what is stored, how far off.
+
+A `Capture` is plain data: storing a row gives a new one. A row that was taken badly is taken again.
+"""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.base import se3
+from workbench.base.errors import DataError, OptionError, ShapeError
+from workbench.data.dataset import Dataset
+from workbench.data.live.stream import Sample
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Wanted:
+    """A pose that is to be measured.
+
+    Args:
+        name: Name of the target.
+        pose: Wanted pose of the tool, in the frame that the source measures in; None: any pose will do.
+        q: Wanted joint positions [rad or m]; None: any.
+    """
+
+    name: str
+    pose: Float[np.ndarray, "4 4"] | None = None
+    q: Float[np.ndarray, " n"] | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Deviation:
+    """How far the arm is from a wanted pose; None where either side says nothing.
+
+    Args:
+        position: Distance [m].
+        orientation: Angle [rad].
+        joint: Largest difference of a joint [rad or m].
+    """
+
+    position: float | None = None
+    orientation: float | None = None
+    joint: float | None = None
+
+    @property
+    def position_mm(self) -> float | None:
+        """Distance in mm, for people."""
+        return None if self.position is None else 1e3 * self.position
+
+    @property
+    def orientation_deg(self) -> float | None:
+        """Angle in degrees, for people."""
+        return None if self.orientation is None else float(np.degrees(self.orientation))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Capture:
+    """Wanted targets in their order, and what has been stored for each.
+
+    Args:
+        wanted: Targets in the order in which they are taken.
+        taken: Stored sample of each target; None: still to be taken.
+        current: Index of the target that the next stored sample belongs to.
+        session: Name of the placement of robot and instrument.
+    """
+
+    wanted: tuple[Wanted, ...]
+    taken: tuple[Sample | None, ...] = field(default=())
+    current: int = 0
+    session: str = ""
+
+    def __post_init__(self):
+        if not self.wanted:
+            raise OptionError("a capture needs at least one target")
+        if not self.taken:
+            object.__setattr__(self, "taken", (None,) * len(self.wanted))
+        if len(self.taken) != len(self.wanted):
+            raise ShapeError(
+                f"there are {len(self.taken)} stored samples for {len(self.wanted)} targets",
+                expected=len(self.wanted),
+                found=len(self.taken),
+            )
+
+    @property
+    def done(self) -> bool:
+        """Whether every target has been taken."""
+        return all(sample is not None for sample in self.taken)
+
+    @property
+    def remaining(self) -> int:
+        """Number of targets still to be taken."""
+        return sum(sample is None for sample in self.taken)
+
+    @property
+    def target(self) -> Wanted:
+        """The target that comes next."""
+        return self.wanted[self.current]
+
+    def deviation(self, sample: Sample) -> Deviation:
+        """How far the arm is from the target that comes next."""
+        return deviation(sample, self.target)
+
+    def store(self, sample: Sample) -> "Capture":
+        """The capture with the sample stored for the current target, and the next open one made current.
+
+        Raises:
+            DataError: The sample has no measured position.
+            ShapeError: The sample has another number of joints than those stored before.
+        """
+        if sample.position is None:
+            raise DataError("the instrument sees nothing in this sample: wait until a position comes with it")
+        joints = next((len(other.q) for other in self.taken if other is not None), len(sample.q))
+        if len(sample.q) != joints:
+            raise ShapeError(
+                f"the sample has {len(sample.q)} joints, those before {joints}",
+                expected=joints,
+                found=len(sample.q),
+            )
+        taken = (*self.taken[: self.current], sample, *self.taken[self.current + 1 :])
+        return replace(self, taken=taken, current=_next_open(taken, self.current))
+
+    def offer(self, sample: Sample) -> "Capture":
+        """`store`, if the sample itself asks for it and a target is still open; else the same capture."""
+        return self.store(sample) if sample.capture and not self.done else self
+
+    def again(self, index: int) -> "Capture":
+        """The capture with one target open again, to be taken next.
+
+        Raises:
+            OptionError: There is no such target.
+        """
+        self._check(index)
+        return replace(self, taken=(*self.taken[:index], None, *self.taken[index + 1 :]), current=index)
+
+    def go_to(self, index: int) -> "Capture":
+        """The capture with another target made current; what is stored for it stays until it is stored anew.
+
+        Raises:
+            OptionError: There is no such target.
+        """
+        self._check(index)
+        return replace(self, current=index)
+
+    def dataset(self, *, source: str = "live capture") -> Dataset:
+        """What has been stored, in the order of the targets; a target's name is its group.
+
+        Raises:
+            DataError: Nothing has been stored.
+        """
+        rows = [i for i, sample in enumerate(self.taken) if sample is not None]
+        kept = [sample for sample in self.taken if sample is not None]
+        if not kept:
+            raise DataError(f"{source}: nothing has been stored yet")
+        seen = [sample.rotation for sample in kept if sample.rotation is not None]
+        partly = 0 < len(seen) < len(kept)
+        left = self.remaining
+        notes: tuple[str, ...] = (f"{len(kept)} of {len(self.wanted)} targets were taken",) if left else ()
+        notes += ("orientations are left out, as some rows have none",) if partly else ()
+        return Dataset(
+            q=np.stack([sample.q for sample in kept]),
+            row=np.array(rows),
+            position=np.stack([sample.position for sample in kept if sample.position is not None]),
+            rotation=np.stack(seen) if len(seen) == len(kept) else None,
+            time=np.array([sample.time for sample in kept]),
+            group=np.array([self.wanted[i].name for i in rows], dtype=str),
+            session=np.full(len(kept), self.session) if self.session else None,
+            source=source,
+            notes=notes,
+        )
+
+    def _check(self, index: int) -> None:
+        if not 0 <= index < len(self.wanted):
+            raise OptionError(f"there is no target {index + 1}: there are {len(self.wanted)}")
+
+
+def deviation(sample: Sample, wanted: Wanted) -> Deviation:
+    """How far a sample is from a wanted pose or wanted joints."""
+    position = orientation = joint = None
+    if wanted.pose is not None and sample.position is not None:
+        position = float(np.linalg.norm(sample.position - wanted.pose[:3, 3]))
+    if wanted.pose is not None and sample.rotation is not None:
+        apart = sample.rotation @ wanted.pose[:3, :3].T
+        orientation = float(np.linalg.norm(se3.matrix_to_rotvec(apart)))
+    if wanted.q is not None and len(wanted.q) == len(sample.q):
+        joint = float(np.abs(sample.q - wanted.q).max())
+    return Deviation(position=position, orientation=orientation, joint=joint)
+
+
+def _next_open(taken: tuple[Sample | None, ...], current: int) -> int:
+    """The first open target after the current one, else the first open one, else the current one."""
+    order = [*range(current + 1, len(taken)), *range(current)]
+    return next((i for i in order if taken[i] is None), current)

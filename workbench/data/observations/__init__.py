@@ -1,0 +1,35 @@
+"""What an instrument can see: one file per observation, all with the same three answers."""
+
+from workbench.data.observations.contact import ContactObservation
+from workbench.data.observations.distance import DistanceObservation
+from workbench.data.observations.markers import MarkerObservation
+from workbench.data.observations.observation import AbstractObservation, Channel, Seen
+from workbench.data.observations.plane import PlaneObservation
+from workbench.data.observations.point import PointObservation
+from workbench.data.observations.pose import PoseObservation
+from workbench.data.observations.tilt import TiltObservation
+
+OBSERVATIONS: tuple[type[AbstractObservation], ...] = (
+    PoseObservation,
+    PointObservation,
+    MarkerObservation,
+    DistanceObservation,
+    PlaneObservation,
+    ContactObservation,
+    TiltObservation,
+)
+"""All kinds, in the order in which a row is asked; each row is seen by the first that fits it."""
+
+__all__ = [
+    "OBSERVATIONS",
+    "AbstractObservation",
+    "Channel",
+    "ContactObservation",
+    "DistanceObservation",
+    "MarkerObservation",
+    "PlaneObservation",
+    "PointObservation",
+    "PoseObservation",
+    "Seen",
+    "TiltObservation",
+]

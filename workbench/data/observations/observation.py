@@ -1,0 +1,90 @@
+"""The contract of an observation: residual = measured − predicted, and how the prediction changes.
+
+An observation holds the rows that it sees. Its prediction depends on the tool's pose and on unknowns of
+its own (an anchor, a contact point, marker offsets); both derivatives are given in closed form, so that
+the identification Jacobian is `by_twist @ twists` for the robot's constants and `by_unknown` for the rest.
+"""
+
+from abc import ABC, abstractmethod
+from enum import StrEnum
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from workbench.data.dataset import Dataset
+
+
+class Channel(StrEnum):
+    """What a residual component measures, and so which standard deviation whitens it."""
+
+    POSITION = "position"
+    ROTATION = "rotation"
+
+
+class Seen(NamedTuple):
+    """Residuals and derivatives of some rows.
+
+    Args:
+        residual: Measured minus predicted [m or rad].
+        by_twist: Change of the prediction per twist [v; w] of the tool, base axes.
+        by_unknown: Change of the prediction per unknown of the observation.
+    """
+
+    residual: Float[np.ndarray, "rows m"]
+    by_twist: Float[np.ndarray, "rows m 6"]
+    by_unknown: Float[np.ndarray, "rows m u"]
+
+
+class AbstractObservation(ABC):
+    """Rows that were observed in one way."""
+
+    sees_base: bool = True
+    """Whether the base frame can be seen at all (contacts between unknown points can't)."""
+    sees_tool: bool = True
+    """Whether it sees the tool at all (an inclinometer on a link does not)."""
+    sees_tool_rotation: bool = False
+    """Whether the tool's orientation can be seen."""
+    link: int | None = None
+    """The moving link, counted from 1, that it watches from a level frame; None for the tool in the measuring
+    frame, whose poses and twists the others are given."""
+    unused_words: str = ""
+    """What a row carries in vain if another observation of it is used; empty if that one contains it."""
+
+    @classmethod
+    @abstractmethod
+    def applies(cls, data: Dataset) -> Bool[np.ndarray, " rows"]:
+        """Rows that carry this observation."""
+
+    @classmethod
+    @abstractmethod
+    def of(cls, data: Dataset) -> "AbstractObservation":
+        """The observation of rows that all carry it."""
+
+    @classmethod
+    def each(cls, data: Dataset) -> tuple["AbstractObservation", ...]:
+        """The observations of rows that all carry it: one, unless several links were watched at once."""
+        return (cls.of(data),)
+
+    @property
+    @abstractmethod
+    def channels(self) -> tuple[Channel, ...]:
+        """Meaning of each of the m residual components."""
+
+    @property
+    def seen(self) -> Bool[np.ndarray, "..."]:
+        """Which components of which rows were measured; all of them, unless some can be missing."""
+        return np.ones((1, len(self.channels)), bool)
+
+    @property
+    def unknowns(self) -> tuple[str, ...]:
+        """Names of what has to be found with the robot, such as `anchor[A].x` [m]."""
+        return ()
+
+    def start(self, poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, " u"]:
+        """First guess of the unknowns from predicted tool poses."""
+        return np.zeros(0)
+
+    @abstractmethod
+    def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Seen:
+        """Residuals and derivatives at predicted tool poses."""

@@ -1,0 +1,45 @@
+"""Full pose: position and orientation of the tool, as a 6D probe or a seat on a plate gives them."""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from workbench.base import se3
+from workbench.data.dataset import Dataset
+from workbench.data.observations.observation import AbstractObservation, Channel, Seen
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class PoseObservation(AbstractObservation):
+    """Residual [p − p̂; log(R R̂ᵀ)] in the measuring frame; ARIA eqs. (15), (16) to first order."""
+
+    poses: Float[np.ndarray, "rows 4 4"]
+    sees_tool_rotation = True
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """Three positions, three rotations."""
+        return (Channel.POSITION,) * 3 + (Channel.ROTATION,) * 3
+
+    @classmethod
+    def applies(cls, data: Dataset) -> Bool[np.ndarray, " rows"]:
+        """Rows with a position and an orientation."""
+        if data.position is None or data.rotation is None:
+            return np.zeros(len(data), bool)
+        return np.isfinite(data.position).all(-1) & np.isfinite(data.rotation).all((-2, -1))
+
+    @classmethod
+    def of(cls, data: Dataset) -> "PoseObservation":
+        """The measured poses."""
+        return cls(se3.pose(np.asarray(data.rotation), np.asarray(data.position)))
+
+    def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Seen:
+        """Six residuals a row; the rotation's derivative is exact, not only near zero."""
+        residual = se3.pose_error(self.poses, poses)
+        by_twist = np.zeros((len(poses), 6, 6))
+        by_twist[:, :3, :3] = np.eye(3)
+        by_twist[:, 3:, 3:] = se3.left_jacobian_inverse(-residual[:, 3:])
+        return Seen(residual, by_twist, np.zeros((len(poses), 6, 0)))

@@ -1,0 +1,104 @@
+"""Inclinometer on a link: where up is, as the link sees it; a turn about the vertical it can't see.
+
+With û = R̂ᵀ e_z the upward direction in the link's axes, R̂ from the link to a level frame, and its reading u,
+
+    residual = E (u − û) = −E û,      E two unit vectors across u
+
+to first order the two angles between them. A file holds u as turns of the link about its own axes, those of
+roll and pitch: u = (−sin y, cos y sin x, cos y cos x), x = tilt_x, y = tilt_y.
+
+Source: derived here; inclinometers on links in Katana figs. 4.6 and 5.4.
+"""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from workbench.base import se3
+from workbench.base.types import frozen
+from workbench.data.dataset import Dataset
+from workbench.data.observations.observation import AbstractObservation, Channel, Seen
+
+UP = frozen(np.array([0.0, 0.0, 1.0]))
+
+
+def upward(tilt: Float[np.ndarray, "*rows 2"]) -> Float[np.ndarray, "*rows 3"]:
+    """Upward unit vectors in the link's axes from readings [rad]."""
+    (sx, sy), (cx, cy) = np.sin(tilt).T, np.cos(tilt).T
+    return np.stack([-sy, cy * sx, cy * cx], axis=-1)
+
+
+def reading(up: Float[np.ndarray, "*rows 3"]) -> Float[np.ndarray, "*rows 2"]:
+    """Readings [rad] of upward unit vectors in the link's axes: x in ±π, y in ±π/2."""
+    x, y, z = np.moveaxis(up, -1, 0)
+    return np.stack([np.arctan2(y, z), np.arctan2(-x, np.hypot(y, z))], axis=-1)
+
+
+def seen_from(rotation: Float[np.ndarray, "*rows 3 3"]) -> Float[np.ndarray, "*rows 3"]:
+    """Upward unit vectors in a link's axes from its rotations to a level frame."""
+    return rotation[..., 2, :]
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class TiltObservation(AbstractObservation):
+    """Rows of one inclinometer.
+
+    Args:
+        measured: Upward unit vectors in the link's axes.
+        link: The moving link that carries it, counted from 1.
+    """
+
+    measured: Float[np.ndarray, "rows 3"]
+    link: int = 1
+    sees_base = False
+    sees_tool = False
+
+    unused_words = "tilts of links"
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """Two angles."""
+        return (Channel.ROTATION,) * 2
+
+    @property
+    def seen(self) -> Bool[np.ndarray, "..."]:
+        """Rows in which this link's inclinometer was read."""
+        return np.repeat(np.isfinite(self.measured).all(1)[:, None], 2, axis=1)
+
+    @classmethod
+    def applies(cls, data: Dataset) -> Bool[np.ndarray, " rows"]:
+        """Rows in which some inclinometer was read."""
+        links = (data.tilt or {}).values()
+        return np.any([np.isfinite(t).all(-1) for t in links], axis=0) if links else np.zeros(len(data), bool)
+
+    @classmethod
+    def of(cls, data: Dataset) -> "TiltObservation":
+        """The inclinometer on the first link that has one."""
+        return cls.each(data)[0]
+
+    @classmethod
+    def each(cls, data: Dataset) -> tuple["TiltObservation", ...]:
+        """One observation a link."""
+        return tuple(cls(frozen(upward(t)), link) for link, t in sorted((data.tilt or {}).items()))
+
+    @property
+    def _across(self) -> Float[np.ndarray, "rows 2 3"]:
+        """Two unit vectors across every reading: the axes that are turned least from the link's own."""
+        u = np.where(np.isfinite(self.measured), self.measured, UP)
+        first = np.eye(3)[np.abs(u).argmin(axis=1)]
+        a = np.cross(u, first)
+        a /= np.linalg.norm(a, axis=1, keepdims=True)
+        return np.stack([a, np.cross(u, a)], axis=1)
+
+    def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Seen:
+        """Two residuals a row, at the link's poses in the level frame; û turns by R̂ᵀ (e_z × ω)."""
+        rotation, across = poses[:, :3, :3], self._across
+        prediction = (across @ seen_from(rotation)[..., None])[..., 0]
+        residual = np.where(self.seen, -prediction, 0.0)
+        by_turn = across @ np.swapaxes(rotation, 1, 2) @ se3.skew(UP)
+        by_turn = np.where(self.seen[..., None], by_turn, 0.0)
+        by_twist = np.concatenate([np.zeros_like(by_turn), by_turn], axis=2)
+        return Seen(residual, by_twist, np.zeros((len(poses), 2, 0)))

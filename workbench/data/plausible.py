@@ -1,0 +1,189 @@
+"""What measurements can be for a given arm: units that were mislabelled, rows that say nothing new."""
+
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.base import se3
+from workbench.base.errors import DataError, ShapeError
+from workbench.data.dataset import Dataset
+
+LIMIT_FACTOR = 3.0
+"""Joint positions beyond this many times the limit are a mistake of units, not of a switch."""
+REACH_FACTOR = 20.0
+"""Points farther than this many times the reach from the session's median are a mistake of units."""
+ALIKE = 1e-6
+"""Angles [rad] and lengths [m] below this are no difference."""
+
+
+def check_plausible(
+    dataset: Dataset, limits: Float[np.ndarray, "n 2"], reach: float, *, tolerance: float = 0.05
+) -> Dataset:
+    """The same measurements, with a note on everything odd about them.
+
+    Args:
+        dataset: Measurements; rows that are kept out are not looked at.
+        limits: Lower and upper limit of each joint [rad or m]; infinite where there is none.
+        reach: Farthest distance of the tool from the base [m].
+        tolerance: How far beyond a limit a joint may be without a note [rad or m].
+
+    Raises:
+        ShapeError: The robot has another number of joints.
+        DataError: Units must have been mislabelled.
+    """
+    if len(limits) != dataset.joints:
+        raise ShapeError(
+            f"{dataset.source}: the data have {dataset.joints} joints, the robot {len(limits)}: "
+            "choose the robot that was measured",
+            expected=len(limits),
+            found=dataset.joints,
+        )
+    if not dataset.included.any():
+        return dataset
+    _refuse_joint_units(dataset, limits)
+    _refuse_length_units(dataset, reach)
+    notes = (
+        _joint_notes(dataset, limits, tolerance) + _observation_notes(dataset, reach) + _repeat_notes(dataset)
+    )
+    return replace(dataset, notes=dataset.notes + tuple(note for note in notes if note not in dataset.notes))
+
+
+def repeated_rows(dataset: Dataset) -> list[tuple[int, int]]:
+    """Pairs (first, again) of rows with equal joints, observation, session and point, in order."""
+    arrays = [dataset.q, dataset.position, dataset.rotation, dataset.markers, dataset.distance]
+    numbers = np.hstack([a.reshape(len(dataset), -1) for a in arrays if a is not None])
+    numbers = np.ascontiguousarray(numbers + 0.0)  # -0.0 and 0.0 are alike
+    labels = [
+        a.tolist() for a in (dataset.session, dataset.point, dataset.contact, dataset.anchor) if a is not None
+    ]
+    first: dict[tuple, int] = {}
+    pairs = []
+    for row in range(len(dataset)):
+        key = (numbers[row].tobytes(), *(column[row] for column in labels))
+        if (earlier := first.setdefault(key, row)) != row:
+            pairs.append((earlier, row))
+    return pairs
+
+
+def _refuse_joint_units(dataset: Dataset, limits: Float[np.ndarray, "n 2"]) -> None:
+    """Raise when joints go so far beyond their limits that the unit must be wrong.
+
+    Raises:
+        DataError: Names the joint, its value and its limit.
+    """
+    largest = np.nanmax(np.abs(dataset.q[dataset.included]), axis=0)
+    bound = np.where(np.isfinite(limits).all(1), np.abs(limits).max(1), np.inf)
+    if np.isinf(bound).all():
+        bound = np.full(len(limits), 4.0 * np.pi)  # no limits at all: two turns each way
+    beyond = largest > LIMIT_FACTOR * np.maximum(bound, ALIKE)
+    if not beyond.any():
+        return
+    joint = int(np.argmax(np.where(beyond, largest / np.maximum(bound, ALIKE), 0.0)))
+    finite = np.isfinite(bound)
+    if (np.radians(largest) <= 1.1 * bound)[finite].all():
+        guess = "these look like degrees labelled rad: write q1[deg] in the header"
+    elif (largest / 1000.0 <= 1.1 * bound)[beyond].all():
+        guess = "these look like mm labelled m: write the unit that they have in the header"
+    else:
+        guess = "check the units and the order of the joint columns"
+    raise DataError(
+        f"{dataset.source}: joint {joint + 1} reaches {largest[joint]:.4g} "
+        f"where its limit is {bound[joint]:.4g}: {guess}"
+    )
+
+
+def _refuse_length_units(dataset: Dataset, reach: float) -> None:
+    """Raise when points lie farther apart than any arm of this size can reach.
+
+    Raises:
+        DataError: Names the row and the distance.
+    """
+    for points, rows in _clouds(dataset):
+        away = np.linalg.norm(points - np.median(points, axis=0), axis=1)
+        far = away > REACH_FACTOR * reach
+        if len(points) == 1:
+            away = np.linalg.norm(points, axis=1)
+            far = away > 5 * REACH_FACTOR * reach
+        if far.any():
+            worst = int(np.argmax(away))
+            many = 2 * far.sum() >= len(far) or np.median(away) > 2.0 * reach
+            guess = (
+                "these look like mm labelled m: write x[mm] in the header"
+                if many
+                else "correct the row, or set its 'exclude' to true"
+            )
+            raise DataError(
+                f"{dataset.source}: data row {dataset.row[rows[worst]]} lies {away[worst]:.4g} m "
+                f"from the others, where the arm reaches {reach:.3g} m: {guess}"
+            )
+
+
+def _clouds(dataset: Dataset) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Measured points and their rows, one cloud for each session and each marker."""
+    tracks = [dataset.position] if dataset.position is not None else []
+    if dataset.markers is not None:
+        tracks += [dataset.markers[:, i] for i in range(dataset.markers.shape[1])]
+    clouds = []
+    for session in dataset.sessions:
+        inside = (
+            dataset.included if dataset.session is None else dataset.included & (dataset.session == session)
+        )
+        for track in tracks:
+            rows = np.flatnonzero(inside & ~np.isnan(track).any(1))
+            if len(rows):
+                clouds.append((track[rows], rows))
+    return clouds
+
+
+def _joint_notes(dataset: Dataset, limits: Float[np.ndarray, "n 2"], tolerance: float) -> list[str]:
+    """Joints that never move or go beyond their limits; angles that look too small."""
+    q = dataset.q[dataset.included]
+    notes = []
+    for joint, (low, high) in enumerate(limits):
+        outside = np.flatnonzero(
+            dataset.included
+            & ((dataset.q[:, joint] < low - tolerance) | (dataset.q[:, joint] > high + tolerance))
+        )
+        if len(outside):
+            notes.append(
+                f"joint {joint + 1} is outside its limits ({low:.4g} … {high:.4g}) in {len(outside)} row(s), "
+                f"first in data row {dataset.row[outside[0]]}"
+            )
+    still = [joint + 1 for joint in range(q.shape[1]) if np.ptp(q[:, joint]) < ALIKE]
+    if len(q) > 1 and still:
+        names = ", ".join(str(joint) for joint in still)
+        notes.append(f"joint(s) {names} never move: their errors can't be told from their neighbours'")
+    if len(q) > 4 and np.abs(q).max() < np.radians(2.0 * np.pi) and len(still) < q.shape[1]:
+        notes.append("all joints stay within 6.3° of zero: is this rad labelled deg?")
+    return notes
+
+
+def _observation_notes(dataset: Dataset, reach: float) -> list[str]:
+    """Orientations that are all alike; points that are suspiciously close together."""
+    notes = []
+    q_moves = len(dataset) > 4 and np.ptp(dataset.q[dataset.included], axis=0).max() > 0.5
+    for points, _ in _clouds(dataset):
+        extent = np.linalg.norm(np.ptp(points, axis=0))
+        if q_moves and len(points) > 4 and ALIKE < extent < reach / 300.0 and dataset.point is None:
+            notes.append(f"all points lie within {1e3 * extent:.3g} mm: is this m labelled mm?")
+            break
+    if dataset.rotation is not None:
+        seen = dataset.rotation[dataset.included & ~np.isnan(dataset.rotation).any((1, 2))]
+        if len(seen) > 1:
+            apart = np.linalg.norm(se3.matrix_to_rotvec(seen @ seen[0].T), axis=-1)
+            if apart.max() < 1e-4:
+                notes.append("all orientations are alike: orientation errors of the joints are hardly seen")
+    return notes
+
+
+def _repeat_notes(dataset: Dataset) -> list[str]:
+    """One sentence on equal rows, if any."""
+    if any(" repeats data row " in note for note in dataset.notes):
+        return []  # the reader has said it
+    pairs = [(a, b) for a, b in repeated_rows(dataset) if dataset.included[[a, b]].all()]
+    if not pairs:
+        return []
+    first, again = (int(dataset.row[i]) for i in pairs[0])
+    more = f", and {len(pairs) - 1} more" if len(pairs) > 1 else ""
+    return [f"data row {again} repeats data row {first}{more}: repeats of no noise are copies"]

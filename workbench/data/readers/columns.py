@@ -1,0 +1,195 @@
+"""What each column of a table is, and everything that stands against using it."""
+
+import re
+from collections import Counter
+from dataclasses import dataclass, replace
+
+from workbench.base.errors import FileError, UnitError, WorkbenchError
+from workbench.base.units import (
+    EXAMPLES,
+    REMARKS,
+    Conversion,
+    conversion,
+    parse_heading,
+)
+from workbench.data.readers.table import Table
+from workbench.data.readers.vocabulary import (
+    is_commanded,
+    meaning,
+    quantities_of,
+    split_ending,
+)
+from workbench.data.readers.wording import listed, span
+
+_JOINT = re.compile(r"q\d+")
+_NUMBER = quantities_of("qw")[0]
+_DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d.*")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Column:
+    """One column of a table, as understood.
+
+    Args:
+        index: Place in the table, from 0.
+        heading: Text of the file.
+        key: Its name in formats.md; None: left out.
+        unit: Unit of the file; None for labels and plain numbers.
+        conversion: To SI; None for labels, dates and columns that are left out.
+        remark: A decision to be said.
+        problem: Why it can't be read.
+    """
+
+    index: int
+    heading: str
+    key: str | None = None
+    unit: str | None = None
+    conversion: Conversion | None = None
+    remark: str | None = None
+    problem: WorkbenchError | None = None
+
+
+def understand(table: Table) -> tuple[Column, ...]:
+    """What each column of a table holds; problems are kept in the columns, not raised."""
+    columns = _counted_from_one([_column(table, index) for index in range(len(table.headings))])
+    return _without_doubles(columns, table)
+
+
+def _column(table: Table, index: int) -> Column:
+    """One column by its heading, its units row, or its unit ending ('x_mm')."""
+    text = table.headings[index]
+    name, unit = parse_heading(text)
+    found = meaning(name)
+    remark = None
+    if found is None and unit is None and (split := split_ending(name)) is not None:
+        name, unit = split
+        found = meaning(name)
+        remark = f"the unit of '{text}' is taken from its name"
+    if found is None or is_commanded(name):
+        goal = f"'{text}' is a goal, not a measurement, and is left out" if is_commanded(name) else None
+        return Column(index=index, heading=text, remark=goal)
+    if not found.own and remark is None:
+        remark = f"'{text}' is read as {found.key}"
+    column = Column(index=index, heading=text, key=found.key, remark=remark)
+    return _with_unit(column, table, unit if unit is not None else table.units[index] or None)
+
+
+def _with_unit(column: Column, table: Table, unit: str | None) -> Column:
+    """The column with its conversion to SI, or with the problem that it has none."""
+    assert column.key is not None
+    quantities = quantities_of(column.key)
+    if not quantities:
+        return column
+    where = place(table, column.heading)
+    wanted = EXAMPLES[quantities[0]]
+    if unit is None and wanted != EXAMPLES[_NUMBER]:
+        if column.key == "time" and table.rows and _DATE.fullmatch(table.columns[column.index][0]):
+            return replace(
+                column, remark=f"'{column.heading}' holds dates, read as seconds from the first row"
+            )
+        first = wanted.split(" or ")[0]
+        message = (
+            f"{where}: the unit is missing: write '{column.heading}[{first}]' in the header "
+            f"({wanted}, as it is), or say columns='{column.key}[{first}]={column.heading}' (--columns)"
+        )
+        return replace(column, problem=UnitError(message, unit=""))
+    try:
+        found = conversion(unit or "", *quantities)
+    except UnitError as error:
+        return replace(column, unit=unit, problem=UnitError(f"{where}: {error}", unit=unit or ""))
+    remark = REMARKS.get(unit or "")
+    remark = "; ".join(part for part in (column.remark, remark) if part) or None
+    return replace(column, unit=unit, conversion=found, remark=remark)
+
+
+def place(table: Table, heading: str) -> str:
+    """'file, line 1, column 'q1'', as `FileError` words it."""
+    line = f", line {table.heading_line}" if table.heading_line else ""
+    return f"{table.source}{line}, column '{heading}'"
+
+
+def _counted_from_one(columns: list[Column]) -> list[Column]:
+    """Joints, torques and directions that a file counts from 0 (joint_0 …) are counted from 1."""
+    for stem in ("q", "torque", "direction"):
+        pattern = re.compile(rf"{stem}(\d+)")
+        if not any(column.key == f"{stem}0" for column in columns):
+            continue
+        for i, column in enumerate(columns):
+            if column.key is not None and (match := pattern.fullmatch(column.key)):
+                key = f"{stem}{int(match[1]) + 1}"
+                remark = f"'{column.heading}' is read as {key}, as the file counts joints from 0"
+                columns[i] = replace(column, key=key, remark=remark)
+    return columns
+
+
+def _without_doubles(columns: list[Column], table: Table) -> tuple[Column, ...]:
+    """Columns, where two of the same meaning are each other's problem."""
+    seen: dict[str, Column] = {}
+    for i, column in enumerate(columns):
+        if column.key is None:
+            continue
+        if (other := seen.setdefault(column.key, column)) is not column:
+            both = (
+                f"the heading stands twice (columns {other.index + 1} and {column.index + 1})"
+                if other.heading == column.heading
+                else f"'{other.heading}' and '{column.heading}' both mean {column.key}"
+            )
+            message = f"{both}: remove or rename one"
+            problem = FileError(message, path=table.source, line=table.heading_line, column=column.heading)
+            columns[i] = replace(column, problem=problem)
+    return tuple(columns)
+
+
+def problems(columns: tuple[Column, ...]) -> list[WorkbenchError]:
+    """What stands against reading the columns; equal sentences about several columns are joined."""
+    found = [(column, column.problem) for column in columns if column.problem is not None]
+    missing = [column for column, problem in found if isinstance(problem, UnitError) and not problem.unit]
+    result: list[WorkbenchError] = []
+    for column, problem in found:
+        if column not in missing:
+            result.append(problem)
+        elif column is missing[0]:
+            more = f" (likewise {listed([c.heading for c in missing[1:]])})" if len(missing) > 1 else ""
+            result.append(UnitError(f"{problem}{more}", unit=""))
+    return result
+
+
+def decisions(columns: tuple[Column, ...]) -> tuple[str, ...]:
+    """Everything decided about the columns, in few sentences."""
+    notes: list[str] = []
+    renamed = [
+        column
+        for column in columns
+        if column.remark == f"'{column.heading}' is read as {column.key}"
+        and _JOINT.fullmatch(str(column.key))
+    ]
+    if len(renamed) > 3:
+        keys, headings = [str(column.key) for column in renamed], [column.heading for column in renamed]
+        notes.append(f"headings {span([repr(h) for h in headings])} are read as {span(keys)}")
+    notes += [
+        column.remark for column in columns if column.remark and not (len(renamed) > 3 and column in renamed)
+    ]
+    units: dict[tuple[str, str], list[str]] = {}
+    for column in columns:
+        if column.conversion is not None and column.unit:
+            si = str(column.conversion.quantity)
+            units.setdefault((column.unit, si), []).append(str(column.key))
+    notes += [
+        f"{span(keys)}: {unit} converted to {si}"
+        for (unit, si), keys in units.items()
+        if unit != si and si != str(_NUMBER)
+    ]
+    left_out = [
+        column.heading
+        for column in columns
+        if column.key is None and column.remark is None and column.heading
+    ]
+    if left_out:
+        notes.append(f"unknown columns are left out: {listed(left_out)}")
+    nameless = sum(column.key is None and not column.heading for column in columns)
+    if nameless:
+        notes.append(f"{nameless} column(s) without a heading are left out")
+    twice = [heading for heading, n in Counter(left_out).items() if n > 1]
+    if twice:
+        notes.append(f"among them {listed(twice)} more than once")
+    return tuple(dict.fromkeys(notes))

@@ -1,0 +1,84 @@
+"""Excel sheets (.xlsx): every sheet as a grid of text, the choice of sheet is made by its headings."""
+
+import warnings
+from datetime import date, datetime, time
+from io import BytesIO
+from pathlib import Path
+
+from workbench.base.errors import FileError, OptionError
+from workbench.data.readers.grid import Grid
+from workbench.data.readers.table import recognised_headings
+from workbench.data.readers.wording import listed
+
+
+def read_excel(data: bytes, path: Path, *, sheet: str | None) -> Grid:
+    """Cells of the sheet that holds the measurements.
+
+    Args:
+        data: The file.
+        path: For messages.
+        sheet: Name of the sheet; None: the only one whose headings are measurements.
+
+    Raises:
+        FileError: No workbook, or no sheet or several sheets that look like measurements.
+        OptionError: There is no sheet of that name.
+    """
+    grids = _sheets(data, path)
+    if sheet is not None:
+        if sheet not in grids:
+            raise OptionError(f"{path}: there is no sheet '{sheet}': the file has {listed(list(grids))}")
+        return _named(grids, sheet)
+    filled = [name for name, grid in grids.items() if grid.rows]
+    if not filled:
+        raise FileError("all sheets are empty: a header row and rows are needed", path=str(path))
+    suiting = [name for name in filled if recognised_headings(grids[name])]
+    if len(suiting) > 1:
+        raise FileError(
+            f"the sheets {listed(suiting)} all look like measurements: say which, e.g. sheet='{suiting[0]}'",
+            path=str(path),
+        )
+    return _named(grids, suiting[0] if suiting else filled[0])
+
+
+def _named(grids: dict[str, Grid], name: str) -> Grid:
+    grid = grids[name]
+    others = len(grids) - 1
+    notes = (f"read from sheet '{name}'" + (f"; {others} other not read" if others else ""),)
+    return Grid(source=grid.source, rows=grid.rows, lines=grid.lines, notes=notes)
+
+
+def _sheets(data: bytes, path: Path) -> dict[str, Grid]:
+    import openpyxl
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # styles and extensions that the reader does not need
+        try:
+            book = openpyxl.load_workbook(BytesIO(data), read_only=True, data_only=True)
+            return {sheet.title: _grid(sheet, path) for sheet in book.worksheets}
+        except Exception as error:  # a broken workbook raises nearly anything
+            raise FileError(
+                f"this workbook can't be read ({type(error).__name__}): save it again as .xlsx, or as CSV",
+                path=str(path),
+            ) from None
+
+
+def _grid(sheet, path: Path) -> Grid:
+    sheet.reset_dimensions()  # some writers store a wrong size
+    rows, lines = [], []
+    for number, row in enumerate(sheet.iter_rows(values_only=True), start=1):
+        cells = [_text(value) for value in row]
+        if any(cells) and not next(cell for cell in cells if cell).startswith("#"):
+            rows.append(cells)
+            lines.append(number)
+    return Grid(source=str(path), rows=rows, lines=lines)
+
+
+def _text(value) -> str:
+    """A cell as text, numbers to full precision."""
+    if value is None:
+        return ""
+    if isinstance(value, float):
+        return repr(int(value)) if value.is_integer() and abs(value) < 1e15 else repr(value)
+    if isinstance(value, datetime | date | time):
+        return value.isoformat()
+    return str(value).strip()

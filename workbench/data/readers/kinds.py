@@ -1,0 +1,114 @@
+"""What sort of file it is, by its first bytes: read, or refused with a sentence that says what it is."""
+
+import re
+from enum import StrEnum
+from pathlib import Path
+
+from workbench.base.errors import FileError
+
+
+class Kind(StrEnum):
+    """The sorts of files that are read."""
+
+    TEXT = "text table"
+    EXCEL = "xlsx"
+    PARQUET = "parquet"
+    MATLAB = "MATLAB v5"
+
+
+_TABLE = "write the measurements as CSV, TSV, xlsx, parquet or MATLAB v5"
+_REFUSED: tuple[tuple[bytes, str], ...] = (
+    (b"\x89PNG", "this is a PNG picture, not a table"),
+    (b"\xff\xd8\xff", "this is a JPEG picture, not a table"),
+    (b"GIF8", "this is a GIF picture, not a table"),
+    (b"%PDF", "this is a PDF document, not a table"),
+    (b"\x1f\x8b", "this is a gzip archive: unpack it first"),
+    (b"7z\xbc\xaf", "this is a 7z archive: unpack it first"),
+    (b"RRF", "this is a recording: open it with 'workbench review'"),
+    (b"\x93NUMPY", "this is a NumPy array without column names: save it as CSV with a header line"),
+    (b"\xd0\xcf\x11\xe0", "this is an old Excel file (.xls): save it as .xlsx"),
+    (b"\x89HDF", "this is an HDF5 file (MATLAB's -v7.3 too): save it from MATLAB with -v7, or as CSV"),
+    (b"MATLAB 7.3", "this is a MATLAB 7.3 file: save it with -v7"),
+    (b"\x7fELF", "this is a program, not a table"),
+)
+_TOML = re.compile(r"^\s*(\[\[?[\w.\"' -]+\]\]?\s*(#.*)?$|[\w-]+\s*=\s*[\"\[{\d.+-])", re.MULTILINE)
+
+
+def read_bytes(path: Path) -> bytes:
+    """The file's bytes.
+
+    Raises:
+        FileError: Missing, empty, a folder, or unreadable.
+    """
+    try:
+        if path.is_dir():
+            raise FileError("this is a folder: give one file with measurements", path=str(path))
+        data = path.read_bytes()
+    except FileNotFoundError:
+        raise FileError("there is no such file: check the path", path=str(path)) from None
+    except OSError as error:
+        raise FileError(f"it can't be read ({error.strerror})", path=str(path)) from None
+    if not data.strip(b"\xef\xbb\xbf\xff\xfe \t\r\n\0"):
+        raise FileError("the file is empty: a header line and at least one row are needed", path=str(path))
+    return data
+
+
+def kind_of(data: bytes, path: Path) -> Kind:
+    """The sort of file that these bytes are.
+
+    Raises:
+        FileError: It is none that holds measurements; says which it is.
+    """
+    if data.startswith(b"PK\x03\x04"):
+        return _zip_kind(data, path)
+    if data.startswith(b"PAR1"):
+        return Kind.PARQUET
+    for magic, sentence in _REFUSED:
+        if data.startswith(magic):
+            raise FileError(
+                f"{sentence}; {_TABLE}" if "not a table" in sentence else sentence, path=str(path)
+            )
+    if data.startswith(b"MATLAB 5.0 MAT-file") or path.suffix.lower() == ".mat":
+        return Kind.MATLAB
+    return Kind.TEXT
+
+
+def refuse_other_text(text: str, path: Path) -> None:
+    """Raise when a text is plainly another format (XML, URDF, JSON, TOML), or not a text at all.
+
+    Raises:
+        FileError: Says which format it is.
+    """
+    start = text.lstrip()[:4000]
+    found = None
+    if start.startswith("<"):
+        robot = "<robot" in start
+        found = (
+            "this is a robot description (URDF): give it as --robot"
+            if robot
+            else "this is an XML or HTML file"
+        )
+    elif start.startswith(("{", "[{")) and ":" in start:
+        found = "this is JSON, not a table"
+    elif _is_toml(text, path):
+        found = "this is a TOML file, a robot or a plate: give it as --robot or --plate"
+    elif any(ord(c) < 9 for c in start):
+        found = "this is a binary file of an unknown kind"
+    if found is not None:
+        raise FileError(f"{found}; {_TABLE}", path=str(path))
+
+
+def _is_toml(text: str, path: Path) -> bool:
+    """Whether most lines are TOML's tables and assignments."""
+    lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")][:40]
+    hits = sum(bool(_TOML.match(line)) for line in lines)
+    return hits >= max(1, 0.6 * len(lines)) or (path.suffix.lower() == ".toml" and hits > 0)
+
+
+def _zip_kind(data: bytes, path: Path) -> Kind:
+    """An xlsx is a zip archive with a workbook in it."""
+    if b"xl/" in data and b"[Content_Types].xml" in data:
+        return Kind.EXCEL
+    if b"opendocument.spreadsheet" in data[:200]:
+        raise FileError("this is an OpenDocument table (.ods): save it as .xlsx or CSV", path=str(path))
+    raise FileError(f"this is a zip archive: unpack it first; {_TABLE}", path=str(path))

@@ -1,0 +1,176 @@
+"""The five ways to write an orientation, each checked and turned into rotation matrices.
+
+Roll, pitch, yaw mean R = Rz(yaw) Ry(pitch) Rx(roll); quaternions are (w, x, y, z); rx, ry, rz is a rotation
+vector (axis times angle); zxz_phi, zxz_theta, zxz_psi are the Euler angles of R = Rz(Φ) Rx(θ) Rz(Ψ); r11 …
+r33 are the matrix's rows. A file may give several; they must agree.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from workbench.base import se3
+from workbench.base.errors import FileError
+from workbench.data.readers.fields import Fields
+from workbench.data.readers.naming import GROUPS
+
+NORM_TOLERANCE = 0.02
+"""Quaternions whose norm differs from 1 by more than this are refused."""
+MATRIX_TOLERANCE = 5e-3
+"""Largest entry of RᵀR − 1 that rounding may explain."""
+SAID = 1e-6
+"""Deviations above this are mended and said; below, values are taken as they are."""
+AGREEMENT = 1e-4
+"""Largest angle [rad] between two forms of the same orientation."""
+
+Rows = Bool[np.ndarray, " rows"]
+
+
+class Form(NamedTuple):
+    """One way to write an orientation."""
+
+    name: str
+    keys: tuple[str, ...]
+    to_matrices: Callable[[np.ndarray, Fields, np.ndarray], tuple[np.ndarray, tuple[str, ...]]]
+
+
+def read_orientation(
+    fields: Fields, *, usable: Rows
+) -> tuple[Float[np.ndarray, "rows 3 3"] | None, tuple[str, ...]]:
+    """Rotation matrices of all rows, NaN where a row has none, and what was decided.
+
+    Args:
+        fields: Columns in SI.
+        usable: Rows that the file does not keep out; the others are not checked, and unreadable ones are NaN.
+
+    Raises:
+        FileError: A form lacks a column, a value is no rotation, or two forms disagree.
+    """
+    if fields.rotation is not None:
+        return fields.rotation, ()
+    forms = [form for form in FORMS if any(key in fields.values for key in form.keys)]
+    result, notes = None, tuple[str, ...]()
+    for form in forms:
+        _complete(form, fields)
+        matrices, said = _matrices(form, fields, usable)
+        notes += (f"orientation from {form.name}", *said) if result is None else said
+        if result is None:
+            result = matrices
+        else:
+            _agree(result, matrices, fields, usable, (forms[0], form))
+            notes += (f"{form.name} agrees with it",)
+            blank = np.isnan(result).any((1, 2))
+            result[blank] = matrices[blank]
+    return result, notes
+
+
+def orientation_keys(fields: Fields) -> list[str]:
+    """Columns of the file that write an orientation."""
+    return [key for form in FORMS for key in form.keys if key in fields.values]
+
+
+def _complete(form: Form, fields: Fields) -> None:
+    lacking = [key for key in form.keys if key not in fields.values]
+    if lacking:
+        given = [key for key in form.keys if key in fields.values]
+        raise FileError(
+            f"{', '.join(given)} without {', '.join(lacking)} is no orientation: add the column(s), "
+            f"or rename {', '.join(given)}",
+            path=fields.source,
+        )
+
+
+def _matrices(form: Form, fields: Fields, usable: Rows) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Matrices of the rows that have all values; checks of the rows that the file keeps out are let go."""
+    raw = np.stack([fields.values[key] for key in form.keys], axis=1)
+    full = ~np.isnan(raw).any(1)
+    matrices = np.full((fields.rows, 3, 3), np.nan)
+    rows = np.flatnonzero(full & usable)
+    notes: tuple[str, ...] = ()
+    if len(rows):
+        matrices[rows], notes = form.to_matrices(raw[rows], fields, rows)
+    for row in np.flatnonzero(full & ~usable):
+        try:
+            matrices[row] = form.to_matrices(raw[[row]], fields, np.array([row]))[0][0]
+        except FileError:
+            continue
+    return matrices, notes
+
+
+def _agree(
+    first: np.ndarray, second: np.ndarray, fields: Fields, usable: Rows, forms: tuple[Form, Form]
+) -> None:
+    rows = np.flatnonzero(usable & ~np.isnan(first).any((1, 2)) & ~np.isnan(second).any((1, 2)))
+    if not len(rows):
+        return
+    between = np.linalg.norm(se3.matrix_to_rotvec(first[rows] @ np.swapaxes(second[rows], -1, -2)), axis=-1)
+    if between.max() > AGREEMENT:
+        row = int(rows[np.argmax(between > AGREEMENT)])
+        angle = np.degrees(between[np.argmax(between > AGREEMENT)])
+        raise fields.error(
+            f"{forms[0].name} and {forms[1].name} are {angle:.3g}° apart: give one of them, "
+            "or correct the order of rotations",
+            row,
+            forms[1].keys[0],
+        )
+
+
+def _from_rpy(raw: np.ndarray, fields: Fields, rows: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:
+    return se3.rpy_to_matrix(raw), ()
+
+
+def _from_zxz(raw: np.ndarray, fields: Fields, rows: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:
+    return se3.zxz_to_matrix(raw), ()
+
+
+def _from_rotvec(raw: np.ndarray, fields: Fields, rows: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:
+    return se3.rotvec_to_matrix(raw), ()
+
+
+def _from_quaternion(raw: np.ndarray, fields: Fields, rows: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:
+    off = np.abs(np.linalg.norm(raw, axis=1) - 1.0)
+    if off.max() > NORM_TOLERANCE:
+        worst = int(np.argmax(off > NORM_TOLERANCE))
+        raise fields.error(
+            f"the quaternion's norm is {np.linalg.norm(raw[worst]):.4g}, not 1: "
+            "correct it, or exclude the row",
+            int(rows[worst]),
+            "qw",
+        )
+    said = (f"quaternions are normalised (norms differ from 1 by up to {off.max():.1g})",)
+    return se3.quaternion_to_matrix(raw), said if off.max() > SAID else ()
+
+
+def _from_matrix(raw: np.ndarray, fields: Fields, rows: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:
+    matrices = raw.reshape(-1, 3, 3)
+    off = np.abs(np.swapaxes(matrices, -1, -2) @ matrices - np.eye(3)).max((1, 2))
+    mirrored = np.linalg.det(matrices) < 0.0
+    wrong = mirrored | (off > MATRIX_TOLERANCE)
+    if wrong.any():
+        worst = int(np.argmax(wrong))
+        what = (
+            "mirrors (its determinant is negative)"
+            if mirrored[worst] and off[worst] <= MATRIX_TOLERANCE
+            else f"is not orthonormal (RᵀR differs from 1 by {off[worst]:.2g})"
+        )
+        raise fields.error(
+            f"the matrix r11 … r33 {what}, so it is no rotation: correct it, or exclude the row",
+            int(rows[worst]),
+            "r11",
+        )
+    if off.max() <= SAID:
+        return matrices, ()
+    u, _, vt = np.linalg.svd(matrices)
+    return u @ vt, (f"matrices are made orthonormal (off by up to {off.max():.1g})",)
+
+
+FORMS = (
+    Form("the matrix r11 … r33", GROUPS["matrix"], _from_matrix),
+    Form("the quaternion qw, qx, qy, qz", ("qw", "qx", "qy", "qz"), _from_quaternion),
+    Form("the rotation vector rx, ry, rz", ("rx", "ry", "rz"), _from_rotvec),
+    Form("roll, pitch, yaw (R = Rz(yaw) Ry(pitch) Rx(roll))", GROUPS["rpy"], _from_rpy),
+    Form("ZXZ Euler angles (R = Rz(Φ) Rx(θ) Rz(Ψ))", GROUPS["zxz"], _from_zxz),
+)
+"""The most exact form first: it is the one that counts where a file gives several."""

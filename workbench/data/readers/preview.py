@@ -1,0 +1,164 @@
+"""What a file would be read as, before it is read: for the panel that asks 'is this right?'."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from workbench.base.errors import WorkbenchError
+from workbench.data.readers.assemble import assemble
+from workbench.data.readers.columns import (
+    Column,
+    decisions,
+    problems,
+    understand,
+)
+from workbench.data.readers.fields import Fields, convert
+from workbench.data.readers.read import folder_layout, read_table, table_layout
+from workbench.data.readers.table import Table
+from workbench.data.readers.vocabulary import quantities_of
+
+
+@dataclass(frozen=True)
+class PreviewColumn:
+    """One column: the file's heading, what it means (None: left out), its unit, and ours."""
+
+    heading: str
+    key: str | None = None
+    unit: str | None = None
+    si: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Preview:
+    """What was understood of a file.
+
+    Args:
+        path: The file.
+        columns: Each column.
+        rows: Number of data rows; 0 when it could not be found out.
+        joints: Number of joint columns.
+        excluded: Rows that are kept out.
+        sessions: Names of the sessions, in order.
+        groups: Number of groups.
+        layout: Name of the file's layout, 'plain' for the usual one.
+        decisions: What was decided, one sentence each.
+        problems: What stands against reading it, one sentence each; empty when it can be read.
+    """
+
+    path: str
+    columns: tuple[PreviewColumn, ...] = ()
+    rows: int = 0
+    joints: int = 0
+    excluded: int = 0
+    sessions: tuple[str, ...] = ()
+    groups: int = 0
+    layout: str = "plain"
+    decisions: tuple[str, ...] = ()
+    problems: tuple[str, ...] = ()
+
+    @property
+    def ok(self) -> bool:
+        """Whether the file can be read."""
+        return not self.problems
+
+
+def preview(
+    path: Path | str,
+    *,
+    columns: str | None = None,
+    joints: int | None = None,
+    layout: str | None = None,
+    sheet: str | None = None,
+) -> Preview:
+    """What `read_measurements` would make of a file; problems are listed, never raised."""
+    path = Path(path)
+    try:
+        folder = folder_layout(path, columns=columns, layout=layout)
+        if folder is not None:
+            return _of_fields(path, folder.read(path), (), joints, folder.name)
+        table = read_table(path, columns=columns, sheet=sheet)
+        special = table_layout(table, columns=columns, layout=layout)
+        if special is not None:
+            return _of_fields(path, special.read(table), _left_out(table), joints, special.name)
+    except WorkbenchError as error:
+        return Preview(path=str(path), problems=(str(error),))
+    return _of_table(path, table, joints)
+
+
+def _of_table(path: Path, table: Table, joints: int | None) -> Preview:
+    """Preview of a plain table: as much as can be said even if it can't be read."""
+    understood = understand(table)
+    shown = tuple(_shown(column) for column in understood)
+    found = [str(problem) for problem in problems(understood)]
+    if not found:
+        try:
+            return _of_fields(path, convert(table, understood), shown, joints, "plain")
+        except WorkbenchError as error:
+            found = [str(error)]
+    labels = {column.key: table.columns[column.index] for column in understood}
+    keys = [column.key for column in understood if column.key is not None]
+    return Preview(
+        path=str(path),
+        columns=shown,
+        rows=table.rows,
+        joints=_joints(keys),
+        sessions=tuple(dict.fromkeys(labels.get("session", ()))),
+        groups=len(set(labels.get("group", ()))),
+        decisions=table.notes + decisions(understood),
+        problems=tuple(found),
+    )
+
+
+def _of_fields(
+    path: Path, fields: Fields, shown: tuple[PreviewColumn, ...], joints: int | None, layout: str
+) -> Preview:
+    """Preview of columns in SI, with what is found when they are put together."""
+    if layout != "plain":
+        shown = _by_layout(fields) + tuple(c for c in shown if c.heading not in fields.headings.values())
+    found: tuple[str, ...] = ()
+    notes, excluded = fields.notes, 0
+    try:
+        dataset = assemble(fields, joints=joints)
+        notes, excluded = dataset.notes, int(np.sum(~dataset.included))
+    except WorkbenchError as error:
+        found = (str(error),)
+    return Preview(
+        path=str(path),
+        columns=shown,
+        rows=fields.rows,
+        joints=_joints(list(fields.values)),
+        excluded=excluded,
+        sessions=tuple(dict.fromkeys(map(str, fields.values.get("session", ())))),
+        groups=len(set(map(str, fields.values.get("group", ())))),
+        layout=layout,
+        decisions=notes,
+        problems=found,
+    )
+
+
+def _shown(column: Column) -> PreviewColumn:
+    si = str(column.conversion.quantity) if column.conversion is not None and column.unit else None
+    return PreviewColumn(column.heading, column.key, column.unit, si)
+
+
+def _by_layout(fields: Fields) -> tuple[PreviewColumn, ...]:
+    """Columns that a layout has made."""
+    keys = dict.fromkeys([*fields.values, *fields.headings])
+    return tuple(
+        PreviewColumn(fields.headings.get(key, key), key, fields.units.get(key), _si(key)) for key in keys
+    )
+
+
+def _si(key: str) -> str | None:
+    """Our unit of a column; None for labels."""
+    return next((str(q) for q in quantities_of(key)), None) if key[:6] != "orient" else "rad"
+
+
+def _left_out(table: Table) -> tuple[PreviewColumn, ...]:
+    """Goal columns and the like, which a layout does not hand on."""
+    return tuple(PreviewColumn(c.heading) for c in understand(table) if c.key is None)
+
+
+def _joints(keys: list[str]) -> int:
+    return sum(key[0] == "q" and key[1:].isdigit() for key in keys)

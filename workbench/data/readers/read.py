@@ -1,0 +1,143 @@
+"""From a file to a `Dataset`: kind, grid, table or layout, fields, dataset; each step has its own file."""
+
+from pathlib import Path
+
+from workbench.base.errors import FileError, OptionError
+from workbench.data.dataset import Dataset
+from workbench.data.readers import layouts
+from workbench.data.readers.assemble import assemble
+from workbench.data.readers.excel import read_excel
+from workbench.data.readers.fields import Fields, fields_of
+from workbench.data.readers.grid import Grid
+from workbench.data.readers.kinds import Kind, kind_of, read_bytes
+from workbench.data.readers.layouts.layout import AbstractFolderLayout, AbstractTableLayout
+from workbench.data.readers.matlab import read_matlab
+from workbench.data.readers.naming import Naming, headings_in_order, parse_columns
+from workbench.data.readers.parquet import read_parquet
+from workbench.data.readers.table import (
+    Table,
+    with_headings,
+    with_names,
+    with_pairs,
+)
+from workbench.data.readers.text import read_text
+from workbench.data.readers.wording import listed
+
+
+def read_measurements(
+    path: Path | str,
+    *,
+    columns: str | None = None,
+    joints: int | None = None,
+    layout: str | None = None,
+    sheet: str | None = None,
+) -> Dataset:
+    """Measurements of a file in SI, with every decision in `notes`.
+
+    Args:
+        path: CSV, TSV, text, xlsx, parquet or MATLAB v5 file; or a folder, for a layout that takes one.
+        columns: What the columns are, for files whose headings do not say; see `naming`.
+        joints: Number of joints of the robot; None: as many as the file names.
+        layout: Name of the file's layout; None: recognised by its headings.
+        sheet: Sheet of a workbook; None: the one with headings that are known.
+
+    Raises:
+        FileError: The file can't be read; carries line and column.
+        UnitError: A unit is missing, unknown or of another quantity.
+        ShapeError: The file has another number of joints.
+        DataError: There are no rows, no joints, or no observation.
+        OptionError: An option does not fit the file.
+        MissingExtraError: An optional library is needed.
+    """
+    return assemble(read_fields(path, columns=columns, layout=layout, sheet=sheet), joints=joints)
+
+
+def read_fields(
+    path: Path | str, *, columns: str | None = None, layout: str | None = None, sheet: str | None = None
+) -> Fields:
+    """All columns of a file in SI, whatever they are; options and errors as `read_measurements`."""
+    path = Path(path)
+    if (folder := folder_layout(path, columns=columns, layout=layout)) is not None:
+        return folder.read(path)
+    table = read_table(path, columns=columns, sheet=sheet)
+    special = table_layout(table, columns=columns, layout=layout)
+    return fields_of(table) if special is None else special.read(table)
+
+
+def folder_layout(path: Path, *, columns: str | None, layout: str | None) -> AbstractFolderLayout | None:
+    """The layout that reads this folder (or this one file of such a folder), if any.
+
+    Raises:
+        OptionError: There is no layout of that name.
+    """
+    if layout is not None and layout not in layouts.NAMES:
+        raise OptionError(f"there is no layout '{layout}': there are {listed(layouts.NAMES)}")
+    for known in layouts.FOLDER_LAYOUTS:
+        if layout == known.name or (
+            layout is None and (path.is_dir() or known.refuses(path)) and known.matches(path)
+        ):
+            if not path.exists():
+                raise FileError("there is no such file or folder: check the path", path=str(path))
+            return known
+    return None
+
+
+def table_layout(table: Table, *, columns: str | None, layout: str | None) -> AbstractTableLayout | None:
+    """The layout of this table, if it is not the plain one.
+
+    Raises:
+        OptionError: The named layout needs other columns.
+    """
+    if columns is not None and layout is None:
+        return None
+    for known in layouts.TABLE_LAYOUTS:
+        if layout in (None, known.name) and known.matches(list(table.headings)):
+            return known
+        if layout == known.name:
+            raise OptionError(
+                f"{table.source}: layout '{layout}' needs other columns than {listed(table.headings)}"
+            )
+    return None
+
+
+def read_table(path: Path, *, columns: str | None, sheet: str | None) -> Table:
+    """The file as named columns of text.
+
+    Raises:
+        WorkbenchError: As `read_measurements`.
+    """
+    data = read_bytes(path)
+    kind = kind_of(data, path)
+    naming = parse_columns(columns) if columns is not None else None
+    if sheet is not None and kind is not Kind.EXCEL:
+        raise OptionError(f"{path}: this is no workbook, so it has no sheet '{sheet}': leave 'sheet' out")
+    if kind is Kind.MATLAB:
+        return with_headings(read_matlab(data, path, naming=naming))
+    if kind is Kind.EXCEL:
+        grid = read_excel(data, path, sheet=sheet)
+    elif kind is Kind.PARQUET:
+        grid = read_parquet(data, path)
+    else:
+        grid = read_text(data, path)
+    _refuse_transform(grid)
+    return _named(grid, naming)
+
+
+def _named(grid: Grid, naming: Naming | None) -> Table:
+    if naming is None:
+        return with_headings(grid)
+    if naming.items:
+        return with_names(grid, headings_in_order(naming, len(grid.rows[-1])))
+    return with_headings(with_pairs(grid, naming))
+
+
+def _refuse_transform(grid: Grid) -> None:
+    """Raise for a lone 4 x 4 transform, which is easily taken for data.
+
+    Raises:
+        FileError: It is one.
+    """
+    if len(grid.rows) == 4 and all(len(row) == 4 for row in grid.rows):
+        last = [cell.rstrip("0").rstrip(".,") or "0" for cell in grid.rows[3]]
+        if last in (["0", "0", "0", "1"], ["-0", "0", "0", "1"]):
+            raise FileError("this is a 4 x 4 transform, not a table of measurements", path=grid.source)

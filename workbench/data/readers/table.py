@@ -1,0 +1,264 @@
+"""From a grid of cells to a table: which row holds the headings, which the units, where the data begin."""
+
+import re
+from dataclasses import dataclass, field, replace
+
+from workbench.base.errors import FileError, OptionError
+from workbench.base.units import is_unit, parse_heading
+from workbench.data.readers.grid import Grid, Separator
+from workbench.data.readers.naming import Item, Naming
+from workbench.data.readers.vocabulary import is_known, meaning
+from workbench.data.readers.wording import listed
+
+NUMBER = re.compile(r"[-+\u2212]?(\d+([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?|[-+]?(nan|inf)", re.IGNORECASE)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Table:
+    """Named columns of text.
+
+    Args:
+        source: Path of the file, for messages.
+        headings: Text over each column, with the unit if it stands there.
+        units: Unit of each column from a row of units below the headings; "" where none.
+        heading_line: Line of the headings.
+        columns: Cells of each column, one a data row.
+        lines: Line of each data row.
+        separator: As in `Grid`.
+        notes: Decisions taken so far.
+    """
+
+    source: str
+    headings: tuple[str, ...]
+    units: tuple[str, ...]
+    heading_line: int | None
+    columns: tuple[tuple[str, ...], ...]
+    lines: tuple[int, ...]
+    separator: Separator | None = None
+    notes: tuple[str, ...] = field(default=())
+
+    @property
+    def rows(self) -> int:
+        """Number of data rows."""
+        return len(self.lines)
+
+
+def recognised_headings(grid: Grid) -> int:
+    """How many columns the best heading row of a grid names; a lone one is chance, and counts as none."""
+    known = max((_known(row) for row in grid.rows[: _first_data_row(grid.rows)]), default=0)
+    return known if known > 1 else 0
+
+
+def with_headings(grid: Grid) -> Table:
+    """The table under the grid's own heading row.
+
+    Raises:
+        FileError: No heading row, none that is known, or rows of another length than it.
+    """
+    start = _first_data_row(grid.rows)
+    if start == 0 and (named := _commented_headings(grid)) is not None:
+        return named
+    if start == 0:
+        raise FileError(
+            f"the file has no header: name its {len(grid.rows[0])} columns, e.g. "
+            "columns='q1[deg],…,x[mm],y[mm],z[mm]' (--columns); '-' leaves one out",
+            path=grid.source,
+            line=grid.lines[0],
+        )
+    head = max(range(start), key=lambda i: (_known(grid.rows[i]), i))
+    if not _known(grid.rows[head]):
+        if start == len(grid.rows) > 1:
+            raise FileError(
+                "no row of numbers is in it: this is not a table of measurements", path=grid.source
+            )
+        raise FileError(
+            f"none of the headings {listed(grid.rows[head])} is known: name the columns q1[rad], …, x[m], "
+            "y[m], z[m], or say what they are with columns='q1[deg]=…' (--columns)",
+            path=grid.source,
+            line=grid.lines[head],
+        )
+    return _below(grid, head=head, start=start)
+
+
+def with_names(grid: Grid, names: tuple[str, ...]) -> Table:
+    """The table with column names that the caller gives; heading rows of the file are passed over.
+
+    Raises:
+        FileError: The rows have another number of fields than names.
+    """
+    start = _first_data_row(grid.rows)
+    notes: tuple[str, ...] = (f"the columns are named by the caller: {', '.join(names)}",)
+    if start:
+        notes += (f"{start} row(s) above the data are passed over, as the caller names the columns",)
+    return _table(grid, start, names, ("",) * len(names), None, notes)
+
+
+def _below(grid: Grid, *, head: int, start: int) -> Table:
+    """The table under heading row `head`, whose numbers begin at row `start`."""
+    headings = list(grid.rows[head])
+    while headings and not headings[-1]:
+        headings.pop()
+    units, notes = ("",) * len(headings), tuple[str, ...]()
+    body = head + 1
+    if body < len(grid.rows) and _are_units(grid.rows[body]):
+        units = tuple(_bare_unit(cell) for cell in _padded(grid.rows[body], len(headings)))
+        notes = (f"units are taken from line {grid.lines[body]}, below the headings",)
+        body += 1
+    if head:
+        notes += (f"{head} row(s) above the headings (line {grid.lines[head]}) are passed over",)
+    if body < start < len(grid.rows) and not _is_data_like(grid.rows[body], len(headings)):
+        notes += (f"{start - body} row(s) between headings and data are passed over",)
+        body = start
+    return _table(grid, body, tuple(headings), units[: len(headings)], grid.lines[head], notes)
+
+
+def _table(
+    grid: Grid,
+    start: int,
+    headings: tuple[str, ...],
+    units: tuple[str, ...],
+    heading_line: int | None,
+    notes: tuple[str, ...],
+) -> Table:
+    """Rows from `start` on as columns.
+
+    Raises:
+        FileError: A row of another length.
+    """
+    width, rows = len(headings), grid.rows[start:]
+    _refuse_torn_numbers(grid, start, width)
+    even = []
+    for row, line in zip(rows, grid.lines[start:], strict=True):
+        if len(row) != width:
+            row = _fitted(row, width, grid, line)
+        even.append(row)
+    columns = tuple(zip(*even, strict=True)) if even else ((),) * width
+    return Table(
+        source=grid.source,
+        headings=headings,
+        units=units,
+        heading_line=heading_line,
+        columns=columns,
+        lines=tuple(grid.lines[start:]),
+        separator=grid.separator,
+        notes=grid.notes + notes,
+    )
+
+
+def _fitted(row: list[str], width: int, grid: Grid, line: int) -> list[str]:
+    """A row cut or filled to the width where only empty cells are at stake.
+
+    Raises:
+        FileError: It really has another length.
+    """
+    if len(row) < width and grid.separator is None:
+        return _padded(row, width)  # spreadsheets leave trailing cells out
+    if len(row) > width and not any(row[width:]):
+        return row[:width]
+    raise FileError(
+        f"this row has {len(row)} fields where {width} are named: add or remove fields, or delete the row",
+        path=grid.source,
+        line=line,
+    )
+
+
+def _refuse_torn_numbers(grid: Grid, start: int, width: int) -> None:
+    """Raise when commas seem to part fields and to mark decimals in the same file.
+
+    Raises:
+        FileError: Ambiguous commas.
+    """
+    rows = grid.rows[start:]
+    if grid.separator is not Separator.COMMA or not rows:
+        return
+    if all(any(row[width:]) and not any("." in cell for cell in row) for row in rows[:50]):
+        raise FileError(
+            f"commas part the fields and seem to mark decimals too ({width} names, {len(rows[0])} fields): "
+            "save the table with semicolons between the fields, or with decimal points",
+            path=grid.source,
+            line=grid.lines[start],
+        )
+
+
+def _commented_headings(grid: Grid) -> Table | None:
+    """The table named by the last comment line before the data, if that holds headings that fit."""
+    width = len(grid.rows[0])
+    for comment in reversed(grid.comments):
+        for cells in (re.split(r"[,;\t]", comment), re.sub(r"\s+\[", "[", comment).split()):
+            names = tuple(cell.strip() for cell in cells)
+            if len(names) == width and _known(list(names)) >= 2:
+                note = ("the headings are taken from a comment line",)
+                return _table(grid, 0, names, ("",) * width, None, note)
+    return None
+
+
+def _first_data_row(rows: list[list[str]]) -> int:
+    """Index of the first row that is at least half numbers; the number of rows when there is none."""
+    for i, row in enumerate(rows):
+        filled = [cell for cell in row if cell]
+        numbers = sum(bool(NUMBER.fullmatch(cell)) for cell in filled)
+        if numbers and 2 * numbers >= len(filled):
+            return i
+    return len(rows)
+
+
+def _is_data_like(row: list[str], width: int) -> bool:
+    """Whether a row above the first numbers should be read (and complained about) as data."""
+    return len(row) == width and any(NUMBER.fullmatch(cell) for cell in row)
+
+
+def _known(row: list[str]) -> int:
+    """How many cells are headings that we know."""
+    return sum(bool(cell) and is_known(cell) for cell in row)
+
+
+def _are_units(row: list[str]) -> bool:
+    """Whether all filled cells of a row are units (or a dash)."""
+    filled = [_bare_unit(cell) for cell in row if cell and cell not in ("-", "–")]
+    return bool(filled) and all(is_unit(cell) for cell in filled)
+
+
+def _bare_unit(cell: str) -> str:
+    return cell.strip().strip("[]()").strip()
+
+
+def _padded(row: list[str], width: int) -> list[str]:
+    return (list(row) + [""] * width)[: max(width, len(row))]
+
+
+def with_pairs(grid: Grid, naming: Naming) -> Grid:
+    """The grid with the headings that the caller's pairs replace; other columns of that meaning are let go.
+
+    Raises:
+        OptionError: There is no column of that name, or its meaning is none that is known.
+    """
+    end = _first_data_row(grid.rows)
+    rows = [list(row) for row in grid.rows[:end]]
+    notes = grid.notes
+    for pair in naming.pairs:
+        both = ((pair.right[0].name, pair.left), (pair.left.name, pair.right[0]))
+        sides = [(name, item) for name, item in both if meaning(item.name) is not None]
+        found = [(i, j, *side) for side in sides for i, row in enumerate(rows) for j in _places(row, side[0])]
+        if not found:
+            cells = [cell for row in rows for cell in row if cell]
+            raise OptionError(
+                f"{grid.source}: '{pair.left.name}={pair.right[0].name}' names no column of the file "
+                f"with a meaning that is known: the headings are {listed(cells)}"
+            )
+        i, j, name, item = found[0]
+        _rename(rows[i], j, item)
+        notes += (f"the caller reads '{name}' as {item.heading()}",)
+    return replace(grid, rows=rows + grid.rows[end:], notes=notes)
+
+
+def _places(row: list[str], name: str) -> list[int]:
+    return [j for j, cell in enumerate(row) if cell and name in (cell, parse_heading(cell).name)]
+
+
+def _rename(row: list[str], place: int, item: Item) -> None:
+    """Put the item's heading at a place; its own unit wins over the one that stood there."""
+    unit = parse_heading(row[place]).unit if item.unit is None else item.unit
+    for j, cell in enumerate(row):
+        if j != place and cell and meaning(parse_heading(cell).name) == meaning(item.name):
+            row[j] = f"{cell} (not used)"
+    row[place] = Item(item.name, unit).heading()

@@ -1,0 +1,139 @@
+"""Text tables: encoding, separator, comment lines; every field stays text until its column is known."""
+
+import csv
+import re
+from pathlib import Path
+
+from workbench.base.errors import FileError
+from workbench.data.readers.grid import Grid, Separator
+from workbench.data.readers.kinds import refuse_other_text
+
+_BOMS = (
+    (b"\xef\xbb\xbf", "utf-8-sig"),
+    (b"\xff\xfe\x00\x00", "utf-32"),
+    (b"\x00\x00\xfe\xff", "utf-32"),
+    (b"\xff\xfe", "utf-16"),
+    (b"\xfe\xff", "utf-16"),
+)
+_NUMBER = re.compile(r"[-+\u2212]?(\d+([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?")
+_TWO_NUMBERS = re.compile(r"\d\s+[-+\u2212.\d]")
+_SAMPLE = 200
+
+
+def read_text(data: bytes, path: Path) -> Grid:
+    """Cells of a text table (CSV, TSV, semicolons, blanks).
+
+    Raises:
+        FileError: Not text, or another format.
+    """
+    text, encoding = decode(data, path)
+    refuse_other_text(text, path)
+    lines, numbers, comments = _significant(text)
+    if not lines:
+        raise FileError("the file holds comments only: a header line and rows are needed", path=str(path))
+    separator = separator_of(lines)
+    rows, places = _fields(lines, numbers, separator, path)
+    notes = [f"text in {encoding}"] if encoding not in ("utf-8", "utf-8-sig") else []
+    if separator is not Separator.COMMA:
+        notes.append(f"fields are parted by {separator.words}")
+    return Grid(
+        source=str(path), rows=rows, lines=places, separator=separator, comments=comments, notes=tuple(notes)
+    )
+
+
+def decode(data: bytes, path: Path) -> tuple[str, str]:
+    """Text and the name of its encoding: by byte order mark, by zero bytes, UTF-8, else Western European.
+
+    Raises:
+        FileError: The bytes are not text.
+    """
+    for bom, name in _BOMS:
+        if data.startswith(bom):
+            return _strictly(data, name, path), name
+    even, odd = data[:2000:2].count(0), data[1:2000:2].count(0)
+    if max(even, odd) > 0.3 * min(len(data), 2000) / 2 and min(even, odd) < 0.1 * max(even, odd):
+        name = "utf-16-be" if even > odd else "utf-16-le"
+        return _strictly(data, name, path), f"{name} (no byte order mark)"
+    try:
+        return data.decode("utf-8"), "utf-8"
+    except UnicodeDecodeError:
+        pass
+    try:
+        return data.decode("cp1252"), "Latin-1 (it is no valid UTF-8)"
+    except UnicodeDecodeError:
+        raise FileError(
+            "this is not text in UTF-8, UTF-16 or Latin-1: save the table as UTF-8 CSV", path=str(path)
+        ) from None
+
+
+def _strictly(data: bytes, name: str, path: Path) -> str:
+    try:
+        return data.decode(name)
+    except UnicodeDecodeError as error:
+        raise FileError(
+            f"it begins like {name} text but is broken at byte {error.start}: save it as UTF-8",
+            path=str(path),
+        ) from None
+
+
+def _significant(text: str) -> tuple[list[str], list[int], tuple[str, ...]]:
+    """Lines that are neither blank nor comment, their numbers, and the comments before the first of them."""
+    lines: list[str] = []
+    numbers: list[int] = []
+    comments: list[str] = []
+    for number, line in enumerate(re.split(r"\r\n|\r|\n", text), start=1):
+        bare = line.strip(" \ufeff\x1a")
+        if bare.startswith("#"):
+            if not lines:
+                comments.append(bare.lstrip("# "))
+        elif bare.strip():
+            lines.append(line)
+            numbers.append(number)
+    return lines, numbers, tuple(comments)
+
+
+def separator_of(lines: list[str]) -> Separator:
+    """The separator that most lines carry: tab, semicolon, comma, else blanks.
+
+    Commas between digits with blanks around the numbers are decimal commas between blanks.
+    """
+    sample = lines[:_SAMPLE]
+    if len(sample) > 1:
+        sample = sample[-(len(sample) + 1) // 2 :]  # the later half: title and header lines are apart
+    for separator in (Separator.TAB, Separator.SEMICOLON, Separator.COMMA):
+        carrying = [line for line in sample if separator.value in line.strip(" ")]
+        if 2 * len(carrying) <= len(sample):
+            continue
+        if separator is Separator.COMMA and _commas_are_decimal(carrying):
+            return Separator.BLANKS
+        return separator
+    return Separator.BLANKS
+
+
+def _commas_are_decimal(lines: list[str]) -> bool:
+    """Whether parting at blanks gives numbers, and parting at commas gives two numbers in a field."""
+    torn = sum(any(_TWO_NUMBERS.search(part) for part in line.split(",")) for line in lines)
+    whole = sum(all(_NUMBER.fullmatch(part) for part in line.split()) for line in lines)
+    return 2 * torn > len(lines) and 2 * whole > len(lines)
+
+
+def _fields(
+    lines: list[str], numbers: list[int], separator: Separator, path: Path
+) -> tuple[list[list[str]], list[int]]:
+    """Fields of each row, stripped; a quoted field may run over several lines."""
+    if separator is Separator.BLANKS:
+        joined = (re.sub(r"\s+(?=[\[(])", "", line) for line in lines)  # 'q1 [deg]' is one heading
+        return [line.split() for line in joined], numbers
+    rows, places = [], []
+    reader = csv.reader((line + "\n" for line in lines), delimiter=separator.value, skipinitialspace=True)
+    start = 0
+    try:
+        for row in reader:
+            rows.append([cell.strip() for cell in row])
+            places.append(numbers[start])
+            start = reader.line_num
+    except csv.Error as error:
+        raise FileError(
+            f"the fields can't be parted ({error})", path=str(path), line=numbers[start]
+        ) from None
+    return rows, places

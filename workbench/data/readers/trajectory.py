@@ -1,0 +1,78 @@
+"""Trajectories and lists of poses: the same columns as measurements, with joints or poses or both."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.base.errors import DataError
+from workbench.base.types import frozen
+from workbench.data.readers.assemble import joint_columns
+from workbench.data.readers.observed import refuse_incomplete
+from workbench.data.readers.orientation import read_orientation
+from workbench.data.readers.read import read_fields
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Trajectory:
+    """Samples of a motion, or a list of poses.
+
+    Args:
+        time: Time [s]; None when the file has none.
+        q: Joint positions [rad or m]; None when the file has none.
+        position: Positions of the tool [m].
+        rotation: Orientations of the tool.
+        payload: Mass at the tool [kg]; None when the file has none.
+        temperature: Temperature [degC]; None when the file has none.
+        source: Path, for messages.
+        notes: Each decision that the reader took.
+    """
+
+    time: Float[np.ndarray, " rows"] | None
+    q: Float[np.ndarray, "rows n"] | None
+    position: Float[np.ndarray, "rows 3"] | None
+    rotation: Float[np.ndarray, "rows 3 3"] | None
+    source: str
+    notes: tuple[str, ...]
+    payload: Float[np.ndarray, " rows"] | None = None
+    temperature: Float[np.ndarray, " rows"] | None = None
+
+
+def read_trajectory(
+    path: Path | str, *, columns: str | None = None, joints: int | None = None, sheet: str | None = None
+) -> Trajectory:
+    """Joints and poses of a file, without gaps; options as `read_measurements`.
+
+    Raises:
+        WorkbenchError: As `read_measurements`; a blank cell is an error here.
+        DataError: There are neither joints nor positions, or time does not increase.
+    """
+    fields = read_fields(path, columns=columns, sheet=sheet, layout="plain")
+    for key, values in fields.values.items():
+        if values.dtype.kind == "f" and (blank := np.isnan(values)).any():
+            raise fields.error("the cell is blank: a trajectory has no gaps", int(np.argmax(blank)), key)
+    refuse_incomplete(fields, ("x", "y", "z"))
+    has_joints = any(key[0] == "q" and key[1:].isdigit() for key in fields.values)
+    q = joint_columns(fields, joints) if has_joints else None
+    rotation, notes = read_orientation(fields, usable=np.ones(fields.rows, bool))
+    position = np.stack([fields.values[a] for a in "xyz"], axis=1) if "x" in fields.values else None
+    if q is None and position is None:
+        raise DataError(
+            f"{fields.source}: a trajectory needs joints (q1[rad] …) or positions (x[m], y[m], z[m])"
+        )
+    time = fields.values.get("time")
+    if time is not None and (late := np.diff(time) <= 0).any():
+        row = int(np.argmax(late)) + 1
+        raise DataError(
+            f"{fields.source}, line {fields.lines[row]}: time does not increase: sort the rows by time"
+        )
+    return Trajectory(
+        time=None if time is None else frozen(time),
+        q=None if q is None else frozen(q),
+        position=None if position is None else frozen(position),
+        rotation=None if rotation is None else frozen(rotation),
+        source=fields.source,
+        notes=fields.notes + notes,
+        **{name: frozen(fields.values[name]) for name in ("payload", "temperature") if name in fields.values},
+    )

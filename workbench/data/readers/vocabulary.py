@@ -1,0 +1,175 @@
+"""Which heading means what: our own names, and the names that controllers and people use for the same.
+
+A key is the name of formats.md ('q1', 'x', 'qw', 'm2y', 'tilt_x3', …). A heading of another spelling is
+recognised only where it can't mean anything else; commanded values are never taken for measured ones.
+"""
+
+import re
+from typing import NamedTuple
+
+from workbench.base.errors import UnitError
+from workbench.base.units import Quantity, conversion, parse_heading
+
+JOINT = (Quantity.ANGLE, Quantity.LENGTH)
+LABELS = ("session", "group", "point", "anchor", "contact", "reason", "exclude")
+
+_UR_JOINTS = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
+_JOINT_WORDS = "q|j|a|ax|joint|axis|achse|gelenk|theta|th|θ|joint_angle|joint_position|joint_pos|angle"
+_JOINT_WORDS += "|gelenkwinkel|achswinkel|winkel|axe|articulation|eje|giunto|asse"
+_ROBOTS = "panda|fr3|fer|iiwa|lbr|lbr_iiwa|kuka|robot|arm|measured|actual|ist"
+_MEASURED = "pos|position|p|measured|measurement|meas|actual|ist|mess|messwert"
+_COMMANDED = re.compile(
+    r"(^|_)(goal|target|cmd|command|commanded|desired|nominal|soll|setpoint|ref|reference)(_|$)"
+)
+
+# (pattern of the normalised name, key). Ours come first; {0}, {1} are the pattern's groups.
+_PATTERNS: tuple[tuple[re.Pattern[str], str], ...] = tuple(
+    (re.compile(pattern), key)
+    for pattern, key in (
+        (r"q(\d+)", "q{0}"),
+        (r"([xyz])", "{0}"),
+        (r"(roll|pitch|yaw)", "{0}"),
+        (r"zxz_(phi|theta|psi)", "zxz_{0}"),
+        (r"q([wxyz])", "q{0}"),
+        (r"r([xyz])", "r{0}"),
+        (r"r_?([123])_?([123])", "r{0}{1}"),
+        (r"torque(\d+)", "torque{0}"),
+        (r"direction(\d+)", "direction{0}"),
+        (r"m(\d+)([xyz])", "m{0}{1}"),
+        (r"sigma_(x|y|z|rx|ry|rz)", "sigma_{0}"),
+        (r"tilt_([xy])(\d+)", "tilt_{0}{1}"),
+        (r"(force|moment)_([xyz])", "{0}_{1}"),
+        (rf"(?:{_JOINT_WORDS})_?(\d+)", "q{0}"),
+        (rf"(?:{_ROBOTS})_(?:q|j|joint|axis)_?a?_?(\d+)", "q{0}"),
+        (r"joint_a(\d+)", "q{0}"),
+        (rf"(?:{_MEASURED})_([xyz])|(?:t|p)([xyz])", "{0}"),
+        (r"([xyz])_(?:pos|position|measured|meas|actual|ist)", "{0}"),
+        (r"(roll|pitch|yaw)_?(?:winkel|angle)", "{0}"),
+        (r"nick(?:winkel)?", "pitch"),
+        (r"gier(?:winkel)?", "yaw"),
+        (r"rollwinkel", "roll"),
+        (r"(?:q|quat|quaternion|orientation)_([wxyz])|quat([wxyz])", "q{0}"),
+        (r"(?:rotvec|rotation_vector|rv)_?([xyz])", "r{0}"),
+        (r"(?:torque|tau|effort|drehmoment|moment)_?(\d+)", "torque{0}"),
+        (r"(?:direction|dir|richtung)_?(\d+)", "direction{0}"),
+        (r"(?:m|marker)_?(\d+)_?([xyz])", "m{0}{1}"),
+        (r"(?:sigma|std)_?(x|y|z|rx|ry|rz)", "sigma_{0}"),
+        (r"(?:sigma|std)_?(roll|pitch|yaw)", "sigma_{0}"),
+        (r"tilt_?([xy])_?(\d+)", "tilt_{0}{1}"),
+    )
+)
+_WORDS = {
+    "time": ("zeit", "timestamp", "t"),
+    "temperature": ("temp", "temperatur", "measurement_temperature", "air_temperature"),
+    "payload": ("nutzlast", "traglast"),
+    "distance": ("dist", "abstand", "entfernung"),
+    "anchor": ("anker",),
+    "contact": ("kontakt",),
+    "session": ("sitzung", "placement", "aufstellung"),
+    "group": ("gruppe",),
+    "point": ("socket", "punkt"),
+    "exclude": ("excluded", "ausschluss"),
+    "reason": ("grund",),
+}
+_SYNONYMS = {word: key for key, words in _WORDS.items() for word in (key, *words)}
+_SYNONYMS |= {f"{name}{end}": f"q{i}" for i, name in enumerate(_UR_JOINTS, 1) for end in ("", "_joint")}
+_ANGLES = {"sigma_roll": "sigma_rx", "sigma_pitch": "sigma_ry", "sigma_yaw": "sigma_rz"}
+
+
+_UNIT_ENDINGS = (
+    "mm",
+    "cm",
+    "um",
+    "µm",
+    "m",
+    "in",
+    "deg",
+    "°",
+    "rad",
+    "mrad",
+    "degC",
+    "°C",
+    "K",
+    "s",
+    "ms",
+    "kg",
+    "Nm",
+)
+
+
+class Meaning(NamedTuple):
+    """What a heading stands for.
+
+    Args:
+        key: Its name in formats.md.
+        own: Whether it is spelt as in formats.md.
+    """
+
+    key: str
+    own: bool
+
+
+def normalised(name: str) -> str:
+    """Lower case, with one underscore for blanks, hyphens and dots: 'Achse 1' gives 'achse_1'."""
+    return re.sub(r"[\s\-./_]+", "_", name.strip().lower()).strip("_")
+
+
+def meaning(name: str) -> Meaning | None:
+    """What a column of this name (without its unit) holds, or None."""
+    plain = normalised(name)
+    if plain in _SYNONYMS and name.strip() != "T":  # T may be time, temperature or torque
+        return Meaning(_SYNONYMS[plain], plain == _SYNONYMS[plain])
+    for pattern, template in _PATTERNS:
+        if match := pattern.fullmatch(plain):
+            key = template.format(
+                *(group.lstrip("0") or "0" for group in match.groups() if group is not None)
+            )
+            key = _ANGLES.get(key, key)
+            return Meaning(key, plain == key)
+    return None
+
+
+def is_commanded(name: str) -> bool:
+    """Whether a heading speaks of a goal, not of a measurement."""
+    return bool(_COMMANDED.search(normalised(name)))
+
+
+def quantities_of(key: str) -> tuple[Quantity, ...]:
+    """What the column measures; empty for labels."""
+    if key in LABELS:
+        return ()
+    if re.fullmatch(r"q\d+", key):
+        return JOINT
+    if re.fullmatch(r"(sigma_)?[xyz]|m\d+[xyz]|distance", key):
+        return (Quantity.LENGTH,)
+    if re.fullmatch(r"roll|pitch|yaw|zxz_(phi|theta|psi)|(sigma_)?r[xyz]|tilt_[xy]\d+", key):
+        return (Quantity.ANGLE,)
+    if key.startswith(("torque", "moment_")):
+        return (Quantity.TORQUE,)
+    if key.startswith("force_"):
+        return (Quantity.FORCE,)
+    return {
+        "time": (Quantity.TIME,),
+        "temperature": (Quantity.TEMPERATURE,),
+        "payload": (Quantity.MASS,),
+    }.get(key, (Quantity.NUMBER,))
+
+
+def split_ending(name: str) -> tuple[str, str] | None:
+    """Name and unit of 'x_mm' or 'q1 deg', where the unit suits the name."""
+    for ending in _UNIT_ENDINGS:
+        if match := re.fullmatch(rf"(.+?)[_ ]{re.escape(ending)}", name):
+            found = meaning(match[1])
+            if found is not None and (quantities := quantities_of(found.key)):
+                try:
+                    conversion(ending, *quantities)
+                except UnitError:
+                    continue
+                return match[1], ending
+    return None
+
+
+def is_known(heading: str) -> bool:
+    """Whether a heading, with or without its unit, names a column that we read."""
+    name, unit = parse_heading(heading)
+    return meaning(name) is not None or (unit is None and split_ending(name) is not None)

@@ -1,0 +1,158 @@
+"""A stand-in for a real arm's driver: samples of an actual arm that is steered from target to target.
+
+From one target to the next all joints move together along the minimum-jerk curve
+
+    q(s) = q_a + (q_b − q_a) (10 s³ − 15 s⁴ + 6 s⁵),   s = t / T,   peak speed 15/8 |q_b − q_a| / T,
+
+then the arm stands still for a while and the last sample of that asks to be captured. Joint readings and
+poses carry the noise of their sensors; the clock is that of the samples, so a seed gives the same stream.
+
+Source of the curve: Flash, Hogan, J. Neurosci. 5(7), 1985, eq. (5).
+"""
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.robot import JointKind, Robot
+from workbench.base import se3
+from workbench.base.errors import OptionError
+from workbench.base.types import frozen
+from workbench.data.live.stream import Sample
+from workbench.data.simulation.instruments import Instrument, Observes
+
+PEAK = 15.0 / 8.0
+"""Peak speed of the minimum-jerk curve over its mean speed."""
+SHORTEST = 0.3
+"""Least time of any motion [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pace:
+    """How the arm moves and how often it is sampled.
+
+    Args:
+        rate: Samples a second.
+        turning: Peak speed of a revolute joint [rad/s].
+        sliding: Peak speed of a prismatic joint [m/s].
+        dwell: How long the arm stands at each target [s]; its last sample asks to be captured.
+        joint_noise: Standard deviation of a joint reading [rad or m].
+
+    Raises:
+        OptionError: something that must be positive is not.
+    """
+
+    rate: float = 50.0
+    turning: float = 1.0
+    sliding: float = 0.25
+    dwell: float = 1.0
+    joint_noise: float = 1e-5
+
+    def __post_init__(self):
+        for name in ("rate", "turning", "sliding", "dwell"):
+            if not 0.0 < getattr(self, name) < np.inf:
+                raise OptionError(f"the driver's {name} must be above zero, not {getattr(self, name):g}")
+        if not 0.0 <= self.joint_noise < np.inf:
+            raise OptionError(f"the joints' noise can't be {self.joint_noise:g}; give 0 or more")
+
+
+def drive(
+    actual: Robot,
+    targets: Float[np.ndarray, "targets n"],
+    *,
+    rng: np.random.Generator,
+    instrument: Instrument | None = None,
+    pace: Pace | None = None,
+    start: Float[np.ndarray, " n"] | None = None,
+    clock: float = 0.0,
+) -> Iterator[Sample]:
+    """Samples of an arm that visits joint positions one after the other.
+
+    Args:
+        actual: The arm that moves.
+        targets: Joint positions at the targets [rad or m].
+        rng: Source of the noise.
+        instrument: What sees the tool all the while; None: nothing does, and samples have no pose.
+        pace: How it moves; unhurried if None.
+        start: Where it stands at first [rad or m]; at rest if None.
+        clock: Time of the first sample [s].
+
+    Yields:
+        Samples at the pace's rate by their own clock, the last one at each target with `capture`.
+
+    Raises:
+        OptionError: an instrument that sees neither a pose nor a point.
+        ShapeError: the targets have another number of joints than the arm.
+    """
+    pace = pace or Pace()
+    actual.check_joints(targets, "targets")
+    if instrument is not None and instrument.observes not in (Observes.POSE, Observes.POINT):
+        raise OptionError(
+            f"instrument '{instrument.name}' sees no pose and no point of the tool; "
+            "choose one that does, such as tracker-6d or laser-tracker"
+        )
+    start = _rest(actual) if start is None else start
+    return _samples(actual, targets, rng, instrument, pace, start, clock)
+
+
+def _samples(actual, targets, rng, instrument, pace, here, clock) -> Iterator[Sample]:
+    count = 0
+    for target in targets:
+        path = np.concatenate([_approach(actual, here, target, pace), _stand(target, pace)])
+        poses = None if instrument is None else tool_poses(actual, path)
+        for k, q in enumerate(path):
+            position, rotation = _seen(None if poses is None else poses[k], instrument, rng)
+            yield Sample(
+                time=clock + count / pace.rate,
+                q=frozen(q + rng.normal(0.0, pace.joint_noise, len(q))),
+                position=position,
+                rotation=rotation,
+                capture=k == len(path) - 1,
+            )
+            count += 1
+        here = target
+
+
+def _rest(actual: Robot) -> np.ndarray:
+    """Where the arm starts: all joints at zero, or as near as the limits allow."""
+    return np.clip(0.0, *actual.search_limits.T)
+
+
+def _approach(actual: Robot, start: np.ndarray, end: np.ndarray, pace: Pace) -> np.ndarray:
+    fastest = np.array(
+        [pace.sliding if j.kind is JointKind.PRISMATIC else pace.turning for j in actual.moving]
+    )
+    lasts = max(PEAK * float((np.abs(end - start) / fastest).max()), SHORTEST)
+    s = np.arange(1, int(np.ceil(lasts * pace.rate)) + 1) / np.ceil(lasts * pace.rate)
+    return start + (end - start) * (s**3 * (10.0 - 15.0 * s + 6.0 * s**2))[:, None]
+
+
+def _stand(target: np.ndarray, pace: Pace) -> np.ndarray:
+    return np.tile(target, (max(int(np.ceil(pace.dwell * pace.rate)), 1), 1))
+
+
+def _seen(pose, instrument, rng) -> tuple[np.ndarray | None, np.ndarray | None]:
+    """Position and orientation as the instrument sees them."""
+    if pose is None:
+        return None, None
+    position = frozen(pose[:3, 3] + rng.normal(0.0, instrument.sigma_position, 3))
+    if instrument.observes is Observes.POINT:
+        return position, None
+    turn = se3.rotvec_to_matrix(rng.normal(0.0, instrument.sigma_rotation or 0.0, 3))
+    return position, frozen(turn @ pose[:3, :3])
+
+
+def format_sample(sample: Sample) -> str:
+    """A sample as the line of a live source, without its end; `stream.parse_sample` reads it back."""
+    record: dict = {"time": sample.time, "q": sample.q.tolist()}
+    if sample.position is not None:
+        record["xyz"] = sample.position.tolist()
+    if sample.rotation is not None:
+        record["quat"] = se3.matrix_to_quaternion(sample.rotation).tolist()
+    if sample.capture:
+        record["capture"] = True
+    return json.dumps(record)

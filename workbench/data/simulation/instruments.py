@@ -1,0 +1,176 @@
+"""Instruments: what they see of the tool, and how well.
+
+Standard deviations are per axis and typical of the kind at a metre or two; give your own for a real one.
+Those that the Katana thesis compares are as it gives them (§§2.2, 3.3): a laser tracker's 20 µm and 45°, a
+photogrammetric tracker's 60 µm, an optical tracker's 0.01 mm at 2 to 7 m, a ball-bar's 3 µm up to 0.5 m, an
+inclinometer's 0.001°.
+A new instrument is one more record; an outsider's registry is `{**INSTRUMENTS, "mine": Instrument(…)}`.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from functools import cached_property
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.base import se3
+from workbench.base.errors import OptionError
+from workbench.base.types import Vector3, frozen
+from workbench.data.simulation.sight import Sight
+
+
+class Observes(StrEnum):
+    """What an instrument sees of the tool."""
+
+    POSE = "pose"
+    POINT = "point"
+    MARKERS = "markers"
+    DISTANCE = "distance"
+    CONTACT = "contact"
+    RIGID_BODY = "rigid body"
+    """Markers at known places of the tool, from which its pose is fitted row by row."""
+    SPHERE = "sphere"
+    """Centres of balls at unknown places, found by touching them all around."""
+    PLANE = "plane"
+    """Contact of the tip with planes at unknown places."""
+    TILT = "tilt"
+    """Where up is, seen from every moving link."""
+
+
+FOUR_MARKERS = frozen(
+    np.array([[0.06, 0.0, 0.0], [-0.04, 0.05, 0.0], [-0.03, -0.06, 0.0], [0.0, 0.0, 0.05]], float)
+)
+"""Places of the markers on the tool where nothing else is said [m]: no two distances are alike to 1 mm."""
+
+
+_CORNERS = np.deg2rad([90.0, 210.0, 330.0])
+THREE_MARKERS = frozen(0.06 * np.column_stack([np.cos(_CORNERS), np.sin(_CORNERS), np.zeros(3)]))
+"""Three markers about the tool point, which is their mean (Katana §3.3) [m]."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Instrument:
+    """An instrument and its noise.
+
+    Args:
+        name: For people and the registry.
+        observes: What it sees.
+        sigma_position: Standard deviation of a coordinate or distance [m].
+        sigma_rotation: Standard deviation of a rotation about an axis [rad]; None if it sees no rotation.
+        note: What it is, in one sentence.
+        markers: Places of the markers in the tool frame [m]; used by those that see markers.
+        sight: What it can see at all; everything if None.
+        place: Where it stands in the measuring frame [m], for its sight; before the arm if None.
+        samples: How many readings are averaged into one.
+        stroke: Least and greatest distance that it can measure [m]; any if None.
+
+    Raises:
+        OptionError: a negative deviation, a pose without one for its rotation, or no samples.
+    """
+
+    name: str
+    observes: Observes
+    sigma_position: float
+    sigma_rotation: float | None = None
+    note: str = ""
+    markers: Float[np.ndarray, "markers 3"] = field(default_factory=lambda: FOUR_MARKERS)
+    sight: Sight | None = None
+    place: Vector3 | None = None
+    samples: int = 1
+    stroke: tuple[float, float] | None = None
+
+    def __post_init__(self):
+        if self.sigma_position < 0 or (self.sigma_rotation or 0.0) < 0:
+            raise OptionError(f"instrument '{self.name}' has a negative standard deviation; give 0 or more")
+        if self.observes is Observes.POSE and self.sigma_rotation is None:
+            raise OptionError(f"instrument '{self.name}' sees poses; give its sigma_rotation too")
+        if self.samples < 1:
+            raise OptionError(f"instrument '{self.name}' averages {self.samples} readings; give 1 or more")
+
+    @cached_property
+    def deviations(self) -> tuple[float, float | None]:
+        """Standard deviations of one averaged result: position [m], rotation [rad] if it sees any.
+
+        Those of a pose from markers follow from their places u: the covariance of [p; φ] is
+        σ² (Σ AᵀA)⁻¹ with A = [1, −[u]×]; the mean of the axes is given.
+        """
+        share = 1.0 / float(np.sqrt(self.samples))
+        if self.observes is not Observes.RIGID_BODY:
+            turn = None if self.sigma_rotation is None else share * self.sigma_rotation
+            return share * self.sigma_position, turn
+        a = np.concatenate([np.tile(np.eye(3), (len(self.markers), 1, 1)), -se3.skew(self.markers)], axis=2)
+        spread = np.diag(np.linalg.inv(np.einsum("mij,mik->jk", a, a)))
+        position, rotation = np.sqrt(spread.reshape(2, 3).mean(axis=1))
+        return share * self.sigma_position * float(position), share * self.sigma_position * float(rotation)
+
+
+def _kind(
+    name: str, observes: Observes, millimetres: float, degrees: float | None, note: str, **more: Any
+) -> Instrument:
+    return Instrument(
+        name=name,
+        observes=observes,
+        sigma_position=millimetres * 1e-3,
+        sigma_rotation=None if degrees is None else float(np.deg2rad(degrees)),
+        note=note,
+        **more,
+    )
+
+
+INSTRUMENTS: Mapping[str, Instrument] = MappingProxyType(
+    {
+        instrument.name: instrument
+        for instrument in (
+            _kind("ideal", Observes.POSE, 0.0, 0.0, "full poses without noise"),
+            _kind("plate", Observes.POSE, 0.1, 0.02, "the seat of a fixture plate's target"),
+            _kind("socket", Observes.POINT, 0.05, None, "a ball in a conical socket of a plate"),
+            _kind("laser-tracker", Observes.POINT, 0.02, None, "a laser tracker and one reflector"),
+            _kind("tracker-6d", Observes.POSE, 0.05, 0.01, "a laser tracker with a 6-DoF probe"),
+            _kind("photogrammetry", Observes.POINT, 0.06, None, "a photogrammetric camera and one mark"),
+            _kind("motion-capture", Observes.MARKERS, 0.2, None, "a motion capture system, four markers"),
+            _kind("touch-probe", Observes.CONTACT, 0.03, None, "a probe that touches fixed points"),
+            _kind("ball-bar", Observes.DISTANCE, 0.005, None, "a telescoping ball-bar on fixed anchors"),
+            _kind(
+                *("laser-tracker-fixed", Observes.POINT, 0.02, None),
+                "a laser tracker and a reflector fixed to the tool, lost beyond 45° of the line of sight",
+                sight=Sight(near=0.5, far=10.0, cone=float(np.deg2rad(45.0))),
+            ),
+            _kind(
+                *("photogrammetric-tracker", Observes.RIGID_BODY, 0.06, None),
+                "a photogrammetric tracker and three passive marks at known places of the tool",
+                markers=THREE_MARKERS,
+            ),
+            _kind(
+                *("optotrak", Observes.RIGID_BODY, 0.01, None),
+                "an optical tracker of three active markers, 2 to 7 m away; the tool point is their mean",
+                markers=THREE_MARKERS,
+                sight=Sight(near=2.0, far=7.0),
+            ),
+            _kind(
+                *("short-ball-bar", Observes.DISTANCE, 0.003, None),
+                "a telescoping ball-bar of at most 0.5 m, on the nearest anchor",
+                stroke=(0.1, 0.5),
+            ),
+            _kind("wire", Observes.DISTANCE, 0.1, None, "a draw-wire sensor on fixed anchors"),
+            _kind("sphere-probe", Observes.SPHERE, 0.03, None, "a probe that finds centres of fixed balls"),
+            _kind("plane-probe", Observes.PLANE, 0.03, None, "a probe that touches fixed planes"),
+            _kind("inclinometer", Observes.TILT, 0.0, 0.001, "an inclinometer on every moving link"),
+        )
+    }
+)
+"""Every built-in instrument by name."""
+
+
+def instrument_named(name: str, instruments: Mapping[str, Instrument] = INSTRUMENTS) -> Instrument:
+    """The instrument of that name.
+
+    Raises:
+        OptionError: there is none.
+    """
+    if name not in instruments:
+        raise OptionError(f"there is no instrument '{name}'; known are {', '.join(instruments)}")
+    return instruments[name]

@@ -1,0 +1,311 @@
+"""Virtual arms and virtual measurements: the paper's first two ways of acquisition without an arm.
+
+A virtual arm is the nominal one with hidden manufacturing errors. It is measured either at given joint
+positions (ARIA §4.1.2, first way), or at the targets of a fixture (second way): there the pose is imposed,
+and the joint angles are what the actual arm takes to be there, from its own inverse kinematics.
+
+    measured pose = actual pose ⊕ noise,   p + N(0, σp²) per axis,   exp(N(0, σr²) per axis) R, base axes
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.inverse import solve as inverse
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
+from workbench.arm.robot import Robot
+from workbench.base import se3
+from workbench.base.errors import DataError, OptionError
+from workbench.base.types import Vector3
+from workbench.data.dataset import Dataset
+from workbench.data.simulation.instruments import Instrument, Observes
+from workbench.data.simulation.readings import (
+    read_poses,
+    read_tilts,
+    three_anchors,
+    unseen,
+)
+from workbench.data.simulation.surfaces import three_planes, touch_balls, touch_planes
+
+AUTO, MIXED = "auto", "mixed"
+LENGTH_ERROR = 5e-3
+"""Greatest manufacturing error of a length [m]."""
+ANGLE_ERROR = float(np.deg2rad(5.0))
+"""Greatest manufacturing error of an angle [rad]."""
+
+
+def virtual_arm(
+    robot: Robot,
+    *,
+    rng: np.random.Generator,
+    length: float = LENGTH_ERROR,
+    angle: float = ANGLE_ERROR,
+    names: tuple[str, ...] | None = None,
+) -> Robot:
+    """An actual arm: the nominal one with even manufacturing errors of its constants.
+
+    Args:
+        robot: The nominal arm.
+        rng: Source of the errors.
+        length: Greatest error of a length [m].
+        angle: Greatest error of an angle [rad].
+        names: Constants with errors; the robot's default free ones if None.
+
+    Returns:
+        The arm; `values(names)` tells what is hidden in it.
+    """
+    names = robot.default_free if names is None else names
+    elements = robot.chain.elements
+    bounds = np.array(
+        [angle if elements[i].axis.turns else length for i in robot.chain.indices(names)], float
+    )
+    actual = robot.values(names) + rng.uniform(-1.0, 1.0, len(names)) * bounds
+    return robot.with_values(dict(zip(names, actual.tolist(), strict=True)))
+
+
+def simulate(
+    actual: Robot,
+    q: Float[np.ndarray, "rows n"],
+    *,
+    instrument: Instrument,
+    rng: np.random.Generator,
+    joint_noise: float = 0.0,
+    anchors: Mapping[str, Vector3] | None = None,
+    motion: Motion | None = None,
+) -> Dataset:
+    """Measure an arm at given joint positions.
+
+    Args:
+        actual: The arm that is measured.
+        q: Joint positions [rad or m].
+        instrument: What measures it.
+        rng: Source of the noise.
+        joint_noise: Standard deviation of the joint readings [rad or m]; 0 for exact ones.
+        anchors: Places that distances are measured from [m]; three about the base if None.
+        motion: What drives the arm's effects beside q, one row a joint position; written into the rows.
+
+    Returns:
+        One row a joint position; its `q` are the readings.
+
+    Raises:
+        OptionError: the instrument touches fixed points, which joint positions don't name.
+    """
+    if instrument.observes is Observes.CONTACT:
+        raise OptionError(
+            f"instrument '{instrument.name}' touches fixed points; simulate it at targets, several "
+            "orientations at each point"
+        )
+    anchors = three_anchors(actual) if anchors is None else anchors
+    if instrument.observes in (Observes.SPHERE, Observes.PLANE):
+        return _touching(actual, q, instrument, rng, joint_noise, anchors, motion)
+    state = None if motion is None else motion.at(q)
+    poses = tool_poses(actual, q, motion=state)
+    seen: dict[str, Any]
+    if instrument.observes is Observes.TILT:
+        seen = {"tilt": read_tilts(instrument, actual, q, rng, motion=state)}
+    else:
+        seen = read_poses(instrument, poses, rng, anchors)
+    return _dataset(actual, q, instrument, rng, joint_noise, poses, seen, motion=motion)
+
+
+def _touching(actual, q, instrument, rng, joint_noise, anchors, motion) -> Dataset:
+    """Rows of a probe that goes to balls or planes from each joint position."""
+    sigma, _ = instrument.deviations
+    if instrument.observes is Observes.SPHERE:
+        balls = {f"ball {name}": place for name, place in anchors.items()}
+        touched = touch_balls(actual, q, balls, sigma=sigma, rng=rng, motion=motion)
+    else:
+        touched = touch_planes(actual, q, three_planes(actual), sigma=sigma, rng=rng, motion=motion)
+    state = None if motion is None else motion.at(touched.q)
+    poses, seen = tool_poses(actual, touched.q, motion=state), {"contact": touched.names}
+    rows = _dataset(actual, touched.q, instrument, rng, joint_noise, poses, seen, motion=motion)
+    return without(rows, np.where(touched.reached, "", "out of the arm's reach"))
+
+
+def simulate_targets(
+    actual: Robot,
+    targets: Float[np.ndarray, "targets 4 4"],
+    *,
+    instrument: Instrument,
+    rng: np.random.Generator,
+    branch: str | Sequence[str] = AUTO,
+    near: Float[np.ndarray, "targets n"] | None = None,
+    joint_noise: float = 0.0,
+    anchors: Mapping[str, Vector3] | None = None,
+    motion: Motion | None = None,
+) -> Dataset:
+    """Bring an arm to the targets of a fixture and measure it there.
+
+    Args:
+        actual: The arm that is measured; its own inverse kinematics gives the joint positions.
+        targets: Poses of the tool in the robot's base, such as `plate.poses`.
+        instrument: What measures it: `plate` is the seat itself. One that touches fixed points holds the
+            tool's position with its noise and sees nothing else; equal places are one point.
+        rng: Source of the noise.
+        branch: `auto` (the branch that reaches all targets with the greatest margin to the limits; each
+            target's own best where none does), `mixed` (every branch as often as the others), the name of
+            a branch, or one of these names per target.
+        near: Joint positions of the nominal arm at the targets, such as a plate's chosen ones: the actual
+            arm takes the solution next to them, whatever `branch` says; where its limits forbid that one,
+            the nearest other, and a note says so.
+        joint_noise: Standard deviation of the joint readings [rad or m]; 0 for exact ones.
+        anchors: Places that distances are measured from [m]; three about the base if None.
+        motion: What drives the arm's effects beside q, one row a target; written into the rows.
+
+    Returns:
+        One row a target.
+
+    Raises:
+        DataError: a target out of reach, or a branch that it does not have; says which and why.
+    """
+    if instrument.observes in (Observes.SPHERE, Observes.PLANE):
+        raise OptionError(
+            f"instrument '{instrument.name}' touches its own surfaces, not a plate's targets; simulate it at "
+            "joint positions (--poses)"
+        )
+    imposed = actual.base.pose @ targets
+    if instrument.observes is Observes.CONTACT:
+        noise = rng.normal(0.0, instrument.sigma_position, (len(targets), 3))
+        imposed = se3.pose(imposed[:, :3, :3], imposed[:, :3, 3] + noise)
+    notes: tuple[str, ...] = ()
+    if near is None:
+        q = _in_branches(actual, imposed, branch, motion)
+    else:
+        actual.check_joints(near, "near")
+        q, notes = _follow(actual, imposed, near, motion)
+    anchors = three_anchors(actual) if anchors is None else anchors
+    seen: dict[str, Any]
+    if instrument.observes is Observes.CONTACT:
+        seen = {"contact": _points(targets[:, :3, 3])}
+    elif instrument.observes is Observes.TILT:
+        state = None if motion is None else motion.at(q)
+        seen = {"tilt": read_tilts(instrument, actual, q, rng, motion=state)}
+    else:
+        seen = read_poses(instrument, imposed, rng, anchors)
+    return _dataset(actual, q, instrument, rng, joint_noise, imposed, seen, notes, motion)
+
+
+def _dataset(actual, q, instrument, rng, joint_noise, poses, seen, notes=(), motion=None) -> Dataset:
+    readings = q + rng.normal(0.0, joint_noise, q.shape) if joint_noise > 0 else q.copy()
+    position, rotation = instrument.deviations
+    sigma = None
+    if position > 0:
+        sigma = np.tile([position] * 3 + [np.nan if rotation is None else rotation] * 3, (len(q), 1))
+    reasons, mounted = unseen(instrument, actual, poses, seen)
+    if mounted:
+        notes = (*notes, mounted)
+    rows = Dataset(
+        q=readings,
+        row=np.arange(len(q)),
+        sigma=sigma,
+        source=f"virtual {actual.name}",
+        notes=(f"simulated with instrument '{instrument.name}'", *notes),
+        **seen,
+        **_columns(motion),
+    )
+    return without(rows, reasons)
+
+
+def _columns(motion: Motion | None) -> dict[str, Any]:
+    """What of the state a table of measurements holds; poses are taken at rest."""
+    known = {} if motion is None else motion.drivers
+    return {name: values for name, values in known.items() if name in Dataset.__dataclass_fields__}
+
+
+def without(rows: Dataset, reasons: np.ndarray) -> Dataset:
+    """The same rows, with nothing measured in those that have a reason, which are kept out.
+
+    Raises:
+        DataError: no row is left.
+    """
+    gone = reasons != ""
+    if not gone.any():
+        return rows
+    if gone.all():
+        raise DataError(f"{rows.source}: no pose can be measured; the first one is {reasons[0]}")
+    blank: dict[str, Any] = {}
+    for name in ("position", "rotation", "markers", "distance"):
+        values = getattr(rows, name)
+        if values is not None:
+            keep = gone.reshape(-1, *[1] * (values.ndim - 1))
+            blank[name] = np.where(keep, np.nan, values)
+    note = f"{int(gone.sum())} of {len(rows)} poses are not measured; the first one is {reasons[gone][0]}"
+    return replace(rows, exclude=gone, reason=reasons, notes=(*rows.notes, note), **blank)
+
+
+def _points(places: Float[np.ndarray, "rows 3"]) -> np.ndarray:
+    """`point 1`, `point 2` … of rows that share a place to a micrometre."""
+    _, number = np.unique(np.round(places, 6), axis=0, return_inverse=True)
+    order = {n: i + 1 for i, n in enumerate(dict.fromkeys(number.tolist()))}
+    return np.array([f"point {order[n]}" for n in number.tolist()])
+
+
+def _follow(
+    actual: Robot, poses: np.ndarray, near: np.ndarray, motion: Motion | None
+) -> tuple[np.ndarray, tuple[str, ...]]:
+    """The solutions next to given joint positions, and a note on each that the limits turned elsewhere."""
+    followed = inverse.follow_many(actual, poses, near, motion=motion)
+    q, notes = followed.q.copy(), []
+    for row in np.flatnonzero(~followed.converged):
+        state = None if motion is None else motion.take(np.array([row]))
+        result = inverse.solve(actual, poses[row], motion=state)
+        other = inverse.choose(result, near=near[row])
+        if other is None:
+            raise DataError(f"target {row + 1} is not reachable within limits: {result.reason}")
+        q[row] = other.q
+        notes.append(
+            f"target {row + 1}: the wanted branch is outside this arm's limits; measured in '{other.name}'"
+        )
+    return q, tuple(notes)
+
+
+def _in_branches(
+    actual: Robot, poses: np.ndarray, branch: str | Sequence[str], motion: Motion | None
+) -> np.ndarray:
+    solutions = []
+    for number, result in enumerate(inverse.solve_many(actual, poses, motion=motion), start=1):
+        if not result.reachable:
+            raise DataError(f"target {number} is not reachable within limits: {result.reason}")
+        solutions.append({b.name: b for b in result.within_limits})
+    wanted = [branch] * len(solutions) if isinstance(branch, str) else list(branch)
+    if len(wanted) != len(solutions):
+        raise OptionError(f"{len(wanted)} branches were named for {len(solutions)} targets; name each")
+    if MIXED in wanted:
+        spread = _mixed(solutions)
+        wanted = [s if w == MIXED else w for s, w in zip(spread, wanted, strict=True)]
+    common = _roomiest(solutions)
+    return np.stack(
+        [
+            _named(target, common if name == AUTO else name, i)
+            for i, (target, name) in enumerate(zip(solutions, wanted, strict=True), start=1)
+        ]
+    )
+
+
+def _named(target: dict, name: str | None, number: int) -> np.ndarray:
+    if name is None:
+        return max(target.values(), key=lambda b: b.margin).q
+    if name not in target:
+        raise DataError(f"target {number} has no branch '{name}' within limits; it has {', '.join(target)}")
+    return target[name].q
+
+
+def _roomiest(solutions: list[dict]) -> str | None:
+    """The branch that all targets share and whose least margin to the limits is greatest."""
+    shared = [name for name in solutions[0] if all(name in target for target in solutions)]
+    return max(shared, key=lambda name: min(t[name].margin for t in solutions), default=None)
+
+
+def _mixed(solutions: list[dict]) -> list[str]:
+    """A branch per target so that all are used alike: always the least used, in alphabetical order."""
+    used = dict.fromkeys(sorted({name for target in solutions for name in target}), 0)
+    chosen = []
+    for target in solutions:
+        name = min(target, key=lambda n: (used[n], n))
+        used[name] += 1
+        chosen.append(name)
+    return chosen

@@ -1,1 +1,0 @@
-"""Design of experiments: fixture plates, the region that matters, observability, poses, branches."""

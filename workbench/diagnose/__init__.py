@@ -1,1 +1,0 @@
-"""Closing the loop: what a fit leaves is traced to an effect that the model lacks."""

@@ -1,0 +1,126 @@
+"""Columns of candidates: how every residual component answers to coefficients of effects.
+
+An effect's column is the sum of its elements' twists times its law, seen by the block's observation and
+whitened; the moments are those of the arm as it is bent by what was accepted. Of the total derivative the
+part that bends the moments once more is left out: it is of second order, and refits do not use these columns.
+"""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm import chain as chains
+from workbench.arm.effects import AbstractEffect
+from workbench.arm.effects.effect import driven_names
+from workbench.arm.kinematics.link_frames import watched
+from workbench.arm.motion import Motion
+from workbench.arm.robot import Robot
+from workbench.arm.statics.deflection import deflect
+from workbench.arm.statics.wrenches import motion_wrenches, own_axis
+from workbench.identification.blocks import Block
+from workbench.identification.problem import Problem
+
+NO_WRENCHES = np.zeros((0, 0, 6))
+
+
+def carriers(effects: Sequence[AbstractEffect]) -> tuple[AbstractEffect, ...]:
+    """The fewest of some effects whose coefficients cover those of all of them."""
+    kept: list[AbstractEffect] = []
+    covered: set[str] = set()
+    for effect in sorted(effects, key=lambda e: -len(e.names)):
+        if not set(effect.names) <= covered:
+            kept.append(effect)
+            covered |= set(effect.names)
+    return tuple(kept)
+
+
+def candidate_columns(
+    problem: Problem, x: Float[np.ndarray, " p"], effects: Sequence[AbstractEffect]
+) -> Iterator[tuple[Block, Float[np.ndarray, "m k"]]]:
+    """Whitened columns of some effects, block by block.
+
+    Args:
+        problem: Its arm carries what was accepted so far.
+        x: Its answer.
+        effects: Without common coefficients; K of these in all.
+
+    Yields:
+        A block of the problem, and its residual components' derivative in the coefficients.
+    """
+    for block, robot, motion in _arms(problem, x):
+        if effects:
+            link = block.observation.link
+            yield block, _seen(problem, x, block, *effect_twists(robot, motion, effects, link=link))
+        else:
+            yield block, np.zeros((block.stop - block.start, 0))
+
+
+def joint_columns(
+    problem: Problem, x: Float[np.ndarray, " p"]
+) -> Iterator[tuple[Block, Float[np.ndarray, "m n"]]]:
+    """Whitened residual components per radian or metre of every joint, block by block."""
+    for block, robot, motion in _arms(problem, x):
+        chain, bent = robot.chain, deflect(robot, motion)
+        elements = chain.indices(driven_names(chain, range(robot.dof)))
+        view = watched(robot, block.observation.link)
+        found = chains.twists(chain, motion.q, np.asarray(elements), shift=bent.shift, part=view.part)
+        yield block, _seen(problem, x, block, *view.turned(*found))
+
+
+def _arms(problem: Problem, x: np.ndarray) -> Iterator[tuple[Block, Robot, Motion]]:
+    """The arm at x with the frames of every block, and the block's rows."""
+    arm = problem.robot_at(x)
+    for block in problem.blocks:
+        frames = problem.frames.session_frames(arm, block.session)
+        motion = Motion.of(problem.data).take(block.rows)
+        yield block, arm.with_frames(base=frames.base, tool=frames.tool), motion
+
+
+def _seen(problem: Problem, x: np.ndarray, block: Block, poses: np.ndarray, twists: np.ndarray) -> np.ndarray:
+    """Twists as the block's observation sees them, whitened."""
+    part = block.observation.see(poses, problem.unknown(block, x))
+    seen = (part.by_twist * problem.weight(block)[..., None]) @ twists
+    return seen.reshape(-1, seen.shape[-1])
+
+
+def effect_twists(
+    robot: Robot, motion: Motion, effects: Sequence[AbstractEffect], *, link: int | None = None
+) -> tuple[Float[np.ndarray, "rows 4 4"], Float[np.ndarray, "rows 6 k"]]:
+    """Poses of an arm with the effects that it has, and the tool's twist per coefficient of further ones.
+
+    Args:
+        robot: The arm.
+        motion: State of the rows.
+        effects: Further ones.
+        link: The moving link, from 1, that is watched from a level frame in place of the tool.
+    """
+    bent = deflect(robot, motion)
+    offered = {name for e in effects for name in e.names}
+    wide = robot.with_effects(*effects, *(e for e in robot.effects if not offered & set(e.names)))
+    chain = wide.chain
+    shift = np.zeros((len(motion), len(chain.elements)))
+    shift[:, chain.indices([e.name for e in robot.chain.elements])] = bent.shift
+    loaded = any(e.loads for e in effects)
+    wrenches = _wrenches(robot, motion, bent.shift) if loaded else NO_WRENCHES
+    moved = {e: chain.indices(e.elements(chain)) for e in effects}
+    union, where = np.unique(np.concatenate(list(moved.values())), return_inverse=True)
+    view = watched(wide, link)
+    poses, twists = view.turned(*chains.twists(chain, motion.q, union, shift=shift, part=view.part))
+    parts, start = [], 0
+    for effect, places in moved.items():
+        mine = twists[:, :, where[start : start + len(places)]]
+        parts.append(mine @ effect.law(chain, motion, wrenches))
+        start += len(places)
+    return poses, np.concatenate(parts, axis=2)
+
+
+def _wrenches(robot: Robot, motion: Motion, shift: np.ndarray) -> np.ndarray:
+    """Through every joint, from masses or else from measured torques; empty where neither is known."""
+    if robot.has_masses:
+        return motion_wrenches(robot, motion, shift=shift)
+    if motion.torque is None:
+        return NO_WRENCHES
+    measured = np.full((*motion.q.shape, 6), np.nan)
+    measured[:, np.arange(robot.dof), own_axis(robot)] = motion.torque
+    return measured

@@ -1,0 +1,347 @@
+"""Diagnosis from end to end: geometry, outliers, effects, verdict, what to measure next."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from time import perf_counter
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from workbench.arm.motion import Motion
+from workbench.arm.robot import Robot
+from workbench.data.dataset import Dataset
+from workbench.data.directions import with_directions
+from workbench.diagnosis.evidence import Term, grown
+from workbench.diagnosis.leftover import joint_noise, structured
+from workbench.diagnosis.next_poses import next_poses
+from workbench.diagnosis.record import (
+    Accepted,
+    Diagnosis,
+    Ranked,
+    Verdict,
+    judged,
+)
+from workbench.diagnosis.refit import robot_with
+from workbench.diagnosis.rivals import ambiguous, ranked, rivals_of
+from workbench.diagnosis.stages import (
+    Searched,
+    Stage,
+    as_candidates,
+    geometry_first,
+    rounds,
+)
+from workbench.diagnosis.undetectable import hidden_variance, spoken, unshown
+from workbench.diagnosis.verdict import (
+    conclude,
+    coverage,
+    explains_little,
+    learned,
+    undecided,
+)
+from workbench.diagnosis.words import sentence
+from workbench.identification import noise as noises
+from workbench.identification.algorithms.identifier import OnStep
+from workbench.identification.errors import Errors, RowErrors
+from workbench.identification.frames import Sessions
+from workbench.identification.known_range import spoken_of
+from workbench.identification.preparation import (
+    Cancel,
+    Prepared,
+    Progress,
+    on_step,
+    prepare,
+)
+from workbench.identification.problem import Noise
+from workbench.identification.record import Validation
+from workbench.plate.region import Region
+
+GROSS, GROSS_PART = 10.0, 0.02
+"""Rows off by this many times the median of the aligned nominal arm, and by this part of the reach, are set
+apart before anything is fitted."""
+TRIES = 3
+
+
+def diagnose(
+    robot: Robot,
+    data: Dataset,
+    *,
+    held_out: float | Dataset | tuple[str, ...] = 0.2,
+    frames: Sessions | str = Sessions.AUTO,
+    free: Sequence[str] | None = None,
+    exclude: Mapping[int, str] | None = None,
+    region: Region | None = None,
+    noise: Noise | None = None,
+    known: Mapping[str, float] | None = None,
+    seed: int = 0,
+    progress: Progress | None = None,
+    cancel: Cancel | None = None,
+) -> Diagnosis:
+    """Find what the model of an arm lacks, add it, and judge it on rows that took no part.
+
+    Args:
+        robot: Nominal arm; effects that it carries already act as they are.
+        data: Measurements, with whatever may drive an effect.
+        held_out: Share of rows to hold out, rows of another file, or names of sessions; they choose nothing.
+        frames: Whether sessions share base and tool, have their own, or the data decide.
+        free: Constants of the geometry; the robot's default ones if None.
+        exclude: Rows to keep out, with the reason.
+        region: Keep only rows whose nominal tool position lies in this cuboid of the robot's base frame.
+        noise: Standard deviations [m], [rad]; from repeats or the fit if None.
+        known: Known places of anchors or contacts [m], such as `anchor[A].x`.
+        seed: Chooses the held-out rows and the folds.
+        progress: Called with the part done and what is being done.
+        cancel: Asked often; True ends the search with what it has.
+
+    Raises:
+        DataError: too few rows, or data that contradict the robot beyond doubt.
+        OptionError: an unknown constant or option.
+    """
+    began = perf_counter()
+    report = progress or (lambda part, text: None)
+    ready, gross = _prepared(
+        robot,
+        with_directions(data),
+        dict(exclude or {}),
+        held_out=with_directions(held_out) if isinstance(held_out, Dataset) else held_out,
+        frames=frames,
+        free=free,
+        region=region,
+        noise=noise,
+        known=known,
+        seed=seed,
+        progress=lambda part, text: report(0.3 * part, text),
+        cancel=cancel,
+    )
+    rng = np.random.default_rng(seed)
+    search = _search(robot, ready, rng, report, on_step(cancel))
+    return _concluded(robot, ready, search, noise, rng, report, gross=gross, began=began)
+
+
+class _Judged(NamedTuple):
+    """An arm on the fitted rows and on the held-out ones, with what has to be said of these."""
+
+    errors: Validation
+    rows: tuple[RowErrors, RowErrors]
+    notes: list[str]
+
+
+@dataclass(frozen=True, eq=False)
+class _Search:
+    """What was fitted.
+
+    Args:
+        first: The geometry alone.
+        rounds: The searches, from the first to the last.
+        short: Why none was made; None if one was.
+        before: The geometry on the rows that judge.
+        after: The last round's arm on them.
+        nominal: The nominal arm on them.
+    """
+
+    first: Stage
+    rounds: Sequence[Searched]
+    short: str | None
+    before: _Judged
+    after: _Judged
+    nominal: Validation
+
+
+def _search(
+    robot: Robot, ready: Prepared, rng: np.random.Generator, report: Progress, on_step: OnStep | None
+) -> _Search:
+    """Fit the geometry, then look for effects; what then explains next to nothing is the wrong robot's."""
+    steps: dict[str, Any] = {"known": ready.places, "on_step": on_step}
+    report(0.3, "fitting the geometry, setting outliers apart")
+    first = geometry_first(ready.problem, **steps)
+    short = undecided(first.fitted.fit)
+    found = rounds(first, rng, search=short is None, tell=lambda text: report(0.5, text), **steps)
+    report(0.8, "judging what was found")
+    nominal = _nominal(ready)
+    before, after = _validated(ready, first), _validated(ready, found[-1].stage)
+    if explains_little(nominal.train, after.errors.train, robot.reach):
+        found, after = rounds(first, rng, search=False, **steps), before
+    return _Search(first, found, short, before, after, nominal)
+
+
+def _concluded(
+    robot: Robot,
+    ready: Prepared,
+    search: _Search,
+    noise: Noise | None,
+    rng: np.random.Generator,
+    report: Progress,
+    *,
+    gross: np.ndarray,
+    began: float,
+) -> Diagnosis:
+    """The effects with what they bring, the verdict, and what to measure next."""
+    last = search.rounds[-1]
+    fit = last.stage.fitted.fit
+    judge = Trial(ready, search.rounds[0])
+    is_short = search.short is not None
+    missing = () if is_short else unshown(last, fit.calibrated, Motion.of(fit.problem.data))
+    accepted = _accepted(search.rounds, judge, hidden_variance(last, missing))
+    shaky = joint_noise(fit)
+    floor = noises.stated(ready.problem) or noise or noises.from_repeats(ready.problem.data)
+    left = noises.of_residual(fit.problem, fit.x, fit.factor) or last.stage.geometric.noise
+    verdict, message = conclude(
+        accepted,
+        nominal=judged(search.nominal),
+        reach=robot.reach,
+        noise=left,
+        before=judged(search.before.errors),
+        after=judged(search.after.errors),
+        floor=floor,
+        structure=structured(fit, rng),
+        distrusted=last.found.distrusted,
+        joint_noise=shaky,
+    )
+    if search.short is not None:
+        verdict, message = Verdict.NONE, search.short
+    elif missing and any(a.effect.loads for a in accepted):
+        message = f"{message} {spoken(missing)}"
+    report(0.9, "choosing poses to measure next")
+    asked = [e.effect for e in accepted] + ambiguous(accepted)
+    seen = [] if is_short else coverage(fit.problem.data, robot.chain)
+    notes = (*ready.notes, *last.offered.notes, *seen, *search.after.notes)
+    result = Diagnosis(
+        robot=robot,
+        data=ready.data,
+        train_rows=ready.train_rows,
+        held_out_rows=ready.held_out_rows,
+        held_out_data=ready.held,
+        excluded=tuple(e for e in ready.excluded if e[1] != _GROSS_REASON),
+        outliers=np.union1d(gross, ready.train_rows[~last.stage.keep]).astype(np.int64),
+        nominal=search.nominal,
+        before_fit=search.first.fitted.fit,
+        after_fit=fit,
+        before=search.before.errors,
+        after=search.after.errors,
+        before_rows=search.before.rows,
+        after_rows=search.after.rows,
+        effects=accepted,
+        ranking=ranked(search.rounds[0], judge.mean_mm),
+        noise=left if fit.problem.component_channels.any() else left._replace(rotation=np.nan),
+        floor=floor,
+        joint_noise=None if shaky is None else shaky.sigma,
+        verdict=verdict,
+        message=message,
+        unshown=missing,
+        measure_next=next_poses(fit.problem, fit.x, asked, rng=rng),
+        notes=(*notes, *learned(accepted, fit.problem.data)),
+        seconds=perf_counter() - began,
+    )
+    report(1.0, "done")
+    return result
+
+
+_GROSS_REASON = "stands out by far"
+
+
+def _prepared(robot: Robot, data: Dataset, exclude: dict[int, str], **options) -> tuple[Prepared, np.ndarray]:
+    """Rows and frames; rows that no error of an arm explains bend even these and are set apart."""
+    gross: list[int] = []
+    ready = prepare(robot, data, exclude=exclude, **options)
+    for _ in range(TRIES):
+        fitted, held = (rows.position for rows in ready.nominal_rows)
+        limit = max(GROSS * float(np.median(fitted)), GROSS_PART * robot.reach)
+        own = held if len(held) == len(ready.held_out_rows) else held[:0]
+        found = np.concatenate(
+            [ready.train_rows[fitted > limit], ready.held_out_rows[: len(own)][own > limit]]
+        )
+        if not len(found):
+            break
+        gross += found.tolist()
+        exclude |= dict.fromkeys(ready.data.row[found].tolist(), _GROSS_REASON)
+        ready = prepare(robot, data, exclude=exclude, **options)
+    return ready, np.array(gross, np.int64)
+
+
+def _nominal(ready: Prepared) -> Validation:
+    """Errors of the nominal arm with the best base and tool."""
+    fitted, held = ready.nominal_rows
+    return Validation(Errors.of(fitted), held.summary)
+
+
+def _validated(ready: Prepared, stage: Stage) -> _Judged:
+    """Errors on the fitted rows, outliers left out, and on the held-out rows that the model can speak of."""
+    fit = stage.fitted.fit
+    arm = fit.calibrated
+    found = {p.name: v for p, v in zip(fit.parameters, fit.x.tolist(), strict=True) if p.is_instrument}
+    spoken = spoken_of(arm, ready.held)
+    judge = replace(ready, problem=fit.problem, held=ready.held.take(spoken))
+    train, held = judge.errors(arm, found)
+    notes = []
+    if not spoken.all():
+        notes.append(
+            f"{int((~spoken).sum())} held-out rows lie outside the joint range on which a joint's error was "
+            "learned; they are not judged"
+        )
+    return _Judged(Validation(Errors.of(train), held.summary), (train, held), notes)
+
+
+class Trial:
+    """Other models than the fitted one, tried out on the rows that judge."""
+
+    def __init__(self, ready: Prepared, first: Searched):
+        fitted = first.stage.fitted
+        own = {p.name: v for p, v in zip(fitted.problem.parameters, fitted.fit.x, strict=True)}
+        self._found = {p.name: float(own[p.name]) for p in fitted.problem.parameters if p.is_instrument}
+        self._first = first
+        self._ready = replace(ready, problem=fitted.problem)
+        self._data = ready.held if len(ready.held) else fitted.problem.data
+
+    def mean_mm(self, terms: Sequence[Term]) -> float:
+        """Mean error of the geometry with some effects, by the linear solution at the geometry alone [mm]."""
+        grams = self._first.grams
+        model = grown(grams, as_candidates(tuple(terms), self._first))
+        arm = robot_with(self._first.stage.fitted, grams, model)
+        judge = replace(self._ready, held=self._data.take(spoken_of(arm, self._data)))
+        rows = judge.errors(arm, self._found)[1]
+        return 1e3 * float(rows.position.mean()) if len(rows.position) else float("nan")
+
+
+def _accepted(
+    searches: Sequence[Searched], judge: Trial, hidden: Mapping[str, float]
+) -> tuple[Accepted, ...]:
+    """The effects of the last fit with their standard errors, rivals, and what each brought.
+
+    Args:
+        searches: All of them.
+        judge: Tries models out.
+        hidden: What else adds to the variance of each coefficient [SI²].
+    """
+    last = searches[-1]
+    fit = last.stage.fitted.fit
+    std = dict(zip(fit.problem.names, fit.std.tolist(), strict=True))
+    sized = {e.names: e for e in fit.calibrated.effects}
+    order = sorted(range(len(last.found.model)), key=lambda k: -last.found.offers[k].gain)
+    model = [last.found.model[k] for k in order]
+    whole = judge.mean_mm(model)
+    out = []
+    for place, k in enumerate(order):
+        term, offered = last.found.model[k], last.found.offers[k]
+        effect = sized[term.candidate.names]
+        alternatives = tuple(
+            Ranked(
+                rival.term.candidate.effect,
+                rival.gain,
+                float(np.exp(rival.log_p)),
+                judge.mean_mm([*rest, rival.term]),
+                rival.term.candidate.shrunk,
+            )
+            for rest, rival in rivals_of(last, term)
+        )
+        out.append(
+            Accepted(
+                effect=effect,
+                std=tuple(float(np.hypot(std[n], np.sqrt(hidden.get(n, 0.0)))) for n in effect.names),
+                gain=offered.gain,
+                p_value=float(np.exp(offered.log_p)),
+                before_mm=judge.mean_mm([*model[:place], *model[place + 1 :]]),
+                after_mm=whole,
+                alternatives=alternatives,
+                words=sentence(effect, fit.calibrated.chain, Motion.of(fit.problem.data)),
+            )
+        )
+    return tuple(out)

@@ -1,0 +1,267 @@
+"""How well a model of effects explains what the geometry leaves: log evidence, p-value, cross-validation.
+
+The residual is normal with unknown variance. Free coefficients are charged as in the Bayesian information
+criterion, ½ log N each; coefficients that share a variance are integrated out, their precision λ being the
+one that makes the rows most likely (empirical Bayes: it shrinks what the data do not carry).
+
+    log E = −½ N' log S − ½ k log N + ½ log |Λ| − ½ log |Λ + A|
+
+S is the penalised sum of squares, N' the components beyond geometry and free coefficients, A what the rows
+say of the shrunk coefficients once all others are fitted. Only differences matter.
+
+Sources: Schwarz, Estimating the dimension of a model, Ann. Stat. 6(2), 1978; MacKay, Bayesian interpolation,
+Neural Computation 4(3), 1992.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from scipy import linalg, special
+
+from workbench.diagnosis.candidate import Candidate
+from workbench.diagnosis.grams import Grams
+
+UNSEEN = 1e-5
+"""Share of a column's square beside all others below which the rows don't show it."""
+PRECISIONS = np.logspace(-4.0, 8.0, 37)
+"""Precisions that are tried for shrunk coefficients, relative to what the rows say of a typical one."""
+JITTER = 1e-10
+ALLOWED = 2.0
+"""Standard errors by which a coefficient that can't be negative may be."""
+EVIDENT = 4.0
+"""F ratios below this are chance in any number of tries; their p-value is not worked out."""
+
+
+@dataclass(frozen=True, eq=False)
+class Term:
+    """A candidate in a model.
+
+    Args:
+        candidate: The effect.
+        precision: λ of its shrunk coefficients, in units of the residual's variance; 0 for free ones.
+    """
+
+    candidate: Candidate
+    precision: float = 0.0
+
+
+Model = tuple[Term, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Left:
+    """What a model leaves to be explained: inner products of all columns beside its own.
+
+    Args:
+        grams: Of all columns.
+        model: The model.
+        inner: Inner products after its columns and the geometry were fitted (shrunk ones as far as they go).
+        freedom: Components beyond geometry and free coefficients.
+    """
+
+    grams: Grams
+    model: Model
+    inner: Float[np.ndarray, "gc1 gc1"]
+    freedom: int
+
+    @property
+    def square(self) -> float:
+        """Sum of squares that is left."""
+        return float(self.inner[-1, -1])
+
+
+@dataclass(frozen=True, eq=False)
+class Offer:
+    """What a candidate would bring.
+
+    Args:
+        term: The candidate with the precision that suits it best.
+        gain: Log evidence that it brings, its handicap taken off.
+        log_p: Logarithm of the probability that chance would bring as much.
+    """
+
+    term: Term
+    gain: float
+    log_p: float
+
+
+def left_by(grams: Grams, model: Model, only: Sequence[str] | None = None) -> Left:
+    """Fit a model and geometry, and take them off all columns, or off those of some coefficients only."""
+    own, precision = _own(grams, model)
+    used = np.concatenate([np.arange(grams.geometry), own])
+    block = _curved(grams, grams.total, used, precision)
+    factor = linalg.cholesky(block, lower=True, check_finite=False)
+    last = grams.total.shape[0] - 1
+    asked = np.arange(last + 1) if only is None else np.append(grams.columns(only), last)
+    half = linalg.solve_triangular(factor, grams.total[np.ix_(used, asked)], lower=True, check_finite=False)
+    part = grams.total[np.ix_(asked, asked)] - half.T @ half
+    inner = part if only is None else np.zeros_like(grams.total)
+    if only is not None:
+        inner[np.ix_(asked, asked)] = part
+    free = sum(len(t.candidate.names) for t in model if not t.candidate.shrunk)
+    return Left(grams, model, inner, grams.count - grams.geometry - free)
+
+
+def offer(left: Left, candidate: Candidate) -> Offer | None:
+    """What a candidate would bring to a model; None where the rows don't show it."""
+    return next(iter(offers(left, [candidate])), None)
+
+
+def offers(left: Left, candidates: Sequence[Candidate]) -> list[Offer]:
+    """What candidates would bring to a model, each alone; those that the rows don't show are left out."""
+    found = [o for c in candidates if c.shrunk and (o := _shrunk(left, c)) is not None]
+    sizes: dict[int, list[Candidate]] = {}
+    for c in candidates:
+        if not c.shrunk:
+            sizes.setdefault(len(c.names), []).append(c)
+    for alike in sizes.values():
+        found += _free(left, alike)
+    return found
+
+
+def _free(left: Left, candidates: Sequence[Candidate]) -> list[Offer]:
+    """Candidates with the same number of free coefficients."""
+    columns = np.stack([left.grams.columns(c.names) for c in candidates])
+    value, vectors = np.linalg.eigh(left.inner[columns[:, :, None], columns[:, None, :]])
+    along = (vectors.transpose(0, 2, 1) @ left.inner[columns, -1, None])[..., 0]
+    seen = value > UNSEEN
+    rank = seen.sum(1)
+    taken = np.where(seen, along**2 / np.where(seen, value, 1.0), 0.0).sum(1)
+    rest = np.maximum(left.square - taken, 1e-300)
+    gain = 0.5 * left.freedom * np.log(left.square / rest) - 0.5 * rank * np.log(left.grams.count)
+    size = np.where(seen, along / np.where(seen, value, 1.0), 0.0)
+    usable = (rank > 0) & (left.freedom > rank + 1) & ~_pushing(candidates, value, vectors, size, rest, left)
+    return [
+        Offer(Term(candidates[int(i)]), float(gain[i]), _log_p(taken[i], rest[i], int(rank[i]), left.freedom))
+        for i in np.flatnonzero(usable)
+    ]
+
+
+def _pushing(candidates, value, vectors, size, rest, left) -> np.ndarray:
+    """Which candidates would have to push back against their load, beyond what noise explains."""
+    found = (vectors @ size[..., None])[..., 0]
+    inverse = np.where(value > UNSEEN, 1.0 / np.maximum(value, UNSEEN), 0.0)
+    spread = np.sqrt((vectors**2 @ inverse[..., None])[..., 0] * (rest / left.freedom)[:, None])
+    gives_way = np.array([c.effect.gives_way for c in candidates])
+    return gives_way & (found < -ALLOWED * spread).any(1)
+
+
+def _log_p(taken: float, rest: float, rank: int, freedom: int) -> float:
+    """Logarithm of the F test's p-value."""
+    ratio = (taken / rank) / (rest / (freedom - rank))
+    if ratio < EVIDENT:
+        return 0.0
+    with np.errstate(divide="ignore"):
+        return float(np.log(special.fdtrc(rank, freedom - rank, ratio)))
+
+
+def _shrunk(left: Left, candidate: Candidate) -> Offer | None:
+    """A candidate whose coefficients share a variance: the variance that the rows like best."""
+    columns = left.grams.columns(candidate.names)
+    inner, along = left.inner[np.ix_(columns, columns)], left.inner[columns, -1]
+    root = _root(left.grams, candidate)
+    value, vectors = linalg.eigh(root.T @ inner @ root, check_finite=False)
+    value = np.maximum(value, 0.0)
+    square = (vectors.T @ (root.T @ along)) ** 2
+    if value.max(initial=0.0) <= UNSEEN or left.freedom <= 2:
+        return None
+    tried = PRECISIONS * value[value > UNSEEN * value.max()].mean()
+    rest = left.square - (square / (value + tried[:, None])).sum(1)
+    charge = 0.5 * np.log1p(value / tried[:, None]).sum(1)
+    gains = 0.5 * left.freedom * np.log(left.square / np.maximum(rest, 1e-300)) - charge
+    best = int(np.argmax(gains))
+    gain = float(gains[best])
+    log_p = -max(gain, 0.0)  # of twice the gain, by the chi-squared distribution with two degrees of freedom
+    charged = gain - 0.5 * float(np.log(left.grams.count)) - candidate.handicap
+    return Offer(Term(candidate, float(tried[best])), charged, log_p)
+
+
+def solve(grams: Grams, model: Model, inner: Float[np.ndarray, "gc1 gc1"]) -> Float[np.ndarray, " gc"]:
+    """Scaled coefficients (and steps of the geometry) of a model on some inner products; zeros elsewhere."""
+    own, precision = _own(grams, model)
+    used = np.concatenate([np.arange(grams.geometry), own])
+    block = _curved(grams, inner, used, precision)
+    out = np.zeros(grams.total.shape[0] - 1)
+    out[used] = linalg.solve(block, inner[used, -1], assume_a="pos", check_finite=False)
+    return out
+
+
+def curvature(
+    grams: Grams, model: Model
+) -> tuple[Callable[[np.ndarray], np.ndarray], Float[np.ndarray, "n n"]]:
+    """Solver for, and matrix of, the curvature of a cost in geometry steps and scaled coefficients."""
+    own, precision = _own(grams, model)
+    used = np.concatenate([np.arange(grams.geometry), own])
+    block = _curved(grams, grams.total, used, precision)
+    factor = linalg.cho_factor(block, check_finite=False)
+    return (lambda right: linalg.cho_solve(factor, right, check_finite=False)), block
+
+
+def coefficients(grams: Grams, model: Model) -> dict[str, float]:
+    """Coefficients [SI] of a model's effects, all rows taken together."""
+    scaled = solve(grams, model, grams.total)
+    names = [n for t in model for n in t.candidate.names]
+    return dict(zip(names, (scaled[grams.columns(names)] / grams.scales(names)).tolist(), strict=True))
+
+
+def validated(grams: Grams, model: Model) -> Float[np.ndarray, " folds"]:
+    """Sum of squares of every fold, predicted by a fit to the others."""
+    out = np.empty(len(grams.folds))
+    for f, fold in enumerate(grams.folds):
+        found = np.append(solve(grams, model, grams.total - fold), -1.0)
+        out[f] = found @ fold @ found
+    return out
+
+
+def precision_of(grams: Grams, term: Term) -> Float[np.ndarray, "k k"]:
+    """Precision matrix of a term's scaled coefficients; zeros for free ones."""
+    k = len(term.candidate.names)
+    if term.candidate.covariance is None:
+        return np.zeros((k, k))
+    inverse = linalg.solve_triangular(_root(grams, term.candidate), np.eye(k), lower=True)
+    return term.precision * inverse.T @ inverse
+
+
+def _root(grams: Grams, candidate: Candidate) -> np.ndarray:
+    """Lower root of the prior covariance of scaled coefficients, up to the common factor."""
+    return grams.scales(candidate.names)[:, None] * candidate.root
+
+
+def _curved(grams: Grams, inner: np.ndarray, used: np.ndarray, precision: np.ndarray) -> np.ndarray:
+    """Curvature of a model's cost in the columns that it uses, geometry first."""
+    g = grams.geometry
+    block = inner[np.ix_(used, used)].copy()
+    block[:g, :g] += grams.tether
+    block[g:, g:] += precision
+    block[np.diag_indices(len(used))] += JITTER
+    return block
+
+
+def _own(grams: Grams, model: Model) -> tuple[np.ndarray, np.ndarray]:
+    """Columns of a model's coefficients, and their precision matrix."""
+    if not model:
+        return np.zeros(0, np.int64), np.zeros((0, 0))
+    own = np.concatenate([grams.columns(t.candidate.names) for t in model])
+    return own, linalg.block_diag(*(precision_of(grams, t) for t in model))
+
+
+def grown(grams: Grams, model: Model) -> Model:
+    """A model whose terms are shrunk one after the other as the rows like best, at other inner products."""
+    out: Model = ()
+    for term in model:
+        found = offer(left_by(grams, out, term.candidate.names), term.candidate)
+        out = (*out, term if found is None else found.term)
+    return out
+
+
+def rescaled(model: Model, factor: float) -> Model:
+    """The model for residuals whose squares are weighed by another factor."""
+    return tuple(Term(t.candidate, t.precision * factor) for t in model)
+
+
+def drop(model: Model, terms: Sequence[Term]) -> Model:
+    """A model without some of its terms."""
+    gone = {id(t) for t in terms}
+    return tuple(t for t in model if id(t) not in gone)

@@ -1,0 +1,175 @@
+"""Poses to measure next: those that best separate effects which the rows can't tell apart, or sharpen them.
+
+Poses are drawn over the joint ranges that were measured, where the arm keeps clear of itself. The
+information matrix of geometry, accepted effects and their rivals grows by every pose; the next one is that
+which adds most to the log determinant of what is asked for, the rest being eliminated (Ds-optimality), one
+after the other.
+
+Source: Atkinson, Donev, Tobias, Optimum experimental designs, with SAS, 2007, section 10.3.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.effects import AbstractEffect
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
+from workbench.arm.robot import Robot
+from workbench.data.dataset import Dataset
+from workbench.diagnosis.columns import candidate_columns, carriers
+from workbench.diagnosis.weights import expected_torques
+from workbench.identification.problem import Problem
+from workbench.plate.optimiser.capsules import arm_shape
+
+POOL, MANY = 400, 100_000
+"""Poses to choose from; fewer where poses times unknowns would be more than this."""
+WIDER = 0.1
+"""Part of the measured box by which a pose may leave it."""
+CLEAR = 0.01
+"""Distance that links keep from each other [m]."""
+WEAK = 1e-8
+"""Information [relative] that is taken for granted, so that what nothing shows can be asked for."""
+
+
+def next_poses(
+    problem: Problem,
+    x: Float[np.ndarray, " p"],
+    effects: Sequence[AbstractEffect],
+    *,
+    rng: np.random.Generator,
+    count: int = 5,
+) -> Float[np.ndarray, "_ n"]:
+    """Joint positions to measure next.
+
+    Args:
+        problem: What was fitted.
+        x: Its answer.
+        effects: What is to be sharpened and told apart; the geometry as a whole if empty.
+        rng: Draws the poses.
+        count: How many poses.
+    """
+    pool = _pool(problem, x, rng, max(min(POOL, MANY // len(x)), 50))
+    if not len(pool.q):
+        return pool.q
+    asked = carriers(effects)
+    now, new = (_columns(problem, x, p, asked) for p in (problem, _like(problem, x, pool)))
+    scale = np.maximum(np.linalg.norm(now, axis=0), 1e-12)
+    information = (now / scale).T @ (now / scale)
+    information[np.diag_indices(len(information))] += WEAK
+    per_pose = (new / scale).reshape(len(pool), -1, len(scale))
+    known = len(scale) - sum(len(e.names) for e in asked) if asked else 0
+    return pool.q[_greedy(information, per_pose, known, count)]
+
+
+def _greedy(information: np.ndarray, per_pose: np.ndarray, known: int, count: int) -> list[int]:
+    """Poses that add most to log |M| − log |M of what is not asked for|, one after the other."""
+    chosen: list[int] = []
+    whole = np.linalg.inv(information)
+    rest = np.linalg.inv(information[:known, :known])
+    for _ in range(min(count, len(per_pose))):
+        gain = _gain(whole, per_pose) - _gain(rest, per_pose[:, :, :known])
+        gain[chosen] = -np.inf
+        chosen.append(int(np.argmax(gain)))
+        whole = _grown(whole, per_pose[chosen[-1]])
+        rest = _grown(rest, per_pose[chosen[-1], :, :known])
+    return chosen
+
+
+def _gain(covariance: np.ndarray, per_pose: np.ndarray) -> np.ndarray:
+    """What every pose adds to the log determinant of the information."""
+    seen = per_pose @ covariance @ per_pose.transpose(0, 2, 1)
+    return _log_det(np.eye(per_pose.shape[1]) + seen)
+
+
+def _grown(covariance: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """The covariance once a pose is measured."""
+    half = rows @ covariance
+    return covariance - half.T @ np.linalg.solve(np.eye(len(rows)) + half @ rows.T, half)
+
+
+def _log_det(matrices: np.ndarray) -> np.ndarray:
+    return np.linalg.slogdet(matrices)[1]
+
+
+def _columns(problem: Problem, x: np.ndarray, rows: Problem, effects: Sequence[AbstractEffect]) -> np.ndarray:
+    """Whitened columns of a problem's geometry, and of effects, on rows of their own.
+
+    Rows of one session see nothing of the frames of others: zeros stand there.
+    """
+    found = dict(zip(problem.names, x.tolist(), strict=True))
+    here = np.array([found.get(p.name, p.nominal) for p in rows.parameters])
+    plain = [p.name for p in problem.parameters if not p.is_coefficient]
+    seen = [i for i, name in enumerate(plain) if name in rows.names]
+    geometry = np.zeros((rows.size, len(plain)))
+    mine = [rows.names.index(plain[i]) for i in seen]
+    geometry[:, seen] = rows.evaluate(here).jacobian[: rows.size, mine]
+    parts = [columns for _, columns in candidate_columns(rows, here, effects)]
+    return np.concatenate([geometry, np.concatenate(parts)], axis=1)
+
+
+def _like(problem: Problem, x: np.ndarray, pool: Dataset) -> Problem:
+    """The same problem on poses that were not measured yet."""
+    return Problem.build(
+        problem.robot,
+        pool,
+        free=[p.name for p in problem.parameters if p.is_geometry],
+        frames=problem.frames,
+        noise=problem.noise,
+        effects=[p.name for p in problem.parameters if p.is_coefficient],
+    )
+
+
+def _pool(problem: Problem, x: np.ndarray, rng: np.random.Generator, size: int) -> Dataset:
+    """Poses within the joint ranges that were measured, whose tool stays about where it was measured."""
+    data, arm = problem.data, problem.robot_at(x).with_effects()
+    low, high = data.q.min(0), data.q.max(0)
+    session = data.sessions[0]
+    frames = problem.frames.session_frames(arm, session)
+    arm = arm.with_frames(base=frames.base, tool=frames.tool)
+    q = rng.uniform(low, high, (8 * size, data.joints))
+    q = q[_about(arm, data.q, q)][: 2 * size]
+    return _unmeasured(data, q[_clear(arm, data.q, q)][:size], arm, session)
+
+
+def _about(arm: Robot, measured: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Which poses have the tool within the box of the measured ones, a little widened."""
+    seen = tool_poses(arm, measured)[:, :3, 3]
+    margin = WIDER * np.ptp(seen, axis=0)
+    at = tool_poses(arm, q)[:, :3, 3]
+    return ((at >= seen.min(0) - margin) & (at <= seen.max(0) + margin)).all(1)
+
+
+def _clear(arm: Robot, measured: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Which poses keep the links apart, or at least as far apart as they were measured already."""
+    shape = arm_shape(arm)
+    if not len(shape.apart.pairs) or not len(q):
+        return np.ones(len(q), bool)
+    closest = float(shape.own_distances(shape.lines(measured)).min())
+    return shape.own_distances(shape.lines(q)).min(1) >= min(CLEAR, closest)
+
+
+def _unmeasured(data: Dataset, q: np.ndarray, arm: Robot, session: str) -> Dataset:
+    """Rows as the instrument would see them, drivers as in a typical row."""
+    like = data.take(np.resize(np.arange(len(data)), len(q)))
+    poses = tool_poses(arm, q, motion=Motion(q))
+    return replace(
+        like,
+        q=q,
+        row=np.arange(len(q)),
+        position=None if like.position is None else poses[:, :3, 3],
+        rotation=None if like.rotation is None else poses[:, :3, :3],
+        session=None if like.session is None else np.full(len(q), session),
+        group=None,
+        torque=_torques(data, like, q, arm),
+        sigma=None,
+    )
+
+
+def _torques(data: Dataset, like: Dataset, q: np.ndarray, arm: Robot) -> np.ndarray | None:
+    """What would be measured of them; None where effects can do without."""
+    if arm.has_masses or data.torque is None or not np.isfinite(data.torque).all():
+        return None
+    return expected_torques(arm, Motion.of(data), Motion(q, payload=like.payload))

@@ -1,0 +1,90 @@
+"""Rows that no model of the arm explains: mis-seated targets, mistyped numbers. They are set apart and named.
+
+Positions and rotations are judged apart, each compared with what the typical row leaves (the median, so that
+up to half may be wrong), leverage taken into account: a row that was fitted leaves less than it was off, one
+that was not leaves more.
+"""
+
+import numpy as np
+from jaxtyping import Bool, Float
+from scipy import special
+
+from workbench.identification.algorithms.opt2 import Opt2
+from workbench.identification.algorithms.robust import Loss, row_weights
+from workbench.identification.linear import Factor
+from workbench.identification.problem import Problem
+
+LEVEL = 0.01
+"""Chance of calling any row of clean normal data an outlier."""
+LEAST = 4.0
+"""… and it must be off by this many times the typical row, at least,"""
+BEYOND = 3.0
+"""… and by this many times what nine rows in ten keep: real errors have longer tails than normal ones."""
+SETTLED = 0.05
+"""Change of the weights that ends a robust fit."""
+ROUNDS = 8
+"""Rounds of the robust fit with which the search for outliers begins."""
+
+
+def robust_fit(problem: Problem, x: Float[np.ndarray, " p"]) -> Float[np.ndarray, " p"]:
+    """A fit that rows far off do not pull: Tukey's weights by the worse of position and rotation.
+
+    Args:
+        problem: All rows.
+        x: Least-squares fit.
+    """
+    old = np.ones(len(problem.data))
+    for _ in range(ROUNDS):
+        residual = problem.residual(x)[: problem.size]
+        weights = row_weights(_sizes(problem, residual, np.ones(problem.size)).max(1), Loss.TUKEY)
+        if np.abs(weights - old).max() < SETTLED:
+            break
+        old = weights
+        weighted = problem.with_row_weights(weights)
+        x = Opt2(limit=10).search(weighted).x
+    return x
+
+
+def standing_out(
+    problem: Problem,
+    x: Float[np.ndarray, " p"],
+    fitted: Bool[np.ndarray, " rows"],
+    factor: Factor | None = None,
+) -> Bool[np.ndarray, " rows"]:
+    """Rows that stand out from the others.
+
+    Args:
+        problem: All rows that may be used.
+        x: Fit to some of them.
+        fitted: Which.
+        factor: Factorisation of the Jacobian of those; None to leave leverage out.
+    """
+    room, residual = np.ones(problem.size), np.empty(problem.size)
+    for block, piece in problem.pieces(x):
+        if block is None:
+            continue
+        rows = slice(block.start, block.stop)
+        residual[rows] = piece.residual
+        if factor is not None:
+            leverage = ((piece.jacobian @ factor.root) ** 2).sum(1)
+            mine = fitted[problem.component_rows[rows]]
+            room[rows] = np.where(mine, np.maximum(1.0 - leverage, 0.1), 1.0 + leverage)
+    sizes = _sizes(problem, residual, room)
+    tail = BEYOND * np.quantile(sizes, 0.9, axis=0)
+    chance = np.sqrt(special.chdtri(3, LEVEL / len(sizes)) / special.chdtri(3, 0.5))
+    return (sizes > np.maximum(tail, max(chance, LEAST))).any(1)
+
+
+def _sizes(problem: Problem, residual: np.ndarray, room: np.ndarray) -> Float[np.ndarray, "rows 2"]:
+    """Residual of every row's positions and rotations in units of the typical row's; 0 where not measured."""
+    rows, live = problem.component_rows, problem.inverse_sigma > 0.0
+    out = np.zeros((len(problem.data), 2))
+    for channel in (0, 1):
+        mine = live & (problem.component_channels == bool(channel))
+        count = np.bincount(rows[mine], minlength=len(out))
+        square = np.bincount(rows[mine], residual[mine] ** 2 / room[mine], len(out))
+        there = count > 0
+        if there.any():
+            size = np.sqrt(square[there] / count[there])
+            out[there, channel] = size / max(float(np.median(size)), 1e-300)
+    return out

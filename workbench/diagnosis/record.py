@@ -1,0 +1,142 @@
+"""What a diagnosis hands back."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.effects import AbstractEffect
+from workbench.arm.robot import Robot
+from workbench.data.dataset import Dataset
+from workbench.diagnosis.undetectable import Unshown
+from workbench.identification.errors import Errors, RowErrors
+from workbench.identification.fit import Fit
+from workbench.identification.problem import Noise
+from workbench.identification.record import Validation
+
+
+class Verdict(StrEnum):
+    """What the rows allow to be said."""
+
+    NONE = "no effect found"
+    EXPLAINED = "explained"
+    PARTLY = "partly explained"
+    UNEXPLAINED = "unexplained"
+
+
+@dataclass(frozen=True, eq=False)
+class Ranked:
+    """A candidate with what it would bring.
+
+    Args:
+        effect: With zero coefficients.
+        gain: Log evidence that it brings [nat].
+        p_value: Probability that chance would bring as much, for one try.
+        held_out_mm: Mean held-out error of the arm with it [mm]; on the fitted rows where none was held out;
+            None where it was not tried out.
+        shrunk: Whether its coefficients share a variance that the data decided.
+    """
+
+    effect: AbstractEffect
+    gain: float
+    p_value: float
+    held_out_mm: float | None = None
+    shrunk: bool = False
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Accepted:
+    """An effect that the diagnosis added to the arm.
+
+    Args:
+        effect: With the coefficients that were found.
+        std: Their standard errors, SI, with what effects that are lost in the noise may hide in them.
+        gain: Log evidence that it brings to the others [nat].
+        p_value: Probability that chance would bring as much, for one try; 0 below the smallest float.
+        before_mm: Mean held-out error without it and its successors [mm]; of the fitted rows where none was
+            held out.
+        after_mm: The same with it.
+        alternatives: Effects that would do nearly as well in its place, the best first.
+        words: What it does, one sentence.
+    """
+
+    effect: AbstractEffect
+    std: tuple[float, ...]
+    gain: float
+    p_value: float
+    before_mm: float
+    after_mm: float
+    alternatives: tuple[Ranked, ...]
+    words: str
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Diagnosis:
+    """A whole diagnosis.
+
+    Args:
+        robot: The nominal arm as it was given.
+        data: All rows.
+        train_rows: Rows that were fitted, indices into data, outliers among them.
+        held_out_rows: Rows that were held out of them.
+        held_out_data: The held-out rows on which errors are reported.
+        excluded: Rows that were kept out from the start, with the reason.
+        outliers: Rows that were set apart, indices into data.
+        nominal: Errors of the nominal arm with the best base and tool.
+        before_fit: Geometry alone.
+        after_fit: Geometry with the accepted effects.
+        before: Errors of the first.
+        after: Errors of the second.
+        before_rows: Row by row: fitted rows (outliers left out), held-out rows.
+        after_rows: Likewise.
+        effects: What was accepted, in the order in which it was found.
+        ranking: What each candidate would have brought to the geometry alone, the best first.
+        noise: What is left, per axis [m], [rad]; NaN for rotations that nobody measured.
+        floor: Noise that was known beforehand, from repeats or as given; None if it was not.
+        joint_noise: Standard deviation of joint readings that would explain what is left [rad]; None if it is
+            no such noise.
+        verdict: What the rows allow to be said.
+        message: The verdict in one sentence.
+        unshown: Effects of load that the rows can't show.
+        measure_next: Joint positions of poses to measure next [rad or m].
+        notes: Decisions, and what could not be tried, one sentence each.
+        seconds: Time it took.
+    """
+
+    robot: Robot
+    data: Dataset
+    train_rows: np.ndarray
+    held_out_rows: np.ndarray
+    held_out_data: Dataset
+    excluded: tuple[tuple[int, str], ...]
+    outliers: np.ndarray
+    nominal: Validation
+    before_fit: Fit
+    after_fit: Fit
+    before: Validation
+    after: Validation
+    before_rows: tuple[RowErrors, RowErrors]
+    after_rows: tuple[RowErrors, RowErrors]
+    effects: tuple[Accepted, ...]
+    ranking: tuple[Ranked, ...]
+    noise: Noise
+    floor: Noise | None
+    joint_noise: float | None
+    verdict: Verdict
+    message: str
+    unshown: tuple[Unshown, ...]
+    measure_next: Float[np.ndarray, "_ n"]
+    notes: tuple[str, ...]
+    seconds: float
+
+    @cached_property
+    def calibrated(self) -> Robot:
+        """The arm with the identified geometry and the accepted effects."""
+        return self.after_fit.calibrated
+
+
+def judged(validation: Validation) -> Errors:
+    """Errors on the held-out rows; on the fitted ones where none were held out."""
+    return validation.held_out or validation.train

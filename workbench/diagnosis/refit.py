@@ -1,0 +1,177 @@
+"""Geometry and accepted effects fitted together, nothing linearised."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import linalg
+
+from workbench.arm.effects import AbstractEffect
+from workbench.arm.robot import Robot
+from workbench.base.types import Outcome
+from workbench.data.dataset import Dataset
+from workbench.diagnosis.evidence import (
+    Model,
+    coefficients,
+    curvature,
+    precision_of,
+    solve,
+)
+from workbench.diagnosis.grams import Grams
+from workbench.identification import noise as noises
+from workbench.identification.algorithms.identifier import OnStep, Search, ended
+from workbench.identification.algorithms.opt2 import Opt2
+from workbench.identification.fit import Fit
+from workbench.identification.problem import Problem
+
+STEPS = 60
+"""Most steps of a fit."""
+LARGE = 10_000_000
+"""Numbers of a Jacobian from which on it is not formed any more."""
+SHORTER = (1.0, 0.3, 0.1)
+"""Parts of a step that are tried."""
+CHORDS, PROMISE = 6, 1e-3
+"""Steps with one and the same curvature; they end when one promises less than this many standard errors."""
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """A model and its fit.
+
+    Args:
+        model: The accepted effects.
+        fit: Geometry and coefficients.
+    """
+
+    model: Model
+    fit: Fit
+
+    @property
+    def problem(self) -> Problem:
+        """What was fitted."""
+        return self.fit.problem
+
+
+def refit(
+    problem: Problem,
+    grams: Grams | None,
+    model: Model,
+    *,
+    data: Dataset | None = None,
+    known: Mapping[str, float] | None = None,
+    begin: Mapping[str, float] | None = None,
+    on_step: OnStep | None = None,
+) -> Fitted:
+    """Fit geometry and a model's effects, and let the noise be what the fit leaves.
+
+    Args:
+        problem: The geometric problem, whose noise weighs positions against rotations.
+        grams: Inner products from which the model's precisions come; None for no effects.
+        model: Accepted effects.
+        data: Other rows than the problem's.
+        known: Known places of anchors or contacts [m].
+        begin: Where unknowns were found by an earlier fit [SI]; the others begin at their nominal values.
+        on_step: Called after every step; True cancels.
+    """
+    rows = problem.data if data is None else data
+    own = problem.robot.effects
+    robot = problem.robot.with_effects(*own, *(t.candidate.effect for t in model))
+    names = [n for t in model for n in t.candidate.names]
+    free = [p.name for p in problem.parameters if p.is_geometry]
+    built = Problem.build(
+        robot, rows, free=free, frames=problem.frames, noise=problem.noise, known=known, effects=names
+    )
+    if grams is not None and any(t.candidate.shrunk for t in model):
+        built = _shrinking(built, grams, model)
+    here = np.array([(begin or {}).get(p.name, p.nominal) for p in built.parameters])
+    if grams is not None and large(built):
+        search = _chord(built, here, grams, model, on_step)
+    else:
+        search = Opt2(limit=STEPS).search(built, on_step=on_step, begin=here)
+    fit = Fit(
+        algorithm="opt2",
+        title="OPT2",
+        problem=built,
+        x=search.x,
+        outcome=search.outcome,
+        history=search.history,
+        seconds=0.0,
+    )
+    return Fitted(model, fit)
+
+
+def large(problem: Problem) -> bool:
+    """Whether a problem's Jacobian is better not formed."""
+    return problem.size * len(problem.names) > LARGE
+
+
+def linear_answer(fitted: Fitted, grams: Grams, model: Model) -> dict[str, float]:
+    """Unknowns of another model by the linear solution at a fit, by name [SI]."""
+    problem, x = fitted.problem, fitted.fit.x
+    step = grams.basis @ solve(grams, model, grams.total)[: grams.geometry]
+    plain = [p.name for p in problem.parameters if not p.is_coefficient]
+    known = dict(zip(problem.names, x.tolist(), strict=True))
+    moved = {name: known[name] + change for name, change in zip(plain, step.tolist(), strict=True)}
+    return moved | coefficients(grams, model)
+
+
+def with_own_noise(fitted: Fitted, problem: Problem) -> Problem:
+    """The geometric problem, weighed by what a fit leaves; as it is where rows bring their own noise."""
+    if noises.given_by_rows(problem) is noises.Given.ALL:
+        return problem
+    left = noises.of_residual(fitted.problem, fitted.fit.x, fitted.fit.factor)
+    return problem if left is None else problem.with_noise(left)
+
+
+def robot_with(fitted: Fitted, grams: Grams, model: Model) -> Robot:
+    """The arm with another model in place of a fit's own, by the linear solution at that fit."""
+    answer = linear_answer(fitted, grams, model)
+    problem = fitted.problem
+    arm = problem.robot_at(np.array([answer.get(name, 0.0) for name in problem.names]))
+    gone = {p.name for p in problem.parameters if p.is_coefficient}
+    own = [e for e in arm.effects if not gone & set(e.names)]
+    return arm.with_effects(*own, *(_sized(t.candidate.effect, answer) for t in model))
+
+
+def _chord(problem: Problem, x: np.ndarray, grams: Grams, model: Model, on_step: OnStep | None) -> Search:
+    """Gauss–Newton with the curvature of the inner products: the gradient alone is taken anew."""
+    names = [n for t in model for n in t.candidate.names]
+    solve_for, spread = curvature(grams, model)
+    plain = np.array([not p.is_coefficient for p in problem.parameters], bool)
+    into = np.zeros((len(x), grams.geometry + len(names)))
+    into[plain, : grams.geometry] = grams.basis
+    index = {p.name: i for i, p in enumerate(problem.parameters)}
+    into[[index[n] for n in names], grams.geometry + np.arange(len(names))] = 1.0 / grams.scales(names)
+    cost, gradient = problem.cost_and_gradient(x)
+    history = [cost]
+    for k in range(CHORDS):
+        step = -solve_for(into.T @ gradient)
+        if np.sqrt(step @ spread @ step / len(step)) < PROMISE:
+            return Search(x, Outcome.CONVERGED, tuple(history))
+        if on_step is not None and on_step(k, cost):
+            return Search(x, Outcome.CANCELLED, tuple(history))
+        for shorter in SHORTER:
+            new, slope = problem.cost_and_gradient(x + shorter * (into @ step))
+            if new < cost:
+                break
+        else:
+            return Search(x, ended(-float(step @ (into.T @ gradient)), history), tuple(history))
+        x, cost, gradient = x + shorter * (into @ step), new, slope
+        history.append(cost)
+    return Search(x, Outcome.CONVERGED, tuple(history))
+
+
+def _sized(effect: AbstractEffect, found: Mapping[str, float]) -> AbstractEffect:
+    return replace(effect, coefficients=tuple(found[n] for n in effect.names))
+
+
+def _shrinking(problem: Problem, grams: Grams, model: Model) -> Problem:
+    """The problem with the variances of shrunk coefficients as prior knowledge that they are near zero."""
+    shrunk = [t for t in model if t.candidate.shrunk]
+    names = [n for t in shrunk for n in t.candidate.names]
+    blocks = []
+    for term in shrunk:
+        scale = grams.scales(term.candidate.names)
+        precision = precision_of(grams, term) * np.outer(scale, scale)
+        blocks.append(np.linalg.cholesky(precision).T)
+    return problem.with_prior(names, np.zeros(len(names)), linalg.block_diag(*blocks))

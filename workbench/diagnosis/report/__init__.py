@@ -1,0 +1,1 @@
+"""A diagnosis as tables, pictures, HTML and JSON."""

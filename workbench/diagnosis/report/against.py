@@ -1,0 +1,123 @@
+"""Picture of an effect against what drives it: without it in the model, and with it."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from workbench.diagnosis.record import Accepted
+from workbench.diagnosis.report.apparent import Rows
+from workbench.diagnosis.report.views import View, views
+from workbench.identification.report.error_plots import POINTS
+from workbench.report.drawing import (
+    COLOURS,
+    INK,
+    grid,
+    look,
+    new_figure,
+)
+
+BINS = 14
+"""Most bins of a running mean."""
+LEAST = 3
+"""Fewest rows of a bin."""
+BEYOND = 1.35
+"""How much further than nearly all rows the axis reaches."""
+DIM = 0.15
+"""Weight, relative to the best rows', below which a row is not drawn: it says next to nothing."""
+
+
+def against_drivers(found: Accepted, rows: Rows) -> Figure:
+    """Rows over the effect's driver: on the left with the effect taken out, on the right with it."""
+    shown = views(found.effect, rows)
+    with look():
+        figure = new_figure(10.0, 2.9 * len(shown) + 0.35)
+        panels = figure.subplots(len(shown), 2, sharey="row", sharex="row", squeeze=False)
+        for line, view in zip(panels, shown, strict=True):
+            _pair(line, view, rows)
+        panels[0, 0].set_title("without this effect")
+        panels[0, 1].set_title("with this effect")
+        handles, words = panels[0, 0].get_legend_handles_labels()
+        figure.legend(handles, words, loc="outside upper center", ncols=4)
+    return figure
+
+
+def _pair(line, view: View, rows: Rows) -> None:
+    left, std = rows.along(view.elements, view.direction)
+    weight = 1.0 / std**2
+    before, after = view.scale * (left + view.law), view.scale * left
+    x = view.x + (_spread(len(view.x)) if view.steps else 0.0)
+    for axes, values, law in zip(line, (before, after), (view.scale * view.law, 0.0 * view.law), strict=True):
+        axes.axhline(0.0, color=INK, lw=0.6)
+        _points(axes, x, values, weight, rows.held_out)
+        _means(axes, view, after, law, weight)
+        axes.set_xlabel(view.driver)
+        grid(axes, "both")
+    _curve(line[0], view)
+    line[0].set_ylabel(view.what)
+    line[1].tick_params(labelleft=False)
+    line[0].set_ylim(*_limits(before, weight))
+    if view.steps:
+        line[0].set_xticks([-1, 0, 1], ["backwards (−)", "none yet", "forwards (+)"])
+
+
+def _spread(count: int) -> np.ndarray:
+    """Small shifts that keep rows of one value apart, the same every time."""
+    return 0.18 * (np.random.default_rng(0).random(count) - 0.5)
+
+
+def _points(axes: Axes, x, values, weight, held) -> None:
+    """Rows, faint where they say little of the increment."""
+    says = np.flatnonzero(weight > DIM * np.median(weight))
+    chosen = says[np.unique(np.linspace(0, len(says) - 1, min(len(says), POINTS)).round().astype(int))]
+    for mine, colour, marker, words in (
+        (~held, COLOURS[0], "o", "fitted rows"),
+        (held, COLOURS[2], "D", "held-out rows"),
+    ):
+        part = chosen[mine[chosen]]
+        if len(part):
+            axes.plot(x[part], values[part], marker, ms=3.8, color=colour, alpha=0.65, mew=0, label=words)
+
+
+def _means(axes: Axes, view: View, values, law, weight) -> None:
+    """Weighted means of what is left in bins with their standard errors, upon the law at their middle."""
+    if view.steps:
+        edges = np.array([-1.5, -0.5, 0.5, 1.5])
+    else:
+        count = int(np.clip(len(values) // 7, 1, BINS))
+        edges = np.linspace(view.x.min(), np.nextafter(view.x.max(), np.inf), count + 1)
+    place = np.digitize(view.x, edges) - 1
+    centre, mean, error = [], [], []
+    for k in range(len(edges) - 1):
+        mine = place == k
+        if mine.sum() < LEAST:
+            continue
+        w = weight[mine] / weight[mine].sum()
+        m, middle = float(w @ values[mine]), float(w @ view.x[mine])
+        centre.append(middle)
+        mean.append(m + float(law[np.argmin(np.abs(view.x - middle))]))
+        error.append(float(np.sqrt((w**2) @ (values[mine] - m) ** 2)))
+    axes.errorbar(
+        centre, mean, yerr=error, fmt="s", ms=4.5, color=INK, capsize=2, elinewidth=1.0, zorder=4,
+        label="mean ± its error",
+    )  # fmt: skip
+
+
+def _curve(axes: Axes, view: View) -> None:
+    x, y = view.curve
+    if view.steps:
+        for side in (-1.0, 1.0):
+            here = view.x == side
+            if here.any():
+                level = view.scale * float(view.law[here][0])
+                words = "the law found" if side < 0 else None
+                axes.plot([side - 0.35, side + 0.35], [level] * 2, color=COLOURS[1], lw=2.2, label=words)
+        return
+    axes.plot(x, view.scale * y, color=COLOURS[1], lw=2.0, label="the law found", zorder=3)
+
+
+def _limits(values: np.ndarray, weight: np.ndarray) -> tuple[float, float]:
+    """A range about zero that holds nearly all rows that say something."""
+    says = values[weight > DIM * np.median(weight)]
+    low, high = np.quantile(says, [0.01, 0.99]) if len(says) else (0.0, 0.0)
+    reach = max(BEYOND * max(abs(float(low)), abs(float(high))), 1e-12)
+    return -reach, reach

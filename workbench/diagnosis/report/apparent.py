@@ -1,0 +1,133 @@
+"""What every row says of one increment: the apparent error of a joint, a tilt, a length.
+
+A row's whitened residual r (measured − predicted) is laid along the whitened column J of the increment; the
+best size and its standard error are
+
+    a = Jᵀ r / Jᵀ J,      s = σ / |J|
+
+with σ² the residual variance per degree of freedom. With all effects in the model, a is what is left; the
+effect's own law added back gives what the rows show of it (partial residuals).
+
+Source: Larsen, McCleary, The use of partial residual plots in regression analysis, Technometrics 14(3), 1972.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from workbench.arm import chain as chains
+from workbench.arm.chain import Chain
+from workbench.arm.motion import Motion
+from workbench.arm.robot import Robot
+from workbench.arm.statics.deflection import deflect
+from workbench.data.dataset import Dataset
+from workbench.diagnosis.record import Diagnosis
+from workbench.identification.errors import instrument_fit
+from workbench.identification.known_range import spoken_of
+from workbench.identification.problem import Problem
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """Fitted and held-out rows at the final model.
+
+    Args:
+        problems: Nothing free: the fitted rows, then the held-out ones if there are any.
+        sigma: Residual standard deviation in stated ones.
+    """
+
+    problems: tuple[Problem, ...]
+    sigma: float
+
+    @classmethod
+    def of(cls, result: Diagnosis) -> "Rows":
+        """Those of a diagnosis."""
+        fit = result.after_fit
+        places = {p.name: x for p, x in zip(fit.parameters, fit.x.tolist(), strict=True) if p.is_instrument}
+        held = judged_rows(result)
+        parts = [fit.problem.data] + ([held] if len(held) else [])
+        problems = tuple(_closed(result.calibrated, data, fit.problem, places) for data in parts)
+        return cls(problems, float(np.sqrt(fit.variance_factor)))
+
+    @property
+    def robot(self) -> Robot:
+        """The final model."""
+        return self.problems[0].robot
+
+    @property
+    def chain(self) -> Chain:
+        """Its chain, with the rotations that effects need."""
+        return self.robot.chain
+
+    @cached_property
+    def motion(self) -> Motion:
+        """State of all rows."""
+        parts = [Motion.of(p.data) for p in self.problems]
+        joined = {
+            name: np.concatenate([getattr(p, name) for p in parts])
+            for name in ("q", "direction", "time", "temperature", "payload", "torque")
+            if all(getattr(p, name) is not None for p in parts)
+        }
+        return Motion(**joined)
+
+    @cached_property
+    def wrenches(self) -> Float[np.ndarray, "_ _ 6"]:
+        """Through every joint of the bent arm; empty if no effect needs them."""
+        return deflect(self.robot, self.motion).wrenches
+
+    @cached_property
+    def held_out(self) -> Bool[np.ndarray, " rows"]:
+        """Rows that took no part in the fit."""
+        return np.arange(len(self.motion)) >= len(self.problems[0].data)
+
+    def along(
+        self, elements: tuple[str, ...], direction: Float[np.ndarray, "rows e"]
+    ) -> tuple[Float[np.ndarray, " rows"], Float[np.ndarray, " rows"]]:
+        """Apparent size of an increment in every row, and its standard error; infinite where it shows none.
+
+        Args:
+            elements: Elements of the chain that it changes.
+            direction: How much of each per unit of size [rad or m per unit].
+        """
+        pull, seen = np.zeros(len(self.motion)), np.zeros(len(self.motion))
+        start = 0
+        for problem in self.problems:
+            for block in problem.blocks:
+                rows = start + block.rows
+                columns, residual = _whitened(block, elements, direction[rows])
+                pull[rows], seen[rows] = (columns * residual).sum(1), (columns**2).sum(1)
+            start += len(problem.data)
+        shows = seen > 0.0
+        safe = np.where(shows, seen, 1.0)
+        return np.where(shows, pull / safe, 0.0), np.where(shows, self.sigma / np.sqrt(safe), np.inf)
+
+
+def judged_rows(result: Diagnosis) -> Dataset:
+    """Held-out rows whose session was fitted, within the joint ranges that the model speaks of."""
+    held, fitted = result.held_out_data, result.after_fit.problem
+    keep = spoken_of(result.calibrated, held)
+    if held.session is not None and fitted.frames.base_per_session:
+        keep &= np.isin(held.session, fitted.data.sessions)
+    return held.take(keep)
+
+
+def _closed(robot: Robot, data: Dataset, fitted: Problem, places: dict[str, float]) -> Problem:
+    """The problem of rows in which nothing is unknown."""
+    names = {n for b in fitted.blocks for n in b.observation.unknowns}
+    problem = Problem.build(robot, data, free=(), noise=fitted.noise, known=places)
+    if not names or not problem.names:
+        return problem
+    found = dict(zip(problem.names, instrument_fit(problem).tolist(), strict=True))
+    return Problem.build(robot, data, free=(), noise=fitted.noise, known={**places, **found})
+
+
+def _whitened(block, elements, direction):
+    """Whitened column and residual of a block's rows."""
+    shift = chains.NO_SHIFT if block.bent is None else deflect(block.bent.robot, block.bent.motion).shift
+    poses, twists = chains.twists(block.chain, block.q, block.chain.indices(elements), shift=shift)
+    part = block.observation.see(poses, block.known)
+    twist = twists @ direction[:, :, None]
+    columns = (part.by_twist @ twist)[..., 0] * block.inverse_sigma
+    return columns, part.residual * block.inverse_sigma

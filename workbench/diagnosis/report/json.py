@@ -1,0 +1,90 @@
+"""Machine-readable result of a diagnosis: the schema `workbench.diagnosis/1`."""
+
+import numpy as np
+
+from workbench.arm.effects import AbstractEffect
+from workbench.diagnosis.record import Accepted, Diagnosis, Ranked
+from workbench.diagnosis.undetectable import Unshown
+from workbench.identification.report.json import Json, plain, validation_json
+
+DIAGNOSIS = "workbench.diagnosis/1"
+
+
+def diagnosis_json(result: Diagnosis) -> Json:
+    """The result of a diagnosis as plain data; joints count from 1, outliers are data rows from 0."""
+    return plain(
+        {
+            "schema": DIAGNOSIS,
+            "robot": result.robot.name,
+            "measurements": {
+                "used": len(result.after_fit.problem.data),
+                "held_out": len(result.held_out_data),
+                "outliers": sorted(result.data.row[result.outliers].tolist()),
+                "excluded": [{"row": row, "reason": reason} for row, reason in result.excluded],
+                "source": result.data.source,
+            },
+            "nominal": validation_json(result.nominal),
+            "before": validation_json(result.before),
+            "effects": [_accepted(e, result) for e in result.effects],
+            "after": validation_json(result.after),
+            "noise": _noise(result.noise),
+            "noise_floor": None if result.floor is None else _noise(result.floor),
+            "joint_noise_deg": None if result.joint_noise is None else np.rad2deg(result.joint_noise),
+            "not_identifiable": [_unshown(u, result) for u in result.unshown],
+            "verdict": str(result.verdict),
+            "message": result.message,
+            "measure_next": result.measure_next,
+            "ranking": [_ranked(r) for r in result.ranking],
+            "notes": list(result.notes),
+            "seconds": result.seconds,
+        }
+    )
+
+
+def _noise(noise) -> Json:
+    return {"position_mm": 1e3 * noise.position, "orientation_deg": np.rad2deg(noise.rotation)}
+
+
+def _effect(effect: AbstractEffect) -> Json:
+    """Name, joints from 1, and settings such as `order`."""
+    settings = {key: getattr(effect, key) for key in effect.settings()}
+    return {"name": str(effect.name), "joints": [j + 1 for j in effect.joints], **settings}
+
+
+def _accepted(found: Accepted, result: Diagnosis) -> Json:
+    effect = found.effect
+    units = effect.units(result.calibrated.chain)
+    return {
+        **_effect(effect),
+        "coefficients": [
+            {"name": name, "value": value, "std": std, "unit": unit}
+            for name, value, std, unit in zip(
+                effect.names, effect.coefficients, found.std, units, strict=True
+            )
+        ],
+        "p_value": found.p_value,
+        "gain": found.gain,
+        "before_held_out_mm": found.before_mm,
+        "after_held_out_mm": found.after_mm,
+        "alternatives": [_ranked(r) for r in found.alternatives],
+        "words": found.words,
+    }
+
+
+def _unshown(missing: Unshown, result: Diagnosis) -> Json:
+    """An effect that the rows can't show; `std` is null where nothing loads it."""
+    return {
+        **_effect(missing.effect),
+        "reason": str(missing.reason),
+        "std": missing.std if np.isfinite(missing.std) else None,
+        "unit": missing.effect.units(result.calibrated.chain)[0],
+    }
+
+
+def _ranked(candidate: Ranked) -> Json:
+    return {
+        **_effect(candidate.effect),
+        "after_held_out_mm": candidate.held_out_mm,
+        "gain": candidate.gain,
+        "p_value": candidate.p_value,
+    }

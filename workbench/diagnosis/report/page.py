@@ -1,0 +1,140 @@
+"""The report of a diagnosis: an HTML page that needs nothing else, its pictures beside it, and the result."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from markupsafe import Markup
+
+from workbench.arm.effects.effect import turns
+from workbench.base.folder import check_folder, write_folder
+from workbench.diagnosis.record import Diagnosis, Verdict, judged
+from workbench.diagnosis.report.coefficients import lines
+from workbench.diagnosis.report.json import diagnosis_json
+from workbench.diagnosis.report.pictures import pictures
+from workbench.diagnosis.report.table import alternatives, chance, outlier_words
+from workbench.diagnosis.words import label
+from workbench.identification.report import json as json_report
+from workbench.identification.report.figures import Drawing
+from workbench.identification.report.page import error_cards, page_template, themed
+from workbench.report.drawing import png, svg
+from workbench.report.numbers import short
+
+PAGE, RESULT, PICTURES = "diagnosis.html", "diagnosis.json", "diagnosis-"
+"""Names of the page and of the result, and what every picture's name begins with."""
+
+Progress = Callable[[float, str], None]
+
+
+def write_diagnosis(result: Diagnosis, folder: Path | str, *, progress: Progress | None = None) -> Path:
+    """Write `diagnosis.html`, its pictures as PNG files and `diagnosis.json`: all of them or nothing.
+
+    An older report in the folder is replaced; other files in it stay.
+
+    Args:
+        result: A diagnosis.
+        folder: Made if it is not there.
+        progress: Called with the part done and what is being done.
+
+    Returns:
+        Path of the page.
+
+    Raises:
+        FileError: the folder is a file.
+    """
+    report = progress or (lambda part, words: None)
+    check_folder(folder)
+    wanted = pictures(result)
+    drawings, files = [], {}
+    for k, picture in enumerate(wanted):
+        report(0.9 * k / len(wanted), f"drawing: {picture.title}")
+        figure = picture.draw()
+        if figure is not None:
+            drawing = svg(figure, picture.name)
+            drawings.append(Drawing(picture.name, picture.title, picture.caption, drawing))
+            files[f"{PICTURES}{picture.name}.png"] = png(figure)
+    report(0.9, "writing the page")
+    files[RESULT] = json_report.text(diagnosis_json(result)).encode()
+    files[PAGE] = render(result, tuple(drawings)).encode()
+    old = (p.name for p in Path(folder).glob(f"{PICTURES}*.png"))
+    path = write_folder(folder, files, replaces=(PAGE, RESULT, *old)) / PAGE
+    report(1.0, "done")
+    return path
+
+
+def render(result: Diagnosis, drawings: tuple[Drawing, ...]) -> str:
+    """The page as text."""
+    return page_template("diagnosis.html").render(
+        robot=result.robot.name,
+        verdict=str(result.verdict),
+        good=result.verdict in (Verdict.EXPLAINED, Verdict.NONE),
+        message=result.message,
+        effects=[_effect(result, k) for k in range(len(result.effects))],
+        held_out=result.after.held_out is not None,
+        cards=error_cards(judged(result.before), judged(result.after)),
+        facts=_facts(result),
+        errors=[
+            (title if rows == "fitted" else "", rows, found)
+            for title, validation in (
+                ("Nominal", result.nominal),
+                ("Geometry alone", result.before),
+                ("With the effects", result.after),
+            )
+            for rows, found in (("fitted", validation.train), ("held out", validation.held_out))
+            if found is not None
+        ],
+        turned=result.after.train.orientation_deg is not None,
+        alternatives=alternatives(result),
+        outliers=outlier_words(result) if len(result.outliers) else "",
+        next_headings=_next_headings(result),
+        next_rows=_next_rows(result),
+        drawings=[(d, Markup(themed(d.svg))) for d in drawings],
+        notes=result.notes,
+    )
+
+
+def _effect(result: Diagnosis, place: int) -> dict[str, object]:
+    found = result.effects[place]
+    return {
+        "label": label(found.effect),
+        "words": found.words,
+        "sizes": lines(found.effect, found.std, result.calibrated.chain),
+        "before": short(found.before_mm),
+        "after": short(found.after_mm),
+        "chance": chance(found.p_value),
+    }
+
+
+def _facts(result: Diagnosis) -> list[tuple[str, str]]:
+    fitted = len(result.after_fit.problem.data)
+    rows = (
+        f"{fitted} fitted, {len(result.held_out_data)} held out, {len(result.outliers)} set apart as outliers"
+    )
+    facts = [
+        ("Robot", f"{result.robot.name} ({result.robot.convention}, {result.robot.dof} joints)"),
+        ("Measurements", result.data.source),
+        ("Rows", f"{rows}, {len(result.excluded)} excluded"),
+        ("What is left", f"{_noise_words(result.noise)} per axis"),
+    ]
+    if result.floor is not None:
+        facts.append(("Noise that was known", f"{_noise_words(result.floor)} per axis"))
+    if result.joint_noise is not None:
+        words = f"{np.rad2deg(result.joint_noise):.2g}° would explain what is left"
+        facts.append(("Noise of joint readings", words))
+    return facts
+
+
+def _noise_words(noise) -> str:
+    turned = f", {np.rad2deg(noise.rotation):.2g}°" if np.isfinite(noise.rotation) else ""
+    return f"{1e3 * noise.position:.3g} mm{turned}"
+
+
+def _next_headings(result: Diagnosis) -> list[str]:
+    chain = result.calibrated.chain
+    return [f"q{j + 1} [{'°' if turns(chain, j) else 'mm'}]" for j in range(chain.dof)]
+
+
+def _next_rows(result: Diagnosis) -> list[list[str]]:
+    chain = result.calibrated.chain
+    scale = [float(np.rad2deg(1.0)) if turns(chain, j) else 1e3 for j in range(chain.dof)]
+    return [[f"{v:.1f}".replace("-", "−") for v in q * scale] for q in result.measure_next]

@@ -1,0 +1,87 @@
+"""Every picture of a diagnosis, with what it shows and how to read it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
+from matplotlib.figure import Figure
+
+from workbench.diagnosis.record import Diagnosis
+from workbench.diagnosis.report.against import against_drivers
+from workbench.diagnosis.report.apparent import Rows
+from workbench.diagnosis.report.arrows import arrows
+from workbench.diagnosis.report.errors import errors
+from workbench.diagnosis.report.ranking import ranking
+from workbench.diagnosis.report.shapes import shapes
+
+DRAWN = 12
+"""Most effects that are drawn over their drivers, those first that bring most."""
+OF_AN_EFFECT = (
+    "Every measured row as the error that it shows, all other parts of the model taken off (partial "
+    "residuals). Left: with this effect left out; the line is the law that was found. Right: what remains "
+    "with it. Squares: means of neighbouring rows."
+)
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A picture that is still to be drawn.
+
+    Args:
+        name: File name without ending.
+        title: For its heading.
+        caption: What it shows and how to read it.
+        draw: Draws it; None if the result has nothing for it.
+    """
+
+    name: str
+    title: str
+    caption: str
+    draw: Callable[[], Figure | None]
+
+
+def pictures(result: Diagnosis) -> tuple[Picture, ...]:
+    """Every picture that the result might fill, in the order of the page."""
+    return (
+        Picture(
+            "errors",
+            "Errors before and after",
+            "Nominal arm (base and tool fitted where free), identified geometry alone, and geometry with the "
+            "effects that were added. Right: the errors of single rows.",
+            partial(errors, result),
+        ),
+        Picture(
+            "ranking",
+            "What each candidate would bring",
+            "Log evidence of each effect when it is added to the geometry alone, and the probability p that "
+            "chance brings as much. Similar effects rank high together; only what the rows ask for beside "
+            "the others was added.",
+            partial(ranking, result),
+        ),
+        *_of_effects(result),
+        Picture(
+            "shapes",
+            "Errors of joints over their position",
+            "What the effects of each joint add up to; the mean over the rows, which is the joint's zero, is "
+            "taken out. Band: two standard errors either way. Ticks: where rows were measured.",
+            partial(shapes, result),
+        ),
+        Picture(
+            "arrows",
+            "Residuals in space",
+            "Measured minus predicted position at the measured points, much exaggerated, in the measuring "
+            "frame; both sides have the same scale. Neighbours that agree mean that something is missing.",
+            partial(arrows, result),
+        ),
+    )
+
+
+def _of_effects(result: Diagnosis) -> tuple[Picture, ...]:
+    """Every accepted effect against what drives it."""
+    if not result.effects:
+        return ()
+    rows = Rows.of(result)
+    return tuple(
+        Picture(f"effect-{k + 1}", found.words, OF_AN_EFFECT, partial(against_drivers, found, rows))
+        for k, found in enumerate(result.effects[:DRAWN])
+    )

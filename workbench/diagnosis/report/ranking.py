@@ -1,0 +1,84 @@
+"""Picture of the ranking: what each candidate would have brought to the geometry alone."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from workbench.arm.effects import AbstractEffect
+from workbench.diagnosis.record import Diagnosis, judged
+from workbench.diagnosis.words import label
+from workbench.report.drawing import (
+    COLOURS,
+    NOMINAL,
+    grid,
+    look,
+    new_figure,
+)
+
+SHOWN = 14
+"""Most candidates that are drawn."""
+
+
+def key(effect: AbstractEffect) -> tuple:
+    """What makes two effects the same, whatever their sizes."""
+    return str(effect.name), effect.names
+
+
+def ranking(result: Diagnosis) -> Figure | None:
+    """Gain and mean error of the best candidates; None if none was tried."""
+    best = result.ranking[:SHOWN]
+    if not best:
+        return None
+    accepted = {key(found.effect) for found in result.effects}
+    mine = np.array([key(r.effect) in accepted for r in best])
+    place = np.arange(len(best))[::-1]
+    tried = [i for i, r in enumerate(best) if r.held_out_mm is not None]
+    with look():
+        figure = new_figure(10.0, 1.1 + 0.26 * len(best))
+        panels = figure.subplots(1, 2 if tried else 1, sharey=True, squeeze=False)[0]
+        _gains(panels[0], best, place, mine)
+        if tried:
+            _errors(panels[1], result, tried, place, np.where(mine, COLOURS[1], NOMINAL))
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
+    return figure
+
+
+def _gains(axes: Axes, best, place, mine) -> None:
+    """Log evidence, and what chance would say to it."""
+    gains = np.array([r.gain for r in best])
+    for chosen, colour, words in ((mine, COLOURS[1], "added to the model"), (~mine, NOMINAL, "not added")):
+        axes.barh(place[chosen], gains[chosen], color=colour, height=0.65, label=words)
+    for y, candidate in zip(place, best, strict=True):
+        words = f" {candidate.gain:.1f}" + (f"  (p {_chance(candidate.p_value)})")
+        axes.annotate(words, (max(candidate.gain, 0.0), y), va="center", fontsize=7)
+    axes.set_yticks(place, [label(r.effect) for r in best])
+    axes.set_xlim(min(0.0, 1.1 * gains.min()), 1.3 * max(gains.max(), 1.0))
+    axes.set_xlabel("log evidence that it brings to the geometry alone [nat]")
+    grid(axes, "x")
+
+
+def _chance(p: float) -> str:
+    return "< 1e−300" if p < 1e-300 else f"= {p:.2g}".replace("-", "−")
+
+
+def _errors(axes: Axes, result: Diagnosis, tried: list[int], place, colours) -> None:
+    """Mean position error of the geometry with each candidate alone."""
+    rows = "held-out" if result.before.held_out is not None else "fitted"
+    without = judged(result.before).position_mm.mean
+    values = [float(result.ranking[i].held_out_mm or 0.0) for i in tried]
+    for i, value in zip(tried, values, strict=True):
+        better = value <= without
+        axes.plot([without, value], [place[i]] * 2, color=colours[i], lw=1.2)
+        axes.plot(value, place[i], "o", ms=6, color=colours[i])
+        axes.annotate(
+            f"{value:.3g}", (value, place[i]), xytext=(-7 if better else 7, 0), textcoords="offset points",
+            ha="right" if better else "left", va="center", fontsize=7,
+        )  # fmt: skip
+    axes.axvline(without, color=COLOURS[0], lw=1.4, ls="--")
+    axes.annotate(
+        f"geometry alone {without:.3g}", (without, 1.0), xycoords=("data", "axes fraction"), xytext=(0, 2),
+        textcoords="offset points", fontsize=7, color=COLOURS[0], ha="center",
+    )  # fmt: skip
+    axes.set_xlim(0.0, 1.15 * max(without, *values))
+    axes.set_xlabel(f"mean error of {rows} rows with it alone [mm]")
+    grid(axes, "x")

@@ -1,0 +1,137 @@
+"""A diagnosis in the terminal: errors, what was added, the verdict, rivals, outliers, what to measure next.
+
+rich.print(diagnosis_tables(result))
+"""
+
+import numpy as np
+from rich.console import Group, RenderableType
+from rich.markup import escape
+from rich.table import Table
+from rich.text import Text
+
+from workbench.arm.effects.effect import turns
+from workbench.diagnosis.record import (
+    Accepted,
+    Diagnosis,
+    Verdict,
+    judged,
+)
+from workbench.diagnosis.report.coefficients import lines
+from workbench.diagnosis.words import label
+from workbench.identification.report.table import (
+    error_cells,
+    error_columns,
+    line,
+    plain_table,
+)
+from workbench.report.numbers import short
+
+STYLES = {Verdict.EXPLAINED: "bold green", Verdict.NONE: "bold", Verdict.PARTLY: "bold yellow"}
+NAMED = 15
+"""Most outliers that are named."""
+
+
+def diagnosis_tables(result: Diagnosis) -> RenderableType:
+    """Everything that a diagnosis found, the verdict first."""
+    parts: list[RenderableType] = [Text(heading(result), style="bold")]
+    parts.append(Text(f"{result.verdict}: {result.message}", style=STYLES.get(result.verdict, "bold red")))
+    parts.append(errors_table(result))
+    if result.effects:
+        parts.append(effects_table(result))
+        parts += [line("effect", found.words) for found in result.effects]
+    parts += [line("instead", words) for words in alternatives(result)]
+    if len(result.outliers):
+        parts.append(line("set apart", outlier_words(result)))
+    if result.joint_noise is not None:
+        words = f"{np.rad2deg(result.joint_noise):.2g}° would explain what is left"
+        parts.append(line("joint readings", words))
+    if len(result.measure_next):
+        parts.append(next_table(result))
+    parts += [line("note", words) for words in result.notes]
+    return Group(*parts)
+
+
+def heading(result: Diagnosis) -> str:
+    """One line: the robot and the rows."""
+    fitted = len(result.after_fit.problem.data)
+    rows = f"{fitted} rows fitted, {len(result.held_out_data)} held out"
+    if len(result.outliers):
+        rows += f", {len(result.outliers)} set apart"
+    if result.excluded:
+        rows += f", {len(result.excluded)} excluded"
+    return f"{result.robot.name}: {rows}"
+
+
+def errors_table(result: Diagnosis) -> Table:
+    """Nominal arm, geometry alone, and with the effects, on fitted and held-out rows."""
+    turned = result.after.train.orientation_deg is not None
+    table = error_columns(turned)
+    models = [("nominal", result.nominal), ("geometry", result.before)]
+    if result.effects:
+        models.append(("with effects", result.after))
+    for title, validation in models:
+        for rows, errors in (("fitted", validation.train), ("held out", validation.held_out)):
+            if errors is not None:
+                table.add_row(title if rows == "fitted" else "", rows, *error_cells(errors, turned))
+        table.add_section()
+    return table
+
+
+def effects_table(result: Diagnosis) -> Table:
+    """What was added, with coefficients ± standard errors, and the mean error before and after each."""
+    rows = "held-out" if result.after.held_out is not None else "fitted"
+    table = plain_table(f"Effects that were added; mean error of {rows} rows")
+    table.add_column("effect", overflow="fold")
+    table.add_column("coefficients", overflow="fold")
+    for name in ("before\n[mm]", "after\n[mm]"):
+        table.add_column(escape(name), justify="right", no_wrap=True)
+    table.add_column("chance", justify="right", no_wrap=True)
+    for found in result.effects:
+        sizes = lines(found.effect, found.std, result.calibrated.chain)
+        words = "\n".join(f"{name.partition('.')[2] if '.' in name else name} {size}" for name, size in sizes)
+        table.add_row(
+            label(found.effect), words, short(found.before_mm), short(found.after_mm), chance(found.p_value)
+        )
+    return table
+
+
+def chance(p: float) -> str:
+    """A probability as powers of ten."""
+    return "< 1e-300" if p < 1e-300 else f"{p:.0e}" if p < 1e-3 else f"{p:.3f}"
+
+
+def alternatives(result: Diagnosis) -> list[str]:
+    """What would do nearly as well in the place of each effect, one sentence each."""
+    with_all = judged(result.after).position_mm.mean
+    return [_instead(found, with_all) for found in result.effects if found.alternatives]
+
+
+def _instead(found: Accepted, with_all: float) -> str:
+    rivals = []
+    for rival in found.alternatives:
+        error = "" if rival.held_out_mm is None or not np.isfinite(rival.held_out_mm) else (
+            f" ({short(rival.held_out_mm)} mm)"
+        )  # fmt: skip
+        rivals.append(f"{label(rival.effect)}{error}")
+    return f"of {label(found.effect)} ({short(with_all)} mm in the end): {'; '.join(rivals)}"
+
+
+def outlier_words(result: Diagnosis) -> str:
+    """Which rows were set apart."""
+    rows = sorted(result.data.row[result.outliers].tolist())
+    shown = ", ".join(map(str, rows[:NAMED])) + (" …" if len(rows) > NAMED else "")
+    return f"data row{'s' if len(rows) > 1 else ''} {shown}, which no arm explains; measure again or exclude"
+
+
+def next_table(result: Diagnosis) -> Table:
+    """Joint positions of poses to measure next."""
+    chain = result.calibrated.chain
+    table = plain_table("Measure next")
+    table.add_column("pose", no_wrap=True)
+    turning = [turns(chain, j) for j in range(chain.dof)]
+    for j, turn in enumerate(turning):
+        table.add_column(escape(f"q{j + 1} [{'°' if turn else 'mm'}]"), justify="right", no_wrap=True)
+    for k, q in enumerate(result.measure_next):
+        cells = [f"{np.rad2deg(v) if turn else 1e3 * v:.1f}" for v, turn in zip(q, turning, strict=True)]
+        table.add_row(str(k + 1), *(c.replace("-", "−") for c in cells))
+    return table

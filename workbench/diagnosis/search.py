@@ -1,0 +1,188 @@
+"""The search for effects: add the best, exchange, prune, until chance explains the rest.
+
+A candidate enters when three judges agree: the evidence prefers it to every other, chance would bring as much
+in less than `ALPHA` of all arms (corrected for the number of candidates that were tried), and the error on
+folds that took no part in the fit falls. After each entry every effect is tried against all others in its
+place, and joints with several maps of their own against one smooth map.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.diagnosis.candidate import Candidate
+from workbench.diagnosis.evidence import (
+    Left,
+    Model,
+    Offer,
+    drop,
+    left_by,
+    offer,
+    offers,
+    validated,
+)
+from workbench.diagnosis.grams import Grams
+
+ALPHA = 0.002
+"""Share of arms without effects on which one may be claimed."""
+ROUNDS = 40
+"""Most effects of one arm."""
+EXCHANGES = 6
+"""Rounds of exchange after each entry."""
+FEW, MANY = 3, 8
+"""Effects up to which exchanges are tried after every entry; and once nothing enters."""
+WORTH = 0.005
+"""Part of a fold's square that an effect must explain when the fold took no part in its fit."""
+BETTER = 0.5
+"""Log evidence by which an exchange must be better, so that equals stay."""
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What the search found.
+
+    Args:
+        model: Accepted effects.
+        offers: What each of them brings to the others, in the model's order.
+        distrusted: Candidates that chance can't explain, but that folds did not confirm.
+    """
+
+    model: Model
+    offers: tuple[Offer, ...]
+    distrusted: tuple[Offer, ...]
+
+
+def search(
+    grams: Grams,
+    candidates: Sequence[Candidate],
+    start: Model = (),
+    *,
+    on_step: Callable[[Model], bool] | None = None,
+) -> Found:
+    """Find the effects that the rows ask for.
+
+    Args:
+        grams: Inner products at a fit.
+        candidates: Everything that may be tried.
+        start: Effects that were accepted at an earlier fit.
+        on_step: Called with every new model; True ends the search.
+    """
+    model = exchange(grams, candidates, prune(grams, candidates, start))
+    distrusted: list[Offer] = []
+    settled = True
+    for _ in range(ROUNDS):
+        if on_step is not None and on_step(model):
+            break
+        added, refused = _add(grams, candidates, model)
+        if added is not None:
+            settled = len(added) <= FEW
+            model = _improved(grams, candidates, added) if settled else prune(grams, candidates, added)
+        elif settled:
+            distrusted = refused
+            break
+        else:
+            settled, model = True, _improved(grams, candidates, model)
+    return judged(grams, model, distrusted)
+
+
+def judged(grams: Grams, model: Model, distrusted: Sequence[Offer] = ()) -> Found:
+    """A model as what a search found."""
+    return Found(model, tuple(_own_offer(grams, model, k) for k in range(len(model))), tuple(distrusted))
+
+
+def significant(found: Offer, tries: int) -> bool:
+    """Whether chance would hardly bring as much, for so many candidates."""
+    return bool(found.gain > 0.0 and found.log_p + np.log(max(tries, 1)) < np.log(ALPHA))
+
+
+def confirmed(grams: Grams, smaller: Model, larger: Model) -> bool:
+    """Whether the larger model predicts other folds noticeably better: the middle one, and all but one.
+
+    A fold may lie where the others say little; what it predicts there is no vote.
+    """
+    before = validated(grams, smaller)
+    fall = 1.0 - validated(grams, larger) / before
+    return bool(np.median(fall) > WORTH and (fall > 0.0).sum() >= len(fall) - 1)
+
+
+def _improved(grams: Grams, candidates: Sequence[Candidate], model: Model) -> Model:
+    return prune(grams, candidates, exchange(grams, candidates, model))
+
+
+def _add(grams: Grams, candidates: Sequence[Candidate], model: Model) -> tuple[Model | None, list[Offer]]:
+    """The model with the best further effect; those refused on the way."""
+    refused: list[Offer] = []
+    strong = [o for o in _offers(left_by(grams, model), candidates) if significant(o, len(candidates))]
+    for best in sorted(strong, key=lambda o: -o.gain)[:5]:
+        if confirmed(grams, model, (*model, best.term)):
+            return (*model, best.term), refused
+        refused.append(best)
+    return None, refused
+
+
+def _offers(left: Left, candidates: Sequence[Candidate]) -> list[Offer]:
+    """What all candidates that may stand beside a model would bring."""
+    return offers(left, [c for c in candidates if not any(c.excludes(t.candidate) for t in left.model)])
+
+
+def _own_offer(grams: Grams, model: Model, k: int) -> Offer:
+    """What a model's term brings to the others."""
+    found = offer(left_by(grams, drop(model, [model[k]]), model[k].candidate.names), model[k].candidate)
+    return Offer(model[k], -np.inf, 0.0) if found is None else found
+
+
+def exchange(grams: Grams, candidates: Sequence[Candidate], model: Model) -> Model:
+    """Put better effects in the places of accepted ones, one at a time or all maps of a joint together."""
+    for _ in range(EXCHANGES if len(model) <= MANY else 0):
+        better = _one_exchange(grams, candidates, model)
+        if better is None:
+            return model
+        model = better
+    return model
+
+
+def _one_exchange(grams: Grams, candidates: Sequence[Candidate], model: Model) -> Model | None:
+    for group in _groups(model):
+        rest = drop(model, group)
+        left = left_by(grams, rest)
+        present = _worth(grams, rest, group)
+        others = [o for o in _offers(left, candidates) if len(group) == 1 or o.term.candidate.maps_joint]
+        best = max(others, key=lambda o: o.gain, default=None)
+        same = best is not None and len(group) == 1 and best.term.candidate is group[0].candidate
+        if best is not None and not same and best.gain > present + BETTER:
+            return (*rest, best.term)
+        if same and best is not None and not np.isclose(best.term.precision, group[0].precision, rtol=0.7):
+            return (*rest, best.term)
+    return None
+
+
+def _groups(model: Model) -> list[Model]:
+    """Every term alone, and all maps of one joint where there are several."""
+    groups: list[Model] = [(t,) for t in model]
+    for joints in {t.candidate.effect.joints for t in model if t.candidate.maps_joint}:
+        maps = tuple(t for t in model if t.candidate.maps_joint and t.candidate.effect.joints == joints)
+        if len(maps) > 1:
+            groups.append(maps)
+    return groups
+
+
+def _worth(grams: Grams, rest: Model, group: Model) -> float:
+    """Evidence that a group of terms brings to the rest, one after the other."""
+    total, model = 0.0, rest
+    for term in group:
+        found = offer(left_by(grams, model, term.candidate.names), term.candidate)
+        total += 0.0 if found is None else found.gain
+        model = (*model, term)
+    return total
+
+
+def prune(grams: Grams, candidates: Sequence[Candidate], model: Model) -> Model:
+    """Drop effects, the weakest first, that the others make superfluous."""
+    while model:
+        own = [_own_offer(grams, model, k) for k in range(len(model))]
+        weakest = int(np.argmin([o.gain for o in own]))
+        if significant(own[weakest], len(candidates)):
+            return model
+        model = drop(model, [model[weakest]])
+    return model

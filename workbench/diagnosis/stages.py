@@ -1,0 +1,243 @@
+"""The rounds of a diagnosis: fit, set outliers apart, weigh anew, search for effects, fit again.
+
+A stage is everything that holds after a fit. Rounds end when a search finds what an earlier one has found
+already.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Int
+
+from workbench.arm.motion import Motion
+from workbench.data.dataset import Dataset
+from workbench.diagnosis.candidate import Candidate
+from workbench.diagnosis.catalogue import Catalogue, catalogue
+from workbench.diagnosis.evidence import Model, rescaled, validated
+from workbench.diagnosis.grams import Grams, compress
+from workbench.diagnosis.outliers import robust_fit, standing_out
+from workbench.diagnosis.refit import (
+    Fitted,
+    large,
+    linear_answer,
+    refit,
+    with_own_noise,
+)
+from workbench.diagnosis.search import WORTH, Found, judged
+from workbench.diagnosis.search import search as search_effects
+from workbench.identification.algorithms.identifier import OnStep
+from workbench.identification.problem import Problem
+
+ROUNDS, FEW_ROUNDS = 5, 2
+"""Most searches for effects; fewer for large problems."""
+SETTLINGS = 3
+"""Most rounds of outliers after one fit."""
+FOLDS = 5
+"""Parts into which the rows are divided for cross-validation."""
+
+Tell = Callable[[str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Stage:
+    """What holds after a fit.
+
+    Args:
+        rows: All rows to fit, outliers among them.
+        keep: Which of them were fitted.
+        geometric: The problem of the geometry on the fitted rows, weighed by what the fit leaves.
+        fitted: Geometry and accepted effects.
+    """
+
+    rows: Dataset
+    keep: Bool[np.ndarray, " rows"]
+    geometric: Problem
+    fitted: Fitted
+
+
+@dataclass(frozen=True, eq=False)
+class Searched:
+    """A search at a stage.
+
+    Args:
+        stage: Where it was made.
+        offered: What was tried.
+        grams: The inner products at the stage.
+        found: What was found.
+    """
+
+    stage: Stage
+    offered: Catalogue
+    grams: Grams
+    found: Found
+
+
+def geometry_first(
+    problem: Problem, *, known: Mapping[str, float] | None = None, on_step: OnStep | None = None
+) -> Stage:
+    """The geometry alone, with outliers set apart.
+
+    Args:
+        problem: Geometry, on all rows to fit.
+        known: Known places of anchors or contacts [m].
+        on_step: Called after every step; True cancels.
+    """
+    rows = problem.data
+    fitted = refit(problem, None, (), known=known, on_step=on_step)
+    everything = np.ones(len(rows), bool)
+    out = standing_out(fitted.problem, robust_fit(fitted.problem, fitted.fit.x), everything)
+    stage = Stage(rows, ~out, problem, fitted)
+    return _settle(_fit(stage, None, (), known, on_step), None, known, on_step)
+
+
+def rounds(
+    stage: Stage,
+    rng: np.random.Generator,
+    *,
+    search: bool = True,
+    known: Mapping[str, float] | None = None,
+    tell: Tell | None = None,
+    on_step: OnStep | None = None,
+) -> tuple[Searched, ...]:
+    """Search and fit until nothing new is found.
+
+    Args:
+        stage: The geometry alone.
+        rng: Divides the rows into folds.
+        search: Whether the rows can tell anything of effects; if not, nothing is tried.
+        known: Known places of anchors or contacts [m].
+        tell: Called with what is being done.
+        on_step: Called after every step; True cancels.
+
+    Returns:
+        The searches, the last of them at the final fit.
+    """
+    fold = folds_of(stage.rows, rng)
+    done: list[Searched] = []
+    seen: set[frozenset[str]] = set()
+    for number in range(ROUNDS):
+        if tell is not None:
+            tell(f"round {number + 1}: trying every effect on every joint")
+        last = _search(stage, fold, on_step) if search else _unsearched(stage, fold)
+        done.append(last)
+        key = frozenset(_key(t.candidate) for t in last.found.model)
+        stalled = key in seen or (on_step is not None and on_step(number, 0.0))
+        seen.add(key)
+        if _same(last.found.model, stage.fitted.model) or not _better(last):
+            done[-1] = _as_fitted(last)
+            break
+        if stalled or number == (FEW_ROUNDS if large(stage.fitted.problem) else ROUNDS) - 1:
+            done[-1] = _as_fitted(last)
+            break
+        if tell is not None:
+            tell(f"round {number + 1}: fitting geometry and {len(last.found.model)} effects")
+        stage = _fit(stage, last.grams, last.found.model, known, on_step)
+        stage = _settle(stage, last.grams, known, on_step)
+    return tuple(done)
+
+
+def _as_fitted(searched: Searched) -> Searched:
+    """The search with the fitted model in place of what it found."""
+    fitted = _among(searched.stage.fitted.model, searched.offered.candidates)
+    return replace(searched, found=judged(searched.grams, fitted, searched.found.distrusted))
+
+
+def _better(searched: Searched) -> bool:
+    """Whether what was found predicts other folds noticeably better than the fitted model."""
+    fitted = _among(searched.stage.fitted.model, searched.offered.candidates)
+    before, after = (validated(searched.grams, m).sum() for m in (fitted, searched.found.model))
+    return bool(abs(before - after) > WORTH * before)
+
+
+def folds_of(data: Dataset, rng: np.random.Generator) -> Int[np.ndarray, " rows"]:
+    """Fold of every row, whole groups together; row by row where all are of one group."""
+    groups = np.arange(len(data))
+    if data.group is not None and len(names := np.unique(data.group)) > 1:
+        groups = np.searchsorted(names, data.group)
+    count = min(FOLDS, int(groups.max()) + 1)
+    order = rng.permutation(int(groups.max()) + 1)
+    return (np.argsort(order) % count)[groups]
+
+
+def _search(stage: Stage, fold: np.ndarray, on_step: OnStep | None) -> Searched:
+    problem = stage.fitted.problem.with_noise(stage.geometric.noise)
+    offered = catalogue(stage.geometric.robot, Motion.of(stage.rows))
+    effects = [c.effect for c in offered.candidates]
+    grams = compress(problem, stage.fitted.fit.x, effects, fold[stage.keep])
+    start = _among(stage.fitted.model, offered.candidates)
+    asked = None if on_step is None else lambda model: on_step(0, 0.0)
+    return Searched(stage, offered, grams, search_effects(grams, offered.candidates, start, on_step=asked))
+
+
+def _unsearched(stage: Stage, fold: np.ndarray) -> Searched:
+    """A stage at which nothing was tried."""
+    grams = compress(stage.fitted.problem, stage.fitted.fit.x, [], fold[stage.keep])
+    return Searched(stage, Catalogue((), ()), grams, judged(grams, ()))
+
+
+def _fit(stage: Stage, grams: Grams | None, model: Model, known, on_step) -> Stage:
+    """The stage with another model, or other rows, fitted; from what the last fit says of it."""
+    begin = dict(zip(stage.fitted.problem.names, stage.fitted.fit.x.tolist(), strict=True))
+    if grams is not None and not _same(model, stage.fitted.model):
+        begin = linear_answer(stage.fitted, grams, model)
+    rows = stage.rows.take(stage.keep)
+    fitted = refit(stage.geometric, grams, model, data=rows, known=known, begin=begin, on_step=on_step)
+    return replace(stage, fitted=fitted)
+
+
+def _settle(stage: Stage, grams: Grams | None, known, on_step) -> Stage:
+    """Set outliers apart until the rows stand still, then weigh by what the fit leaves."""
+    for _ in range(1 if large(stage.fitted.problem) else SETTLINGS):
+        whole = _on_all_rows(stage, known)
+        keep = ~standing_out(whole, stage.fitted.fit.x, stage.keep, stage.fitted.fit.factor)
+        if (keep == stage.keep).all():
+            break
+        stage = _fit(replace(stage, keep=keep), grams, stage.fitted.model, known, on_step)
+    old, stage = (
+        stage.geometric.noise,
+        replace(stage, geometric=with_own_noise(stage.fitted, stage.geometric)),
+    )
+    if large(stage.fitted.problem):
+        return stage
+    model = rescaled(stage.fitted.model, (old.position / stage.geometric.noise.position) ** 2)
+    return _fit(stage, grams, model, known, on_step)
+
+
+def _on_all_rows(stage: Stage, known) -> Problem:
+    """The fitted problem on all rows, outliers among them."""
+    problem = stage.fitted.problem
+    if stage.keep.all():
+        return problem
+    return Problem.build(
+        problem.robot,
+        stage.rows,
+        free=[p.name for p in problem.parameters if p.is_geometry],
+        frames=problem.frames,
+        noise=stage.geometric.noise,
+        known=known,
+        effects=[p.name for p in problem.parameters if p.is_coefficient],
+    )
+
+
+def as_candidates(model: Model, searched: Searched) -> Model:
+    """A model's terms as candidates of another search, in their order; those not offered there left out."""
+    return _among(model, searched.offered.candidates)
+
+
+def _key(candidate: Candidate) -> str:
+    """What tells candidates of different rounds apart."""
+    shape = "" if candidate.covariance is None else f"{candidate.covariance[[0, -1], [1, -1]]}"
+    return f"{candidate.effect.name} {candidate.names} {shape}"
+
+
+def _same(a: Model, b: Model) -> bool:
+    return {_key(t.candidate) for t in a} == {_key(t.candidate) for t in b}
+
+
+def _among(model: Model, candidates: tuple[Candidate, ...]) -> Model:
+    """A model's terms as candidates of another round, as far as that offers them."""
+    offered = {_key(c): c for c in candidates}
+    return tuple(
+        replace(t, candidate=offered[_key(t.candidate)]) for t in model if _key(t.candidate) in offered
+    )

@@ -1,0 +1,177 @@
+"""Effects of load that the rows can't show, and what these may hide in the sizes of those that were found.
+
+Beside an accepted model, whose columns are A, the coefficient c of another effect with the column a would be
+found to be ĉ with the standard error
+
+    σ = s / |a − A A⁺ a|,      s the standard deviation of a whitened residual
+
+What stays unnoticed moves what was found by A⁺ a c. Of c it is known that effects of its kind are about as
+large as the largest of them that was found, d, so that with the weight w = d²/(d² + σ²) its square is
+expected to be (w ĉ)² + w σ², and the variances of the found coefficients grow by (A⁺ a)² times that.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from workbench.arm.chain import Chain
+from workbench.arm.effects import AbstractEffect, Loads
+from workbench.arm.effects.effect import across, own
+from workbench.arm.motion import Motion
+from workbench.arm.robot import Robot
+from workbench.arm.statics.wrenches import motion_wrenches
+from workbench.diagnosis.candidate import Candidate
+from workbench.diagnosis.evidence import coefficients, curvature, left_by
+from workbench.diagnosis.stages import Searched
+
+SURE, PART = 6.0, 0.5
+"""Standard errors that an effect must have to be found for certain, by evidence and by all folds; asked of
+one that is this part of the largest that was found."""
+OWN_WAY = 0.01
+"""Share of a column's square beside the model's below which the model does the same."""
+IDLE = 0.01
+"""Root mean square of a moment, by the greatest of the arm, below which nothing loads the joint that way."""
+
+
+class Reason(StrEnum):
+    """Why the rows can't show an effect."""
+
+    UNLOADED = "no row loads it"
+    COVERED = "the rest of the model does the same"
+    FAINT = "it would be lost in the noise"
+
+
+@dataclass(frozen=True, eq=False)
+class Unshown:
+    """An effect that the rows can't show.
+
+    Args:
+        effect: With a coefficient of zero.
+        reason: Why.
+        std: Standard error that its coefficient would have [SI]; infinite if nothing loads it.
+        size: Root of the expected square of its coefficient [SI]; 0 if nothing loads it.
+    """
+
+    effect: AbstractEffect
+    reason: Reason
+    std: float
+    size: float = 0.0
+
+
+def unshown(searched: Searched, robot: Robot, motion: Motion) -> tuple[Unshown, ...]:
+    """Effects of load that may be there and would not have been found.
+
+    Args:
+        searched: The last search, at the final fit.
+        robot: The arm as it was found.
+        motion: State of the fitted rows.
+    """
+    idle = _idle(searched, robot, motion)
+    left, sizes = left_by(searched.grams, searched.found.model), _Sizes.of(searched, robot.chain)
+    noise = np.sqrt(left.square / max(left.freedom, 1))
+    out = []
+    for candidate in _asked(searched):
+        (column,) = searched.grams.columns(candidate.names)
+        (scale,) = searched.grams.scales(candidate.names)
+        whole, alone = searched.grams.total[column, column], left.inner[column, column]
+        std = float(noise / (np.sqrt(alone) * scale)) if alone > 0.0 else np.inf
+        size = sizes.like(candidate.effect, robot.chain)
+        if candidate.names[0] in idle:
+            out.append(Unshown(candidate.effect, Reason.UNLOADED, np.inf))
+        elif SURE * std > PART * size > 0.0:
+            reason = Reason.COVERED if alone < OWN_WAY * whole else Reason.FAINT
+            weight = size**2 / (size**2 + std**2)
+            found = left.inner[column, -1] / (alone * scale) if weight > 0.0 else 0.0
+            expected = np.sqrt((weight * found) ** 2 + size**2 * (1.0 - weight))
+            out.append(Unshown(candidate.effect, reason, std, float(expected)))
+    return tuple(out)
+
+
+def hidden_variance(searched: Searched, missing: Sequence[Unshown]) -> dict[str, float]:
+    """What effects that are lost in the noise may add to the variance of the found coefficients [SI²].
+
+    Those that do the same as the rest of the model are not counted: they stand in its place or not at all.
+    """
+    grams, model = searched.grams, searched.found.model
+    names = [n for t in model for n in t.candidate.names]
+    total = dict.fromkeys(names, 0.0)
+    faint = [u for u in missing if u.reason is Reason.FAINT]
+    if not names or not faint:
+        return total
+    solve, _ = curvature(grams, model)
+    used = np.concatenate([np.arange(grams.geometry), grams.columns(names)])
+    for item in faint:
+        (column,), (scale,) = grams.columns(item.effect.names), grams.scales(item.effect.names)
+        moved = solve(grams.total[used, column])[grams.geometry :] * scale / grams.scales(names)
+        for name, change in zip(names, moved * item.size, strict=True):
+            total[name] += float(change**2)
+    return total
+
+
+def spoken(missing: Sequence[Unshown]) -> str:
+    """One sentence on what the rows can't show; empty if there is nothing."""
+    groups: dict[tuple[Reason, tuple[int, ...]], list[str]] = {}
+    joints: dict[tuple[Reason, str], list[int]] = {}
+    for item in missing:
+        joints.setdefault((item.reason, item.effect.name), []).append(item.effect.joints[0] + 1)
+    for (reason, name), which in joints.items():
+        groups.setdefault((reason, tuple(which)), []).append(name)
+    parts = [
+        f"{_listed(names)} of joint{'s' if len(which) > 1 else ''} {_listed(map(str, which))} ({reason})"
+        for (reason, which), names in groups.items()
+    ]
+    return f"Not identifiable from these rows: {'; '.join(parts)}." if parts else ""
+
+
+def _asked(searched: Searched) -> list[Candidate]:
+    """Candidates of load with one coefficient that stand beside the model."""
+    taken = {n for t in searched.found.model for n in t.candidate.names}
+    return [
+        c
+        for c in searched.offered.candidates
+        if c.effect.loads is not Loads.NONE and len(c.names) == 1 and not taken & set(c.names)
+    ]
+
+
+@dataclass(frozen=True)
+class _Sizes:
+    """Largest coefficients of the found effects of load, by kind; by unit for kinds that were not found."""
+
+    kinds: dict[str, float]
+    units: dict[str, float]
+
+    @classmethod
+    def of(cls, searched: Searched, chain: Chain) -> "_Sizes":
+        found = coefficients(searched.grams, searched.found.model)
+        kinds: dict[str, float] = {}
+        units: dict[str, float] = {}
+        for effect in (t.candidate.effect for t in searched.found.model):
+            if effect.loads is not Loads.NONE:
+                for name, unit in zip(effect.names, effect.units(chain), strict=True):
+                    kinds[effect.name] = max(kinds.get(effect.name, 0.0), abs(found[name]))
+                    units[unit] = max(units.get(unit, 0.0), abs(found[name]))
+        return cls(kinds, units)
+
+    def like(self, effect: AbstractEffect, chain: Chain) -> float:
+        """Size to expect of an effect; 0 where nothing like it was found."""
+        return self.kinds.get(effect.name) or self.units.get(effect.units(chain)[0], 0.0)
+
+
+def _idle(searched: Searched, robot: Robot, motion: Motion) -> set[str]:
+    """Coefficients of effects that nothing drives: the moments that they follow are next to none."""
+    if not robot.has_masses:
+        return set()
+    wrenches, joints = motion_wrenches(robot, motion), range(robot.dof)
+    about = np.sqrt((own(robot.chain, joints, wrenches) ** 2).mean(0))
+    tipping = np.sqrt((across(robot.chain, joints, wrenches) ** 2).sum(-1).mean(0))
+    least = IDLE * max(about.max(), tipping.max())
+    size = {Loads.OWN: about, Loads.ALL: tipping}
+    return {c.names[0] for c in _asked(searched) if size[c.effect.loads][c.effect.joints[0]] < least}
+
+
+def _listed(words) -> str:
+    """`a`, `a and b`, `a, b and c`."""
+    *others, last = words
+    return f"{', '.join(others)} and {last}" if others else last

@@ -1,0 +1,178 @@
+"""The verdict: what the rows allow to be said, in one sentence."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from workbench.arm.chain import Chain
+from workbench.arm.effects.effect import turns
+from workbench.arm.effects.joint_harmonic import JointHarmonic
+from workbench.data.dataset import Dataset
+from workbench.diagnosis.evidence import Offer
+from workbench.diagnosis.leftover import JointNoise
+from workbench.diagnosis.record import Accepted, Verdict
+from workbench.diagnosis.rivals import ambiguous
+from workbench.diagnosis.words import label
+from workbench.identification.errors import Errors
+from workbench.identification.fit import Fit
+from workbench.identification.problem import Noise
+from workbench.identification.record import COARSE, FAR_FROM_GOOD, HARDLY_BETTER
+
+NOISE_LIKE = 1.25
+"""What is left may be this many times the noise that was known beforehand and still count as noise."""
+LITTLE, STILL = np.deg2rad(30.0), np.deg2rad(1.0)
+"""A joint that turned less than this moved little; less than that, not at all [rad]."""
+FULL_TURN = np.deg2rad(340.0)
+"""A joint that turned this far was seen all round [rad]."""
+TOGETHER = 0.02
+"""Part of the widest spread of poses below which a direction in joint space was not measured."""
+SPARE = 2.0
+"""Measured numbers for each unknown below which effects can hardly be told from the geometry."""
+
+
+def conclude(
+    accepted: Sequence[Accepted],
+    *,
+    nominal: Errors,
+    reach: float,
+    noise: Noise,
+    before: Errors,
+    after: Errors,
+    floor: Noise | None,
+    structure: bool,
+    distrusted: Sequence[Offer],
+    joint_noise: JointNoise | None,
+) -> tuple[Verdict, str]:
+    """Verdict and message.
+
+    Args:
+        accepted: Effects that were added.
+        nominal: Errors of the nominal arm, on the rows that judge it.
+        reach: Of the arm [m].
+        noise: What is left, per axis [m], [rad].
+        before: Errors of the geometry alone, on the rows that judge it.
+        after: Errors with the effects.
+        floor: Noise that was known beforehand.
+        structure: Whether neighbouring poses leave alike residuals.
+        distrusted: Candidates that chance can't explain, but that cross-validation did not confirm.
+        joint_noise: What is left, if it looks like noise of joint readings.
+    """
+    left = after.position_mm.mean
+    if explains_little(nominal, after, reach):
+        return Verdict.UNEXPLAINED, _lost(accepted, nominal, after)
+    more = structure or bool(distrusted)
+    rest = f"{left:.3g} mm, shows no structure and is taken for noise"
+    if floor is not None:
+        ratio = noise.position / floor.position
+        more = ratio > NOISE_LIKE
+        known = f"the noise known beforehand ({1e3 * floor.position:.2g} mm per axis)"
+        agrees = "agrees with" if ratio * NOISE_LIKE > 1.0 else "is less than"
+        rest = f"{left:.3g} mm, {f'is {ratio:.1f} times' if more else agrees} {known}"
+    elif more:
+        rest = f"{left:.3g} mm, still has structure that no effect of the catalogue explains"
+    if joint_noise is not None:
+        rest += (
+            f"; it lies along the joints, as noise of {1e3 * joint_noise.sigma:.2g} mrad in the joint "
+            f"readings would ({100 * joint_noise.share:.0f} % of it)"
+        )
+    if not accepted:
+        verdict = Verdict.UNEXPLAINED if more else Verdict.NONE
+        return verdict, f"No effect beside the geometry shows; what is left, {rest}."
+    verdict = Verdict.PARTLY if more else Verdict.EXPLAINED
+    names = " ".join(f"{a.words}." for a in accepted[:3])
+    if len(accepted) > 3:
+        names += f" {len(accepted) - 3} more effects are listed."
+    fall = f"takes the error from {before.position_mm.mean:.3g} to {left:.3g} mm"
+    subject = "Adding it" if len(accepted) == 1 else "Adding these"
+    return verdict, f"{names} {subject} {fall}; what is left, {rest}.{_doubt(accepted)}"
+
+
+def explains_little(nominal: Errors, found: Errors, reach: float) -> bool:
+    """Whether a model explains so little of the nominal arm's errors that nothing can be said of effects.
+
+    Args:
+        nominal: Errors of the nominal arm.
+        found: Errors of the model, on the same rows.
+        reach: Of the arm [m].
+    """
+    before, left = nominal.position_mm.rms, found.position_mm.rms
+    return left > max(min(HARDLY_BETTER * before, 1e3 * FAR_FROM_GOOD * reach), COARSE)
+
+
+def _lost(accepted: Sequence[Accepted], nominal: Errors, after: Errors) -> str:
+    """A sentence where not even the geometry explains much."""
+    end = "What was added means little before that is settled" if accepted else "Nothing is said of effects"
+    return (
+        f"The geometry explains little: {after.position_mm.rms:.3g} of {nominal.position_mm.rms:.3g} mm are "
+        f"left. Are robot, units, frames and sessions the right ones? {end}."
+    )
+
+
+def undecided(fit: Fit) -> str | None:
+    """A sentence where the rows are too few to tell effects from the geometry, with how many are missing."""
+    unknowns, data = len(fit.problem.names), fit.problem.data
+    if 2 * freedoms(data) < data.joints:
+        return (
+            f"The {len(data)} rows lie in one family of poses ({freedoms(data)} of {data.joints} freedoms), "
+            "which can't tell effects from the geometry, so none was looked for; measure poses spread over "
+            "all joints."
+        )
+    if fit.problem.count >= (1.0 + SPARE) * unknowns:
+        return None
+    per_row = fit.problem.count / max(len(fit.problem.data), 1)
+    missing = int((1.0 + SPARE) * unknowns / per_row) + 1 - len(fit.problem.data)
+    return (
+        f"{len(fit.problem.data)} rows for {unknowns} unknowns can't tell effects from the geometry, so none "
+        f"was looked for; measure about {missing} more poses, spread over all joints."
+    )
+
+
+def freedoms(data: Dataset) -> int:
+    """Number of directions in joint space along which the poses are spread."""
+    span = np.ptp(data.q, axis=0)
+    spread = (data.q - data.q.mean(0)) / np.maximum(span, STILL)
+    strength = np.linalg.svd(spread, compute_uv=False)
+    return int((strength > TOGETHER * strength[0]).sum()) if span.max() > STILL else 0
+
+
+def learned(accepted: Sequence[Accepted], data: Dataset) -> list[str]:
+    """Sentences on bands of harmonics that were learned on a part of a turn."""
+    words = []
+    for effect in (a.effect for a in accepted):
+        if isinstance(effect, JointHarmonic) and len(effect.orders) > 1:
+            q = data.q[:, effect.joints[0]]
+            if np.ptp(q) < FULL_TURN:
+                low, high = np.rad2deg([q.min(), q.max()])
+                words.append(
+                    f"the harmonics of joint {effect.joints[0] + 1} were learned from {low:.0f}° to "
+                    f"{high:.0f}°; beyond, they fade out and say nothing"
+                )
+    return words
+
+
+def coverage(data: Dataset, chain: Chain) -> list[str]:
+    """Sentences on what the rows leave out: joints that moved little, or all together; groups."""
+    span = np.ptp(data.q, axis=0)
+    little = [j for j in range(data.joints) if turns(chain, j) and STILL < span[j] < LITTLE]
+    notes = [
+        f"joint {j + 1} moved over {np.rad2deg(span[j]):.0f}° only: nothing is said of it beyond"
+        for j in little
+    ]
+    if data.group is not None and len(set(data.group.tolist())) == 1:
+        notes.append("all fitted rows are of one group, so effects were cross-validated row by row")
+    together = freedoms(data)
+    if together < int((span > STILL).sum()):
+        notes.append(
+            f"the joints moved together, in a family of poses with {together} instead of {data.joints} "
+            "freedoms: what is found holds there, and effects of different joints can hardly be told apart"
+        )
+    return notes
+
+
+def _doubt(accepted: Sequence[Accepted]) -> str:
+    """A sentence on what the rows can't tell apart."""
+    pairs = [(a, r) for a in accepted for r in a.alternatives if r.effect in ambiguous((a,))]
+    if not pairs:
+        return ""
+    words = "; ".join(f"{label(a.effect)} from {label(r.effect)}" for a, r in pairs[:2])
+    return f" These rows can't tell {words}."

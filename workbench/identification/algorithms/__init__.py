@@ -1,0 +1,1 @@
+"""The identification algorithms, one file each."""

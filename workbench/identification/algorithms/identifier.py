@@ -1,0 +1,90 @@
+"""The contract of an identification algorithm, and what it hands back.
+
+An algorithm takes a `Problem` and searches from its start. What is computed at the answer (covariance,
+rank, row residuals) is the same for all and stands in `result.py`.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.base.types import Outcome
+from workbench.identification.linear import Factor
+from workbench.identification.problem import Problem
+
+OnStep = Callable[[int, float], bool]
+"""Called with the iteration and the present cost; returning True cancels the search."""
+
+STEP_TOLERANCE = 1e-4
+"""A step that promises to move the answer by less than this many standard errors ends the search."""
+ROUNDING = 1e-8
+"""Relative decrease that can't be told from rounding once no step reduces the error any further."""
+RESIDUAL_FLOOR = 1e-10
+"""… or one that changes the residuals by less than this many of the stated standard deviations: rounding."""
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """How a search went.
+
+    Args:
+        x: Best unknowns found [rad or m].
+        outcome: How it ended.
+        history: Cost ½|r|² after every iteration, the start's first.
+    """
+
+    x: Float[np.ndarray, " p"]
+    outcome: Outcome
+    history: tuple[float, ...]
+
+    @property
+    def iterations(self) -> int:
+        """Iterations done."""
+        return len(self.history) - 1
+
+
+class AbstractIdentifier(ABC):
+    """One algorithm. Final subclasses hold its settings."""
+
+    name: ClassVar[str]
+    """As in files and commands."""
+    title: ClassVar[str]
+    """As in tables and figures."""
+
+    @abstractmethod
+    def search(self, problem: Problem, *, on_step: OnStep | None = None) -> Search:
+        """Minimise the problem's cost from its start."""
+
+
+def settled(factor: Factor, decrease: float, size: int) -> bool:
+    """Whether the promised decrease of |r|² is far below what noise can carry.
+
+    A step of s standard errors promises a decrease of s² times the residual variance.
+    """
+    variance = factor.residual_square / max(size - factor.rank, 1)
+    return decrease <= max(STEP_TOLERANCE**2 * variance, RESIDUAL_FLOOR**2 * size)
+
+
+def ended(promised: float, history: list[float]) -> Outcome:
+    """Outcome of a search that found no step downhill: rounding at the bottom, or stuck above it.
+
+    Args:
+        promised: Decrease of |r|² that the linear model still promises.
+        history: Cost ½|r|² so far.
+    """
+    at_bottom = promised <= ROUNDING * 2.0 * history[-1] or history[-1] <= ROUNDING**2 * history[0]
+    return Outcome.CONVERGED if at_bottom else Outcome.STALLED
+
+
+def gauge_step(
+    factor: Factor, step: Float[np.ndarray, " p"], from_nominal: Float[np.ndarray, " p"]
+) -> Float[np.ndarray, " p"]:
+    """The step, moved along what can't be seen so that the parameters end as near to nominal as they can."""
+    n = factor.null_space
+    if not n.shape[1]:
+        return step
+    return step - factor.units * (n @ (n.T @ ((from_nominal + step) / factor.units)))

@@ -1,0 +1,156 @@
+"""INFLUENCE: every pose corrects the constants on its own, the influential most (Katana eqs. 3.5–3.8).
+
+At each pose the smallest change of constants that explains its residual is sought in small steps,
+
+    ΔE = C Jᵀ(J Jᵀ)⁺ ΔP,      E ← E + k ∘ ΔE,      ΔP ← ΔP − J (k ∘ ΔE),      C < 1,
+
+where k are the influences of the constants at that pose as shares of the greatest. The steps end when ΔP is
+below what the instrument resolves. Their limit has a closed form that no longer holds C, and is what is
+computed here, with K = diag(k):
+
+    E = K Jᵀ(J K Jᵀ)⁺ ΔP
+
+(C is the path, not the end: each step multiplies what is left of ΔP by 1 − C J K Jᵀ(J Jᵀ)⁺.) With k = 1 this
+is the thesis's standard identification. One set of constants "that best fits all measured poses" is made
+from those of the poses: their mean, times the factor that lets the error of all poses fall most; from there
+all poses begin again, until that no longer helps. The mean of such projections is Cimmino's method, so what
+the poses hardly show grows last and stays near nominal if the rounds end early.
+
+Constants are compared in degrees and millimetres, as the thesis lists them. The influence of a constant is
+the column of J times the deviation of §3.5 (0.05°, 0.1 mm), which is the imposed deviation to first order.
+
+Sources: Katana §§3.5, 3.6; Cimmino, La Ricerca Scientifica 9 (1938); Censor & Zenios, Parallel Optimization
+(1997), §5 (mean of projections).
+"""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from workbench.arm.kinematics.influence import ANGLE, LENGTH
+from workbench.base.types import Outcome
+from workbench.identification.algorithms.identifier import (
+    AbstractIdentifier,
+    OnStep,
+    Search,
+    settled,
+)
+from workbench.identification.linear import factorise
+from workbench.identification.problem import Evaluation, Problem
+
+DEGREE, MILLIMETRE = float(np.deg2rad(1.0)), 1e-3
+"""Units in which constants are compared [rad], [m]."""
+RCOND = 1e-6
+"""Singular values of one pose's J K Jᵀ below this share of its greatest count as zero."""
+
+
+@final
+@dataclass(frozen=True)
+class InfluenceBased(AbstractIdentifier):
+    """Mean of each pose's own correction, weighted by influence.
+
+    Args:
+        weighted: Whether constants are weighted by their influence; if not, the thesis's standard
+            identification (k = 1).
+        gain: Least relative decrease of the cost by one round that still counts as help.
+        limit: Greatest number of rounds.
+    """
+
+    weighted: bool = True
+    gain: float = 1e-3
+    limit: int = 500
+    name = "influence"
+    title = "INFLUENCE"
+
+    def search(self, problem: Problem, *, on_step: OnStep | None = None) -> Search:
+        """See the module."""
+        x = problem.start.copy()
+        stacks = _stacks(problem.component_rows)
+        units = np.array([DEGREE if p.unit == "rad" else MILLIMETRE for p in problem.parameters])
+        at = problem.evaluate(x)
+        history = [0.5 * float(at.residual @ at.residual)]
+        for iteration in range(self.limit):
+            if not np.isfinite(history[-1]):
+                return Search(x, Outcome.DIVERGED, tuple(history))
+            if on_step and on_step(iteration, history[-1]):
+                return Search(x, Outcome.CANCELLED, tuple(history))
+            factor = factorise(at.jacobian, at.residual, problem.units)
+            if settled(factor, factor.predicted_decrease(), problem.count):
+                return Search(x, Outcome.CONVERGED, tuple(history))
+            step, decrease = self._round(at, stacks, units)
+            if decrease < 2.0 * self.gain * history[-1]:
+                return Search(x, Outcome.CONVERGED, tuple(history))
+            x = x + step
+            at = problem.evaluate(x)
+            history.append(0.5 * float(at.residual @ at.residual))
+        return Search(x, Outcome.ITERATION_LIMIT, tuple(history))
+
+    def _round(
+        self, at: Evaluation, stacks: list[np.ndarray], units: Float[np.ndarray, " p"]
+    ) -> tuple[Float[np.ndarray, " p"], float]:
+        """Mean of the poses' corrections at the best length, and the decrease of |r|² that it promises."""
+        jacobian = at.jacobian * units
+        deviations = np.where(units == MILLIMETRE, LENGTH, ANGLE) / units
+        own = [self._poses(jacobian[s], at.residual[s], deviations) for s in stacks]
+        step = np.concatenate(own).mean(axis=0)
+        moved = jacobian @ step
+        along = max(float(moved @ at.residual), 0.0)
+        length = along / max(float(moved @ moved), 1e-300)
+        return length * step * units, length * along
+
+    def _poses(
+        self,
+        jacobian: Float[np.ndarray, "rows m p"],
+        residual: Float[np.ndarray, "rows m"],
+        deviations: Float[np.ndarray, " p"],
+    ) -> Float[np.ndarray, "rows p"]:
+        """The change of constants that explains each pose on its own, in degrees and millimetres."""
+        k = pose_weights(jacobian * deviations) if self.weighted else np.ones((len(jacobian), 1))
+        weighted = jacobian * k[:, None]
+        gram = weighted @ jacobian.transpose(0, 2, 1)
+        pull = np.linalg.pinv(gram, rcond=RCOND, hermitian=True) @ residual[..., None]
+        return (weighted.transpose(0, 2, 1) @ pull)[..., 0]
+
+
+def _stacks(component_rows: Int[np.ndarray, " m"]) -> list[Int[np.ndarray, "poses k"]]:
+    """Residual components pose by pose, poses with equally many of them in one stack."""
+    _, starts, counts = np.unique(component_rows, return_index=True, return_counts=True)
+    return [starts[counts == c][:, None] + np.arange(c) for c in np.unique(counts)]
+
+
+def pose_weights(moves: Float[np.ndarray, "rows m p"]) -> Float[np.ndarray, "rows p"]:
+    """k of each pose: how far each deviation moves it, as a share of the greatest (Katana §3.6)."""
+    lengths = np.linalg.norm(moves, axis=1)
+    return lengths / np.maximum(lengths.max(axis=1, keepdims=True), 1e-300)
+
+
+def small_steps(
+    jacobian: Float[np.ndarray, "m p"],
+    residual: Float[np.ndarray, " m"],
+    weights: Float[np.ndarray, " p"],
+    *,
+    factor: float = 0.1,
+    resolution: float = 1e-5,
+    limit: int = 10_000,
+) -> Float[np.ndarray, " p"]:
+    """The thesis's own steps at one pose, eqs. (3.7), (3.8); their limit is what `InfluenceBased` takes.
+
+    Args:
+        jacobian: J of one pose.
+        residual: ΔP.
+        weights: k.
+        factor: C, below one.
+        resolution: Length of ΔP at which the steps end, in its own unit.
+        limit: Greatest number of steps.
+    """
+    answer, left = np.zeros(jacobian.shape[1]), residual.copy()
+    inverse = np.linalg.pinv(jacobian, rcond=RCOND)
+    for _ in range(limit):
+        if np.linalg.norm(left) <= resolution:
+            break
+        step = weights * (factor * (inverse @ left))
+        answer += step
+        left -= jacobian @ step
+    return answer

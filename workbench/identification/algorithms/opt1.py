@@ -1,0 +1,85 @@
+"""OPT1: the scalar cost of ARIA eq. (19) minimised within bounds, the counterpart of `fmincon`.
+
+The method knows the sum of squares only as one number with a gradient, and every parameter's interval:
+sequential quadratic programming with an active set and a BFGS Hessian (SLSQP), in parameters scaled by
+the lengths of the Jacobian's columns at the start. Bounds come with the parameters.
+
+Source: Kraft, A software package for sequential quadratic programming, DFVLR-FB 88-28 (1988).
+"""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+from scipy.optimize import Bounds, minimize
+
+from workbench.base.types import Outcome
+from workbench.identification.algorithms.identifier import AbstractIdentifier, OnStep, Search
+from workbench.identification.problem import Problem
+
+ROUNDING = 1e-15
+"""Smallest change of the scalar cost, relative to the start's, that means anything."""
+
+
+class _Cancelled(Exception):
+    """Leaves the minimiser from inside its own callback."""
+
+
+@final
+@dataclass(frozen=True)
+class Opt1(AbstractIdentifier):
+    """Bounded minimisation of the scalar cost.
+
+    Args:
+        limit: Greatest number of iterations.
+    """
+
+    limit: int = 2000
+    name = "opt1"
+    title = "OPT1"
+
+    def search(self, problem: Problem, *, on_step: OnStep | None = None) -> Search:
+        """See the module."""
+        start = problem.start
+        columns = np.linalg.norm(problem.jacobian(start), axis=0)
+        scale = 1.0 / np.where(columns > 1e-9 * columns.max(initial=0.0), columns, 1.0)
+        lower, upper = problem.bounds
+        history: list[float] = []
+        least, best = np.inf, start.copy()
+
+        def cost(y: np.ndarray) -> tuple[float, np.ndarray]:
+            nonlocal least, best
+            x = start + scale * y
+            value, gradient = problem.cost_and_gradient(x)
+            if value < least:
+                least, best = value, x
+            if not history:
+                history.append(value)
+            return value, scale * gradient
+
+        def after_iteration(_: np.ndarray) -> None:
+            history.append(least)
+            if on_step and on_step(len(history) - 1, least):
+                raise _Cancelled
+
+        first, _ = cost(np.zeros(len(start)))
+        if not np.isfinite(first):
+            return Search(start.copy(), Outcome.DIVERGED, (first,))
+        try:
+            answer = minimize(
+                cost,
+                np.zeros(len(start)),
+                jac=True,
+                method="SLSQP",
+                bounds=Bounds((lower - start) / scale, (upper - start) / scale),
+                callback=after_iteration,
+                options={"ftol": max(ROUNDING * first * 1e-7, 1e-22), "maxiter": self.limit},
+            )
+        except _Cancelled:
+            return Search(best, Outcome.CANCELLED, tuple(history))
+        x = np.clip(best, lower, upper)
+        if answer.success:
+            outcome = Outcome.CONVERGED
+        else:
+            outcome = Outcome.ITERATION_LIMIT if answer.nit >= self.limit else Outcome.STALLED
+        return Search(x, outcome, tuple(history))

@@ -1,0 +1,78 @@
+"""OPT2: Levenberg–Marquardt, the counterpart of the paper's `lsqnonlin` (ARIA 4.1.3).
+
+Minimises ½|r(x)|² with the step (JᵀJ + λ I)⁻¹ Jᵀr, in natural units; λ follows the ratio of the actual to the
+promised decrease. One factorisation serves all λ of an iteration.
+
+Source: Nielsen, Damping parameter in Marquardt's method, IMM-REP-1999-05 (the update of λ).
+"""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.base.types import Outcome
+from workbench.identification.algorithms.identifier import (
+    AbstractIdentifier,
+    OnStep,
+    Search,
+    ended,
+    gauge_step,
+    settled,
+)
+from workbench.identification.linear import factorise
+from workbench.identification.problem import Problem
+
+
+@final
+@dataclass(frozen=True)
+class Opt2(AbstractIdentifier):
+    """Levenberg–Marquardt.
+
+    Args:
+        limit: Greatest number of accepted steps.
+        rejections: Greatest number of rejected steps in a row.
+        damping: First λ, as a part of the largest squared singular value of the whitened Jacobian.
+    """
+
+    limit: int = 200
+    rejections: int = 30
+    damping: float = 1e-8
+    name = "opt2"
+    title = "OPT2"
+
+    def search(
+        self, problem: Problem, *, on_step: OnStep | None = None, begin: Float[np.ndarray, " p"] | None = None
+    ) -> Search:
+        """See the module; from `begin` instead of the nominal values, where an answer nearby is known."""
+        x = problem.start.copy() if begin is None else begin.copy()
+        at = problem.evaluate(x)
+        history = [0.5 * float(at.residual @ at.residual)]
+        damping = None
+        for iteration in range(self.limit):
+            if not np.isfinite(history[-1]):
+                return Search(x, Outcome.DIVERGED, tuple(history))
+            if on_step and on_step(iteration, history[-1]):
+                return Search(x, Outcome.CANCELLED, tuple(history))
+            factor = factorise(at.jacobian, at.residual, problem.units)
+            if settled(factor, factor.predicted_decrease(), problem.count):
+                return Search(x, Outcome.CONVERGED, tuple(history))
+            damping = self.damping * factor.s[0] ** 2 if damping is None else damping
+            growth = 2.0
+            for _ in range(self.rejections):
+                step = gauge_step(factor, factor.step(damping), x - problem.start)
+                promised = factor.predicted_decrease(damping)
+                trial = problem.residual(x + step)
+                cost = 0.5 * float(trial @ trial)
+                gain = 2.0 * (history[-1] - cost) / promised if promised > 0 else -1.0
+                if np.isfinite(cost) and gain > 0:
+                    break
+                damping, growth = damping * growth, growth * 2.0
+            else:
+                return Search(x, ended(factor.predicted_decrease(), history), tuple(history))
+            damping *= max(1.0 / 3.0, 1.0 - (2.0 * gain - 1.0) ** 3) if gain < 0.9 else 0.1
+            x = x + step
+            at = problem.evaluate(x)
+            history.append(cost)
+        return Search(x, Outcome.ITERATION_LIMIT, tuple(history))

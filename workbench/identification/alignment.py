@@ -1,0 +1,180 @@
+"""Where base and tool roughly are, before anything else is known: closed forms, then a short fit.
+
+With full poses B_i = X A_i Z (A the arm's nominal pose, X the base, Z the tool) the two rotations come from
+one singular value decomposition and the translations from linear least squares. With points alone the base
+(Arun's rigid fit) and the tool point (linear) are found in turns; repeated visits to one place give the
+tool point at once.
+
+Source: Shah, Solving the robot-world/hand-eye calibration problem using the Kronecker product, J. Mech.
+Robot. 5(3), 2013.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm import chain as chains
+from workbench.arm.robot import Frame, Robot, SessionFrames
+from workbench.base import se3
+from workbench.data.dataset import Dataset
+from workbench.identification.algorithms.opt2 import Opt2
+from workbench.identification.problem import FrameFreedom, Noise, Problem
+
+TURNS = 20
+"""Rounds of base and tool in turns for points; each is a closed form."""
+ENOUGH_ROWS = 500
+"""Rows that find the frames; the others only polish them."""
+SAME_PLACE = 1e-9
+"""Measured points closer than this [m] are visits to one place."""
+
+
+def align(
+    robot: Robot,
+    data: Dataset,
+    freedom: FrameFreedom,
+    *,
+    noise: Noise | None = None,
+    known: Mapping[str, float] | None = None,
+) -> Robot:
+    """The nominal arm with the base and tool that fit the rows best; geometry is not touched.
+
+    Args:
+        robot: Nominal arm; frames that are not free stay as they are.
+        data: Rows to fit.
+        freedom: What of base and tool is unknown.
+        noise: Weighs positions against rotations.
+        known: Known places of anchors or contacts [m].
+
+    Returns:
+        The robot with its frames moved, per session where they are free per session.
+    """
+    if not freedom.base and not freedom.tool:
+        return robot
+    if len(data) > 2 * ENOUGH_ROWS:
+        some = data.take(spread_rows(data, ENOUGH_ROWS))
+        if some.sessions == data.sessions:
+            rough = align(robot, some, freedom, noise=noise, known=known)
+            problem = Problem.build(rough, data, free=(), frames=freedom, noise=noise, known=known)
+            return problem.robot_at(Opt2(limit=100).search(problem).x)
+    best, least = robot, np.inf
+    for start in _starts(robot, data, freedom):
+        problem = Problem.build(start, data, free=(), frames=freedom, noise=noise, known=known)
+        search = Opt2(limit=100).search(problem)
+        if search.history[-1] < least:
+            best, least = problem.robot_at(search.x), search.history[-1]
+    return best
+
+
+def spread_rows(data: Dataset, count: int) -> np.ndarray:
+    """Row numbers spread evenly over the data, at most so many."""
+    return np.unique(np.linspace(0, len(data) - 1, min(count, len(data))).astype(int))
+
+
+def _starts(robot: Robot, data: Dataset, freedom: FrameFreedom) -> Iterator[Robot]:
+    yield robot
+    if not freedom.base or data.position is None:
+        return
+    arm = chains.poses(robot.with_frames(base=Frame(), tool=Frame()).chain, data.q)
+    seen = np.isfinite(data.position).all(-1)
+    groups = [
+        np.flatnonzero(seen & (True if data.session is None else data.session == s)) for s in data.sessions
+    ]
+    groups = [g for g in groups if len(g)]
+    if not freedom.base_per_session:
+        groups = [np.concatenate(groups)] if groups else []
+    if not groups:
+        return
+    rotations = data.rotation
+    if rotations is not None and np.isfinite(rotations[seen]).all():
+        largest = max(groups, key=len)
+        tool = robot.tool.pose
+        if freedom.tool and len(largest) >= 3:
+            tool = hand_eye(arm[largest], se3.pose(rotations[largest], data.position[largest]))
+        bases = [_mean_base(arm[g] @ tool, se3.pose(rotations[g], data.position[g])) for g in groups]
+        yield _with_frames(robot, data, freedom, bases, tool)
+        return
+    for point in _tool_points(robot, data, arm, groups, freedom):
+        bases = [se3.best_fit(se3.apply(arm[g], point[None]), data.position[g]) for g in groups]
+        yield _with_frames(robot, data, freedom, bases, se3.pose(robot.tool.rotation, point))
+
+
+def hand_eye(
+    arm: Float[np.ndarray, "rows 4 4"], measured: Float[np.ndarray, "rows 4 4"]
+) -> Float[np.ndarray, "4 4"]:
+    """The tool Z of B_i = X A_i Z, base unknown: A Z = X⁻¹ B solved by one SVD."""
+    a, b = arm[:, :3, :3], measured[:, :3, :3]
+    kronecker = np.einsum("kij,kmn->jnim", a, b)  # z_jn = Σ a_ij y_im b_mn
+    matrix = kronecker.reshape(9, 9)
+    u, _, vt = np.linalg.svd(matrix)
+    z, y = u[:, 0].reshape(3, 3), vt[0].reshape(3, 3)
+    if np.linalg.det(z) < 0:
+        z, y = -z, -y
+    z, y = _nearest_rotation(z), _nearest_rotation(y)
+    x = y.T
+    # p_B = X (R_A t_Z + p_A) + t_X
+    system = np.concatenate([x @ a, np.broadcast_to(np.eye(3), a.shape)], axis=2).reshape(-1, 6)
+    right = (measured[:, :3, 3] - (x @ arm[:, :3, 3, None])[..., 0]).ravel()
+    translation = np.linalg.lstsq(system, right, rcond=1e-9)[0]
+    return se3.pose(z, translation[:3])
+
+
+def _nearest_rotation(matrix: Float[np.ndarray, "3 3"]) -> Float[np.ndarray, "3 3"]:
+    u, _, vt = np.linalg.svd(matrix)
+    return u @ np.diag([1.0, 1.0, np.linalg.det(u) * np.linalg.det(vt)]) @ vt
+
+
+def _mean_base(predicted: np.ndarray, measured: np.ndarray) -> Float[np.ndarray, "4 4"]:
+    """The base X of B_i = X P_i, rotations first."""
+    rotation = _nearest_rotation(np.einsum("kij,klj->il", measured[:, :3, :3], predicted[:, :3, :3]))
+    offset = measured[:, :3, 3] - (rotation @ predicted[:, :3, 3, None])[..., 0]
+    return se3.pose(rotation, offset.mean(0))
+
+
+def _tool_points(robot, data, arm, groups, freedom) -> Iterator[Float[np.ndarray, "3"]]:
+    """Guesses of the tool point from points alone."""
+    if not freedom.tool:
+        yield np.array(robot.tool.xyz)
+        return
+    repeated = _from_repeated_places(data, arm)
+    starts = [np.array(robot.tool.xyz)] if repeated is None else [repeated, np.array(robot.tool.xyz)]
+    for point in starts:
+        for _ in range(TURNS):
+            rows, right = [], []
+            for g in groups:
+                base = se3.best_fit(se3.apply(arm[g], point[None]), data.position[g])
+                rows.append((base[:3, :3] @ arm[g, :3, :3]).reshape(-1, 3))
+                right.append((data.position[g] - se3.apply(base, arm[g, :3, 3])).ravel())
+            point = np.linalg.lstsq(np.concatenate(rows), np.concatenate(right), rcond=1e-6)[0]
+        yield point
+
+
+def _from_repeated_places(data: Dataset, arm: np.ndarray) -> Float[np.ndarray, "3"] | None:
+    """Tool point for which all visits to one measured place coincide: linear, needs no base."""
+    session = np.zeros(len(data)) if data.session is None else np.unique(data.session, return_inverse=True)[1]
+    position = np.asarray(data.position)
+    seen = np.isfinite(position).all(-1)
+    key = np.column_stack([session, np.round(position / SAME_PLACE)])[seen]
+    arm = arm[seen]
+    _, place = np.unique(key, axis=0, return_inverse=True)
+    rows, right = [], []
+    for k in range(place.max() + 1):
+        visits = arm[place == k]
+        if len(visits) > 3:
+            rows.append((visits[:, :3, :3] - visits[:, :3, :3].mean(0)).reshape(-1, 3))
+            right.append(-(visits[:, :3, 3] - visits[:, :3, 3].mean(0)).ravel())
+    return np.linalg.lstsq(np.concatenate(rows), np.concatenate(right), rcond=1e-6)[0] if rows else None
+
+
+def _with_frames(robot: Robot, data: Dataset, freedom: FrameFreedom, bases, tool) -> Robot:
+    """The robot with its free frames set to the guesses."""
+    new_tool = Frame.from_pose(tool, robot.tool.free) if freedom.tool else robot.tool
+    robot = robot.with_frames(base=Frame.from_pose(bases[0], robot.base.free), tool=new_tool)
+    if freedom.base_per_session:
+        sessions = [
+            SessionFrames(name, Frame.from_pose(base, robot.base.free), new_tool)
+            for name, base in zip(data.sessions, bases, strict=True)
+        ]
+        robot = replace(robot, sessions=tuple(sessions))
+    return robot

@@ -1,0 +1,300 @@
+"""Blocks of a problem: rows of one session seen in one way, ready to be evaluated.
+
+A problem's rows are split so that each block has one chain (base, arm, tool of its session) and one
+observation; long ones are cut so that their twists stay in the processor's cache.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple, no_type_check
+
+import numpy as np
+from numba import njit
+
+from workbench.arm import chain as chains
+from workbench.arm.chain import Chain
+from workbench.arm.effects import AbstractEffect
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.kinematics.link_frames import TOOL, Watched, watched
+from workbench.arm.motion import Motion
+from workbench.arm.robot import Robot, SessionFrames
+from workbench.arm.statics.deflection import effect_columns, shift_of
+from workbench.base.errors import DataError
+from workbench.data.dataset import Dataset
+from workbench.data.observations import OBSERVATIONS, AbstractObservation, Channel
+
+PIECE = 1024
+"""Rows that are evaluated at once: their twists stay in the processor's cache."""
+
+
+class Noise(NamedTuple):
+    """Standard deviations that whiten the residuals.
+
+    Args:
+        position: Of a position or a distance [m].
+        rotation: Of an orientation about each axis [rad].
+    """
+
+    position: float = 1e-4
+    rotation: float = np.deg2rad(0.02)
+
+
+@dataclass(frozen=True, eq=False)
+class FrameFreedom:
+    """What of the base and tool is unknown, and whether each session has its own.
+
+    Args:
+        base: Parts of the base that are unknown, from `FRAME_PARTS`; empty if it is known.
+        tool: Likewise of the tool.
+        base_per_session: Whether every session has its own base.
+        tool_per_session: Whether every session has its own tool.
+    """
+
+    base: tuple[str, ...] = ()
+    tool: tuple[str, ...] = ()
+    base_per_session: bool = False
+    tool_per_session: bool = False
+
+    def session_frames(self, robot: Robot, session: str) -> SessionFrames:
+        """Frames from which the search begins: a session's own, unless all sessions are to share them."""
+        own = robot.session_frames(session)
+        base = robot.base if self.base and not self.base_per_session else own.base
+        tool = robot.tool if self.tool and not self.tool_per_session else own.tool
+        return SessionFrames(session, base, tool)
+
+
+@dataclass(frozen=True, eq=False)
+class Bent:
+    """What a block of an arm with effects needs beside its chain.
+
+    Args:
+        robot: The arm with its effects and the session's frames.
+        motion: State of the block's rows.
+        names: Coefficients of effects that are unknown.
+        places: Their places in x.
+    """
+
+    robot: Robot
+    motion: Motion
+    names: tuple[str, ...]
+    places: np.ndarray
+
+    def effects(self, x: np.ndarray) -> tuple[AbstractEffect, ...]:
+        """The robot's effects with the coefficients set."""
+        given = dict(zip(self.names, x[self.places].tolist(), strict=True))
+        return tuple(e.sized(given) for e in self.robot.effects)
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """Rows of one session seen by one observation.
+
+    Args:
+        session: Its name.
+        rows: Rows of the data.
+        q: Their joint positions [rad or m].
+        observation: How they were seen.
+        chain: Base, arm and tool of the session.
+        elements: Elements whose constants are unknown.
+        places: Places of the unknown constants in x, then those of unknown coefficients of effects.
+        unknowns: Places of the instrument's unknowns in x, -1 for known ones.
+        known: Values of the instrument's unknowns that are known.
+        inverse_sigma: Reciprocal standard deviation of every residual component.
+        start: First residual component of the problem that is the block's.
+        bent: What an arm with effects needs; None without.
+        watched: What the observation sees of the chain.
+    """
+
+    session: str
+    rows: np.ndarray
+    q: np.ndarray
+    observation: AbstractObservation
+    chain: Chain
+    elements: np.ndarray
+    places: np.ndarray
+    unknowns: np.ndarray
+    known: np.ndarray
+    inverse_sigma: np.ndarray
+    start: int
+    bent: Bent | None = None
+    watched: Watched = TOOL
+
+    def values(self, x: np.ndarray) -> np.ndarray:
+        """Constants of the chain at x."""
+        values = self.chain.values.copy()
+        values[self.elements] = x[self.places[: len(self.elements)]]
+        return values
+
+    def poses(self, x: np.ndarray) -> np.ndarray:
+        """Poses of what is watched, at x."""
+        values, part, shift = self.values(x), self.watched.part, chains.NO_SHIFT
+        if self.bent is not None:
+            bent = self.bent
+            shift = shift_of(bent.robot, bent.motion, values=values, effects=bent.effects(x))
+        poses = chains.poses(self.chain, self.q, values=values, shift=shift, part=part)
+        return self.watched.turned(poses, np.zeros((len(poses), 6, 0)))[0]
+
+    def twists(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Poses of what is watched, at x, and its twists per unknown in the order of `places`."""
+        values, part = self.values(x), self.watched.part
+        if self.bent is None:
+            found = chains.twists(self.chain, self.q, self.elements, values=values, part=part)
+        else:
+            bent, effects = self.bent, self.bent.effects(x)
+            found = effect_columns(
+                bent.robot, bent.motion, self.elements, bent.names, values=values, effects=effects, part=part
+            )
+        return self.watched.turned(*found)
+
+    @property
+    def stop(self) -> int:
+        """First residual component after the block's."""
+        return self.start + self.inverse_sigma.size
+
+
+@njit(cache=True)
+@no_type_check
+def add_whitened(by_twist, twists, weight, places, out):
+    """out[(row, component), place] = weight · by_twist · twist, written into the block's rows."""
+    rows, components = weight.shape
+    for i in range(rows):
+        for a in range(components):
+            line = out[i * components + a]
+            for c in range(6):
+                factor = weight[i, a] * by_twist[i, a, c]
+                if factor != 0.0:
+                    for k in range(places.shape[0]):
+                        line[places[k]] += factor * twists[i, c, k]
+
+
+def frame_name(frame: str, per_session: bool, session: str) -> str:
+    """`base`, or `base[front]` where every session has its own."""
+    return f"{frame}[{session}]" if per_session else frame
+
+
+def observed_kinds(data: Dataset) -> list[tuple[type[AbstractObservation], np.ndarray]]:
+    """Every row with the first observation that fits it."""
+    left = np.ones(len(data), bool)
+    kinds = []
+    for kind in OBSERVATIONS:
+        mine = kind.applies(data) & left
+        left &= ~mine
+        if mine.any():
+            kinds.append((kind, np.flatnonzero(mine)))
+    if left.any():
+        raise DataError(
+            f"{data.source}, data row {data.row[left][0]}: nothing was measured that can be compared with a "
+            "pose (position, orientation, markers, distance, contact or tilt); exclude the row"
+        )
+    return kinds
+
+
+def session_robot(robot: Robot, session: str, freedom: FrameFreedom) -> Robot:
+    """The arm with base and tool of a session."""
+    frames = freedom.session_frames(robot, session)
+    return robot.with_frames(base=frames.base, tool=frames.tool)
+
+
+def instrument_start(robot: Robot, data: Dataset, kinds, freedom: FrameFreedom) -> dict[str, float]:
+    """First guesses of anchors, contacts and markers from the nominal poses."""
+    start: dict[str, float] = {}
+    for kind, rows in kinds:
+        mine = data.take(rows)
+        observation = kind.of(mine)
+        if observation.unknowns:
+            poses = np.empty((len(rows), 4, 4))
+            for session in mine.sessions:
+                chosen = in_session_mask(mine, session)
+                motion = Motion.of(mine).take(chosen)
+                poses[chosen] = tool_poses(session_robot(robot, session, freedom), motion.q, motion=motion)
+            start |= zip(observation.unknowns, observation.start(poses).tolist(), strict=True)
+    return start
+
+
+def in_session_mask(data: Dataset, session: str) -> np.ndarray:
+    """Rows of a session; all of them where the data have none."""
+    return np.ones(len(data), bool) if data.session is None else data.session == session
+
+
+def build_blocks(robot, data, kinds, names, effects, frames, noise, index, values) -> tuple[Block, ...]:
+    """Divide the rows by session, observation and size.
+
+    Args:
+        robot: Arm with its frames per session.
+        data: Rows to divide.
+        kinds: Rows of every observation, from `observed_kinds`.
+        names: Constants of the arm that are unknown.
+        effects: Coefficients of its effects that are unknown.
+        frames: What of base and tool is unknown.
+        noise: Standard deviations where a row brings none.
+        index: Place of every unknown in x.
+        values: First guesses and known values of the instruments' unknowns.
+    """
+    blocks, start = [], 0
+    for session in data.sessions:
+        in_session = in_session_mask(data, session)
+        arm = session_robot(robot, session, frames)
+        full = arm.chain
+        elements, places = list(full.indices(names)), [index[n] for n in names]
+        for kind, parts, own in (
+            ("base", frames.base, frames.base_per_session),
+            ("tool", frames.tool, frames.tool_per_session),
+        ):
+            for part in parts:
+                elements.append(full.index[f"{kind}.{part}"])
+                places.append(index[f"{frame_name(kind, own, session)}.{part}"])
+        coefficients = np.array([index[n] for n in effects], np.int64)
+        places += coefficients.tolist()
+        for observation, rows in pieces(data, kinds, in_session):
+            inverse = inverse_sigma_of(data.take(rows), observation, noise)
+            blocks.append(
+                Block(
+                    session=session,
+                    rows=rows,
+                    q=np.ascontiguousarray(data.q[rows]),
+                    observation=observation,
+                    chain=full,
+                    elements=np.array(elements, np.int64),
+                    places=np.array(places, np.int64),
+                    unknowns=np.array([index.get(n, -1) for n in observation.unknowns], np.int64),
+                    known=np.array([values[n] for n in observation.unknowns], float),
+                    inverse_sigma=inverse,
+                    start=start,
+                    bent=Bent(arm, Motion.of(data).take(rows), tuple(effects), coefficients)
+                    if robot.effects
+                    else None,
+                    watched=watched(arm, observation.link),
+                )
+            )
+            start += inverse.size
+    return tuple(blocks)
+
+
+def pieces(data: Dataset, kinds, in_session) -> Iterator[tuple[AbstractObservation, np.ndarray]]:
+    """The session's rows of every observation, at most `PIECE` at a time."""
+    for observed, rows in kinds:
+        rows = rows[in_session[rows]]
+        for start in range(0, len(rows), PIECE):
+            piece = rows[start : start + PIECE]
+            for observation in observed.each(data.take(piece)):
+                yield observation, piece
+
+
+def inverse_sigma_of(data: Dataset, observation: AbstractObservation, noise: Noise) -> np.ndarray:
+    """Reciprocal standard deviation of every residual component; a row's own where it brings one."""
+    rotation = np.array([c is Channel.ROTATION for c in observation.channels])
+    sigma = np.where(rotation, noise.rotation, noise.position) * np.ones((len(data), 1))
+    if data.sigma is not None:
+        own = own_sigma(data.sigma, rotation)
+        sigma = np.where(np.isfinite(own), own, sigma)
+    return np.where(observation.seen, 1.0 / sigma, 0.0)
+
+
+def own_sigma(sigma: np.ndarray, rotation: np.ndarray) -> np.ndarray:
+    """The rows' own standard deviations of every component: axis by axis, a distance's from all three."""
+    positions = int((~rotation).sum())
+    if positions == 1:
+        return np.sqrt((sigma[:, :3] ** 2).mean(1))[:, None]
+    place = np.cumsum(~rotation) - 1
+    columns = [3 + i - positions if turned else place[i] % 3 for i, turned in enumerate(rotation)]
+    return sigma[:, columns]

@@ -1,0 +1,32 @@
+"""Evaluation: the errors of a given model on data, nothing fitted."""
+
+from workbench.arm.robot import Robot
+from workbench.base.errors import DataError
+from workbench.data.dataset import Dataset
+from workbench.data.plausible import check_plausible
+from workbench.identification.drivers import with_drivers
+from workbench.identification.errors import row_errors
+from workbench.identification.frames import choose_frames
+from workbench.identification.record import Evaluation
+
+
+def evaluate(robot: Robot, data: Dataset, *, fit_frames: bool = False) -> Evaluation:
+    """Errors of a given model; nothing is fitted, or only base and tool.
+
+    Args:
+        robot: A nominal or calibrated arm.
+        data: Measurements; rows that the file excludes are left out.
+        fit_frames: Whether base and tool are fitted where the robot's file does not say they are fixed.
+    """
+    robot.check_joints(data.q, data.source)
+    data = with_drivers(robot, check_plausible(data, robot.limits, robot.reach))
+    notes = list(data.notes)
+    used = data.take(data.included)
+    if not len(used):
+        raise DataError(f"{data.source}: every row is excluded; nothing is left to evaluate")
+    robot.check_ranges(used.q, used.row, data.source)
+    if fit_frames:
+        choice = choose_frames(robot, used, free=())
+        robot, notes = choice.robot, [*notes, *choice.notes]
+    rows = row_errors(robot, used)
+    return Evaluation(robot, rows, used.row, tuple(notes))

@@ -1,0 +1,153 @@
+"""What a fit hands back: parameters with standard errors, and what the rows could not see.
+
+Everything here is computed at the answer from one factorisation, whichever algorithm found it.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.combinations import Combination, combinations
+from workbench.arm.parameters import Parameter
+from workbench.arm.robot import Robot
+from workbench.base.types import Outcome
+from workbench.identification.linear import Factor
+from workbench.identification.noise import effective_parameters, factor_at
+from workbench.identification.problem import Problem
+
+SUSPICIOUS = 5.0
+"""Rows whose residual is this many times what the others lead one to expect are listed."""
+POOR_ANGLE, POOR_LENGTH = np.deg2rad(1.0), 5e-3
+"""Standard errors above which a seen parameter is called poorly determined [rad], [m]."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Fit:
+    """One algorithm's answer to a problem.
+
+    Args:
+        algorithm: Its name.
+        title: Its name in tables and figures.
+        problem: What it was asked.
+        x: Unknowns [rad or m].
+        outcome: How the search ended.
+        history: Cost after every iteration.
+        seconds: Time of the search.
+        warnings: What a user should know, one sentence each.
+    """
+
+    algorithm: str
+    title: str
+    problem: Problem
+    x: Float[np.ndarray, " p"]
+    outcome: Outcome
+    history: tuple[float, ...]
+    seconds: float
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def iterations(self) -> int:
+        """Iterations of the search."""
+        return len(self.history) - 1
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """The unknowns, in the order of x."""
+        return self.problem.parameters
+
+    @cached_property
+    def calibrated(self) -> Robot:
+        """The robot with the identified values."""
+        return self.problem.robot_at(self.x)
+
+    @cached_property
+    def factor(self) -> Factor:
+        """Factorisation of the whitened Jacobian at the answer."""
+        return factor_at(self.problem, self.x)
+
+    @cached_property
+    def whitened(self) -> Float[np.ndarray, " m"]:
+        """Whitened residual components at the answer."""
+        return self.problem.residual(self.x)[: self.problem.size]
+
+    @cached_property
+    def variance_factor(self) -> float:
+        """Residual variance per degree of freedom; 1 when the noise is as stated, or nothing can tell."""
+        if self.spare < 1.0:
+            return 1.0
+        return float(self.whitened @ self.whitened) / self.spare
+
+    @cached_property
+    def spare(self) -> float:
+        """Measured numbers beyond those that the parameters took; below one, errors can't be judged."""
+        return self.problem.count - effective_parameters(self.problem, self.factor)
+
+    @cached_property
+    def covariance(self) -> Float[np.ndarray, "p p"]:
+        """Covariance of x [rad, m] for the residuals that were left; zero along what can't be seen."""
+        return self.factor.covariance() * self.variance_factor
+
+    @cached_property
+    def std(self) -> Float[np.ndarray, " p"]:
+        """Standard errors [rad or m]."""
+        return np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+
+    @property
+    def condition(self) -> float:
+        """Condition number of what can be seen, in natural units."""
+        return self.factor.condition
+
+    @cached_property
+    def unidentifiable(self) -> tuple[Combination, ...]:
+        """Combinations that no row shows; they stayed as near to nominal as the rest allowed."""
+        return combinations(self.factor.null_space, self.parameters)
+
+    @cached_property
+    def hardly_seen(self) -> tuple[Combination, ...]:
+        """Combinations that the rows show too faintly to identify; they too stayed near nominal."""
+        return combinations(self.factor.hardly, self.parameters)
+
+    @cached_property
+    def poorly_determined(self) -> tuple[str, ...]:
+        """Constants that are seen, but only within more than a degree or 5 mm."""
+        limits = [POOR_ANGLE if p.unit == "rad" else POOR_LENGTH for p in self.parameters]
+        return tuple(
+            p.words
+            for p, s, limit in zip(self.parameters, self.std, limits, strict=True)
+            if s > limit and not p.is_coefficient
+        )
+
+    @cached_property
+    def at_bounds(self) -> tuple[str, ...]:
+        """Parameters that ended on a bound."""
+        lower, upper = self.problem.bounds
+        on = (np.abs(self.x - lower) <= 1e-12) | (np.abs(self.x - upper) <= 1e-12)
+        return tuple(p.words for p, b in zip(self.parameters, on, strict=True) if b)
+
+    @cached_property
+    def beyond_bounds(self) -> tuple[str, ...]:
+        """Parameters beyond bounds that the user gave, which only bounded algorithms keep."""
+        lower, upper = self.problem.bounds
+        beyond = (self.x < lower - 1e-12) | (self.x > upper + 1e-12)
+        given = self.problem.bounded
+        return tuple(p.words for p, b in zip(self.parameters, beyond, strict=True) if b and p.name in given)
+
+    @cached_property
+    def row_residuals(self) -> Float[np.ndarray, " rows"]:
+        """Residual of every row in stated standard deviations, whatever weight a robust loss gave it."""
+        plain = self.problem.with_row_weights(None)
+        components = plain.residual(self.x)[: plain.size]
+        size = len(plain.data)
+        square = np.bincount(plain.component_rows, components**2, size)
+        measured = np.bincount(plain.component_rows, plain.inverse_sigma > 0.0, minlength=size)
+        return np.sqrt(square / np.maximum(measured, 1.0))
+
+    @cached_property
+    def suspicious(self) -> np.ndarray:
+        """Rows (of the problem's data) that stand out from the others, the worst first."""
+        residuals = self.row_residuals
+        typical = max(float(np.median(residuals)), 1e-12)
+        found = np.flatnonzero(residuals > SUSPICIOUS * typical)
+        return found[np.argsort(-residuals[found])]

@@ -1,0 +1,242 @@
+"""What of base and tool is unknown: as the robot's file says, or decided from the data and said.
+
+Where the file says `auto`, models of growing freedom are fitted (frames as given, base free, tool free too,
+base or tool of every session its own) and the simplest one is taken that no freer one beats by more than
+chance (F test of the residuals). What the observations can't show is never offered.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import NamedTuple
+
+import numpy as np
+from scipy import special
+
+from workbench.arm.robot import FRAME_PARTS, Robot
+from workbench.base import se3
+from workbench.base.errors import DataError
+from workbench.base.types import Freedom
+from workbench.data.dataset import Dataset
+from workbench.data.observations import OBSERVATIONS, AbstractObservation, MarkerObservation
+from workbench.identification.algorithms.opt2 import Opt2
+from workbench.identification.alignment import ENOUGH_ROWS, align, spread_rows
+from workbench.identification.linear import factorise
+from workbench.identification.problem import FrameFreedom, Noise, Problem
+
+SIGNIFICANCE = 1e-4
+"""A freer model must be better than chance by this level to be taken."""
+STRANGE_ANGLE, STRANGE_LENGTH = np.deg2rad(10.0), 0.02
+"""Corrections of an arm beyond these are hardly its own: rather the tool is another than the file says."""
+FAR_OFF = 10.0
+"""A base that is declared known but leaves this many times the error of a free one is refused …"""
+FAR = 0.05
+"""… if that error is more than this part of the arm's reach."""
+
+
+class Sessions(StrEnum):
+    """Whether base and tool may differ between sessions."""
+
+    SHARED = "shared"
+    PER_SESSION = "per-session"
+    AUTO = "auto"
+
+
+@dataclass(frozen=True, eq=False)
+class FrameChoice:
+    """The decision.
+
+    Args:
+        robot: The nominal arm with its frames aligned to the rows.
+        freedom: What is identified with it.
+        notes: The decisions in words.
+    """
+
+    robot: Robot
+    freedom: FrameFreedom
+    notes: tuple[str, ...]
+
+
+def choose_frames(
+    robot: Robot,
+    data: Dataset,
+    *,
+    sessions: Sessions = Sessions.AUTO,
+    noise: Noise | None = None,
+    free: tuple[str, ...] | None = None,
+    known: Mapping[str, float] | None = None,
+    effects: tuple[str, ...] = (),
+    cancel: Callable[[], bool] | None = None,
+) -> FrameChoice:
+    """Decide what of base and tool is identified, and align the nominal arm.
+
+    Args:
+        robot: Nominal arm, whose frames say fixed, free or auto.
+        data: Rows to be used for identification.
+        sessions: Whether sessions share their frames.
+        noise: Weighs positions against rotations.
+        free: Constants of the arm that will be identified.
+        effects: Coefficients of its effects that will be.
+        known: Known places of anchors or contacts [m]; with them the base can be seen.
+        cancel: Asked between the models; True takes the simplest.
+
+    Raises:
+        DataError: the base is declared known, and the data contradict that beyond any doubt.
+    """
+    known = known or {}
+    candidates = _candidates(robot, data, sessions, known)
+    trial = data.take(spread_rows(data, ENOUGH_ROWS))
+    chosen, chosen_words = candidates[0]
+    if len(candidates) > 1:
+        chosen, chosen_words = _decide(robot, trial, candidates, noise, free, effects, known, cancel)
+    aligned = align(robot, data, chosen, noise=noise, known=known)
+    notes = [chosen_words]
+    if chosen.base:
+        notes += _where_the_base_is(robot, aligned)
+    else:
+        _check_known_base(robot, trial, noise, known)
+    return FrameChoice(aligned, chosen, tuple(notes))
+
+
+def visible_parts(
+    data: Dataset, known: Mapping[str, float] | None = None
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Parts of the base and of the tool that the rows' observations can show."""
+    kinds = [kind for kind in OBSERVATIONS if kind.applies(data).any()]
+
+    def fixed_places(kind: type[AbstractObservation]) -> bool:
+        unknowns = kind.of(data.take(kind.applies(data))).unknowns
+        return bool(known) and all(name in (known or {}) for name in unknowns)
+
+    base = FRAME_PARTS if any(kind.sees_base or fixed_places(kind) for kind in kinds) else ()
+    if any(kind.sees_tool_rotation for kind in kinds):
+        return base, FRAME_PARTS
+    without = all(kind is MarkerObservation or not kind.sees_tool for kind in kinds)
+    return base, () if without else FRAME_PARTS[:3]
+
+
+def _candidates(
+    robot: Robot, data: Dataset, sessions: Sessions, known: Mapping[str, float]
+) -> list[tuple[FrameFreedom, str]]:
+    """Models of growing freedom that the robot's file and the user allow."""
+    base_parts, tool_parts = visible_parts(data, known)
+    several = len(data.sessions) > 1
+
+    def levels(freedom: Freedom, parts: tuple[str, ...]) -> list[int]:
+        """0 known, 1 free, 2 free per session."""
+        if freedom is Freedom.FIXED or not parts:
+            return [0]
+        low = 0 if freedom is Freedom.AUTO else 1
+        high = 2 if several and sessions is not Sessions.SHARED else 1
+        return list(range(low, high + 1))
+
+    base_levels, tool_levels = levels(robot.base.free, base_parts), levels(robot.tool.free, tool_parts)
+    if several and sessions is Sessions.PER_SESSION:
+        base_levels = base_levels[-1:]
+    pairs = [(b, t) for b in base_levels for t in tool_levels if t < 2 or b == 2 or b == base_levels[-1]]
+    pairs.sort(key=lambda pair: (pair[0] + pair[1], pair[1]))
+    words = ("as given", "identified", "identified for every session")
+    return [
+        (
+            FrameFreedom(
+                base_parts if b else (),
+                tool_parts if t else (),
+                base_per_session=b == 2,
+                tool_per_session=t == 2,
+            ),
+            f"base {words[b]}, tool {words[t]}",
+        )
+        for b, t in pairs
+    ]
+
+
+class _Trial(NamedTuple):
+    """A geometric fit with some freedom of the frames."""
+
+    freedom: FrameFreedom
+    words: str
+    square: float
+    rank: int
+    size: int
+    strangeness: float
+
+    def beats(self, other: "_Trial") -> bool:
+        """Whether this freer model is better than the other by more than chance.
+
+        Where the other had to bend the arm beyond what can be made (a tool's offset hides in the last joint,
+        a base's place in the first), the freer one is taken whatever the F test says: few rows, or one bad
+        row, tell it nothing.
+        """
+        if other.strangeness > 1.0 and self.strangeness < 0.5 * other.strangeness:
+            return True
+        gained, left = self.rank - other.rank, self.size - self.rank
+        if gained <= 0 or left <= 0:
+            return False
+        rounding = 1e-16 * self.size
+        if other.square <= rounding:
+            return False
+        ratio = (max(other.square - self.square, 0.0) / gained) / max(self.square / left, rounding)
+        return bool(special.fdtrc(gained, left, ratio) < SIGNIFICANCE)
+
+
+def _decide(robot, data, candidates, noise, free, effects, known, cancel) -> tuple[FrameFreedom, str]:
+    taken: _Trial | None = None
+    for freedom, words in candidates:
+        if taken is not None and cancel is not None and cancel():
+            break
+        trial = _trial(robot, data, freedom, words, noise, free, effects, known)
+        if taken is None or trial.beats(taken):
+            taken = trial
+    assert taken is not None, "there is always a first candidate"
+    return taken.freedom, f"{taken.words} (decided from the data)"
+
+
+def _trial(robot, data, freedom, words, noise, free, effects, known) -> _Trial:
+    aligned = align(robot, data, freedom, noise=noise, known=known)
+    problem = Problem.build(
+        aligned, data, free=free, frames=freedom, noise=noise, known=known, effects=effects
+    )
+    search = Opt2(limit=40).search(problem)
+    at = problem.evaluate(search.x)
+    factor = factorise(at.jacobian, at.residual, problem.units)
+    limits = np.array([STRANGE_ANGLE if p.unit == "rad" else STRANGE_LENGTH for p in problem.parameters])
+    arm = np.array([p.is_geometry for p in problem.parameters], bool)
+    moved = np.abs(search.x - problem.start) / limits
+    strangeness = float(moved[arm].max(initial=0.0))
+    return _Trial(freedom, words, 2.0 * search.history[-1], factor.rank, problem.count, strangeness)
+
+
+def _check_known_base(robot: Robot, data: Dataset, noise: Noise | None, known: Mapping[str, float]) -> None:
+    """Refuse a base that is declared known but stands elsewhere, and say where it stands."""
+    base, tool = visible_parts(data, known)
+    if not base:
+        return
+    freedom = FrameFreedom(base, tool if robot.tool.free is not Freedom.FIXED else ())
+    aligned = align(robot, data, freedom, noise=noise, known=known)
+    found = []
+    for arm in (robot, aligned):
+        problem = Problem.build(arm, data, free=(), known=known)
+        components = problem.physical(problem.residual(problem.start))[~problem.component_channels]
+        found.append(float(np.sqrt((components**2).mean())))
+    if found[0] > max(FAR_OFF * found[1], FAR * robot.reach):
+        where = "; ".join(_where_the_base_is(robot, aligned)) or "elsewhere"
+        raise DataError(
+            f"{data.source}: with the base as given the nominal arm is off by {1e3 * found[0]:.0f} mm, with "
+            f"a free base by {1e3 * found[1]:.1f} mm ({where}); choose the "
+            "robot that was measured, or mend [base] in its file or set its free = true"
+        )
+
+
+def _where_the_base_is(robot: Robot, aligned: Robot) -> list[str]:
+    """Words for a base that was found far from where the file has it."""
+    given, found = robot.base, aligned.sessions[0].base if aligned.sessions else aligned.base
+    turn = se3.matrix_to_rotvec(found.rotation @ given.rotation.T)
+    angle, moved = float(np.linalg.norm(turn)), float(np.linalg.norm(found.xyz - given.xyz))
+    if angle < np.deg2rad(2.0) and moved < 0.02:
+        return []
+    axis = int(np.argmax(np.abs(turn)))
+    about = f" about {'xyz'[axis]}" if angle and abs(turn[axis]) > 0.99 * angle else ""
+    return [
+        f"the measuring frame sees the base turned by {np.rad2deg(angle):.1f}°{about} and moved by "
+        f"{moved:.3f} m from its nominal place"
+    ]

@@ -1,0 +1,189 @@
+"""Identification from end to end: rows chosen, frames decided, noise estimated, fits, held-out errors."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from time import perf_counter
+
+import numpy as np
+
+from workbench.arm.robot import Robot
+from workbench.base.errors import OptionError
+from workbench.base.types import Outcome
+from workbench.data.dataset import Dataset
+from workbench.identification.algorithms.identifier import AbstractIdentifier
+from workbench.identification.algorithms.influence import InfluenceBased
+from workbench.identification.algorithms.ols import Ols
+from workbench.identification.algorithms.opt1 import Opt1
+from workbench.identification.algorithms.opt2 import Opt2
+from workbench.identification.algorithms.robust import Loss, row_weights
+from workbench.identification.errors import Errors
+from workbench.identification.fit import Fit
+from workbench.identification.frames import Sessions
+from workbench.identification.preparation import (
+    Cancel,
+    Progress,
+    on_step,
+    option,
+    prepare,
+)
+from workbench.identification.prior import Prior
+from workbench.identification.problem import Noise
+from workbench.identification.record import Identification, Run, Validation
+from workbench.plate.region import Region
+
+ALGORITHMS: dict[str, AbstractIdentifier] = {a.name: a for a in (Ols(), Opt1(), Opt2(), InfluenceBased())}
+"""The identification algorithms by name; a new one is one more file and one more entry."""
+USUAL = ("ols", "opt1", "opt2")
+"""The paper's three, which run where nothing else is said."""
+REWEIGHTINGS = 10
+"""Rounds of a robust loss."""
+
+
+def identify(
+    robot: Robot,
+    data: Dataset,
+    *,
+    algorithms: Sequence[str] = USUAL,
+    held_out: float | Dataset | tuple[str, ...] = 0.2,
+    frames: Sessions | str = Sessions.AUTO,
+    free: Sequence[str] | None = None,
+    exclude: Mapping[int, str] | None = None,
+    region: Region | None = None,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    noise: Noise | None = None,
+    loss: Loss | str = Loss.SQUARES,
+    prior: Prior | None = None,
+    known: Mapping[str, float] | None = None,
+    effects: Sequence[str] = (),
+    seed: int = 0,
+    progress: Progress | None = None,
+    cancel: Cancel | None = None,
+) -> Identification:
+    """Identify the arm's constants, and its frames where they are unknown.
+
+    Args:
+        robot: Nominal arm; its frames say whether they are fixed, free, or decided from the data.
+        data: Measurements.
+        algorithms: Names from `ALGORITHMS`.
+        held_out: Share of rows to hold out, rows of another file, or names of sessions.
+        frames: Whether sessions share base and tool, have their own, or the data decide.
+        free: Constants to identify; the robot's default ones if None.
+        exclude: Rows to keep out, with the reason.
+        region: Keep only rows whose nominal tool position lies in this cuboid of the robot's base frame.
+        bounds: Least and greatest value by name, for OPT1.
+        noise: Standard deviations [m], [rad]; from repeats or the fit if None.
+        loss: Squares, or a robust loss by rows.
+        prior: What an older calibration knows of the arm's constants.
+        known: Known places of anchors or contacts [m], such as `anchor[A].x`.
+        effects: Coefficients of the robot's effects to identify with the rest; the others stay as they are.
+        seed: Chooses the held-out rows.
+        progress: Called with the part done and what is being done.
+        cancel: Asked often; True ends the run with what it has.
+
+    Raises:
+        DataError: too few rows, or data that contradict the robot beyond doubt.
+        OptionError: an unknown algorithm, constant or option.
+    """
+    report = progress or (lambda part, text: None)
+    chosen = [_algorithm(name) for name in algorithms]
+    loss = option(Loss, loss, "loss")
+    ready = prepare(
+        robot,
+        data,
+        held_out=held_out,
+        frames=frames,
+        free=free,
+        exclude=exclude,
+        region=region,
+        bounds=bounds,
+        noise=noise,
+        prior=prior,
+        known=known,
+        effects=effects,
+        seed=seed,
+        progress=lambda part, text: report(0.4 * part, text),
+        cancel=cancel,
+    )
+    runs: dict[str, Run] = {}
+    for k, algorithm in enumerate(chosen):
+        if runs and cancel is not None and cancel():
+            break
+        report(
+            0.4 + 0.5 * k / len(chosen), f"{algorithm.title}: fitting {len(ready.problem.names)} parameters"
+        )
+        fit = _fit(ready.problem, algorithm, loss, cancel)
+        pairs = zip(fit.problem.parameters, fit.x.tolist(), strict=True)
+        train, held = ready.errors(fit.calibrated, {p.name: value for p, value in pairs if p.is_instrument})
+        runs[algorithm.name] = Run(fit, Errors.of(train), held.summary, train, held)
+    report(0.95, "validating")
+    nominal = ready.nominal_rows
+    report(1.0, "done")
+    return Identification(
+        robot=robot,
+        aligned=ready.aligned,
+        data=ready.data,
+        train_rows=ready.train_rows,
+        held_out_rows=ready.held_out_rows,
+        held_out_data=ready.held,
+        excluded=ready.excluded,
+        frames=ready.problem.frames,
+        noise=ready.shown_noise,
+        notes=ready.notes,
+        nominal=Validation(Errors.of(nominal[0]), nominal[1].summary),
+        nominal_rows=nominal,
+        runs=runs,
+    )
+
+
+def _algorithm(name: str) -> AbstractIdentifier:
+    if name not in ALGORITHMS:
+        raise OptionError(f"there is no algorithm '{name}'; choose from {', '.join(ALGORITHMS)}")
+    return ALGORITHMS[name]
+
+
+def _fit(problem, algorithm, loss, cancel) -> Fit:
+    began = perf_counter()
+    search = algorithm.search(problem, on_step=on_step(cancel))
+    weights = np.ones(len(problem.data))
+    for _ in range(REWEIGHTINGS if loss is not Loss.SQUARES else 0):
+        fit = Fit(
+            algorithm=algorithm.name,
+            title=algorithm.title,
+            problem=problem.with_row_weights(None),
+            x=search.x,
+            outcome=search.outcome,
+            history=search.history,
+            seconds=0.0,
+        )
+        new = row_weights(fit.row_residuals, loss)
+        if np.abs(new - weights).max() < 1e-3 or search.outcome is Outcome.CANCELLED:
+            break
+        weights = new
+        problem = problem.with_row_weights(weights)
+        search = algorithm.search(problem, on_step=on_step(cancel))
+    fit = Fit(
+        algorithm=algorithm.name,
+        title=algorithm.title,
+        problem=problem,
+        x=search.x,
+        outcome=search.outcome,
+        history=search.history,
+        seconds=perf_counter() - began,
+    )
+    return replace(fit, warnings=_warnings(fit))
+
+
+def _warnings(fit: Fit) -> tuple[str, ...]:
+    """What went wrong with one algorithm's search."""
+    found = []
+    if not fit.outcome.ok:
+        found.append(f"{fit.title}: {fit.outcome}")
+    if fit.at_bounds:
+        found.append(
+            f"{fit.title}: on its bound: {', '.join(fit.at_bounds)}; widen the bounds if that is wrong"
+        )
+    if fit.beyond_bounds:
+        found.append(
+            f"{fit.title} knows no bounds: {', '.join(fit.beyond_bounds)} lies beyond; OPT1 keeps them"
+        )
+    return tuple(found)

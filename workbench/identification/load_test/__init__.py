@@ -1,0 +1,1 @@
+"""Clearance, backlash and stiffness of joints from inclinometers and added loads."""

@@ -1,0 +1,396 @@
+"""Loading configurations: pairs of postures between which one joint is loaded otherwise, for inclinometers.
+
+The arm stands still in each posture, and every link carries an inclinometer. From one posture of a pair to
+the other, one joint moves or a mass is hung onto the tool, and of the joint that is asked for
+
+    crosswise   the moment across its axis turns round: its clearance,
+    reversal    the moment about its axis changes its sign: its backlash,
+    size        the moment about its axis grows and keeps its sign: its stiffness.
+
+The mass is hung on for `size` where the arm's own weight would bend the joint by less than the instrument
+resolves ten times over. Gravity turns no upright joint, nor one whose load lies on its axis; such a joint is
+left out, and `side_loads` pulls sideways at the tool instead. Postures keep the joint limits, stand above the
+table, and links that are not neighbours keep apart.
+
+Source: Katana figs. 4.6 and 5.4, which show six of such postures for joint 3.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from workbench.arm.kinematics.link_frames import level_axes
+from workbench.arm.kinematics.skeleton import body_frames, link_ways
+from workbench.arm.motion import Motion
+from workbench.arm.robot import Robot
+from workbench.arm.statics.moments import JointMoments, joint_moments
+from workbench.base import se3
+from workbench.base.errors import DataError, OptionError
+from workbench.base.types import frozen
+from workbench.plate.poses.sampling import poses_that
+
+RESOLUTION = float(np.deg2rad(0.001))
+"""What an inclinometer resolves [rad] (Katana §4.4.1)."""
+SOFT = 2e-5
+"""Compliance that is expected of a joint [rad/(N m)]; 85 kg m/° are as much."""
+RESOLVED = 10.0
+"""Resolutions that a joint must bend by for a stiffness within a tenth."""
+FIRM = 0.1
+"""Least moment that presses a joint to one side of its play [N m]."""
+ROUND = np.cos(np.deg2rad(150.0))
+"""Cosine of the least angle by which a moment across an axis must turn."""
+LEVER = 0.01
+"""Least lever of a level pull at the tool that turns a joint [m]."""
+POSTURES, MOVES = 400, 4
+"""Random postures, and random moves of each joint from each."""
+SIZES = (1.0, 0.8, 0.65, 0.5)
+"""Shares of the greatest moment that is reached, for pairs of one joint and purpose in turn."""
+APART, POINTS = 0.06, 5
+"""Least distance of links that are no neighbours [m], by so many points of each."""
+ABOVE = 0.05
+"""Least height of the moving links over the base's foot [m]."""
+STAY = 0.1
+"""What a side effect on another joint, or a full turn of the joint that moves, costs a pair's rank."""
+
+
+class Purpose(StrEnum):
+    """What changes between the two postures."""
+
+    CROSSWISE = "crosswise"
+    REVERSAL = "reversal"
+    SIZE = "size"
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class LoadingPair:
+    """Two postures that load one joint differently.
+
+    Args:
+        joint: The joint, from 0.
+        purpose: What changes.
+        q: Joint positions [rad or m].
+        added: Mass at the tool [kg].
+        about: Moments about the joint's axis, of the nominal arm [N m].
+        across: Moments across it [N m].
+    """
+
+    joint: int
+    purpose: Purpose
+    q: Float[np.ndarray, "2 n"]
+    added: Float[np.ndarray, "2"]
+    about: Float[np.ndarray, "2"]
+    across: Float[np.ndarray, "2 2"]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class LoadingPlan:
+    """An experiment with inclinometers.
+
+    Args:
+        pairs: The pairs of postures, joint by joint.
+        unturned: Joints that gravity does not turn, from 0; they show their clearance at most.
+        missing: Joints and purposes for which no posture is reached.
+    """
+
+    pairs: tuple[LoadingPair, ...]
+    unturned: tuple[int, ...]
+    missing: tuple[tuple[int, Purpose], ...] = ()
+
+    @property
+    def joints(self) -> tuple[int, ...]:
+        """Joints that are loaded, from 0."""
+        return tuple(dict.fromkeys(pair.joint for pair in self.pairs))
+
+    @property
+    def q(self) -> Float[np.ndarray, "rows n"]:
+        """All postures, pair by pair [rad or m]."""
+        return np.concatenate([pair.q for pair in self.pairs])
+
+    @property
+    def added(self) -> Float[np.ndarray, " rows"]:
+        """Mass at the tool in each [kg]."""
+        return np.concatenate([pair.added for pair in self.pairs])
+
+
+@dataclass(frozen=True, eq=False)
+class _Moves:
+    """Pairs of postures between which one joint moves, with their moments under one load.
+
+    Args:
+        q: Joint positions [rad or m].
+        base: Number of each pair's first posture.
+        mass: At the tool; where it is negative, so much is hung on for the second posture [kg].
+        moments: In the first and in the second posture.
+    """
+
+    q: Float[np.ndarray, "2 pairs n"]
+    base: Int[np.ndarray, " pairs"]
+    mass: float
+    moments: tuple[JointMoments, JointMoments]
+
+
+def loading_plan(
+    robot: Robot,
+    *,
+    joints: Sequence[int] | None = None,
+    added_mass: float = 0.0,
+    each: int = 4,
+    rng: np.random.Generator,
+) -> LoadingPlan:
+    """Choose pairs of postures for some joints.
+
+    Args:
+        robot: Nominal arm with masses and limits.
+        joints: Joints to load, from 0; all that gravity turns if None.
+        added_mass: Mass that can be hung onto the tool [kg].
+        each: Pairs for every joint and purpose.
+        rng: Source of the postures.
+
+    Raises:
+        OptionError: no such joint, a negative mass, or a joint that was asked for and gravity does not turn.
+        DataError: no reachable posture loads a joint that was asked for, or any joint; names the purpose.
+    """
+    if added_mass < 0.0 or each < 1:
+        raise OptionError(
+            f"an added mass of {added_mass:g} kg and {each} pairs can't be; give 0 or more, and 1"
+        )
+    q, base = _moves(robot, rng)
+    moves, heavy = (_loaded(robot, q, base, mass) for mass in (0.0, added_mass))
+    unturned = _unturned(heavy.moments[0])
+    pairs: list[LoadingPair] = []
+    missing: list[tuple[int, Purpose]] = []
+    for joint in _asked(robot, joints, unturned):
+        for purpose in Purpose:
+            try:
+                pairs += _pairs(robot, moves, heavy, joint, purpose, each)
+            except DataError:
+                if joints is not None:
+                    raise
+                missing.append((joint, purpose))
+    if not pairs:
+        raise DataError(
+            f"no posture that robot '{robot.name}' reaches loads any joint both ways, or little and much; "
+            "widen its limits, or add mass at the tool"
+        )
+    return LoadingPlan(pairs=tuple(pairs), unturned=unturned, missing=tuple(missing))
+
+
+def possible(robot: Robot, q: Float[np.ndarray, "rows n"]) -> Bool[np.ndarray, " rows"]:
+    """Postures whose links stay above the table and apart from each other.
+
+    The table lies at the height of the measuring frame's origin if the arm's base stands higher, else at that
+    of the base.
+    """
+    frames, ways = body_frames(robot, q), link_ways(robot)
+    long = [i for i, way in enumerate(ways) if len(way) > 1]
+    points = [se3.apply(frames[:, i, None], _along(ways[i])[None]) for i in long]
+    table = min(0.0, -float(robot.base.xyz[2]))
+    keep = np.ones(len(q), bool)
+    for i, mine in enumerate(points):
+        if long[i] > 1:  # what turns about the first axis alone stays where it is
+            keep &= (mine[:, :, 2] > table + ABOVE).all(axis=1)
+        for others in points[: max(i - 1, 0)]:
+            gaps = np.linalg.norm(mine[:, :, None] - others[:, None], axis=-1)
+            keep &= gaps.min(axis=(1, 2)) > APART
+    return keep
+
+
+def _along(way: Float[np.ndarray, "corners 3"]) -> Float[np.ndarray, "points 3"]:
+    """Evenly spread points of a way, its beginning left out, where its neighbour ends."""
+    length = np.concatenate([[0.0], np.linalg.norm(np.diff(way, axis=0), axis=1).cumsum()])
+    shares = np.linspace(0.0, length[-1], POINTS + 1)[1:]
+    return np.stack([np.interp(shares, length, way[:, i]) for i in range(3)], axis=1)
+
+
+def _moves(
+    robot: Robot, rng: np.random.Generator
+) -> tuple[Float[np.ndarray, "2 pairs n"], Int[np.ndarray, " pairs"]]:
+    """Possible postures, each beside the possible ones that a move of one joint leads to; and its number."""
+
+    def complaint(found: int, tries: int) -> str:
+        return (
+            f"robot '{robot.name}' hardly ever stands above its table with its links apart ({found} of "
+            f"{tries} random joint positions); check its limits and lengths"
+        )
+
+    start = poses_that(robot, POSTURES, lambda q: possible(robot, q), rng=rng, complaint=complaint)
+    base, joint = np.repeat(np.arange(POSTURES), robot.dof * MOVES), np.arange(robot.dof)
+    moved = np.tile(np.repeat(joint, MOVES), POSTURES)
+    other = start[base]
+    low, high = robot.search_limits.T
+    other[np.arange(len(base)), moved] = rng.uniform(low[moved], high[moved])
+    keep = possible(robot, other)
+    return np.stack([start[base[keep]], other[keep]]), base[keep]
+
+
+def _loaded(robot: Robot, q: np.ndarray, base: np.ndarray, mass: float) -> _Moves:
+    """Pairs of postures under a load."""
+    load = np.full(q.shape[1], mass)
+    first, second = (joint_moments(robot, Motion(rows, payload=load)) for rows in q)
+    return _Moves(q, base, mass, (first, second))
+
+
+def _unturned(moments: JointMoments) -> tuple[int, ...]:
+    return tuple(np.flatnonzero(np.abs(moments.about).max(axis=0) < FIRM).tolist())
+
+
+def _asked(robot: Robot, joints: Sequence[int] | None, unturned: tuple[int, ...]) -> tuple[int, ...]:
+    """Joints to load."""
+    if joints is None:
+        return tuple(j for j in range(robot.dof) if j not in unturned)
+    for joint in joints:
+        if not 0 <= joint < robot.dof:
+            raise OptionError(
+                f"joint {joint + 1} is asked for, but the joints of '{robot.name}' are 1 to {robot.dof}"
+            )
+        if joint in unturned:
+            raise OptionError(
+                f"joint {joint + 1} of '{robot.name}' stands upright or carries its load on its axis: no "
+                "gravity acts about it, so inclinometers can't show it; ask for all joints to pull at the "
+                "tool instead"
+            )
+    return tuple(dict.fromkeys(joints))
+
+
+def _pairs(
+    robot: Robot, moves: _Moves, heavy: _Moves, joint: int, purpose: Purpose, each: int
+) -> list[LoadingPair]:
+    """The best pairs for one joint and purpose, of several sizes and from different postures."""
+    if purpose is Purpose.SIZE and heavy.mass > 0.0 and _weak(moves, joint):
+        chosen = _hung(moves, heavy)
+    else:
+        light = _worth(moves, joint, purpose)
+        chosen = heavy if light.max() < FIRM else moves
+    worth = _worth(chosen, joint, purpose)
+    if worth.max() < FIRM:
+        raise DataError(
+            f"no posture that robot '{robot.name}' reaches loads joint {joint + 1} as '{purpose}' asks "
+            f"({worth.max():.2g} N·m of {FIRM:g} N·m are reached); widen its limits, or add mass at the tool"
+        )
+    rank = worth / worth.max() - STAY * _side_effects(chosen, joint)
+    picked: list[int] = []
+    taken = np.zeros(len(worth), bool)
+    for i in range(each):
+        wanted = np.abs(rank - rank.max() * SIZES[i % len(SIZES)])
+        best = int(np.argmin(np.where(taken | (worth < FIRM), np.inf, wanted)))
+        picked.append(best)
+        taken |= chosen.base == chosen.base[best]
+    return [_pair(chosen, heavy, joint, purpose, k) for k in picked]
+
+
+def _hung(moves: _Moves, heavy: _Moves) -> _Moves:
+    """Pairs of a posture with itself, without and with the mass."""
+    _, first = np.unique(moves.base, return_index=True)
+    q = np.stack([moves.q[0, first]] * 2)
+    both = tuple(JointMoments(m.moments[0].about[first], m.moments[0].across[first]) for m in (moves, heavy))
+    return _Moves(q, moves.base[first], -heavy.mass, (both[0], both[1]))
+
+
+def _weak(moves: _Moves, joint: int) -> bool:
+    """Whether own weight bends a joint by less than the instrument resolves ten times over."""
+    return bool(_worth(moves, joint, Purpose.SIZE).max() * SOFT < RESOLVED * RESOLUTION)
+
+
+def _worth(moves: _Moves, joint: int, purpose: Purpose) -> Float[np.ndarray, " pairs"]:
+    """Size of the change that a purpose asks for [N m]; 0 where it is not there."""
+    a, b = (m.about[:, joint] for m in moves.moments)
+    if purpose is Purpose.REVERSAL:
+        return np.where(a * b < 0.0, np.minimum(np.abs(a), np.abs(b)), 0.0)
+    if purpose is Purpose.SIZE:
+        firm = (a * b > 0.0) & (np.minimum(np.abs(a), np.abs(b)) > FIRM)
+        return np.where(firm, np.abs(b - a), 0.0)
+    s, t = (m.across[:, joint] for m in moves.moments)
+    sizes = np.stack([m.tipping[:, joint] for m in moves.moments])
+    turned = (s * t).sum(axis=1) < ROUND * sizes.prod(axis=0)
+    return np.where(turned, sizes.min(axis=0), 0.0)
+
+
+def _side_effects(moves: _Moves, joint: int) -> Float[np.ndarray, " pairs"]:
+    """Other joints that change flanks, and turns of the joint that moves."""
+    a, b = (m.about for m in moves.moments)
+    flipped = (a * b < 0.0) & (np.minimum(np.abs(a), np.abs(b)) > FIRM)
+    flipped[:, joint] = False
+    return flipped.sum(axis=1) + np.abs(moves.q[1] - moves.q[0]).sum(axis=1) / (2.0 * np.pi)
+
+
+def _pair(moves: _Moves, heavy: _Moves, joint: int, purpose: Purpose, k: int) -> LoadingPair:
+    hung = moves.mass < 0.0
+    return LoadingPair(
+        joint=joint,
+        purpose=purpose,
+        q=frozen(moves.q[:, k].copy()),
+        added=frozen(np.array([0.0, heavy.mass] if hung else [moves.mass] * 2)),
+        about=frozen(np.array([m.about[k, joint] for m in moves.moments])),
+        across=frozen(np.array([m.across[k, joint] for m in moves.moments])),
+    )
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class SideLoads:
+    """Sideways pulls at the tool that turn one joint both ways, for measured poses.
+
+    Args:
+        joint: The joint, from 0.
+        q: Joint positions [rad or m].
+        wrench: What pulls at the tool in each row, in the axes of the robot's gravity [N, N m].
+        about: Moments about the joint's axis, of the nominal arm [N m].
+    """
+
+    joint: int
+    q: Float[np.ndarray, "rows n"]
+    wrench: Float[np.ndarray, "rows 6"]
+    about: Float[np.ndarray, " rows"]
+
+
+def side_loads(
+    robot: Robot, joint: int, *, force: float, postures: int = 10, rng: np.random.Generator
+) -> SideLoads:
+    """Level pulls, full and half, to either side in several postures; those with the longest levers.
+
+    Args:
+        robot: Nominal arm with masses and limits.
+        joint: Joint to turn, from 0.
+        force: Greatest pull [N].
+        postures: How many.
+        rng: Source of the postures.
+
+    Raises:
+        OptionError: no pull.
+        DataError: a level pull at the tool hardly turns the joint in any posture.
+    """
+    if force <= 0.0:
+        raise OptionError(f"a pull of {force:g} N loads nothing; give more than 0")
+    q = np.unique(_moves(robot, rng)[0][0], axis=0)
+    lever = _levers(robot, joint, q)
+    length = np.linalg.norm(lever, axis=1)
+    best = np.argsort(-length)[:postures]
+    if force * length[best].min() < FIRM:
+        raise DataError(
+            f"a level pull of {force:g} N at the tool turns joint {joint + 1} of '{robot.name}' by "
+            f"{force * length[best].min():.2g} N·m at most; pull harder"
+        )
+    pulls = np.array([1.0, -1.0, 0.5, -0.5]) * force
+    along = lever[best] / length[best, None]
+    wrench = np.concatenate([pulls[None, :, None] * along[:, None], np.zeros((len(best), 4, 3))], axis=2)
+    rows, wrench = np.repeat(q[best], 4, axis=0), wrench.reshape(-1, 6)
+    about = joint_moments(robot, Motion(rows, wrench=wrench)).about[:, joint]
+    return SideLoads(joint=joint, q=frozen(rows), wrench=frozen(wrench), about=frozen(about))
+
+
+def pullable(robot: Robot, joint: int, *, rng: np.random.Generator) -> bool:
+    """Whether level pulls at the tool turn a joint; not one that the tool's point lies on."""
+    low, high = robot.search_limits.T
+    q = rng.uniform(low, high, (POSTURES, robot.dof))
+    return bool(np.linalg.norm(_levers(robot, joint, q), axis=1).max() > LEVER)
+
+
+def _levers(robot: Robot, joint: int, q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows 3"]:
+    """Moment about a joint's axis per newton of a level pull along each axis of the robot's gravity [m]."""
+    up = level_axes(robot.gravity)[2]
+    none = joint_moments(robot, Motion(q)).about[:, joint]
+    pulls = (np.tile([*axis, 0.0, 0.0, 0.0], (len(q), 1)) for axis in np.eye(3))
+    by_axis = [joint_moments(robot, Motion(q, wrench=pull)).about[:, joint] - none for pull in pulls]
+    return np.stack(by_axis, axis=1) @ (np.eye(3) - np.outer(up, up))

@@ -1,0 +1,278 @@
+"""What every run on measured rows does first: rows chosen and held out, frames decided, noise estimated."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from workbench.arm.robot import Robot
+from workbench.base.errors import OptionError
+from workbench.data.dataset import Dataset
+from workbench.data.plausible import check_plausible
+from workbench.identification import noise as noises
+from workbench.identification.algorithms.opt2 import Opt2
+from workbench.identification.alignment import align
+from workbench.identification.drivers import with_drivers
+from workbench.identification.errors import RowErrors, instrument_fit, row_errors
+from workbench.identification.frames import (
+    FrameChoice,
+    Sessions,
+    choose_frames,
+    visible_parts,
+)
+from workbench.identification.prior import Prior
+from workbench.identification.problem import FrameFreedom, Noise, Problem
+from workbench.identification.rows import (
+    check_enough,
+    choose_rows,
+    divide,
+    held_scale,
+    placed,
+    unused_observations,
+)
+from workbench.plate.region import Region
+
+Progress = Callable[[float, str], None]
+Cancel = Callable[[], bool]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Prepared:
+    """A problem that is ready to be searched, and the rows on which its answer is judged.
+
+    Args:
+        data: All rows.
+        train_rows: Rows to fit, indices into data.
+        held_out_rows: Rows that were held out of them.
+        held: The held-out rows, which may come from another file.
+        excluded: Rows that are kept out altogether, with the reason.
+        aligned: The nominal arm with the best base and tool wherever those are free.
+        problem: Of the rows to fit, whitened.
+        places: Known places of anchors or contacts [m].
+        strangers: Held-out sessions that no fitted row has; their base is found from their own rows.
+        notes: Decisions, one sentence each.
+    """
+
+    data: Dataset
+    train_rows: np.ndarray
+    held_out_rows: np.ndarray
+    held: Dataset
+    excluded: tuple[tuple[int, str], ...]
+    aligned: Robot
+    problem: Problem
+    places: Mapping[str, float]
+    strangers: tuple[str, ...]
+    notes: tuple[str, ...]
+
+    def errors(self, robot: Robot, instrument: Mapping[str, float]) -> tuple[RowErrors, RowErrors]:
+        """Errors of a model on the fitted and on the held-out rows.
+
+        Args:
+            robot: The model.
+            instrument: Places of anchors, contacts or markers that were found with it [m].
+        """
+        known = {**self.places, **instrument}
+        return _errors(robot, self.problem.data, known), _errors(self._at_home(robot), self.held, known)
+
+    @cached_property
+    def nominal_rows(self) -> tuple[RowErrors, RowErrors]:
+        """Errors of the aligned nominal arm: fitted rows, held-out rows."""
+        before = Problem.build(self.aligned, self.problem.data, free=(), known=self.places)
+        return self.errors(
+            self.aligned, dict(zip(before.names, instrument_fit(before).tolist(), strict=True))
+        )
+
+    @property
+    def shown_noise(self) -> Noise:
+        """The noise, with NaN for rotations that nobody measured."""
+        noise = self.problem.noise
+        turned = bool(self.problem.component_channels.any())
+        return noise if turned else noise._replace(rotation=np.nan)
+
+    def _at_home(self, robot: Robot) -> Robot:
+        """The robot with bases for sessions that took no part in the fit, from their own rows."""
+        if not self.strangers:
+            return robot
+        rows = self.held.take(np.isin(np.asarray(self.held.session), self.strangers))
+        freedom = FrameFreedom(visible_parts(rows)[0], base_per_session=True)
+        own = align(replace(robot, sessions=()), rows, freedom)
+        return replace(robot, sessions=(*robot.sessions, *own.sessions))
+
+
+def prepare(
+    robot: Robot,
+    data: Dataset,
+    *,
+    held_out: float | Dataset | tuple[str, ...] = 0.2,
+    frames: Sessions | str = Sessions.AUTO,
+    free: Sequence[str] | None = None,
+    exclude: Mapping[int, str] | None = None,
+    region: Region | None = None,
+    bounds: Mapping[str, tuple[float, float]] | None = None,
+    noise: Noise | None = None,
+    prior: Prior | None = None,
+    known: Mapping[str, float] | None = None,
+    effects: Sequence[str] = (),
+    seed: int = 0,
+    progress: Progress | None = None,
+    cancel: Cancel | None = None,
+) -> Prepared:
+    """Everything before the first search; arguments are those of `identify`.
+
+    Raises:
+        DataError: too few rows, or data that contradict the robot beyond doubt.
+        OptionError: an unknown constant or option.
+    """
+    report = progress or (lambda part, text: None)
+    robot.check_joints(data.q, data.source)
+    sessions = option(Sessions, frames, "frames")
+    report(0.0, "checking the rows")
+    data = with_drivers(robot, check_plausible(data, robot.limits, robot.reach))
+    notes = [*data.notes, *unused_observations(data)]
+    rows, excluded = choose_rows(robot, data, exclude or {}, region)
+    used = data.take(rows)
+    train, held = divide(used, held_out, seed)
+    fitted, held_data = used.take(train), used.take(held)
+    if isinstance(held_out, Dataset):
+        held_data = _other_rows(robot, held_out, region)
+    names = tuple(robot.default_free if free is None else free)
+    places = dict(known or {})
+    if (length := held_scale(robot, fitted, names, places)) is not None:
+        names = tuple(name for name in names if name != length)
+        notes.append(f"contacts show no scale: {length} is held at its nominal value")
+    check_enough(robot, fitted, (*names, *effects))
+    report(0.25, "deciding about base and tool")
+    choice = choose_frames(
+        robot,
+        fitted,
+        sessions=sessions,
+        noise=noise,
+        free=names,
+        effects=tuple(effects),
+        known=places,
+        cancel=cancel,
+    )
+    problem = Problem.build(
+        choice.robot,
+        fitted,
+        free=names,
+        frames=choice.freedom,
+        noise=noise,
+        bounds=bounds,
+        known=places,
+        effects=effects,
+    )
+    if not problem.names:
+        raise OptionError("nothing is left to identify; free a constant of the arm, its base or its tool")
+    if prior is not None:
+        problem, prior_note = _with_prior(problem, prior)
+        notes.append(prior_note)
+    report(0.75, "estimating the noise")
+    problem, noise_note = _with_noise(problem, noise, cancel)
+    notes += [*choice.notes, noise_note]
+    held_data, unplaced = _seen_places(held_data, {**places, **dict.fromkeys(problem.names, 0.0)})
+    strangers = _strangers(held_data, fitted, choice, sessions)
+    if strangers:
+        notes.append(
+            f"held-out session {', '.join(strangers)}: where base stands was found from its own rows, "
+            "the arm from the others"
+        )
+    if unplaced:
+        notes.append(f"{unplaced} held-out rows name anchors or contacts that no fitted row has; left out")
+    return Prepared(
+        data=data,
+        train_rows=rows[train],
+        held_out_rows=rows[held],
+        held=held_data,
+        excluded=tuple(excluded),
+        aligned=choice.robot,
+        problem=problem,
+        places=places,
+        strangers=strangers,
+        notes=tuple(notes),
+    )
+
+
+def option(kind, value, what: str):
+    """A member of an enumeration by its word."""
+    try:
+        return kind(value)
+    except ValueError:
+        raise OptionError(f"{what} can't be '{value}'; choose from {', '.join(kind)}") from None
+
+
+def _other_rows(robot: Robot, data: Dataset, region: Region | None) -> Dataset:
+    """Held-out rows of another file, chosen as the fitted ones are."""
+    robot.check_joints(data.q, data.source)
+    data = with_drivers(robot, check_plausible(data, robot.limits, robot.reach))
+    return data.take(choose_rows(robot, data, {}, region)[0])
+
+
+def _seen_places(held: Dataset, known: Mapping[str, float]) -> tuple[Dataset, int]:
+    """Held-out rows whose anchors and contacts the fit knows, and how many others there were."""
+    keep = placed(held, known)
+    return held.take(keep), int((~keep).sum())
+
+
+def _strangers(held: Dataset, fitted: Dataset, choice: FrameChoice, sessions: Sessions) -> tuple[str, ...]:
+    """Held-out sessions that no fitted row has, where each may have its own base."""
+    if not len(held) or not choice.freedom.base or sessions is Sessions.SHARED:
+        return ()
+    return tuple(s for s in held.sessions if s not in fitted.sessions)
+
+
+def _with_prior(problem: Problem, prior: Prior) -> tuple[Problem, str]:
+    """The problem with what an older calibration knows of the constants that are identified now."""
+    shared = prior.keep(lambda name: name in problem.names)
+    if not shared.names:
+        raise OptionError("the prior knowledge speaks of none of the constants that are identified here")
+    return (
+        problem.with_prior(shared.names, shared.values, shared.whitening),
+        f"prior knowledge of {len(shared.names)} constants from an older calibration",
+    )
+
+
+def _with_noise(problem: Problem, noise: Noise | None, cancel: Cancel | None) -> tuple[Problem, str]:
+    """The problem whitened by the noise that was given, that repeats show, or that a fit leaves."""
+    own = noises.given_by_rows(problem)
+    turned = bool(problem.component_channels.any())
+    if own is noises.Given.ALL:
+        return problem, "noise as given row by row in the file"
+    rest = ", where a row brings none of its own" if own is noises.Given.SOME else ""
+    if noise is not None:
+        return problem, f"noise as given: {_noise_words(noise, turned)}{rest}"
+    repeats = noises.from_repeats(problem.data)
+    if repeats is not None:
+        return problem.with_noise(
+            repeats
+        ), f"noise from repeated poses: {_noise_words(repeats, turned)}{rest}"
+    for _ in range(2):
+        search = Opt2(limit=60).search(problem, on_step=on_step(cancel))
+        left = noises.from_fit(problem, search)
+        if left is None:
+            return (
+                problem,
+                f"the fit leaves nothing to tell noise from; weights: {_noise_words(problem.noise, turned)}",
+            )
+        change = np.abs(np.log(np.array(left) / np.array(problem.noise))).max()
+        problem = problem.with_noise(left)
+        if change < 0.2:
+            break
+    return problem, f"noise from what the fit leaves: {_noise_words(problem.noise, turned)}{rest}"
+
+
+def _noise_words(noise: Noise, turned: bool) -> str:
+    rotation = f", {np.rad2deg(noise.rotation):.2g}°" if turned else ""
+    return f"{1e3 * noise.position:.3g} mm{rotation}"
+
+
+def on_step(cancel: Cancel | None):
+    """What a search asks after every step."""
+    return None if cancel is None else lambda iteration, cost: cancel()
+
+
+def _errors(robot: Robot, data: Dataset, known: Mapping[str, float]) -> RowErrors:
+    if not len(data):
+        return RowErrors(np.zeros(0), np.zeros(0))
+    return row_errors(robot, data, known=known or None)

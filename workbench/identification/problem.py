@@ -1,0 +1,394 @@
+"""One problem for all identifications: whitened residuals and their derivative in the unknowns.
+
+Rows are split into blocks that share a session and an observation. In every block the chain is evaluated
+once; its twists times the observation's derivative give the block's part of the identification Jacobian.
+Unknowns x are absolute values [rad or m]: constants of the arm, coefficients of its effects [SI], constants
+of the frames (per session where they differ), and of the instrument (anchors, contacts, markers).
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.parameters import Parameter, default_bounds
+from workbench.arm.robot import (
+    FRAME_PARTS,
+    Frame,
+    Robot,
+    SessionFrames,
+)
+from workbench.arm.statics.deflection import law_sizes
+from workbench.base.errors import OptionError
+from workbench.base.types import frozen
+from workbench.data.dataset import Dataset
+from workbench.data.observations import Channel
+from workbench.identification.blocks import (
+    Block,
+    FrameFreedom,
+    Noise,
+    add_whitened,
+    build_blocks,
+    frame_name,
+    instrument_start,
+    inverse_sigma_of,
+    observed_kinds,
+)
+
+
+class Evaluation(NamedTuple):
+    """A problem at one x.
+
+    Args:
+        residual: Whitened, measured minus predicted.
+        jacobian: Whitened, of the prediction: the residual's derivative is its negative.
+    """
+
+    residual: Float[np.ndarray, " m"]
+    jacobian: Float[np.ndarray, "m p"]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Problem:
+    """Unknowns and measured rows; algorithms need nothing else.
+
+    Args:
+        robot: Nominal arm with the frames from which the search begins.
+        data: Rows that are used.
+        parameters: The unknowns.
+        noise: Standard deviations where a row brings none of its own.
+        frames: What of base and tool is unknown.
+        bounded: Unknowns whose bounds the user gave.
+        prior: Whitening matrix W of prior knowledge: W (x − centre) joins the residuals.
+        prior_centre: Where that knowledge says the unknowns are.
+        row_weights: Factors of each row's residuals, from a robust loss.
+    """
+
+    robot: Robot
+    data: Dataset
+    parameters: tuple[Parameter, ...]
+    noise: Noise
+    frames: FrameFreedom
+    blocks: tuple[Block, ...]
+    bounded: frozenset[str] = frozenset()
+    prior: Float[np.ndarray, "k p"] | None = None
+    prior_centre: Float[np.ndarray, " p"] | None = None
+    row_weights: Float[np.ndarray, " rows"] | None = None
+
+    @classmethod
+    def build(
+        cls,
+        robot: Robot,
+        data: Dataset,
+        *,
+        free: Sequence[str] | None = None,
+        frames: FrameFreedom | None = None,
+        noise: Noise | None = None,
+        bounds: Mapping[str, tuple[float, float]] | None = None,
+        known: Mapping[str, float] | None = None,
+        effects: Sequence[str] = (),
+    ) -> "Problem":
+        """Set up the problem of some rows.
+
+        Args:
+            robot: Nominal arm; its session frames are where the search begins.
+            data: Rows to use, all of them.
+            free: Constants of the arm that are unknown; the robot's default ones if None.
+            frames: What of base and tool is unknown; nothing if None.
+            noise: Standard deviations [m], [rad] where a row brings none.
+            bounds: Least and greatest value by name, for bounded algorithms.
+            known: Values of instrument unknowns that are known, such as `anchor[A].x` [m].
+            effects: Coefficients of the robot's effects that are unknown, such as `joint3.compliance`; the
+                others act as they are.
+
+        Raises:
+            DataError: a row carries nothing that can be compared with a pose, or not what drives an effect.
+            OptionError: free, effects or bounds name what the robot does not have.
+        """
+        robot.check_joints(data.q, data.source)
+        robot.check_ranges(data.q, data.row, data.source)
+        frames = frames or FrameFreedom()
+        noise = noise or Noise()
+        names = tuple(robot.default_free if free is None else free)
+        arm = {e.name: e for e in robot.elements}
+        if missing := [n for n in names if n not in arm]:
+            raise OptionError(
+                f"robot '{robot.name}' has no constant '{missing[0]}' to free; it has "
+                f"{', '.join(n for n in arm if arm[n].matrix is None)}"
+            )
+        if missing := [n for n in effects if n not in robot.coefficients]:
+            raise OptionError(
+                f"robot '{robot.name}' has no effect with the coefficient '{missing[0]}' to free; it has "
+                f"{', '.join(robot.coefficients) or 'no effects'}"
+            )
+        kinds = observed_kinds(data)
+        parameters = [_parameter(n, arm[n].unit, arm[n].value, bounds) for n in names]
+        parameters += [
+            _parameter(n, robot.coefficient_units[n], robot.coefficients[n], bounds, effect=True)
+            for n in effects
+        ]
+        parameters += _frame_parameters(robot, data.sessions, frames, bounds)
+        unknown_start = instrument_start(robot, data, kinds, frames)
+        parameters += [
+            _parameter(n, "m", v, bounds) for n, v in unknown_start.items() if n not in (known or {})
+        ]
+        if bounds and (stray := set(bounds) - {p.name for p in parameters}):
+            raise OptionError(f"bounds name '{sorted(stray)[0]}', which is not identified here")
+        index = {p.name: i for i, p in enumerate(parameters)}
+        values = {**unknown_start, **(known or {})}
+        blocks = build_blocks(robot, data, kinds, names, effects, frames, noise, index, values)
+        return cls(
+            robot=robot,
+            data=data,
+            parameters=tuple(parameters),
+            noise=noise,
+            frames=frames,
+            blocks=blocks,
+            bounded=frozenset(bounds or ()),
+        )
+
+    @cached_property
+    def start(self) -> Float[np.ndarray, " p"]:
+        """Nominal values, where every search begins."""
+        return frozen(np.array([p.nominal for p in self.parameters]))
+
+    @cached_property
+    def bounds(self) -> tuple[Float[np.ndarray, " p"], Float[np.ndarray, " p"]]:
+        """Least and greatest values."""
+        return (
+            frozen(np.array([p.lower for p in self.parameters])),
+            frozen(np.array([p.upper for p in self.parameters])),
+        )
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Names of the unknowns, in the order of x."""
+        return tuple(p.name for p in self.parameters)
+
+    @cached_property
+    def units(self) -> Float[np.ndarray, " p"]:
+        """What of each unknown changes the arm by 1 rad or 1 m: itself, or for a coefficient of an effect the
+        reciprocal of its law's largest value over the rows [unit of the unknown]."""
+        largest: dict[str, float] = {}
+        for bent in (b.bent for b in self.blocks if b.bent is not None):
+            for name, size in law_sizes(bent.robot, bent.motion, bent.names).items():
+                largest[name] = max(size, largest.get(name, 0.0))
+        return frozen(np.array([1.0 / (largest.get(p.name) or 1.0) for p in self.parameters]))
+
+    @property
+    def size(self) -> int:
+        """Number of measured residual components."""
+        return self.blocks[-1].stop if self.blocks else 0
+
+    @cached_property
+    def count(self) -> int:
+        """Number of components that were measured; those of hidden markers were not."""
+        return int((self.inverse_sigma > 0.0).sum())
+
+    @cached_property
+    def component_rows(self) -> np.ndarray:
+        """Row of the data that each residual component belongs to."""
+        return frozen(np.concatenate([np.repeat(b.rows, b.inverse_sigma.shape[1]) for b in self.blocks]))
+
+    @cached_property
+    def component_channels(self) -> np.ndarray:
+        """True for rotation components, false for positions."""
+        return frozen(
+            np.concatenate(
+                [
+                    np.tile([c is Channel.ROTATION for c in b.observation.channels], len(b.rows))
+                    for b in self.blocks
+                ]
+            )
+        )
+
+    @cached_property
+    def inverse_sigma(self) -> Float[np.ndarray, " m"]:
+        """Reciprocal standard deviation of each residual component [1/m or 1/rad]."""
+        return frozen(np.concatenate([b.inverse_sigma.ravel() for b in self.blocks]))
+
+    def evaluate(self, x: Float[np.ndarray, " p"]) -> Evaluation:
+        """Whitened residual and Jacobian."""
+        extra = 0 if self.prior is None else len(self.prior)
+        residual = np.empty(self.size + extra)
+        jacobian = np.zeros((self.size + extra, len(x)))
+        for block in self.blocks:
+            rows = slice(block.start, block.stop)
+            self._fill(block, x, residual[rows], jacobian[rows])
+        if self.prior is not None:
+            residual[self.size :] = -self.prior @ (x - self.prior_centre)
+            jacobian[self.size :] = self.prior
+        return Evaluation(residual, jacobian)
+
+    def pieces(self, x: Float[np.ndarray, " p"]) -> Iterator[tuple[Block | None, Evaluation]]:
+        """Whitened residual and Jacobian block by block, the prior's last, so that no large matrix stands."""
+        for block in self.blocks:
+            rows = block.stop - block.start
+            piece = Evaluation(np.empty(rows), np.zeros((rows, len(x))))
+            self._fill(block, x, *piece)
+            yield block, piece
+        if self.prior is not None:
+            yield None, Evaluation(-self.prior @ (x - self.prior_centre), self.prior)
+
+    def _fill(self, block: Block, x: np.ndarray, residual: np.ndarray, jacobian: np.ndarray) -> None:
+        """Write a block's rows."""
+        poses, twists = block.twists(x)
+        part = block.observation.see(poses, self.unknown(block, x))
+        weight = self.weight(block)
+        residual[:] = (part.residual * weight).ravel()
+        add_whitened(part.by_twist, twists, weight, block.places, jacobian)
+        if len(block.unknowns):
+            mine = block.unknowns >= 0
+            product = (part.by_unknown * weight[..., None]).reshape(len(residual), -1)
+            jacobian[:, block.unknowns[mine]] = product[:, mine]
+
+    def cost_and_gradient(self, x: Float[np.ndarray, " p"]) -> tuple[float, Float[np.ndarray, " p"]]:
+        """½|r|² and its gradient −Jᵀr, without the Jacobian: each row's residual acts as a wrench."""
+        cost, gradient = 0.0, np.zeros(len(x))
+        for block in self.blocks:
+            poses, twists = block.twists(x)
+            part = block.observation.see(poses, self.unknown(block, x))
+            pull = part.residual * self.weight(block) ** 2
+            cost += 0.5 * float((part.residual * pull).sum())
+            wrench = (pull[:, None] @ part.by_twist)[:, 0]
+            gradient[block.places] -= wrench.ravel() @ twists.reshape(-1, len(block.places))
+            if len(block.unknowns):
+                mine = block.unknowns >= 0
+                by_unknown = np.einsum("rm,rmu->u", pull, part.by_unknown)
+                np.subtract.at(gradient, block.unknowns[mine], by_unknown[mine])
+        if self.prior is not None:
+            off = self.prior @ (x - self.prior_centre)
+            cost += 0.5 * float(off @ off)
+            gradient += self.prior.T @ off
+        return cost, gradient
+
+    def residual(self, x: Float[np.ndarray, " p"]) -> Float[np.ndarray, " m"]:
+        """Whitened residual alone."""
+        parts = []
+        for block in self.blocks:
+            part = block.observation.see(block.poses(x), self.unknown(block, x))
+            parts.append((part.residual * self.weight(block)).ravel())
+        if self.prior is not None:
+            parts.append(-self.prior @ (x - self.prior_centre))
+        return np.concatenate(parts)
+
+    def jacobian(self, x: Float[np.ndarray, " p"]) -> Float[np.ndarray, "m p"]:
+        """Whitened identification Jacobian alone."""
+        return self.evaluate(x).jacobian
+
+    def physical(self, whitened: Float[np.ndarray, " _"]) -> Float[np.ndarray, " m"]:
+        """Measured residual components in m and rad from whitened ones; without robust weights or prior."""
+        weights = self.inverse_sigma
+        if self.row_weights is not None:
+            weights = weights * self.row_weights[self.component_rows]
+        seen = weights > 0.0
+        return np.where(seen, whitened[: self.size] / np.where(seen, weights, 1.0), 0.0)
+
+    def with_noise(self, noise: Noise) -> "Problem":
+        """The same problem whitened by other standard deviations."""
+        blocks = tuple(
+            replace(b, inverse_sigma=inverse_sigma_of(self.data.take(b.rows), b.observation, noise))
+            for b in self.blocks
+        )
+        return replace(self, noise=noise, blocks=blocks)
+
+    def with_row_weights(self, weights: Float[np.ndarray, " rows"] | None) -> "Problem":
+        """The same problem with rows weighted, as a robust loss does."""
+        return replace(self, row_weights=weights)
+
+    def with_prior(
+        self, names: Sequence[str], values: Float[np.ndarray, " k"], whitening: Float[np.ndarray, "k k"]
+    ) -> "Problem":
+        """The same problem with an older calibration's knowledge of some unknowns.
+
+        Args:
+            names: Unknowns that it speaks of.
+            values: What they were found to be [rad or m].
+            whitening: W, so that W (x − values) has unit variance.
+        """
+        if missing := [n for n in names if n not in self.names]:
+            raise OptionError(f"the prior speaks of '{missing[0]}', which is not identified here")
+        columns = [self.names.index(n) for n in names]
+        wide, centre = np.zeros((len(whitening), len(self.names))), self.start.copy()
+        wide[:, columns], centre[columns] = whitening, values
+        return replace(self, prior=frozen(wide), prior_centre=frozen(centre))
+
+    def robot_at(self, x: Float[np.ndarray, " p"]) -> Robot:
+        """The robot with the unknowns set, its session frames included."""
+        pairs = zip(self.parameters, x.tolist(), strict=True)
+        values = {p.name: value for p, value in pairs if not p.is_instrument}
+        arm = {n: v for n, v in values.items() if "[" not in n}
+        robot = self.robot.with_values(arm)
+        freedom = self.frames
+        if not (freedom.base_per_session or freedom.tool_per_session or self.robot.sessions):
+            return robot
+        names = dict.fromkeys([*(s.name for s in self.robot.sessions), *self.data.sessions])
+        sessions = []
+        for name in names:
+            old = freedom.session_frames(self.robot, name)
+            base, tool = old.base, old.tool
+            if freedom.base:
+                base = _moved(base, "base", name, values) if freedom.base_per_session else robot.base
+            if freedom.tool:
+                tool = _moved(tool, "tool", name, values) if freedom.tool_per_session else robot.tool
+            sessions.append(SessionFrames(name, base, tool))
+        return replace(robot, sessions=tuple(sessions))
+
+    def unknown(self, block: Block, x: np.ndarray) -> np.ndarray:
+        """Values of a block's instrument unknowns at x."""
+        values = block.known.copy()
+        mine = block.unknowns >= 0
+        values[mine] = x[block.unknowns[mine]]
+        return values
+
+    def weight(self, block: Block) -> np.ndarray:
+        """What whitens a block's residual components, (rows, components)."""
+        if self.row_weights is None:
+            return block.inverse_sigma
+        return block.inverse_sigma * self.row_weights[block.rows, None]
+
+
+def _parameter(
+    name: str,
+    unit: str,
+    nominal: float,
+    bounds: Mapping[str, tuple[float, float]] | None,
+    *,
+    effect: bool = False,
+) -> Parameter:
+    default = (-np.inf, np.inf) if effect else default_bounds(name, unit, nominal)
+    lower, upper = (bounds or {}).get(name) or default
+    if not lower <= nominal <= upper:
+        raise OptionError(
+            f"the bounds [{lower:g}, {upper:g}] of {name} leave its nominal value {nominal:g} out; widen them"
+        )
+    return Parameter(name, unit, nominal, lower, upper, is_coefficient=effect)
+
+
+def _frame_parameters(
+    robot: Robot, sessions: Sequence[str], frames: FrameFreedom, bounds: Mapping | None
+) -> list[Parameter]:
+    parameters = []
+    for kind, parts, own in (
+        ("base", frames.base, frames.base_per_session),
+        ("tool", frames.tool, frames.tool_per_session),
+    ):
+        for session in sessions if own else sessions[:1]:
+            frame: Frame = getattr(robot.session_frames(session) if own else robot, kind)
+            for part in sorted(parts, key=FRAME_PARTS.index):
+                place = FRAME_PARTS.index(part)
+                nominal, unit = (float(frame.xyz[place]), "m") if place < 3 else (0.0, "rad")
+                name = f"{frame_name(kind, own, session)}.{part}"
+                parameters.append(_parameter(name, unit, nominal, bounds))
+    return parameters
+
+
+def _moved(frame: Frame, kind: str, session: str, values: Mapping[str, float]) -> Frame:
+    parts = [
+        values.get(f"{kind}[{session}].{part}", float(frame.xyz[i]) if i < 3 else 0.0)
+        for i, part in enumerate(FRAME_PARTS)
+    ]
+    return frame.moved(np.array(parts))

@@ -1,0 +1,166 @@
+"""Records of a whole identification or evaluation: what was used, decided and found, and how good it is."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from workbench.arm.robot import Robot
+from workbench.data.dataset import Dataset
+from workbench.identification.errors import Errors, RowErrors
+from workbench.identification.expected import (
+    SERIOUS,
+    Transfer,
+    transfer,
+    transfer_words,
+)
+from workbench.identification.fit import Fit
+from workbench.identification.problem import FrameFreedom, Noise
+
+HARDLY_BETTER, FAR_FROM_GOOD, COARSE = 0.7, 0.01, 1.0
+"""What is left of the nominal error, of the reach, and in mm, from which on a fit is suspicious."""
+ALIKE = 1e-6
+"""Relative difference of two costs that is no difference."""
+
+
+@dataclass(frozen=True)
+class Validation:
+    """Errors of one model on the training rows and, where there are any, the held-out ones."""
+
+    train: Errors
+    held_out: Errors | None
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One algorithm's fit and its errors.
+
+    Args:
+        fit: Parameters, standard errors, what was not seen.
+        train: Errors on the rows that were fitted.
+        held_out: Errors on the rows that were not.
+        train_rows: Errors row by row, in the order of `Identification.train_rows`.
+        held_out_rows: Likewise of the held-out rows.
+    """
+
+    fit: Fit
+    train: Errors
+    held_out: Errors | None
+    train_rows: RowErrors
+    held_out_rows: RowErrors
+
+    @property
+    def calibrated(self) -> Robot:
+        """The robot with the identified values."""
+        return self.fit.calibrated
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Identification:
+    """A whole run: what was used, decided, found, and how good it is.
+
+    Args:
+        robot: The nominal arm as it was given.
+        aligned: The nominal arm with the best base and tool wherever those are free.
+        data: All rows.
+        train_rows: Rows that were fitted, indices into data.
+        held_out_rows: Rows that were not.
+        held_out_data: The held-out rows, which may come from another file.
+        excluded: Rows that were kept out altogether, with the reason.
+        frames: What of base and tool was identified.
+        noise: Standard deviations that weighed the rows.
+        notes: Decisions, one sentence each.
+        nominal: Errors of `aligned`.
+        nominal_rows: The same row by row: training, held out.
+        runs: One per algorithm, by name.
+    """
+
+    robot: Robot
+    aligned: Robot
+    data: Dataset
+    train_rows: np.ndarray
+    held_out_rows: np.ndarray
+    held_out_data: Dataset
+    excluded: tuple[tuple[int, str], ...]
+    frames: FrameFreedom
+    noise: Noise
+    notes: tuple[str, ...]
+    nominal: Validation
+    nominal_rows: tuple[RowErrors, RowErrors]
+    runs: dict[str, Run]
+
+    @property
+    def best(self) -> Run:
+        """The run with the smallest training cost, the plainest of equals; held-out rows choose nothing."""
+        runs = [r for r in self.runs.values() if not r.fit.beyond_bounds] or list(self.runs.values())
+        least = min(run.fit.history[-1] for run in runs)
+        equal = [run for run in runs if run.fit.history[-1] <= least * (1.0 + ALIKE) + ALIKE]
+        return min(equal, key=lambda run: (not run.fit.outcome.ok, run.fit.iterations))
+
+    @cached_property
+    def transfer(self) -> Transfer:
+        """Expected errors of the best run near the measured poses, and anywhere within the limits."""
+        return transfer(self.best.fit, rng=np.random.default_rng(0))
+
+    @property
+    def unidentifiable(self) -> tuple[str, ...]:
+        """Combinations of parameters that the rows don't show, in words."""
+        return tuple(c.words for c in self.best.fit.unidentifiable)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What the user should know: how the searches ended, and what the rows left open."""
+        searches = (w for run in self.runs.values() for w in run.fit.warnings)
+        found = [*searches, *_cautions(self.best.fit)]
+        before, after = self.nominal.train.position_mm.rms, self.best.train.position_mm.rms
+        too_much = FAR_FROM_GOOD * 1e3 * self.robot.reach
+        if after > max(min(HARDLY_BETTER * before, too_much), COARSE):
+            found.append(
+                f"the geometry explains little: {after:.1f} of {before:.1f} mm are left; are robot, frames "
+                "and sessions the right ones?"
+            )
+        if not (self.frames.base_per_session or self.frames.tool_per_session):
+            turned = bool(self.best.fit.problem.component_channels.any())
+            if self.transfer.ratio > SERIOUS:
+                found.append(transfer_words(self.transfer, turned))
+        return tuple(found)
+
+
+@dataclass(frozen=True, eq=False)
+class Evaluation:
+    """Errors of a given model on data.
+
+    Args:
+        robot: The model, with the frames that were fitted if that was asked for.
+        rows: Row by row, in the order of the data's included rows.
+        row_numbers: Data row of each.
+        notes: Decisions, one sentence each.
+    """
+
+    robot: Robot
+    rows: RowErrors
+    row_numbers: np.ndarray
+    notes: tuple[str, ...]
+
+    @property
+    def errors(self) -> Errors:
+        """Their summary."""
+        return Errors.of(self.rows)
+
+
+def _cautions(fit: Fit) -> tuple[str, ...]:
+    """What the rows left open, the same for all algorithms."""
+    found = []
+    if fit.spare < 1.0:
+        found.append("no measured number is to spare, so errors can't be judged; measure more poses")
+    if fit.hardly_seen:
+        found.append(
+            f"hardly seen, so no step was taken along: {'; '.join(c.words for c in fit.hardly_seen)}"
+        )
+    if fit.poorly_determined:
+        found.append(f"uncertain by more than 1° or 5 mm: {', '.join(fit.poorly_determined)}")
+    if len(fit.suspicious):
+        rows = fit.problem.data.row[fit.suspicious]
+        shown = ", ".join(str(r) for r in rows[:10]) + (" …" if len(rows) > 10 else "")
+        found.append(f"rows that stand out from the others, to be looked at: {shown}")
+    return tuple(found)

@@ -1,0 +1,1 @@
+"""An identification as tables, figures, HTML and JSON."""

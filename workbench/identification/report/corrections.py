@@ -1,0 +1,78 @@
+"""Figure of the identified corrections: how large, and how certain."""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from workbench.identification.record import Run
+from workbench.identification.report.parameters import unseen
+from workbench.report.drawing import (
+    COLOURS,
+    INK,
+    grid,
+    look,
+    new_figure,
+)
+from workbench.report.numbers import signed
+
+CERTAIN = 2.0
+"""A correction of this many standard errors is more than chance."""
+
+
+def corrections(run: Run) -> Figure | None:
+    """Identification minus nominal of every constant of the arm, in standard errors; None if none is free."""
+    fit = run.fit
+    hidden = unseen(fit)
+    shown = [
+        i for i, p in enumerate(fit.parameters) if p.is_geometry and p.name not in hidden and fit.std[i] > 0.0
+    ]
+    if not shown:
+        return None
+    change = np.array([fit.x[i] - fit.parameters[i].nominal for i in shown])
+    ratio = change / fit.std[shown]
+    angle = np.array([fit.parameters[i].unit == "rad" for i in shown])
+    place = np.arange(len(shown))[::-1]
+    with look():
+        figure = new_figure(10.0, 0.8 + 0.19 * len(shown))
+        axes = figure.subplots()
+        axes.set_xscale("symlog", linthresh=10.0, linscale=1.5)
+        axes.axvspan(-CERTAIN, CERTAIN, color=INK, alpha=0.08, lw=0)
+        axes.axvline(0.0, color=INK, lw=0.6)
+        for mine, colour, marker, words in (
+            (angle, COLOURS[0], "o", "angles"),
+            (~angle, COLOURS[1], "s", "lengths"),
+        ):
+            if mine.any():
+                axes.errorbar(
+                    ratio[mine],
+                    place[mine],
+                    xerr=1.0,
+                    fmt=marker,
+                    ms=4,
+                    color=colour,
+                    elinewidth=1.2,
+                    label=words,
+                )
+        axes.xaxis.set_major_formatter("{x:g}")
+        width = max(1.5 * float(np.abs(ratio).max()), 12.0)
+        axes.set_xlim(-width, width)
+        axes.set_ylim(-0.7, len(shown) - 0.3)
+        axes.set_yticks(place, [fit.parameters[i].name for i in shown])
+        axes.set_xlabel("correction in standard errors")
+        axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
+        right = axes.secondary_yaxis("right")
+        right.set_yticks(
+            place,
+            [
+                _correction(c, float(fit.std[i]), a)
+                for c, i, a in zip(change.tolist(), shown, angle.tolist(), strict=True)
+            ],
+        )
+        right.tick_params(length=0)
+        right.spines["right"].set_visible(False)
+        grid(axes, "both")
+    return figure
+
+
+def _correction(change: float, std: float, angle: bool) -> str:
+    unit = "mrad" if angle else "mm"
+    return f"{signed(1e3 * change, 3)} ± {1e3 * std:.3f} {unit}"

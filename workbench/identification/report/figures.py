@@ -1,0 +1,116 @@
+"""Figures of one identification: what the errors were and are, where they lie, and what was corrected.
+
+The paper's arrays of error plots are in `error_grid`; `all_figures` makes everything that a report shows.
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from workbench.data.requirement import Requirement
+from workbench.identification.error_columns import columns_of, order_of_measuring
+from workbench.identification.record import Identification
+from workbench.identification.report.corrections import corrections
+from workbench.identification.report.error_grid import STEMS, error_grid
+from workbench.identification.report.error_plots import (
+    POINTS,
+    before_after,
+    error_where,
+    residual_histogram,
+)
+from workbench.identification.report.influence import influence_of_fit
+from workbench.report.drawing import svg
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A finished picture.
+
+    Args:
+        name: File name without ending.
+        title: For its heading.
+        caption: What it shows and how to read it.
+        svg: The picture.
+    """
+
+    name: str
+    title: str
+    caption: str
+    svg: str
+
+
+NAMES = (
+    *("errors-position", "errors-orientation", "before-after", "residuals", "error-where", "corrections"),
+    "influence",
+)
+"""Every picture that a report may have."""
+
+
+def all_figures(
+    result: Identification,
+    *,
+    requirement: Requirement | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> tuple[Drawing, ...]:
+    """Every picture that the result can fill, in the order of a report.
+
+    Args:
+        result: An identification.
+        requirement: Whose limits are drawn; eq. (3) with the paper's numbers if None.
+        progress: Called with the title of each picture.
+    """
+    requirement = requirement or Requirement()
+    best, rows = result.best, len(result.train_rows) + len(result.held_out_data)
+    columns, place = columns_of(result), order_of_measuring(result)
+    limits = (1e3 * requirement.per_axis, float(np.rad2deg(requirement.angle)))
+    over = (
+        "sorted by size, as there are too many to draw one by one"
+        if rows > STEMS
+        else "in order of measuring"
+    )
+    array = (
+        f"Each column is one arm; rows are {over}. The identified arms share a scale in every row of the "
+        "array; the nominal arm has its own where noted, and the band in its column is what the other "
+        "columns show. Dotted lines: the required limit."
+    )
+    thin = f" {POINTS} of {rows} rows are drawn, evenly chosen." if rows > POINTS else ""
+    best_title = best.fit.title
+    wanted: list[tuple[str, str, str, Callable[[], Figure | None]]] = [
+        (NAMES[0], "Position errors, axis by axis", array,
+         lambda: error_grid(columns, place, rotation=False, limit=limits[0])),
+        (NAMES[1], "Orientation errors, axis by axis", array,
+         lambda: error_grid(columns, place, rotation=True, limit=limits[1])),
+        (NAMES[2], "Before and after, row by row",
+         f"Nominal arm (grey; base and tool fitted where free) and {best_title} (blue; held-out rows in the "
+         "colour of the text). Circled: rows that stand out." + thin, lambda: before_after(result, place)),
+        (NAMES[3], "What is left, against the noise",
+         f"Residual components of {best_title} on the fitted rows, and the normal distribution of the noise "
+         "that weighed them. Wider or lopsided residuals mean that something is missing from the model.",
+         lambda: residual_histogram(result)),
+        (NAMES[4], "Where the error is left",
+         f"Error of {best_title} against the distance from the first axis and against every joint; the line "
+         "is the running median. A trend means that something is missing from the model there." + thin,
+         lambda: error_where(result)),
+        (NAMES[5], "Corrections of the arm",
+         "Identification minus nominal in standard errors, one standard error either way; on the right the "
+         "same in mm and mrad. Within the band (two standard errors) a correction may be chance.",
+         lambda: corrections(best)),
+        (NAMES[6], "Influence of each constant",
+         "How far the tool moves at the fitted poses when an angle deviates by 0.05° or a length by 0.1 mm, "
+         "one constant at a time.", lambda: influence_of_fit(result)),
+    ]  # fmt: skip
+    drawings = []
+    for name, title, caption, draw in wanted:
+        if progress is not None:
+            progress(title)
+        figure = draw()
+        if figure is not None:
+            drawings.append(Drawing(name, title, caption, svg(figure, name)))
+    return tuple(drawings)
+
+
+def save(drawings: Iterable[Drawing]) -> dict[str, bytes]:
+    """File names and contents of pictures."""
+    return {f"{d.name}.svg": d.svg.encode() for d in drawings}

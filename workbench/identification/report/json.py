@@ -1,0 +1,182 @@
+"""Machine-readable results: the schemas `workbench.identification/1` and `workbench.evaluation/1`.
+
+Only finite numbers are written; what is not known (the orientation of point data, the standard error of a
+parameter that no row shows) is null.
+"""
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from workbench.arm.robot import JointKind
+from workbench.base.files import write_text
+from workbench.identification.controller import ControllerNumbers, PoseErrors
+from workbench.identification.errors import Errors, Spread
+from workbench.identification.fit import Fit
+from workbench.identification.record import (
+    Evaluation,
+    Identification,
+    Run,
+    Validation,
+)
+from workbench.identification.report.parameters import unseen
+from workbench.identification.report.prior import prior_json
+
+IDENTIFICATION = "workbench.identification/1"
+EVALUATION = "workbench.evaluation/1"
+CONTROLLER = "workbench.controller/1"
+NUMBERS = re.compile(r'\[\n\s*([^\[\]{}"]*?)\n\s*\]')
+"""A list of numbers as it is indented; strings have no line breaks, so none is touched."""
+
+Json = dict[str, Any]
+
+
+def identification_json(result: Identification) -> Json:
+    """The result of an identification as plain data."""
+    return plain(
+        {
+            "schema": IDENTIFICATION,
+            "robot": result.robot.name,
+            "measurements": {
+                "used": len(result.train_rows),
+                "held_out": len(result.held_out_data),
+                "excluded": [{"row": row, "reason": reason} for row, reason in result.excluded],
+                "source": result.data.source,
+            },
+            "nominal": validation_json(result.nominal),
+            "algorithms": {name: _run(run) for name, run in result.runs.items()},
+            "unidentifiable": list(result.unidentifiable),
+            "warnings": list(result.warnings),
+            "notes": list(result.notes),
+            "noise": {
+                "position_mm": 1e3 * result.noise.position,
+                "orientation_deg": np.rad2deg(result.noise.rotation),
+            },
+        }
+        | prior_json(result.best.fit)
+    )
+
+
+def evaluation_json(result: Evaluation) -> Json:
+    """The result of an evaluation as plain data."""
+    return plain(
+        {
+            "schema": EVALUATION,
+            "robot": result.robot.name,
+            "errors": _errors(result.errors),
+            "rows": [
+                {"row": row, "position_mm": position, "orientation_deg": angle}
+                for row, position, angle in zip(
+                    result.row_numbers,
+                    1e3 * result.rows.position,
+                    np.rad2deg(result.rows.rotation),
+                    strict=True,
+                )
+            ],
+            "notes": list(result.notes),
+        }
+    )
+
+
+def controller_json(numbers: ControllerNumbers) -> Json:
+    """Controller-ready numbers as plain data, in SI."""
+    return plain(
+        {
+            "schema": CONTROLLER,
+            "robot": numbers.robot.name,
+            "takes": [str(p) for p in numbers.parts],
+            "units": ["m" if j.kind is JointKind.PRISMATIC else "rad" for j in numbers.robot.moving],
+            "offsets": numbers.offsets,
+            "tool": {"xyz": numbers.tool.xyz, "rpy": numbers.tool.rpy},
+            "base": {"xyz": numbers.base.xyz, "rpy": numbers.base.rpy},
+            "held": numbers.held,
+            "compared_at": numbers.rows,
+            "without": _pose_errors(numbers.before),
+            "remains": _pose_errors(numbers.after),
+        }
+    )
+
+
+def write_json(path: Path | str, content: Json) -> Path:
+    """Write plain data as JSON, the whole file or nothing."""
+    return write_text(path, text(content))
+
+
+def text(content: Json) -> str:
+    """Plain data as JSON text, every list of numbers on one line."""
+    written = json.dumps(plain(content), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    return NUMBERS.sub(lambda found: "[" + " ".join(found[1].split()) + "]", written)
+
+
+def plain(value: Any) -> Any:
+    """The same data with Python's own types, and None for every number that is not finite."""
+    if isinstance(value, dict):
+        return {str(k): plain(v) for k, v in value.items()}
+    if isinstance(value, np.ndarray):
+        return plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [plain(v) for v in value]
+    if isinstance(value, np.generic):
+        return plain(value.item())
+    if isinstance(value, float):
+        return value if np.isfinite(value) else None
+    return value
+
+
+def _spread(spread: Spread | None) -> Json | None:
+    return None if spread is None else {"mean": spread.mean, "rms": spread.rms, "max": spread.max}
+
+
+def _errors(errors: Errors | None) -> Json | None:
+    if errors is None:
+        return None
+    return {
+        "position_mm": _spread(errors.position_mm),
+        "orientation_deg": _spread(errors.orientation_deg),
+    }
+
+
+def validation_json(validation: Validation | Run) -> Json:
+    """Errors on the fitted and on the held-out rows."""
+    return {"train": _errors(validation.train), "held_out": _errors(validation.held_out)}
+
+
+def _pose_errors(errors: PoseErrors) -> Json:
+    return {
+        "position_mm": {"mean": 1e3 * errors.position_mean, "max": 1e3 * errors.position_max},
+        "orientation_deg": {
+            "mean": np.rad2deg(errors.rotation_mean),
+            "max": np.rad2deg(errors.rotation_max),
+        },
+    }
+
+
+def _run(run: Run) -> Json:
+    fit = run.fit
+    return {
+        **validation_json(run),
+        "converged": fit.outcome.ok,
+        "outcome": str(fit.outcome),
+        "iterations": fit.iterations,
+        "seconds": fit.seconds,
+        "condition": fit.condition,
+        "parameters": _parameters(fit),
+        "suspicious_rows": fit.problem.data.row[fit.suspicious],
+    }
+
+
+def _parameters(fit: Fit) -> list[Json]:
+    hidden = unseen(fit)
+    return [
+        {
+            "name": p.name,
+            "unit": p.unit,
+            "nominal": p.nominal,
+            "value": value,
+            "std": None if p.name in hidden else std,
+        }
+        for p, value, std in zip(fit.parameters, fit.x, fit.std, strict=True)
+    ]

@@ -1,0 +1,299 @@
+"""The report as one HTML page that needs nothing else: no network, no scripts, its pictures inside.
+
+Everything that is written into the page passes through the template's escaping; only our own pictures
+are put in as they are.
+"""
+
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jinja2 import Environment, PackageLoader, StrictUndefined, Template
+from markupsafe import Markup
+
+from workbench.arm.robot import Robot
+from workbench.base.folder import check_folder, write_folder
+from workbench.data.components import row_components
+from workbench.data.dataset import Dataset
+from workbench.data.requirement import Requirement, RequirementCheck
+from workbench.identification.errors import Errors
+from workbench.identification.record import Identification, Run, Validation
+from workbench.identification.report import json as json_report
+from workbench.identification.report.figures import (
+    NAMES,
+    Drawing,
+    all_figures,
+    save,
+)
+from workbench.identification.report.parameters import (
+    LEGEND,
+    Cell,
+    ParameterTable,
+    State,
+    parameter_table,
+)
+from workbench.identification.report.use import Use, controller_use
+from workbench.report.drawing import COLOURS
+from workbench.report.numbers import (
+    factor,
+    short,
+    signed,
+    standard_error,
+)
+
+PAGE, RESULT = "report.html", "result.json"
+LISTED = 50
+"""Greatest number of rows that a list in the page names one by one; the rest is in the JSON file."""
+
+Progress = Callable[[float, str], None]
+
+
+def write_report(
+    result: Identification,
+    folder: Path | str,
+    *,
+    requirement: Requirement | None = None,
+    progress: Progress | None = None,
+) -> Path:
+    """Write `report.html`, its pictures as SVG files and `result.json`: all of them or nothing.
+
+    An older report in the folder is replaced; other files in it stay.
+
+    Args:
+        result: An identification.
+        folder: Made if it is not there.
+        requirement: What the task asks for; ARIA eq. (3) with the paper's numbers if None.
+        progress: Called with the part done and what is being done.
+
+    Returns:
+        Path of the page.
+
+    Raises:
+        FileError: the folder is a file.
+    """
+    report = progress or (lambda part, words: None)
+    requirement = requirement or Requirement()
+    check_folder(folder)
+    titles = iter(range(len(NAMES)))
+    drawings = all_figures(
+        result,
+        requirement=requirement,
+        progress=lambda title: report(0.1 + 0.1 * next(titles), f"drawing: {title}"),
+    )
+    report(0.8, "numbers for the controller")
+    use = controller_use(result)
+    report(0.9, "writing the page")
+    check = _check(result, requirement)
+    content = json_report.identification_json(result)
+    content |= {"requirement": _requirement_json(check, result), "controller": use.json()}
+    files = {
+        **save(drawings),
+        RESULT: json_report.text(content).encode(),
+        PAGE: render(result, drawings, check=check, use=use).encode(),
+    }
+    old = (PAGE, RESULT, *(f"{name}.svg" for name in NAMES))
+    path = write_folder(folder, files, replaces=old) / PAGE
+    report(1.0, "done")
+    return path
+
+
+def render(
+    result: Identification, drawings: tuple[Drawing, ...], *, check: RequirementCheck, use: Use
+) -> str:
+    """The page as text."""
+    best = result.best
+    after = best.held_out or best.train
+    before = result.nominal.held_out or result.nominal.train
+    rows, _, where = _judged(result)
+    return page_template("report.html").render(
+        robot=result.robot.name,
+        source=result.data.source,
+        facts=_facts(result),
+        best=best.fit.title,
+        held_out=best.held_out is not None,
+        cards=error_cards(before, after),
+        errors=_errors_rows(result),
+        turned=after.orientation_deg is not None,
+        check=check,
+        check_where=where,
+        check_axes=_axes(check),
+        check_strip=_strip(check),
+        check_failed=[int(r) for r in rows.row[check.judged & ~check.passed][:LISTED]],
+        check_failed_count=int((check.judged & ~check.passed).sum()),
+        drawings=[(d, Markup(themed(d.svg))) for d in drawings],
+        algorithms=[_algorithm(run, run is best) for run in result.runs.values()],
+        legend=LEGEND,
+        unidentifiable=result.unidentifiable,
+        warnings=result.warnings,
+        notes=result.notes,
+        excluded=result.excluded[:LISTED],
+        excluded_count=len(result.excluded),
+        suspicious=_suspicious(best)[:LISTED],
+        suspicious_count=len(best.fit.suspicious),
+        use=use,
+    )
+
+
+def themed(svg: str) -> str:
+    """The picture with colours that the page may brighten on a dark ground."""
+    for number, colour in enumerate(COLOURS):
+        svg = svg.replace(colour, f"var(--figure-{number}, {colour})")
+    return svg
+
+
+@cache
+def page_template(name: str) -> Template:
+    """A template of a page, everything escaped that is put in."""
+    environment = Environment(
+        loader=PackageLoader("workbench.report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {"short": short, "signed": signed, "plusminus": standard_error}
+    return environment.get_template(name)
+
+
+def _judged(result: Identification) -> tuple[Dataset, Robot, str]:
+    """Rows on which the requirement is judged, the arm that is judged, and the rows' name."""
+    if len(result.held_out_data):
+        return result.held_out_data, result.best.fit.calibrated, "held-out rows"
+    return result.data.take(result.train_rows), result.best.fit.calibrated, "fitted rows (none were held out)"
+
+
+def _check(result: Identification, requirement: Requirement) -> RequirementCheck:
+    rows, robot, _ = _judged(result)
+    return requirement.check(row_components(robot, rows))
+
+
+def _requirement_json(check: RequirementCheck, result: Identification) -> dict[str, Any]:
+    rows = _judged(result)[0].row
+    return {
+        "per_axis_mm": 1e3 * check.requirement.per_axis,
+        "per_axis_deg": float(np.rad2deg(check.requirement.angle)),
+        "rows": "held_out" if len(result.held_out_data) else "train",
+        "share_passed": check.share,
+        "passed": [int(r) for r in rows[check.passed]],
+        "failed": [int(r) for r in rows[check.judged & ~check.passed]],
+    } | {"with_orientation": check.with_rotation}
+
+
+def _facts(result: Identification) -> list[tuple[str, str]]:
+    data, held_out = result.data, result.held_out_data
+    seen = [
+        words
+        for words, present in (
+            ("position", data.position is not None),
+            ("orientation", data.rotation is not None),
+            ("markers", data.markers is not None),
+            ("distance", data.distance is not None),
+            ("contact", data.contact is not None),
+        )
+        if present
+    ]
+    facts = [
+        ("Robot", f"{result.robot.name} ({result.robot.convention}, {result.robot.dof} joints)"),
+        ("Measurements", data.source),
+        ("What was measured", ", ".join(seen) or "nothing"),
+        (
+            "Rows",
+            f"{len(result.train_rows)} fitted, {len(held_out)} held out, {len(result.excluded)} excluded",
+        ),
+    ]
+    if len(data.sessions) > 1:
+        facts.append(("Sessions", f"{len(data.sessions)}: {', '.join(data.sessions)}"))
+    noise = f"{1e3 * result.noise.position:.3g} mm"
+    if data.rotation is not None:
+        noise += f", {np.rad2deg(result.noise.rotation):.2g}°"
+    facts.append(("Noise that weighed the rows", noise))
+    facts.append(("Parameters", f"{len(result.best.fit.problem.names)} identified together"))
+    return facts
+
+
+def error_cards(before: Errors, after: Errors) -> list[dict[str, str]]:
+    """What the page shows first: mean and greatest errors before and after."""
+    cards = []
+    for what, unit, old, new in (
+        ("position error", " mm", before.position_mm, after.position_mm),
+        ("orientation error", "°", before.orientation_deg, after.orientation_deg),
+    ):
+        if old is None or new is None:
+            continue
+        for name in ("mean", "max"):
+            a, b = getattr(old, name), getattr(new, name)
+            label = f"{'Mean' if name == 'mean' else 'Greatest'} {what}"
+            cards.append(
+                {"label": label, "unit": unit, "before": short(a), "after": short(b), "factor": factor(a, b)}
+            )
+    return cards
+
+
+def _errors_rows(result: Identification) -> list[tuple[str, str, Errors]]:
+    models: list[tuple[str, Validation | Run]] = [("Nominal", result.nominal)]
+    models += [(run.fit.title, run) for run in result.runs.values()]
+    return [
+        (title if rows == "fitted" else "", rows, errors)
+        for title, validated in models
+        for rows, errors in (("fitted", validated.train), ("held out", validated.held_out))
+        if errors is not None
+    ]
+
+
+def _axes(check: RequirementCheck) -> list[dict[str, Any]]:
+    lines = []
+    for k, (worst, share) in enumerate(zip(check.worst, check.share_per_axis, strict=True)):
+        if np.isfinite(worst):
+            scale, unit = (1e3, " mm") if k < 3 else (float(np.rad2deg(1.0)), "°")
+            limit = (check.requirement.per_axis if k < 3 else check.requirement.angle) * scale
+            name = f"{'Position' if k < 3 else 'Orientation'} {'XYZ'[k % 3]}"
+            line = {"name": name, "limit": f"{limit:.2f}{unit}", "worst": f"{short(worst * scale)}{unit}"}
+            lines.append(line | {"share": f"{100.0 * share:.1f} %", "ok": share == 1.0})
+    return lines
+
+
+def _strip(check: RequirementCheck) -> list[tuple[float, float]]:
+    """Runs of rows that fail, as start and length in percent of all judged rows, for a bar."""
+    failed = ~check.passed[check.judged]
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], failed, [False]]).astype(int)))
+    scale = 100.0 / max(len(failed), 1)
+    return [(round(a * scale, 3), round((b - a) * scale, 3)) for a, b in edges.reshape(-1, 2)]
+
+
+def _algorithm(run: Run, best: bool) -> dict[str, Any]:
+    fit = run.fit
+    table: ParameterTable = parameter_table(fit)
+    digits = 6
+    return {
+        "title": fit.title,
+        "best": best,
+        "outcome": str(fit.outcome),
+        "ok": fit.outcome.ok,
+        "iterations": fit.iterations,
+        "seconds": fit.seconds,
+        "condition": f"{fit.condition:.3g}",
+        "headings": table.headings,
+        "rows": [(joint, [_cell(c, digits) for c in cells]) for joint, cells in table.rows],
+        "others": [(_cell(c, digits) or {}) | {"name": c.name, "unit": c.unit} for c in table.others],
+        "marks": table.marks,
+    }
+
+
+def _cell(cell: Cell | None, digits: int) -> dict[str, str] | None:
+    if cell is None:
+        return None
+    found = cell.state not in (State.HELD, State.UNSEEN)
+    return {
+        "nominal": signed(cell.nominal, digits),
+        "value": signed(cell.value, digits) if found else "",
+        "std": "" if cell.std is None else standard_error(cell.std, digits),
+        "mark": str(cell.state),
+    }
+
+
+def _suspicious(run: Run) -> list[tuple[int, str]]:
+    fit = run.fit
+    typical = max(float(np.median(fit.row_residuals)), 1e-12)
+    return [(int(fit.problem.data.row[i]), f"{fit.row_residuals[i] / typical:.1f}") for i in fit.suspicious]

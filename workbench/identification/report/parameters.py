@@ -1,0 +1,131 @@
+"""Parameters as in the paper's Tables 3 and 4: one row a joint, one column a constant, θ d a α β.
+
+Every cell tells the nominal value, the identified one, and its standard error; constants that were held
+are marked, as the paper's ∗ does, and so are those that can only be seen together with others.
+"""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from workbench.identification.fit import Fit
+
+SYMBOLS = {"theta": "θ", "alpha": "α", "beta": "β"}
+FAMILY = ("theta", "d", "a", "alpha", "beta")
+"""Constants of the Denavit–Hartenberg conventions, in the paper's order."""
+
+
+class State(StrEnum):
+    """What became of a constant; the value is its mark in tables."""
+
+    IDENTIFIED = ""
+    HELD = "∗"
+    SHARED = "†"
+    UNSEEN = "‡"
+
+
+LEGEND = {
+    State.HELD: "held at its nominal value",
+    State.SHARED: "moves together with others that no row tells apart; shares are the smallest possible",
+    State.UNSEEN: "no row shows it; left at its nominal value",
+}
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One constant.
+
+    Args:
+        name: As in the result, such as `joint2.alpha`.
+        unit: `rad` or `m`.
+        nominal: Nominal value.
+        value: Identification value; the nominal one if it was held.
+        std: Standard error; None where there is none.
+        state: What became of it.
+    """
+
+    name: str
+    unit: str
+    nominal: float
+    value: float
+    std: float | None
+    state: State
+
+
+@dataclass(frozen=True)
+class ParameterTable:
+    """All constants of a fit.
+
+    Args:
+        columns: Names of the constants, `theta`, `d` …
+        units: Unit of each column.
+        rows: Name of every joint, and its cells; None where it has no such constant.
+        others: Constants of frames and instruments, and those that belong to no joint.
+    """
+
+    columns: tuple[str, ...]
+    units: tuple[str, ...]
+    rows: tuple[tuple[str, tuple[Cell | None, ...]], ...]
+    others: tuple[Cell, ...]
+
+    @property
+    def headings(self) -> tuple[str, ...]:
+        """Column headings, such as `θ [rad]`."""
+        return tuple(f"{SYMBOLS.get(c, c)} [{u}]" for c, u in zip(self.columns, self.units, strict=True))
+
+    @property
+    def marks(self) -> tuple[State, ...]:
+        """Marks that appear in the table."""
+        cells = [c for _, row in self.rows for c in row if c is not None] + list(self.others)
+        return tuple(s for s in LEGEND if any(c.state is s for c in cells))
+
+
+def unseen(fit: Fit) -> frozenset[str]:
+    """Parameters that no row shows, alone: their standard error means nothing."""
+    return frozenset(c.names[0] for c in fit.unidentifiable if len(c.names) == 1)
+
+
+def parameter_table(fit: Fit) -> ParameterTable:
+    """The parameters of a fit, joint by joint."""
+    shared = {n for c in fit.unidentifiable if len(c.names) > 1 for n in c.names}
+    hidden = unseen(fit)
+    cells: dict[str, Cell] = {}
+    for e in fit.problem.robot.elements:
+        if e.matrix is None:
+            cells[e.name] = Cell(e.name, e.unit, e.value, e.value, None, State.HELD)
+    for p, value, std in zip(fit.parameters, fit.x.tolist(), fit.std.tolist(), strict=True):
+        state = State.SHARED if p.name in shared else State.IDENTIFIED
+        if p.name in hidden:
+            state, std = State.UNSEEN, None
+        cells[p.name] = Cell(p.name, p.unit, p.nominal, value, std, state)
+    of_joints: dict[str, dict[str, Cell]] = {}
+    others = []
+    joints = {j.name for j in fit.problem.robot.joints}
+    for name, cell in cells.items():
+        owner, _, constant = name.rpartition(".")
+        if owner in joints and name not in fit.problem.robot.coefficients:
+            of_joints.setdefault(owner, {})[constant] = cell
+        elif cell.state is not State.HELD:
+            others.append(cell)
+    columns = _columns(of_joints)
+    units = tuple(next(row[c].unit for row in of_joints.values() if c in row) for c in columns)
+    rows = tuple(
+        (joint, tuple(row.get(c) for c in columns))
+        for joint, row in of_joints.items()
+        if any(c in row for c in columns)
+        and (joint.startswith("joint") or any(cell.state is not State.HELD for cell in row.values()))
+    )
+    return ParameterTable(columns, units, rows, tuple(others))
+
+
+def _columns(of_joints: dict[str, dict[str, Cell]]) -> tuple[str, ...]:
+    """The family's five constants, or whatever else the joints have that was identified or is not 0."""
+    present = [constant for row in of_joints.values() for constant in row]
+    if any(c in FAMILY for c in present):
+        return tuple(c for c in FAMILY if c in present)
+    telling = {
+        constant
+        for row in of_joints.values()
+        for constant, cell in row.items()
+        if cell.state is not State.HELD or cell.nominal != 0.0
+    }
+    return tuple(c for c in dict.fromkeys(present) if c in telling)

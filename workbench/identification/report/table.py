@@ -1,0 +1,218 @@
+"""Tables for the terminal, no wider than 80 columns.
+
+Functions return what `rich` can print:
+
+    rich.print(identification_tables(result))
+"""
+
+import numpy as np
+from rich.console import Group, RenderableType
+from rich.markup import escape
+from rich.table import Table, box
+from rich.text import Text
+
+from workbench.data.requirement import RequirementCheck
+from workbench.identification.controller import ControllerNumbers
+from workbench.identification.errors import Errors
+from workbench.identification.fit import Fit
+from workbench.identification.record import (
+    Evaluation,
+    Identification,
+    Run,
+    Validation,
+)
+from workbench.identification.report.parameters import (
+    LEGEND,
+    Cell,
+    State,
+    parameter_table,
+)
+from workbench.report.numbers import short, signed, standard_error
+
+STYLES = {State.IDENTIFIED: "", State.HELD: "dim", State.SHARED: "yellow", State.UNSEEN: "dim"}
+AXES = ("x", "y", "z")
+
+
+def identification_tables(result: Identification, *, parameters: bool = True) -> RenderableType:
+    """Errors, parameters of the best fit, and everything that the user should know.
+
+    Args:
+        result: An identification.
+        parameters: Whether to show the parameter table as well.
+    """
+    parts: list[RenderableType] = [Text(heading(result), style="bold"), errors_table(result)]
+    if parameters:
+        parts.append(parameters_tables(result.best.fit))
+    parts += messages(result)
+    return Group(*parts)
+
+
+def heading(result: Identification) -> str:
+    """One line: the robot and the rows."""
+    rows = f"{len(result.train_rows)} rows fitted, {len(result.held_out_data)} held out"
+    if result.excluded:
+        rows += f", {len(result.excluded)} excluded"
+    return f"{result.robot.name}: {rows}"
+
+
+def errors_table(result: Identification) -> Table:
+    """Nominal arm and every algorithm on training and held-out rows, in mm and degrees."""
+    models: list[tuple[str, Validation | Run]] = [("nominal", result.nominal)]
+    models += [(run.fit.title, run) for run in result.runs.values()]
+    turned = any(
+        errors is not None and errors.orientation_deg is not None
+        for _, validated in models
+        for errors in (validated.train, validated.held_out)
+    )
+    table = error_columns(turned)
+    for title, validated in models:
+        for rows, errors in (("fitted", validated.train), ("held out", validated.held_out)):
+            if errors is not None:
+                table.add_row(title if rows == "fitted" else "", rows, *error_cells(errors, turned))
+        table.add_section()
+    return table
+
+
+def evaluation_tables(result: Evaluation) -> RenderableType:
+    """Errors of a given model, and the decisions that were taken."""
+    turned = result.errors.orientation_deg is not None
+    table = error_columns(turned)
+    table.add_row(
+        escape(result.robot.name), f"{len(result.row_numbers)}", *error_cells(result.errors, turned)
+    )
+    return Group(table, *(line("note", note) for note in result.notes))
+
+
+def parameters_tables(fit: Fit) -> RenderableType:
+    """The joint table of the paper (Tables 3, 4) with nominal values and standard errors; then the frames."""
+    content = parameter_table(fit)
+    parts: list[RenderableType] = []
+    if content.rows:
+        digits = 6 if len(content.columns) < 6 else 5
+        table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0), title=f"{fit.title}: arm")
+        table.add_column("joint", no_wrap=True)
+        table.add_column("", no_wrap=True)
+        for name in content.headings:
+            table.add_column(escape(name), justify="right", no_wrap=True)
+        for joint, cells in content.rows:
+            label = joint.removeprefix("joint")
+            for k, which in enumerate(("nominal", "found", "±")):
+                row = [_cell_line(cell, which, digits) for cell in cells]
+                table.add_row(escape(label) if k == 0 else "", which, *row, end_section=k == 2)
+        parts.append(table)
+    if content.others:
+        table = Table(box=box.SIMPLE_HEAD, pad_edge=False, title=f"{fit.title}: frames and instrument")
+        table.add_column("parameter", overflow="fold")
+        for name in ("nominal", "found", "±"):
+            table.add_column(name, justify="right", no_wrap=True)
+        table.add_column("", no_wrap=True)
+        for cell in content.others:
+            values = [_cell_line(cell, which, 6) for which in ("nominal", "found", "±")]
+            table.add_row(escape(cell.name), *values, cell.unit)
+        parts.append(table)
+    parts += [Text(f"{mark} {LEGEND[mark]}", style="dim") for mark in content.marks]
+    return Group(*parts)
+
+
+def requirement_table(check: RequirementCheck) -> RenderableType:
+    """Eq. (3) of the paper: each limit, the worst entry, the share of rows that keeps it."""
+    requirement = check.requirement
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, title=f"Required: {requirement.words}")
+    for name in ("error", "limit", "worst", "rows within"):
+        table.add_column(name, justify="left" if name == "error" else "right", no_wrap=True)
+    for k, (worst, share) in enumerate(zip(check.worst, check.share_per_axis, strict=True)):
+        if not np.isfinite(worst):
+            continue
+        scale, unit = (1e3, " mm") if k < 3 else (float(np.rad2deg(1.0)), "°")
+        limit = (requirement.per_axis if k < 3 else requirement.angle) * scale
+        style = "" if share == 1.0 else "red"
+        name = f"{'position' if k < 3 else 'rotation'} {AXES[k % 3]}"
+        table.add_row(
+            name, f"{limit:.2f}{unit}", f"{short(worst * scale)}{unit}", f"{share:.1%}", style=style
+        )
+    verdict = "passed" if check.ok else "not passed"
+    return Group(table, Text(f"{verdict}: {check.share:.1%} of the rows keep every limit"))
+
+
+def use_tables(
+    remaining: list[tuple[str, list[str]]],
+    offsets: list[tuple[str, str, str]],
+    frames: list[tuple[str, list[str]]],
+    numbers: ControllerNumbers,
+) -> RenderableType:
+    """What to enter into a controller, and what that leaves; the arguments are those of `use.Use`."""
+    left = plain_table("What remains, against the whole calibrated model")
+    left.add_column("entered", overflow="fold")
+    for name in ("mean\n[mm]", "max\n[mm]", "mean\n[°]", "max\n[°]"):
+        left.add_column(escape(name), justify="right", no_wrap=True)
+    for words, values in remaining:
+        left.add_row(words, *values)
+    added = plain_table("Added to each joint's reading")
+    for name in ("joint", "with tool and base", "offsets only"):
+        added.add_column(name, justify="left" if name == "joint" else "right", no_wrap=True)
+    for row in offsets:
+        added.add_row(*row)
+    placed = plain_table("Tool and base with them: xyz [mm], roll pitch yaw [°]")
+    for name in ("frame", "x", "y", "z", "roll", "pitch", "yaw"):
+        placed.add_column(name, justify="left" if name == "frame" else "right", no_wrap=True)
+    for name, values in frames:
+        placed.add_row(name, *values)
+    lines = [Text(f"compared at {numbers.rows} joint positions", style="dim")]
+    if numbers.held:
+        lines.append(line("left as they were, as others do the same", ", ".join(numbers.held)))
+    return Group(left, added, placed, *lines)
+
+
+def messages(result: Identification) -> list[RenderableType]:
+    """Unidentifiable combinations, warnings and decisions, one line each."""
+    lines: list[RenderableType] = [line("not identifiable", words) for words in result.unidentifiable]
+    lines += [line("warning", words) for words in result.warnings]
+    lines += [line("note", words) for words in result.notes]
+    if result.excluded:
+        shown = ", ".join(f"row {row} ({reason})" for row, reason in result.excluded[:5])
+        more = len(result.excluded) - 5
+        lines.append(line("excluded", shown + (f" and {more} more" if more > 0 else "")))
+    return lines
+
+
+def plain_table(title: str) -> Table:
+    """A table in the look of all others."""
+    return Table(box=box.SIMPLE_HEAD, pad_edge=False, title=escape(title), title_justify="left")
+
+
+def error_columns(turned: bool) -> Table:
+    """An empty table of errors in mm, and degrees where orientations were measured."""
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column("model", no_wrap=True)
+    table.add_column("rows", no_wrap=True)
+    for unit in ("mm", "°") if turned else ("mm",):
+        for name in ("mean", "rms", "max"):
+            table.add_column(f"{name}\n{escape(f'[{unit}]')}", justify="right", no_wrap=True)
+    return table
+
+
+def error_cells(errors: Errors, turned: bool) -> list[str]:
+    """Cells of one row of it."""
+    cells = [short(value) for value in errors.position_mm]
+    if turned:
+        rotation = errors.orientation_deg
+        cells += ["–"] * 3 if rotation is None else [short(value) for value in rotation]
+    return cells
+
+
+def _cell_line(cell: Cell | None, which: str, digits: int) -> Text:
+    if cell is None:
+        return Text("")
+    if which == "nominal":
+        return Text(signed(cell.nominal, digits) + " ", style="dim")
+    if which == "found":
+        if cell.state in (State.HELD, State.UNSEEN):
+            return Text(str(cell.state), style=STYLES[cell.state])
+        return Text(signed(cell.value, digits) + (cell.state or " "), style=STYLES[cell.state] or "bold")
+    return Text("" if cell.std is None else standard_error(cell.std, digits) + " ", style="dim")
+
+
+def line(kind: str, words: str) -> Text:
+    """One line of the answer with its kind before it."""
+    style = {"warning": "yellow", "not identifiable": "yellow"}.get(kind, "dim")
+    return Text.assemble((f"{kind}: ", style), words)

@@ -1,0 +1,120 @@
+"""How to use a calibration: what a controller can take of it, and what that leaves."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+from rich.console import RenderableType
+
+from workbench.arm.robot import Frame, JointKind, Robot
+from workbench.identification.controller import (
+    ControllerNumbers,
+    Part,
+    PoseErrors,
+    controller_numbers,
+)
+from workbench.identification.record import Identification
+from workbench.identification.report.json import controller_json
+from workbench.identification.report.table import use_tables
+from workbench.report.numbers import short, signed
+
+ROWS = 500
+"""Greatest number of measured joint positions over which the numbers are chosen."""
+VARIANTS = ((Part.OFFSETS,), (Part.OFFSETS, Part.TOOL), (Part.OFFSETS, Part.TOOL, Part.BASE))
+
+
+@dataclass(frozen=True, eq=False)
+class Use:
+    """Numbers for controllers that take more and more.
+
+    Args:
+        variants: Joint offsets only; with the tool; with tool and base.
+        linear: Which joints slide instead of turning.
+        session: Session whose base and tool were used; empty if there is one only.
+    """
+
+    variants: tuple[ControllerNumbers, ...]
+    linear: tuple[bool, ...]
+    session: str
+
+    @property
+    def full(self) -> ControllerNumbers:
+        """The variant with everything."""
+        return self.variants[-1]
+
+    @property
+    def table(self) -> list[tuple[str, list[str]]]:
+        """What is entered, and the four errors that remain, for each variant and for nothing at all."""
+        first = self.variants[0]
+        lines = [("nothing but base and tool as identified", _errors(first.before))]
+        words = ("joint offsets only", "joint offsets and tool", "joint offsets, tool and base")
+        lines += [(w, _errors(v.after)) for w, v in zip(words, self.variants, strict=True)]
+        return [*lines, ("the whole calibrated model", ["0"] * 4)]
+
+    @property
+    def offsets(self) -> list[tuple[str, str, str]]:
+        """Joint, and its offset in the full variant and when only offsets are entered."""
+        return [
+            (
+                f"joint {k + 1}",
+                _offset(self.full.offsets[k], slides),
+                _offset(self.variants[0].offsets[k], slides),
+            )
+            for k, slides in enumerate(self.linear)
+        ]
+
+    @property
+    def frames(self) -> list[tuple[str, list[str]]]:
+        """Tool and base of the full variant: x, y, z in mm, roll, pitch, yaw in degrees."""
+        return [("tool", _frame(self.full.tool)), ("base", _frame(self.full.base))]
+
+    def summary(self) -> RenderableType:
+        """Tables for the terminal."""
+        return use_tables(self.table, self.offsets, self.frames, self.full)
+
+    def json(self) -> list[dict[str, Any]]:
+        """The numbers in SI, as plain data."""
+        return [controller_json(v) for v in self.variants]
+
+
+def controller_use(result: Identification) -> Use:
+    """Numbers for the controller from the best fit, over the joint positions that were measured."""
+    q = np.concatenate([result.data.q[result.train_rows], result.held_out_data.q])
+    chosen = np.unique(np.linspace(0, len(q) - 1, min(len(q), ROWS)).round().astype(int))
+    return use_of(result.best.fit.calibrated, result.robot, q=q[chosen], session=result.data.sessions[0])
+
+
+def use_of(
+    calibrated: Robot,
+    nominal: Robot,
+    *,
+    q: Float[np.ndarray, "rows n"] | None = None,
+    session: str = "",
+) -> Use:
+    """Numbers for controllers that take offsets only, the tool too, and the base too.
+
+    Args:
+        calibrated: The arm as identified.
+        nominal: The arm as the controller computes it.
+        q: Joint positions that matter [rad or m]; sampled evenly within the limits if None.
+        session: Session whose base and tool count, where the calibrated arm has several.
+    """
+    variants = tuple(
+        controller_numbers(calibrated, nominal, q=q, parts=parts, session=session) for parts in VARIANTS
+    )
+    linear = tuple(j.kind is JointKind.PRISMATIC for j in nominal.moving)
+    return Use(variants, linear, session if calibrated.sessions else "")
+
+
+def _errors(errors: PoseErrors) -> list[str]:
+    position, rotation = errors[:2], errors[2:]
+    return [*(short(1e3 * e) for e in position), *(short(float(np.rad2deg(e))) for e in rotation)]
+
+
+def _offset(value: float, slides: bool) -> str:
+    return f"{signed(1e3 * value, 4)} mm" if slides else f"{signed(float(np.rad2deg(value)), 5)}°"
+
+
+def _frame(frame: Frame) -> list[str]:
+    return [*(signed(1e3 * v, 3) for v in frame.xyz), *(signed(float(np.rad2deg(v)), 4) for v in frame.rpy)]

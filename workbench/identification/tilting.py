@@ -1,0 +1,199 @@
+"""Clearance, backlash and stiffness of joints, fitted together with the geometry or at a given one.
+
+A joint gives way by three effects of load (Katana eqs. 4.10–4.15, 5.15–5.19): it tips across its axis by its
+clearance c, lies to one side of its play b, and turns by κ η under the moment η about its axis.
+
+The thesis takes the clearance's radius from the shaft's length L: r = (L/2) tan C, which its (5.15) prints
+inverted; and it turns the tilt by γ = 90° |η_x|/(|η_x| + |η_y|), (5.16), which strays from the moment's
+direction by up to 4.1° and depends on how the frame lies about the axis. Here, as in (4.11), C itself is the
+coefficient, and the tilt has the direction of the moment.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from workbench.arm.effects import AbstractEffect
+from workbench.arm.effects.backlash import Backlash
+from workbench.arm.effects.clearance_tilt import ClearanceTilt
+from workbench.arm.effects.joint_compliance import JointCompliance
+from workbench.arm.robot import Robot
+from workbench.data.dataset import Dataset
+from workbench.identification.algorithms.opt2 import Opt2
+from workbench.identification.fit import Fit
+from workbench.identification.problem import FrameFreedom, Noise, Problem
+
+KINDS: dict[type[AbstractEffect], str] = {
+    ClearanceTilt: "clearance",
+    Backlash: "backlash",
+    JointCompliance: "compliance",
+}
+"""The effects, and what their coefficients are called."""
+STEPS = 60
+"""Most steps of a fit."""
+
+
+@dataclass(frozen=True)
+class JointTilting:
+    """How one joint gives way, with standard errors; NaN for what was not asked.
+
+    Args:
+        joint: From 0.
+        clearance: Tilt across its axis, to each side [rad].
+        backlash: Play about its axis, to each side [rad].
+        compliance: Angle per moment about its axis [rad/(N m)].
+        clearance_std: Standard error of the clearance [rad].
+        backlash_std: Of the backlash [rad].
+        compliance_std: Of the compliance [rad/(N m)].
+    """
+
+    joint: int
+    clearance: float = np.nan
+    backlash: float = np.nan
+    compliance: float = np.nan
+    clearance_std: float = np.nan
+    backlash_std: float = np.nan
+    compliance_std: float = np.nan
+
+    @property
+    def stiffness(self) -> float:
+        """Moment per angle about its axis [N m/rad]; infinite for a joint that does not give way."""
+        return np.inf if self.compliance <= 0.0 else 1.0 / self.compliance
+
+    @property
+    def stiffness_std(self) -> float:
+        """Its standard error, to first order [N m/rad]."""
+        return np.inf if self.compliance <= 0.0 else self.compliance_std / self.compliance**2
+
+    def only(self, asked: "JointTilting") -> "JointTilting":
+        """The sizes that are asked for there."""
+        wanted = {word: getattr(self, word) for word in KINDS.values() if np.isfinite(getattr(asked, word))}
+        return JointTilting(self.joint, **wanted)
+
+    def joined(self, other: "JointTilting") -> "JointTilting":
+        """What was found of the joint here, and there where nothing was found here."""
+        here, there = asdict(self), asdict(other)
+        return JointTilting(**{k: there[k] if np.isnan(v) else v for k, v in here.items()})
+
+
+@dataclass(frozen=True, eq=False)
+class Tilting:
+    """A fit of joints that give way.
+
+    Args:
+        fit: Geometry and coefficients.
+        joints: What was found of each joint.
+    """
+
+    fit: Fit
+    joints: tuple[JointTilting, ...]
+
+    @property
+    def calibrated(self) -> Robot:
+        """The arm with what was identified."""
+        return self.fit.calibrated
+
+    @property
+    def effects(self) -> tuple[AbstractEffect, ...]:
+        """What was found, as effects of the arm."""
+        return tilting_effects(self.joints)
+
+
+def tilting_effects(joints: Sequence[JointTilting]) -> tuple[AbstractEffect, ...]:
+    """Joints that give way as effects of an arm; backlash by the load."""
+    out: list[AbstractEffect] = []
+    for kind, word in KINDS.items():
+        sizes = {j.joint: getattr(j, word) for j in joints if np.isfinite(getattr(j, word))}
+        if sizes:
+            out.append(kind(tuple(sizes), tuple(sizes.values())))
+    return tuple(out)
+
+
+def giving_way(
+    joints: Sequence[int] = (), *, tipping: Sequence[int] = (), turning: Sequence[int] = ()
+) -> tuple[JointTilting, ...]:
+    """Sizes to ask for, all 0.
+
+    Args:
+        joints: Joints of which clearance, backlash and compliance are asked, from 0.
+        tipping: Joints of which the clearance alone is.
+        turning: Joints of which backlash and compliance alone are.
+    """
+    return (
+        *(JointTilting(j, 0.0, 0.0, 0.0) for j in joints),
+        *(JointTilting(j, clearance=0.0) for j in tipping),
+        *(JointTilting(j, backlash=0.0, compliance=0.0) for j in turning),
+    )
+
+
+def fit_tilting(
+    robot: Robot,
+    data: Dataset,
+    *,
+    asked: Sequence[JointTilting],
+    noise: Noise,
+    free: Sequence[str] | None = None,
+    frames: FrameFreedom | None = None,
+) -> Tilting:
+    """Fit how some joints give way to any measured rows, together with constants of the geometry.
+
+    Args:
+        robot: Nominal arm with masses; effects that it carries already act as they are.
+        data: Rows of any observation.
+        asked: Joints and where their sizes begin; what is NaN is not fitted. See `giving_way`.
+        noise: Standard deviations where rows bring none.
+        free: Constants to fit beside; the robot's default ones if None, none if empty: a given geometry.
+        frames: What of base and tool is unknown; nothing if None.
+    """
+    effects = tilting_effects(asked)
+    names = [name for effect in effects for name in effect.names]
+    bent = robot.with_effects(*robot.effects, *effects)
+    problem = Problem.build(bent, data, noise=noise, free=free, frames=frames, effects=names)
+    fit = _searched(problem)
+    found = dict(zip(problem.names, zip(fit.x.tolist(), fit.std.tolist(), strict=True), strict=True))
+    return Tilting(fit, tuple(_found(j.joint, found) for j in sorted(asked, key=lambda j: j.joint)))
+
+
+def _found(joint: int, found: Mapping[str, tuple[float, float]]) -> JointTilting:
+    """Sizes and standard errors of one joint."""
+    pairs = {word: found.get(f"joint{joint + 1}.{word}", (np.nan, np.nan)) for word in KINDS.values()}
+    sizes = {word: pair[0] for word, pair in pairs.items()}
+    return JointTilting(joint, **sizes, **{f"{word}_std": pair[1] for word, pair in pairs.items()})
+
+
+def fit_geometry(
+    robot: Robot,
+    data: Dataset,
+    *,
+    known: Sequence[AbstractEffect] = (),
+    noise: Noise,
+    free: Sequence[str] | None = None,
+    frames: FrameFreedom | None = None,
+) -> Fit:
+    """Fit the geometry alone, with what is known of the joints in force (Katana fig. 4.9, eq. 4.22).
+
+    Args:
+        robot: Nominal arm.
+        data: Rows of any observation.
+        known: How the joints give way; nothing for the conventional calibration.
+        noise: Standard deviations where rows bring none.
+        free: Constants to fit; the robot's default ones if None.
+        frames: What of base and tool is unknown; nothing if None.
+    """
+    bent = robot.with_effects(*robot.effects, *known)
+    return _searched(Problem.build(bent, data, noise=noise, free=free, frames=frames))
+
+
+def _searched(problem: Problem) -> Fit:
+    """The least-squares answer of a problem."""
+    search = Opt2(limit=STEPS).search(problem)
+    return Fit(
+        algorithm="opt2",
+        title="OPT2",
+        problem=problem,
+        x=search.x,
+        outcome=search.outcome,
+        history=search.history,
+        seconds=0.0,
+    )

@@ -1,1 +1,0 @@
-"""Measurements: the table of rows, its readers, its observations, and simulated instruments."""

@@ -1,0 +1,1 @@
+"""Paths: trajectories planned, corrected with the calibrated arm, and checked with a pencil."""

@@ -1,0 +1,236 @@
+"""Joint trajectories corrected with a calibrated model, effects included.
+
+    one step     Δq = −Jᵀ (J Jᵀ + λ)⁻¹ Δx,      Δx what the calibrated arm would miss at the commanded joints
+    iterated     until the bent arm is at the commanded pose (`model.settle`)
+
+The one step is Katana eq. (5.22) with damping. No row becomes worse: one that would keeps its commanded
+joints, and is named. Loads are those of the arm at rest, unless the motion has velocities and accelerations.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from workbench.arm.effects.backlash import Backlash
+from workbench.arm.effects.clearance_tilt import ClearanceTilt
+from workbench.arm.inverse.bent_arm import rigid_targets, settle
+from workbench.arm.inverse.branch import margins
+from workbench.arm.inverse.damped_newton import WEIGHT, Refined, refine
+from workbench.arm.inverse.reduced_arm import compile_arm
+from workbench.arm.motion import Motion
+from workbench.arm.robot import Robot
+from workbench.base.errors import DataError, OptionError
+from workbench.base.types import frozen
+from workbench.paths.checks import (
+    Times,
+    named,
+    refuse_beyond,
+    refuse_fast,
+    refuse_singular,
+)
+from workbench.paths.path import Commanded
+
+GREATEST = 0.35
+"""Correction of a joint beyond which no calibration is at work but a singularity [rad or m]."""
+CLEAR = 1e-6
+"""Error that an iterated correction may leave without being said [m]."""
+AT_LIMIT = 1e-9
+"""A joint this near to its limit is held by it [rad or m]."""
+
+
+class Method(StrEnum):
+    """How a trajectory is corrected."""
+
+    ONE_STEP = "one-step"
+    ITERATED = "iterated"
+
+
+@dataclass(frozen=True, eq=False)
+class PathErrors:
+    """What an arm misses along a path, row by row.
+
+    Args:
+        position: Distance from the commanded position [m].
+        rotation: Angle to the commanded orientation, as far as the task asks [rad].
+    """
+
+    position: Float[np.ndarray, " rows"]
+    rotation: Float[np.ndarray, " rows"]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Compensation:
+    """A corrected trajectory.
+
+    Args:
+        commanded: The path as commanded.
+        motion: The corrected joint positions, with what drives the effects.
+        method: How it was corrected.
+        before: What the calibrated arm would miss without correction.
+        after: What it is predicted to miss with it.
+        kept: Rows that a correction would have made worse.
+        speed: Greatest speed of every joint with the correction [rad/s or m/s]; None without time.
+        notes: What was decided and what is left, one sentence each.
+    """
+
+    commanded: Commanded
+    motion: Motion
+    method: Method
+    before: PathErrors
+    after: PathErrors
+    kept: Bool[np.ndarray, " rows"]
+    speed: Float[np.ndarray, " n"] | None
+    notes: tuple[str, ...]
+
+    @property
+    def q(self) -> Float[np.ndarray, "rows n"]:
+        """Corrected joint positions [rad or m]."""
+        return self.motion.q
+
+
+def compensate(
+    commanded: Commanded,
+    *,
+    motion: Motion | None = None,
+    method: Method | str = Method.ITERATED,
+    max_speed: float | None = None,
+) -> Compensation:
+    """Joint positions with which the calibrated arm takes the commanded poses.
+
+    Args:
+        commanded: The path.
+        motion: What drives the arm's effects beside q, a row each, and the time; nothing if None.
+        method: `one-step` or `iterated`.
+        max_speed: Greatest speed of any joint [rad/s or m/s]; not checked if None.
+
+    Raises:
+        DataError: a row that a limit, a singularity, a range of an effect, or the speed forbids; names row
+            and joint; or a row to which the iteration finds no correction.
+    """
+    try:
+        method = Method(method)
+    except ValueError:
+        raise OptionError(f"there is no method '{method}'; choose {' or '.join(Method)}") from None
+    robot, q, time = commanded.calibrated, commanded.q, commanded.time
+    state = Motion(q) if motion is None else motion.at(q)
+    robot.check_ranges(q, source="trajectory")
+    refuse_beyond(robot, q, time)
+    before = _missed(commanded, state)
+    refuse_singular(robot, q, commanded.task, time)
+    after = _corrected(commanded, state, method)
+    places, weight = compile_arm(robot).places, WEIGHT * compile_arm(robot).length
+    _refuse_stopped(robot, after.x[:, places], after, time)
+    if method is Method.ITERATED:
+        _refuse_unsettled(robot, after, time)
+    _refuse_large(after.x[:, places] - q, time)
+    worse = after.cost(weight) > before.cost(weight)
+    worse |= after.position_error > np.maximum(before.position_error, AT_LIMIT)
+    state = state.at(frozen(np.where(worse[:, None], q, after.x[:, places])))
+    errors = PathErrors(
+        frozen(np.where(worse, before.position_error, after.position_error)),
+        frozen(np.where(worse, before.rotation_error, after.rotation_error)),
+    )
+    speed = _speeds(robot, state, max_speed)
+    return Compensation(
+        commanded=commanded,
+        motion=state,
+        method=method,
+        before=PathErrors(frozen(before.position_error), frozen(before.rotation_error)),
+        after=errors,
+        kept=frozen(worse),
+        speed=speed,
+        notes=(*commanded.notes, *_left(method, errors, worse, speed, max_speed)),
+    )
+
+
+def _missed(commanded: Commanded, state: Motion) -> Refined:
+    """What the bent arm misses in a state."""
+    arm = compile_arm(commanded.calibrated)
+    wanted = rigid_targets(commanded.calibrated, commanded.poses, state)
+    return refine(arm, wanted, state.q[:, arm.columns], task=commanded.task, iterations=0)
+
+
+def _corrected(commanded: Commanded, state: Motion, method: Method) -> Refined:
+    """Corrected joints with what they still miss."""
+    robot, task = commanded.calibrated, commanded.task
+    limits = robot.known_limits
+    if method is Method.ITERATED:
+        return settle(robot, commanded.poses, state.q, task=task, limits=limits, motion=state)
+    arm = compile_arm(robot)
+    wanted = rigid_targets(robot, commanded.poses, state)
+    step = refine(arm, wanted, state.q[:, arm.columns], task=task, limits=limits[arm.columns], iterations=1)
+    return _missed(commanded, state.at(step.x[:, arm.places]))
+
+
+def _refuse_stopped(robot: Robot, new: np.ndarray, after: Refined, time: Times) -> None:
+    """Refuse corrections that a limit stops."""
+    at = margins(new, robot.known_limits) < AT_LIMIT
+    stopped = ~after.converged & at.any(1)
+    if stopped.any():
+        row = int(np.argmax(stopped))
+        joint = int(np.argmax(at[row]))
+        raise DataError(
+            f"{named(row, time)}: the correction needs joint {joint + 1} beyond its limit "
+            f"{new[row, joint]:.4f} (rad or m), {1e3 * after.position_error[row]:.3g} mm are left; "
+            "lead the path away from it"
+        )
+
+
+def _refuse_large(change: np.ndarray, time: Times) -> None:
+    """Refuse corrections that no calibration can mean."""
+    size = np.abs(change)
+    if (size > GREATEST).any():
+        row, joint = divmod(int(np.argmax(size)), size.shape[1])
+        raise DataError(
+            f"{named(row, time)}: the correction turns joint {joint + 1} by {size[row, joint]:.2f} "
+            "(rad or m), as it is near a singularity; lead the path around it"
+        )
+
+
+def _refuse_unsettled(robot: Robot, after: Refined, time: Times) -> None:
+    """Refuse rows that miss more than the play of the joints explains: nothing brings them to the path."""
+    left = after.position_error > CLEAR + _play(robot)
+    if left.any():
+        row = int(np.argmax(left))
+        raise DataError(
+            f"{named(row, time)}: the correction does not converge, {1e3 * after.position_error[row]:.3g} mm "
+            "are left; check the effects of the calibrated robot, or lead the path away from where it ends"
+        )
+
+
+def _play(robot: Robot) -> float:
+    """How far the tool may hang between the flanks of all plays, at most [m]."""
+    plays = [e for e in robot.effects if isinstance(e, (Backlash, ClearanceTilt))]
+    return 2.0 * robot.reach * sum(abs(c) for e in plays for c in e.coefficients)
+
+
+def _speeds(robot: Robot, state: Motion, most: float | None) -> np.ndarray | None:
+    """Greatest speed of every joint between two rows; refuse one above `most`."""
+    if state.time is None or len(state) < 2:
+        if most is not None:
+            raise OptionError(
+                "a greatest speed is given, but the trajectory has no time; add the column time[s]"
+            )
+        return None
+    speed = np.abs(np.diff(state.q, axis=0)) / np.diff(state.time)[:, None]
+    refuse_fast(robot, np.vstack([0.0 * speed[:1], speed]), most, state.time)
+    return frozen(speed.max(0))
+
+
+def _left(method, errors: PathErrors, worse, speed, max_speed) -> Iterable[str]:
+    """What a user should know of the answer."""
+    if worse.any():
+        rows = ", ".join(str(r) for r in np.flatnonzero(worse)[:10]) + (" …" if worse.sum() > 10 else "")
+        yield f"{int(worse.sum())} rows keep their commanded joints, as a correction would miss more: {rows}"
+    if method is Method.ITERATED and (left := errors.position > CLEAR).any():
+        row = int(np.argmax(errors.position))
+        yield (
+            f"{int(left.sum())} rows can't be met, row {row} misses {1e3 * errors.position[row]:.3g} mm: a "
+            "load changes its sign within a joint's play there"
+        )
+    if speed is not None and max_speed is None:
+        joint = int(np.argmax(speed))
+        yield f"joint {joint + 1} is the fastest, {speed[joint]:.3g} (rad/s or m/s); no limit was given"

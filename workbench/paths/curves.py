@@ -1,0 +1,138 @@
+"""Curves that a tool is to follow, and how fast: circles, straight lines, a smooth start and stop.
+
+    circle      c + r (cos φ a + sin φ b),      φ = 0 … 2π
+    line        p + s (p′ − p),                 s = 0 … 1
+    share done  10 τ³ − 15 τ⁴ + 6 τ⁵,           τ = t / T
+
+The share has zero speed and acceleration at both ends (minimum jerk: Flash and Hogan, J. Neurosci. 5(7),
+1985); at half time it runs at 15/8 of the mean speed.
+"""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.base.circles import fit_circle
+from workbench.base.errors import OptionError
+from workbench.base.types import Positions, Vector3, frozen
+
+FLAT = 1e-3
+"""Points whose second spread is a smaller share of the first lie in a line."""
+LEAST = 1e-6
+"""Length below which a curve is a point [m]."""
+
+Shares = Float[np.ndarray, " rows"]
+
+
+@final
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Circle:
+    """A full turn about a centre.
+
+    Args:
+        centre: Its middle [m].
+        along: Unit vector from the centre to where it begins.
+        across: Unit vector from the centre to where it is after a quarter.
+        radius: Its radius [m].
+    """
+
+    centre: Vector3
+    along: Vector3
+    across: Vector3
+    radius: float
+
+    @property
+    def length(self) -> float:
+        """Circumference [m]."""
+        return 2.0 * np.pi * self.radius
+
+    @property
+    def normal(self) -> Vector3 | None:
+        """About which it turns in the positive sense."""
+        return np.cross(self.along, self.across)
+
+    def points(self, shares: Shares) -> Positions:
+        """See the module."""
+        angle = 2.0 * np.pi * shares[:, None]
+        return self.centre + self.radius * (np.cos(angle) * self.along + np.sin(angle) * self.across)
+
+
+@final
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Line:
+    """A straight way.
+
+    Args:
+        start: Where it begins [m].
+        end: Where it ends [m].
+    """
+
+    start: Vector3
+    end: Vector3
+
+    @property
+    def length(self) -> float:
+        """Distance of the ends [m]."""
+        return float(np.linalg.norm(self.end - self.start))
+
+    @property
+    def along(self) -> Vector3:
+        """Its direction."""
+        return (self.end - self.start) / self.length
+
+    @property
+    def normal(self) -> None:
+        """A line lies in many planes."""
+        return None
+
+    def points(self, shares: Shares) -> Positions:
+        """See the module."""
+        return self.start + shares[:, None] * (self.end - self.start)
+
+
+Curve = Circle | Line
+"""What a tool can be led along: length, unit vector along it, normal of its plane if it has one, points."""
+
+
+def circle_through(points: Float[np.ndarray, "points 3"]) -> Circle:
+    """The circle nearest to three points or more: it begins at the first and turns towards the second.
+
+    Raises:
+        OptionError: fewer than three points, or points in a line or in one place.
+    """
+    if len(points) < 3:
+        raise OptionError(f"a circle needs three points or more, not {len(points)}")
+    spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    if spread[0] < LEAST or spread[1] < FLAT * spread[0]:
+        raise OptionError("the points of the circle lie in a line or in one place; give three that do not")
+    fitted = fit_circle(points)
+    normal = fitted.axes[2]
+    first, second = points[0] - fitted.centre, points[1] - fitted.centre
+    normal = normal * np.where(np.cross(first, second) @ normal < 0.0, -1.0, 1.0)
+    along = first - (first @ normal) * normal
+    along = along / np.linalg.norm(along)
+    return Circle(
+        centre=fitted.centre,
+        along=frozen(along),
+        across=frozen(np.cross(normal, along)),
+        radius=fitted.radius,
+    )
+
+
+def line(start: Vector3, end: Vector3) -> Line:
+    """The straight way between two points [m].
+
+    Raises:
+        OptionError: they are the same.
+    """
+    if np.linalg.norm(end - start) < LEAST:
+        raise OptionError("a line has two different ends; these are the same point")
+    return Line(start=frozen(np.array(start, float)), end=frozen(np.array(end, float)))
+
+
+def smooth_shares(time: Shares) -> Shares:
+    """Share of the way done at every time, from rest to rest; see the module."""
+    t = (time - time[0]) / (time[-1] - time[0])
+    return t**3 * (10.0 - 15.0 * t + 6.0 * t**2)

@@ -1,0 +1,188 @@
+"""What a trajectory asks for: poses that the tool is to take, and joints that a controller would send.
+
+The controller computes with the nominal geometry. Joints that it was taught stand for the poses that they
+have there; poses are reached through its inverse kinematics, in one branch from beginning to end. Both arms
+are compared in the robot's base frame and with the calibrated tool: where the measuring instrument stood does
+not matter to a path.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.effects.base_drift import BaseDrift
+from workbench.arm.inverse import solve as inverse
+from workbench.arm.inverse.branch import margins
+from workbench.arm.inverse.branches import quality
+from workbench.arm.inverse.damped_newton import Task, refine
+from workbench.arm.inverse.reduced_arm import compile_arm
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.robot import Frame, Robot
+from workbench.base.errors import DataError, ShapeError
+from workbench.base.types import frozen
+from workbench.paths.checks import Times, named, refuse_beyond
+
+JUMP = 0.5
+"""Change of a joint between two rows that is a jump to another branch [rad or m]."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Commanded:
+    """A path as it is commanded.
+
+    Args:
+        calibrated: The arm that moves, in its own base frame.
+        nominal: The arm as the controller computes it, likewise.
+        poses: Poses that the tool is to take, robot's base frame.
+        q: Joint positions that the controller sends without correction [rad or m].
+        task: What of the poses so many joints can meet.
+        notes: What was decided, one sentence each.
+        time: Time of every row [s], for messages; None where there is none.
+    """
+
+    calibrated: Robot
+    nominal: Robot
+    poses: Float[np.ndarray, "rows 4 4"]
+    q: Float[np.ndarray, "rows n"]
+    task: Task
+    notes: tuple[str, ...]
+    time: Float[np.ndarray, " rows"] | None = None
+
+
+def command_joints(
+    calibrated: Robot,
+    nominal: Robot,
+    q: Float[np.ndarray, "rows n"],
+    *,
+    positions_only: bool = False,
+    time: Times = None,
+) -> Commanded:
+    """The path of joint positions that were planned with the nominal arm.
+
+    Args:
+        calibrated: The arm that moves.
+        nominal: The arm as the controller computes it.
+        q: Joint positions [rad or m].
+        positions_only: Whether orientations do not matter.
+        time: Time of every row [s], for messages.
+
+    Raises:
+        ShapeError: the arms, or the rows, have different numbers of joints.
+        DataError: a row is outside the limits; names it and the joint.
+    """
+    actual, planned, notes = _comparable(calibrated, nominal)
+    planned.check_joints(q, "trajectory")
+    refuse_beyond(planned, q, time)
+    task = Task.POSITION if positions_only else Task.default(planned.dof)
+    return Commanded(
+        calibrated=actual,
+        nominal=planned,
+        poses=frozen(tool_poses(planned, q)),
+        q=frozen(q),
+        task=task,
+        notes=(*notes, *_words(task)),
+        time=time,
+    )
+
+
+def command_poses(
+    calibrated: Robot,
+    nominal: Robot,
+    poses: Float[np.ndarray, "rows 4 4"],
+    *,
+    positions_only: bool = False,
+    near: Float[np.ndarray, " n"] | None = None,
+    time: Times = None,
+) -> Commanded:
+    """The path of poses in the robot's base frame.
+
+    Args:
+        calibrated: The arm that moves.
+        nominal: The arm as the controller computes it.
+        poses: Poses of the tool [m].
+        positions_only: Whether orientations do not matter.
+        near: Joint positions near which the path begins [rad or m]; the best branch if None.
+        time: Time of every row [s], for messages.
+
+    Raises:
+        DataError: no branch of the nominal arm follows the whole path; names the row where the last one ends.
+    """
+    actual, planned, notes = _comparable(calibrated, nominal)
+    task = Task.POSITION if positions_only else Task.default(planned.dof)
+    first = inverse.solve(planned, poses[0], task=task)
+    if not first.reachable:
+        raise DataError(f"{named(0, time)}: {first.reason}")
+    starts = sorted(first.within_limits, key=quality, reverse=True)
+    if near is not None:
+        chosen = inverse.choose(first, near=near)
+        starts = [] if chosen is None else [chosen]
+    furthest, longest = 0, None
+    for start in starts:
+        q, reached = _followed(planned, poses, start.q, task)
+        if reached == len(poses):
+            return Commanded(
+                calibrated=actual,
+                nominal=planned,
+                poses=frozen(poses),
+                q=frozen(q),
+                task=task,
+                notes=(*notes, f"the path is followed in the branch '{start.name}'", *_words(task)),
+                time=time,
+            )
+        if reached >= furthest:
+            furthest, longest = reached, q[max(reached - 1, 0)]
+    why = inverse.solve(planned, poses[furthest], task=task).reason
+    tight = "" if longest is None else f" ({_tightest(planned, longest)})"
+    raise DataError(
+        f"{named(furthest, time)} can't be reached on the way{tight}: "
+        f"{why or 'the branch ends there, at a limit or a singularity'}; change the path or its beginning"
+    )
+
+
+def _comparable(calibrated: Robot, nominal: Robot) -> tuple[Robot, Robot, list[str]]:
+    """Both arms in the robot's base frame and with the calibrated tool; the instrument's drift left out."""
+    if calibrated.dof != nominal.dof:
+        raise ShapeError(
+            f"the calibrated arm '{calibrated.name}' has {calibrated.dof} joints, the nominal one "
+            f"'{nominal.name}' {nominal.dof}; give the arm that was calibrated",
+            expected=calibrated.dof,
+            found=nominal.dof,
+        )
+    notes = []
+    effects = tuple(e for e in calibrated.effects if not isinstance(e, BaseDrift))
+    if len(effects) < len(calibrated.effects):
+        notes.append("base-drift is left out: the instrument creeps, not the arm")
+    here = Frame()
+    actual = calibrated.with_effects(*effects).with_frames(base=here)
+    return actual, nominal.with_frames(base=here, tool=calibrated.tool), notes
+
+
+def _words(task: Task) -> tuple[str, ...]:
+    if task is Task.POSITION_AXIS:
+        return (
+            "five joints: position and the direction of the tool's z axis are met, the turn about it is not",
+        )
+    if task is Task.POSITION:
+        return ("positions alone are met, orientations are left as they come",)
+    return ()
+
+
+def _followed(robot: Robot, poses: np.ndarray, start: np.ndarray, task: Task) -> tuple[np.ndarray, int]:
+    """Joint positions row after row, and how many rows were reached."""
+    arm = compile_arm(robot)
+    limits = robot.known_limits[arm.columns]
+    q, x = np.empty((len(poses), robot.dof)), start[None, arm.columns]
+    for row, pose in enumerate(poses):
+        step = refine(arm, pose[None], x, task=task, limits=limits)
+        if not step.converged[0] or np.abs(step.x - x).max() > JUMP:
+            return q, row
+        x = step.x
+        q[row] = x[0, arm.places]
+    return q, len(poses)
+
+
+def _tightest(robot: Robot, q: np.ndarray) -> str:
+    gaps = margins(q[None], robot.known_limits)[0]
+    joint = int(np.argmin(gaps))
+    return f"joint {joint + 1} is {gaps[joint]:.3f} from its limit"

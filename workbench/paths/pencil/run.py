@@ -1,0 +1,199 @@
+"""The low-cost check of a path from end to end: drawn by an arm, scanned, read (Katana §5.5.2)."""
+
+import io
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+from PIL import Image as Pictures
+
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.robot import Frame, Robot
+from workbench.base.errors import DataError, OptionError
+from workbench.base.files import write_bytes
+from workbench.base.types import Poses
+from workbench.data.dataset import Dataset
+from workbench.data.readers import Trajectory
+from workbench.data.readers.read import read_fields
+from workbench.data.writer import write_measurements
+from workbench.paths.compensate import path_state
+from workbench.paths.curves import Circle, circle_through
+from workbench.paths.pencil.reading import (
+    PlottedErrors,
+    PlottedProfile,
+    plotted_errors,
+    plotted_profile,
+    read_scan,
+)
+from workbench.paths.pencil.sheet import (
+    Drawn,
+    Image,
+    draw,
+    scan,
+    sheet,
+)
+
+TURNED, SHIFTED = float(np.deg2rad(3.0)), 1e-3
+"""How a simulated sheet may lie on the scanner [rad], [m]."""
+NOT_ROUND = 1e-3
+"""Distance of a trajectory from a circle from which on it is none, as a share of the radius."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Plotted:
+    """A drawing that was read.
+
+    Args:
+        profile: The line beside the printed circle.
+        errors: Of the tool's tip along the path; None without the path or the potentiometer.
+        time: Of every row of these [s].
+    """
+
+    profile: PlottedProfile
+    errors: PlottedErrors | None = None
+    time: Float[np.ndarray, " rows"] | None = None
+
+
+def write_sheet(radius: float, path: Path | str, *, dpi: float) -> Path:
+    """Write the sheet to print as a picture that knows its size [radius in m]."""
+    return _write(sheet(radius, dpi=dpi), path, dpi)
+
+
+def draw_path(
+    robot: Robot,
+    trajectory: Trajectory,
+    picture: Path | str,
+    readings: Path | str,
+    *,
+    seed: int = 0,
+    dpi: float = 300.0,
+) -> Drawn:
+    """Let an arm draw a circle on a sheet where the trajectory means it; write the scan and the readings.
+
+    Args:
+        robot: The arm that draws, with its effects.
+        trajectory: Time, joints and poses of the circle, as `path circle` writes them.
+        picture: The scan.
+        readings: Time and extension of the pencil, a table.
+        seed: Of the paper's place on the scanner, grain and noise.
+        dpi: Dots per inch.
+    """
+    circle, _ = path_circle(trajectory)
+    q, time = trajectory.q, trajectory.time
+    if q is None or time is None:
+        raise DataError(f"{trajectory.source}: an arm that draws needs time[s] and joints (q1[rad] …)")
+    robot.check_joints(q, trajectory.source)
+    here = robot.with_frames(base=Frame())
+    poses = tool_poses(here, q, motion=path_state(q, trajectory))
+    drawn = draw(poses, circle.centre, circle.along, circle.across)
+    rng = np.random.default_rng(seed)
+    image = scan(
+        drawn,
+        circle.radius,
+        clockwise=_clockwise(poses, circle),
+        rng=rng,
+        dpi=dpi,
+        turned=float(rng.uniform(-TURNED, TURNED)),
+        shifted=(float(rng.uniform(-SHIFTED, SHIFTED)), float(rng.uniform(-SHIFTED, SHIFTED))),
+    )
+    _write(image, picture, dpi)
+    rows = Dataset(q=np.zeros((len(q), 0)), row=np.arange(len(q)), time=time, distance=drawn.extension)
+    write_measurements(rows, readings)
+    return drawn
+
+
+def read_drawing(
+    picture: Path | str,
+    radius: float,
+    *,
+    trajectory: Trajectory | None = None,
+    readings: Path | str | None = None,
+) -> Plotted:
+    """Read a scan; with the trajectory and the potentiometer's table also the errors of the tool's tip.
+
+    Args:
+        picture: The scan.
+        radius: Of the printed circle [m].
+        trajectory: Time, poses of the circle that was commanded.
+        readings: Table of `time[s]`, `distance[mm]`: how far the pencil stood out beyond its length.
+
+    Raises:
+        OptionError: one of the two without the other, or a circle of another radius.
+        DataError: no circle to be recognised; a trajectory that is no circle; readings that end too early.
+    """
+    profile = plotted_profile(read_scan(picture), radius, source=str(picture))
+    if trajectory is None and readings is None:
+        return Plotted(profile=profile)
+    if trajectory is None or readings is None:
+        raise OptionError("errors along the path need both the trajectory and the potentiometer's readings")
+    circle, poses = path_circle(trajectory)
+    if trajectory.time is None:
+        raise DataError(f"{trajectory.source}: the path has no time; add the column time[s]")
+    if abs(circle.radius - radius) > NOT_ROUND * radius:
+        raise OptionError(
+            f"{trajectory.source} is a circle of {1e3 * circle.radius:.4g} mm and the printed one has "
+            f"{1e3 * radius:.4g} mm; give the radius that was printed"
+        )
+    errors = plotted_errors(
+        profile,
+        poses[:, :3, 3],
+        poses[:, :3, 2],
+        _extension(readings, trajectory.time),
+        centre=circle.centre,
+        along=circle.along,
+        across=circle.across,
+    )
+    return Plotted(profile=profile, errors=errors, time=trajectory.time)
+
+
+def path_circle(trajectory: Trajectory) -> tuple[Circle, Poses]:
+    """The circle that a trajectory's poses follow, and the poses.
+
+    Raises:
+        DataError: there are no poses, or they are not on a circle.
+    """
+    position, rotation = trajectory.position, trajectory.rotation
+    if position is None or rotation is None:
+        raise DataError(
+            f"{trajectory.source}: a drawn path needs its poses (x[m] … qz), "
+            "as `workbench path circle` writes them"
+        )
+    far = int(np.argmax(np.linalg.norm(position - position[0], axis=1)))
+    try:
+        circle = circle_through(np.concatenate([position[:1], position[far // 2 :]]))
+    except OptionError as error:
+        raise DataError(f"{trajectory.source}: the path is no circle: {error}") from None
+    off = np.abs(np.linalg.norm(position - circle.centre, axis=1) - circle.radius).max()
+    if off > NOT_ROUND * circle.radius:
+        raise DataError(
+            f"{trajectory.source}: the path is {1e3 * off:.3g} mm off a circle; the check is made for circles"
+        )
+    poses = np.tile(np.eye(4), (len(position), 1, 1))
+    poses[:, :3, :3], poses[:, :3, 3] = rotation, position
+    return circle, poses
+
+
+def _clockwise(poses: Poses, circle: Circle) -> bool:
+    """Whether the path runs clockwise for who looks along the pencil onto the paper."""
+    return float(np.median(poses[:, :3, 2] @ np.cross(circle.along, circle.across))) > 0.0
+
+
+def _extension(path: Path | str, time: np.ndarray) -> Float[np.ndarray, " rows"]:
+    """Readings at the times of the path."""
+    fields = read_fields(path, columns=None, sheet=None, layout="plain")
+    if "time" not in fields.values or "distance" not in fields.values:
+        raise DataError(f"{path}: readings of the potentiometer need the columns time[s] and distance[mm]")
+    when, extension = fields.values["time"], fields.values["distance"]
+    if when[0] > time[0] + 1e-6 or when[-1] < time[-1] - 1e-6:
+        raise DataError(
+            f"{path}: readings from {when[0]:g} to {when[-1]:g} s do not cover the path from {time[0]:g} to "
+            f"{time[-1]:g} s; give those of the whole path"
+        )
+    return np.interp(time, when, extension)
+
+
+def _write(image: Image, path: Path | str, dpi: float) -> Path:
+    buffer = io.BytesIO()
+    Pictures.fromarray(image).save(buffer, format="PNG", dpi=(dpi, dpi))
+    return write_bytes(path, buffer.getvalue())

@@ -1,0 +1,223 @@
+"""A tool led along a curve: poses, joints in one branch, velocities and accelerations.
+
+The tool's orientation is held from beginning to end. Arms of six joints and more hold all of it. Arms of five
+hold the direction of the tool's z axis and leave the turn about it as it comes: position and axis are five
+conditions. Where the arm can't hold that all the way, `CLEAR` of its limits and of singularities, positions
+alone are met and the axis stays as near as it can (`holding`), which is said.
+
+Joints between the rows are those of a spline of fifth degree that begins and ends at rest; its derivatives
+are the velocities and accelerations.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from scipy.interpolate import make_interp_spline
+
+from workbench.arm.inverse.branch import margins
+from workbench.arm.inverse.damped_newton import Task
+from workbench.arm.inverse.reduced_arm import compile_arm
+from workbench.arm.inverse.solutions import task_jacobian
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
+from workbench.arm.robot import Frame, Robot
+from workbench.base import se3
+from workbench.base.errors import DataError, OptionError
+from workbench.base.types import (
+    JointRows,
+    Poses,
+    Rotations,
+    Vector3,
+    frozen,
+)
+from workbench.paths.checks import refuse_fast, refuse_singular
+from workbench.paths.curves import Curve, smooth_shares
+from workbench.paths.path import Commanded, command_joints, command_poses
+from workbench.paths.tool_direction import hold_nearly
+
+DOWN = np.array([0.0, 0.0, -1.0])
+"""Where a tool points on a line, and along which sense of a plane's normal."""
+CLEAR = float(np.deg2rad(1.0))
+"""Distance from limits that a path keeps for its correction [rad or m]."""
+APART = 0.02
+"""Dimensionless singular value that a path keeps."""
+SPINS = np.deg2rad([0.0, 90.0, 180.0, 270.0])
+"""Turns about the tool's z axis that are tried where the arm holds it too [rad]."""
+STILL = 1e-3
+"""Angle from the direction wanted that counts as none [deg]."""
+LEAST_ROWS = 8
+"""Rows below which a curve is no trajectory."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Planned:
+    """A trajectory as an arm's controller would run it.
+
+    Args:
+        robot: The arm that it was planned for, in its own base frame.
+        time: Of every row, from 0 [s].
+        poses: Of the tool in the robot's base frame, as the arm takes them.
+        motion: Joint positions with their time, velocities and accelerations.
+        task: What of the poses a correction is to meet.
+        axis: Direction along which the tool's z axis is wanted, robot's base.
+        notes: What was decided, one sentence each.
+    """
+
+    robot: Robot
+    time: Float[np.ndarray, " rows"]
+    poses: Poses
+    motion: Motion
+    task: Task
+    axis: Vector3
+    notes: tuple[str, ...]
+
+    @property
+    def q(self) -> JointRows:
+        """Joint positions [rad or m]."""
+        return self.motion.q
+
+
+def plan(
+    robot: Robot,
+    curve: Curve,
+    *,
+    duration: float,
+    rows: int = 200,
+    axis: Vector3 | None = None,
+    max_speed: float | None = None,
+) -> Planned:
+    """Lead a tool along a curve, from rest to rest.
+
+    Args:
+        robot: The arm as its controller computes it; effects and base do not count.
+        curve: In the robot's base frame.
+        duration: Time from beginning to end [s].
+        rows: Number of samples, evenly in time.
+        axis: Direction of the tool's z axis; into the curve's plane from above if None.
+        max_speed: Greatest speed of any joint [rad/s or m/s]; not checked if None.
+
+    Raises:
+        OptionError: no time, too few rows, an axis of no length.
+        DataError: a point out of reach, at a limit or a singularity, or too fast; names time, row and joint.
+    """
+    if not (duration > 0.0 and np.isfinite(duration)) or rows < LEAST_ROWS:
+        raise OptionError(
+            f"a trajectory of {duration:g} s in {rows} rows can't be; give more than 0 s and "
+            f"{LEAST_ROWS} rows or more"
+        )
+    time = np.linspace(0.0, duration, rows)
+    wanted = _above(curve) if axis is None else _unit(axis)
+    command = _held(robot, curve, wanted, time)
+    poses = frozen(tool_poses(command.nominal, command.q))
+    velocity, acceleration = derivatives(time, command.q)
+    refuse_fast(robot, velocity, max_speed, time)
+    return Planned(
+        robot=command.nominal,
+        time=frozen(time),
+        poses=poses,
+        task=command.task,
+        motion=Motion(command.q, time=time, velocity=velocity, acceleration=acceleration),
+        axis=frozen(wanted),
+        notes=(*command.notes, _words(wanted, poses)),
+    )
+
+
+def derivatives(
+    time: Float[np.ndarray, " rows"], q: JointRows, *, at_rest: bool = True
+) -> tuple[JointRows, JointRows]:
+    """Velocities and accelerations of a trajectory, of a spline of fifth degree through it.
+
+    Args:
+        time: Of every row, increasing [s].
+        q: Joint positions [rad or m].
+        at_rest: Whether it begins and ends at rest.
+    """
+    still = [(1, np.zeros(q.shape[1])), (2, np.zeros(q.shape[1]))]
+    spline = make_interp_spline(time, q, k=5, bc_type=(still, still) if at_rest else None)
+    return frozen(spline(time, 1)), frozen(spline(time, 2))
+
+
+def _held(robot: Robot, curve: Curve, wanted: Vector3, time: np.ndarray) -> Commanded:
+    """The path with the tool's axis held, or as near as the arm holds it.
+
+    Raises:
+        DataError: neither can be.
+    """
+    shares = smooth_shares(time)
+    points = curve.points(shares)
+    refused: DataError
+    try:
+        exact = _exactly(robot, curve, wanted, points, time)
+        if _clear(exact):
+            return exact
+        refuse_singular(exact.nominal, exact.q, exact.task, time)
+        refused = DataError(f"robot '{robot.name}' comes too near to a limit or a singularity on this path")
+    except DataError as error:
+        refused = error
+    free = robot.with_effects().with_frames(base=Frame())
+    q = hold_nearly(free, curve, shares, wanted) if robot.dof > Task.POSITION else None
+    if q is None:
+        poses = se3.pose(_orientations(curve, wanted, 0.0, len(points)), points)
+        command_poses(robot.with_effects(), robot.with_effects(), poses, positions_only=True, time=time)
+        raise refused
+    return command_joints(free, free, q, positions_only=True, time=time)
+
+
+def _exactly(robot: Robot, curve: Curve, axis: Vector3, points: np.ndarray, time: np.ndarray) -> Commanded:
+    """The path with an axis held; at whatever turn about it the arm follows, where the turn counts."""
+    refused: DataError | None = None
+    for spin in SPINS if robot.dof >= Task.POSE else SPINS[:1]:
+        poses = se3.pose(_orientations(curve, axis, spin, len(points)), points)
+        try:
+            return command_poses(robot.with_effects(), robot.with_effects(), poses, time=time)
+        except DataError as error:
+            refused = refused or error
+    assert refused is not None  # there is a spin, and it was refused
+    raise refused
+
+
+def _orientations(curve: Curve, axis: Vector3, spin: float, rows: int) -> Rotations:
+    """Rotations with this z axis, x near the curve's direction and turned about z by the spin [rad]."""
+    y = np.cross(axis, curve.along)
+    if np.linalg.norm(y) < 0.1:
+        y = np.linalg.svd(axis[None])[2][1]
+    y = y / np.linalg.norm(y)
+    turn = se3.rotvec_to_matrix(np.array([0.0, 0.0, spin]))
+    return np.tile(np.column_stack([np.cross(y, axis), y, axis]) @ turn, (rows, 1, 1))
+
+
+def _clear(command: Commanded) -> bool:
+    """Whether a path leaves room for its correction."""
+    arm = compile_arm(command.nominal)
+    jacobian = task_jacobian(arm, command.q[:, arm.columns], command.task)
+    singular = np.linalg.svd(jacobian, compute_uv=False)[:, -1]
+    return bool(margins(command.q, command.nominal.known_limits).min() > CLEAR and singular.min() > APART)
+
+
+def _above(curve: Curve) -> Vector3:
+    """The normal of the curve's plane that points down, or straight down."""
+    if curve.normal is None:
+        return DOWN
+    return curve.normal * (-1.0 if curve.normal @ DOWN < 0.0 else 1.0)
+
+
+def _words(wanted: Vector3, poses: Poses) -> str:
+    """How the tool is held."""
+    angle = np.rad2deg(np.arccos(np.clip(poses[:, :3, 2] @ wanted, -1.0, 1.0)).max())
+    if angle < STILL:
+        return f"the tool's z axis is held along {_numbers(wanted)}"
+    return (
+        f"the tool's z axis stays within {angle:.1f}° of {_numbers(wanted)}: the arm can't hold it there all "
+        "the way, and it is the positions that count"
+    )
+
+
+def _unit(axis: Vector3) -> Vector3:
+    if not np.linalg.norm(axis) > 0.0:
+        raise OptionError(f"the tool's axis {_numbers(axis)} has no length; give a direction")
+    return axis / np.linalg.norm(axis)
+
+
+def _numbers(vector: np.ndarray) -> str:
+    return "(" + ", ".join(f"{v:.3f}" for v in vector) + ")"

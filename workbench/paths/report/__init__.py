@@ -1,0 +1,1 @@
+"""Planned and corrected trajectories as tables, figures and JSON."""

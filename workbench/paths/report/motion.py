@@ -1,0 +1,126 @@
+"""A planned trajectory for people and for machines: joints over time, torques and moments across the axes.
+
+Counterparts of Katana figs. 5.7 to 5.9; the schema is `workbench.path/1`.
+"""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import FigureBase
+from matplotlib.lines import Line2D
+from rich.console import Group, RenderableType
+from rich.markup import escape
+from rich.table import Table, box
+from rich.text import Text
+
+from workbench.arm.robot import JointKind
+from workbench.arm.statics.moments import JointMoments
+from workbench.identification.report.json import Json, plain
+from workbench.paths.planning import Planned
+from workbench.report.drawing import (
+    COLOURS,
+    INK,
+    NOMINAL,
+    grid,
+    look,
+    new_figure,
+    png,
+)
+from workbench.report.numbers import short
+
+PATH = "workbench.path/1"
+
+
+def path_json(planned: Planned, moments: JointMoments | None) -> Json:
+    """The trajectory as plain data, SI; moments are null where the arm has no masses."""
+    return plain(
+        {
+            "schema": PATH,
+            "robot": planned.robot.name,
+            "task": planned.task.name.lower(),
+            "axis": planned.axis,
+            "time": planned.time,
+            "q": planned.q,
+            "velocity": planned.motion.velocity,
+            "acceleration": planned.motion.acceleration,
+            "torque": None if moments is None else moments.about,
+            "moment_x": None if moments is None else moments.across[:, :, 0],
+            "moment_y": None if moments is None else moments.across[:, :, 1],
+            "notes": list(planned.notes),
+        }
+    )
+
+
+def path_table(planned: Planned, moments: JointMoments | None) -> RenderableType:
+    """Range, greatest speed and greatest loads of every joint, and what was decided."""
+    table = Table(box=box.SIMPLE_HEAD, title_justify="left")
+    for heading in ("joint", "from", "to", "fastest [/s]", "torque [N m]", "across [N m]"):
+        table.add_column(escape(heading), justify="right")
+    speed = np.abs(np.asarray(planned.motion.velocity)).max(axis=0)
+    for j, joint in enumerate(planned.robot.moving):
+        size, unit = (1.0, " m") if joint.kind is JointKind.PRISMATIC else (180.0 / np.pi, "°")
+        numbers = size * np.array([planned.q[:, j].min(), planned.q[:, j].max(), speed[j]])
+        loads = ("–", "–") if moments is None else _greatest(moments, j)
+        table.add_row(str(j + 1), *(f"{v:.2f}{unit}" for v in numbers), *loads)
+    notes = [Text(f"note: {note}") for note in planned.notes]
+    head = f"{planned.robot.name}: {len(planned.time)} rows, {planned.time[-1]:g} s"
+    return Group(Text(head, style="bold"), table, *notes)
+
+
+def _greatest(moments: JointMoments, joint: int) -> tuple[str, str]:
+    """Greatest torque and moment across the axis of a joint."""
+    return short(np.abs(moments.about[:, joint]).max()), short(moments.tipping[:, joint].max())
+
+
+def path_picture(planned: Planned, moments: JointMoments | None) -> bytes:
+    """Joints and speeds, and below torques and moments across the axes, as a PNG file."""
+    with look():
+        figure = new_figure(10.0, 3.0 if moments is None else 6.0)
+        parts = figure.subfigures(1 if moments is None else 2, 1, squeeze=False)[:, 0]
+        draw_motion(parts[0], planned)
+        if moments is not None:
+            draw_moments(parts[1], planned, moments)
+    return png(figure)
+
+
+def draw_motion(figure: FigureBase, planned: Planned) -> None:
+    """Joints and velocities over time (Katana fig. 5.7)."""
+    turns = [joint.kind is not JointKind.PRISMATIC for joint in planned.robot.moving]
+    size = np.where(turns, 180.0 / np.pi, 1e3)
+    unit = "°" if all(turns) else "° or mm"
+    rows = ((planned.q, unit), (planned.motion.velocity, f"{unit}/s"))
+    for axes, (values, words) in zip(figure.subplots(1, 2), rows, strict=True):
+        _curves(axes, planned, np.asarray(values) * size, words)
+    _legend(figure, planned)
+
+
+def draw_moments(figure: FigureBase, planned: Planned, moments: JointMoments) -> None:
+    """Torques about the axes, and moments across them, over time (Katana figs. 5.8, 5.9)."""
+    about = ("about the joint's axis", moments.about)
+    sides = ((f"across it, about {side}", moments.across[:, :, i]) for i, side in enumerate("xy"))
+    for axes, (title, values) in zip(figure.subplots(1, 3, sharey=True), (about, *sides), strict=True):
+        axes.axhline(0.0, color=INK, lw=0.6, zorder=0)
+        _curves(axes, planned, values, "N m")
+        axes.set_title(title)
+    _legend(figure, planned)
+
+
+def _curves(axes: Axes, planned: Planned, values: np.ndarray, unit: str) -> None:
+    for j, column in enumerate(values.T):
+        axes.plot(planned.time, column, color=_colour(j), ls=_style(j))
+    axes.set_xlabel("time [s]")
+    axes.set_ylabel(f"[{unit}]")
+    grid(axes)
+
+
+def _legend(figure: FigureBase, planned: Planned) -> None:
+    names = [f"joint {j + 1}" for j in range(planned.robot.dof)]
+    handles = [Line2D([], [], color=_colour(j), ls=_style(j)) for j in range(len(names))]
+    figure.legend(handles, names, loc="outside lower center", ncols=len(names))
+
+
+def _colour(joint: int) -> str:
+    return (*COLOURS, NOMINAL)[joint % (len(COLOURS) + 1)]
+
+
+def _style(joint: int) -> str:
+    return "-" if joint <= len(COLOURS) else "--"

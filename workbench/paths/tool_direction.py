@@ -1,0 +1,160 @@
+"""A tool's direction held as nearly as an arm can, where it can't hold it exactly.
+
+With more joints than positions ask for, the postures of a path are chosen together: the joints q_k of knots
+along it minimise
+
+    Σ |z(q_k) − z*|² + s² Σ |q_{k−1} − 2 q_k + q_{k+1}|² + h² Σ (max(0, m − margin(q_k)))²
+
+with the tool at its points: z the direction of the tool's z axis, z* the one wanted, m a margin from the
+limits. A closed path ends as it begins. Gauss–Newton with steps halved until they help; the positions stand
+in the sum with a large weight and are met exactly afterwards.
+"""
+
+import numpy as np
+from jaxtyping import Float
+from scipy import linalg
+from scipy.interpolate import make_interp_spline
+
+from workbench.arm.inverse import solve as inverse
+from workbench.arm.inverse.branch import margins
+from workbench.arm.inverse.damped_newton import Task, refine
+from workbench.arm.inverse.reduced_arm import Arm, compile_arm
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.robot import Robot
+from workbench.base import se3
+from workbench.base.types import JointRows, Positions, Vector3
+from workbench.paths.curves import Curve, Shares
+
+KNOTS = 41
+"""Postures that are chosen; those between follow a spline."""
+EXACT = 1e4
+"""Weight of the positions [1/m]."""
+SMOOTH = 3.0
+"""Weight s of the bends of the joints' paths."""
+CLEAR = float(np.deg2rad(3.0))
+"""Margin m from the limits [rad or m]."""
+LEAST = float(np.deg2rad(1.0))
+"""Margin that every row must have [rad or m]."""
+HELD_BACK = 30.0
+"""Weight h of what a joint lacks of its margin."""
+ITERATIONS = 60
+"""Steps at most."""
+RIDGE = 1e-6
+"""Added to the curvature, which leaves some ways through posture space open."""
+STARTS = 4
+"""Postures at the first point from which the search begins."""
+SETTLED = 1e-6
+"""Relative fall of the sum below which it is settled."""
+ALLOWED = 1e-6
+"""Distance from its point that counts as met [m]."""
+
+
+def hold_nearly(robot: Robot, curve: Curve, shares: Shares, wanted: Vector3) -> JointRows | None:
+    """Joints that lead the tool along a curve with its z axis near a direction; None where none is found.
+
+    Args:
+        robot: Geometry with limits, more than three joints; its base frame is that of the curve.
+        curve: Where the tool is to be.
+        shares: Share of its length at every row.
+        wanted: Unit vector along which the tool's z axis is wanted.
+    """
+    arm = compile_arm(robot)
+    limits = robot.known_limits[arm.columns]
+    few = np.linspace(0.0, 1.0, KNOTS)
+    knots, aims = curve.points(few), _aims(curve.points(shares))
+    found: list[tuple[float, JointRows]] = []
+    for start in _starts(robot, knots[0], wanted):
+        led = _led(arm, knots, start[arm.columns], limits)
+        if led is None:
+            continue
+        x, cost = _relaxed(arm, knots, led, wanted, limits)
+        rows = make_interp_spline(few, x, k=5)(shares)
+        met = refine(arm, aims, rows, task=Task.POSITION, limits=limits)
+        if met.position_error.max() < ALLOWED and margins(met.x, limits).min() > LEAST:
+            found.append((cost, met.x[:, arm.places]))
+    return min(found, key=lambda pair: pair[0])[1] if found else None
+
+
+def _starts(robot: Robot, point: Vector3, wanted: Vector3) -> list[np.ndarray]:
+    """Postures at the first point: those with the direction wanted, and some of the others."""
+    pose = se3.pose(np.column_stack([*np.linalg.svd(wanted[None])[2][1:], wanted]), point)
+    exact = inverse.solve(robot, pose, task=Task.POSITION_AXIS) if robot.dof <= Task.POSITION_AXIS else None
+    free = inverse.solve(robot, pose, task=Task.POSITION)
+    ways = [b.q for b in (*(exact.within_limits if exact else ()), *free.within_limits)]
+    pointing = [float(tool_poses(robot, q[None])[0, :3, 2] @ wanted) for q in ways]
+    return [ways[i] for i in np.argsort(pointing)[::-1][:STARTS]]
+
+
+def _aims(points: Positions) -> Float[np.ndarray, "rows 4 4"]:
+    return se3.pose(np.tile(np.eye(3), (len(points), 1, 1)), points)
+
+
+def _led(arm: Arm, points: np.ndarray, start: np.ndarray, limits: np.ndarray) -> np.ndarray | None:
+    """Postures one after the other by the least motion; None where a point is not met within the limits."""
+    x = [start]
+    for aim in _aims(points):
+        step = refine(arm, aim[None], x[-1][None], task=Task.POSITION, limits=limits)
+        if not step.converged[0]:
+            return None
+        x.append(step.x[0])
+    return np.array(x[1:])
+
+
+def _relaxed(
+    arm: Arm, points: np.ndarray, x: np.ndarray, wanted: Vector3, limits: np.ndarray
+) -> tuple[np.ndarray, float]:
+    """The postures of least cost near the given ones, and their cost."""
+    closed = bool(np.linalg.norm(points[-1] - points[0]) < ALLOWED)
+    bends = _bends(len(x), closed)
+    residual, jacobian = _terms(arm, points, x, wanted, limits, bends)
+    cost = float(residual @ residual)
+    for _ in range(ITERATIONS):
+        curvature = jacobian.T @ jacobian + RIDGE * np.eye(x.size)
+        step = -linalg.solve(curvature, jacobian.T @ residual, assume_a="pos").reshape(x.shape)
+        for share in 0.5 ** np.arange(8):
+            tried = x + share * step
+            terms = _terms(arm, points, tried, wanted, limits, bends)
+            if (lower := float(terms[0] @ terms[0])) < cost:
+                break
+        else:
+            return x, cost
+        fell, cost, x, (residual, jacobian) = cost - lower, lower, tried, terms
+        if fell < SETTLED * cost:
+            break
+    return x, cost
+
+
+def _bends(rows: int, closed: bool) -> Float[np.ndarray, "bends rows"]:
+    """Second differences; with a closed path also over its end, and the end as the beginning."""
+    plain = np.diff(np.eye(rows), 2, axis=0)
+    if not closed:
+        return plain
+    over, same = np.zeros(rows), np.zeros(rows)
+    over[[-2, 0, 1]] = 1.0, -2.0, 1.0
+    same[[0, -1]] = EXACT, -EXACT
+    return np.vstack([plain, over, same])
+
+
+def _terms(
+    arm: Arm, points: np.ndarray, x: np.ndarray, wanted: Vector3, limits: np.ndarray, bends: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """All terms of the sum, and their derivatives in the joints of all knots."""
+    rows, n = x.shape
+    tool, axes, places = arm.geometry(x)
+    pointing = tool[:, :, 2]
+    lever = np.cross(axes, tool[:, None, :, 3] - places)
+    slides = arm.slides[None, :, None]
+    moves = EXACT * np.where(slides, axes, lever)
+    turns = np.where(slides, 0.0, np.cross(axes, pointing[:, None]))
+    low, high = CLEAR - (x - limits[:, 0]), CLEAR - (limits[:, 1] - x)
+    near = np.where(low > 0.0, low, np.where(high > 0.0, -high, 0.0))
+    push = -HELD_BACK * (near != 0.0)
+    own = np.concatenate([np.swapaxes(moves, 1, 2), np.swapaxes(turns, 1, 2), push[:, None] * np.eye(n)], 1)
+    jacobian = np.zeros((rows, own.shape[1], rows, n))
+    jacobian[np.arange(rows), :, np.arange(rows)] = own
+    value = np.concatenate([EXACT * (tool[:, :, 3] - points), pointing - wanted, HELD_BACK * near], 1)
+    bent = SMOOTH * np.einsum("br,ij->birj", bends, np.eye(n))
+    return (
+        np.concatenate([value.ravel(), SMOOTH * (bends @ x).ravel()]),
+        np.concatenate([jacobian.reshape(-1, rows * n), bent.reshape(-1, rows * n)]),
+    )

@@ -1,0 +1,1 @@
+"""Fixture plates: targets, region, indices, score, poses, optimiser, production, parts."""

@@ -1,0 +1,114 @@
+"""Predicted error: how far the calibrated arm will miss, from the covariance of its parameters.
+
+    Σ(q) = J(q) C J(q)ᵀ
+
+J(q) is the twist of the tool per parameter at a pose that matters, C the covariance that a set of
+measurements gives. The root of the trace of Σ's position part is the root mean square error at that pose;
+its mean square over a region is what I-optimality makes small. It is the error of the *prediction* alone:
+effects that the model lacks come on top.
+
+Sources: Atkinson, Donev & Tobias, Optimum Experimental Designs, with SAS (2007), §10.6 (I-, V-optimality);
+mean of the norm by Satterthwaite's χ² of equal mean and variance, Biometrics Bulletin 2(6), 1946.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from scipy.special import gammaln
+
+from workbench.arm.kinematics.forward import sensitivity
+from workbench.arm.linearisation import Linearisation
+from workbench.arm.robot import Robot
+from workbench.base.types import frozen
+
+UNSEEN = 1e-6
+"""Motion of the tool per metre of an unidentifiable combination [m/m] above which its error is unbounded."""
+
+
+@dataclass(frozen=True, eq=False)
+class PredictedError:
+    """Expected errors of the calibrated arm over poses that matter.
+
+    Args:
+        position: Root mean square of the distance error at each pose [m]; infinite where the
+            measurements leave it open.
+        rotation: Root mean square of the rotation angle error at each pose [rad].
+        position_means: Mean of the distance error at each pose [m].
+        rotation_means: Mean of the rotation angle error at each pose [rad].
+    """
+
+    position: Float[np.ndarray, " rows"]
+    rotation: Float[np.ndarray, " rows"]
+    position_means: Float[np.ndarray, " rows"]
+    rotation_means: Float[np.ndarray, " rows"]
+
+    @property
+    def position_rms(self) -> float:
+        """Root mean square distance error over the poses [m]."""
+        return float(np.sqrt(np.mean(self.position**2)))
+
+    @property
+    def rotation_rms(self) -> float:
+        """Root mean square rotation error over the poses [rad]."""
+        return float(np.sqrt(np.mean(self.rotation**2)))
+
+    @property
+    def position_mean(self) -> float:
+        """Mean distance error over the poses [m], to compare with the mean of held-out rows."""
+        return float(self.position_means.mean())
+
+    @property
+    def rotation_mean(self) -> float:
+        """Mean rotation error over the poses [rad]."""
+        return float(self.rotation_means.mean())
+
+
+def predicted_error(
+    linearisation: Linearisation, robot: Robot, q_region: Float[np.ndarray, "rows n"]
+) -> PredictedError:
+    """Errors to expect at poses that matter after a calibration with the linearised measurements.
+
+    Args:
+        linearisation: The measurements; its names are the identified parameters, all others are known.
+        robot: Geometry at which the poses are linearised.
+        q_region: Joint positions of poses that matter [rad or m], see `design.region_poses`.
+    """
+    _, twists = sensitivity(robot, q_region, linearisation.names)
+    covariance = twists @ linearisation.covariance @ twists.transpose(0, 2, 1)
+    blind = np.abs(twists * linearisation.weights @ linearisation.unidentifiable)
+    position, position_means = _norms(covariance[:, :3, :3], blind[:, :3])
+    rotation, rotation_means = _norms(covariance[:, 3:, 3:], blind[:, 3:])
+    return PredictedError(position, rotation, position_means, rotation_means)
+
+
+def _norms(
+    covariance: Float[np.ndarray, "rows 3 3"], blind: Float[np.ndarray, "rows 3 missing"]
+) -> tuple[Float[np.ndarray, " rows"], Float[np.ndarray, " rows"]]:
+    """Root mean square and mean length of normal vectors; infinite where blind directions matter."""
+    trace = np.trace(covariance, axis1=1, axis2=2)
+    square = np.maximum((covariance**2).sum((1, 2)), np.finfo(float).tiny)
+    freedom = np.clip(trace**2 / square, 1.0, 3.0)
+    rms = np.sqrt(trace)
+    mean = rms * np.sqrt(2.0 / freedom) * np.exp(gammaln((freedom + 1) / 2) - gammaln(freedom / 2))
+    unseen = (blind > UNSEEN).any((1, 2))
+    return frozen(np.where(unseen, np.inf, rms)), frozen(np.where(unseen, np.inf, mean))
+
+
+def position_weight(
+    robot: Robot,
+    q_region: Float[np.ndarray, "rows n"],
+    names: tuple[str, ...],
+    weights: Float[np.ndarray, " p"] | None = None,
+) -> Float[np.ndarray, "p p"]:
+    """W with trace(W C) = mean square position error over the poses [m² per product of two units].
+
+    Args:
+        robot: Geometry at which the poses are linearised.
+        q_region: Joint positions of poses that matter [rad or m].
+        names: The identified parameters.
+        weights: Scaling of the parameters, as in `Linearisation.weights`, where C is of scaled ones.
+    """
+    _, twists = sensitivity(robot, q_region, names)
+    moves = twists[:, :3].reshape(-1, len(names)) * (1.0 if weights is None else weights)
+    return moves.T @ moves / len(q_region)

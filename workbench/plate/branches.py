@@ -1,0 +1,204 @@
+"""Branches: in which inverse-kinematics solution each target of a plate is to be measured.
+
+The same ten targets, measured in ten different postures, say far more about the arm than in ten alike:
+for the paper's Table 2 plate the predicted error over its region falls about sevenfold. The choice is an
+exchange over the solutions of each target, by the predicted error over poses that matter, or by an index.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.inverse import solve as inverse
+from workbench.arm.inverse.solve import Branch, Task
+from workbench.arm.linearisation import Linearisation
+from workbench.arm.robot import Robot
+from workbench.base.errors import DataError
+from workbench.base.types import Outcome, frozen
+from workbench.plate.accuracy import predicted_error
+from workbench.plate.criterion import criterion_of, goal_index
+from workbench.plate.freedom import visible, visible_basis
+from workbench.plate.indices import index_named
+from workbench.plate.plate import AUTO, Kind, Plate
+from workbench.plate.poses.exchange import exchange
+from workbench.plate.target_rows import SIGMA_POSITION, SIGMA_ROTATION, linearise_targets
+
+Solutions = Sequence[Sequence[Branch]]
+
+STARTS = 20
+"""Random mixes to start from, beside every single branch."""
+
+
+@dataclass(frozen=True, eq=False)
+class BranchChoice:
+    """In which branch each target is measured, and what that is worth.
+
+    Args:
+        q: Joint positions at the targets [rad or m].
+        branches: Name of each target's branch.
+        cost: Predicted root mean square position error over the poses that matter [m], infinite where the
+            targets leave it open; or −index.
+        single: The same cost for each branch that reaches all targets, measured alone.
+        outcome: How the search ended.
+    """
+
+    q: Float[np.ndarray, "targets n"]
+    branches: tuple[str, ...]
+    cost: float
+    single: dict[str, float]
+    outcome: Outcome
+
+    @property
+    def best_single(self) -> str | None:
+        """The best branch for all targets alike; None if no branch reaches all."""
+        return min(self.single, key=lambda name: self.single[name]) if self.single else None
+
+
+def plate_solutions(robot: Robot, plate: Plate) -> tuple[tuple[Branch, ...], ...]:
+    """Every solution within limits of every target; of a target with joint angles only the one meant.
+
+    Raises:
+        DataError: a target can't be reached; says which and why.
+    """
+    poses = robot.base.pose @ plate.poses
+    solutions: list[tuple[Branch, ...]] = [()] * len(plate)
+    for task, rows in _by_task(plate).items():
+        for row, result in zip(rows, inverse.solve_many(robot, poses[rows], task=task), strict=True):
+            if not result.reachable:
+                raise DataError(f"target {row + 1} of plate '{plate.name}' is not reachable: {result.reason}")
+            wanted = plate.targets[row].q
+            meant = None if wanted is None else inverse.choose(result, branch=wanted)
+            solutions[row] = result.within_limits if meant is None else (meant,)
+    return tuple(solutions)
+
+
+def _by_task(plate: Plate) -> dict[Task | None, list[int]]:
+    """Targets by what of them the tool has to meet: seats all that the arm can, others their position."""
+    tasks: dict[Task | None, list[int]] = {}
+    for row, target in enumerate(plate.targets):
+        tasks.setdefault(None if target.kind is Kind.SEAT else Task.POSITION, []).append(row)
+    return tasks
+
+
+def single_branches(solutions: Solutions) -> dict[str, Float[np.ndarray, "targets n"]]:
+    """Joint positions of every branch name that all targets share."""
+    rows = [{branch.name: branch.q for branch in target} for target in solutions]
+    shared = [name for name in rows[0] if all(name in row for row in rows)]
+    return {name: np.stack([row[name] for row in rows]) for name in shared}
+
+
+def choose_branches(
+    robot: Robot,
+    plate: Plate,
+    solutions: Solutions,
+    *,
+    goal: Float[np.ndarray, "rows n"] | str,
+    rng: np.random.Generator,
+    names: tuple[str, ...] | None = None,
+    sigma_position: float = SIGMA_POSITION,
+    sigma_rotation: float = SIGMA_ROTATION,
+    starts: int = STARTS,
+    progress: Callable[[float], None] | None = None,
+    cancel: Callable[[], bool] | None = None,
+) -> BranchChoice:
+    """Choose a branch for every target; targets with a named branch keep it.
+
+    Args:
+        robot: Geometry at which the measurements are linearised.
+        plate: The targets.
+        solutions: Solutions of each target within limits, from `plate_solutions`.
+        goal: Joint positions of poses that matter (see `design.region_poses`), whose predicted error is made
+            small, or the name of an index `O1` … `O5` to be made large.
+        rng: Source of the random starts.
+        names: Constants to be identified; the robot's default free ones if None.
+        sigma_position: Standard deviation of a target's position [m].
+        sigma_rotation: Standard deviation of its rotation [rad]; unused for sockets and points.
+        starts: Random mixes to start from, beside every single branch.
+        progress: Called with the share of the starts done.
+        cancel: Asked now and then whether to stop with the best choice so far.
+
+    Raises:
+        DataError: a target without solutions, or whose named branch is not among them.
+        OptionError: a goal that is no index of whole sets.
+    """
+    slots = np.repeat(np.arange(len(solutions)), [len(target) for target in solutions])
+    labels = [branch.name for target in solutions for branch in target]
+    q = np.array([branch.q for target in solutions for branch in target])
+    linearisation = linearise_targets(
+        robot,
+        plate,
+        q,
+        slots=slots,
+        names=names,
+        sigma_position=sigma_position,
+        sigma_rotation=sigma_rotation,
+    )
+    basis = visible_basis(robot, names)
+    options = _information(visible(linearisation, basis))
+    allowed = _allowed(plate, slots, labels)
+    criterion = criterion_of(goal_index(goal, robot, linearisation, basis), len(solutions))
+    single = {
+        name: np.array([_place(slots, labels, slot, name) for slot in range(len(solutions))])
+        for name in single_branches(solutions)
+    }
+    random = [np.array([rng.choice(np.flatnonzero(row)) for row in allowed]) for _ in range(max(starts, 1))]
+    valid = [choice for choice in single.values() if allowed[np.arange(len(choice)), choice].all()]
+    found = exchange(
+        options, allowed, criterion, starts=np.stack([*valid, *random]), progress=progress, cancel=cancel
+    )
+
+    def worth(choice: np.ndarray) -> float:
+        """The cost without the ridge of the criterion, which would gloss over unseen parameters."""
+        chosen = _chosen(linearisation, choice)
+        if isinstance(goal, str):
+            return -index_named(goal).value(visible(chosen, basis))
+        return predicted_error(chosen, robot, goal).position_rms
+
+    return BranchChoice(
+        q=frozen(q[found.choice]),
+        branches=tuple(labels[i] for i in found.choice),
+        cost=worth(found.choice),
+        single={name: worth(choice) for name, choice in single.items()},
+        outcome=found.outcome,
+    )
+
+
+def _place(slots: np.ndarray, labels: list[str], slot: int, name: str) -> int:
+    return next(int(i) for i in np.flatnonzero(slots == slot) if labels[i] == name)
+
+
+def _chosen(linearisation: Linearisation, choice: np.ndarray) -> Linearisation:
+    """The measurements of the chosen solutions."""
+    rows = np.concatenate([np.flatnonzero(linearisation.measurement == i) for i in choice])
+    counts = np.bincount(linearisation.measurement)[choice]
+    return replace(
+        linearisation,
+        jacobian=linearisation.jacobian[rows],
+        sigma=linearisation.sigma[rows],
+        measurement=np.repeat(np.arange(len(choice)), counts),
+    )
+
+
+def _information(linearisation: Linearisation) -> np.ndarray:
+    """AᵀA of every solution; sockets and points give their position only."""
+    starts = np.searchsorted(linearisation.measurement, np.arange(1, linearisation.measurements))
+    return np.stack([block.T @ block for block in np.split(linearisation.scaled, starts)])
+
+
+def _allowed(plate: Plate, slots: np.ndarray, labels: list[str]) -> np.ndarray:
+    allowed = slots[None] == np.arange(len(plate))[:, None]
+    for slot, target in enumerate(plate.targets):
+        if not allowed[slot].any():
+            raise DataError(f"target {slot + 1} of plate '{plate.name}' has no solution within limits")
+        if target.branch == AUTO:
+            continue
+        mine = [labels[i] for i in np.flatnonzero(allowed[slot])]
+        if target.branch not in mine:
+            raise DataError(
+                f"target {slot + 1} of plate '{plate.name}' has no branch '{target.branch}' within limits; "
+                f"it has {', '.join(mine)}"
+            )
+        allowed[slot] &= np.array([label == target.branch for label in labels])
+    return allowed

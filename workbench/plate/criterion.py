@@ -1,0 +1,148 @@
+"""Criteria: what a choice of measurements is to make small, as a function of its information alone.
+
+The information of a set is the Gram matrix G = Σ AᵢᵀAᵢ of its scaled, whitened Jacobian. Leaving a
+measurement out and putting another one in adds and takes two small products, so an exchange needs no
+Jacobian of the whole set. A criterion takes a stack of Gram matrices and gives one cost for each; its slope
+S = ∂cost/∂G tells which of many exchanges can help: to first order the cost changes by ⟨S, BᵀB − AᵀA⟩. For
+costs that are convex in G (all but those of O2 and O4) no exchange does better than this.
+"""
+
+from abc import ABC, abstractmethod
+from typing import final
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.linearisation import Linearisation
+from workbench.arm.robot import Robot
+from workbench.base.errors import OptionError
+from workbench.plate.accuracy import position_weight
+from workbench.plate.freedom import visible_weight
+from workbench.plate.indices import (
+    AbstractIndex,
+    AbstractSetIndex,
+    I,
+    index_named,
+)
+
+Grams = Float[np.ndarray, "sets p p"]
+
+RIDGE = 1e-12
+"""Share of its mean diagonal added to a Gram matrix, so that a set below full rank is merely very bad."""
+
+
+class AbstractCriterion(ABC):
+    """A cost of information, smaller is better."""
+
+    @abstractmethod
+    def __call__(self, grams: Grams) -> Float[np.ndarray, " sets"]:
+        """The cost of each Gram matrix."""
+
+    @abstractmethod
+    def slope(self, gram: Float[np.ndarray, "p p"]) -> Float[np.ndarray, "p p"]:
+        """∂cost/∂G at one Gram matrix."""
+
+
+@final
+class IndexCriterion(AbstractCriterion):
+    """Minus an index of sets of so many measurements."""
+
+    def __init__(self, index: AbstractSetIndex, measurements: int):
+        """Of an index and the number of measurements."""
+        self.index, self.measurements = index, measurements
+
+    def __call__(self, grams: Grams) -> Float[np.ndarray, " sets"]:
+        """−index."""
+        spectra = np.sqrt(np.clip(np.linalg.eigvalsh(_ridged(grams))[:, ::-1], 1e-300, None))
+        return -self.index.of_spectra(spectra, self.measurements)
+
+    def slope(self, gram: Float[np.ndarray, "p p"]) -> Float[np.ndarray, "p p"]:
+        """−V diag(f'(σ) / 2σ) Vᵀ, as dσ² = vᵀ dG v."""
+        squares, vectors = np.linalg.eigh(_ridged(gram[None])[0])
+        values = np.sqrt(np.clip(squares, 1e-300, None))
+        pull = self.index.slope(values[::-1], self.measurements)[::-1] / (2.0 * values)
+        return -(vectors * pull) @ vectors.T
+
+
+@final
+class RegionCriterion(AbstractCriterion):
+    """√trace(W G⁻¹): root mean square predicted position error [m]."""
+
+    def __init__(self, weight: Float[np.ndarray, "p p"]):
+        """Of W for the parameters that the Gram matrices are of [m²]."""
+        self.weight = weight
+
+    def __call__(self, grams: Grams) -> Float[np.ndarray, " sets"]:
+        """√trace(W G⁻¹)."""
+        return np.sqrt((np.linalg.inv(_ridged(grams)) * self.weight).sum((1, 2)))
+
+    def slope(self, gram: Float[np.ndarray, "p p"]) -> Float[np.ndarray, "p p"]:
+        """−G⁻¹ W G⁻¹ / (2 cost)."""
+        inverse = np.linalg.inv(_ridged(gram[None])[0])
+        return -inverse @ self.weight @ inverse / (2.0 * np.sqrt((inverse * self.weight).sum()))
+
+
+def index_criterion(index: AbstractSetIndex, measurements: int) -> IndexCriterion:
+    """Minus the index of sets of so many measurements."""
+    return IndexCriterion(index, measurements)
+
+
+def region_criterion(
+    robot: Robot,
+    q_region: Float[np.ndarray, "rows n"],
+    names: tuple[str, ...],
+    weights: Float[np.ndarray, " p"],
+    basis: Float[np.ndarray, "p r"] | None = None,
+) -> RegionCriterion:
+    """Root mean square predicted position error over poses that matter [m]: I-optimality.
+
+    Args:
+        robot: Geometry at which the poses are linearised.
+        q_region: Joint positions of those poses [rad or m].
+        names: The identified parameters.
+        weights: Scaling of the parameters, as in `Linearisation.weights`.
+        basis: Combinations of scaled parameters that the Gram matrices are of, see `design.freedom`.
+    """
+    return RegionCriterion(visible_weight(position_weight(robot, q_region, names, weights), basis))
+
+
+def goal_index(
+    goal: Float[np.ndarray, "rows n"] | str,
+    robot: Robot,
+    linearisation: Linearisation,
+    basis: Float[np.ndarray, "p r"] | None = None,
+) -> AbstractIndex:
+    """The index that a goal asks for: I over poses that matter, or one by name.
+
+    Args:
+        goal: Joint positions of poses that matter [rad or m], or the name of an index.
+        robot: Geometry at which those poses are linearised.
+        linearisation: Of any measurements; says what is identified, and how it is scaled.
+        basis: Combinations of scaled parameters that the index is of, see `design.freedom`.
+
+    Raises:
+        OptionError: there is no such index.
+    """
+    if isinstance(goal, str):
+        return index_named(goal)
+    weight = position_weight(robot, goal, linearisation.names, linearisation.weights)
+    return I(visible_weight(weight, basis))
+
+
+def criterion_of(index: AbstractIndex, measurements: int) -> AbstractCriterion:
+    """What an exchange makes small so that an index becomes large.
+
+    Raises:
+        OptionError: the index looks at single poses.
+    """
+    if isinstance(index, I):
+        return RegionCriterion(index.weight)
+    if not isinstance(index, AbstractSetIndex):
+        raise OptionError(f"index {index.name} looks at single poses; choose by O1 … O5, A, D or I")
+    return IndexCriterion(index, measurements)
+
+
+def _ridged(grams: Grams) -> Grams:
+    size = grams.shape[-1]
+    mean = np.trace(grams, axis1=1, axis2=2) / size
+    return grams + RIDGE * mean[:, None, None] * np.eye(size)

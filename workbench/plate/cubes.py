@@ -1,0 +1,131 @@
+"""The cubes of a region, looked at one by one: reached or not, how observable, how accurate afterwards.
+
+Every cube is tried at its centre in several orientations of the tool. Of those that the arm reaches, the
+posture with the highest index O (ARIA eq. 17) stands for the cube, as in the paper's workspace clustering
+(ARIA §4.2).
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from workbench.arm.kinematics.forward import sensitivity
+from workbench.arm.kinematics.reachable import reachable
+from workbench.arm.linearisation import Linearisation
+from workbench.arm.robot import Robot
+from workbench.base import se3
+from workbench.base.types import frozen
+from workbench.plate.accuracy import UNSEEN
+from workbench.plate.indices.o import of_poses
+from workbench.plate.region import Region
+
+PART = 2000
+"""Poses that are worked out between two looks at whether to stop."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class CubeMap:
+    """What is known of every cube of a region, in the order of `Region.centres`.
+
+    Args:
+        region: Whose cubes.
+        names: The parameters that the index and the errors are about.
+        reached: In how many of the tried orientations the centre is reached.
+        tried: How many orientations were tried.
+        index: Highest index O there; NaN where not reached.
+        q: The posture with that index [rad or m]; NaN where not reached.
+        moves: Motion of the tool's position per parameter there [m per unit]; zero where not reached.
+    """
+
+    region: Region
+    names: tuple[str, ...]
+    reached: Int[np.ndarray, " cubes"]
+    tried: int
+    index: Float[np.ndarray, " cubes"]
+    q: Float[np.ndarray, "cubes n"]
+    moves: Float[np.ndarray, "cubes 3 p"]
+
+    def __len__(self) -> int:
+        return len(self.reached)
+
+    @cached_property
+    def _flat(self) -> Float[np.ndarray, "rows p"]:
+        return self.moves.reshape(-1, len(self.names))
+
+    def errors(self, linearisation: Linearisation) -> Float[np.ndarray, " cubes"]:
+        """Root mean square position error to expect in each cube after these measurements [m].
+
+        NaN where the cube is not reached, infinite where the measurements leave it open.
+        """
+        rank = linearisation.rank()
+        _, values, vt = linearisation.factors
+        root = (vt[:rank] / values[:rank, None]) * linearisation.weights
+        spread = self._flat @ root.T
+        variance = np.einsum("ij,ij->i", spread, spread).reshape(-1, 3).sum(1)
+        errors = np.where(self.reached > 0, np.sqrt(variance), np.nan)
+        if rank < len(self.names):
+            blind = np.abs(self._flat * linearisation.weights @ linearisation.unidentifiable) > UNSEEN
+            errors[blind.reshape(len(self), -1).any(1)] = np.inf
+        return errors
+
+
+def map_cubes(
+    robot: Robot,
+    region: Region,
+    rotations: Float[np.ndarray, "orientations 3 3"],
+    *,
+    names: tuple[str, ...],
+    progress: Callable[[float], None] | None = None,
+    cancel: Callable[[], bool] | None = None,
+) -> CubeMap | None:
+    """Look at every cube of a region.
+
+    Args:
+        robot: Geometry with limits.
+        region: The cuboid with its cubes.
+        rotations: Orientations of the tool that are tried at every centre, robot's base.
+        names: Parameters that the index and the errors are about.
+        progress: Called with the share done.
+        cancel: Asked now and then; the map is then None.
+    """
+    tried, cubes = len(rotations), len(region.centres)
+    step = max(PART // tried, 1)
+    q, index = np.full((cubes, robot.dof), np.nan), np.full(cubes, np.nan)
+    reached, moves = np.zeros(cubes, np.int64), np.zeros((cubes, 3, len(names)))
+    for start in range(0, cubes, step):
+        if cancel is not None and cancel():
+            return None
+        part = slice(start, start + step)
+        places = np.repeat(region.centres[part], tried, axis=0)
+        turns = np.tile(rotations, (len(places) // tried, 1, 1))
+        mask, ways = reachable(robot, robot.base.pose @ se3.pose(turns, places), certain=False)
+        reached[part], index[part], q[part], moves[part] = _best(robot, names, mask, ways, tried)
+        if progress is not None:
+            progress(min(start + step, cubes) / cubes)
+    return CubeMap(
+        region=region,
+        names=names,
+        reached=frozen(reached),
+        tried=tried,
+        index=frozen(index),
+        q=frozen(q),
+        moves=frozen(moves),
+    )
+
+
+def _best(robot: Robot, names: tuple[str, ...], mask: np.ndarray, ways: np.ndarray, tried: int):
+    """Of the tried orientations of each cube the one with the highest index, with its motion."""
+    _, twists = sensitivity(robot, np.where(mask[:, None], ways, 0.0), names)
+    index = np.where(mask, of_poses(twists), -np.inf).reshape(-1, tried)
+    best = index.argmax(1) + tried * np.arange(len(index))
+    found = mask.reshape(-1, tried).sum(1)
+    seen = found > 0
+    return (
+        found,
+        np.where(seen, index.max(1), np.nan),
+        np.where(seen[:, None], ways[best], np.nan),
+        np.where(seen[:, None, None], twists[best, :3], 0.0),
+    )

@@ -1,0 +1,186 @@
+"""A plate designed, and tried out on a production of virtual arms, as one call each."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from workbench.arm.effects import AbstractEffect
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.robot import Robot
+from workbench.base import se3
+from workbench.data.requirement import Requirement
+from workbench.data.simulation.simulate import ANGLE_ERROR, LENGTH_ERROR
+from workbench.plate.branches import choose_branches, plate_solutions
+from workbench.plate.freedom import identified_names
+from workbench.plate.optimiser import optimise
+from workbench.plate.optimiser.optimise import Wish
+from workbench.plate.optimiser.reading import Reading
+from workbench.plate.optimiser.result import PlateDesign
+from workbench.plate.optimiser.tolerances import Making
+from workbench.plate.plate import Plate
+from workbench.plate.poses.sampling import in_base
+from workbench.plate.production.job import Errors, Job, held_by
+from workbench.plate.production.result import Yield
+from workbench.plate.production.trial import ARMS, check_number, try_production
+from workbench.plate.readings import reading_named
+from workbench.plate.region_poses import (
+    PLATE_CONE,
+    PLATE_POSES,
+    plate_region_poses,
+    region_poses,
+)
+from workbench.plate.target_rows import SIGMA_POSITION, SIGMA_ROTATION
+
+JUDGED_POSES = 500
+"""Poses of the tool in the region, in all their branches, at which arms are judged."""
+IN_THE_AIR = (0.05, 0.35)
+"""Heights above the plate of targets that need no block [m]."""
+DOWN = np.diag([1.0, -1.0, -1.0])
+"""Orientation of a tool that points straight down."""
+
+
+def optimise_plate(
+    robot: Robot,
+    plate: Plate,
+    *,
+    wish: Wish | None = None,
+    reading: str | Reading = "seat",
+    sigma: tuple[float, float | None] | None = None,
+    visits: int = 1,
+    base: bool | None = None,
+    tool: bool | None = None,
+    seed: int = 0,
+    progress: Callable[[float], None] | None = None,
+    cancel: Callable[[], bool] | None = None,
+) -> PlateDesign:
+    """The plate with the least predicted error in its region; see `design.fixture.optimise`.
+
+    Args:
+        robot: Nominal arm with limits.
+        plate: Where the plate lies, how large it is, its region; its targets are one of the starts.
+        wish: Number of targets, branches, blocks, constraints, tolerances.
+        reading: What is read at a target: seat, socket, point, contacts or ball-bar.
+        sigma: Standard deviations of one visit [m], [rad]; those of the reading if None.
+        visits: How often each target is visited.
+        base: Whether the base is identified too; as the robot says if None.
+        tool: Whether the tool is.
+        seed: Of everything random.
+        progress: Called with the share of the work done.
+        cancel: Asked now and then whether to stop with the best plate so far.
+
+    Raises:
+        OptionError: a plate without size or inside the robot's base, more targets than fit.
+        DataError: a region out of reach, or constraints that conflict; names the two.
+    """
+    if isinstance(reading, str):
+        reading = reading_named(reading, robot, plate, sigma=sigma, visits=visits)
+    return optimise.optimise_plate(
+        robot,
+        plate,
+        reading=reading,
+        goal=goal_poses(robot, plate),
+        rng=np.random.default_rng(seed),
+        wish=wish,
+        names=identified_names(robot, base=base, tool=tool),
+        progress=progress,
+        cancel=cancel,
+    )
+
+
+def goal_poses(robot: Robot, plate: Plate) -> np.ndarray:
+    """Joint positions of poses that matter: turned from the targets by up to 60°, or from straight down."""
+    if len(plate):
+        return plate_region_poses(robot, plate)
+    rng, down = np.random.default_rng(0), (plate.pose[:3, :3] @ DOWN)[None]
+    return region_poses(robot, plate.region, PLATE_POSES, rng=rng, towards=down, cone=PLATE_CONE)
+
+
+def try_plate(
+    robot: Robot,
+    plate: Plate,
+    *,
+    arms: int = ARMS,
+    sigma: tuple[float, float] = (SIGMA_POSITION, SIGMA_ROTATION),
+    joint_sigma: float = 0.0,
+    making: Making | None = None,
+    undeclared: tuple[AbstractEffect, ...] = (),
+    length: float = LENGTH_ERROR,
+    angle: float = ANGLE_ERROR,
+    requirement: Requirement | None = None,
+    towards: Plate | None = None,
+    poses: int = JUDGED_POSES,
+    scheduler: str | None = None,
+    seed: int = 0,
+    progress: Callable[[float], None] | None = None,
+    cancel: Callable[[], bool] | None = None,
+) -> Yield:
+    """How many arms of a production meet the requirement after a calibration with a plate.
+
+    Args:
+        robot: Nominal arm with limits.
+        plate: Targets and region; targets without joint positions take the branches that tell most.
+        arms: How many virtual arms.
+        sigma: How well a seat returns and is read: standard deviations [m], [rad].
+        joint_sigma: Of the joint readings [rad or m].
+        making: Tolerances of the making, for targets that don't say how well they are known.
+        undeclared: Effects that every actual arm has and the calibration does not know.
+        length: Greatest manufacturing error of a length [m].
+        angle: Greatest manufacturing error of an angle [rad].
+        requirement: What is asked; ARIA eq. (3) if None.
+        towards: Plate about whose targets' orientations the poses of the region are turned by up to 60°, so
+            that plates compare; this one if None.
+        poses: Poses of the tool in the region, in all their branches, at which arms are judged.
+        scheduler: Address of a Dask scheduler; this machine's cores if None.
+        seed: Of everything random.
+        progress: Called with the share of the work done.
+        cancel: Asked now and then whether to stop with the arms so far.
+    """
+    check_number(arms)
+    q = planned_joints(robot, plate, sigma)
+    asked = plate if towards is None else replace(towards, region=plate.region)
+    bank = plate_region_poses(robot, asked, poses)
+    known = known_targets(plate, making or Making())
+    errors = Errors(
+        seat_position=sigma[0],
+        seat_rotation=sigma[1],
+        joint=joint_sigma,
+        target_position=known[:, 0],
+        target_rotation=known[:, 1],
+        undeclared=replace(robot, effects=undeclared) if undeclared else None,
+    )
+    job = Job(
+        robot=replace(robot, effects=()),
+        names=robot.default_free,
+        poses=robot.base.pose @ plate.poses,
+        q=q,
+        held=held_by(plate),
+        errors=errors,
+        sigma=errors.assumed,
+        length=length,
+        angle=angle,
+        bank=bank,
+        cells=plate.region.cells(in_base(robot, tool_poses(robot, bank))[:, :3, 3]),
+        requirement=requirement or Requirement(),
+    )
+    return try_production(job, arms=arms, seed=seed, scheduler=scheduler, progress=progress, cancel=cancel)
+
+
+def planned_joints(robot: Robot, plate: Plate, sigma: tuple[float, float]) -> np.ndarray:
+    """Joint positions at which each target is to be measured: the plate's own, or the mix that tells most."""
+    own = [target.q for target in plate.targets if target.q is not None]
+    if own and len(own) == len(plate):
+        return np.stack(own)
+    solutions = plate_solutions(robot, plate)
+    rng = np.random.default_rng(0)
+    goal = plate_region_poses(robot, plate)
+    return choose_branches(
+        robot, plate, solutions, goal=goal, rng=rng, sigma_position=sigma[0], sigma_rotation=sigma[1]
+    ).q
+
+
+def known_targets(plate: Plate, making: Making) -> np.ndarray:
+    """How well each target is known, position [m] and rotation [rad]: as it says, or as it is made."""
+    heights = (se3.inverse(plate.pose) @ plate.poses)[:, 2, 3]
+    made = making.sigma(heights)
+    return np.array([made[i] if t.sigma is None else t.sigma for i, t in enumerate(plate.targets)], float)

@@ -1,0 +1,66 @@
+"""Base and tool freedom: which constants a calibration identifies, and which of them can be seen at all.
+
+A free base and the first joint's zero turn the arm alike, a free tool and the last joint's too: no set of
+measurements tells them apart, whatever is measured. Indices of the whole parameter vector would all be zero.
+They are taken of the combinations that measurements *anywhere* show: an orthonormal basis of the scaled
+parameter space without what generic poses leave unseen. Where everything can be seen, nothing is changed.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.linearisation import Linearisation, linearise
+from workbench.arm.robot import FRAME_PARTS, Robot
+from workbench.base.types import Freedom, frozen
+from workbench.plate.poses.sampling import random_poses
+
+GENERIC = 60
+"""Random poses that stand for all that could be measured."""
+
+
+def identified_names(robot: Robot, *, base: bool | None = None, tool: bool | None = None) -> tuple[str, ...]:
+    """Constants that a calibration identifies: the arm's free ones, and the frames that are unknown.
+
+    Args:
+        robot: Nominal arm.
+        base: Whether its base in the measuring frame is unknown; as its file says if None.
+        tool: Whether the tool is unknown; as its file says if None.
+    """
+    frames = (("base", robot.base.free, base), ("tool", robot.tool.free, tool))
+    unknown = [name for name, said, asked in frames if (said is Freedom.FREE if asked is None else asked)]
+    return (*robot.default_free, *(f"{frame}.{part}" for frame in unknown for part in FRAME_PARTS))
+
+
+def visible_basis(robot: Robot, names: tuple[str, ...] | None = None) -> Float[np.ndarray, "p r"] | None:
+    """Combinations of scaled parameters that full poses anywhere show, as columns; None where all are seen.
+
+    Args:
+        robot: Nominal arm with limits.
+        names: What is identified; the robot's default free constants if None.
+    """
+    q = random_poses(robot, GENERIC, rng=np.random.default_rng(0))
+    generic = linearise(robot, q, names=names)
+    rank = generic.rank()
+    return None if rank == len(generic.names) else frozen(generic.factors[2][:rank].T)
+
+
+def visible(linearisation: Linearisation, basis: Float[np.ndarray, "p r"] | None) -> Linearisation:
+    """The linearisation by the combinations of a basis, which count in metres; as it is if there is none."""
+    if basis is None:
+        return linearisation
+    count = basis.shape[1]
+    return replace(
+        linearisation,
+        jacobian=frozen(linearisation.scaled @ basis),
+        names=tuple(f"combination {k + 1}" for k in range(count)),
+        units=("m",) * count,
+    )
+
+
+def visible_weight(
+    weight: Float[np.ndarray, "p p"], basis: Float[np.ndarray, "p r"] | None
+) -> Float[np.ndarray, "r r"]:
+    """A quadratic form of scaled parameters for the combinations of a basis."""
+    return weight if basis is None else basis.T @ weight @ basis

@@ -1,0 +1,134 @@
+"""Virtual arms, measured: the paper's first two ways of acquisition (ARIA 4.1.2) as one call each."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from workbench.arm.effects import AbstractEffect
+from workbench.arm.robot import Robot
+from workbench.data.dataset import Dataset
+from workbench.data.simulation.hidden_effects import hidden_effects, varied_state
+from workbench.data.simulation.instruments import Instrument, instrument_named
+from workbench.data.simulation.simulate import simulate, simulate_targets, virtual_arm
+from workbench.plate.branches import choose_branches, plate_solutions
+from workbench.plate.plate import Plate
+from workbench.plate.poses.choose import informative_poses
+from workbench.plate.poses.circle_points import circle_poses
+from workbench.plate.poses.iso_cube import iso_cube_poses
+from workbench.plate.poses.sampling import random_poses
+from workbench.plate.region_poses import plate_region_poses
+
+RANDOM = "random"
+"""Name of the choice of poses that chooses nothing."""
+CIRCLE_POINTS = "circle-points"
+"""Name of the choice of poses that turns one joint after the other."""
+ISO_CUBE = "iso-cube"
+"""Name of the choice of poses by ISO 9283."""
+DESIGNED = "designed"
+"""Name of the choice of branches that spreads them for the smallest predicted error."""
+
+
+def measure_poses(
+    robot: Robot,
+    number: int,
+    *,
+    index: str = RANDOM,
+    instrument: str | Instrument = "tracker-6d",
+    actual: Robot | None = None,
+    effects: Sequence[str | AbstractEffect] = (),
+    seed: int = 0,
+    progress: Callable[[float], None] | None = None,
+) -> tuple[Robot, Dataset]:
+    """A virtual arm measured at random or informative joint positions.
+
+    Args:
+        robot: Nominal arm.
+        number: How many poses.
+        index: `random`; `iso-cube` (ISO 9283, Katana §3.4); `circle-points` (one joint turned at a time);
+            or the observability index to maximise (ARIA eqs. 17, 18): `O`, `O1` … `O5`.
+        instrument: What measures.
+        actual: The arm to measure; one with hidden manufacturing errors if None.
+        effects: What else is hidden in it, such as `joint-compliance:2`; see `measure.hidden`.
+        seed: Of the hidden errors, the poses and the noise.
+        progress: Called with the share of the work done.
+
+    Returns:
+        The actual arm and the rows.
+    """
+    rng = np.random.default_rng(seed)
+    actual, notes = _hidden(robot, actual, effects, rng)
+    if index == RANDOM:
+        q = random_poses(robot, number, rng=rng)
+    elif index == CIRCLE_POINTS:
+        q = circle_poses(robot, number, rng=rng)
+    elif index == ISO_CUBE:
+        q = iso_cube_poses(robot, number, rng=rng).q
+    else:
+        q = informative_poses(robot, number, index=index, rng=rng, progress=progress).q
+    state = varied_state(actual, q, rng=rng) if actual.effects else None
+    rows = simulate(actual, q, instrument=_instrument(instrument), rng=rng, motion=state)
+    note = f"simulated: {number} poses ({index}), {_instrument(instrument).name}, seed {seed}"
+    return actual, replace(rows, source=note, notes=(*rows.notes, *notes))
+
+
+def measure_plate(
+    robot: Robot,
+    plate: Plate,
+    *,
+    branch: str = DESIGNED,
+    instrument: str | Instrument = "plate",
+    actual: Robot | None = None,
+    effects: Sequence[str | AbstractEffect] = (),
+    seed: int = 0,
+    progress: Callable[[float], None] | None = None,
+) -> tuple[Robot, Dataset]:
+    """A virtual arm brought to the targets of a plate.
+
+    Args:
+        robot: Nominal arm.
+        plate: The fixture, taken as true.
+        branch: `auto`, `mixed`, a branch by name, or `designed`: the mix with the smallest predicted error.
+        instrument: What measures; `plate` is the seat itself.
+        actual: The arm to measure; one with hidden manufacturing errors if None.
+        effects: What else is hidden in it, such as `joint-compliance:2`; see `measure.hidden`.
+        seed: Of the hidden errors and the noise.
+        progress: Called with the share of the work done.
+
+    Returns:
+        The actual arm and the rows, one a target.
+    """
+    rng = np.random.default_rng(seed)
+    actual, notes = _hidden(robot, actual, effects, rng)
+    near = None
+    if branch == DESIGNED:
+        solutions = plate_solutions(robot, plate)
+        near = choose_branches(
+            robot, plate, solutions, goal=plate_region_poses(robot, plate), rng=rng, progress=progress
+        ).q
+        branch = "auto"
+    nowhere = np.zeros((len(plate), actual.dof))
+    rows = simulate_targets(
+        actual,
+        plate.poses,
+        instrument=_instrument(instrument),
+        rng=rng,
+        branch=branch,
+        near=near,
+        motion=varied_state(actual, nowhere, rng=rng) if actual.effects else None,
+    )
+    note = f"simulated: plate '{plate.name}', {_instrument(instrument).name}, seed {seed}"
+    return actual, replace(rows, source=note, notes=(*plate.notes, *rows.notes, *notes))
+
+
+def _hidden(
+    robot: Robot, actual: Robot | None, effects: Sequence[str | AbstractEffect], rng: np.random.Generator
+) -> tuple[Robot, tuple[str, ...]]:
+    """The arm to measure, with what is hidden in it, and a sentence on each effect."""
+    actual = virtual_arm(robot, rng=rng) if actual is None else actual
+    hidden, notes = hidden_effects(actual, effects, rng=rng)
+    return actual.with_effects(*actual.effects, *hidden) if hidden else actual, notes
+
+
+def _instrument(instrument: str | Instrument) -> Instrument:
+    return instrument_named(instrument) if isinstance(instrument, str) else instrument

@@ -1,0 +1,1 @@
+"""The plate optimiser: blocks, constraints, candidates, search."""

@@ -1,0 +1,158 @@
+"""Blocks: what stands on a plate and holds the tool, as numbers that a search can turn.
+
+A block has six numbers on its plate: where its face's centre lies (u, v from the plate's centre, h above its
+top), how far the face leans (tilt) and to which side (azimuth), and how the tool is turned about the face's
+normal (spin). With a = azimuth, t = tilt, s = spin the tool's rotation in the plate's frame is
+
+    R = Rz(a) Ry(t) Rz(s) Rx(π),
+
+so that the tool's z axis points into the face along −Rz(a) Ry(t) e_z. Flat blocks have t = 0 and one
+height, stepped ones t = 0 and any height, tilted ones any tilt up to the greatest.
+"""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from workbench.base import se3
+from workbench.base.errors import OptionError
+from workbench.plate.plate import Plate
+
+SIDE = 0.046
+"""Side of the square bar that blocks are cut from [m]."""
+STEEPEST = float(np.deg2rad(65.0))
+"""Greatest tilt of a block that stands on the plate [rad]."""
+FOOT = 0.012
+"""Least height of a block's lower edge: thread and dowels need it [m]."""
+FLAT_HEIGHT = 0.05
+"""Height of flat blocks [m]."""
+CORNERS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+"""Corners of a square about its centre, anticlockwise."""
+
+Places = Float[np.ndarray, "_ 6"]
+"""u, v, h [m], tilt, azimuth, spin [rad] of each block."""
+
+
+class BlockStyle(StrEnum):
+    """What the blocks may look like."""
+
+    FLAT = "flat"
+    STEPPED = "stepped"
+    TILTED = "tilted"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Blocks:
+    """What blocks a plate may carry.
+
+    Args:
+        style: Flat, stepped or tilted.
+        heights: Least and greatest height of a face's centre above the plate [m].
+        greatest_tilt: Of a face [rad].
+        tilts: The only tilts that may be made, for cheap making; any up to the greatest if empty [rad].
+        turn: Azimuths and spins are multiples of this [rad]; any if 0.
+
+    Raises:
+        OptionError: heights or angles that no block can have.
+    """
+
+    style: BlockStyle = BlockStyle.TILTED
+    heights: tuple[float, float] = (0.04, 0.12)
+    greatest_tilt: float = float(np.deg2rad(45.0))
+    tilts: tuple[float, ...] = ()
+    turn: float = 0.0
+
+    def __post_init__(self):
+        low, high = self.heights
+        if not 0.0 < low <= high:
+            raise OptionError(
+                f"blocks from {low:g} to {high:g} m height can't be made; give a positive least height and "
+                "a greatest one that is not below it"
+            )
+        if not all(0.0 <= t <= STEEPEST for t in (self.greatest_tilt, *self.tilts)):
+            raise OptionError(
+                f"block faces can lean by 0 to {np.rad2deg(STEEPEST):.0f}°, not by "
+                f"{np.rad2deg(max((self.greatest_tilt, *self.tilts), key=abs)):g}°"
+            )
+        if self.turn < 0.0:
+            raise OptionError(f"a step of {np.rad2deg(self.turn):g}° between block angles can't be negative")
+
+    def draw(self, rows: int, half: Float[np.ndarray, "2"], *, rng: np.random.Generator) -> Places:
+        """Random blocks whose faces' centres lie within ±half of the plate's centre [m]."""
+        places = np.empty((rows, 6))
+        places[:, :2] = rng.uniform(-half, half, (rows, 2))
+        places[:, 2] = rng.uniform(*self.heights, rows)
+        places[:, 3] = np.arccos(rng.uniform(np.cos(self.greatest_tilt), 1.0, rows))
+        places[:, 4:] = rng.uniform(-np.pi, np.pi, (rows, 2))
+        return self.makeable(places, half)
+
+    def makeable(self, places: Places, half: Float[np.ndarray, "2"]) -> Places:
+        """The nearest blocks that may be made."""
+        made = places.copy()
+        made[:, :2] = np.clip(made[:, :2], -half, half)
+        made[:, 2] = np.clip(made[:, 2], *self.heights)
+        if self.style is BlockStyle.TILTED:
+            made[:, 3] = np.clip(made[:, 3], 0.0, self.greatest_tilt)
+            if self.tilts:
+                allowed = np.array(self.tilts)
+                made[:, 3] = allowed[np.abs(made[:, 3, None] - allowed).argmin(1)]
+        else:
+            made[:, 3:5] = 0.0
+        if self.style is BlockStyle.FLAT:
+            made[:, 2] = np.clip(FLAT_HEIGHT, *self.heights)
+        if self.turn > 0.0:
+            made[:, 4:] = np.round(made[:, 4:] / self.turn) * self.turn
+        made[:, 4:] = np.arctan2(np.sin(made[:, 4:]), np.cos(made[:, 4:]))
+        made[:, 2] = np.maximum(made[:, 2], 0.5 * SIDE * np.tan(made[:, 3]) + FOOT)
+        return made
+
+    def fit(self, places: Places, half: Float[np.ndarray, "2"]) -> Bool[np.ndarray, " rows"]:
+        """Which of some blocks may be made as they are."""
+        return np.isclose(self.makeable(places, half), places, atol=1e-6).all(1)
+
+
+def tool_poses_at(plate: Plate, places: Places) -> Float[np.ndarray, "rows 4 4"]:
+    """Poses of the tool at the blocks, in the robot's base."""
+    tilt, azimuth, spin = places[:, 3], places[:, 4], places[:, 5]
+    lean = se3.rpy_to_matrix(np.stack([np.zeros_like(tilt), tilt, azimuth], -1))
+    turn = se3.rpy_to_matrix(np.stack([np.full_like(spin, np.pi), np.zeros_like(spin), spin], -1))
+    return plate.pose @ se3.pose(lean @ turn, places[:, :3])
+
+
+def places_of(plate: Plate, poses: Float[np.ndarray, "rows 4 4"]) -> Places:
+    """The blocks that hold the tool at the poses (robot's base)."""
+    local = se3.inverse(plate.pose) @ poses
+    normal = -local[:, :3, 2]
+    azimuth = np.arctan2(normal[:, 1], normal[:, 0])
+    azimuth = np.where(np.hypot(normal[:, 0], normal[:, 1]) > 1e-9, azimuth, 0.0)
+    tilt = np.arccos(np.clip(normal[:, 2], -1.0, 1.0))
+    lean = se3.rpy_to_matrix(np.stack([np.zeros_like(tilt), tilt, azimuth], -1))
+    own = np.swapaxes(lean, -1, -2) @ local[:, :3, :3]
+    spin = np.arctan2(own[:, 1, 0], own[:, 0, 0])
+    return np.column_stack([local[:, :3, 3], tilt, azimuth, spin])
+
+
+def block_corners(plate: Plate, poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, "rows 8 3"]:
+    """Corners of the mitred square bars that hold the tool at poses (ARIA Fig. 6b), robot's base.
+
+    Foot first, anticlockwise from above. A bar stands on the plate, turned by its face's azimuth; where the
+    face is too steep, or below the plate, a short bar behind it stands for the block.
+    """
+    places = places_of(plate, poses)
+    tilt = np.minimum(places[:, 3], STEEPEST)
+    square = np.tile(0.5 * SIDE * CORNERS, (len(poses), 1, 1))
+    foot = np.concatenate([square, np.zeros((*square.shape[:2], 1))], axis=2)
+    top = foot.copy()
+    top[:, :, 2] = places[:, None, 2] - square[:, :, 0] * np.tan(tilt)[:, None]
+    turn = np.zeros((len(poses), 3))
+    turn[:, 2] = places[:, 4]
+    ground = np.column_stack([places[:, :2], np.zeros(len(poses))])
+    standing = plate.pose @ se3.pose(se3.rpy_to_matrix(turn), ground)
+    free = (places[:, 3] > STEEPEST) | (top[:, :, 2].min(1) <= 0.0)
+    foot[free] *= [1.0, -1.0, 1.0]
+    top[free] = foot[free]
+    foot[free, :, 2] = 0.6 * SIDE
+    frame = np.where(free[:, None, None], poses, standing)
+    return se3.apply(frame[:, None], np.concatenate([foot, top], axis=1))

@@ -1,0 +1,226 @@
+"""Candidates: targets in one posture each that keep every constraint for themselves, with what they measure.
+
+Two candidates may still be in each other's way: the arm at one touches the block of the other. That is
+looked at only for the pairs that a search considers, and remembered.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from workbench.arm.inverse.branch import margins
+from workbench.arm.inverse.follow import follow_many
+from workbench.arm.kinematics.forward import sensitivity
+from workbench.arm.robot import Robot
+from workbench.plate.optimiser.blocks import SIDE, Places, tool_poses_at
+from workbench.plate.optimiser.capsules import ArmShape
+from workbench.plate.optimiser.clearance import (
+    FAR,
+    Hull,
+    Surroundings,
+    block_hulls,
+    hull_distances,
+    plate_hull,
+)
+from workbench.plate.optimiser.constraints import Constraints
+from workbench.plate.optimiser.reading import Reading
+from workbench.plate.optimiser.tolerances import Making
+from workbench.plate.plate import Plate
+
+RETREATS = np.array([0.5, 1.0])
+"""Where on its way back the probe is looked at, as shares of the way."""
+HAIR = 1e-4
+"""A distance is measured up to the clearance and so much more [m]."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Candidates:
+    """Targets, each in one posture of the arm.
+
+    Args:
+        places: Their blocks.
+        poses: Of the tool in the robot's base.
+        q: Joint positions [rad or m].
+        branches: Names of the inverse-kinematics branches.
+        lines: The arm's capsules at the target and on the way back from it, robot's base [m].
+        rows: Whitened rows per scaled parameter, and per unknown of the reading.
+    """
+
+    places: Places
+    poses: Float[np.ndarray, "rows 4 4"]
+    q: Float[np.ndarray, "rows n"]
+    branches: np.ndarray
+    lines: Float[np.ndarray, "rows stops capsules 2 3"]
+    rows: Float[np.ndarray, "rows m p"]
+
+    def __len__(self) -> int:
+        return len(self.q)
+
+    def take(self, rows: Int[np.ndarray, " k"] | Bool[np.ndarray, " rows"]) -> "Candidates":
+        """Some of them."""
+        return Candidates(**{name: value[rows] for name, value in self._fields()})
+
+    def join(self, other: "Candidates") -> "Candidates":
+        """These and then others."""
+        return Candidates(
+            **{name: np.concatenate([value, getattr(other, name)]) for name, value in self._fields()}
+        )
+
+    def _fields(self):
+        return [(name, getattr(self, name)) for name in self.__dataclass_fields__]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Setting:
+    """Everything about a fixture that its search does not change.
+
+    Args:
+        robot: Nominal arm with limits.
+        plate: Where the plate lies, and how large it is.
+        arm: The arm's capsules.
+        constraints: Margins.
+        reading: What is read at a target.
+        making: Tolerances of the making.
+        names: Constants to be identified.
+        scales: What one metre of each scaled parameter is in its own unit.
+    """
+
+    robot: Robot
+    plate: Plate
+    arm: ArmShape
+    constraints: Constraints
+    reading: Reading
+    making: Making
+    names: tuple[str, ...]
+    scales: Float[np.ndarray, " p"]
+
+    @property
+    def surroundings(self) -> Surroundings:
+        """What stands there whatever the targets are."""
+        return Surroundings(self.arm, plate_hull(self.plate), self.constraints.floor)
+
+    @property
+    def spacing(self) -> float:
+        """Least distance of two targets on the plate; blocks never overlap [m]."""
+        return max(self.constraints.spacing, float(np.sqrt(2.0)) * SIDE if self.reading.blocks else 0.0)
+
+    def sigma(self, places: Places) -> Float[np.ndarray, "rows 2"]:
+        """How well such targets are known [m], [rad]."""
+        return self.making.sigma(places[:, 2])
+
+    def examine(
+        self, places: Places, q: Float[np.ndarray, "rows n"], branches: np.ndarray
+    ) -> tuple[Candidates, dict[str, np.ndarray]]:
+        """Those targets that keep all constraints for themselves, and which of all kept each constraint.
+
+        Args:
+            places: Blocks.
+            q: A posture of the arm at each [rad or m].
+            branches: Its name.
+        """
+        limits, clearance = self.constraints, self.constraints.clearance
+        poses = tool_poses_at(self.plate, places)
+        lines = self.arm.lines(q)
+        around = self.surroundings.distances(lines, far=clearance + HAIR) >= clearance
+        kept = {
+            "joint limits": margins(q, self.robot.limits).min(1) >= limits.limit_margin,
+            "clearance of the arm from itself": around[:, 0],
+            "clearance from the table": around[:, 1],
+            "clearance from the plate": around[:, 2],
+        }
+        good = np.flatnonzero(np.logical_and.reduce(list(kept.values())))
+        stops, free = self._retreats(poses[good], q[good], lines[good])
+        kept["way back along the probe"] = _spread(free, good, len(q))
+        free &= self._clear_of_own(poses[good], stops)
+        kept["clearance from its own block"] = _spread(free, good, len(q))
+        good, stops = good[free], stops[free]
+        return self._candidates(places[good], poses[good], q[good], branches[good], stops), kept
+
+    def _retreats(self, poses, q, lines) -> tuple[np.ndarray, np.ndarray]:
+        """The arm's lines at the target and on its way back, and whether that way exists and is free."""
+        stops, free = [lines], np.ones(len(q), bool)
+        clearance = self.constraints.clearance
+        for share in RETREATS if self.constraints.retreat > 0.0 else []:
+            back = self.robot.base.pose @ poses
+            back[:, :3, 3] -= share * self.constraints.retreat * back[:, :3, 2]
+            followed = follow_many(self.robot, back, q)
+            stops.append(self.arm.lines(followed.q))
+            around = self.surroundings.distances(stops[-1], far=clearance + HAIR) >= clearance
+            free &= followed.converged & around.all(1)
+        return np.stack(stops, axis=1), free
+
+    def _clear_of_own(self, poses, stops) -> np.ndarray:
+        if not self.reading.blocks:
+            return np.ones(len(poses), bool)
+        clearance, hulls = self.constraints.clearance, block_hulls(self.plate, poses)
+        free = np.ones(len(poses), bool)
+        for stop in range(stops.shape[1]):
+            gaps = hull_distances(
+                self.arm, stops[:, stop], hulls, looked_at=~self.arm.probes, far=clearance + HAIR
+            )
+            free &= gaps >= clearance
+        return free
+
+    def rows(self, q: Float[np.ndarray, "rows n"], places: Places) -> Float[np.ndarray, "rows m p"]:
+        """Whitened rows per scaled parameter and per unknown of the reading, for targets in postures."""
+        at, twists = sensitivity(self.robot, q, self.names)
+        jacobian, unknown = self.reading.rows(at, twists * self.scales, self.sigma(places))
+        return np.concatenate([jacobian, unknown], axis=2)
+
+    def _candidates(self, places, poses, q, branches, stops) -> Candidates:
+        rows = self.rows(q, places)
+        return Candidates(places=places, poses=poses, q=q, branches=branches, lines=stops, rows=rows)
+
+
+def _spread(kept: np.ndarray, rows: np.ndarray, count: int) -> np.ndarray:
+    """Flags of some rows among all; rows that were not looked at count as kept."""
+    result = np.ones(count, bool)
+    result[rows] = kept
+    return result
+
+
+@dataclass(frozen=True, eq=False)
+class Neighbours:
+    """Which candidates can stand on one plate.
+
+    Args:
+        setting: What they have in common.
+        pool: The candidates.
+    """
+
+    setting: Setting
+    pool: Candidates
+    _hulls: dict[int, Hull] = field(default_factory=dict)
+    _seen: dict[tuple[int, int], bool] = field(default_factory=dict)
+
+    def spaced(self, others: Iterable[int]) -> Bool[np.ndarray, " rows"]:
+        """Candidates that are far enough from all the others."""
+        xy = self.pool.places[:, :2]
+        result = np.ones(len(xy), bool)
+        for other in others:
+            result &= np.hypot(*(xy - xy[other]).T) >= self.setting.spacing
+        return result
+
+    def clear(self, one: int, others: Iterable[int]) -> bool:
+        """Whether the arm at a candidate keeps clear of the others' blocks, and at the others of its own."""
+        if not self.setting.reading.blocks:
+            return True
+        return all(self._misses(one, other) and self._misses(other, one) for other in others)
+
+    def _misses(self, visitor: int, block: int) -> bool:
+        if (visitor, block) not in self._seen:
+            clearance = self.setting.constraints.clearance
+            gap = self.gap(visitor, block, far=clearance + HAIR)
+            self._seen[visitor, block] = gap >= clearance
+        return self._seen[visitor, block]
+
+    def gap(self, visitor: int, block: int, *, far: float = FAR) -> float:
+        """How far the arm at a candidate, and on its way back, keeps from the block of another [m]."""
+        if block not in self._hulls:
+            self._hulls[block] = block_hulls(self.setting.plate, self.pool.poses[block : block + 1])[0]
+        arm = self.setting.arm
+        looked_at = ~arm.probes if visitor == block else np.ones(len(arm.radii), bool)
+        lines, hull = self.pool.lines[visitor], self._hulls[block]
+        return float(hull_distances(arm, lines, [hull], looked_at=looked_at, far=far).min())

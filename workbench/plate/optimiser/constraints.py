@@ -1,0 +1,135 @@
+"""What a fixture must respect, and plain words for what can't be had."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from workbench.base.errors import DataError, OptionError
+from workbench.plate.optimiser.blocks import SIDE
+from workbench.plate.optimiser.capsules import ON_THE_TABLE, ArmShape
+from workbench.plate.optimiser.clearance import Hull, hull_distances
+from workbench.plate.plate import Plate
+
+DENSEST = np.pi / np.sqrt(12.0)
+"""Share of the plane that equal circles cover at most (Thue)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Constraints:
+    """Margins that every target of a fixture keeps.
+
+    Args:
+        clearance: Least distance of the arm from blocks, plate, table and itself [m].
+        limit_margin: Least distance of every joint from its limits [rad or m].
+        spacing: Least distance of two targets on the plate [m].
+        edge: Least distance of a target from the plate's edge [m].
+        retreat: The probe must be able to go back so far along its axis with the same clearance [m].
+        floor: Height of the table in the robot's base [m]; None if there is none.
+
+    Raises:
+        OptionError: a negative margin.
+    """
+
+    clearance: float = 0.010
+    limit_margin: float = float(np.deg2rad(10.0))
+    spacing: float = 0.08
+    edge: float = float(0.5 * np.sqrt(2.0) * SIDE)
+    retreat: float = 0.05
+    floor: float | None = 0.0
+
+    def __post_init__(self):
+        for what in ("clearance", "limit_margin", "spacing", "edge", "retreat"):
+            if not getattr(self, what) >= 0.0:
+                raise OptionError(
+                    f"the {what.replace('_', ' ')} is {getattr(self, what):g}; give 0 or a positive number"
+                )
+
+
+def half_size(plate: Plate, constraints: Constraints) -> Float[np.ndarray, "2"]:
+    """How far from the plate's centre targets may lie along its length and width [m].
+
+    Raises:
+        OptionError: the plate has no solid, or is smaller than its edges.
+    """
+    if plate.size is None:
+        raise OptionError(
+            f"plate '{plate.name}' has no size, so there is nothing to put targets on; give "
+            "size = [length, width, thickness] in m"
+        )
+    half = 0.5 * plate.size[:2] - constraints.edge
+    if (half < 0.0).any():
+        raise OptionError(
+            f"plate size and edge conflict: {1e3 * constraints.edge:.0f} mm from every edge leave no room on "
+            f"{1e3 * plate.size[0]:.0f} × {1e3 * plate.size[1]:.0f} mm; make the plate larger"
+        )
+    return half
+
+
+def check_room(plate: Plate, number: int, half: Float[np.ndarray, "2"], spacing: float) -> None:
+    """Refuse more targets than fit: circles of the spacing's diameter, packed as densely as can be.
+
+    Raises:
+        OptionError: plate size and spacing conflict for so many targets.
+    """
+    if number < 1:
+        raise OptionError(f"{number} targets were asked for; give at least 1")
+    room = float(np.prod(2.0 * half + spacing))
+    fits = int(DENSEST * room / (0.25 * np.pi * spacing**2)) if spacing > 0.0 else number
+    if number > fits:
+        raise OptionError(
+            f"plate size and spacing conflict: {number} targets {1e3 * spacing:.0f} mm apart don't fit on "
+            f"plate '{plate.name}', at most {fits} do; ask for fewer or for less spacing"
+        )
+
+
+def check_base(arm: ArmShape, plate: Plate, hull: Hull | None, clearance: float) -> None:
+    """Refuse a plate that stands in the robot's base.
+
+    Raises:
+        OptionError: the plate and the base, or the first link, are nearer than the clearance.
+    """
+    fixed = arm.bodies <= ON_THE_TABLE
+    if hull is None or not fixed.any():
+        return
+    lines = arm.lines(np.zeros((1, arm.robot.dof)))
+    gap = float(hull_distances(arm, lines, [hull], looked_at=fixed)[0])
+    if gap <= 0.0:
+        raise OptionError(
+            f"plate '{plate.name}' stands {-1e3 * gap:.0f} mm inside the base of robot '{arm.robot.name}'; "
+            "move it away"
+        )
+    if gap < clearance:
+        raise OptionError(
+            f"clearance and the plate's place conflict: plate '{plate.name}' is {1e3 * gap:.0f} mm from the "
+            f"base of robot '{arm.robot.name}', {1e3 * clearance:.0f} mm are asked; move one of them"
+        )
+
+
+def conflict(plate: Plate, number: int, kept: Mapping[str, Bool[np.ndarray, " rows"]]) -> DataError:
+    """The mistake of a plate on which too few targets keep all constraints: names two that conflict.
+
+    Args:
+        plate: The fixture.
+        number: How many targets are wanted.
+        kept: Which of the tried targets (in one branch each) keep each constraint.
+    """
+    rows = len(next(iter(kept.values()))) if kept else 0
+    if rows == 0:
+        return DataError(
+            f"no pose on plate '{plate.name}' is reachable within the joint limits; move the plate nearer"
+        )
+    both = min(combinations(kept, 2), key=lambda pair: int((kept[pair[0]] & kept[pair[1]]).sum()))
+    left = int(np.logical_and.reduce(list(kept.values())).sum())
+    if left:
+        return DataError(
+            f"spacing and clearance from other blocks conflict: {left} of {rows} ways to a place on plate "
+            f"'{plate.name}' keep all constraints, but not {number} of them together; relax one of the two"
+        )
+    return DataError(
+        f"{both[0]} and {both[1]} conflict: of {rows} ways to reach a place on plate '{plate.name}', "
+        f"{int(kept[both[0]].sum())} keep the one, {int(kept[both[1]].sum())} the other, "
+        f"{int((kept[both[0]] & kept[both[1]]).sum())} both and none all constraints; relax one of the two"
+    )

@@ -1,0 +1,309 @@
+"""The plate optimiser: which blocks, where and in which branch each, so that an arm is right in a region.
+
+The variables are every target's place and orientation on the plate and the inverse-kinematics branch in which
+it is measured; the objective is the predicted position error over poses that matter (I-optimality), with the
+targets' own uncertainty counted; the constraints are reach with a margin to the joint limits, clearance of
+the arm and its probe from plate, blocks, table and itself, also on the way back from each target, spacing and
+the plate's size. First a pool of candidates is drawn, then targets are exchanged from several starts, then
+polished (`search`). The given plate is one of the starts.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.linearisation import linearise
+from workbench.arm.robot import Robot
+from workbench.base.errors import OptionError
+from workbench.base.types import Outcome
+from workbench.plate.accuracy import position_weight
+from workbench.plate.criterion import RegionCriterion
+from workbench.plate.optimiser.blocks import Blocks
+from workbench.plate.optimiser.candidates import Candidates, Neighbours, Setting
+from workbench.plate.optimiser.capsules import arm_shape
+from workbench.plate.optimiser.clearance import plate_hull
+from workbench.plate.optimiser.constraints import (
+    Constraints,
+    check_base,
+    check_room,
+    conflict,
+    half_size,
+)
+from workbench.plate.optimiser.pool import Pool, draw_pool, start_ways
+from workbench.plate.optimiser.reading import Reading
+from workbench.plate.optimiser.result import (
+    PlateDesign,
+    branches_of,
+    describe,
+    set_error,
+)
+from workbench.plate.optimiser.search import Cancelled, Search
+from workbench.plate.optimiser.tolerances import Making
+from workbench.plate.plate import Plate
+from workbench.plate.poses.exchange import exchange
+
+VAGUE = 3.0
+"""Standard deviation of a constant before anything is measured, as the tool feels it [m]: next to nothing is
+known, but enough to tell sets apart that leave something open."""
+PLACES = 2500
+"""Random blocks in the pool."""
+STARTS = 3
+"""Exchanges from different starts."""
+POOL_SHARE, EXCHANGE_SHARE = 0.6, 0.8
+"""Progress at which the pool and the exchange are done."""
+
+
+class Postures(StrEnum):
+    """In which branches the targets are measured."""
+
+    MIXED = "mixed"
+    SINGLE = "single"
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Wish:
+    """What is asked of a fixture.
+
+    Args:
+        number: How many targets; as many as the given plate has if None.
+        postures: Branches mixed at will, or one branch for all targets.
+        blocks: What blocks may look like.
+        constraints: Margins.
+        making: Tolerances of the making.
+        places: Random blocks in the pool.
+        starts: Exchanges from different starts.
+
+    Raises:
+        OptionError: nothing to search from.
+    """
+
+    number: int | None = None
+    postures: Postures = Postures.MIXED
+    blocks: Blocks = field(default_factory=Blocks)
+    constraints: Constraints = field(default_factory=Constraints)
+    making: Making = field(default_factory=Making)
+    places: int = PLACES
+    starts: int = STARTS
+
+    def __post_init__(self):
+        if self.places < 1 or self.starts < 1:
+            raise OptionError(
+                f"a search from {self.places} blocks and {self.starts} starts finds nothing; give 1 or more"
+            )
+
+
+def optimise_plate(
+    robot: Robot,
+    plate: Plate,
+    *,
+    reading: Reading,
+    goal: Float[np.ndarray, "rows n"],
+    rng: np.random.Generator,
+    wish: Wish | None = None,
+    names: tuple[str, ...] | None = None,
+    progress: Callable[[float], None] | None = None,
+    cancel: Callable[[], bool] | None = None,
+) -> PlateDesign:
+    """The plate with the least predicted error that keeps all constraints.
+
+    Args:
+        robot: Nominal arm with limits.
+        plate: Where the plate lies and how large it is; its targets are one of the starts.
+        reading: What is read at a target, and how well.
+        goal: Joint positions of poses that matter [rad or m], see `design.region_poses`.
+        rng: Source of everything random.
+        wish: What is asked for.
+        names: Constants to be identified; the robot's default free ones if None.
+        progress: Called with the share of the work done.
+        cancel: Asked now and then whether to stop with the best plate so far.
+
+    Returns:
+        The design; where the given plate keeps the constraints, never a worse one.
+
+    Raises:
+        OptionError: a plate without size or inside the robot's base, more targets than fit.
+        DataError: too few targets keep all constraints; names two that conflict.
+    """
+    return _Run(robot, plate, reading, goal, rng, wish or Wish(), names, progress, cancel).result()
+
+
+class _Run:
+    """One optimisation; keeps the best targets so far for whoever cancels."""
+
+    def __init__(self, robot, plate, reading, goal, rng, wish, names, progress, cancel):
+        self.wish, self.goal, self.rng, self.cancel = wish, goal, rng, cancel
+        self.given, self.progress = plate, progress or (lambda share: None)
+        self.number = len(plate) if wish.number is None else wish.number
+        self.half = half_size(plate, wish.constraints)
+        self.setting = _setting(robot, plate, reading, wish, names)
+        check_room(plate, self.number, self.half, self.setting.spacing)
+        check_base(self.setting.arm, plate, plate_hull(plate), wish.constraints.clearance)
+        self.search = _search(self.setting, goal, rng, cancel)
+        self.best: Candidates | None = None
+        self.best_cost = np.inf
+        self.start_cost, self.start_kept = np.inf, False
+        self.pool: Pool | None = None
+
+    def result(self) -> PlateDesign:
+        outcome = Outcome.CONVERGED
+        start, exact = self._start()
+        try:
+            self._search(start, exact)
+        except Cancelled:
+            outcome = Outcome.CANCELLED
+        if self.best is None:
+            if outcome is Outcome.CANCELLED:
+                return self._untouched()
+            assert self.pool is not None
+            raise conflict(self.given, self.number, self.pool.kept)
+        self.progress(1.0)
+        return describe(
+            self.setting,
+            self.best,
+            goal=self.goal,
+            start_cost=self.start_cost,
+            start_kept=self.start_kept,
+            notes=self._notes(),
+            history=tuple(np.sqrt(self.search.history)),
+            outcome=outcome,
+        )
+
+    def _untouched(self) -> PlateDesign:
+        return PlateDesign(
+            plate=self.given,
+            cost=self.start_cost,
+            rotation=np.nan,
+            start_cost=self.start_cost,
+            outcome=Outcome.CANCELLED,
+        )
+
+    def _notes(self) -> tuple[str, ...]:
+        if self.start_kept or not np.isfinite(self.start_cost):
+            return ()
+        return ("the given plate, in its best branches, does not keep all constraints; the new one does",)
+
+    def _start(self) -> tuple[Candidates | None, np.ndarray | None]:
+        """Candidates that the given plate offers, and, where it keeps everything, itself among them."""
+        if not len(self.given):
+            return None, None
+        ways = start_ways(self.setting, self.given)
+        fits = self.wish.blocks.fit(ways.places, self.half)
+        good, kept = self.setting.examine(*(part[fits] for part in ways[1:]))
+        if len(np.unique(ways.slots)) < len(self.given) or len(self.given) != self.number:
+            return good, None
+        choice = self._choose(ways)
+        self.start_cost = self._error(ways.q[choice], ways.places[choice])
+        fine = np.flatnonzero(fits)[np.logical_and.reduce(list(kept.values()))]
+        rows = np.searchsorted(fine, choice)
+        inside = rows < len(fine)
+        if not inside.all() or not (fine[rows] == choice).all():
+            return good, None
+        near = Neighbours(self.setting, good)
+        together = all(near.clear(int(r), rows[:i].tolist()) for i, r in enumerate(rows))
+        spaced = all(near.spaced(rows[:i].tolist())[r] for i, r in enumerate(rows))
+        self.start_kept = together and spaced
+        return good, rows if self.start_kept else None
+
+    def _choose(self, ways) -> np.ndarray:
+        """The best branches for the given plate, whatever is in their way."""
+        blocks = self.setting.rows(ways.q, ways.places)
+        allowed = ways.slots[None] == np.arange(len(self.given))[:, None]
+        starts = [np.array([self.rng.choice(np.flatnonzero(row)) for row in allowed]) for _ in range(10)]
+        everywhere = [self._everywhere(ways, name) for name in np.unique(ways.branches)]
+        single = [choice for choice in everywhere if choice is not None]
+        if self.wish.postures is Postures.SINGLE and single:
+            return min(single, key=lambda c: self._error(ways.q[c], ways.places[c]))
+        known = np.diag(self.search.prior) / len(self.given)
+        return exchange(
+            blocks.transpose(0, 2, 1) @ blocks + known,
+            allowed,
+            RegionCriterion(self.search.weight),
+            starts=np.stack([*single, *starts]),
+        ).choice
+
+    def _everywhere(self, ways, name: str) -> np.ndarray | None:
+        mine = np.flatnonzero(ways.branches == name)
+        slots, first = np.unique(ways.slots[mine], return_index=True)
+        return mine[first] if len(slots) == len(self.given) else None
+
+    def _search(self, start: Candidates | None, exact: np.ndarray | None) -> None:
+        if start is not None and exact is not None:
+            self._keep(start.take(exact))
+        self.pool = draw_pool(
+            self.setting,
+            self.wish.blocks,
+            self.half,
+            self.wish.places,
+            rng=self.rng,
+            progress=lambda share: self.progress(POOL_SHARE * share),
+            cancel=self.cancel,
+        )
+        candidates = self.pool.candidates if start is None else start.join(self.pool.candidates)
+        first = [] if exact is None else exact.tolist()
+        groups = self._groups(candidates)
+        for i, rows in enumerate(groups):
+            self._exchange(candidates.take(rows), [int(np.searchsorted(rows, c)) for c in first if c in rows])
+            self.progress(POOL_SHARE + (EXCHANGE_SHARE - POOL_SHARE) * (i + 1) / len(groups))
+        if self.best is not None:
+            self._keep(self.search.polish(self.wish.blocks, self.half, self.best))
+
+    def _groups(self, candidates: Candidates) -> list[np.ndarray]:
+        """All candidates, or those of each branch."""
+        if self.wish.postures is Postures.MIXED:
+            return [np.arange(len(candidates))]
+        return [np.flatnonzero(candidates.branches == name) for name in np.unique(candidates.branches)]
+
+    def _exchange(self, candidates: Candidates, first: list[int]) -> None:
+        near = Neighbours(self.setting, candidates)
+        for number in range(self.wish.starts):
+            begun = first if number == 0 else []
+            chosen = self.search.fill(near, begun, self.number, greedy=number < 2)
+            if chosen is not None:
+                self._keep(candidates.take(np.array(self.search.exchange(near, chosen))))
+
+    def _keep(self, targets: Candidates) -> None:
+        """Remember the targets if they are the best so far."""
+        cost = self.search.cost(targets.rows)
+        if cost < self.best_cost and self._in_their_branches(targets):
+            self.best, self.best_cost = targets, cost
+
+    def _in_their_branches(self, targets: Candidates) -> bool:
+        """Whether one branch has remained one: the polish follows postures, not names."""
+        if self.wish.postures is Postures.MIXED or self.best is None:
+            return True
+        return len(set(branches_of(self.setting, targets))) == 1
+
+    def _error(self, q: np.ndarray, places: np.ndarray) -> float:
+        return set_error(self.setting, q, places, self.goal).position_rms
+
+
+def _setting(robot: Robot, plate: Plate, reading: Reading, wish: Wish, names) -> Setting:
+    names = robot.default_free if names is None else names
+    return Setting(
+        robot=robot,
+        plate=plate,
+        arm=arm_shape(robot),
+        constraints=wish.constraints,
+        reading=reading,
+        making=wish.making,
+        names=names,
+        scales=linearise(robot, np.zeros((1, robot.dof)), names=names).weights,
+    )
+
+
+def _search(setting: Setting, goal: np.ndarray, rng: np.random.Generator, cancel) -> Search:
+    """The criterion's weight and prior, with zero weight for the reading's own unknowns."""
+    robot, names = setting.robot, setting.names
+    unknown = setting.reading.unknown_sigma
+    weight = np.zeros((len(names) + len(unknown),) * 2)
+    weight[: len(names), : len(names)] = position_weight(robot, goal, names, setting.scales)
+    return Search(
+        setting=setting,
+        weight=weight,
+        prior=np.concatenate([np.full(len(names), VAGUE), unknown]) ** -2,
+        rng=rng,
+        cancel=cancel,
+    )

@@ -1,0 +1,129 @@
+"""What a plate optimiser hands back: the plate, what it is worth, and the margins that it keeps."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.inverse import solve as inverse
+from workbench.arm.inverse.branch import margins
+from workbench.base import se3
+from workbench.base.types import Outcome, frozen
+from workbench.plate.accuracy import PredictedError, predicted_error
+from workbench.plate.optimiser.blocks import Places
+from workbench.plate.optimiser.candidates import Candidates, Neighbours, Setting
+from workbench.plate.optimiser.reading import linearise_reading
+from workbench.plate.plate import Plate, Target
+
+NOTHING = frozen(np.zeros(0))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PlateDesign:
+    """A plate that was designed.
+
+    Args:
+        plate: Targets with the posture in which each is measured.
+        cost: Predicted root mean square position error over the poses that matter [m].
+        rotation: And rotation error [rad].
+        start_cost: Cost of the given plate in its best branches, whatever is in their way; infinite if it
+            has not as many reachable targets [m].
+        start_kept: Whether the given plate keeps all constraints.
+        clearance: Least distance of the arm from plate, table, blocks and itself at each target and on the
+            way back from it [m]; the probe against its own block does not count.
+        limit_margin: Least distance of a joint from its limits at each target [rad or m].
+        spacing: Least distance of two targets on the plate [m].
+        history: Criterion after every round of the search [m].
+        outcome: How the search ended.
+        notes: What else is worth knowing, one sentence each.
+    """
+
+    plate: Plate
+    cost: float
+    rotation: float
+    start_cost: float
+    start_kept: bool = False
+    clearance: Float[np.ndarray, " targets"] = field(default_factory=lambda: NOTHING)
+    limit_margin: Float[np.ndarray, " targets"] = field(default_factory=lambda: NOTHING)
+    spacing: float = np.inf
+    history: tuple[float, ...] = ()
+    outcome: Outcome = Outcome.CONVERGED
+    notes: tuple[str, ...] = ()
+
+    @property
+    def gain(self) -> float:
+        """How many times smaller the predicted error is than the given plate's."""
+        return self.start_cost / self.cost
+
+
+def set_error(
+    setting: Setting, q: Float[np.ndarray, "targets n"], places: Places, goal: Float[np.ndarray, "rows n"]
+) -> PredictedError:
+    """Predicted error over the goal after a calibration with targets in postures."""
+    rows = linearise_reading(
+        setting.robot, q, setting.reading, target_sigma=setting.sigma(places), names=setting.names
+    )
+    return predicted_error(rows, setting.robot, goal)
+
+
+def branches_of(setting: Setting, targets: Candidates) -> list[str]:
+    """Name of the branch that each posture lies in."""
+    results = inverse.solve_many(setting.robot, setting.robot.base.pose @ targets.poses)
+    nearest = [inverse.nearest_branch(r, q) for r, q in zip(results, targets.q, strict=True)]
+    return [str(old) if b is None else b.name for b, old in zip(nearest, targets.branches, strict=True)]
+
+
+def describe(
+    setting: Setting, targets: Candidates, *, goal: Float[np.ndarray, "rows n"], **said
+) -> PlateDesign:
+    """The design of chosen targets, with all its margins measured.
+
+    Args:
+        setting: What the search did not change.
+        targets: The chosen ones.
+        goal: Joint positions of poses that matter [rad or m].
+        said: The other fields of the design.
+    """
+    error = set_error(setting, targets.q, targets.places, goal)
+    return PlateDesign(
+        plate=_plate(setting, targets),
+        cost=error.position_rms,
+        rotation=error.rotation_rms,
+        clearance=frozen(_clearance(setting, targets)),
+        limit_margin=frozen(margins(targets.q, setting.robot.limits).min(1)),
+        spacing=_spacing(targets),
+        **said,
+    )
+
+
+def _plate(setting: Setting, targets: Candidates) -> Plate:
+    sigma = setting.sigma(targets.places)
+    made = [
+        Target(
+            xyz=frozen(pose[:3, 3].copy()),
+            rpy=frozen(se3.matrix_to_rpy(pose[:3, :3])),
+            branch=branch,
+            q=frozen(q.copy()),
+            kind=setting.reading.kind,
+            sigma=(float(own[0]), float(own[1])) if own.any() else None,
+        )
+        for pose, q, branch, own in zip(
+            targets.poses, targets.q, branches_of(setting, targets), sigma, strict=True
+        )
+    ]
+    return replace(setting.plate, name=f"{setting.plate.name}, optimised", targets=tuple(made))
+
+
+def _clearance(setting: Setting, targets: Candidates) -> Float[np.ndarray, " targets"]:
+    near = Neighbours(setting, targets)
+    gaps = [
+        [near.gap(i, j) for j in range(len(targets)) if setting.reading.blocks] for i in range(len(targets))
+    ]
+    around = [setting.surroundings.distances(lines).min() for lines in targets.lines]
+    return np.array([min([*row, own]) for row, own in zip(gaps, around, strict=True)])
+
+
+def _spacing(targets: Candidates) -> float:
+    xy = targets.places[:, :2]
+    gaps = np.linalg.norm(xy[:, None] - xy[None], axis=2) + np.diag(np.full(len(xy), np.inf))
+    return float(gaps.min(initial=np.inf))

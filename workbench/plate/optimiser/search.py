@@ -1,0 +1,152 @@
+"""Search: exchange among candidates, then polish, for the least predicted error in the region.
+
+The exchange changes one target at a time to the candidate that lowers the criterion most among those that
+are far enough from the other targets and in nobody's way, until a round changes nothing. The polish is the
+same exchange with small changes of the present targets as candidates, in the same branch, ever smaller.
+Neither ever raises the criterion.
+
+    tr W (G + P)⁻¹,  P = 1/σ_vague²: next to nothing is known before anything is measured
+
+P tells sets below full rank apart; results are judged without it.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.inverse.branch import plain_names
+from workbench.arm.inverse.follow import follow_many
+from workbench.arm.inverse.reduced_arm import compile_arm
+from workbench.plate.optimiser.blocks import Blocks, tool_poses_at
+from workbench.plate.optimiser.candidates import Candidates, Neighbours, Setting
+from workbench.plate.optimiser.gains import gains
+
+ROUNDS = 30
+"""Greatest number of rounds of an exchange."""
+TRIES = 400
+"""Candidates looked at for collisions in one exchange, best first."""
+BETTER = 1e-6
+"""An exchange must lower the criterion by more than this share."""
+STEPS = (1.0, 0.35, 0.12, 0.04)
+"""Sizes of the polish's changes in turn, in units of `CHANGE`."""
+CHANGE = np.array([0.05, 0.05, 0.03, np.deg2rad(12.0), np.deg2rad(40.0), np.deg2rad(40.0)])
+"""Standard deviation of the changes of u, v, h [m], tilt, azimuth, spin [rad]."""
+VARIANTS = 100
+"""Changes of a target that are tried at once."""
+
+
+class Cancelled(Exception):
+    """Raised inside the search when it is asked to stop."""
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """One search.
+
+    Args:
+        setting: What it does not change.
+        weight: W: mean square position error over the region per covariance of scaled parameters [m²].
+        prior: Diagonal of P: what is known beforehand of each scaled parameter and unknown [1/m²].
+        rng: Source of random starts and changes.
+        cancel: Asked now and then whether to stop.
+    """
+
+    setting: Setting
+    weight: Float[np.ndarray, "p p"]
+    prior: Float[np.ndarray, " p"]
+    rng: np.random.Generator
+    cancel: Callable[[], bool] | None = None
+    history: list[float] = field(default_factory=list)
+
+    def cost(self, rows: Float[np.ndarray, "targets m p"]) -> float:
+        """The criterion of a set [m²]."""
+        return float((self._covariance(rows) * self.weight).sum())
+
+    def fill(self, near: Neighbours, chosen: list[int], number: int, *, greedy: bool) -> list[int] | None:
+        """Targets beside the chosen ones, each the best one left or any; None where no more fit."""
+        chosen = list(chosen)
+        while len(chosen) < number:
+            if greedy:
+                values = gains(near.pool.rows, self._covariance(near.pool.rows[chosen]), self.weight)
+            else:
+                values = self.rng.uniform(size=len(near.pool))
+            found = self._best(near, values, chosen, least=-np.inf)
+            if found is None:
+                return None
+            chosen.append(found)
+        return chosen
+
+    def exchange(self, near: Neighbours, chosen: list[int]) -> list[int]:
+        """Exchange targets until none can be changed for the better."""
+        chosen = list(chosen)
+        cost = self.cost(near.pool.rows[chosen])
+        for _ in range(ROUNDS):
+            before = cost
+            for slot in range(len(chosen)):
+                cost = self._improve(near, chosen, slot, cost, 0)
+            self.history.append(cost)
+            if cost >= before * (1.0 - BETTER):
+                break
+        return chosen
+
+    def polish(self, blocks: Blocks, half: Float[np.ndarray, "2"], targets: Candidates) -> Candidates:
+        """Move every target a little where that lowers the criterion."""
+        for step in STEPS:
+            for slot in range(len(targets)):
+                near = Neighbours(
+                    self.setting, targets.join(self._variants(blocks, half, targets, slot, step))
+                )
+                chosen = list(range(len(targets)))
+                self._improve(near, chosen, slot, self.cost(targets.rows), len(targets))
+                targets = near.pool.take(np.array(chosen))
+            self.history.append(self.cost(targets.rows))
+        return targets
+
+    def _improve(self, near: Neighbours, chosen: list[int], slot: int, cost: float, first: int) -> float:
+        """Give a slot the best candidate, counted from `first` on; returns the criterion."""
+        if self.cancel is not None and self.cancel():
+            raise Cancelled
+        others = [c for i, c in enumerate(chosen) if i != slot]
+        covariance = self._covariance(near.pool.rows[others])
+        base = float((covariance * self.weight).sum())
+        values = gains(near.pool.rows, covariance, self.weight)
+        values[:first] = -np.inf
+        found = self._best(near, values, others, least=base - cost * (1.0 - BETTER))
+        if found is None:
+            return cost
+        chosen[slot] = found
+        return base - float(values[found])
+
+    def _best(self, near: Neighbours, values: np.ndarray, others: list[int], *, least: float) -> int | None:
+        """The candidate of greatest value above `least` that goes with the others."""
+        fit = near.spaced(others) & (values > least)
+        rows = np.flatnonzero(fit)
+        for candidate in rows[np.argsort(-values[rows], kind="stable")][:TRIES]:
+            if near.clear(int(candidate), others):
+                return int(candidate)
+        return None
+
+    def _variants(
+        self, blocks: Blocks, half: np.ndarray, targets: Candidates, slot: int, step: float
+    ) -> Candidates:
+        """Small changes of a target that keep their constraints, in its branch."""
+        changes = self.rng.normal(0.0, step * CHANGE, (VARIANTS, 6))
+        changes *= self.rng.uniform(size=changes.shape) < 0.5
+        places = blocks.makeable(targets.places[slot] + changes, half)
+        poses = self.setting.robot.base.pose @ tool_poses_at(self.setting.plate, places)
+        followed = follow_many(self.setting.robot, poses, np.tile(targets.q[slot], (VARIANTS, 1)))
+        met = followed.converged
+        met[met] = self._same_branch(followed.q[met], targets.q[slot])
+        names = np.full(int(met.sum()), targets.branches[slot])
+        return self.setting.examine(places[met], followed.q[met], names)[0]
+
+    def _same_branch(self, q: Float[np.ndarray, "rows n"], wanted: Float[np.ndarray, " n"]) -> np.ndarray:
+        arm = compile_arm(self.setting.robot)
+        *names, name = plain_names(arm, np.concatenate([q, wanted[None]])[:, arm.columns])
+        return np.array([other == name for other in names], bool)
+
+    def _covariance(self, rows: Float[np.ndarray, "targets m p"]) -> Float[np.ndarray, "p p"]:
+        flat = rows.reshape(-1, rows.shape[2])
+        return np.linalg.inv(flat.T @ flat + np.diag(self.prior))

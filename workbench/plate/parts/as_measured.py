@@ -1,0 +1,250 @@
+"""A plate as a measuring machine found it after making: its targets replace the nominal ones.
+
+The file is a table like any other (CSV, decimal commas, Excel …): `target` counts from 1, then the place
+`x[mm] y[mm] z[mm]`, an orientation in any of the usual forms if there is one, and `sigma_x[mm] …` if the
+machine says how well it knows.
+"""
+
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.base import se3
+from workbench.base.errors import DataError, FileError, OptionError
+from workbench.base.types import Matrix4, frozen
+from workbench.base.units import parse_heading
+from workbench.data.readers.fields import Fields, fields_of
+from workbench.data.readers.orientation import read_orientation
+from workbench.data.readers.read import read_table
+from workbench.data.readers.table import Table
+from workbench.plate.plate import Kind, Plate, Target
+from workbench.plate.plate_toml import built_in_plates
+from workbench.plate.plate_toml import load_plate as load_plate_toml
+from workbench.plate.region import Region
+
+FARTHEST, MOST_TURNED = 0.02, float(np.deg2rad(10.0))
+"""Deviations from the drawing that no workshop makes: the frame or the units must be wrong [m], [rad]."""
+THINNEST = 0.01
+"""Least edge of a region that is drawn about measured targets [m]."""
+
+
+class PlateFrame(StrEnum):
+    """Frame in which a plate was measured."""
+
+    BASE = "base"
+    PLATE = "plate"
+
+
+def frame_named(text: str) -> PlateFrame:
+    """The frame of that name.
+
+    Raises:
+        OptionError: there is none.
+    """
+    if text not in list(PlateFrame):
+        raise OptionError(f"a plate is measured in the frame {' or '.join(PlateFrame)}, not '{text}'")
+    return PlateFrame(text)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class MeasuredTargets:
+    """What the machine's file says.
+
+    Args:
+        source: Path of the file.
+        numbers: Target of each row, counted from 1.
+        poses: Their poses; the identity's rotation where the file gives none [m].
+        turned: Whether the file gives orientations.
+        sigma: Standard deviation of position and rotation of each target [m, rad]; None if not said.
+        notes: What the reader decided.
+    """
+
+    source: str
+    numbers: tuple[int, ...]
+    poses: Float[np.ndarray, "targets 4 4"]
+    turned: bool
+    sigma: tuple[tuple[float, float], ...] | None
+    notes: tuple[str, ...] = ()
+
+
+def load_plate(source: Path | str) -> Plate:
+    """A plate for any `--plate`: a TOML file, a built-in one, or the table of a measuring machine.
+
+    Raises:
+        WorkbenchError: it is none of these.
+    """
+    path = Path(source)
+    if str(source).lower() in built_in_plates() or path.suffix.lower() in (".toml", ""):
+        return load_plate_toml(source)
+    return measured_plate(read_measured_targets(path))
+
+
+def read_measured_targets(path: Path | str) -> MeasuredTargets:
+    """The table of a measuring machine.
+
+    Raises:
+        FileError: no column `target` or x, y, z; a number given twice; a gap.
+        WorkbenchError: as for measurements.
+    """
+    table = read_table(Path(path), columns=None, sheet=None)
+    numbers = _numbers(table)
+    fields = fields_of(table)
+    usable = np.ones(fields.rows, bool)
+    missing = [axis for axis in "xyz" if axis not in fields.values]
+    if missing:
+        raise fields.error(f"there is no column {missing[0]}[mm]; give the place of every target", 0)
+    places = np.column_stack([fields.values[axis] for axis in "xyz"])
+    rotation, said = read_orientation(fields, usable=usable)
+    for values, what in ((places, "place"), (rotation, "orientation")):
+        if values is not None and not np.isfinite(values).all():
+            row = int(np.flatnonzero(~np.isfinite(values.reshape(len(places), -1)).all(axis=1))[0])
+            raise fields.error(f"target {numbers[row]} has no {what}; fill it in, or leave the row out", row)
+    upright = np.broadcast_to(np.eye(3), (len(places), 3, 3))
+    decided = tuple(note for note in fields.notes if "goal" not in note)
+    return MeasuredTargets(
+        source=fields.source,
+        numbers=numbers,
+        poses=frozen(se3.pose(upright if rotation is None else rotation, places)),
+        turned=rotation is not None,
+        sigma=_sigma(fields),
+        notes=(*decided, *said),
+    )
+
+
+def _numbers(table: Table) -> tuple[int, ...]:
+    """The targets of the rows."""
+    column = next((i for i, h in enumerate(table.headings) if parse_heading(h).name.lower() == "target"), -1)
+    if column < 0:
+        raise FileError("there is no column 'target'; number the targets from 1", path=table.source)
+    numbers: list[int] = []
+    for line, cell in zip(table.lines, table.columns[column], strict=True):
+        if not cell.isdecimal() or int(cell) < 1 or int(cell) in numbers:
+            wrong = f"target {cell} is given twice" if cell.isdecimal() and int(cell) in numbers else None
+            raise FileError(
+                wrong or f"'{cell}' is no target; number the targets from 1",
+                path=table.source,
+                line=line,
+                column="target",
+            )
+        numbers.append(int(cell))
+    return tuple(numbers)
+
+
+def _sigma(fields: Fields) -> tuple[tuple[float, float], ...] | None:
+    """Root mean square of the axes' standard deviations of every row; 0 where the file does not say."""
+    means = []
+    for keys in (("sigma_x", "sigma_y", "sigma_z"), ("sigma_rx", "sigma_ry", "sigma_rz")):
+        given = [np.nan_to_num(fields.values[key]) ** 2 for key in keys if key in fields.values]
+        means.append(np.sqrt(np.mean(given, axis=0)) if given else np.zeros(fields.rows))
+    if not any(mean.any() for mean in means):
+        return None
+    return tuple(zip(means[0].tolist(), means[1].tolist(), strict=True))
+
+
+def measured_plate(measured: MeasuredTargets) -> Plate:
+    """A plate of nothing but measured targets, in the robot's base; its region is their bounding box."""
+    order = np.argsort(measured.numbers)
+    kind = Kind.SEAT if measured.turned else Kind.SOCKET
+    targets = tuple(
+        _target(measured.poses[i], kind=kind, sigma=None if measured.sigma is None else measured.sigma[i])
+        for i in order
+    )
+    places = measured.poses[:, :3, 3]
+    low, high = places.min(axis=0), places.max(axis=0)
+    centre = 0.5 * (low + high)
+    note = (
+        f"{measured.source}: {len(targets)} targets as measured, in the robot's base; it names no region, so "
+        "the targets' bounding box is the region"
+    )
+    return Plate(
+        name=f"{Path(measured.source).stem} (as measured)",
+        targets=targets,
+        region=Region(
+            min=np.minimum(low, centre - 0.5 * THINNEST), max=np.maximum(high, centre + 0.5 * THINNEST)
+        ),
+        xyz=frozen(centre),
+        notes=(note, *_by_position(measured), *measured.notes),
+    )
+
+
+def as_measured(nominal: Plate, measured: MeasuredTargets, *, frame: PlateFrame = PlateFrame.BASE) -> Plate:
+    """The nominal plate with its targets where the machine found them.
+
+    Region, branches, joint angles and kinds stay; a target that was not measured stays nominal, which is
+    said. Joint angles then are starting points for the inverse kinematics.
+
+    Args:
+        nominal: The plate as drawn.
+        measured: The machine's file.
+        frame: `base`: measured in the robot's base. `plate`: from the centre of the plate's top.
+
+    Raises:
+        DataError: a number that the plate does not have, or a place that no workshop misses by so much.
+    """
+    beyond = [number for number in measured.numbers if number > len(nominal)]
+    if beyond:
+        raise DataError(
+            f"{measured.source}: target {beyond[0]} is not on plate '{nominal.name}', which has "
+            f"{len(nominal)}; is it the list of another plate?"
+        )
+    rows = [number - 1 for number in measured.numbers]
+    poses = measured.poses if frame is PlateFrame.BASE else nominal.pose @ measured.poses
+    if not measured.turned:
+        poses = se3.pose(nominal.poses[rows][:, :3, :3], poses[:, :3, 3])
+    deviations = se3.pose_error(poses, nominal.poses[rows])
+    _refuse_far(deviations, measured, nominal, frame)
+    targets = list(nominal.targets)
+    for i, row in enumerate(rows):
+        sigma = targets[row].sigma if measured.sigma is None else measured.sigma[i]
+        targets[row] = replace(targets[row], xyz=frozen(poses[i, :3, 3]), rpy=_rpy(poses[i]), sigma=sigma)
+    left = sorted(set(range(1, len(nominal) + 1)) - set(measured.numbers))
+    notes = [_deviation_note(deviations, measured)]
+    if left:
+        notes.append(f"targets {', '.join(map(str, left))} were not measured and stay nominal")
+    return replace(
+        nominal,
+        name=f"{nominal.name} (as measured)",
+        targets=tuple(targets),
+        notes=(*nominal.notes, *notes, *_by_position(measured), *measured.notes),
+    )
+
+
+def _refuse_far(deviations: np.ndarray, measured: MeasuredTargets, nominal: Plate, frame: PlateFrame) -> None:
+    far, turned = np.linalg.norm(deviations[:, :3], axis=1), np.linalg.norm(deviations[:, 3:], axis=1)
+    wrong = np.flatnonzero((far > FARTHEST) | (turned > MOST_TURNED))
+    if not len(wrong):
+        return
+    row = int(wrong[0])
+    other = PlateFrame.PLATE if frame is PlateFrame.BASE else PlateFrame.BASE
+    raise DataError(
+        f"{measured.source}: target {measured.numbers[row]} is {1e3 * far[row]:.1f} mm and "
+        f"{np.rad2deg(turned[row]):.1f}° from its place on '{nominal.name}' in the {frame} frame; check its "
+        f"number and units, or read it with --frame {other}"
+    )
+
+
+def _deviation_note(deviations: np.ndarray, measured: MeasuredTargets) -> str:
+    far = np.linalg.norm(deviations[:, :3], axis=1)
+    worst = int(np.argmax(far))
+    turn = np.rad2deg(np.linalg.norm(deviations[:, 3:], axis=1).max())
+    turned = f", up to {turn:.3f}°" if measured.turned else ""
+    return (
+        f"{len(far)} targets are where {measured.source} has them, not where the drawing does: "
+        f"{1e3 * np.sqrt(np.mean(far**2)):.3f} mm rms, at most {1e3 * far[worst]:.3f} mm "
+        f"(target {measured.numbers[worst]}){turned}"
+    )
+
+
+def _by_position(measured: MeasuredTargets) -> tuple[str, ...]:
+    return () if measured.turned else (f"{measured.source} gives places, no orientations",)
+
+
+def _target(pose: Matrix4, *, kind: Kind, sigma: tuple[float, float] | None) -> Target:
+    return Target(xyz=frozen(pose[:3, 3].copy()), rpy=_rpy(pose), kind=kind, sigma=sigma)
+
+
+def _rpy(pose: Matrix4) -> np.ndarray:
+    return frozen(se3.matrix_to_rpy(pose[:3, :3]))

@@ -1,0 +1,270 @@
+"""From a plate's targets to parts that a workshop can make, or one sentence on why it can't.
+
+A seat is a face with a bore for the probe's pin and an index hole on the tool's x axis, so that all six
+coordinates are held. A socket is a 90° cone in which a ball rests with its centre at the target: the face
+lies half a radius below the centre, the cone's apex √2 radii. A pointed probe stands in the apex of a centre.
+"""
+
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from workbench.base import se3
+from workbench.base.errors import OptionError
+from workbench.base.types import Matrix4, Vector3, frozen
+from workbench.plate.parts.parts import (
+    Block,
+    Bore,
+    Fixture,
+    Purpose,
+    Slab,
+)
+from workbench.plate.plate import Kind, Plate, Target
+
+STEEPEST = float(np.deg2rad(65.0))
+"""Greatest mitre that a block of square bar can have [rad]."""
+WALL = 0.002
+"""Least material between bores that face each other, and between a bore and an edge [m]."""
+UP, DOWN = frozen(np.array([0.0, 0.0, 1.0])), frozen(np.array([0.0, 0.0, -1.0]))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stock:
+    """Bar, screws and pins that the blocks are made with; all lengths in metres.
+
+    Args:
+        side: Side of the square bar.
+        thickness: Of the plate, where its file does not say.
+        margin: Of the plate around the blocks, where its file does not say.
+        clearance: Diameter of the screw's hole in the plate (M6).
+        core: Diameter of the tapped hole in the block before the thread is cut.
+        thread: Depth of the tapped hole.
+        dowel: Diameter of the dowels.
+        dowel_depth: How deep they go into the block.
+        dowel_offset: Distance of each dowel from the screw.
+        seat: Diameter of the bore for the probe's pin.
+        seat_depth: Its depth.
+        index: Diameter of the hole for the index pin.
+        index_depth: Its depth.
+        index_offset: Its distance from the seat along the tool's x axis.
+        ball: Diameter of the ball that sits in sockets.
+        centre: Diameter of the centre for a pointed probe.
+        mounting: Diameter of the plate's mounting holes.
+        inset: Distance of the mounting holes from both edges.
+    """
+
+    side: float = 0.046
+    thickness: float = 0.012
+    margin: float = 0.020
+    clearance: float = 0.0066
+    core: float = 0.005
+    thread: float = 0.012
+    dowel: float = 0.004
+    dowel_depth: float = 0.008
+    dowel_offset: float = 0.014
+    seat: float = 0.006
+    seat_depth: float = 0.008
+    index: float = 0.003
+    index_depth: float = 0.006
+    index_offset: float = 0.015
+    ball: float = 0.012
+    centre: float = 0.003
+    mounting: float = 0.009
+    inset: float = 0.020
+
+    def lift(self, kind: Kind) -> float:
+        """How far the face lies above the target along its normal [m]."""
+        return {Kind.SEAT: 0.0, Kind.SOCKET: -0.25 * self.ball, Kind.POINT: 0.5 * self.centre}[kind]
+
+
+def fixture_of(plate: Plate, *, stock: Stock | None = None) -> Fixture:
+    """The parts of a plate.
+
+    Args:
+        plate: Targets over the plate; the tool's z axis points into each face.
+        stock: What the blocks are made with.
+
+    Raises:
+        OptionError: no targets; a block that is too low, too steep, off the plate, or runs into another;
+            names the targets.
+    """
+    stock = stock or Stock()
+    if not len(plate):
+        raise OptionError(f"plate '{plate.name}' has no targets, so there is nothing to make")
+    blocks = tuple(_block(plate, i, target, stock) for i, target in enumerate(plate.targets, start=1))
+    for one, two in combinations(blocks, 2):
+        if _overlap(one.footprint, two.footprint):
+            raise OptionError(
+                f"the blocks of targets {one.number} and {two.number} run into each other "
+                f"({1e3 * np.linalg.norm(one.pose[:2, 3] - two.pose[:2, 3]):.0f} mm apart, bar of "
+                f"{1e3 * stock.side:.0f} mm); move one of them"
+            )
+    size, notes = _size(plate, blocks, stock)
+    _check_on_plate(blocks, size, plate.name)
+    mounting, left_out = _mounting(size, blocks, stock)
+    if left_out:
+        notes.append(f"{left_out} of 4 mounting holes would lie under a block and are left out")
+    bores = tuple(bore for block in blocks for bore in _under(block, size[2], stock)) + mounting
+    return Fixture(
+        name=plate.name,
+        pose=plate.pose,
+        slab=Slab(size=size, bores=bores),
+        blocks=blocks,
+        notes=tuple(notes),
+    )
+
+
+def _block(plate: Plate, number: int, target: Target, stock: Stock) -> Block:
+    """The block of one target."""
+    tool = se3.inverse(plate.pose) @ target.pose
+    normal = -tool[:3, 2]
+    tilt = float(np.arctan2(np.hypot(*normal[:2]), normal[2]))
+    if tilt > STEEPEST:
+        raise OptionError(
+            f"the face of target {number} stands {np.rad2deg(tilt):.0f}° off the plate, more than the "
+            f"{np.rad2deg(STEEPEST):.0f}° that a block can be sawn to; turn the target, or tilt the plate"
+        )
+    face = tool[:3, 3] + stock.lift(target.kind) * normal
+    azimuth = float(np.arctan2(normal[1], normal[0])) if tilt > 1e-6 else 0.0
+    pose = se3.pose(se3.rpy_to_matrix(np.array([0.0, 0.0, azimuth])), np.array([face[0], face[1], 0.0]))
+    local = se3.inverse(pose)
+    middle = np.array([0.0, 0.0, face[2]])
+    bores = (*_face_bores(number, target.kind, middle, local[:3, :3] @ tool[:3, :3], stock),)
+    block = Block(
+        number=number,
+        kind=target.kind,
+        pose=frozen(pose),
+        side=stock.side,
+        height=float(face[2]),
+        tilt=tilt,
+        bores=(*bores, *_foot_bores(number, stock)),
+    )
+    _check_height(block, stock)
+    return block
+
+
+def _face_bores(number: int, kind: Kind, face: Vector3, tool: np.ndarray, stock: Stock) -> list[Bore]:
+    """What holds the tool: bores at the face's centre, along the tool's z axis."""
+    inwards = tool[:, 2]
+
+    def bore(purpose: Purpose, mouth: Vector3, diameter: float, depth: float) -> Bore:
+        return Bore(
+            label=f"{number}", purpose=purpose, mouth=mouth, direction=inwards, diameter=diameter, depth=depth
+        )
+
+    if kind is Kind.SEAT:
+        index = face + stock.index_offset * tool[:, 0]
+        return [
+            bore(Purpose.SEAT, face, stock.seat, stock.seat_depth),
+            bore(Purpose.INDEX, index, stock.index, stock.index_depth),
+        ]
+    if kind is Kind.SOCKET:
+        depth = (np.sqrt(2.0) - 0.5) * 0.5 * stock.ball
+        return [bore(Purpose.SOCKET, face, 2.0 * depth, depth)]
+    return [bore(Purpose.TIP, face, stock.centre, 0.5 * stock.centre)]
+
+
+def _foot_bores(number: int, stock: Stock) -> list[Bore]:
+    """Thread and dowel holes in a block's foot; the dowels lie across the slope."""
+    across = np.array([0.0, stock.dowel_offset, 0.0])
+    places = [
+        (Purpose.THREAD, np.zeros(3), stock.core, stock.thread),
+        (Purpose.DOWEL, across, stock.dowel, stock.dowel_depth),
+        (Purpose.DOWEL, -across, stock.dowel, stock.dowel_depth),
+    ]
+    return [
+        Bore(label=f"{number}", purpose=purpose, mouth=mouth, direction=UP, diameter=diameter, depth=depth)
+        for purpose, mouth, diameter, depth in places
+    ]
+
+
+def _check_height(block: Block, stock: Stock) -> None:
+    """Refuse a block whose bores would meet, or whose lower edge is thinner than the dowels are deep."""
+    from_above = min(_lowest(bore) for bore in block.bores if bore.direction[2] < 0.0)
+    need = max(stock.thread - from_above, stock.dowel_depth - block.heights[0]) + WALL
+    if need > 0.0:
+        raise OptionError(
+            f"the block of target {block.number} is {1e3 * block.height:.1f} mm high at its centre and needs "
+            f"{1e3 * (block.height + need):.1f} mm for its bores; raise the target or lower the plate"
+        )
+
+
+def _lowest(bore: Bore) -> float:
+    """Height of a bore's lowest point."""
+    width = 0.0 if bore.conical else 0.5 * bore.diameter * float(np.hypot(*bore.direction[:2]))
+    return float(bore.bottom[2]) - width
+
+
+def _overlap(one: np.ndarray, two: np.ndarray) -> bool:
+    """Whether two convex polygons meet (separating axes of their edges)."""
+    for edges in (one, two):
+        along = np.roll(edges, -1, axis=0) - edges
+        for normal in np.column_stack([along[:, 1], -along[:, 0]]):
+            a, b = one @ normal, two @ normal
+            if a.max() <= b.min() or b.max() <= a.min():
+                return False
+    return True
+
+
+def _size(plate: Plate, blocks: tuple[Block, ...], stock: Stock) -> tuple[Vector3, list[str]]:
+    """The slab's size, and what was decided about it."""
+    if plate.size is not None:
+        return plate.size, []
+    reach = np.abs(np.concatenate([block.footprint for block in blocks])).max(axis=0) + stock.margin
+    size = np.array([*(np.ceil(2e3 * reach) / 1e3), stock.thickness])
+    words = " × ".join(f"{1e3 * edge:.0f}" for edge in size)
+    return frozen(size), [f"the plate's file gives no size; {words} mm holds all blocks"]
+
+
+def _check_on_plate(blocks: tuple[Block, ...], size: Vector3, name: str) -> None:
+    for block in blocks:
+        beyond = float((np.abs(block.footprint) - 0.5 * size[:2]).max())
+        if beyond > 1e-9:
+            raise OptionError(
+                f"the block of target {block.number} stands {1e3 * beyond:.1f} mm over the edge of plate "
+                f"'{name}'; make the plate larger or move the target"
+            )
+
+
+def _under(block: Block, thickness: float, stock: Stock) -> list[Bore]:
+    """The slab's holes for one block: those of its foot, right through."""
+    return [
+        Bore(
+            label=bore.label,
+            purpose=Purpose.SCREW if bore.purpose is Purpose.THREAD else Purpose.DOWEL,
+            mouth=se3.apply(block.pose, bore.mouth),
+            direction=DOWN,
+            diameter=stock.clearance if bore.purpose is Purpose.THREAD else stock.dowel,
+            depth=float(thickness),
+            through=True,
+        )
+        for bore in block.bores
+        if bore.direction[2] > 0.0
+    ]
+
+
+def _mounting(size: Vector3, blocks: tuple[Block, ...], stock: Stock) -> tuple[tuple[Bore, ...], int]:
+    """A mounting hole in every corner that no block covers, and how many are left out."""
+    corners = (0.5 * size[:2] - stock.inset) * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+    free = [corner for corner in corners if not any(_covers(b.pose, corner, stock) for b in blocks)]
+    bores = tuple(
+        Bore(
+            label=f"M{i}",
+            purpose=Purpose.MOUNTING,
+            mouth=np.array([*corner, 0.0]),
+            direction=DOWN,
+            diameter=stock.mounting,
+            depth=float(size[2]),
+            through=True,
+        )
+        for i, corner in enumerate(free, start=1)
+    )
+    return bores, 4 - len(free)
+
+
+def _covers(pose: Matrix4, corner: np.ndarray, stock: Stock) -> bool:
+    """Whether a hole at the corner would come under a block or closer to it than the wall."""
+    local = pose[:2, :2].T @ (corner - pose[:2, 3])
+    outside = np.maximum(np.abs(local) - 0.5 * stock.side, 0.0)
+    return bool(np.linalg.norm(outside) < 0.5 * stock.mounting + WALL)

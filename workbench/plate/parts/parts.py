@@ -1,0 +1,202 @@
+"""The parts that a fixture is made of: a slab with holes, and on it one block for each target.
+
+A block is a truncated square prism (ARIA Fig. 6b): square bar, sawn off in the plane of the target's face.
+Its frame stands at the centre of its foot, z along the plate's normal, x down the slope of the face:
+
+    face: z = height − x tan(tilt),      volume = side² · height − bores
+
+so that one mitre angle is all the saw has to know; where the slope points is the block's turn on the plate,
+and two dowels keep it there. Lengths are metres here and millimetres in every file that leaves.
+"""
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+import numpy as np
+
+from workbench.base.types import Matrix4, Vector3
+from workbench.plate.plate import Kind
+
+
+class Purpose(StrEnum):
+    """What a bore is for; the value stands in lists and drawings."""
+
+    SCREW = "clearance hole for the block's screw"
+    THREAD = "tapped hole for the screw"
+    DOWEL = "dowel hole, H7"
+    MOUNTING = "mounting hole"
+    SEAT = "seat of the probe, H7"
+    INDEX = "index pin along the tool's x axis, H7"
+    SOCKET = "90° cone for the ball"
+    TIP = "90° centre for the pointed probe"
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Bore:
+    """A round hole, or a 90° cone, in the frame of its part.
+
+    Args:
+        label: Number of the block, or M1 … for mounting holes.
+        purpose: What it is for; sockets and centres are cones.
+        mouth: Centre of its mouth [m].
+        direction: Unit vector into the material.
+        diameter: At the mouth [m].
+        depth: Along its axis [m].
+        through: Whether it comes out on the other side.
+    """
+
+    label: str
+    purpose: Purpose
+    mouth: Vector3
+    direction: Vector3
+    diameter: float
+    depth: float
+    through: bool = False
+
+    @property
+    def conical(self) -> bool:
+        """Whether it is a cone with its apex at the bottom."""
+        return self.purpose in (Purpose.SOCKET, Purpose.TIP)
+
+    @property
+    def volume(self) -> float:
+        """Material that it takes away [m³]."""
+        return np.pi * self.diameter**2 / 4.0 * self.depth / (3.0 if self.conical else 1.0)
+
+    @property
+    def bottom(self) -> Vector3:
+        """Centre of its bottom, or its apex [m]."""
+        return self.mouth + self.depth * self.direction
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Slab:
+    """The plate itself: z = 0 is its top, its centre the origin.
+
+    Args:
+        size: Length, width and thickness [m].
+        bores: Its holes.
+    """
+
+    size: Vector3
+    bores: tuple[Bore, ...]
+
+    @property
+    def volume(self) -> float:
+        """Volume of the material [m³]."""
+        return float(np.prod(self.size)) - sum(bore.volume for bore in self.bores)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Block:
+    """A truncated square prism.
+
+    Args:
+        number: Its target, counted from 1.
+        kind: What the target holds.
+        pose: Frame of its foot in the plate's frame: T_plate_block.
+        side: Side of the square [m].
+        height: Height of the face over the foot's centre [m].
+        tilt: Angle between the face and the plate [rad].
+        bores: Its holes, in its own frame.
+    """
+
+    number: int
+    kind: Kind
+    pose: Matrix4
+    side: float
+    height: float
+    tilt: float
+    bores: tuple[Bore, ...]
+
+    @property
+    def azimuth(self) -> float:
+        """Direction in which the face slopes down, about the plate's normal from its x axis [rad]."""
+        return float(np.arctan2(self.pose[1, 0], self.pose[0, 0]))
+
+    @property
+    def volume(self) -> float:
+        """Volume of the material [m³]."""
+        return self.side**2 * self.height - sum(bore.volume for bore in self.bores)
+
+    @property
+    def heights(self) -> tuple[float, float]:
+        """Lowest and highest edge of the face over the plate [m]."""
+        fall = 0.5 * self.side * float(np.tan(self.tilt))
+        return self.height - fall, self.height + fall
+
+    @property
+    def footprint(self) -> np.ndarray:
+        """Corners of the foot on the plate [m], anticlockwise."""
+        corners = 0.5 * self.side * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+        return corners @ self.pose[:2, :2].T + self.pose[:2, 3]
+
+    def same_shape(self, other: "Block") -> bool:
+        """Whether one drawing makes both, to a micrometre and an arc second."""
+        return (
+            self.kind is other.kind
+            and abs(self.height - other.height) < 1e-6
+            and abs(self.tilt - other.tilt) < 5e-6
+            and all(
+                np.abs(a.mouth - b.mouth).max() < 1e-6 for a, b in zip(self.bores, other.bores, strict=True)
+            )
+        )
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class BlockShape:
+    """Blocks that are made alike.
+
+    Args:
+        letter: A, B, …
+        block: One of them.
+        numbers: Targets that take one, counted from 1.
+    """
+
+    letter: str
+    block: Block
+    numbers: tuple[int, ...]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Fixture:
+    """All parts of a plate.
+
+    Args:
+        name: The plate's.
+        pose: Pose of the slab's top centre in the robot's base.
+        slab: The plate itself.
+        blocks: One a target, in their order.
+        notes: What was decided, one sentence each.
+    """
+
+    name: str
+    pose: Matrix4
+    slab: Slab
+    blocks: tuple[Block, ...]
+    notes: tuple[str, ...] = field(default=())
+
+    @property
+    def shapes(self) -> tuple[BlockShape, ...]:
+        """Blocks gathered by shape, in the order in which they first come."""
+        groups: list[list[Block]] = []
+        for block in self.blocks:
+            group = next((g for g in groups if g[0].same_shape(block)), None)
+            if group is None:
+                groups.append([block])
+            else:
+                group.append(block)
+        return tuple(
+            BlockShape(letter=_letter(i), block=group[0], numbers=tuple(b.number for b in group))
+            for i, group in enumerate(groups)
+        )
+
+    def letter(self, number: int) -> str:
+        """Shape of a target's block."""
+        return next(shape.letter for shape in self.shapes if number in shape.numbers)
+
+
+def _letter(index: int) -> str:
+    """A … Z, AA, AB …"""
+    text = chr(ord("A") + index % 26)
+    return text if index < 26 else _letter(index // 26 - 1) + text

@@ -1,0 +1,90 @@
+"""Patterns: places for targets chosen by hand rather than computed (the arbitrary choice of ARIA §4.3).
+
+A pattern spreads targets over a horizontal square or circle and tilts them in turn; the circle of ten with
+tilts of −150° and −160° is the paper's Table 2.
+"""
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.base.errors import OptionError
+from workbench.base.types import Vector3, frozen
+from workbench.plate.plate import Target
+
+Places = Float[np.ndarray, "number 2"]
+MOST_TARGETS = 200
+"""More targets than this are refused."""
+TILTS = (float(np.deg2rad(-150.0)), float(np.deg2rad(-160.0)))
+"""Roll angles of Table 2 [rad]."""
+
+
+def on_circle(number: int) -> Places:
+    """Evenly on the unit circle, the first along +x, anticlockwise."""
+    angles = 2.0 * np.pi * np.arange(number) / number
+    return np.stack([np.cos(angles), np.sin(angles)], -1)
+
+
+def on_line(number: int) -> Places:
+    """Evenly along x from −1 to 1."""
+    along = np.linspace(-1.0, 1.0, number) if number > 1 else np.zeros(1)
+    return np.stack([along, np.zeros(number)], -1)
+
+
+def on_grid(number: int) -> Places:
+    """Row by row over the square from −1 to 1, as nearly square as so many allow."""
+    columns = int(np.ceil(np.sqrt(number)))
+    rows = -(-number // columns)
+    x, y = (np.linspace(-1.0, 1.0, n) if n > 1 else np.zeros(1) for n in (columns, rows))
+    return np.stack(np.meshgrid(x, y), -1).reshape(-1, 2)[:number]
+
+
+def on_spiral(number: int) -> Places:
+    """Evenly over the unit disc: radius √(k/n) at multiples of the golden angle.
+
+    Source: Vogel, A better way to construct the sunflower head, Mathematical Biosciences 44, 1979.
+    """
+    k = np.arange(number) + 0.5
+    angles = np.pi * (3.0 - np.sqrt(5.0)) * k
+    return np.sqrt(k / number)[:, None] * np.stack([np.cos(angles), np.sin(angles)], -1)
+
+
+PATTERNS: Mapping[str, Callable[[int], Places]] = MappingProxyType(
+    {"circle": on_circle, "line": on_line, "grid": on_grid, "spiral": on_spiral}
+)
+"""Places within the unit square by the pattern's name."""
+
+
+def pattern(
+    name: str,
+    number: int,
+    *,
+    centre: Vector3,
+    radius: float,
+    tilts: tuple[float, ...] = TILTS,
+) -> tuple[Target, ...]:
+    """Targets in a pattern.
+
+    Args:
+        name: One of `PATTERNS`.
+        number: How many targets.
+        centre: Middle of the pattern, robot's base [m].
+        radius: Half its width [m].
+        tilts: Roll angles given to the targets in turn [rad].
+
+    Raises:
+        OptionError: no such pattern, too few or too many targets, or no size.
+    """
+    if name not in PATTERNS:
+        raise OptionError(f"there is no pattern '{name}'; known are {', '.join(PATTERNS)}")
+    if not 1 <= number <= MOST_TARGETS:
+        raise OptionError(f"a pattern of {number} targets can't be made; give 1 to {MOST_TARGETS}")
+    if not (np.isfinite(radius) and radius > 0 and tilts):
+        raise OptionError(f"a pattern with half width {radius:g} m can't be made; give a positive length")
+    places = np.column_stack([radius * PATTERNS[name](number), np.zeros(number)]) + centre
+    return tuple(
+        Target(frozen(place), frozen(np.array([tilts[i % len(tilts)], 0.0, 0.0])))
+        for i, place in enumerate(places)
+    )

@@ -1,0 +1,147 @@
+"""Plate: a fixture with targets that the tool visits, and the region that the calibration is for.
+
+All poses are in the frame of the robot's base. A target gives the pose that the tool has when it sits
+there, so the same plate serves any arm that stands in the same place.
+"""
+
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.base import se3
+from workbench.base.errors import OptionError
+from workbench.base.types import Matrix4, Vector3, frozen
+from workbench.plate.region import Region
+
+AUTO = "auto"
+"""Branch of a target whose inverse-kinematics solution is left to the program."""
+ZERO = frozen(np.zeros(3))
+
+
+class Kind(StrEnum):
+    """What a target holds of the tool."""
+
+    SEAT = "seat"
+    SOCKET = "socket"
+    POINT = "point"
+
+
+@dataclass(frozen=True, eq=False)
+class Target:
+    """A place that the tool visits.
+
+    Args:
+        xyz: Position of the tool in the robot's base [m].
+        rpy: Its roll, pitch, yaw [rad]; R = Rz(yaw) Ry(pitch) Rx(roll).
+        branch: Name of the inverse-kinematics solution in which it is measured, or `auto`.
+        q: The joint angles to measure it with, instead of a branch [rad or m].
+        kind: Seat (full pose), socket or point (position only).
+        sigma: How well the target itself is known: position [m] and rotation [rad]; None if not said.
+        locked: Whether it keeps its place while others are moved or optimised.
+    """
+
+    xyz: Vector3
+    rpy: Vector3 = field(default_factory=lambda: ZERO)
+    branch: str = AUTO
+    q: Float[np.ndarray, " n"] | None = None
+    kind: Kind = Kind.SEAT
+    sigma: tuple[float, float] | None = None
+    locked: bool = False
+
+    @cached_property
+    def pose(self) -> Matrix4:
+        """Pose of the tool in the robot's base."""
+        return frozen(se3.pose(se3.rpy_to_matrix(self.rpy), self.xyz))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Plate:
+    """A fixture.
+
+    Args:
+        name: For people.
+        targets: Its targets, in the order of measuring.
+        region: The cuboid that the calibration is for.
+        xyz: Centre of the plate's top in the robot's base [m].
+        rpy: Its roll, pitch, yaw [rad].
+        size: Length, width and thickness of the solid [m]; None if there is none.
+        notes: What was decided when it was read, one sentence each; they are not written to its file.
+    """
+
+    name: str
+    targets: tuple[Target, ...]
+    region: Region
+    xyz: Vector3 = field(default_factory=lambda: ZERO)
+    rpy: Vector3 = field(default_factory=lambda: ZERO)
+    size: Vector3 | None = None
+    notes: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.targets)
+
+    @cached_property
+    def pose(self) -> Matrix4:
+        """Pose of the plate's top centre in the robot's base."""
+        return frozen(se3.pose(se3.rpy_to_matrix(self.rpy), self.xyz))
+
+    @cached_property
+    def poses(self) -> Float[np.ndarray, "targets 4 4"]:
+        """Poses of the tool at the targets in the robot's base."""
+        return frozen(np.stack([t.pose for t in self.targets])) if self.targets else np.zeros((0, 4, 4))
+
+    @cached_property
+    def branches(self) -> tuple[str, ...]:
+        """Branch of every target."""
+        return tuple(t.branch for t in self.targets)
+
+    def with_joints(self, q: Float[np.ndarray, "targets n"], branches: tuple[str, ...]) -> "Plate":
+        """The same plate, each target measured at its row of joint angles and in its named branch."""
+        targets = tuple(
+            replace(t, q=frozen(row.copy()), branch=branch)
+            for t, row, branch in zip(self.targets, q, branches, strict=True)
+        )
+        return replace(self, targets=targets)
+
+
+def circle(
+    number: int = 10,
+    *,
+    centre: Vector3,
+    radius: float,
+    region: Region,
+    tilts: tuple[float, ...] = (np.deg2rad(-150.0), np.deg2rad(-160.0)),
+    name: str = "Circle",
+    size: Vector3 | None = None,
+    height: float = 0.05,
+) -> Plate:
+    """The arbitrary choice of ARIA §4.3: targets evenly on a circle, tilted about x in turn.
+
+    Args:
+        number: How many targets; the first lies along +x from the centre, the others anticlockwise.
+        centre: Centre of the circle of targets [m].
+        radius: Its radius [m].
+        region: The cuboid that the calibration is for.
+        tilts: Roll angles given to the targets in turn [rad].
+        name: Name of the plate.
+        size: The plate's solid [m].
+        height: How far the plate's top lies below the targets [m].
+
+    Raises:
+        OptionError: no targets, or no radius.
+    """
+    if number < 1 or not radius > 0 or not tilts:
+        raise OptionError(
+            f"a circle of {number} targets with radius {radius:g} m and {len(tilts)} tilts can't be made; "
+            "all three must be positive"
+        )
+    angles = 2.0 * np.pi * np.arange(number) / number
+    around = np.stack([np.cos(angles), np.sin(angles), np.zeros(number)], -1)
+    targets = tuple(
+        Target(frozen(centre + radius * direction), frozen(np.array([tilts[i % len(tilts)], 0.0, 0.0])))
+        for i, direction in enumerate(around)
+    )
+    below = frozen(centre - np.array([0.0, 0.0, height]))
+    return Plate(name=name, targets=targets, region=region, xyz=below, size=size)

@@ -1,0 +1,1 @@
+"""Informative poses: chosen by an observability index within limits."""

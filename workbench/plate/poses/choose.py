@@ -1,0 +1,273 @@
+"""Informative poses: joint positions whose measurement shows the parameters best.
+
+For `O` this is the paper's way, ARIA eqs. (17), (18) and §4.1.2: random starts, each improved by itself
+within the joint limits. Every pose climbs to the maximum next to its own start, so the starts' spread is
+kept: with one start for all, the maxima would be ten times the same pose. For the indices that judge the set
+as a whole, poses are chosen greedily out of many candidates and exchanged for better ones, and the set is
+then moved continuously within its limits. Whatever happens, the result is never worse than the start.
+
+Limits (region, orientation cone, room, spread, travel) are kept throughout; at the end the poses are put in
+an order of measuring with short ways.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.linearisation import linearise
+from workbench.arm.robot import Robot
+from workbench.base.errors import DataError, OptionError
+from workbench.base.types import Outcome, frozen
+from workbench.plate.criterion import criterion_of, goal_index
+from workbench.plate.freedom import visible_basis
+from workbench.plate.indices import O1, D, O
+from workbench.plate.poses.d_optimal import d_bound, d_exchange
+from workbench.plate.poses.exchange import Exchanged, exchange
+from workbench.plate.poses.feasible import feasible_start
+from workbench.plate.poses.gradient import PoseClimb
+from workbench.plate.poses.greedy import greedy_choice
+from workbench.plate.poses.limits import PoseLimits, folded
+from workbench.plate.poses.measuring_order import measuring_order, travels
+from workbench.plate.poses.sampling import random_poses
+from workbench.plate.poses.task import (
+    Cancel,
+    Method,
+    PoseTask,
+    Progress,
+)
+from workbench.plate.region import Region
+
+
+@dataclass(frozen=True, eq=False)
+class PoseSet:
+    """A set of joint positions and what it is worth.
+
+    Args:
+        q: Joint positions [rad or m], inside the limits, in an order of measuring with short ways.
+        index: Name of the index.
+        before: The index at the random start.
+        after: The index of q, never below `before`.
+        history: The index after each stage or step, start first.
+        outcome: How the search ended.
+        bound: Proven upper bound of the index over all choices from the candidates; None where the poses
+            were not chosen from given ones, or the index is not O1 or D.
+    """
+
+    q: Float[np.ndarray, "number n"]
+    index: str
+    before: float
+    after: float
+    history: tuple[float, ...]
+    outcome: Outcome
+    bound: float | None = None
+
+    @property
+    def travels(self) -> Float[np.ndarray, " steps"]:
+        """Greatest travel of any joint from each pose to the next [rad or m]."""
+        return travels(self.q)
+
+
+def informative_poses(
+    robot: Robot,
+    number: int,
+    *,
+    rng: np.random.Generator,
+    index: str = "O1",
+    candidates: Float[np.ndarray, "options n"] | None = None,
+    names: tuple[str, ...] | None = None,
+    region: Region | None = None,
+    limits: PoseLimits | None = None,
+    matter: Float[np.ndarray, "rows n"] | None = None,
+    method: Method = Method.EXCHANGE,
+    sigma_position: float = 1e-4,
+    sigma_rotation: float | None = 3.490658503988659e-4,
+    progress: Progress | None = None,
+    cancel: Cancel | None = None,
+) -> PoseSet:
+    """Choose joint positions with a large observability index.
+
+    Args:
+        robot: Geometry with base, tool and limits.
+        number: How many poses.
+        rng: Source of the random starts and candidates.
+        index: `O`, `O1` … `O5`, `A`, `D`, or `I`: the predicted error at `matter`.
+        candidates: Joint positions to choose from, such as those of a `Dataset`; the result is then among
+            them. Without, random ones, and the result is improved continuously within the limits.
+        names: Constants to be identified, `base.…` and `tool.…` among them where these are unknown; the
+            robot's default free ones if None.
+        region: Where the tool has to be; short for `limits`.
+        limits: Region, orientation cone, room, spread and travel.
+        matter: Poses that matter, for the index `I` [rad or m].
+        method: Exchange after the greedy choice, or the greedy choice alone; both are then improved.
+        sigma_position: Standard deviation of a measured coordinate [m].
+        sigma_rotation: Standard deviation of a measured rotation [rad]; None for points.
+        progress: Called with the share of the work done.
+        cancel: Asked now and then whether to stop with the best poses so far.
+
+    Raises:
+        OptionError: no such index, no poses asked for, or too few for the parameters.
+        DataError: fewer candidates than poses, or limits that conflict; says which.
+    """
+    if index == "I" and matter is None:
+        raise OptionError("index I is the predicted error over poses that matter; give a region or a plate")
+    if number < 1:
+        raise OptionError(f"{number} poses were asked for; give at least 1")
+    if candidates is not None:
+        robot.check_joints(candidates, "candidates")
+        if len(candidates) < number:
+            raise DataError(
+                f"{number} poses can't be chosen from {len(candidates)} candidates; give more candidates"
+            )
+    options = {"names": names, "sigma_position": sigma_position, "sigma_rotation": sigma_rotation}
+    limits = limits or PoseLimits()
+    basis = visible_basis(robot, names)
+    middle = linearise(robot, robot.search_limits.mean(1)[None], names=names)
+    wanted = index if matter is None or index != "I" else matter
+    climb = PoseClimb(robot, goal_index(wanted, robot, middle, basis), options, basis, cancel)
+    asked = replace(limits, region=limits.region or region)
+    task = PoseTask(climb, number, asked, candidates, method, rng, progress)
+    if isinstance(climb.index, O):
+        return _single(task)
+    _check_enough(number, len(middle.names) if basis is None else basis.shape[1], sigma_rotation)
+    return _set(task)
+
+
+def _check_enough(number: int, parameters: int, sigma_rotation: float | None) -> None:
+    rows = 3 if sigma_rotation is None else 6
+    least = -(-parameters // rows)
+    if number < least:
+        raise OptionError(
+            f"{number} poses give {number * rows} equations for {parameters} parameters; ask for at least "
+            f"{least} poses, or for the index O, which looks at single poses"
+        )
+
+
+def _single(task: PoseTask) -> PoseSet:
+    """The paper's way: each random start is improved by itself, so that the spread of the starts is kept.
+
+    Where the poses must stay candidates or keep limits, candidates are dealt to them at random and each takes
+    its best; where pairs are limited, a choice that keeps them is improved pose by pose. Poses that need not
+    stay candidates then climb within the limits.
+    """
+    if task.candidates is None and not task.limits.single and not task.limits.pairs:
+        return _climbed_one_by_one(task)
+    pool = task.pool()
+    hands = np.array_split(task.rng.permutation(len(pool)), task.number)
+    worth = O().per_pose(task.climb.at(pool))
+    before = task.climb.value(pool[[hand[0] for hand in hands]])
+    if task.limits.pairs:
+        clash, follow = task.pairs(pool)
+        start = feasible_start(task.blocks(pool), task.number, task.limits, clash, follow, rng=task.rng)
+        before = task.climb.value(pool[start])
+        chosen = _best_single(start, worth, clash, follow)
+    else:
+        chosen = np.array([hand[np.argmax(worth[hand])] for hand in hands])
+    q, history, outcome = pool[chosen], [before], Outcome.CONVERGED
+    if task.candidates is None:
+        q, steps, outcome = task.climb.climb_within(q, task.limits)
+        history += steps
+    return _result(task, q, before, history, outcome)
+
+
+def _best_single(start, worth, clash, follow) -> np.ndarray:
+    """Each pose of a feasible set in turn exchanged for the candidate of greatest O that keeps the limits."""
+    chosen = start.copy()
+    for slot in range(len(chosen)):
+        open_ones = ~clash[np.delete(chosen, slot)].any(0)
+        for neighbour in (*chosen[max(slot - 1, 0) : slot], *chosen[slot + 1 : slot + 2]):
+            open_ones &= True if follow is None else follow[neighbour]
+        best = int(np.argmax(np.where(open_ones, worth, -np.inf)))
+        chosen[slot] = best if worth[best] > worth[chosen[slot]] else chosen[slot]
+    return chosen
+
+
+def _climbed_one_by_one(task: PoseTask) -> PoseSet:
+    q = folded(task.robot, random_poses(task.robot, task.number, rng=task.rng)).copy()
+    before = task.climb.value(q)
+    outcome, history = Outcome.CONVERGED, [before]
+    for row in range(task.number):
+        better, _, ended = task.climb.climb(q[row : row + 1])
+        q[row] = better[0]
+        history.append(task.climb.value(q))
+        task.report((row + 1) / task.number)
+        outcome = outcome if ended is Outcome.CONVERGED else ended
+        if ended is Outcome.CANCELLED:
+            break
+    return _result(task, q, before, history, outcome)
+
+
+def _set(task: PoseTask) -> PoseSet:
+    """Greedy choice and exchange among candidates for the index of the whole set, then a continuous climb."""
+    pool = task.pool()
+    blocks = task.blocks(pool)
+    clash, follow = None, None
+    if limited := task.limits.pairs:
+        clash, follow = task.pairs(pool)
+        start = feasible_start(blocks, task.number, task.limits, clash, follow, rng=task.rng)
+    else:
+        start = task.rng.choice(len(pool), task.number, replace=False)
+    before = task.climb.value(pool[start])
+    if task.method is Method.GREEDY and not limited:
+        choice, outcome = greedy_choice(blocks, task.number), Outcome.CONVERGED
+    elif task.method is Method.GREEDY:
+        choice, outcome = start, Outcome.CONVERGED
+    else:
+        found = _exchanged(task, blocks, start, clash, follow)
+        choice, outcome = found.choice, found.outcome
+    task.report(0.6)
+    q, value = pool[choice], task.climb.value(pool[choice])
+    if value < before:  # the greedy choice is of D-optimality; and rounding
+        q, value = pool[start], before
+    history = [before, value]
+    bound = None
+    if task.candidates is not None:
+        bound = _bound(task, blocks)
+    elif outcome is not Outcome.CANCELLED:
+        free = not limited and not task.limits.single
+        q, steps, outcome = task.climb.climb(q) if free else task.climb.climb_within(q, task.limits)
+        history += steps[1:]
+    return replace(_result(task, q, before, history, outcome), bound=bound)
+
+
+def _exchanged(task: PoseTask, blocks, start, clash, follow) -> Exchanged:
+    """Exchange for the task's index, from the start and, without limits on pairs, from the D-optimal set."""
+    cancel = task.climb.cancel
+    starts = [start]
+    if clash is None:
+        found = min(
+            (d_exchange(blocks, task.number, start=s, cancel=cancel) for s in (None, start)),
+            key=lambda result: result.cost,
+        )
+        if isinstance(task.index, O1 | D):
+            return found
+        starts = [found.choice, start]
+    return exchange(
+        blocks.transpose(0, 2, 1) @ blocks,
+        np.ones((task.number, len(blocks)), bool),
+        criterion_of(task.index, task.number),
+        starts=np.stack(starts),
+        distinct=True,
+        clash=clash,
+        follow=follow,
+        progress=task.progress and (lambda share: task.report(0.5 * share)),
+        cancel=cancel,
+    )
+
+
+def _bound(task: PoseTask, blocks) -> float | None:
+    """Upper bound of the index over all choices of candidates, where there is one."""
+    if not isinstance(task.index, O1 | D):
+        return None
+    bound = d_bound(blocks, task.number)
+    return bound**2 if isinstance(task.index, D) else bound
+
+
+def _result(task: PoseTask, q: np.ndarray, before: float, history, outcome: Outcome) -> PoseSet:
+    ordered = q[measuring_order(q, longest=task.limits.travel)]
+    after = task.climb.value(ordered)
+    task.report(1.0)
+    return PoseSet(frozen(ordered), task.index.name, before, after, (*history, after), outcome)
+
+
+__all__ = ["Method", "PoseSet", "informative_poses", "random_poses"]

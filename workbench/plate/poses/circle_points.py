@@ -1,0 +1,63 @@
+"""Poses for circle-point analysis: from one posture every joint is turned alone, so that a point of the tool
+describes a circle about each axis (Katana §2.2.4; Santolaria & Ginés 2013).
+"""
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.kinematics.forward import sensitivity
+from workbench.arm.robot import JointKind, Robot
+from workbench.base.errors import OptionError
+
+LEAST = 5
+"""Points of a circle at least."""
+ARC = float(np.deg2rad(240.0))
+"""Longest arc [rad], centred in the joint's range."""
+POSTURES = 400
+"""Random postures of which the one with the longest levers is taken."""
+SHORTEST = 1e-3
+"""Levers count from here [m]: a point on an axis describes no circle, whatever the posture."""
+
+
+def circle_poses(robot: Robot, number: int, *, rng: np.random.Generator) -> Float[np.ndarray, "number n"]:
+    """Joint positions that turn one joint after the other, equally many of each (the first ones one more).
+
+    Args:
+        robot: Geometry with limits, revolute joints.
+        number: How many poses; at least five for each joint.
+        rng: Source of the postures of which the best is taken.
+
+    Raises:
+        OptionError: too few poses, or a joint that does not turn.
+    """
+    if sliding := [i for i, j in enumerate(robot.moving, start=1) if j.kind is not JointKind.REVOLUTE]:
+        raise OptionError(f"joint {sliding[0]} of robot '{robot.name}' slides and describes no circle")
+    if number < LEAST * robot.dof:
+        raise OptionError(
+            f"circle points need {LEAST} poses a joint, {LEAST * robot.dof} for robot '{robot.name}', "
+            f"not {number}"
+        )
+    low, high = robot.search_limits.T
+    posture = _posture(robot, rng)
+    rows = []
+    for joint in range(robot.dof):
+        count = number // robot.dof + (joint < number % robot.dof)
+        middle, half = 0.5 * (low[joint] + high[joint]), 0.5 * min(high[joint] - low[joint], ARC)
+        turned = np.tile(posture, (count, 1))
+        turned[:, joint] = np.clip(np.linspace(middle - half, middle + half, count), low[joint], high[joint])
+        rows.append(turned)
+    return np.concatenate(rows)
+
+
+def levers(robot: Robot, q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows n"]:
+    """Distance of the tool point from every joint's axis [m]: the length of its offset's velocity."""
+    offsets = robot.joint_offsets
+    _, twists = sensitivity(robot, q, offsets)
+    return np.linalg.norm(twists[:, :3], axis=1)
+
+
+def _posture(robot: Robot, rng: np.random.Generator) -> Float[np.ndarray, " n"]:
+    """The posture whose levers have the greatest product."""
+    low, high = robot.search_limits.T
+    q = rng.uniform(low, high, (POSTURES, robot.dof))
+    return q[np.argmax(np.log(levers(robot, q) + SHORTEST).sum(axis=1))]

@@ -1,0 +1,151 @@
+"""Exchange: one option for each of several slots, changed one at a time until no change helps.
+
+Slots are the poses of a set and share all candidates, or they are the targets of a plate and each has its
+own few inverse-kinematics solutions. From a start, every slot in turn takes the option that makes the
+criterion smallest with the other slots as they stand; a local optimum is reached when a whole round
+changes nothing. Several starts guard against poor ones. The cost never rises above that of the start.
+
+Where a slot has many options, the criterion's slope ranks them, and only the best few that promise any gain
+are tried: where the cost is convex, those that promise none bring none.
+
+Source: Fedorov, Theory of Optimal Experiments (1972), §3; coordinate form of Meyer & Nachtsheim,
+Technometrics 37(1), 1995.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from workbench.base.types import Outcome
+from workbench.plate.criterion import AbstractCriterion
+
+ROUNDS = 50
+"""Greatest number of rounds from one start."""
+TRIED = 24
+"""Options of a slot that are tried at a time."""
+
+
+@dataclass(frozen=True, eq=False)
+class Exchanged:
+    """The best choice that was found.
+
+    Args:
+        choice: Option of each slot.
+        cost: Its cost.
+        history: Cost after each round of the start that won, its own cost first.
+        outcome: How the search ended.
+    """
+
+    choice: Int[np.ndarray, " slots"]
+    cost: float
+    history: tuple[float, ...]
+    outcome: Outcome
+
+
+def exchange(
+    options: Float[np.ndarray, "options p p"],
+    allowed: Bool[np.ndarray, "slots options"],
+    criterion: AbstractCriterion,
+    *,
+    starts: Int[np.ndarray, "starts slots"],
+    distinct: bool = False,
+    clash: Bool[np.ndarray, "options options"] | None = None,
+    follow: Bool[np.ndarray, "options options"] | None = None,
+    locked: Bool[np.ndarray, " slots"] | None = None,
+    progress: Callable[[float], None] | None = None,
+    cancel: Callable[[], bool] | None = None,
+) -> Exchanged:
+    """Choose an option for every slot so that the criterion of their summed information is least.
+
+    Args:
+        options: Information AᵀA of each option.
+        allowed: Which options each slot may take.
+        criterion: Cost of a stack of summed information.
+        starts: Choices to start from, each tried in turn.
+        distinct: Whether two slots must not take the same option.
+        clash: Which options must not be chosen together; starts must keep it.
+        follow: Which options may stand in neighbouring slots; starts must keep it.
+        locked: Slots that keep the option of their start.
+        progress: Called with the share of the starts done.
+        cancel: Asked between rounds whether to stop with the best choice so far.
+    """
+    search = _Search(options, allowed, criterion, distinct, clash, follow)
+    best: Exchanged | None = None
+    outcome = Outcome.CONVERGED
+    for number, start in enumerate(starts):
+        found, outcome = search.descend(start, locked, cancel)
+        if best is None or found.cost < best.cost:
+            best = found
+        if progress is not None:
+            progress((number + 1) / len(starts))
+        if outcome is Outcome.CANCELLED:
+            break
+    assert best is not None
+    ended = outcome if outcome is Outcome.CANCELLED else best.outcome
+    return Exchanged(best.choice, best.cost, best.history, ended)
+
+
+@dataclass(frozen=True, eq=False)
+class _Search:
+    """What all starts share."""
+
+    options: np.ndarray
+    allowed: np.ndarray
+    criterion: AbstractCriterion
+    distinct: bool
+    clash: np.ndarray | None
+    follow: np.ndarray | None
+
+    def descend(self, start, locked, cancel) -> tuple[Exchanged, Outcome]:
+        choice = start.copy()
+        cost = float(self.criterion(self.options[choice].sum(0)[None])[0])
+        history = [cost]
+        outcome = Outcome.ITERATION_LIMIT
+        for _ in range(ROUNDS):
+            if cancel is not None and cancel():
+                outcome = Outcome.CANCELLED
+                break
+            before = cost
+            for slot in range(len(choice)):
+                if locked is None or not locked[slot]:
+                    cost = self.improve(choice, slot, cost)
+            history.append(cost)
+            if cost == before:
+                outcome = Outcome.CONVERGED
+                break
+        return Exchanged(choice, cost, tuple(history), outcome), outcome
+
+    def improve(self, choice: np.ndarray, slot: int, cost: float) -> float:
+        """Give a slot its best option; the cost afterwards."""
+        total = self.options[choice].sum(0)
+        numbers = self.promising(self.open_to(choice, slot), total, int(choice[slot]))
+        if not len(numbers):
+            return cost
+        costs = self.criterion(total - self.options[choice[slot]] + self.options[numbers])
+        least = int(np.argmin(costs))
+        if costs[least] < cost - 1e-12 * abs(cost):
+            choice[slot], cost = numbers[least], float(costs[least])
+        return cost
+
+    def open_to(self, choice: np.ndarray, slot: int) -> np.ndarray:
+        """Options that a slot may take with the others as they are."""
+        tried, others = self.allowed[slot].copy(), np.delete(choice, slot)
+        if self.distinct:
+            tried[others] = False
+        if self.clash is not None:
+            tried &= ~self.clash[others].any(0)
+        if self.follow is not None:
+            for neighbour in (*choice[slot - 1 : slot], *choice[slot + 1 : slot + 2]):
+                tried &= self.follow[neighbour]
+        return np.flatnonzero(tried)
+
+    def promising(self, numbers: np.ndarray, total: np.ndarray, old: int) -> np.ndarray:
+        """The options whose first-order gain is greatest, if there are many."""
+        if len(numbers) <= TRIED:
+            return numbers
+        slope = self.criterion.slope(total)
+        gains = -np.tensordot(self.options[numbers] - self.options[old], slope, 2)
+        best = np.argsort(-gains, kind="stable")[:TRIED]
+        return numbers[best[gains[best] > 0.0]]

@@ -1,0 +1,207 @@
+"""What is asked of chosen poses beside information: where the tool is, how it is turned, how far apart.
+
+Region, orientation cone and room concern each pose alone, the spread concerns every two of them, and the
+travel every two that follow each other in the order of measuring. Room is what an arm with manufacturing
+errors needs to reach a pose too: a margin to its joint limits, and a distance from singular postures.
+
+Candidates are folded first: of all full turns of a joint the one nearest to the middle of its limits is
+taken, which changes no pose and shortens the travel.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from workbench.arm.kinematics.forward import geometric_jacobian, tool_poses
+from workbench.arm.robot import JointKind, Robot
+from workbench.base.errors import OptionError
+from workbench.base.types import frozen
+from workbench.plate.poses.sampling import in_base, poses_that, random_poses
+from workbench.plate.region import Region
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PoseLimits:
+    """Limits of chosen poses, in the robot's base frame.
+
+    Args:
+        region: Where the tool is; anywhere if None.
+        towards: Orientations of the tool about which the cone opens; any orientation if None.
+        cone: Greatest angle between the tool's orientation and the nearest of them [rad].
+        margin: Least distance of a turning joint from its limits [rad].
+        dexterity: Least singular value of the geometric Jacobian, lengths in units of the arm's reach.
+        spread: Least distance between the tool's places in two poses [m].
+        travel: Greatest travel of any joint from one pose to the next [rad or m]; any if None.
+
+    Raises:
+        OptionError: a cone or travel that is not positive, or a negative spread, margin or dexterity.
+    """
+
+    region: Region | None = None
+    towards: Float[np.ndarray, "orientations 3 3"] | None = None
+    cone: float = np.pi
+    margin: float = 0.0
+    dexterity: float = 0.0
+    spread: float = 0.0
+    travel: float | None = None
+
+    def __post_init__(self):
+        least = min(self.spread, self.margin, self.dexterity)
+        if least < 0 or not self.cone > 0 or (self.travel is not None and not self.travel > 0):
+            raise OptionError(
+                f"a cone of {np.rad2deg(self.cone):g}°, margin {np.rad2deg(self.margin):g}°, spread "
+                f"{1e3 * self.spread:g} mm and a travel of {self.travel} can't be asked for; none may be "
+                "negative, and cone and travel not zero"
+            )
+
+    @property
+    def single(self) -> bool:
+        """Whether anything is asked of single poses."""
+        placed = self.region is not None or self.towards is not None
+        return placed or self.margin > 0 or self.dexterity > 0
+
+    @property
+    def pairs(self) -> bool:
+        """Whether anything is asked of pairs."""
+        return self.spread > 0 or self.travel is not None
+
+    def admits(self, robot: Robot, q: Float[np.ndarray, "rows n"]) -> Bool[np.ndarray, " rows"]:
+        """Which joint positions keep all that is asked of single poses."""
+        kept = self.inside(in_base(robot, tool_poses(robot, q)))
+        kept[kept] = self._has_room(robot, q[kept])
+        return kept
+
+    def _has_room(self, robot: Robot, q: np.ndarray) -> np.ndarray:
+        low, high = robot.limits.T
+        away = np.minimum(q - low, high - q)[:, turning(robot)].min(1, initial=np.inf) >= self.margin
+        if self.dexterity > 0 and away.any():
+            jacobian = geometric_jacobian(robot, q[away]) / np.repeat([robot.reach, 1.0], 3)[:, None]
+            away[away] = np.linalg.svd(jacobian, compute_uv=False)[:, -1] >= self.dexterity
+        return away
+
+    def inside(self, poses: Float[np.ndarray, "rows 4 4"]) -> Bool[np.ndarray, " rows"]:
+        """Which poses of the tool, in the robot's base frame, lie in the region and the cone."""
+        return self._in_region(poses) & self._in_cone(poses)
+
+    def _in_region(self, poses: np.ndarray) -> np.ndarray:
+        return np.ones(len(poses), bool) if self.region is None else self.region.contains(poses[:, :3, 3])
+
+    def _in_cone(self, poses: np.ndarray) -> np.ndarray:
+        if self.towards is None:
+            return np.ones(len(poses), bool)
+        # the angle θ of Rᵀ R_k has trace 1 + 2 cos θ
+        traces = np.einsum("rij,kij->rk", poses[:, :3, :3], self.towards).max(1)
+        return traces >= 1.0 + 2.0 * np.cos(min(self.cone, np.pi)) - 1e-9
+
+    def clash(self, places: Float[np.ndarray, "rows 3"]) -> Bool[np.ndarray, "rows rows"]:
+        """Which poses must not be chosen together: too near, or the same."""
+        gaps = np.linalg.norm(places[:, None] - places[None], axis=2)
+        return (gaps < self.spread) | np.eye(len(places), dtype=bool)
+
+    def follow(self, q: Float[np.ndarray, "rows n"]) -> Bool[np.ndarray, "rows rows"] | None:
+        """Which joint positions may follow each other; None if all may."""
+        if self.travel is None:
+            return None
+        return np.abs(q[:, None] - q[None]).max(2) <= self.travel
+
+    def keeps(self, robot: Robot, q: Float[np.ndarray, "rows n"]) -> Bool[np.ndarray, " rows"]:
+        """Which rows of an ordered set keep all limits, with their neighbours and the others."""
+        poses = in_base(robot, tool_poses(robot, q))
+        near = self.clash(poses[:, :3, 3])
+        np.fill_diagonal(near, False)
+        kept = self.admits(robot, q) & ~near.any(1)
+        if self.travel is not None:
+            far = np.abs(np.diff(q, axis=0)).max(1, initial=0.0) > self.travel
+            kept[:-1] &= ~far
+            kept[1:] &= ~far
+        return kept
+
+
+def turning(robot: Robot) -> Bool[np.ndarray, " n"]:
+    """Which joints turn."""
+    return np.array([joint.kind is not JointKind.PRISMATIC for joint in robot.moving])
+
+
+def folded(robot: Robot, q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows n"]:
+    """The same poses with every turning joint in the turn nearest to the middle of its limits [rad or m]."""
+    low, high = robot.search_limits.T
+    middle = 0.5 * (low + high)
+    near = q - 2.0 * np.pi * np.round((q - middle) / (2.0 * np.pi))
+    return frozen(np.where(turning(robot) & (near >= low) & (near <= high), near, q))
+
+
+def sample_poses(
+    robot: Robot, number: int, limits: PoseLimits, *, rng: np.random.Generator
+) -> Float[np.ndarray, "number n"]:
+    """Random joint positions with the tool in the region and the cone.
+
+    Args:
+        robot: Geometry with joint limits.
+        number: How many.
+        limits: Of which those of single poses are kept.
+        rng: Source of the positions.
+
+    Raises:
+        DataError: practically none can be found; says which limits conflict.
+    """
+    if not limits.single:
+        return random_poses(robot, number, rng=rng)
+
+    def complaint(found: int, tries: int) -> str:
+        return _none_found(robot, limits, found, tries)
+
+    return poses_that(robot, number, lambda q: limits.admits(robot, q), rng=rng, complaint=complaint)
+
+
+def walks(
+    robot: Robot,
+    starts: Float[np.ndarray, "walks n"],
+    steps: int,
+    limits: PoseLimits,
+    *,
+    rng: np.random.Generator,
+) -> Float[np.ndarray, "rows n"]:
+    """Random walks from poses that keep the limits, no step longer than the travel: candidates in reach.
+
+    Args:
+        robot: Geometry with joint limits.
+        starts: Where the walks begin [rad or m].
+        steps: How many steps each makes; one that would leave the limits is not made.
+        limits: With a travel.
+        rng: Source of the steps.
+    """
+    low, high = robot.search_limits.T
+    stride = np.inf if limits.travel is None else limits.travel
+    here, rows = starts.copy(), []
+    for _ in range(steps):
+        reach = np.minimum(stride, high - low)
+        there = np.clip(here + rng.uniform(-1.0, 1.0, here.shape) * reach, low, high)
+        kept = limits.admits(robot, there)
+        here[kept] = there[kept]
+        rows.append(here[kept])
+    return np.concatenate(rows)
+
+
+def _none_found(robot: Robot, limits: PoseLimits, found: int, tries: int) -> str:
+    """Which limits conflict, by how many random poses keep each alone."""
+    region, cone = limits.region, f"orientation cone of {np.rad2deg(limits.cone):.3g}°"
+    if region is None:
+        return (
+            f"robot '{robot.name}' hardly ever keeps the {cone} with a margin of "
+            f"{np.rad2deg(limits.margin):.3g}° to its limits ({found} of {tries} tries); ask for less"
+        )
+    box = f"region {region.min.tolist()} to {region.max.tolist()} m"
+    q = random_poses(robot, tries, rng=np.random.default_rng(0))
+    poses = in_base(robot, tool_poses(robot, q))
+    placed, turned = int(limits._in_region(poses).sum()), int(limits._in_cone(poses).sum())
+    if limits.towards is None or not placed:
+        return (
+            f"robot '{robot.name}' hardly ever reaches the {box} ({placed} of {tries} random joint "
+            "positions); move the region"
+        )
+    return (
+        f"the {box} and the {cone} conflict: of {tries} random joint positions of robot '{robot.name}' "
+        f"{placed} keep the region, {turned} the cone, {found} both and a margin of "
+        f"{np.rad2deg(limits.margin):.3g}° to the limits; move the region or widen the cone"
+    )

@@ -1,0 +1,88 @@
+"""Informative poses as one call, and the file that a measurement starts from."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from workbench.arm.robot import JointKind, Robot
+from workbench.base.errors import DataError, OptionError
+from workbench.base.files import write_text
+from workbench.data.readers import read_trajectory
+from workbench.plate.freedom import identified_names
+from workbench.plate.poses.choose import Method, PoseSet, informative_poses
+from workbench.plate.poses.limits import PoseLimits
+from workbench.plate.region_poses import PLATE_POSES, region_poses
+
+
+def choose_poses(
+    robot: Robot,
+    number: int,
+    *,
+    index: str = "O1",
+    candidates: Path | None = None,
+    limits: PoseLimits | None = None,
+    method: Method | str = Method.EXCHANGE,
+    base: bool | None = None,
+    tool: bool | None = None,
+    seed: int = 0,
+    progress: Callable[[float], None] | None = None,
+    cancel: Callable[[], bool] | None = None,
+) -> PoseSet:
+    """Joint positions with a large observability index, in an order of measuring.
+
+    Args:
+        robot: Nominal arm with limits.
+        number: How many.
+        index: `O` (ARIA eqs. 17, 18, pose by pose), `O1` … `O5`, `A`, `D` of the whole set, or `I`: the
+            predicted error in the limits' region.
+        candidates: A file of measurements or joint rows to choose from.
+        limits: Region, orientation cone, room, spread and travel.
+        method: `exchange`, or `greedy` for the greedy choice alone.
+        base: Whether the base is unknown and identified too; as the robot says if None.
+        tool: Whether the tool is.
+        seed: Of the random starts.
+        progress: Called with the share of the work done.
+        cancel: Asked now and then whether to stop with the best poses so far.
+
+    Raises:
+        DataError: fewer candidates than poses, or limits that conflict.
+        OptionError: no such index or method.
+    """
+    if method not in tuple(Method):
+        raise OptionError(f"there is no method '{method}'; choose from {', '.join(Method)}")
+    rows = None if candidates is None else read_trajectory(candidates, joints=robot.dof).q
+    if candidates is not None and rows is None:
+        raise DataError(f"{candidates}: has no joint columns (q1[rad] …) to choose poses from")
+    if rows is not None and len(rows) < number:
+        raise DataError(f"{candidates}: {len(rows)} rows, but {number} poses are wanted; give more rows")
+    return informative_poses(
+        robot,
+        number,
+        index=index,
+        candidates=rows,
+        names=identified_names(robot, base=base, tool=tool),
+        limits=limits,
+        matter=_matter(robot, limits) if index == "I" else None,
+        method=Method(method),
+        rng=np.random.default_rng(seed),
+        progress=progress,
+        cancel=cancel,
+    )
+
+
+def _matter(robot: Robot, limits: PoseLimits | None) -> np.ndarray | None:
+    """Poses of the limits' region; None where there is none."""
+    if limits is None or limits.region is None:
+        return None
+    rng = np.random.default_rng(0)
+    towards, cone = limits.towards, limits.cone
+    return region_poses(robot, limits.region, PLATE_POSES, rng=rng, towards=towards, cone=cone)
+
+
+def write_poses(robot: Robot, poses: PoseSet, path: Path | str) -> Path:
+    """Write joint positions as a table with units, ready to be measured at."""
+    units = ["m" if j.kind is JointKind.PRISMATIC else "rad" for j in robot.moving]
+    lines = [",".join(f"q{i + 1}[{unit}]" for i, unit in enumerate(units))]
+    lines += [",".join(repr(float(v)) for v in row) for row in poses.q]
+    return write_text(path, "\n".join(lines) + "\n")

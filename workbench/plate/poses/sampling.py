@@ -1,0 +1,78 @@
+"""Joint positions at random, anywhere within the limits or with the tool in a region."""
+
+from collections.abc import Callable
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.robot import Robot
+from workbench.base import se3
+from workbench.base.errors import DataError
+from workbench.plate.region import Region
+
+TRIES = 400
+"""A region that fewer than one in so many random tries reaches counts as out of reach."""
+BLOCK = 2000
+"""Random joint positions tried at a time."""
+
+
+def in_base(robot: Robot, poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, "rows 4 4"]:
+    """Poses of the measuring frame seen from the robot's base, where regions and targets are given."""
+    return se3.inverse(robot.base.pose) @ poses
+
+
+def random_poses(
+    robot: Robot, number: int, *, rng: np.random.Generator, region: Region | None = None
+) -> Float[np.ndarray, "number n"]:
+    """Joint positions spread evenly within the limits [rad or m], with the tool in the region if given.
+
+    Raises:
+        DataError: the tool practically never gets into the region.
+    """
+    if region is None:
+        low, high = robot.search_limits.T
+        return rng.uniform(low, high, (number, robot.dof))
+
+    def complaint(found: int, tries: int) -> str:
+        return (
+            f"robot '{robot.name}' hardly ever reaches the region {region.min.tolist()} to "
+            f"{region.max.tolist()} m ({found} of {tries} random joint positions); move the region"
+        )
+
+    def inside(q: np.ndarray) -> np.ndarray:
+        return region.contains(in_base(robot, tool_poses(robot, q))[:, :3, 3])
+
+    return poses_that(robot, number, inside, rng=rng, complaint=complaint)
+
+
+def poses_that(
+    robot: Robot,
+    number: int,
+    keep: Callable[[np.ndarray], np.ndarray],
+    *,
+    rng: np.random.Generator,
+    complaint: Callable[[int, int], str],
+) -> Float[np.ndarray, "number n"]:
+    """Random joint positions within the limits that are kept [rad or m].
+
+    Args:
+        robot: Geometry with joint limits.
+        number: How many.
+        keep: Which of a stack of joint positions are kept.
+        rng: Source of the positions.
+        complaint: What to say where practically none is kept, from how many of how many tries were.
+
+    Raises:
+        DataError: practically none is kept.
+    """
+    low, high = robot.search_limits.T
+    found = np.zeros((0, robot.dof))
+    tries = 0
+    while len(found) < number:
+        q = rng.uniform(low, high, (BLOCK, robot.dof))
+        found = np.concatenate([found, q[keep(q)]])
+        tries += BLOCK
+        if tries > 25 * TRIES * max(len(found), 1):
+            raise DataError(complaint(len(found), tries))
+    return found[:number]

@@ -1,0 +1,156 @@
+"""Many virtual arms at once: made with errors, brought to the targets, calibrated and judged, as stacks.
+
+All arms share one chain; what an arm has in addition to the nominal constants enters as the chain's `shift`,
+row by row, so that a stack of arms is no more than a stack of rows:
+
+    made       δ ~ U(±5 mm, ±5°) of every constant
+    brought    q of the actual arm at the actual target, as near to the nominal arm's as it comes (`bring`)
+    calibrated δ̂ by Gauss–Newton on Σ |S⁻¹ (y − k(q, δ̂))|², within what the targets show
+    judged     e = k(q, δ) − k(q, δ̂) at poses of the region that took no part
+
+Source: ARIA §4.1.2 (second way of acquisition), eqs. (19)–(21), §2.4 eq. (3).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from workbench.arm import chain as chains
+from workbench.arm.chain import Chain
+from workbench.arm.robot import Robot
+from workbench.base import se3
+from workbench.plate.production.job import Job
+from workbench.plate.production.reach_targets import Brought, bring
+
+CHUNK = 250
+"""Arms that are computed as one stack, with one seed."""
+CALIBRATING = 8
+"""Greatest number of Gauss–Newton steps."""
+SETTLED = 1e-9
+"""A calibration has settled when no constant moves by more than this [m, rad]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Chunk:
+    """What became of some arms.
+
+    Args:
+        reached: Arms that met all targets within their joint limits.
+        position: Root mean square position error of each arm over its tests [m].
+        rotation: The same of the orientation [rad].
+        worst: Greatest error of each arm along any axis: position [m] and rotation [rad].
+        within: Share of each arm's tests that meet the requirement.
+        planned: Arms that did so in the planned branches.
+        squares: Sum over these of the squared position [m²] and rotation error [rad²] at each pose of the
+            bank.
+        counts: How many of them were judged there.
+    """
+
+    reached: Bool[np.ndarray, " arms"]
+    position: Float[np.ndarray, " arms"]
+    rotation: Float[np.ndarray, " arms"]
+    worst: Float[np.ndarray, "arms 2"]
+    within: Float[np.ndarray, " arms"]
+    planned: Bool[np.ndarray, " arms"]
+    squares: Float[np.ndarray, "rows 2"]
+    counts: Int[np.ndarray, " rows"]
+
+
+def try_arms(job: Job, seed: np.random.SeedSequence, arms: int = CHUNK) -> Chunk:
+    """Make, measure, calibrate and judge some arms.
+
+    Args:
+        job: The trial.
+        seed: Of everything random about these arms.
+        arms: How many.
+    """
+    rng = np.random.default_rng(seed)
+    actual = job.errors.undeclared or job.robot
+    made = _made(job, actual.chain, arms, rng)
+    targets = _actual_targets(job, arms, rng)
+    brought = bring(actual, made, targets, ways=job.ways, held=job.held)
+    readings = brought.q + rng.normal(0.0, job.errors.joint, brought.q.shape)
+    found = _calibrate(job, readings)
+    tests = rng.integers(0, len(job.bank), (arms, job.tests))
+    errors = _errors(job, actual, made, found, tests)
+    return _judged(job, brought, tests, errors)
+
+
+def _made(job: Job, chain: Chain, arms: int, rng: np.random.Generator) -> np.ndarray:
+    """Manufacturing errors of every element of the actual chain."""
+    turns = np.array([chain.elements[i].axis.turns for i in chain.indices(job.names)], bool)
+    shift = np.zeros((arms, len(chain.elements)))
+    bounds = np.where(turns, job.angle, job.length)
+    shift[:, chain.indices(job.names)] = rng.uniform(-1.0, 1.0, (arms, len(turns))) * bounds
+    return shift
+
+
+def _actual_targets(job: Job, arms: int, rng: np.random.Generator) -> Float[np.ndarray, "arms targets 4 4"]:
+    """Poses that the seats impose: off by the plate's making, and anew by every seating."""
+    errors, shape = job.errors, (arms, len(job.q), 3)
+    position = rng.normal(size=shape) * errors.target_position[:, None]
+    rotation = rng.normal(size=shape) * errors.target_rotation[:, None]
+    position += rng.normal(size=shape) * errors.seat_position
+    rotation += rng.normal(size=shape) * errors.seat_rotation
+    turned = se3.rotvec_to_matrix(rotation) @ job.poses[:, :3, :3]
+    return se3.pose(turned, job.poses[:, :3, 3] + position)
+
+
+def _calibrate(job: Job, readings: Float[np.ndarray, "arms targets n"]) -> Float[np.ndarray, "arms p"]:
+    """Identified errors of the constants, the plate taken as true."""
+    arms, count, _ = readings.shape
+    chain, columns = job.robot.chain, job.robot.chain.indices(job.names)
+    q, wanted = readings.reshape(arms * count, -1), np.tile(job.poses, (arms, 1, 1))
+    weights = np.where(job.held, 1.0 / job.sigma, 0.0)
+    basis = job.visible
+    found = np.zeros((arms, len(columns)))
+    for _ in range(CALIBRATING):
+        at, twists = chains.twists(chain, q, columns, shift=_spread(chain, columns, found, count))
+        residual = (se3.pose_error(wanted, at).reshape(arms, count, 6) * weights).reshape(arms, -1)
+        rows = (twists @ basis).reshape(arms, count, 6, -1) * weights[None, :, :, None]
+        rows = rows.reshape(arms, count * 6, -1)
+        across = np.swapaxes(rows, 1, 2)
+        step = np.linalg.solve(across @ rows, across @ residual[..., None])[..., 0] @ basis.T
+        found = found + step
+        if np.abs(step).max() < SETTLED:
+            break
+    return found
+
+
+def _spread(chain: Chain, columns: np.ndarray, found: np.ndarray, count: int) -> np.ndarray:
+    """Errors of some constants as a shift of the whole chain, for so many rows of each arm."""
+    shift = np.zeros((len(found) * count, len(chain.elements)))
+    shift[:, columns] = np.repeat(found, count, axis=0)
+    return shift
+
+
+def _errors(
+    job: Job, actual: Robot, made: np.ndarray, found: np.ndarray, tests: np.ndarray
+) -> Float[np.ndarray, "arms tests 6"]:
+    """Actual minus calibrated pose at the tests."""
+    chain, columns = job.robot.chain, job.robot.chain.indices(job.names)
+    q = job.bank[tests.ravel()]
+    shift = np.repeat(made, tests.shape[1], axis=0) + job.bend[tests.ravel()]
+    there = chains.poses(actual.chain, q, shift=shift)
+    model = chains.poses(chain, q, shift=_spread(chain, columns, found, tests.shape[1]))
+    return se3.pose_error(there, model).reshape(*tests.shape, 6)
+
+
+def _judged(job: Job, brought: Brought, tests: np.ndarray, errors: np.ndarray) -> Chunk:
+    squares = np.stack([(errors[..., :3] ** 2).sum(-1), (errors[..., 3:] ** 2).sum(-1)], -1)
+    axes = np.abs(errors)
+    limits = np.repeat([job.requirement.per_axis, job.requirement.angle], 3)
+    rows, judged = len(job.bank), tests[brought.planned].ravel()
+    sums = [np.bincount(judged, part[brought.planned].ravel(), rows) for part in np.moveaxis(squares, -1, 0)]
+    position, rotation = np.sqrt(squares.mean(1)).T
+    return Chunk(
+        reached=brought.met,
+        planned=brought.planned,
+        position=position,
+        rotation=rotation,
+        worst=np.stack([axes[..., :3].max((1, 2)), axes[..., 3:].max((1, 2))], -1),
+        within=(axes <= limits).all(-1).mean(1),
+        squares=np.stack(sums, -1),
+        counts=np.bincount(judged, minlength=rows),
+    )

@@ -1,0 +1,184 @@
+"""What a trial of many arms needs: the plate and its errors, the arms' errors, the poses that matter."""
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from workbench.arm.kinematics.forward import geometric_jacobian, sensitivity
+from workbench.arm.linearisation import Linearisation, linearise
+from workbench.arm.robot import Robot
+from workbench.base.errors import DataError, OptionError
+from workbench.base.types import frozen
+from workbench.data.requirement import Requirement
+from workbench.plate.plate import Kind, Plate
+from workbench.plate.production.reach_targets import bent, other_ways
+
+LEAST = 1e-9
+"""Standard deviation by which exact readings are weighted [m or rad]."""
+TESTS = 48
+"""Poses of the region at which each arm is judged."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Errors:
+    """What goes wrong on the way from the drawing to the measurement; standard deviations per axis.
+
+    Args:
+        seat_position: How well the tool returns to a seat, and what the instrument adds [m].
+        seat_rotation: The same for its orientation [rad].
+        joint: Of the joint readings [rad or m].
+        target_position: How well the places of targets are known, one for each [m].
+        target_rotation: And their orientations [rad].
+        undeclared: The nominal arm with effects that the calibration does not know; None for none.
+    """
+
+    seat_position: float
+    seat_rotation: float
+    joint: float
+    target_position: Float[np.ndarray, " targets"]
+    target_rotation: Float[np.ndarray, " targets"]
+    undeclared: Robot | None = None
+
+    def __post_init__(self):
+        given = (self.seat_position, self.seat_rotation, self.joint)
+        if min(*given, self.target_position.min(initial=0.0), self.target_rotation.min(initial=0.0)) < 0.0:
+            raise OptionError("a standard deviation of the yield's errors is negative; give 0 or more")
+
+    def alone(self) -> dict[str, "Errors"]:
+        """Every source of error that is not zero, each by itself."""
+        none = np.zeros_like(self.target_position)
+        silent = Errors(
+            seat_position=0.0, seat_rotation=0.0, joint=0.0, target_position=none, target_rotation=none
+        )
+        sources = {
+            "seat position": replace(silent, seat_position=self.seat_position),
+            "seat rotation": replace(silent, seat_rotation=self.seat_rotation),
+            "joint readings": replace(silent, joint=self.joint),
+            "target position": replace(silent, target_position=self.target_position),
+            "target rotation": replace(silent, target_rotation=self.target_rotation),
+            "undeclared effects": replace(silent, undeclared=self.undeclared),
+        }
+        return {name: errors for name, errors in sources.items() if errors.any}
+
+    @property
+    def any(self) -> bool:
+        """Whether anything goes wrong at all."""
+        scalars = self.seat_position or self.seat_rotation or self.joint
+        return bool(scalars or self.target_position.any() or self.target_rotation.any() or self.undeclared)
+
+    @property
+    def assumed(self) -> Float[np.ndarray, "targets 6"]:
+        """Deviations by which the identification weights its rows: seat and target together."""
+        position = np.hypot(self.seat_position, self.target_position)
+        rotation = np.hypot(self.seat_rotation, self.target_rotation)
+        return np.maximum(np.repeat(np.column_stack([position, rotation]), 3, axis=1), LEAST)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Job:
+    """One trial.
+
+    Args:
+        robot: Nominal arm.
+        names: Constants that are made with errors and identified.
+        poses: Nominal poses of the tool at the targets, measuring frame.
+        q: Nominal joint positions there [rad or m].
+        held: What of [p; φ] each target holds.
+        errors: What goes wrong.
+        sigma: By which the identification weights its rows [m, rad].
+        length: Greatest manufacturing error of a length [m].
+        angle: Greatest manufacturing error of an angle [rad].
+        bank: Joint positions of the poses that matter [rad or m].
+        cells: Cube of the region that each of them lies in.
+        tests: At how many of them each arm is judged.
+        requirement: What is asked of an arm.
+    """
+
+    robot: Robot
+    names: tuple[str, ...]
+    poses: Float[np.ndarray, "targets 4 4"]
+    q: Float[np.ndarray, "targets n"]
+    held: Bool[np.ndarray, "targets 6"]
+    errors: Errors
+    sigma: Float[np.ndarray, "targets 6"]
+    length: float
+    angle: float
+    bank: Float[np.ndarray, "rows n"]
+    cells: Int[np.ndarray, " rows"]
+    tests: int = TESTS
+    requirement: Requirement = field(default_factory=Requirement)
+
+    @cached_property
+    def ways(self) -> Float[np.ndarray, "targets ways n"]:
+        """The wanted joint positions at every target, then those of its other branches."""
+        return frozen(other_ways(self.robot, self.poses, self.q))
+
+    @cached_property
+    def linearisation(self) -> Linearisation:
+        """Of the targets at the nominal arm, as the identification sees them."""
+        _, twists = sensitivity(self.robot, self.q, self.names)
+        like = linearise(self.robot, self.q[:1], names=self.names)
+        rows = (twists / self.sigma[:, :, None])[self.held]
+        return Linearisation(
+            jacobian=frozen(rows),
+            names=self.names,
+            units=like.units,
+            sigma=frozen(self.sigma[self.held]),
+            measurement=frozen(np.nonzero(self.held)[0]),
+            length=like.length,
+        )
+
+    @cached_property
+    def visible(self) -> Float[np.ndarray, "p r"]:
+        """Directions of the constants that the targets show; the others stay nominal."""
+        rank = self.linearisation.rank()
+        return frozen(self.linearisation.weights[:, None] * self.linearisation.factors[2][:rank].T)
+
+    @cached_property
+    def bend(self) -> Float[np.ndarray, "rows k"]:
+        """What undeclared effects add to the chain at the poses that matter, loaded as the nominal arm is."""
+        actual = self.errors.undeclared or self.robot
+        return frozen(bent(actual, self.bank, np.zeros((len(self.bank), len(actual.chain.elements)))))
+
+    def predicted(self) -> Float[np.ndarray, "rows 2"]:
+        """Predicted mean square position [m²] and rotation error [rad²] at the poses that matter.
+
+        To first order at the nominal arm, undeclared effects left aside: with the rows' Jacobian A, their
+        weights S⁻² and true covariance Σ, the identification is off by C AᵀS⁻² e, so that its covariance is
+        C AᵀS⁻² Σ S⁻²A C.
+        """
+        whitened = self.linearisation.jacobian
+        covariance = self.linearisation.covariance
+        pull = covariance @ whitened.T
+        noise = np.eye(len(whitened))
+        if self.errors.joint > 0.0:
+            steps = geometric_jacobian(self.robot, self.q) * (self.errors.joint / self.sigma[:, :, None])
+            spread = np.zeros((*self.held.shape, *self.held.shape))
+            own = np.arange(len(self.q))
+            spread[own, :, own] = steps @ np.swapaxes(steps, 1, 2)
+            noise = noise + spread[self.held][:, self.held]
+        _, twists = sensitivity(self.robot, self.bank, self.names)
+        off = twists @ (pull @ np.linalg.cholesky(noise))
+        return np.stack([(off[:, :3] ** 2).sum((1, 2)), (off[:, 3:] ** 2).sum((1, 2))], -1)
+
+
+def held_by(plate: Plate) -> Bool[np.ndarray, "targets 6"]:
+    """What of [p; φ] each target holds."""
+    return np.array([[True] * 3 + [t.kind is Kind.SEAT] * 3 for t in plate.targets], bool).reshape(-1, 6)
+
+
+def check_job(job: Job) -> None:
+    """Refuse a trial that can't be carried out.
+
+    Raises:
+        DataError: fewer targets than three, or an arm that can't meet the poses that its targets hold.
+    """
+    if len(job.q) < 3:
+        raise DataError(f"a yield needs three targets or more, the plate has {len(job.q)}; add targets")
+    if job.held[:, 3:].any() and job.robot.dof < 6:
+        raise DataError(
+            f"robot '{job.robot.name}' has {job.robot.dof} joints and can't be held in a seat; "
+            "try a plate of sockets or points"
+        )

@@ -1,0 +1,140 @@
+"""Actual arms brought to actual targets: the joint positions at which their tools sit there.
+
+Newton steps lead all arms at once from the nominal arm's posture to their own. Where an arm's errors put that
+posture beyond its reach or its limits, they start again from the nominal arm's other branches, the nearest
+first, as an operator would.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from workbench.arm import chain as chains
+from workbench.arm.inverse import solve as inverse
+from workbench.arm.inverse.branch import TURN
+from workbench.arm.kinematics.forward import joint_elements
+from workbench.arm.motion import Motion
+from workbench.arm.robot import JointKind, Robot
+from workbench.arm.statics.deflection import shift_of
+from workbench.base import se3
+
+STEPS = 15
+"""Greatest number of Newton steps."""
+BENDINGS = 5
+"""After so many steps the arms move too little to be bent otherwise."""
+STRIDE = 0.3
+"""Greatest change of a joint in one step [rad or m]."""
+ARRIVED = 1e-9
+"""The steps end when no target is missed by more than this [m, rad]."""
+MET = 1e-6
+"""A target is met if it is missed by no more than this [m, rad]."""
+RIDGE = 1e-13
+"""Damping of the steps, as a share of the squared motion of the tool."""
+
+
+class Brought(NamedTuple):
+    """Arms at the targets.
+
+    Args:
+        q: Joint positions [rad or m].
+        met: Arms that meet every target within their limits.
+        planned: Arms that do so next to the nominal arm's posture everywhere.
+    """
+
+    q: Float[np.ndarray, "arms targets n"]
+    met: Bool[np.ndarray, " arms"]
+    planned: Bool[np.ndarray, " arms"]
+
+
+def bring(
+    actual: Robot,
+    made: Float[np.ndarray, "arms k"],
+    targets: Float[np.ndarray, "arms targets 4 4"],
+    *,
+    ways: Float[np.ndarray, "targets ways n"],
+    held: Bool[np.ndarray, "targets 6"],
+) -> Brought:
+    """Joint positions of many arms at the targets of a plate.
+
+    Args:
+        actual: The arms without their manufacturing errors, K elements in the chain.
+        made: Manufacturing errors of every element.
+        targets: Actual poses of the tool, measuring frame.
+        ways: Nominal joint positions, the wanted ones first [rad or m].
+        held: What of [p; φ] each target holds.
+    """
+    arms, count = targets.shape[:2]
+    wanted, rows = targets.reshape(-1, 4, 4), np.tile(held, (arms, 1))
+    shift = np.repeat(made, count, axis=0)
+    q = np.tile(ways[:, 0], (arms, 1))
+    open_ = np.arange(len(q))
+    used = np.full(len(q), -1)
+    for way in range(ways.shape[1]):
+        starts = ways[open_ % count, way]
+        found, met = _step(actual, wanted[open_], rows[open_], starts, shift[open_])
+        found = _turned_back(actual, found)
+        met &= _within(actual, found)
+        q[open_[met]], used[open_[met]] = found[met], way
+        open_ = open_[~met]
+        if not len(open_):
+            break
+    met_all, as_planned = (
+        np.logical_and.reduce(flags.reshape(arms, count), axis=1) for flags in (used >= 0, used == 0)
+    )
+    return Brought(q.reshape(arms, count, -1), met_all, as_planned)
+
+
+def bent(actual: Robot, q: Float[np.ndarray, "rows n"], made: Float[np.ndarray, "rows k"]) -> np.ndarray:
+    """Manufacturing errors of every element, and what undeclared effects add at joint positions."""
+    return made + shift_of(actual, Motion(q)) if actual.effects else made
+
+
+def _step(actual, wanted, held, q, shift) -> tuple[np.ndarray, np.ndarray]:
+    """Newton's way from joint positions to the targets, and which of them it met."""
+    joints, closed = joint_elements(actual), np.eye(6) * ~held[:, :, None]
+    for number in range(STEPS):
+        if number < BENDINGS:
+            whole = bent(actual, q, shift)
+        at, twists = chains.twists(actual.chain, q, joints, shift=whole)
+        off = np.where(held, se3.pose_error(wanted, at), 0.0)
+        if np.abs(off).max() < ARRIVED:
+            break
+        jacobian = np.where(held[:, :, None], twists, 0.0)
+        across = np.swapaxes(jacobian, 1, 2)
+        gram = jacobian @ across
+        damping = RIDGE * np.trace(gram, axis1=1, axis2=2)
+        gram += damping[:, None, None] * np.eye(6) + closed
+        step = (across @ np.linalg.solve(gram, off[..., None]))[..., 0]
+        q = q + step * np.minimum(1.0, STRIDE / np.maximum(np.abs(step).max(1), STRIDE))[:, None]
+    return q, np.abs(off).max(1) < MET
+
+
+def _within(actual: Robot, q: np.ndarray) -> np.ndarray:
+    low, high = actual.limits.T
+    return ((q >= low) & (q <= high)).all(1)
+
+
+def _turned_back(actual: Robot, q: np.ndarray) -> np.ndarray:
+    """Revolute joints beyond a limit turned back by a full turn."""
+    low, high = actual.limits.T
+    turns = np.array([0.0 if j.kind is JointKind.PRISMATIC else TURN for j in actual.moving])
+    return q + turns * ((q < low).astype(float) - (q > high))
+
+
+def other_ways(
+    robot: Robot, poses: Float[np.ndarray, "targets 4 4"], q: Float[np.ndarray, "targets n"]
+) -> Float[np.ndarray, "targets ways n"]:
+    """The wanted joint positions at every target, then those of its other branches, the nearest first.
+
+    Args:
+        robot: Nominal arm.
+        poses: Of the tool, measuring frame.
+        q: The wanted joint positions [rad or m].
+    """
+    lists = []
+    for wanted, result in zip(q, inverse.solve_many(robot, poses), strict=True):
+        turned = [branch.nearest_turn(wanted) for branch in result.within_limits]
+        lists.append([wanted, *sorted(turned, key=lambda t: float(np.abs(t - wanted).max()))[1:]])
+    longest = max(len(ways) for ways in lists)
+    return np.stack([np.stack([ways[k % len(ways)] for k in range(longest)]) for ways in lists])

@@ -1,0 +1,189 @@
+"""Readings of a plate's targets by name, made from the observations that identification uses.
+
+| name     | what a target is                        | what is read                                         |
+|----------|-----------------------------------------|------------------------------------------------------|
+| seat     | a face with pin and index hole          | the full pose                                        |
+| socket   | a cone for a ball                       | the position of the ball's centre                    |
+| point    | a centre for a pointed probe            | the position of the tip                              |
+| contacts | three perpendicular faces, 3-2-1        | the pose, by six contacts of a cube on the tool      |
+| ball-bar | a place in the air                      | distances of a ball on the tool from three anchors   |
+"""
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.robot import Robot
+from workbench.base.errors import OptionError
+from workbench.base.types import frozen
+from workbench.data.dataset import Dataset
+from workbench.data.observations import DistanceObservation, PointObservation, PoseObservation
+from workbench.plate.optimiser.reading import Look, Reading
+from workbench.plate.plate import Kind, Plate
+
+HALF_CUBE = 0.02
+"""Half the side of the cube on the tool that is pressed against six contacts [m]."""
+REACH_OUT = 0.75
+"""Where contacts lie on a face, from its middle, as a share of half its side."""
+ANCHOR_SIGMA = 5e-5
+"""How well the places of a ball-bar's anchors are known along each axis [m]."""
+
+SIGMAS: Mapping[str, tuple[float, float | None]] = MappingProxyType(
+    {
+        "seat": (1e-4, float(np.deg2rad(0.02))),
+        "socket": (5e-5, None),
+        "point": (1e-4, None),
+        "contacts": (3e-5, None),
+        "ball-bar": (5e-6, None),
+    }
+)
+"""Standard deviations of one visit: position, contact or distance [m], rotation about an axis [rad]."""
+
+
+def reading_named(
+    name: str,
+    robot: Robot,
+    plate: Plate,
+    *,
+    sigma: tuple[float, float | None] | None = None,
+    visits: int = 1,
+) -> Reading:
+    """The reading of that name.
+
+    Args:
+        name: As in the table above.
+        robot: Whose base the plate stands by.
+        plate: Where a ball-bar's anchors stand.
+        sigma: Standard deviations of one visit [m], [rad]; usual ones if None.
+        visits: How often each target is visited.
+
+    Raises:
+        OptionError: no such reading, no visits, or no noise.
+    """
+    if name not in MAKERS:
+        raise OptionError(f"there is no reading '{name}' of a target; known are {', '.join(MAKERS)}")
+    if visits < 1:
+        raise OptionError(f"a target can't be visited {visits} times; give 1 or more")
+    position, rotation = sigma or SIGMAS[name]
+    rotation = SIGMAS["seat"][1] if rotation is None else rotation
+    if not (position > 0.0 and (rotation or 1.0) > 0.0):
+        raise OptionError("the instrument's standard deviations must be positive; nothing is read exactly")
+    return MAKERS[name](robot, plate, position, float(rotation or 0.0), visits)
+
+
+def _seat(robot: Robot, plate: Plate, position: float, rotation: float, visits: int) -> Reading:
+    return Reading(
+        name="seat",
+        kind=Kind.SEAT,
+        look=lambda poses: _seen(PoseObservation, poses),
+        sigma=frozen(np.repeat([position, rotation], 3)),
+        visits=visits,
+    )
+
+
+def _socket(robot: Robot, plate: Plate, position: float, rotation: float, visits: int) -> Reading:
+    return _place("socket", Kind.SOCKET, position, visits)
+
+
+def _point(robot: Robot, plate: Plate, position: float, rotation: float, visits: int) -> Reading:
+    return _place("point", Kind.POINT, position, visits)
+
+
+def _place(name: str, kind: Kind, position: float, visits: int) -> Reading:
+    return Reading(
+        name=name,
+        kind=kind,
+        look=lambda poses: _seen(PointObservation, poses),
+        sigma=frozen(np.full(3, position)),
+        visits=visits,
+    )
+
+
+def _contacts(robot: Robot, plate: Plate, position: float, rotation: float, visits: int) -> Reading:
+    wrenches = contact_rows()
+
+    def look(poses: Float[np.ndarray, "rows 4 4"]) -> Look:
+        seen = _seen(PoseObservation, poses)
+        turn = np.zeros((len(poses), 6, 6))
+        turn[:, :3, :3] = turn[:, 3:, 3:] = np.swapaxes(poses[:, :3, :3], 1, 2)
+        return Look(wrenches @ turn @ seen.by_twist, seen.by_unknown)
+
+    return Reading(
+        name="contacts", kind=Kind.SEAT, look=look, sigma=frozen(np.full(6, position)), visits=visits
+    )
+
+
+def _ball_bar(robot: Robot, plate: Plate, position: float, rotation: float, visits: int) -> Reading:
+    anchors = anchors_of(robot, plate)
+
+    def look(poses: Float[np.ndarray, "rows 4 4"]) -> Look:
+        looks = [_from_anchor(poses, anchors, k) for k in range(len(anchors))]
+        return Look(*(np.concatenate(parts, axis=1) for parts in zip(*looks, strict=True)))
+
+    return Reading(
+        name="ball-bar",
+        kind=Kind.POINT,
+        look=look,
+        sigma=frozen(np.full(len(anchors), position)),
+        unknown_sigma=frozen(np.full(3 * len(anchors), ANCHOR_SIGMA)),
+        visits=visits,
+        blocks=False,
+    )
+
+
+MAKERS: Mapping[str, Callable[[Robot, Plate, float, float, int], Reading]] = MappingProxyType(
+    {"seat": _seat, "socket": _socket, "point": _point, "contacts": _contacts, "ball-bar": _ball_bar}
+)
+"""What makes each reading."""
+
+
+def contact_rows() -> Float[np.ndarray, "6 6"]:
+    """How six contacts of a cube move along their normals with the tool's twist, tool axes: [n; r × n].
+
+    The cube's foot is at the tool's origin and z points into the plate: three contacts under it, two on its
+    −x face and one on its −y face (the 3-2-1 rule of locating).
+    """
+    h, s = HALF_CUBE, REACH_OUT * HALF_CUBE
+    x, y, z = np.eye(3)
+    contacts = [
+        (z, np.array([s, 0.0, 0.0])),
+        (z, np.array([-s, s, 0.0])),
+        (z, np.array([-s, -s, 0.0])),
+        (x, np.array([-h, s, -h])),
+        (x, np.array([-h, -s, -h])),
+        (y, np.array([0.0, -h, -h])),
+    ]
+    return np.array([[*n, *np.cross(r, n)] for n, r in contacts])
+
+
+def anchors_of(robot: Robot, plate: Plate) -> Float[np.ndarray, "3 3"]:
+    """Places of a ball-bar's anchors, measuring frame: at two corners and an edge of the plate [m]."""
+    half = np.array([0.3, 0.3]) if plate.size is None else 0.5 * plate.size[:2]
+    corners = np.array([[-1.0, -1.0], [1.0, -1.0], [0.0, 1.0]]) * half
+    local = np.column_stack([corners, np.zeros(3)])
+    pose = robot.base.pose @ plate.pose
+    return local @ pose[:3, :3].T + pose[:3, 3]
+
+
+def _from_anchor(poses: np.ndarray, anchors: np.ndarray, number: int) -> Look:
+    """Distances from one anchor, by the tool's twist and by the places of all anchors."""
+    distance = np.linalg.norm(poses[:, :3, 3] - anchors[number], axis=1)
+    data = _rows(poses, distance=distance, anchor=np.full(len(poses), str(number)))
+    seen = DistanceObservation.of(data).see(poses, anchors[number])
+    by_anchor = np.zeros((len(poses), 1, len(anchors), 3))
+    by_anchor[:, :, number] = seen.by_unknown
+    return Look(seen.by_twist, by_anchor.reshape(len(poses), 1, -1))
+
+
+def _seen(observation: type[PoseObservation] | type[PointObservation], poses: np.ndarray) -> Look:
+    data = _rows(poses, position=poses[:, :3, 3], rotation=poses[:, :3, :3])
+    seen = observation.of(data).see(poses, np.zeros(0))
+    return Look(seen.by_twist, seen.by_unknown)
+
+
+def _rows(poses: np.ndarray, **columns: Any) -> Dataset:
+    """Rows as if the tool had been seen where it is predicted."""
+    return Dataset(q=np.zeros((len(poses), 1)), row=np.arange(len(poses)), **columns)

@@ -1,0 +1,82 @@
+"""Region: the cuboid of the workspace that matters, and the cubes that it is divided into.
+
+The cubes are those of ARIA §4.2: side L, counted along x, y, z from the least corner. Where L does not
+divide an edge the cubes are made slightly smaller along it, so that whole cubes fill the cuboid.
+"""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from workbench.base.errors import OptionError
+from workbench.base.types import Vector3, frozen
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Region:
+    """A cuboid along the axes of the robot's base.
+
+    Args:
+        min: Least corner [m].
+        max: Greatest corner [m].
+        cube: Greatest side of a cube [m].
+
+    Raises:
+        OptionError: an empty cuboid, or cubes without size.
+    """
+
+    min: Vector3
+    max: Vector3
+    cube: float = field(default=0.05)
+
+    def __post_init__(self):
+        for axis in range(3):
+            if not self.min[axis] < self.max[axis]:
+                raise OptionError(
+                    f"the region is empty along {'xyz'[axis]}: min {self.min[axis]:g} m is not below max "
+                    f"{self.max[axis]:g} m; give the smaller corner as min"
+                )
+        if not self.cube > 0:
+            raise OptionError(f"the region's cubes have side {self.cube:g} m; give a positive length")
+        object.__setattr__(self, "min", frozen(self.min))
+        object.__setattr__(self, "max", frozen(self.max))
+
+    @cached_property
+    def size(self) -> Vector3:
+        """Edges of the cuboid [m]."""
+        return frozen(self.max - self.min)
+
+    @cached_property
+    def shape(self) -> tuple[int, int, int]:
+        """Number of cubes along x, y and z."""
+        x, y, z = (max(int(np.ceil(edge / self.cube - 1e-9)), 1) for edge in self.size)
+        return x, y, z
+
+    @property
+    def cubes(self) -> int:
+        """Number of cubes."""
+        return int(np.prod(self.shape))
+
+    @cached_property
+    def centres(self) -> Float[np.ndarray, "cubes 3"]:
+        """Centres of the cubes [m], z fastest."""
+        grid = np.stack(np.meshgrid(*(np.arange(count) for count in self.shape), indexing="ij"), -1)
+        return frozen(self.min + (grid.reshape(-1, 3) + 0.5) * self.size / self.shape)
+
+    def contains(self, points: Float[np.ndarray, "rows 3"]) -> Bool[np.ndarray, " rows"]:
+        """Which points lie in the cuboid, its faces included."""
+        return np.all((points >= self.min) & (points <= self.max), axis=-1)
+
+    def cells(self, points: Float[np.ndarray, "rows 3"]) -> Int[np.ndarray, " rows"]:
+        """Number of the cube that each point lies in, as in `centres`; -1 outside."""
+        index = np.floor((points - self.min) / self.size * self.shape).astype(np.int64)
+        index = np.minimum(index, np.array(self.shape) - 1)
+        x, y, z = np.maximum(index, 0).T
+        flat = (x * self.shape[1] + y) * self.shape[2] + z
+        return np.where(self.contains(points), flat, -1)
+
+    def sample(self, rows: int, *, rng: np.random.Generator) -> Float[np.ndarray, "rows 3"]:
+        """Points spread evenly at random [m]."""
+        return rng.uniform(self.min, self.max, (rows, 3))

@@ -1,0 +1,150 @@
+"""Poses that matter: joint positions with the tool in the region that the calibration is for.
+
+Two meanings are told apart, because a calibration serves them very differently:
+
+* `region_poses`: any place in the region, any orientation within a cone about given ones (all
+  orientations by default), any inverse-kinematics branch;
+* `nearby_poses`: any place in the region, orientations within a cone about the measured ones, and the
+  same branch as the measured pose that is nearest.
+"""
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.inverse import solve as inverse
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.robot import Robot
+from workbench.base import se3
+from workbench.base.errors import DataError
+from workbench.plate.plate import Plate
+from workbench.plate.poses.sampling import TRIES, in_base
+from workbench.plate.region import Region
+
+PLATE_POSES, PLATE_CONE = 60, np.deg2rad(60.0)
+"""Poses of a plate's region for which errors are predicted; how far they turn from its targets [rad]."""
+
+
+def region_poses(
+    robot: Robot,
+    region: Region,
+    number: int,
+    *,
+    rng: np.random.Generator,
+    towards: Float[np.ndarray, "orientations 3 3"] | None = None,
+    cone: float = np.pi,
+) -> Float[np.ndarray, "rows n"]:
+    """Joint positions for random poses in the region, all inverse-kinematics branches of each.
+
+    Args:
+        robot: Geometry with limits.
+        region: Where the tool is, evenly spread.
+        number: How many poses of the tool; each gives as many rows as it has branches within limits.
+        rng: Source of the poses.
+        towards: Orientations about which the cone opens, robot's base; about any if None.
+        cone: Greatest angle from one of them [rad].
+
+    Raises:
+        DataError: practically no random pose can be reached.
+    """
+    _check_reach(robot, region)
+    rows: list[np.ndarray] = []
+    reached, tries = 0, 0
+    while reached < number:
+        wanted = robot.base.pose @ _random_poses(region, number - reached, rng, towards, cone)
+        for result in inverse.solve_many(robot, wanted):
+            rows += [branch.q for branch in result.within_limits]
+            reached += result.reachable
+        tries += len(wanted)
+        if tries > TRIES * max(reached, 1):
+            raise DataError(
+                f"robot '{robot.name}' reaches {reached} of {tries} random poses in the region "
+                f"{region.min.tolist()} to {region.max.tolist()} m; move the region or widen the cone"
+            )
+    return np.array(rows)
+
+
+def plate_region_poses(
+    robot: Robot, plate: Plate, number: int = PLATE_POSES, *, cone: float = PLATE_CONE
+) -> Float[np.ndarray, "rows n"]:
+    """Poses that a plate's region asks for: any place and branch, turned from a target by up to a cone.
+
+    The same plate gives the same poses, so that predicted errors compare.
+
+    Raises:
+        DataError: the region is out of reach.
+    """
+    rng = np.random.default_rng(0)
+    return region_poses(robot, plate.region, number, rng=rng, towards=plate.poses[:, :3, :3], cone=cone)
+
+
+def nearby_poses(
+    robot: Robot,
+    region: Region,
+    number: int,
+    *,
+    rng: np.random.Generator,
+    measured: Float[np.ndarray, "measured n"],
+    cone: float = np.deg2rad(20.0),
+) -> Float[np.ndarray, "number n"]:
+    """Joint positions for random poses near measured ones: orientation within a cone, same branch.
+
+    Args:
+        robot: Geometry with limits.
+        region: Where the tool is, evenly spread.
+        number: How many rows.
+        rng: Source of the poses.
+        measured: Joint positions of the measured poses [rad or m].
+        cone: Greatest angle from the orientation of the measured pose whose place is nearest [rad].
+
+    Raises:
+        DataError: practically no such pose can be reached.
+    """
+    places = in_base(robot, tool_poses(robot, measured))
+    found = np.zeros((0, robot.dof))
+    tries = 0
+    while len(found) < number:
+        points = region.sample(number, rng=rng)
+        nearest = np.argmin(np.linalg.norm(points[:, None] - places[None, :, :3, 3], axis=2), axis=1)
+        turns = _turns(number, rng, cone)
+        wanted = robot.base.pose @ se3.pose(turns @ places[nearest, :3, :3], points)
+        followed = inverse.follow_many(robot, wanted, measured[nearest])
+        found = np.concatenate([found, followed.q[followed.converged]])
+        tries += number
+        if tries > TRIES * max(len(found), 1):
+            raise DataError(
+                f"robot '{robot.name}' reaches {len(found)} of {tries} poses near the measured ones in the "
+                f"region {region.min.tolist()} to {region.max.tolist()} m; move the region"
+            )
+    return found[:number]
+
+
+def _check_reach(robot: Robot, region: Region) -> None:
+    """Refuse a region whose nearest point is beyond the arm's reach."""
+    nearest = float(np.linalg.norm(np.clip(0.0, region.min, region.max)))
+    if nearest > robot.reach:
+        raise DataError(
+            f"the region {region.min.tolist()} to {region.max.tolist()} m lies outside the reach of robot "
+            f"'{robot.name}': its nearest point is {nearest:.3f} m from the base, the arm reaches "
+            f"{robot.reach:.3f} m; move the region"
+        )
+
+
+def _random_poses(region, number, rng, towards, cone) -> Float[np.ndarray, "number 4 4"]:
+    if towards is None:
+        towards, cone = np.eye(3)[None], np.pi
+    centres = towards[rng.integers(0, len(towards), number)]
+    return se3.pose(_turns(number, rng, cone) @ centres, region.sample(number, rng=rng))
+
+
+def _turns(number: int, rng: np.random.Generator, cone: float) -> Float[np.ndarray, "number 3 3"]:
+    """Rotations spread evenly (Haar) over all those of at most the angle `cone` [rad]."""
+    axes = rng.normal(size=(number, 3))
+    axes /= np.linalg.norm(axes, axis=1, keepdims=True)
+    # the angle's density is 1 − cos: solve its distribution (x − sin x)/(c − sin c) = u by bisection
+    goal = rng.uniform(size=number) * (cone - np.sin(cone))
+    low, high = np.zeros(number), np.full(number, cone)
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        above = middle - np.sin(middle) > goal
+        low, high = np.where(above, low, middle), np.where(above, middle, high)
+    return se3.rotvec_to_matrix(axes * (0.5 * (low + high))[:, None])

@@ -1,0 +1,1 @@
+"""Plates as tables and JSON."""

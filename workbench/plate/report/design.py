@@ -1,0 +1,170 @@
+"""Designed plates and their yield, for people and programs."""
+
+from typing import Any
+
+import numpy as np
+from rich.console import Group, RenderableType
+from rich.markup import escape
+from rich.text import Text
+
+from workbench.plate.optimiser.blocks import places_of
+from workbench.plate.optimiser.result import PlateDesign
+from workbench.plate.production.result import Yield
+from workbench.plate.report.plates import new_table
+
+DESIGN = "workbench.plate-design/1"
+YIELD = "workbench.plate-yield/1"
+
+Json = dict[str, Any]
+
+
+def design_tables(design: PlateDesign) -> RenderableType:
+    """Target by target, then what the plate is worth."""
+    table = new_table(
+        design.plate.name,
+        *("target, branch", "place [mm]", "angles [°]", "clear [mm]", "limits [°]"),
+    )
+    places = places_of(design.plate, design.plate.poses)
+    for i, (target, place) in enumerate(zip(design.plate.targets, places, strict=True)):
+        known = len(design.clearance) > i
+        table.add_row(
+            f"{i + 1}: {escape(target.branch)}",
+            ", ".join(f"{1e3 * value:.0f}" for value in place[:3]),
+            ", ".join(f"{np.rad2deg(value):.0f}" for value in place[3:]),
+            f"{1e3 * design.clearance[i]:.1f}" if known else "–",
+            f"{np.rad2deg(design.limit_margin[i]):.0f}" if known else "–",
+        )
+    return Group(table, Text("\n".join(_design_words(design))))
+
+
+def _design_words(design: PlateDesign) -> list[str]:
+    error = f"{1e3 * design.cost:.3f} mm, {np.rad2deg(design.rotation):.3f}°"
+    words = [
+        "place: x, y on the plate, height; angles: tilt, azimuth, spin; clear of anything; joints to limits",
+        f"predicted error in the region, root mean square: {error}",
+    ]
+    if np.isfinite(design.start_cost):
+        words.append(f"the given plate: {1e3 * design.start_cost:.3f} mm, {design.gain:.2f} times as much")
+    if not design.outcome.ok:
+        words.append(f"the search was {design.outcome}; this is the best so far")
+    return [*words, *design.notes]
+
+
+def design_json(design: PlateDesign) -> Json:
+    """A designed plate with its margins."""
+    finite = np.isfinite(design.start_cost)
+    return {
+        "schema": DESIGN,
+        "plate": design.plate.name,
+        "outcome": str(design.outcome),
+        "predicted": {
+            "position_rms_mm": 1e3 * design.cost,
+            "orientation_rms_deg": float(np.rad2deg(design.rotation)),
+            "given_position_rms_mm": 1e3 * design.start_cost if finite else None,
+            "given_keeps_constraints": design.start_kept,
+        },
+        "spacing_mm": 1e3 * design.spacing if np.isfinite(design.spacing) else None,
+        "targets": [
+            {
+                "xyz": target.xyz.tolist(),
+                "rpy": target.rpy.tolist(),
+                "branch": target.branch,
+                "q": None if target.q is None else target.q.tolist(),
+                "clearance_mm": 1e3 * float(design.clearance[i]) if len(design.clearance) else None,
+                "limit_margin_deg": float(np.rad2deg(design.limit_margin[i]))
+                if len(design.limit_margin)
+                else None,
+            }
+            for i, target in enumerate(design.plate.targets)
+        ],
+        "history_mm": [1e3 * cost for cost in design.history],
+        "notes": list(design.notes),
+    }
+
+
+def yield_tables(found: Yield) -> RenderableType:
+    """The share of good arms, errors, what is to blame, and how well the prediction held."""
+    low, high = found.interval
+    arms = new_table(f"{found.arms} virtual arms, {found.requirement.words}", "", "")
+    arms.add_row("arms that meet it", f"{100 * found.share:.2f} %")
+    arms.add_row("95 % confidence", f"{100 * low:.2f} … {100 * high:.2f} %")
+    arms.add_row("arms that could not reach a target", str(int((~found.reached).sum())))
+    arms.add_row("arms that needed another branch", str(int((found.reached & ~found.planned).sum())))
+    if found.reached.any():
+        worst = np.percentile(found.position[found.reached], [50, 95, 100])
+        arms.add_row("position error, rms [mm]", f"{1e3 * found.position_rms:.3f}")
+        arms.add_row("median, 95 %, worst arm [mm]", " / ".join(f"{1e3 * value:.3f}" for value in worst))
+        arms.add_row("orientation error, rms [°]", f"{np.rad2deg(found.rotation_rms):.3f}")
+    sources = new_table("Each source alone", "", "position [mm]", "orientation [°]", "share [%]")
+    for name, share in sorted(found.shares.items(), key=lambda item: -item[1]):
+        position, rotation = found.sources[name]
+        sources.add_row(name, f"{1e3 * position:.4f}", f"{np.rad2deg(rotation):.4f}", f"{100 * share:.1f}")
+    return Group(arms, sources, Text("\n".join(_yield_words(found))))
+
+
+def _yield_words(found: Yield) -> list[str]:
+    words = []
+    if found.blame is not None:
+        words.append(f"the {found.blame} matters most")
+    if len(found.cells):
+        position = found.agreement[:, 0]
+        words.append(
+            f"observed by predicted position error in {len(found.cells)} cubes: {position.min():.2f} … "
+            f"{position.max():.2f}"
+        )
+    if not found.outcome.ok:
+        words.append(f"the trial was {found.outcome}; these are the arms so far")
+    return [*words, *found.notes]
+
+
+def yield_sentence(found: Yield) -> str:
+    """Share of the arms that meet the requirement, its interval, and the error that matters most."""
+    low, high = (100 * bound for bound in found.interval)
+    words = (
+        f"{100 * found.share:.1f} % of {found.arms} virtual arms meet {found.requirement.words} everywhere "
+        f"in the region (95 % confidence {low:.1f} … {high:.1f} %)"
+    )
+    return words if found.blame is None else f"{words}; the {found.blame} matters most"
+
+
+def yield_json(found: Yield) -> Json:
+    """The yield with the distribution over the cubes of the region."""
+    low, high = found.interval
+    return {
+        "schema": YIELD,
+        "outcome": str(found.outcome),
+        "arms": found.arms,
+        "requirement": {
+            "position_mm": 1e3 * found.requirement.per_axis,
+            "orientation_deg": float(np.rad2deg(found.requirement.angle)),
+        },
+        "share": found.share,
+        "share_95": [low, high],
+        "not_reached": int((~found.reached).sum()),
+        "other_branch": int((found.reached & ~found.planned).sum()),
+        "position_rms_mm": 1e3 * found.position_rms if found.reached.any() else None,
+        "orientation_rms_deg": float(np.rad2deg(found.rotation_rms)) if found.reached.any() else None,
+        "sources": {
+            name: {
+                "position_rms_mm": 1e3 * position,
+                "orientation_rms_deg": float(np.rad2deg(rotation)),
+                "share": found.shares.get(name, 0.0),
+            }
+            for name, (position, rotation) in found.sources.items()
+        },
+        "cubes": [
+            {
+                "cube": int(cell),
+                "samples": int(samples),
+                "position_mm": {"predicted": 1e3 * float(p[0]), "observed": 1e3 * float(o[0])},
+                "orientation_deg": {
+                    "predicted": float(np.rad2deg(p[1])),
+                    "observed": float(np.rad2deg(o[1])),
+                },
+            }
+            for cell, samples, p, o in zip(
+                found.cells, found.samples, found.predicted, found.observed, strict=True
+            )
+        ],
+        "notes": list(found.notes),
+    }

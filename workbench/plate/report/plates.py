@@ -1,0 +1,223 @@
+"""Plates for people and programs: what they tell, target by target and side by side."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+from rich import box
+from rich.console import Group, RenderableType
+from rich.markup import escape
+from rich.table import Table
+from rich.text import Text
+
+from workbench.arm.combinations import combinations
+from workbench.arm.parameters import Parameter
+from workbench.arm.robot import JointKind, Robot
+from workbench.plate.clustering import Cluster, Clustering
+from workbench.plate.indices import INDICES, I
+from workbench.plate.region_poses import PLATE_CONE
+from workbench.plate.score import PlateScore, SetScore
+
+Json = dict[str, Any]
+
+SCORE = "workbench.plate-score/1"
+COMPARISON = "workbench.plate-comparison/1"
+CLUSTERING = "workbench.clustering/1"
+
+
+def new_table(title: str, *columns: str) -> Table:
+    """A table of the usual look: the first column's words on the left, numbers on the right."""
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, title=escape(title), title_justify="left")
+    for number, column in enumerate(columns):
+        table.add_column(escape(column), justify="right" if number else "left", no_wrap=bool(number))
+    return table
+
+
+def score_tables(score: PlateScore) -> RenderableType:
+    """Target by target, then the set in the mixed and in the best single branch."""
+    targets = new_table(
+        f"{score.plate.name} for {score.robot.name}", "target", "branch", "O", "share of I [%]"
+    )
+    chosen = score.measured
+    for k, branch in enumerate(chosen.branches):
+        targets.add_row(
+            str(k + 1), escape(branch), f"{chosen.per_target[k]:.4f}", f"{100 * chosen.shares[k]:.1f}"
+        )
+    sets = new_table("The set", "", "as measured", "one branch")
+    for what, cells in _set_rows([chosen, score.single]):
+        sets.add_row(escape(what), *cells)
+    noise = f"{1e3 * score.sigma[0]:g} mm, {np.rad2deg(score.sigma[1]):g}°"
+    words = [
+        f"predicted errors: {score.region_rows} joint positions in the region, any branch, turned from a "
+        f"target by up to {np.rad2deg(PLATE_CONE):.0f}°; instrument {noise}",
+        f"scaling: rows by these deviations, angles as arcs at {score.length:.3f} m (the arm's reach); O and "
+        "σmin/σmax unscaled, as in the paper",
+        "one branch: " + (escape(score.single.branches[0]) if score.single else "none reaches all targets"),
+    ]
+    if chosen.rank < chosen.visible:
+        words.append(f"not told apart: {'; '.join(_open_words(chosen))}; vary targets or branches")
+    return Group(targets, sets, Text("\n".join(words)))
+
+
+def comparison_table(scores: Sequence[PlateScore]) -> RenderableType:
+    """Plates side by side, the best predicted error first named."""
+    table = new_table("Plates compared", "", *(s.plate.name for s in scores))
+    table.add_row("targets", *(str(len(s.plate)) for s in scores))
+    for words, cells in _set_rows([s.measured for s in scores]):
+        table.add_row(escape(words), *cells)
+    single = [_cell(s.single, lambda one: 1e3 * one.error.position_rms) for s in scores]
+    table.add_row(escape("position error with one branch, rms [mm]"), *single)
+    best = min(scores, key=lambda s: s.measured.error.position_rms)
+    words = (
+        f"errors are predicted in the region of {scores[0].plate.name}, about its orientations\n"
+        f"smallest predicted position error: {best.plate.name}"
+    )
+    return Group(table, Text(words))
+
+
+def _set_rows(sets: Sequence[SetScore | None]) -> list[tuple[str, list[str]]]:
+    """Words and one cell for each set: predicted errors, rank, indices."""
+    rows: list[tuple[str, list[str]]] = [
+        ("position error, rms [mm]", [_cell(s, lambda s: 1e3 * s.error.position_rms) for s in sets]),
+        ("position error, mean [mm]", [_cell(s, lambda s: 1e3 * s.error.position_mean) for s in sets]),
+        ("orientation error, rms [°]", [_cell(s, lambda s: np.rad2deg(s.error.rotation_rms)) for s in sets]),
+        ("rank", ["–" if s is None else f"{s.rank} of {s.visible}" for s in sets]),
+        ("σmin/σmax of the stacked Jacobian", [_cell(s, lambda s: s.stacked) for s in sets]),
+    ]
+    meanings = {name: index.meaning for name, index in INDICES.items()} | {I.name: I.meaning}
+    for name, meaning in meanings.items():
+        cells = ["–" if s is None else _number(s.indices[name]) for s in sets]
+        rows.append((f"{name}: {meaning}", cells))
+    return rows
+
+
+def _open_words(score: SetScore) -> list[str]:
+    """What a set leaves open, as people say it."""
+    parameters = tuple(Parameter(n, "", 0.0) for n in score.names)
+    return [found.words for found in combinations(score.open, parameters)]
+
+
+def _cell(score: SetScore | None, value) -> str:
+    return "–" if score is None else _number(value(score))
+
+
+def _number(value: float) -> str:
+    return f"{value:.4g}" if np.isfinite(value) else "open"
+
+
+def score_json(score: PlateScore) -> Json:
+    """The same in SI, with angles in rad but errors in mm and degrees as everywhere."""
+    return {"schema": SCORE, **_plate_json(score)}
+
+
+def comparison_json(scores: Sequence[PlateScore]) -> Json:
+    """Scores of several plates."""
+    best = min(scores, key=lambda s: s.measured.error.position_rms)
+    return {
+        "schema": COMPARISON,
+        "robot": scores[0].robot.name,
+        "region_of": scores[0].plate.name,
+        "best": best.plate.name,
+        "plates": [_plate_json(score) for score in scores],
+    }
+
+
+def _plate_json(score: PlateScore) -> Json:
+    return {
+        "robot": score.robot.name,
+        "plate": score.plate.name,
+        "noise": {"position_mm": 1e3 * score.sigma[0], "orientation_deg": np.rad2deg(score.sigma[1])},
+        "scaling_length_m": score.length,
+        "targets": [
+            {"target": k + 1, "branch": branch, "q": score.measured.q[k], "O": o, "share": share}
+            for k, (branch, o, share) in enumerate(
+                zip(score.measured.branches, score.measured.per_target, score.measured.shares, strict=True)
+            )
+        ],
+        "set": set_json(score.measured),
+        "one_branch": None
+        if score.single is None
+        else {"branch": score.single.branches[0], **set_json(score.single)},
+    }
+
+
+def set_json(score: SetScore) -> Json:
+    """What one set of measurements is worth."""
+    return {
+        "predicted": {
+            "position_mm": {
+                "mean": 1e3 * score.error.position_mean,
+                "rms": 1e3 * score.error.position_rms,
+                "max": 1e3 * float(score.error.position.max(initial=0.0)),
+            },
+            "orientation_deg": {
+                "mean": np.rad2deg(score.error.rotation_mean),
+                "rms": np.rad2deg(score.error.rotation_rms),
+                "max": float(np.rad2deg(score.error.rotation.max(initial=0.0))),
+            },
+        },
+        "indices": score.indices,
+        "stacked_ratio": score.stacked,
+        "rank": score.rank,
+        "visible": score.visible,
+        "parameters": len(score.names),
+        "open": _open_words(score),
+    }
+
+
+def cluster_tables(found: Clustering) -> RenderableType:
+    """The poses with their cubes, and what equal O alone would have been worth."""
+    cubes = found.region.centres[found.best.cubes]
+    poses = new_table(
+        f"{len(cubes)} poses of equal O for {found.robot.name}",
+        "pose",
+        "cube about [mm]",
+        "O",
+        "joints [°, mm]",
+    )
+    for k, (cube, o, q) in enumerate(zip(cubes, found.best.o, found.best.q, strict=True)):
+        joints = " ".join(f"{v:.1f}" for v in in_degrees(found.robot, q))
+        poses.add_row(str(k + 1), " ".join(f"{1e3 * v:.0f}" for v in cube), f"{o:.5f}", joints)
+    sets = new_table("Sets with equal O", "", "cubes", "O apart [%]", "rank", "σmin/σmax", found.index)
+    for words, cluster in (
+        ("the best", found.best),
+        ("the first found", found.plain),
+        ("joint 1 alone turned", found.turned),
+    ):
+        numbers = (f"{100 * cluster.difference:.2g}", str(cluster.rank))
+        values = (_number(cluster.stacked), _number(cluster.value))
+        sets.add_row(words, str(len(cluster.cubes)), *numbers, *values)
+    return Group(poses, sets)
+
+
+def in_degrees(robot: Robot, q: Float[np.ndarray, " n"]) -> list[float]:
+    """Joint positions for people: degrees, and mm of sliding joints."""
+    return [
+        1e3 * v if joint.kind is JointKind.PRISMATIC else float(np.rad2deg(v))
+        for joint, v in zip(robot.moving, q, strict=True)
+    ]
+
+
+def cluster_json(found: Clustering) -> Json:
+    """The same in SI."""
+    sets = {"best": found.best, "plain": found.plain, "turned": found.turned}
+    return {
+        "schema": CLUSTERING,
+        "robot": found.robot.name,
+        "index": found.index,
+        "region": {"min": found.region.min, "max": found.region.max, "cube": found.region.cube},
+        **{name: _cluster_json(cluster) for name, cluster in sets.items()},
+    }
+
+
+def _cluster_json(cluster: Cluster) -> Json:
+    return {
+        "q": cluster.q,
+        "O": cluster.o,
+        "difference": cluster.difference,
+        "cubes": cluster.cubes,
+        "rank": cluster.rank,
+        "stacked_ratio": cluster.stacked,
+        "index": cluster.value,
+    }

@@ -1,0 +1,215 @@
+"""The score of a plate: what its targets tell about the arm, each measured once, and what that is worth.
+
+Two things are scored: the targets in the branches that are to be measured (those that the plate names, or
+the mix that makes the predicted error smallest), and in the best single branch for all of them.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.linearisation import Linearisation
+from workbench.arm.robot import Robot
+from workbench.base.types import Outcome, frozen
+from workbench.plate.accuracy import PredictedError, position_weight, predicted_error
+from workbench.plate.branches import choose_branches, plate_solutions, single_branches
+from workbench.plate.freedom import (
+    identified_names,
+    visible,
+    visible_basis,
+    visible_weight,
+)
+from workbench.plate.indices import I, O, evaluate
+from workbench.plate.placement import check_place
+from workbench.plate.plate import Plate
+from workbench.plate.region_poses import plate_region_poses
+from workbench.plate.target_rows import SIGMA_POSITION, SIGMA_ROTATION, linearise_targets
+
+STARTS = 20
+"""Random mixes of branches that are improved."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class SetScore:
+    """What a set of measurements at a plate's targets is worth.
+
+    Args:
+        q: Joint positions at the targets [rad or m].
+        branches: Name of each target's branch.
+        per_target: O of each target alone, ARIA eq. (17).
+        shares: What each target gives to the index I: the part of it that would be lost without the target.
+        stacked: σmin/σmax of the stacked Jacobian as the paper has it: unscaled, metres and radians mixed.
+        indices: O, O1 … O5, A, D and I of the set; of the combinations that measurements anywhere show.
+        rank: Combinations of constants that the set determines.
+        visible: How many measurements anywhere could determine.
+        names: The constants that are identified.
+        open: Combinations of them that the set leaves open though others would not, as columns [rad, m].
+        error: Predicted errors over the region.
+    """
+
+    q: Float[np.ndarray, "targets n"]
+    branches: tuple[str, ...]
+    per_target: Float[np.ndarray, " targets"]
+    shares: Float[np.ndarray, " targets"]
+    stacked: float
+    indices: dict[str, float]
+    rank: int
+    visible: int
+    names: tuple[str, ...]
+    open: Float[np.ndarray, "p missing"]
+    error: PredictedError
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PlateScore:
+    """A plate's score.
+
+    Args:
+        plate: The plate.
+        robot: The arm.
+        measured: In the branches that are to be measured.
+        single: In the best single branch for all targets; None where no branch reaches all.
+        sigma: Standard deviations of the instrument [m], [rad]; they whiten the rows for all indices but O.
+        length: Length at which an angle counts as an arc, for all indices but O [m].
+        region_rows: For how many joint positions in the region the error is predicted.
+        outcome: How the choice of branches ended.
+    """
+
+    plate: Plate
+    robot: Robot
+    measured: SetScore
+    single: SetScore | None
+    sigma: tuple[float, float]
+    length: float
+    region_rows: int
+    outcome: Outcome
+
+
+@dataclass(frozen=True, eq=False)
+class TargetScorer:
+    """Scores sets of joint positions at a plate's targets; what they share is computed once.
+
+    Args:
+        robot: Nominal arm.
+        plate: The targets.
+        q_region: Poses for which the error is predicted [rad or m].
+        names: What is identified.
+        basis: Combinations of it that can be seen, from `visible_basis`.
+        sigma: Standard deviations of the instrument [m], [rad].
+    """
+
+    robot: Robot
+    plate: Plate
+    q_region: Float[np.ndarray, "rows n"]
+    names: tuple[str, ...]
+    basis: Float[np.ndarray, "p r"] | None
+    sigma: tuple[float, float] = (SIGMA_POSITION, SIGMA_ROTATION)
+
+    def score(self, q: Float[np.ndarray, "targets n"], branches: tuple[str, ...]) -> SetScore:
+        """The score of one row of joint positions per target, in the plate's order."""
+        whole = linearise_targets(
+            self.robot,
+            self.plate,
+            q,
+            names=self.names,
+            sigma_position=self.sigma[0],
+            sigma_rotation=self.sigma[1],
+        )
+        seen = visible(whole, self.basis)
+        arm = linearise_targets(self.robot, self.plate, q)  # O is of the arm's own constants
+        index = self._index(whole)
+        value = index.value(seen)
+        lost = index.contributions(seen)
+        return SetScore(
+            q=frozen(q),
+            branches=branches,
+            per_target=frozen(O().per_pose(arm)),
+            shares=frozen(lost / value if value > 0 else np.zeros(len(q))),
+            stacked=_ratio(arm),
+            indices={"O": O().value(arm)}
+            | {name: x for name, x in evaluate(seen).items() if name != "O"}
+            | {"I": value},
+            rank=whole.rank(),
+            visible=len(seen.names),
+            names=self.names,
+            open=frozen(self._open(whole, seen)),
+            error=predicted_error(whole, self.robot, self.q_region),
+        )
+
+    def _index(self, whole: Linearisation) -> I:
+        weight = position_weight(self.robot, self.q_region, self.names, whole.weights)
+        return I(visible_weight(weight, self.basis))
+
+    def _open(self, whole: Linearisation, seen: Linearisation) -> Float[np.ndarray, "p missing"]:
+        unseen = seen.unidentifiable if self.basis is None else self.basis @ seen.unidentifiable
+        return unseen * whole.weights[:, None]
+
+
+def score_plate(
+    robot: Robot,
+    plate: Plate,
+    *,
+    sigma: tuple[float, float] = (SIGMA_POSITION, SIGMA_ROTATION),
+    base: bool | None = None,
+    tool: bool | None = None,
+    matter: Float[np.ndarray, "rows n"] | None = None,
+    rng: np.random.Generator,
+    progress: Callable[[float], None] | None = None,
+    cancel: Callable[[], bool] | None = None,
+) -> PlateScore:
+    """Score a plate for a robot.
+
+    Args:
+        robot: Nominal arm.
+        plate: Its targets and region.
+        sigma: Standard deviations of the instrument, position [m] and rotation [rad].
+        base: Whether the base is unknown and identified too; as the robot says if None.
+        tool: Whether the tool is.
+        matter: Poses for which the error is predicted [rad or m]; those of the plate's own region if None.
+        rng: Source of the mixes of branches that are tried.
+        progress: Called with the share of the work done.
+        cancel: Asked now and then whether to stop with the best branches so far.
+
+    Raises:
+        DataError: a plate without targets or inside the robot's base, a target out of reach, or a region.
+    """
+    check_place(robot, plate)
+    names = identified_names(robot, base=base, tool=tool)
+    solutions = plate_solutions(robot, plate)
+    q_region = plate_region_poses(robot, plate) if matter is None else matter
+    choice = choose_branches(
+        robot,
+        plate,
+        solutions,
+        goal=q_region,
+        rng=rng,
+        names=names,
+        sigma_position=sigma[0],
+        sigma_rotation=sigma[1],
+        starts=STARTS,
+        progress=progress,
+        cancel=cancel,
+    )
+    scorer = TargetScorer(robot, plate, q_region, names, visible_basis(robot, names), sigma)
+    alike = choice.best_single
+    return PlateScore(
+        plate=plate,
+        robot=robot,
+        measured=scorer.score(choice.q, choice.branches),
+        single=None
+        if alike is None
+        else scorer.score(single_branches(solutions)[alike], (alike,) * len(plate)),
+        sigma=sigma,
+        length=robot.reach,
+        region_rows=len(q_region),
+        outcome=choice.outcome,
+    )
+
+
+def _ratio(linearisation: Linearisation) -> float:
+    """σmin/σmax of the unscaled Jacobian; zero where it has fewer rows than columns."""
+    values = np.linalg.svd(linearisation.unwhitened, compute_uv=False)
+    full = len(values) == len(linearisation.names) and values[0] > 0
+    return float(values[-1] / values[0]) if full else 0.0

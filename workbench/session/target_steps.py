@@ -1,0 +1,124 @@
+"""What commands about targets share: steps for undo, the score after a change, the history of scores."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from workbench.base.errors import OptionError
+from workbench.plate.plate import Plate
+from workbench.session.clearance import first_hit
+from workbench.session.reach import ways_to
+from workbench.session.score import score
+from workbench.session.state import (
+    UNDO_STEPS,
+    Focus,
+    Score,
+    Session,
+    Step,
+    TargetState,
+)
+
+
+def check_free(session: Session) -> None:
+    """Refuse while somebody drags."""
+    if session.holder is not None:
+        raise OptionError(f"target {session.holder.target + 1} is being dragged; wait until it is let go")
+
+
+def check_unlocked(session: Session, number: int) -> None:
+    """Refuse to move a locked target."""
+    session.check_target(number)
+    if session.plate.targets[number].locked:
+        raise OptionError(f"target {number + 1} is locked; unlock it to move it")
+
+
+def remember(session: Session) -> Session:
+    """The session that undo comes back to is the present one."""
+    step = Step(session.plate, session.states)
+    return replace(session, done=(*session.done, step)[-UNDO_STEPS:], undone=())
+
+
+def stand(
+    session: Session, plate: Plate, states: tuple[TargetState, ...], *, selected: int | None = None
+) -> Session:
+    """The session with these targets, scored; in the middle of a drag."""
+    chosen = session.selected if selected is None else selected
+    new = score(session.robot, plate, states, noise=session.noise, region_q=session.region_q)
+    return replace(
+        session,
+        plate=plate,
+        states=states,
+        score=new,
+        selected=min(max(chosen, 0), len(plate) - 1),
+        focus=Focus.TARGET,
+    )
+
+
+def changed(
+    session: Session, plate: Plate, states: tuple[TargetState, ...], *, selected: int | None = None
+) -> Session:
+    """The session with these targets, scored, as a step of its own."""
+    return settled(stand(remember(session), plate, states, selected=selected))
+
+
+def settled(session: Session) -> Session:
+    """The session after a step: the score enters the history, the ways to the target are all known."""
+    return with_ways(counted(replace(session, states=_seen_anew(session))))
+
+
+def counted(session: Session) -> Session:
+    """The session with its score in the history, and as the best one if it is."""
+    session = replace(session, history=(*session.history, session.score)[-UNDO_STEPS:])
+    if session.best_score is None or is_better(session.score, session.best_score):
+        best = Step(session.plate, session.states)
+        session = replace(session, best=best, best_score=session.score)
+    return session
+
+
+def _seen_anew(session: Session) -> tuple[TargetState, ...]:
+    """The same states, each with what the arm runs into now that other blocks may have moved."""
+    hits = [first_hit(session.robot, session.plate, s.q) if s.reached else "" for s in session.states]
+    return tuple(
+        state if hit == state.hit else replace(state, hit=hit)
+        for state, hit in zip(session.states, hits, strict=True)
+    )
+
+
+def with_ways(session: Session, number: int | None = None) -> Session:
+    """The session with all branches that reach a target, the selected one if no number is given."""
+    target = session.plate.targets[session.selected if number is None else number]
+    if target is session.ways_of:
+        return session
+    return replace(session, ways=ways_to(session.robot, target), ways_of=target)
+
+
+def judged_anew(session: Session) -> Session:
+    """The session after what the scores mean has changed: now, first and best are compared alike."""
+
+    def scored(step: Step) -> Score:
+        return score(session.robot, step.plate, step.states, noise=session.noise, region_q=session.region_q)
+
+    now = scored(Step(session.plate, session.states))
+    first = scored(Step(session.first_plate, session.first_states))
+    best = Step(session.plate, session.states)
+    return replace(session, score=now, first_score=first, history=(now,), best=best, best_score=now)
+
+
+def is_better(score: Score, than: Score) -> bool:
+    """Less error predicted in the region; where that is unknown, more observable by O1."""
+    if np.isnan(score.position) or np.isnan(than.position):
+        return score.indices["O1"] > than.indices["O1"]
+    return score.position < than.position
+
+
+def first_difference(before: Plate, after: Plate) -> int | None:
+    """The first target that differs."""
+    for i, (a, b) in enumerate(zip(before.targets, after.targets, strict=False)):
+        if a is not b:
+            return i
+    return None
+
+
+def with_item(items: tuple, index: int, item) -> tuple:
+    """The tuple with one entry replaced."""
+    return (*items[:index], item, *items[index + 1 :])

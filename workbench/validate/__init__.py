@@ -1,1 +1,0 @@
-"""Validation: errors on rows that took no part in the fit, and what they mean for the user."""

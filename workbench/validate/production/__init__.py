@@ -1,1 +1,0 @@
-"""Production: a plate used on every arm that leaves the shop, tried out on thousands of virtual arms."""

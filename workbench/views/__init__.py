@@ -1,0 +1,1 @@
+"""The views of a session: what is drawn, in the browser and in recordings."""

@@ -1,0 +1,178 @@
+"""Bodies for an arm that has no meshes: made from its chain, so that they fit any convention.
+
+The link after joint k is drawn along the way that the chain takes from that joint's axis to the next one;
+a cylinder marks each axis. All parts of a link move with the frame right after the joint's own element.
+"""
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm import chain as chains
+from workbench.arm.chain import Element
+from workbench.arm.kinematics import skeleton
+from workbench.arm.kinematics.forward import joint_elements, link_frames
+from workbench.arm.robot import JointKind, Robot
+from workbench.base import se3
+from workbench.base.types import Matrix4
+from workbench.views.appearance.colours import (
+    FOOT,
+    JOINT,
+    LINK,
+    PROBE,
+)
+from workbench.views.appearance.shapes import (
+    Solid,
+    along,
+    ball,
+    cylinder,
+    merged,
+    tube,
+)
+
+THICK, THIN = 0.035, 0.021
+"""Radius of the first and of the last link, as a share of the arm's reach."""
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A solid of one colour."""
+
+    solid: Solid
+    colour: tuple[int, int, int]
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """What moves with one frame: the base, or the link after a joint."""
+
+    parts: tuple[Part, ...]
+
+    @property
+    def solid(self) -> Solid | None:
+        """All parts as one; None where there is nothing to see."""
+        return merged([p.solid for p in self.parts]) if self.parts else None
+
+
+def make_bodies(robot: Robot, *, swell: float = 1.0) -> tuple[Body, ...]:
+    """The bodies of the robot's file, or generated ones where it has none.
+
+    Args:
+        robot: The arm.
+        swell: How much thicker than usual generated ones are: for a shell about another arm.
+    """
+    return file_bodies(robot) or generated_bodies(robot, swell=swell)
+
+
+def generated_bodies(robot: Robot, *, swell: float = 1.0) -> tuple[Body, ...]:
+    """The base's body and one per joint, each in its own frame of `body_frames`.
+
+    Args:
+        robot: The arm.
+        swell: How much thicker than usual: for a shell about another arm.
+    """
+    drivers = joint_elements(robot)
+    order = np.argsort(drivers)
+    ways = skeleton.link_ways(robot)
+    radii = swell * robot.reach * np.linspace(THICK, THIN, max(len(order), 2))
+    bodies: list[Body | None] = [None] * len(order)
+    for i, k in enumerate(order):
+        element = robot.chain.elements[drivers[k]]
+        last = i == len(order) - 1
+        housing = _housing(element, float(radii[i]), first=i == 0)
+        bodies[k] = _link(ways[k + 1], float(radii[i]), housing, last=last)
+    return (_foot(robot, ways[0], float(radii[0])), *(b for b in bodies if b is not None))
+
+
+def file_bodies(robot: Robot) -> tuple[Body, ...]:
+    """Bodies as the robot's URDF shows them, in the frames of `body_frames`; none without meshes."""
+    if robot.urdf is None:
+        return ()
+    from workbench.arm.meshes import link_meshes
+
+    still = np.zeros(robot.dof)
+    links = link_frames(robot, still[None])[0]
+    into = se3.inverse(robot.base.pose @ body_frames(robot, still))
+    moving = np.cumsum([0, *(joint.kind is not JointKind.FIXED for joint in robot.joints)])
+    parts: list[list[Part]] = [[] for _ in range(robot.dof + 1)]
+    for piece in link_meshes(robot):
+        body = int(moving[piece.entry])
+        solid = Solid(piece.vertices, piece.faces).moved(into[body] @ links[piece.entry])
+        parts[body].append(Part(solid, piece.colour))
+    return tuple(Body(tuple(p)) for p in parts) if any(parts) else ()
+
+
+def body_frames(
+    robot: Robot, q: Float[np.ndarray, " n"], *, shift: Float[np.ndarray, "_ _"] = chains.NO_SHIFT
+) -> Float[np.ndarray, "bodies 4 4"]:
+    """Where each body stands, in the frame of the robot's base.
+
+    Args:
+        robot: The arm.
+        q: Joint positions [rad or m].
+        shift: What is added to each element of its chain, one row [rad or m]; nothing if empty.
+    """
+    return skeleton.body_frames(robot, q[None], shift=shift)[0]
+
+
+def _link(way: Float[np.ndarray, "points 3"], radius: float, housing: Solid, *, last: bool) -> Body:
+    """A tube along the way, a housing about the axis, and the probe at the end of the last link.
+
+    Balls round the bends off; housings hide both ends but the last link's.
+    """
+    probe: list[Solid] = []
+    if last and len(way) > 1:
+        stop, probe = _probe(way[-2], way[-1], radius)
+        way = np.array([*way[:-1], stop])
+    shell = [tube(start, end, radius) for start, end in itertools.pairwise(way)]
+    shell += [ball(radius, bend) for bend in (way[1:] if last else way[1:-1])]
+    parts = [Part(housing, JOINT)]
+    if shell:
+        parts.append(Part(merged(shell), LINK))
+    if probe:
+        parts.append(Part(merged(probe), PROBE))
+    return Body(tuple(parts))
+
+
+def _housing(element: Element, radius: float, *, first: bool) -> Solid:
+    """A cylinder about the joint's axis; the first one does not reach down into the ground."""
+    length = (1.2 if element.axis.turns else 2.0) * radius
+    solid = cylinder(1.16 * radius, 0.0 if first else -length, length, bevel=0.16 * radius)
+    return solid.moved(along(np.eye(3)[element.axis % 3], np.zeros(3)))
+
+
+def _probe(start: np.ndarray, end: np.ndarray, radius: float) -> tuple[np.ndarray, list[Solid]]:
+    """Where the last tube stops, and a slender probe from there to the tool's origin."""
+    length = float(np.linalg.norm(end - start))
+    if length < 3.0 * radius:
+        return end, []
+    direction = (end - start) / length
+    stop = end - direction * min(0.5 * length, 4.0 * radius)
+    neck, slender = stop + direction * radius, 0.3 * radius
+    tip = end - direction * 2.0 * slender
+    flange = cylinder(1.15 * radius, 0.0, 0.35 * radius, bevel=0.08 * radius)
+    solids = [
+        flange.moved(along(direction, neck)),
+        tube(neck, tip, slender),
+        tube(tip, end, slender, 0.02 * radius),
+    ]
+    return stop, solids
+
+
+def _foot(robot: Robot, way: Float[np.ndarray, "points 3"], radius: float) -> Body:
+    """A foot on the floor, a stand up to the arm's first frame, and a post where its first axis lies away."""
+    height = skeleton.height_above_floor(robot)
+    parts = [Part(cylinder(2.0 * radius, -height, 0.45 * radius - height, bevel=0.12 * radius), FOOT)]
+    if height > 0.0:
+        parts.append(Part(cylinder(1.1 * radius, -height, 0.0), LINK))
+    post = [tube(a, b, radius) for a, b in itertools.pairwise(way)]
+    if post:
+        parts.append(Part(merged([*post, *(ball(radius, p) for p in way[1:])]), LINK))
+    return Body(tuple(parts))
+
+
+def tool_pose(robot: Robot, q: Float[np.ndarray, " n"]) -> Matrix4:
+    """Pose of the tool in the frame of the robot's base."""
+    return se3.inverse(robot.base.pose) @ chains.poses(robot.chain, q[None])[0]

@@ -1,0 +1,73 @@
+"""The app: a session, its worker, and a page that shows it."""
+
+from collections.abc import Iterable
+
+import viser
+
+from workbench.arm.robot import Robot
+from workbench.plate.plate import Plate
+from workbench.session.commands import CHORES, LoadData, TellSource
+from workbench.session.journal.folder import Begun, unrecorded
+from workbench.session.live import LiveSource
+from workbench.session.steering import VirtualDriver
+from workbench.session.worker import Worker
+from workbench.views.page.demo import Demo
+from workbench.views.page.local_server import (
+    local_server,
+    page_address,
+    session_link,
+    stop_server,
+)
+from workbench.views.page.render import BrowserView
+
+
+class App:
+    """A running app.
+
+    Args:
+        robot: Nominal robot.
+        plate: Fixture with its targets.
+        data: Name and contents of a measurement file to begin with.
+        server: Where the page is shown; None for one of its own at any free port.
+        begun: The session and what follows it, such as a recording; None for a new one, not recorded.
+        demo: Pace of the demo that plays at first, 1 for two minutes; None: no demo.
+        source: Name and lines of a live source that tells where a real arm stands; None: no such arm.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        plate: Plate,
+        *,
+        data: tuple[str, bytes] | None = None,
+        server: viser.ViserServer | None = None,
+        begun: Begun | None = None,
+        demo: float | None = None,
+        source: tuple[str, Iterable[str]] | None = None,
+    ):
+        begun = unrecorded(robot, plate) if begun is None else begun
+        self.server = local_server() if server is None else server
+        self.worker = Worker(begun.session, keepers=begun.keepers, journal=begun.entries, chores=CHORES)
+        link = session_link(self.server, begun.name) if begun.name else ""
+        self.view = BrowserView(self.server, self.worker, link=link)
+        self.worker.add_view(self.view)
+        self.worker.add_view(VirtualDriver(self.worker))
+        if source is not None:
+            self.worker.add_view(LiveSource(self.worker, source[1], name=source[0]))
+        elif (left := begun.session.source) is not None and left.is_open:  # of a session that goes on
+            self.worker.submit(TellSource(left.name, is_open=False))
+        if data is not None:
+            self.worker.submit(LoadData(*data))
+        self.demo = None if demo is None else Demo(self.worker, pace=demo)
+
+    @property
+    def url(self) -> str:
+        """Address of the page."""
+        return page_address(self.server)
+
+    def close(self) -> None:
+        """Stop the demo, the worker and the server."""
+        if self.demo is not None:
+            self.demo.stop()
+        self.worker.close()
+        stop_server(self.server)

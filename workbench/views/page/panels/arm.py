@@ -1,0 +1,89 @@
+"""Which arm, from the list or from a file, and what is known of it."""
+
+import numpy as np
+import viser
+
+from workbench.arm.library import built_in_robots
+from workbench.arm.robot import JointKind, Robot
+from workbench.session.commands import ChooseRobot, LoadModel, Tell
+from workbench.session.commands.arm import LARGEST_MODEL
+from workbench.session.state import Session
+from workbench.session.worker import Worker
+from workbench.views.page.html import (
+    block,
+    heading,
+    pairs,
+    text,
+)
+from workbench.views.page.panels.panel import AbstractPanel, on_press
+
+
+class ArmPanel(AbstractPanel):
+    """Choosing begins anew with another arm."""
+
+    def __init__(self, worker: Worker):
+        self._worker = worker
+        self._shown: Robot | None = None
+
+    def build(self, server: viser.ViserServer) -> None:
+        """List, upload, facts."""
+        gui = server.gui
+        self._choice = gui.add_dropdown(
+            "Robot",
+            list(built_in_robots()),
+            initial_value="aria",
+            hint="The arms that come with the program.",
+        )
+        self._change = gui.add_button(
+            "Change to this robot",
+            icon=viser.Icon.ROBOT,
+            color="gray",
+            hint="Begin anew with this arm; the plate stays if the arm reaches at least half of it.",
+        )
+        on_press(self._change, lambda: self._worker.submit(ChooseRobot(self._choice.value)))
+        upload = gui.add_upload_button(
+            "Open a robot or plate",
+            icon=viser.Icon.UPLOAD,
+            color="gray",
+            mime_type=".toml,.urdf,.xml",
+            hint="A robot as TOML or URDF, or a plate as TOML; measurements go to the Measure tab.",
+        )
+
+        @upload.on_upload
+        async def _(event: viser.GuiEvent) -> None:
+            file = event.target.value
+            if len(file.content) > LARGEST_MODEL:
+                size = len(file.content) / 2**20
+                words = f"{file.name[-80:]} has {size:.0f} MiB; a robot or plate is no larger than 2 MiB"
+                self._worker.submit(Tell(words))
+                return
+            self._worker.submit(LoadModel(file.name, bytes(file.content)))
+
+        self._facts = gui.add_html("")
+
+    def show(self, session: Session) -> None:
+        """The present arm."""
+        self._change.disabled = session.job is not None
+        if session.robot is self._shown:
+            return
+        self._shown = session.robot
+        self._facts.content = block(facts(session.robot), testid="arm", style="margin:6px 0")
+
+
+def facts(robot: Robot) -> str:
+    """What is known of an arm, in HTML."""
+    slides = sum(j.kind is JointKind.PRISMATIC for j in robot.moving)
+    masses = "known" if robot.has_masses else "unknown: effects that depend on loads can't be found"
+    limited = int(np.isfinite(robot.limits).all(1).sum())
+    items = [
+        ("Name", robot.name),
+        ("Joints", f"{robot.dof}" + (f", of which {slides} slide" if slides else "")),
+        ("Limits", f"of {limited} joints"),
+        ("Reach", f"{1e3 * robot.reach:.0f} mm stretched"),
+        ("Convention", robot.convention),
+        ("Free parameters", f"{len(robot.default_free)}"),
+        ("Masses", masses),
+    ]
+    notes = "".join(f"<li>{text(note)}</li>" for note in robot.notes)
+    more = heading("Decisions") + f'<ul style="margin:0;padding-left:16px">{notes}</ul>' if notes else ""
+    return pairs(items) + more

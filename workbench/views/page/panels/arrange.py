@@ -1,0 +1,215 @@
+"""Arranging targets: another number, snapping, patterns, the whole table typed or pasted."""
+
+from functools import partial
+
+import numpy as np
+import viser
+
+from workbench.base.errors import OptionError, WorkbenchError
+from workbench.plate.patterns import MOST_TARGETS, PATTERNS
+from workbench.plate.plate import Plate
+from workbench.session.commands import (
+    ApplyPattern,
+    ClusterTargets,
+    ImprovePlate,
+    MixBranches,
+    PlaceTargets,
+    RenumberTarget,
+    SnapTarget,
+    Tell,
+)
+from workbench.session.state import Session, Units
+from workbench.session.worker import Worker
+from workbench.views.page.panels.coordinates import NAMES, SIZES, Quantity
+from workbench.views.page.panels.panel import (
+    AbstractPanel,
+    on_choice,
+    on_press,
+    set_value,
+)
+
+KINDS = {name.capitalize(): name for name in PATTERNS}
+SEPARATORS = str.maketrans({",": " ", ";": " ", "\t": " ", "−": "-"})
+
+
+class ArrangePanel(AbstractPanel):
+    """What moves several targets at once, or one with precision."""
+
+    def __init__(self, worker: Worker):
+        self._worker = worker
+        self._shown: tuple[Plate, Units] | None = None
+
+    def build(self, server: viser.ViserServer) -> None:
+        """Folders, closed at first."""
+        gui = server.gui
+        mix = gui.add_button(
+            "Best mix of branches",
+            icon=viser.Icon.ARROWS_SHUFFLE,
+            color="gray",
+            hint="Choose the branches together so that the predicted error is least; branches chosen by "
+            "hand stay.",
+        )
+        on_press(mix, lambda: self._worker.submit(MixBranches()))
+        self._improve = gui.add_button(
+            "Improve this plate",
+            icon=viser.Icon.SPARKLES,
+            hint="Let the program place all targets for the least predicted error in the region, reachable "
+            "and free of collisions. Runs beside your work; Cancel stops it, Undo brings the old plate back.",
+        )
+        on_press(self._improve, self._improve_plate)
+        self._cluster = gui.add_button(
+            "Search poses of equal index",
+            icon=viser.Icon.SEARCH,
+            color="gray",
+            hint="Workspace clustering: replace the targets by as many poses with equal index O in mutually "
+            "different cubes of the region, the best such set. Takes some seconds; Undo brings them back.",
+        )
+        on_press(self._cluster, self._search)
+        with gui.add_folder("Snap and number", expand_by_default=False):
+            self._build_snap(gui)
+        with gui.add_folder("Pattern", expand_by_default=False):
+            self._build_pattern(gui)
+        with gui.add_folder("Coordinates of all targets", expand_by_default=False):
+            self._build_table(gui)
+
+    def show(self, session: Session) -> None:
+        """The table as the targets stand, except while somebody drags."""
+        set_value(self._number, session.selected + 1)
+        for button in (self._improve, self._cluster):
+            button.disabled = session.job is not None
+        self._number.max = len(session.plate)
+        basis = (session.plate, session.units)
+        if basis != self._shown and session.holder is None:
+            self._shown = basis
+            length, angle = (NAMES[session.units, quantity] for quantity in Quantity)
+            self._table.label = f"x y z [{length}] r p y [{angle}]"
+            set_value(self._table, table_of(*basis))
+
+    def _build_snap(self, gui: viser.GuiApi) -> None:
+        on_choice(
+            gui.add_button_group(
+                "Snap to",
+                ("Plate", "Grid", "Cube"),
+                hint="Put the selected target 50 mm above the plate, on the 10 mm grid, or at the centre of "
+                "the nearest cube of the region.",
+            ),
+            {name: partial(self._snap, name.lower()) for name in ("Plate", "Grid", "Cube")},
+        )
+        self._number = gui.add_number(
+            "Number",
+            1,
+            min=1,
+            max=MOST_TARGETS,
+            step=1,
+            hint="The place of the selected target in the order of measuring.",
+        )
+
+        @self._number.on_update
+        async def _(event: viser.GuiEvent) -> None:
+            if event.client_id is not None:
+                selected = self._worker.session.selected
+                self._worker.submit(RenumberTarget(selected, int(self._number.value) - 1))
+
+    def _build_pattern(self, gui: viser.GuiApi) -> None:
+        self._pattern = gui.add_dropdown(
+            "Pattern", list(KINDS), hint="How the targets are laid out. The circle is the paper's Table 2."
+        )
+        self._count = gui.add_number(
+            "Targets", 10, min=1, max=MOST_TARGETS, step=1, hint="How many targets there will be."
+        )
+        self._centre = gui.add_vector3(
+            "Centre [mm]", (316.0, 354.0, 235.0), step=1.0, hint="Middle of the pattern, from the base."
+        )
+        self._radius = gui.add_number(
+            "Half width [mm]", 250.0, min=1.0, max=5000.0, step=1.0, hint="Radius, or half the edge."
+        )
+        self._tilts = gui.add_vector2(
+            "Tilts [°]", (-150.0, -160.0), step=1.0, hint="Roll angles given to the targets in turn."
+        )
+        lay = gui.add_button(
+            "Lay the targets out",
+            icon=viser.Icon.GRID_DOTS,
+            hint="Replace all targets that are not locked by this pattern; Undo brings them back.",
+        )
+        on_press(lay, self._lay_out)
+
+    def _build_table(self, gui: viser.GuiApi) -> None:
+        self._table = gui.add_text(
+            "x y z [mm] r p y [°]",
+            "",
+            multiline=True,
+            hint="One line a target: x y z, then roll, pitch, yaw. Type, or paste from a spreadsheet; more "
+            "lines are more targets.",
+        )
+        apply = gui.add_button(
+            "Apply the coordinates",
+            icon=viser.Icon.CHECK,
+            color="gray",
+            hint="Put the targets where the table says; Undo brings them back.",
+        )
+        on_press(apply, self._apply_table)
+
+    def _snap(self, to: str) -> None:
+        self._worker.submit(SnapTarget(self._worker.session.selected, to))
+
+    def _improve_plate(self) -> None:
+        self._worker.submit(ImprovePlate(seed=len(self._worker.session.history)))
+
+    def _search(self) -> None:
+        number = len(self._worker.session.plate)
+        self._worker.submit(ClusterTargets(number, seed=len(self._worker.session.history)))
+
+    def _lay_out(self) -> None:
+        x, y, z = (1e-3 * float(v) for v in self._centre.value)
+        tilts = tuple(float(np.deg2rad(v)) for v in self._tilts.value)
+        radius = 1e-3 * float(self._radius.value)
+        name = KINDS[self._pattern.value]
+        self._worker.submit(ApplyPattern(name, int(self._count.value), (x, y, z), radius, tilts))
+
+    def _apply_table(self) -> None:
+        try:
+            session = self._worker.session
+            rows = rows_of(self._table.value, session.plate, session.units)
+            self._worker.submit(PlaceTargets(rows))
+        except WorkbenchError as error:
+            self._worker.submit(Tell(str(error)))
+
+
+def table_of(plate: Plate, units: Units = Units.MILLIMETRES) -> str:
+    """The targets as lines of text."""
+    length, angle = _sizes(units)
+    rows = np.column_stack([plate.poses[:, :3, 3] / length, np.array([t.rpy for t in plate.targets]) / angle])
+    return "\n".join("  ".join(_short(v) for v in row) for row in rows)
+
+
+def rows_of(words: str, plate: Plate, units: Units = Units.MILLIMETRES) -> tuple[tuple[float, ...], ...]:
+    """The numbers of a typed table in m and rad; lines that were not touched keep all their digits.
+
+    Raises:
+        OptionError: a line that is not six numbers; says which.
+    """
+    shown, (length, angle) = table_of(plate, units).splitlines(), _sizes(units)
+    rows = []
+    for i, line in enumerate(line for line in words.splitlines() if line.strip()):
+        if i < len(shown) and line.split() == shown[i].split():
+            target = plate.targets[i]
+            rows.append((*target.xyz.tolist(), *target.rpy.tolist()))
+            continue
+        try:
+            numbers = [float(word) for word in line.translate(SEPARATORS).split()]
+        except ValueError:
+            raise OptionError(f"line {i + 1} of the table, '{line[:40]}', is not all numbers") from None
+        if len(numbers) != 6:
+            raise OptionError(f"line {i + 1} of the table has {len(numbers)} numbers; give x y z r p y")
+        place, turn = length * np.array(numbers[:3]), angle * np.array(numbers[3:])
+        rows.append((*place.tolist(), *turn.tolist()))
+    return tuple(rows)
+
+
+def _sizes(units: Units) -> tuple[float, float]:
+    """The units of length and angle in SI."""
+    return SIZES[NAMES[units, Quantity.LENGTH]], SIZES[NAMES[units, Quantity.ANGLE]]
+
+
+def _short(value: float) -> str:
+    return f"{round(value, 5) + 0.0:.7g}" if abs(value) < 1e5 else f"{value:.1f}"

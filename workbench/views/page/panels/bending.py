@@ -1,0 +1,97 @@
+"""How much the arm gives way where it stands, and how strongly that is drawn."""
+
+from dataclasses import replace
+
+import numpy as np
+import viser
+
+from workbench.arm.robot import JointKind, Robot
+from workbench.session.bending import Bending, bend, bending_robot
+from workbench.session.commands import SetOverlay
+from workbench.session.commands.arm import standing
+from workbench.session.commands.compare import GREATEST_EXAGGERATION, LEAST_EXAGGERATION
+from workbench.session.state import Session
+from workbench.session.worker import Worker
+from workbench.views.appearance.colours import BENT, css
+from workbench.views.page.html import (
+    MUTED,
+    badge,
+    block,
+    table,
+    text,
+)
+from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value
+
+NOTHING = (
+    "The model of this arm is geometry alone, so that it does not bend. Choose katana450-tilting in the More "
+    "tab, open a robot with [[effect]] tables, or add what a diagnosis finds."
+)
+
+
+class BendingPanel(AbstractPanel):
+    """A switch, a factor, and a line a joint."""
+
+    def __init__(self, worker: Worker):
+        self._worker = worker
+        self._shown: tuple = ()
+
+    def build(self, server: viser.ViserServer) -> None:
+        """A folder of its own."""
+        gui, overlay = server.gui, self._worker.session.overlay
+        with gui.add_folder("Bent by its loads"):
+            self._bent = gui.add_checkbox(
+                "Bent arm",
+                overlay.bent,
+                hint="Show the violet arm as play, compliance and other effects of its model bend it.",
+            )
+            self._times = gui.add_slider(
+                "Bending ×",
+                int(LEAST_EXAGGERATION),
+                int(GREATEST_EXAGGERATION),
+                1,
+                int(overlay.bending),
+                hint="How many times more than in truth the violet arm is bent.",
+            )
+            self._table = gui.add_html("")
+        for control in (self._bent, self._times):
+            on_change(control, self._set)
+
+    def show(self, session: Session) -> None:
+        """What each joint does in this pose."""
+        robot, q = bending_robot(session), standing(session)
+        set_value(self._bent, session.overlay.bent)
+        set_value(self._times, int(session.overlay.bending))
+        for control in (self._bent, self._times):
+            control.disabled = robot is None
+        if self._shown and robot is self._shown[0] and q is self._shown[1]:
+            return
+        self._shown = (robot, q)
+        if robot is None:
+            self._table.content = block(NOTHING, testid="bending", style=f"color:{MUTED};margin:4px 0")
+            return
+        self._table.content = block(_joints(robot, bend(robot, q)), testid="bending", style="margin:4px 0")
+
+    def _set(self) -> None:
+        overlay = replace(
+            self._worker.session.overlay, bent=bool(self._bent.value), bending=float(self._times.value)
+        )
+        self._worker.submit(SetOverlay(overlay))
+
+
+def _joints(robot: Robot, bending: Bending) -> str:
+    """A line a joint: what it carries, and by how much it gives way."""
+    rows = []
+    for i, joint in enumerate(robot.moving):
+        slides = joint.kind is JointKind.PRISMATIC
+        turned = 1e3 * bending.about[i] if slides else np.rad2deg(bending.about[i])
+        about = f"{turned:+.4f}{' mm' if slides else '°'}" if turned else "0"
+        loads = ("", "") if bending.moment is None else (f"{m:.2f}" for m in bending.moment[i].round(2) + 0.0)
+        tipped = f"{np.rad2deg(bending.across[i]):.4f}°" if bending.across[i] else "0"
+        cells = (f"Joint {i + 1}", *loads, about, tipped)
+        rows.append(tuple(cell.replace("-", "−") for cell in cells))
+    names = ", ".join(dict.fromkeys(str(effect.name) for effect in robot.effects))
+    return (
+        table(("", "N m about", "across", "turned", "tilted"), rows)
+        + f'<div style="margin-top:4px">{badge("Bent arm", css(BENT))} '
+        f'<span style="color:{MUTED}">by {text(names)}</span></div>'
+    )

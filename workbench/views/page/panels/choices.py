@@ -1,0 +1,103 @@
+"""What takes part in the next identification: rows left out by hand, parameters held at nominal."""
+
+import re
+from functools import partial
+
+import viser
+
+from workbench.arm.robot import Robot
+from workbench.session.commands import HoldParameter, LeaveRowsOut, Tell
+from workbench.session.state import Session
+from workbench.session.worker import Worker
+from workbench.views.page.panels.panel import (
+    AbstractPanel,
+    on_change,
+    on_press,
+    set_value,
+)
+
+
+class ChoicesPanel(AbstractPanel):
+    """Two closed folders; the parameters' boxes are made anew for another arm."""
+
+    def __init__(self, worker: Worker):
+        self._worker = worker
+        self._robot: Robot | None = None
+        self._boxes: dict[str, viser.GuiCheckboxHandle] = {}
+
+    def build(self, server: viser.ViserServer) -> None:
+        """Rows as text, parameters as boxes."""
+        gui = self._gui = server.gui
+        with gui.add_folder("Rows left out", expand_by_default=False):
+            self._rows = gui.add_text(
+                "Rows",
+                "",
+                hint="Numbers of data rows that are not fitted, such as 3, 17, 20-24. In the Compare tab a "
+                "row can be left out while looking at it.",
+            )
+            on_change(self._rows, self._leave_out)
+        self._folder = gui.add_folder("Free parameters", expand_by_default=False)
+        with self._folder:
+            everything = gui.add_button(
+                "Free all", color="gray", hint="Let every parameter be identified again."
+            )
+            on_press(everything, self._free_all)
+
+    def show(self, session: Session) -> None:
+        """The present choice."""
+        if session.robot is not self._robot:
+            self._rebuild(session.robot)
+        self._rows.disabled = session.loaded is None
+        set_value(self._rows, shown_rows(session.left_out))
+        for name, box in self._boxes.items():
+            set_value(box, name not in session.held)
+
+    def _rebuild(self, robot: Robot) -> None:
+        self._robot = robot
+        for box in self._boxes.values():
+            box.remove()
+        with self._folder:
+            self._boxes = {
+                name: self._gui.add_checkbox(
+                    name, True, hint="Ticked: identified. Not ticked: held at its nominal value."
+                )
+                for name in robot.default_free
+            }
+        for name, box in self._boxes.items():
+            on_change(box, partial(self._hold, name))
+
+    def _hold(self, name: str) -> None:
+        self._worker.submit(HoldParameter(name, not self._boxes[name].value))
+
+    def _free_all(self) -> None:
+        for name in self._worker.session.held:
+            self._worker.submit(HoldParameter(name, False))
+
+    def _leave_out(self) -> None:
+        try:
+            rows = read_rows(self._rows.value)
+        except ValueError:
+            self._worker.submit(Tell(f"'{self._rows.value[:40]}' are no row numbers; give e.g. 3, 17, 20-24"))
+            return
+        self._worker.submit(LeaveRowsOut(rows))
+
+
+def read_rows(words: str) -> tuple[int, ...]:
+    """Row numbers from `3, 17, 20-24`.
+
+    Raises:
+        ValueError: something else than numbers and ranges.
+    """
+    rows: set[int] = set()
+    for part in filter(None, re.split(r"[,;\s]+", words.strip())):
+        first, _, last = part.partition("-")
+        begin, end = int(first), int(last or first)
+        if end - begin > 100_000:
+            raise ValueError(part)
+        rows |= set(range(begin, end + 1))
+    return tuple(sorted(rows))
+
+
+def shown_rows(rows: frozenset[int]) -> str:
+    """The numbers as one types them."""
+    return ", ".join(map(str, sorted(rows)))

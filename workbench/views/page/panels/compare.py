@@ -1,0 +1,187 @@
+"""Comparing: step through the measured poses, choose what is laid over the scene."""
+
+from dataclasses import replace
+
+import numpy as np
+import viser
+
+from workbench.session.commands import LeaveRowsOut, SetOverlay, ShowRow
+from workbench.session.commands.compare import GREATEST_EXAGGERATION, LEAST_EXAGGERATION
+from workbench.session.comparison import Comparison
+from workbench.session.state import Session
+from workbench.session.worker import Worker
+from workbench.views.appearance.colours import (
+    ARROW_AFTER,
+    ARROW_BEFORE,
+    FITTED,
+    GHOST,
+    HELD_OUT,
+    LEFT_OUT,
+    css,
+)
+from workbench.views.page.camera import look_at
+from workbench.views.page.html import (
+    MUTED,
+    badge,
+    block,
+    number,
+    table,
+    text,
+)
+from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value
+
+SWITCHES = {
+    "ghosts": ("Other branches", "Show faint arms in the other postures that reach the selected target."),
+    "nominal": ("Nominal arm", "Show the solid arm at the measured joint positions."),
+    "calibrated": ("Calibrated arm", "Show the amber arm, with the identified parameters."),
+    "frames": ("Frames", "Show where the instrument saw the tool."),
+    "arrows": (
+        "Error arrows",
+        "From measured to predicted places: violet nominal, cyan calibrated.",
+    ),
+}
+
+
+class ComparePanel(AbstractPanel):
+    """Scrubber, switches, errors at the pose."""
+
+    def __init__(self, worker: Worker):
+        self._worker = worker
+
+    def build(self, server: viser.ViserServer) -> None:
+        """All controls wait for measurements."""
+        gui = server.gui
+        self._row = gui.add_slider(
+            "Pose", 1, 2, 1, 1, disabled=True, hint="Step through the measured poses; the arms go there."
+        )
+        on_change(self._row, lambda: self._worker.submit(ShowRow(int(self._row.value) - 1)))
+        self._readout = gui.add_html("")
+        self._leave = gui.add_checkbox(
+            "Leave this row out",
+            False,
+            hint="Keep this row out of the next identification, because something went wrong with it.",
+        )
+        on_change(self._leave, self._leave_out)
+        overlay = self._worker.session.overlay
+        with gui.add_folder("Shown in the scene"):
+            self._switches = {
+                name: gui.add_checkbox(label, getattr(overlay, name), hint=hint)
+                for name, (label, hint) in SWITCHES.items()
+            }
+            self._times = gui.add_slider(
+                "Errors ×",
+                int(LEAST_EXAGGERATION),
+                int(GREATEST_EXAGGERATION),
+                1,
+                int(overlay.exaggeration),
+                hint="How many times longer than in truth the error arrows are drawn.",
+            )
+        for control in (*self._switches.values(), self._times):
+            on_change(control, self._set)
+        everything = gui.add_button(
+            "Look at all measurements",
+            icon=viser.Icon.FOCUS_2,
+            color="gray",
+            hint="Move your view so that the robot and all measured places are in the picture.",
+        )
+        everything.on_click(self._look_at_all)
+        self._look = everything
+        self._legend = gui.add_html(_legend())
+
+    def show(self, session: Session) -> None:
+        """The looked-at row."""
+        comparison, overlay = session.comparison, session.overlay
+        self._row.disabled = comparison is None
+        if comparison is not None:
+            if self._row.value > len(comparison):
+                set_value(self._row, 1)
+            self._row.max = max(len(comparison), 2)
+            set_value(self._row, session.row + 1)
+        for name, box in self._switches.items():
+            set_value(box, getattr(overlay, name))
+        set_value(self._times, int(overlay.exaggeration))
+        for name, box in self._switches.items():
+            box.disabled = name != "ghosts" and session.identification is None
+        self._times.disabled = session.identification is None and session.track is None
+        self._look.disabled = comparison is None
+        self._readout.content = _readout(session)
+        fitted = comparison is not None and not comparison.held_out[session.row]
+        can_leave = fitted and session.loaded is not None
+        self._leave.disabled = not can_leave
+        number = int(comparison.number[session.row]) if comparison is not None and can_leave else -1
+        set_value(self._leave, number in session.left_out)
+
+    def _look_at_all(self, event: viser.GuiEvent) -> None:
+        comparison = self._worker.session.comparison
+        if event.client is None or comparison is None:
+            return
+        seen = np.isfinite(comparison.measured).all(1)
+        look_at(event.client, np.vstack([comparison.measured[seen], np.zeros(3)]))
+
+    def _leave_out(self) -> None:
+        session = self._worker.session
+        if session.comparison is None:
+            return
+        number = {int(session.comparison.number[session.row])}
+        rows = session.left_out | number if self._leave.value else session.left_out - number
+        self._worker.submit(LeaveRowsOut(tuple(sorted(rows))))
+
+    def _set(self) -> None:
+        switches = {name: bool(box.value) for name, box in self._switches.items()}
+        overlay = replace(self._worker.session.overlay, **switches, exaggeration=float(self._times.value))
+        self._worker.submit(SetOverlay(overlay))
+
+
+def _readout(session: Session) -> str:
+    comparison = session.comparison
+    if comparison is None:
+        words = "Needs measurements: load a file or measure a virtual arm in the Measure tab."
+        return block(words, testid="row", style=f"color:{MUTED};margin:6px 0")
+    row = session.row
+    kind = "held out" if comparison.held_out[row] else "fitted"
+    head = f"Pose {row + 1} of {len(comparison)} · data row {int(comparison.number[row])}"
+    if session.identification is None:
+        return block(f"{head}{_as_opened(comparison, row)}", testid="row", style="margin:6px 0")
+    before, after = comparison.errors(row)
+    if np.isnan(before):
+        words = "No position was measured here, so there is nothing to draw."
+        return block(f"{head} · {kind}<br>{words}", testid="row", style="margin:6px 0")
+    rows = [
+        (badge("Nominal", css(ARROW_BEFORE)), f"{number(1e3 * before)} mm"),
+        (badge("Calibrated", css(ARROW_AFTER)), f"{number(1e3 * after)} mm"),
+    ]
+    return block(
+        f'<div style="color:{MUTED}">{text(head)} · {kind}</div>' + table(("Position error", ""), rows),
+        testid="row",
+        style="margin:6px 0",
+    )
+
+
+def _as_opened(comparison: Comparison, row: int) -> str:
+    """Errors of the robot as it was opened: whether an old calibration still holds, from a few poses."""
+    errors = 1e3 * np.linalg.norm(comparison.measured - comparison.nominal[:, :3, 3], axis=1)
+    if not np.isfinite(errors).any():
+        return "<br>No position was measured."
+    rows = [
+        ("here", f"{number(float(errors[row]))} mm"),
+        ("mean", f"{number(float(np.nanmean(errors)))} mm"),
+        ("largest", f"{number(float(np.nanmax(errors)))} mm"),
+    ]
+    words = (
+        "Nothing is fitted. If this is the arm's calibrated robot, a few poses tell whether the calibration "
+        "still holds; otherwise identify first to compare."
+    )
+    return (
+        table(("Error of the robot as it was opened", ""), rows)
+        + f'<div style="color:{MUTED};margin-top:4px">{words}</div>'
+    )
+
+
+def _legend() -> str:
+    return block(
+        f"{badge('Fitted', css(FITTED))} &nbsp; {badge('Held out', css(HELD_OUT))} &nbsp; "
+        f"{badge('Left out', css(LEFT_OUT))}<br>{badge('Calibrated arm', css(GHOST))}"
+        f'<div style="color:{MUTED}">Arrows start where the tool was '
+        "measured and point to where the model expects it.</div>",
+        style="margin:6px 0 10px",
+    )

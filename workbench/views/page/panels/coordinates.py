@@ -1,0 +1,77 @@
+"""Places and angles on the page: three numbers in the units that the page shows, SI inside."""
+
+from enum import StrEnum
+
+import numpy as np
+import viser
+from jaxtyping import Float
+
+from workbench.session.state import Units
+from workbench.views.page.panels.panel import set_value
+
+
+class Quantity(StrEnum):
+    """What three numbers are."""
+
+    LENGTH = "length"
+    ANGLE = "angle"
+
+
+DEGREE = float(np.deg2rad(1.0))
+NAMES = {
+    (Units.MILLIMETRES, Quantity.LENGTH): "mm",
+    (Units.MILLIMETRES, Quantity.ANGLE): "°",
+    (Units.METRES, Quantity.LENGTH): "m",
+    (Units.METRES, Quantity.ANGLE): "rad",
+}
+SIZES = {"mm": 1e-3, "°": DEGREE, "m": 1.0, "rad": 1.0}
+"""Units in SI."""
+PLACES = {"mm": 2, "°": 3, "m": 5, "rad": 5}
+"""Decimal places that are shown."""
+STEPS = {"mm": 1.0, "°": 1.0, "m": 1e-3, "rad": 1e-2}
+"""What an arrow key adds."""
+
+
+class Coordinates:
+    """A control with three numbers.
+
+    Args:
+        gui: Where it is made.
+        title: Its label, without the unit.
+        quantity: What the numbers are.
+        hint: Its tooltip.
+    """
+
+    def __init__(self, gui: viser.GuiApi, title: str, quantity: Quantity, *, hint: str):
+        self._title, self._quantity = title, quantity
+        self._unit = NAMES[Units.MILLIMETRES, quantity]
+        self._exact: Float[np.ndarray, "3"] = np.zeros(3)
+        self.control = gui.add_vector3(
+            f"{title} [{self._unit}]", (0.0, 0.0, 0.0), step=STEPS[self._unit], hint=hint
+        )
+
+    def show(self, exact: Float[np.ndarray, "3"], units: Units) -> None:
+        """Show three numbers [m or rad] in these units."""
+        unit = NAMES[units, self._quantity]
+        if unit != self._unit:
+            self._unit = unit
+            self.control.label = f"{self._title} [{unit}]"
+            self.control.step = STEPS[unit]
+            self.control.precision = PLACES[unit]
+        self._exact = np.array(exact)
+        set_value(self.control, shown(self._exact, unit))
+
+    @property
+    def typed(self) -> tuple[float, float, float]:
+        """What stands there [m or rad]; numbers that were not touched keep all their digits."""
+        before = shown(self._exact, self._unit)
+        x, y, z = (
+            float(old) if new == was else float(SIZES[self._unit] * new)
+            for new, was, old in zip(self.control.value, before, self._exact, strict=True)
+        )
+        return x, y, z
+
+
+def shown(exact: Float[np.ndarray, "3"], unit: str) -> tuple[float, ...]:
+    """Numbers in a unit, rounded as they are shown."""
+    return tuple((np.round(exact / SIZES[unit], PLACES[unit]) + 0.0).tolist())

@@ -1,0 +1,197 @@
+"""What the model lacks: the verdict, before and after, the candidates, and where to measure next."""
+
+import numpy as np
+import viser
+
+from workbench.arm.effects import AbstractEffect
+from workbench.diagnosis.record import Diagnosis, Verdict, judged
+from workbench.session.commands.diagnose import AddEffects, Diagnose, TakeNextPoses
+from workbench.session.state import Session
+from workbench.session.worker import Worker
+from workbench.views.appearance.colours import (
+    AFTER,
+    BEFORE,
+    OUT_OF_REACH,
+    css,
+)
+from workbench.views.page.html import (
+    GOOD,
+    MUTED,
+    badge,
+    block,
+    heading,
+    number,
+    table,
+    text,
+)
+from workbench.views.page.panels.panel import AbstractPanel, on_press
+
+CANDIDATES = 6
+"""Lines of the ranking."""
+WIDTH, BAR = 340, 18
+PLOT = 70
+MOST_ROWS = 300
+"""Rows in the residual plot at most; of more, evenly chosen ones."""
+
+
+class DiagnosePanel(AbstractPanel):
+    """Search, add, measure on."""
+
+    def __init__(self, worker: Worker):
+        self._worker = worker
+        self._shown: object = ...
+
+    def build(self, server: viser.ViserServer) -> None:
+        """Buttons and one piece of HTML each."""
+        gui = server.gui
+        self._start = gui.add_button(
+            "Diagnose",
+            icon=viser.Icon.STETHOSCOPE,
+            hint="Fit the geometry, look at what is left, and find the physical effect that explains it. "
+            "Needs at least 20 rows.",
+        )
+        on_press(self._start, lambda: self._worker.submit(Diagnose()))
+        self._verdict = gui.add_html("")
+        self._add = gui.add_button(
+            "Add what was found to the model",
+            icon=viser.Icon.PLUS,
+            visible=False,
+            hint="Identify these effects together with the geometry; Identify, Compare and the saved robot "
+            "then have them.",
+        )
+        on_press(self._add, lambda: self._worker.submit(AddEffects()))
+        self._details = gui.add_html("")
+        self._next = gui.add_button(
+            "Make the next poses targets",
+            icon=viser.Icon.TARGET,
+            color="gray",
+            visible=False,
+            hint="Add the poses at which a measurement would tell most about what was found to the plate.",
+        )
+        on_press(self._next, lambda: self._worker.submit(TakeNextPoses()))
+
+    def show(self, session: Session) -> None:
+        """The last diagnosis."""
+        found: Diagnosis | None = session.diagnosis
+        self._start.disabled = session.loaded is None or session.job is not None
+        is_new = found is not None and bool(found.effects) and not session.accepted
+        self._add.visible = is_new
+        self._next.visible = found is not None and len(found.measure_next) > 0
+        shown = (found, session.accepted, session.loaded)
+        if shown == self._shown:
+            return
+        self._shown = shown
+        self._verdict.content = _nothing(session) if found is None else _verdict(found, session)
+        self._details.content = "" if found is None else _details(found)
+
+
+def _nothing(session: Session) -> str:
+    words = (
+        "Needs measurements: load a file or measure a virtual arm in the Measure tab (with 'Surprise me' and "
+        "more poses there is something to be found)."
+        if session.loaded is None
+        else "Ready. Press Diagnose to see what geometry can't explain."
+    )
+    return block(words, testid="verdict", style=f"color:{MUTED};margin:6px 0")
+
+
+def _verdict(found: Diagnosis, session: Session) -> str:
+    good = found.verdict in (Verdict.NONE, Verdict.EXPLAINED)
+    mark = badge(found.verdict[:1].upper() + found.verdict[1:], GOOD if good else css(OUT_OF_REACH))
+    added = f'<div style="color:{GOOD}">It is part of the model now.</div>' if session.accepted else ""
+    return block(f"{mark}<div>{text(found.message)}</div>{added}{_bars(found)}", testid="verdict")
+
+
+def _bars(found: Diagnosis) -> str:
+    """Mean position error on rows that took no part: nominal is left out, it would dwarf the rest."""
+    before, after = judged(found.before).position_mm.mean, judged(found.after).position_mm.mean
+    rows = [("geometry", before, css(BEFORE)), ("with effects", after, css(AFTER))]
+    longest = max(before, after, 1e-12)
+    parts = []
+    for i, (words, value, colour) in enumerate(rows):
+        y, length = i * (BAR + 6), 0.55 * WIDTH * value / longest
+        parts.append(
+            f'<text x="0" y="{y + 13}" style="fill:{MUTED}" font-size="12">{words}</text>'
+            f'<rect x="84" y="{y}" width="{length:.1f}" height="{BAR}" rx="2" fill="{colour}"/>'
+            f'<text x="{90 + length:.1f}" y="{y + 13}" style="fill:currentColor" font-size="12">'
+            f"{number(value)} mm</text>"
+        )
+    kind = "held-out" if found.before.held_out else "fitted"
+    head = heading(f"Mean error on {kind} rows, before and after")
+    return (
+        head + f'<svg viewBox="0 0 {WIDTH} {2 * (BAR + 6)}" width="100%" data-testid="before-after">'
+        f"{''.join(parts)}</svg>"
+    )
+
+
+def _details(found: Diagnosis) -> str:
+    return block(
+        _accepted(found)
+        + heading("What is left, row by row [mm]")
+        + _residuals(found)
+        + _ranking(found)
+        + _notes(found),
+        testid="diagnosis",
+        style="margin-bottom:10px",
+    )
+
+
+def _accepted(found: Diagnosis) -> str:
+    lines = []
+    for accepted in found.effects:
+        others = ", ".join(named(r.effect) for r in accepted.alternatives[:2])
+        more = f'<div style="color:{MUTED}">Nearly as good: {text(others)}</div>' if others else ""
+        chance = "below 10⁻³⁰⁰" if accepted.p_value == 0 else f"{accepted.p_value:.1e}"
+        lines.append(
+            f"<li>{text(accepted.words)} <span style='color:{MUTED}'>(chance {chance}; "
+            f"{number(accepted.before_mm)} → {number(accepted.after_mm)} mm)</span>{more}</li>"
+        )
+    return heading("Found") + f'<ul style="margin:0;padding-left:16px">{"".join(lines)}</ul>' if lines else ""
+
+
+def _residuals(found: Diagnosis) -> str:
+    """Position errors of the fitted rows: geometry alone, and with the effects."""
+    before, after = (1e3 * rows[0].position for rows in (found.before_rows, found.after_rows))
+    top = float(np.nanmax(before, initial=1e-9))
+    parts = []
+    for values, colour in ((before, css(BEFORE)), (after, css(AFTER))):
+        shown = np.flatnonzero(np.isfinite(values))[:: max(1, -(-len(values) // MOST_ROWS))]
+        for k in shown:
+            x, y = WIDTH * (k + 0.5) / len(values), PLOT - (PLOT - 4) * min(values[k] / top, 1.0)
+            title = f"<title>{values[k]:.3g} mm</title>"
+            parts.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="2" fill="{colour}">{title}</circle>')
+    axis = f'<line x1="0" x2="{WIDTH}" y1="{PLOT}" y2="{PLOT}" style="stroke:{MUTED}" stroke-width=".5"/>'
+    limit = f'<text x="2" y="10" font-size="10" style="fill:{MUTED}">{top:.2g}</text>'
+    return f'<svg viewBox="0 0 {WIDTH} {PLOT + 2}" width="100%">{axis}{limit}{"".join(parts)}</svg>'
+
+
+def _ranking(found: Diagnosis) -> str:
+    tried = any(ranked.held_out_mm is not None for ranked in found.ranking[:CANDIDATES])
+    rows = []
+    for ranked in found.ranking[:CANDIDATES]:
+        left = "–" if ranked.held_out_mm is None else number(ranked.held_out_mm)
+        rows.append((text(named(ranked.effect)), number(ranked.gain), *((left,) if tried else ())))
+    head = heading("Candidates by what they bring to the geometry alone")
+    columns = ("", "evidence [nat]", *(("then left [mm]",) if tried else ()))
+    return head + table(columns, rows, testid="ranking") if rows else ""
+
+
+def _notes(found: Diagnosis) -> str:
+    words = list(found.notes)
+    if len(found.outliers):
+        words.insert(0, f"rows set apart as outliers: {', '.join(map(str, found.outliers.tolist()))}")
+    lines = "".join(f"<li>{text(note)}</li>" for note in words)
+    return (
+        heading("Decisions") + f'<ul style="margin:0;padding-left:16px;color:{MUTED}">{lines}</ul>'
+        if lines
+        else ""
+    )
+
+
+def named(effect: AbstractEffect) -> str:
+    """An effect as people say it."""
+    name = str(effect.name).replace("-", " ")
+    if not effect.joints:
+        return name
+    joints = ", ".join(str(j + 1) for j in effect.joints)
+    return f"{name}, joint{'s' if len(effect.joints) > 1 else ''} {joints}"

@@ -1,0 +1,239 @@
+"""Identification: start it, read its numbers, save the calibrated arm."""
+
+import numpy as np
+import viser
+
+from workbench.data.requirement import Requirement
+from workbench.identification.error_columns import columns_of
+from workbench.session.commands import Identify, ShowFit
+from workbench.session.export import calibrated_toml
+from workbench.session.state import Session
+from workbench.session.worker import Worker
+from workbench.views.appearance.colours import OUT_OF_REACH, css
+from workbench.views.page.html import (
+    CAREFUL,
+    GOOD,
+    MUTED,
+    badge,
+    block,
+    heading,
+    number,
+    table,
+    text,
+)
+from workbench.views.page.panels.figure import error_figure
+from workbench.views.page.panels.files import save
+from workbench.views.page.panels.panel import (
+    AbstractPanel,
+    on_change,
+    on_press,
+    set_value,
+)
+
+POSITION, ORIENTATION = "Position [mm]", "Orientation [°]"
+TITLES = {"ols": "OLS", "opt1": "OPT1", "opt2": "OPT2"}
+HINTS = {
+    "ols": "Gauss–Newton steps of least length (ordinary least squares): fast, exact near the nominal arm.",
+    "opt1": "Bounded minimisation of the summed squares: keeps every parameter near its nominal value.",
+    "opt2": "Levenberg–Marquardt least squares: converges from farther away.",
+}
+FRAMES = {
+    "Decide from the data": "auto",
+    "Shared by all sessions": "shared",
+    "Own for each session": "per-session",
+}
+
+
+class FitPanel(AbstractPanel):
+    """Algorithms side by side on the same rows."""
+
+    def __init__(self, worker: Worker):
+        self._worker = worker
+        self._shown: object = ...
+
+    def build(self, server: viser.ViserServer) -> None:
+        """Options, the button, results, saving."""
+        gui = server.gui
+        self._start = gui.add_button(
+            "Identify",
+            icon=viser.Icon.PLAYER_PLAY,
+            hint="Fit the parameters to the measurements with every ticked algorithm.",
+        )
+        on_press(self._start, self._identify)
+        with gui.add_folder("Options", expand_by_default=False):
+            self._chosen = {
+                name: gui.add_checkbox(TITLES[name], True, hint=hint) for name, hint in HINTS.items()
+            }
+            self._held_out = gui.add_slider(
+                "Held out [%]",
+                5,
+                50,
+                5,
+                20,
+                hint="Share of the rows that no algorithm sees; the error there is the honest one. "
+                "A virtual arm brings its own checking poses instead.",
+            )
+            self._frames = gui.add_dropdown(
+                "Base and tool",
+                list(FRAMES),
+                hint="Whether sessions of measurements share one placement of base and tool.",
+            )
+        self._errors = gui.add_html("")
+        self._fit = gui.add_dropdown(
+            "Shown fit",
+            list(TITLES.values()),
+            visible=False,
+            hint="Whose parameters and arm are shown and saved.",
+        )
+        on_change(self._fit, lambda: self._worker.submit(ShowFit(self._fit.value.lower())))
+        self._save = gui.add_button(
+            "Save calibrated robot (TOML)",
+            icon=viser.Icon.DOWNLOAD,
+            visible=False,
+            hint="Download the robot with the shown fit's parameters, for the commands and for next time.",
+        )
+        self._save.on_click(lambda event: save(event, self._worker, calibrated_toml))
+        self._requirement = gui.add_html("", visible=False)
+        self._errors_of = gui.add_dropdown(
+            "Errors of",
+            (POSITION, ORIENTATION),
+            visible=False,
+            hint="What the plots below show, axis by axis; rest the mouse on a stem to see its row.",
+        )
+        on_change(self._errors_of, self._draw_figure)
+        self._figure = gui.add_html("", visible=False)
+        self._parameters = gui.add_html("", visible=False)
+        self._remarks = gui.add_html("", visible=False)
+
+    def show(self, session: Session) -> None:
+        """Results of the shown fit."""
+        self._start.disabled = session.loaded is None or session.job is not None
+        shown = (session.identification, session.fit, session.loaded, session.job is None)
+        if shown == self._shown:
+            return
+        self._shown = shown
+        found = session.identification
+        shown_parts = (
+            self._requirement,
+            self._errors_of,
+            self._figure,
+            self._parameters,
+            self._remarks,
+        )
+        for part in (self._fit, self._save, *shown_parts):
+            part.visible = found is not None
+        self._errors.content = _nothing(session) if found is None else _errors(session)
+        if found is not None:
+            self._fit.options = [TITLES[name] for name in found.runs]
+            set_value(self._fit, TITLES[session.fit])
+            self._requirement.content = _requirement(session)
+            self._draw_figure()
+            self._parameters.content = _parameters(session)
+            self._remarks.content = block(_remarks(session), testid="remarks", style="margin-bottom:10px")
+
+    def _identify(self) -> None:
+        algorithms = tuple(name for name, box in self._chosen.items() if box.value)
+        share = 0.01 * float(self._held_out.value)
+        self._worker.submit(Identify(algorithms, share, FRAMES[self._frames.value]))
+
+    def _draw_figure(self) -> None:
+        found = self._worker.session.identification
+        if found is None:
+            return
+        rotation = self._errors_of.value == ORIENTATION
+        drawing = error_figure(found, rotation=rotation) or "Not measured."
+        self._figure.content = block(drawing, style="margin:4px 0 8px")
+
+
+def _nothing(session: Session) -> str:
+    words = (
+        "Needs measurements: load a file or measure a virtual arm in the Measure tab."
+        if session.loaded is None
+        else "Working …"
+        if session.job is not None
+        else "Ready. Press Identify to fit the parameters."
+    )
+    return block(words, testid="result", style=f"color:{MUTED};margin:6px 0")
+
+
+def _errors(session: Session) -> str:
+    """Errors on held-out rows, before and after, one line per algorithm."""
+    found = session.identification
+    rows = [("Nominal arm", *_cells(found.nominal), "")]
+    for name, run in found.runs.items():
+        label = TITLES[name] if name != session.fit else f"<b>{TITLES[name]}</b>"
+        outcome = "✓" if run.fit.outcome.ok else "✗"
+        colour = GOOD if run.fit.outcome.ok else css(OUT_OF_REACH)
+        mark = f'<span title="{text(run.fit.outcome)}" style="color:{colour}">{outcome}</span>'
+        rows.append((label, *_cells(run), mark))
+    held = len(found.held_out_data)
+    title = f"Error on {held} held-out poses" if held else "Error on the fitted poses (none held out)"
+    header = ("", "mean [mm]", "max [mm]", "mean [°]", "")
+    return block(heading(title) + table(header, rows, testid="errors"), testid="result")
+
+
+def _cells(validation) -> tuple[str, str, str]:
+    errors = validation.held_out or validation.train
+    turned = "–" if errors.orientation_deg is None else number(errors.orientation_deg.mean)
+    return number(errors.position_mm.mean), number(errors.position_mm.max), turned
+
+
+def _requirement(session: Session) -> str:
+    """Pass or fail by ARIA eq. (3) of the shown fit, on held-out rows where there are any."""
+    found = session.identification
+    column = columns_of(found)[1 + list(found.runs).index(session.fit)]
+    rows, kind = (column.held_out, "held-out") if len(column.held_out) else (column.train, "fitted")
+    check = Requirement().check(rows)
+    if np.isnan(check.share):
+        return ""
+    mark = badge("Passes" if check.ok else "Fails", GOOD if check.ok else css(OUT_OF_REACH))
+    passed = f"{int(check.passed.sum())} of {int(check.judged.sum())} {kind} poses"
+    return block(
+        f'{mark} <span style="color:{MUTED}" title="ARIA eq. (3): needle of 200 mm, target of 5 mm radius. '
+        f'Change it with the command workbench evaluate.">{passed} keep {text(Requirement().words)}</span>',
+        testid="requirement",
+        style="margin:4px 0",
+    )
+
+
+def _remarks(session: Session) -> str:
+    """What the user should know besides the numbers."""
+    found = session.identification
+    return "".join(
+        _list(head, items, colour)
+        for head, items, colour in (
+            ("Can't be told apart with these poses; kept next to nominal", found.unidentifiable, CAREFUL),
+            ("Warnings", found.warnings, CAREFUL),
+            ("Decisions", found.notes, MUTED),
+        )
+    )
+
+
+def _list(head: str, items: tuple[str, ...], colour: str) -> str:
+    if not items:
+        return ""
+    lines = "".join(f"<li>{text(item)}</li>" for item in items)
+    return heading(head) + f'<ul style="margin:0;padding-left:16px;color:{colour}">{lines}</ul>'
+
+
+def _parameters(session: Session) -> str:
+    """Nominal, identified and standard error, in mm and degrees."""
+    fit = session.identification.runs[session.fit].fit
+    rows = []
+    for parameter, value, std in zip(fit.parameters, fit.x, fit.std, strict=True):
+        scale, unit = {"rad": (np.rad2deg(1.0), "°"), "m": (1e3, "mm")}.get(
+            parameter.unit, (1e6, f"10⁻⁶ {parameter.unit}")
+        )
+        rows.append(
+            (
+                f'{text(parameter.words)} <span style="color:{MUTED}">{unit}</span>',
+                f"{scale * parameter.nominal:.3f}".replace("-", "−"),
+                f"{scale * value:.3f}".replace("-", "−"),
+                f"±{scale * std:.3f}",
+            )
+        )
+    header = ("Parameter", "nominal", "identified", "std. error")
+    return block(
+        heading(f"Parameters identified by {TITLES[session.fit]}") + table(header, rows, testid="parameters"),
+        style="margin-bottom:10px",
+    )

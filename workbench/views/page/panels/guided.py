@@ -1,0 +1,220 @@
+"""Guided measuring: the wanted target, how far off the arm is, and the rows stored so far."""
+
+import numpy as np
+import viser
+
+from workbench.data.live.acquisition import Standing, Status
+from workbench.session.commands import (
+    BeginMeasuring,
+    DriveArm,
+    EndMeasuring,
+    FollowSource,
+    MeasureLive,
+    NextWanted,
+    StoreRow,
+    TakeAgain,
+    UseRows,
+)
+from workbench.session.guided import Measuring
+from workbench.session.state import Session, Source
+from workbench.session.worker import Worker
+from workbench.views.page.html import (
+    BAD,
+    CAREFUL,
+    GOOD,
+    LINE,
+    MUTED,
+    badge,
+    block,
+    number,
+    text,
+)
+from workbench.views.page.panels.panel import (
+    AbstractPanel,
+    on_change,
+    on_press,
+    set_value,
+)
+
+LIGHTS = {Standing.STILL: GOOD, Standing.MOVING: CAREFUL, Standing.UNKNOWN: BAD}
+STILL_MOVES = "moves"
+
+
+class GuidedPanel(AbstractPanel):
+    """A real arm that is connected, or a virtual one, goes from target to target; rows are stored by hand."""
+
+    def __init__(self, worker: Worker):
+        self._worker = worker
+        self._shown: object = ...
+
+    def build(self, server: viser.ViserServer) -> None:
+        """Begin, status, and one button for each thing that one does at a target."""
+        gui = server.gui
+        with gui.add_folder("Guided, target by target"):
+            self._source = gui.add_html("")
+            self._follow = gui.add_checkbox(
+                "Follow the arm",
+                True,
+                visible=False,
+                hint="Let the arm in the scene stand as the real one does.",
+            )
+            on_change(self._follow, lambda: self._worker.submit(FollowSource(bool(self._follow.value))))
+            self._live = gui.add_button(
+                "Measure the real arm",
+                icon=viser.Icon.PLUG_CONNECTED,
+                visible=False,
+                hint="Bring the connected arm to each target, wait until it stands still, store the row.",
+            )
+            on_press(self._live, lambda: self._worker.submit(MeasureLive()))
+            self._seed = gui.add_number(
+                "Virtual arm",
+                1,
+                min=0,
+                max=999_999,
+                step=1,
+                hint="Seed of the virtual arm: another number is another arm with other hidden errors.",
+            )
+            self._begin = gui.add_button(
+                "Begin measuring",
+                icon=viser.Icon.TARGET,
+                color="gray",
+                hint="Measure a virtual arm as one measures a real one: drive it to each target, wait until "
+                "it stands still, store the row.",
+            )
+            self._status = gui.add_html("")
+            self._build_steps(gui)
+        on_press(self._begin, lambda: self._worker.submit(BeginMeasuring(int(self._seed.value))))
+
+    def _build_steps(self, gui: viser.GuiApi) -> None:
+        """Buttons that are there while something is measured."""
+
+        def button(label, command, icon, hint, color="gray"):
+            made = gui.add_button(label, icon=icon, hint=hint, color=color, visible=False)
+            on_press(made, lambda: self._worker.submit(command()))
+            return made
+
+        icon = viser.Icon
+        self._drive = button(
+            "Drive the virtual arm there",
+            DriveArm,
+            icon.ROBOT,
+            "Send the arm to the wanted target, as near as an operator would steer it.",
+            None,
+        )
+        self._store = button(
+            "Store",
+            StoreRow,
+            icon.CHECK,
+            "Keep joint positions and measured pose as this target's row; the arm must stand still.",
+            None,
+        )
+        self._again = button(
+            "Take again",
+            TakeAgain,
+            icon.ROTATE,
+            "Drop the row of the wanted target, or else the one stored last, and measure it once more.",
+        )
+        self._next = button(
+            "Next target", NextWanted, icon.ARROW_RIGHT, "Leave this target for later and go on to the next."
+        )
+        self._use = button(
+            "Use the rows",
+            UseRows,
+            icon.DATABASE,
+            "End here: the stored rows become the session's measurements, as if loaded from a file.",
+        )
+        self._stop = button(
+            "Stop measuring", EndMeasuring, icon.X, "End here and drop the rows that were stored."
+        )
+
+    def show(self, session: Session) -> None:
+        """The live deviation, and which buttons make sense now."""
+        measuring, source = session.measuring, session.source
+        self._source.content = _source(source)
+        self._follow.visible = source is not None
+        self._live.visible = source is not None and measuring is None
+        if source is not None:
+            set_value(self._follow, source.is_followed)
+            self._live.disabled = not source.is_open
+        if measuring is self._shown:
+            return
+        self._shown = measuring
+        self._seed.visible = self._begin.visible = measuring is None
+        for button in (self._drive, self._store, self._again, self._next, self._use, self._stop):
+            button.visible = measuring is not None
+        if measuring is None:
+            self._status.content = ""
+            return
+        self._drive.visible = measuring.virtual is not None
+        acquisition = measuring.acquisition
+        self._store.disabled = not acquisition.copy().store().changed
+        self._again.disabled = self._use.disabled = not acquisition.rows
+        self._status.content = _status(acquisition.status(), measuring)
+
+
+def _source(source: Source | None) -> str:
+    """Where the real arm's joints come from, and whether they still do."""
+    if source is None:
+        words = "A real arm is followed and measured here with workbench serve --source HOST:PORT."
+        return block(words, testid="source", style=f"color:{MUTED};margin:2px 0 6px")
+    if not source.is_open:
+        light = badge("Ended", BAD)
+    elif source.silence:
+        light = badge("Silent", CAREFUL)
+    else:
+        light = badge("Connected", GOOD)
+    words = f"{light} · real arm at {text(source.name)}"
+    return block(words, testid="source", style="margin:2px 0 6px")
+
+
+def _status(status: Status, measuring: Measuring) -> str:
+    count, stored = len(status.stored), sum(status.stored)
+    share = 100.0 * stored / count
+    bar = (
+        f'<div style="height:6px;border-radius:3px;background:{LINE};margin:4px 0 8px">'
+        f'<div style="height:6px;border-radius:3px;background:{GOOD};width:{share:.0f}%"></div></div>'
+    )
+    words = f'<div style="color:{MUTED};margin-top:6px">{text(_sentence(status.message))}</div>'
+    return block(
+        f'<div data-testid="progress">{stored} of {count} rows stored</div>{bar}'
+        f'<div style="font-weight:600">Wanted: target {measuring.target + 1}</div>'
+        + _place(status)
+        + _deviation(status)
+        + _light(status.standing)
+        + (words if status.message else ""),
+        testid="measuring",
+        style="margin:6px 0",
+    )
+
+
+def _place(status: Status) -> str:
+    if status.wanted is None:
+        return ""
+    place = ", ".join(f"{1e3 * v:.1f}" for v in status.wanted[:3, 3])
+    return f'<div style="color:{MUTED}">at {place} mm</div>'
+
+
+def _deviation(status: Status) -> str:
+    """How far off, large; a dash before the first sample."""
+
+    def part(testid: str, value: str) -> str:
+        return f'<span data-testid="{testid}" style="font-size:20px;font-weight:650">{value}</span>'
+
+    position = np.nan if status.position is None else 1e3 * float(np.linalg.norm(status.position))
+    rotation = np.nan if status.rotation is None else float(np.rad2deg(np.linalg.norm(status.rotation)))
+    return (
+        f'<div style="display:flex;align-items:baseline;gap:10px;margin:4px 0" '
+        'title="Measured pose against the wanted one."><span>Off by</span>'
+        f"{part('off_mm', number(position) + ' mm')}{part('off_deg', number(rotation) + '°')}</div>"
+    )
+
+
+def _light(standing: Standing | None) -> str:
+    if standing is None:
+        return badge("No sample yet: drive the arm", MUTED)
+    words = STILL_MOVES if standing is Standing.MOVING else str(standing)
+    return f'<span data-testid="standing">{badge(_sentence(words), LIGHTS[standing])}</span>'
+
+
+def _sentence(words: str) -> str:
+    return words[:1].upper() + words[1:]

@@ -1,0 +1,126 @@
+"""How far an error of each constant would move the tool where the arm stands now (Katana §3.5)."""
+
+import re
+import time
+from typing import NamedTuple
+
+import numpy as np
+import viser
+
+from workbench.arm.kinematics.influence import Influence, first_order_influence
+from workbench.session.commands.arm import standing
+from workbench.session.state import Session
+from workbench.views.appearance.colours import SELECTED, css
+from workbench.views.page.html import (
+    LINE,
+    MUTED,
+    block,
+    heading,
+    number,
+    text,
+)
+from workbench.views.page.panels.panel import AbstractPanel
+
+WIDTH, HEIGHT, FOOT = 340, 76, 26
+LIVE = 0.2
+"""Least time between two pictures in the course of a drag [s]."""
+SYMBOLS = {"theta": "θ", "alpha": "α", "beta": "β", "roll": "r", "pitch": "p", "yaw": "w"}
+
+
+class InfluencePanel(AbstractPanel):
+    """A bar a constant for the present pose, a line for the range over the targets in reach."""
+
+    def __init__(self) -> None:
+        self._shown: tuple = ()
+        self._drawn_at = 0.0
+        self._at_targets: Influence | None = None
+
+    def build(self, server: viser.ViserServer) -> None:
+        """A folder, closed at first."""
+        with server.gui.add_folder("Influence of each constant", expand_by_default=False):
+            self._html = server.gui.add_html("")
+
+    def show(self, session: Session) -> None:
+        """The bars, if arm or targets stand otherwise than before."""
+        q = standing(session)
+        basis = (session.robot, q, session.states)
+        if len(self._shown) == 3 and all(a is b for a, b in zip(basis, self._shown, strict=True)):
+            return
+        if session.holder is not None and time.monotonic() - self._drawn_at < LIVE:
+            return
+        self._drawn_at = time.monotonic()
+        if session.holder is None or session.robot is not self._shown[0]:
+            self._at_targets = _at_targets(session)
+        self._shown = basis
+        here = first_order_influence(session.robot, q[None])
+        self._html.content = block(
+            heading("Motion of the tool here [mm]") + bars(here, self._at_targets or here) + _legend(),
+            testid="influence",
+        )
+
+
+def _at_targets(session: Session) -> Influence | None:
+    """At all targets in reach; not worked out anew at every step of a drag."""
+    q = [state.q for state in session.states if state.reached]
+    return first_order_influence(session.robot, np.stack(q)) if q else None
+
+
+class _Bar(NamedTuple):
+    """What one constant does [mm]."""
+
+    name: str
+    here: float
+    least: float
+    greatest: float
+    weight: float
+
+
+def bars(here: Influence, there: Influence) -> str:
+    """Influences in the present pose, and their range at the targets, as a picture."""
+    rows, least, greatest = 1e3 * here.distances, 1e3 * there.least, 1e3 * there.greatest
+    top = max(float(rows.max()), float(greatest.max()), 1e-9)
+    columns = zip(here.names, rows[0], least, greatest, here.weights[0], strict=True)
+    step = WIDTH / len(here.names)
+    parts = [_bar(_Bar(*column), step * i, step, top) for i, column in enumerate(columns)]
+    return (
+        f'<svg viewBox="0 0 {WIDTH} {HEIGHT + FOOT}" width="100%">'
+        f'<line x1="0" x2="{WIDTH}" y1="{HEIGHT}" y2="{HEIGHT}" style="stroke:{LINE}"/>{"".join(parts)}'
+        f'<text x="0" y="9" font-size="9" style="fill:{MUTED}">{number(top)} mm</text></svg>'
+    )
+
+
+def _bar(bar: _Bar, x: float, step: float, top: float) -> str:
+    def level(value: float) -> float:
+        return HEIGHT - (HEIGHT - 14) * value / top
+
+    middle, symbol = x + 0.5 * step, short_name(bar.name)
+    words = (
+        f"{bar.name}: {number(bar.here)} mm here (k = {bar.weight:.2f}); "
+        f"{number(bar.least)} to {number(bar.greatest)} mm at the targets"
+    )
+    return (
+        f'<g><title>{text(words)}</title><rect x="{x:.1f}" y="0" width="{step:.1f}" '
+        f'height="{HEIGHT + FOOT}" fill="transparent"/>'
+        f'<rect x="{x + 0.18 * step:.1f}" y="{level(bar.here):.1f}" width="{0.64 * step:.1f}" '
+        f'height="{HEIGHT - level(bar.here):.1f}" rx="1" fill="{css(SELECTED)}"/>'
+        f'<line x1="{middle:.1f}" x2="{middle:.1f}" y1="{level(bar.least):.1f}" '
+        f'y2="{level(bar.greatest):.1f}" style="stroke:var(--mantine-color-text)" stroke-width="1"/>'
+        f'<text text-anchor="middle" font-size="{min(10.0, 0.78 * step):.1f}" style="fill:{MUTED}">'
+        f'<tspan x="{middle:.1f}" y="{HEIGHT + 11}">{text(symbol[0])}</tspan>'
+        f'<tspan x="{middle:.1f}" y="{HEIGHT + 22}">{text(symbol[1])}</tspan></text></g>'
+    )
+
+
+def short_name(name: str) -> tuple[str, str]:
+    """Symbol and number of a constant: `joint2.alpha` is α and 2, one of a fixed joint carries an f."""
+    owner, _, part = name.rpartition(".")
+    count = re.search(r"\d+$", owner)
+    mark = "f" if owner.startswith("fixed") else ""
+    return SYMBOLS.get(part, part[:2]), mark + (count.group() if count else "")
+
+
+def _legend() -> str:
+    return (
+        f'<div style="color:{MUTED}">For an error of 0.05° of an angle, or 0.1 mm of a length. Lines: the '
+        "range over the targets in reach. Rest the mouse on a bar for its numbers.</div>"
+    )

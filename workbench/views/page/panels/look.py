@@ -1,0 +1,120 @@
+"""Light or dark, the sheet of help, and keys."""
+
+import viser
+
+from workbench.session.command import AbstractCommand
+from workbench.session.commands import (
+    Redo,
+    RestoreBest,
+    SelectTarget,
+    SetDark,
+    SetUnits,
+    Undo,
+)
+from workbench.session.state import Session, Units
+from workbench.session.worker import Worker
+from workbench.views.page.html import (
+    MUTED,
+    block,
+    heading,
+    pairs,
+)
+from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value
+
+BRAND = (37, 99, 235)
+MOUSE = (
+    ("Drag an arrow or a ring", "moves or turns the selected target"),
+    ("Click a block", "selects its target"),
+    ("Click a cube", "shows its numbers (Region)"),
+    ("Click a measured point", "brings the arm there (Compare)"),
+    ("Drag elsewhere", "turns the view; right button shifts it, wheel zooms"),
+)
+KEYS = (
+    ("Ctrl Z", "undo"),
+    ("Ctrl Shift Z", "redo"),
+    ("N · P", "next and previous target"),
+    ("B", "back to the best plate so far"),
+    ("Ctrl K", "all commands by name"),
+)
+ORDER = (
+    ("1 Plate", "drag targets until the predicted error is small enough"),
+    ("2 Measure", "load the rows of a real arm, or try a virtual one"),
+    ("3 Identify", "fit the parameters; the held-out error is the honest one"),
+    ("4 Diagnose", "find the physical effect that geometry lacks, and add it"),
+    ("5 Compare", "see what is left, pose by pose and along a trajectory"),
+    ("6 More", "another arm, jogging, and files to take away"),
+)
+
+
+class LookPanel(AbstractPanel):
+    """How the page looks, and how one works with it."""
+
+    def __init__(self, worker: Worker):
+        self._worker = worker
+        self._is_dark: bool | None = None
+
+    def build(self, server: viser.ViserServer) -> None:
+        """Switch, help, keys."""
+        self._gui = gui = server.gui
+        with gui.add_folder("Page"):
+            self._dark = gui.add_checkbox("Dark", False, hint="Dark colours, for dim rooms.")
+            on_change(self._dark, lambda: self._worker.submit(SetDark(bool(self._dark.value))))
+            self._units = gui.add_dropdown(
+                "Coordinates",
+                [str(units) for units in Units],
+                hint="What places and angles are shown and typed in.",
+            )
+            on_change(self._units, lambda: self._worker.submit(SetUnits(Units(self._units.value))))
+            button = gui.add_button(
+                "Help and keys",
+                icon=viser.Icon.HELP,
+                color="gray",
+                hint="How one works with this page, and which keys do what.",
+            )
+            button.on_click(self._help)
+        self._keys(gui)
+
+    def show(self, session: Session) -> None:
+        """Light or dark."""
+        set_value(self._dark, session.is_dark)
+        set_value(self._units, str(session.units))
+        if session.is_dark is not self._is_dark:
+            self._is_dark = session.is_dark
+            self._gui.configure_theme(
+                show_logo=False, show_share_button=False, brand_color=BRAND, dark_mode=session.is_dark
+            )
+
+    def _keys(self, gui: viser.GuiApi) -> None:
+        self._command(gui, "Undo", lambda: Undo(), "Z", "cmd/ctrl")
+        self._command(gui, "Redo", lambda: Redo(), "Z", "cmd/ctrl+shift")
+        self._command(gui, "Back to the best plate", lambda: RestoreBest(), "B", None)
+        self._command(gui, "Next target", lambda: self._step(1), "N", None)
+        self._command(gui, "Previous target", lambda: self._step(-1), "P", None)
+
+    def _command(self, gui: viser.GuiApi, label: str, make, key, modifier) -> None:
+        command = gui.add_command(label, hotkey=key, modifier=modifier)
+
+        @command.on_trigger
+        async def _(event) -> None:
+            self._worker.submit(make())
+
+    def _step(self, by: int) -> AbstractCommand:
+        session = self._worker.session
+        return SelectTarget((session.selected + by) % len(session.plate))
+
+    def _help(self, event: viser.GuiEvent) -> None:
+        if event.client is None:
+            return
+        modal = event.client.gui.add_modal("How this page works")
+        with modal:
+            event.client.gui.add_html(help_sheet())
+            close = event.client.gui.add_button("Close", color="gray", hint="Back to the page.")
+            close.on_click(lambda _: modal.close())
+
+
+def help_sheet() -> str:
+    """The sheet in HTML."""
+    parts = (("In this order", ORDER), ("Mouse", MOUSE), ("Keys", KEYS))
+    lines = "".join(heading(title) + pairs(rows) for title, rows in parts)
+    words = "Every control explains itself when the mouse rests on it."
+    return block(f'{lines}<div style="color:{MUTED};margin-top:8px">{words}</div>', testid="help")

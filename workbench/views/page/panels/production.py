@@ -1,0 +1,63 @@
+"""The yield of the present plate: how many virtual arms of a production it makes good enough."""
+
+import viser
+
+from workbench.plate.report.design import yield_sentence
+from workbench.session.commands import TryPlate
+from workbench.session.commands.production import MOST_ARMS
+from workbench.session.state import Session
+from workbench.session.worker import Worker
+from workbench.views.page.html import (
+    MUTED,
+    block,
+    heading,
+    text,
+)
+from workbench.views.page.panels.panel import AbstractPanel, on_press
+
+
+class ProductionPanel(AbstractPanel):
+    """A number of arms, a button, and one sentence."""
+
+    def __init__(self, worker: Worker):
+        self._worker = worker
+
+    def build(self, server: viser.ViserServer) -> None:
+        """A folder, closed at first."""
+        gui = server.gui
+        with gui.add_folder("Yield", expand_by_default=False):
+            self._arms = gui.add_number(
+                "Virtual arms",
+                TryPlate.arms,
+                min=1,
+                max=MOST_ARMS,
+                step=1,
+                hint="How many arms with random manufacturing errors are calibrated on this plate. More arms "
+                "give a narrower interval and take longer.",
+            )
+            self._try = gui.add_button(
+                "Try this plate",
+                icon=viser.Icon.CHART_BAR,
+                hint="The share of arms that meet eq. (3) everywhere in the region, and which error matters "
+                "most. Runs beside your work, for a minute or so; Cancel stops it.",
+            )
+            on_press(self._try, lambda: self._worker.submit(TryPlate(int(self._arms.value))))
+            self._result = gui.add_html("")
+
+    def show(self, session: Session) -> None:
+        """The last yield, and whether it still belongs to this plate."""
+        self._try.disabled = session.job is not None
+        self._result.content = result(session)
+
+
+def result(session: Session) -> str:
+    """The last yield in words, if there is one."""
+    trial = session.trial
+    if trial is None:
+        words = "Not tried yet."
+        return block(words, testid="yield", style=f"color:{MUTED};margin:4px 0")
+    content = heading("Yield") + f"<div>{text(yield_sentence(trial.found))}.</div>"
+    if trial.plate is not session.plate or trial.noise != session.noise:
+        words = "The plate or the instrument has changed since; try again."
+        content += f'<div style="color:{MUTED}">{words}</div>'
+    return block(content, testid="yield", style="margin:4px 0")

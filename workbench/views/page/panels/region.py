@@ -1,0 +1,194 @@
+"""The region that matters: its size, its cubes, what colours them, and the numbers of a clicked one."""
+
+from dataclasses import replace
+
+import viser
+
+from workbench.session.commands import MoveTarget, SetRegion, ShowCubes
+from workbench.session.cubes import (
+    FACTORS,
+    IN_MILLIMETRES,
+    LARGER_IS_BETTER,
+    TITLES,
+    UNITS,
+    CubeValues,
+    values,
+)
+from workbench.session.state import CubeView, Field, Session
+from workbench.session.worker import Worker
+from workbench.views.appearance.colours import SCALE, css
+from workbench.views.page.html import (
+    MUTED,
+    block,
+    number,
+    pairs,
+)
+from workbench.views.page.panels.coordinates import Coordinates, Quantity
+from workbench.views.page.panels.panel import (
+    AbstractPanel,
+    on_change,
+    on_press,
+    set_value,
+)
+
+FIELDS = {
+    "Nothing": Field.NONE,
+    "Reachability": Field.REACH,
+    "Best index O": Field.INDEX,
+    "Predicted error": Field.PREDICTED,
+    "Measured error": Field.MEASURED,
+    "Error of virtual arms": Field.YIELD,
+}
+MEANINGS = {
+    Field.NONE: "Choose what colours the cubes of the region.",
+    Field.REACH: "Share of the targets' orientations in which the arm reaches the middle of the cube.",
+    Field.INDEX: "Highest index O of a pose in the middle of the cube, in the targets' orientations.",
+    Field.PREDICTED: "Error to expect after a calibration on the present targets, in the cube's posture of "
+    "highest index.",
+    Field.MEASURED: "Mean error of the measured poses in the cube: of the calibrated arm once there is one.",
+    Field.YIELD: "Root mean square error of the virtual arms that were tried: Yield in the Plate tab.",
+}
+CUTS = {"all layers": None, "one layer of x": 0, "one layer of y": 1, "one layer of z": 2}
+
+
+class RegionPanel(AbstractPanel):
+    """Cuboid and cubes."""
+
+    def __init__(self, worker: Worker):
+        self._worker = worker
+
+    def build(self, server: viser.ViserServer) -> None:
+        """Field, legend, cuts; clicked cube; corners."""
+        gui = server.gui
+        self._field = gui.add_dropdown(
+            "Cubes show", list(FIELDS), hint="What colours the cubes of the region in the scene."
+        )
+        self._legend = gui.add_html("")
+        self._cut = gui.add_dropdown("Slice", list(CUTS), hint="Show all cubes, or one layer across an axis.")
+        self._layer = gui.add_slider("Layer", 1, 2, 1, 1, hint="Which layer is shown.")
+        self._part = gui.add_multi_slider(
+            "Keep [%]",
+            0,
+            100,
+            1,
+            (0, 100),
+            hint="Hide cubes below or above a part of the colour scale.",
+        )
+        for control in (self._field, self._cut, self._layer, self._part):
+            on_change(control, self._view)
+        self._picked = gui.add_html("")
+        self._move = gui.add_button(
+            "Move the selected target there",
+            icon=viser.Icon.ARROW_MOVE_RIGHT,
+            color="gray",
+            visible=False,
+            hint="Put the selected target into the middle of the clicked cube.",
+        )
+        on_press(self._move, self._move_there)
+        with gui.add_folder("Cuboid"):
+            self._build_cuboid(gui)
+
+    def show(self, session: Session) -> None:
+        """The present view."""
+        view, region = session.cube_view, session.plate.region
+        numbers = values(session)
+        set_value(self._field, next(name for name, field in FIELDS.items() if field is view.field))
+        set_value(self._cut, next(name for name, cut in CUTS.items() if cut == view.cut))
+        self._layer.visible = view.cut is not None
+        if view.cut is not None:
+            self._layer.max = max(region.shape[view.cut], 2)
+            set_value(self._layer, view.layer + 1)
+        set_value(self._part, (round(100 * view.least), round(100 * view.greatest)))
+        for control in (self._cut, self._part):
+            control.disabled = view.field is Field.NONE
+        self._legend.content = legend(view, numbers, is_working=bool(session.chore))
+        self._picked.content = picked(session, numbers)
+        self._move.visible = view.picked is not None and view.field is not Field.NONE
+        self._least.show(region.min, session.units)
+        self._greatest.show(region.max, session.units)
+        set_value(self._cube, round(1e3 * region.cube))
+        set_value(self._corners, view.corners)
+
+    def _build_cuboid(self, gui: viser.GuiApi) -> None:
+        self._least = Coordinates(
+            gui, "From", Quantity.LENGTH, hint="Corner of the region with the least coordinates."
+        )
+        self._greatest = Coordinates(
+            gui, "To", Quantity.LENGTH, hint="Corner of the region with the greatest coordinates."
+        )
+        self._cube = gui.add_slider(
+            "Cube [mm]", 10, 200, 1, 50, hint="Side L of the cubes that the region is divided into."
+        )
+        for control in (self._least.control, self._greatest.control, self._cube):
+            on_change(control, self._set)
+        self._corners = gui.add_checkbox(
+            "Handles on two corners", False, hint="Drag the region's corners in the scene."
+        )
+        on_change(self._corners, self._view)
+
+    def _view(self) -> None:
+        low, high = self._part.value
+        view = replace(
+            self._worker.session.cube_view,
+            field=FIELDS[self._field.value],
+            cut=CUTS[self._cut.value],
+            layer=int(self._layer.value) - 1,
+            least=0.01 * low,
+            greatest=0.01 * high,
+            corners=bool(self._corners.value),
+        )
+        self._worker.submit(ShowCubes(view))
+
+    def _set(self) -> None:
+        side = 1e-3 * float(self._cube.value)
+        self._worker.submit(SetRegion(self._least.typed, self._greatest.typed, side))
+
+    def _move_there(self) -> None:
+        session = self._worker.session
+        picked = session.cube_view.picked
+        if picked is None or picked >= session.plate.region.cubes:
+            return
+        x, y, z = session.plate.region.centres[picked].tolist()
+        roll, pitch, yaw = session.plate.targets[session.selected].rpy.tolist()
+        self._worker.submit(MoveTarget(session.selected, (x, y, z), (roll, pitch, yaw)))
+
+
+def legend(view: CubeView, numbers: CubeValues | None, *, is_working: bool) -> str:
+    """The colour scale with its ends, and what it means."""
+    meaning = f'<div style="color:{MUTED}">{MEANINGS[view.field]}</div>'
+    if view.field is Field.NONE:
+        return block(meaning, testid="legend", style="margin:4px 0")
+    if numbers is None:
+        words = "Working it out …" if is_working else "Nothing to show."
+        return block(f"{meaning}<div>{words}</div>", testid="legend", style="margin:4px 0")
+    colours = SCALE if view.field in LARGER_IS_BETTER else SCALE[::-1]
+    stops = ",".join(css((int(r), int(g), int(b))) for r, g, b in colours)
+    factor, unit = FACTORS[view.field], UNITS[view.field]
+    more = "" if view.field in LARGER_IS_BETTER else "+"
+    ends = (number(factor * numbers.low), f"{number(factor * numbers.high)}{more} {unit}")
+    return block(
+        f'{meaning}<div style="height:10px;border-radius:3px;margin-top:5px;'
+        f'background:linear-gradient(90deg,{stops})"></div>'
+        f'<div style="display:flex;justify-content:space-between"><span>{ends[0]}</span>'
+        f'<span>{ends[1]}</span></div><div style="color:{MUTED}">Grey: no number there.</div>',
+        testid="legend",
+        style="margin:4px 0",
+    )
+
+
+def picked(session: Session, numbers: CubeValues | None) -> str:
+    """The numbers of the clicked cube."""
+    view, region, cubes = session.cube_view, session.plate.region, session.cubes
+    if view.field is Field.NONE:
+        return ""
+    if view.picked is None or view.picked >= region.cubes:
+        words = "Click a cube to see its numbers."
+        return block(words, testid="cube", style=f"color:{MUTED};margin:4px 0")
+    i = view.picked
+    items = [("Middle", ", ".join(f"{1e3 * v:.0f}" for v in region.centres[i]) + " mm")]
+    if cubes is not None and cubes.region is region:
+        items.append(("Reached in", f"{cubes.reached[i]} of {cubes.tried} orientations"))
+        items.append(("Best index O", number(cubes.index[i])))
+    if numbers is not None and view.field in IN_MILLIMETRES:
+        items.append((TITLES[view.field], f"{number(1e3 * numbers.numbers[i])} mm"))
+    return block(pairs(items), testid="cube", style="margin:4px 0")

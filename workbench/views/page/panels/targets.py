@@ -1,0 +1,168 @@
+"""The selected target: its place, state, branch and lock; steps back and forth."""
+
+import numpy as np
+import viser
+
+from workbench.plate.plate import AUTO
+from workbench.session.commands import (
+    AddTarget,
+    ChooseBranch,
+    CopyTarget,
+    DeleteTarget,
+    LockTarget,
+    MoveTarget,
+    Redo,
+    ResetTargets,
+    RestoreBest,
+    SelectTarget,
+    Undo,
+)
+from workbench.session.state import Session, TargetState
+from workbench.session.worker import Worker
+from workbench.views.appearance.colours import (
+    BLOCKED,
+    OUT_OF_REACH,
+    REACHED,
+    css,
+)
+from workbench.views.page.html import (
+    MUTED,
+    badge,
+    block,
+    text,
+)
+from workbench.views.page.panels.coordinates import Coordinates, Quantity
+from workbench.views.page.panels.panel import (
+    AbstractPanel,
+    on_change,
+    on_choice,
+    set_options,
+    set_value,
+)
+
+LEFT_TO_PROGRAM = "left to the program"
+
+
+class TargetsPanel(AbstractPanel):
+    """Place and state of the selected target."""
+
+    def __init__(self, worker: Worker):
+        self._worker = worker
+
+    def build(self, server: viser.ViserServer) -> None:
+        """Choice, coordinates, branch, state, history."""
+        gui = server.gui
+        self._choice = gui.add_dropdown(
+            "Target",
+            ["1"],
+            hint="The target that the arm goes to; clicking a block in the scene does the same.",
+        )
+        on_change(self._choice, lambda: self._worker.submit(SelectTarget(int(self._choice.value) - 1)))
+        self._xyz = Coordinates(
+            gui,
+            "Position",
+            Quantity.LENGTH,
+            hint="x, y and z of the tool at the target, from the base.",
+        )
+        self._rpy = Coordinates(
+            gui,
+            "Angles",
+            Quantity.ANGLE,
+            hint="Roll, pitch and yaw of the tool: turned about x, then y, then z of the base.",
+        )
+        for field in (self._xyz, self._rpy):
+            on_change(field.control, self._typed)
+        self._branch = gui.add_dropdown(
+            "Branch",
+            [LEFT_TO_PROGRAM],
+            hint="Which solution of the inverse kinematics the arm takes; the faint arms show the others. It "
+            "decides the accuracy as much as the place does.",
+        )
+        on_change(self._branch, self._choose_branch)
+        self._state = gui.add_html("")
+        self._locked = gui.add_checkbox(
+            "Locked", False, hint="Keep this target where it is, whatever moves the others."
+        )
+        on_change(self._locked, lambda: self._worker.submit(LockTarget(self._number, self._locked.value)))
+        self._build_buttons(gui)
+
+    def show(self, session: Session) -> None:
+        """The selected target."""
+        i = session.selected
+        target, state = session.plate.targets[i], session.states[i]
+        set_options(self._choice, [str(k + 1) for k in range(len(session.plate))], str(i + 1))
+        self._xyz.show(target.xyz, session.units)
+        self._rpy.show(target.rpy, session.units)
+        known = [way.name for way in session.ways] if session.ways_of is target else []
+        mine = [target.branch] if target.branch not in (AUTO, *known) else []
+        chosen = LEFT_TO_PROGRAM if target.branch == AUTO else target.branch
+        set_options(self._branch, [LEFT_TO_PROGRAM, *mine, *known], chosen)
+        set_value(self._locked, target.locked)
+        for field in (self._xyz, self._rpy):
+            field.control.disabled = target.locked
+        self._state.content = block(_state(state), testid="state", style="margin:4px 0 6px")
+
+    @property
+    def _number(self) -> int:
+        return int(self._choice.value) - 1
+
+    def _build_buttons(self, gui: viser.GuiApi) -> None:
+        submit = self._worker.submit
+        on_choice(
+            gui.add_button_group(
+                "Target",
+                ("Add", "Copy", "Delete"),
+                hint="Add a target in the middle of the region, copy the selected one, or delete it.",
+            ),
+            {
+                "Add": lambda: submit(AddTarget()),
+                "Copy": lambda: submit(CopyTarget(self._number)),
+                "Delete": lambda: submit(DeleteTarget(self._number)),
+            },
+        )
+        on_choice(
+            gui.add_button_group(
+                "Steps",
+                ("Undo", "Redo", "Best", "Reset"),
+                hint="Take the last step back, make it again, go back to the best plate so far (least "
+                "predicted error), or to the plate as it was loaded.",
+            ),
+            {
+                "Undo": lambda: submit(Undo()),
+                "Redo": lambda: submit(Redo()),
+                "Best": lambda: submit(RestoreBest()),
+                "Reset": lambda: submit(ResetTargets()),
+            },
+        )
+
+    def _choose_branch(self) -> None:
+        name = self._branch.value
+        self._worker.submit(ChooseBranch(self._number, AUTO if name == LEFT_TO_PROGRAM else name))
+
+    def _typed(self) -> None:
+        self._worker.submit(MoveTarget(self._number, self._xyz.typed, self._rpy.typed))
+
+
+def _state(state: TargetState) -> str:
+    if state.reached and state.clear:
+        return badge("Reached", css(REACHED)) + f'<span style="color:{MUTED}"> · {text(state.branch)}</span>'
+    if state.reached:
+        words = "Choose another branch, or move the target."
+        return (
+            badge("Blocked", css(BLOCKED))
+            + f'<span style="color:{MUTED}"> · {text(state.branch)}</span>'
+            + f"<div>In this posture {text(state.hit)}.</div>"
+            + f'<div style="color:{MUTED}">{words}</div>'
+        )
+    distance, angle = state.missing
+    short = (
+        f"The arm stops {1e3 * distance:.1f} mm and {np.rad2deg(angle):.1f}° short of it. Drag the target "
+        "back, or press Undo."
+        if distance > 1e-6 or angle > 1e-6
+        else "Choose another branch, or leave the choice to the program."
+    )
+    return (
+        badge("Out of reach", css(OUT_OF_REACH))
+        + f"<div>{text(state.reason[:1].upper() + state.reason[1:])}.</div>"
+        + f'<div style="color:{MUTED}">{short}</div>'
+    )

@@ -1,0 +1,115 @@
+"""The browser as a view of the session: the scene and the panels, drawn together."""
+
+from collections.abc import Sequence
+
+import viser
+
+from workbench.session.state import Session
+from workbench.session.view import AbstractView
+from workbench.session.worker import Worker
+from workbench.views.page.icons import icons_at_once
+from workbench.views.page.panels.arm import ArmPanel
+from workbench.views.page.panels.arrange import ArrangePanel
+from workbench.views.page.panels.bending import BendingPanel
+from workbench.views.page.panels.captured import CapturedPanel
+from workbench.views.page.panels.choices import ChoicesPanel
+from workbench.views.page.panels.compare import ComparePanel
+from workbench.views.page.panels.data import DataPanel
+from workbench.views.page.panels.diagnose import DiagnosePanel
+from workbench.views.page.panels.files import FilesPanel
+from workbench.views.page.panels.fit import FitPanel
+from workbench.views.page.panels.guided import GuidedPanel
+from workbench.views.page.panels.header import Header
+from workbench.views.page.panels.history import HistoryPanel
+from workbench.views.page.panels.index import IndexPanel
+from workbench.views.page.panels.influence import InfluencePanel
+from workbench.views.page.panels.jog import JogPanel
+from workbench.views.page.panels.look import LookPanel
+from workbench.views.page.panels.noise import NoisePanel
+from workbench.views.page.panels.panel import AbstractPanel
+from workbench.views.page.panels.production import ProductionPanel
+from workbench.views.page.panels.region import RegionPanel
+from workbench.views.page.panels.targets import TargetsPanel
+from workbench.views.page.panels.track import TrackPanel
+from workbench.views.page.scene.gizmo import Gizmo
+from workbench.views.page.scene.scene import Scene
+
+PANEL_WIDTH = 470
+
+
+class BrowserView(AbstractView):
+    """Draws every snapshot in one message window, so that no page shows half of it.
+
+    Args:
+        server: Where.
+        worker: What takes the commands.
+        link: Address of the page with this session; empty if it is not recorded.
+    """
+
+    def __init__(self, server: viser.ViserServer, worker: Worker, *, link: str = ""):
+        self._server = server
+        session = worker.session
+        with server.atomic(), icons_at_once():
+            self._scene = Scene(server, worker, session)
+            self._panels = _build_panels(server, worker, link)
+            for panel in self._panels:
+                panel.show(session)
+
+    @property
+    def gizmo(self) -> Gizmo:
+        """The handles of the selected target."""
+        return self._scene.gizmo
+
+    def draw(self, session: Session) -> None:
+        """Show a snapshot."""
+        with self._server.atomic():
+            self._scene.show(session)
+            for panel in self._panels:
+                panel.show(session)
+
+    def close(self) -> None:
+        """The server is closed by its owner."""
+
+
+def _build_panels(server: viser.ViserServer, worker: Worker, link: str) -> Sequence[AbstractPanel]:
+    gui = server.gui
+    gui.main_panel.dock_right()
+    gui.main_panel.set_width(PANEL_WIDTH)
+    header = Header(worker)
+    header.build(server)
+    panels: list[AbstractPanel] = [header]
+    tabs = gui.add_tab_group()
+    for title, contents in (
+        (
+            "Plate",
+            (
+                TargetsPanel(worker),
+                IndexPanel(),
+                HistoryPanel(),
+                InfluencePanel(),
+                ArrangePanel(worker),
+                ProductionPanel(worker),
+                NoisePanel(worker),
+            ),
+        ),
+        ("Region", (RegionPanel(worker),)),
+        ("Measure", (DataPanel(worker), GuidedPanel(worker))),
+        ("Identify", (FitPanel(worker), ChoicesPanel(worker))),
+        ("Diagnose", (DiagnosePanel(worker),)),
+        ("Compare", (ComparePanel(worker), TrackPanel(worker), BendingPanel(worker))),
+        (
+            "More",
+            (
+                ArmPanel(worker),
+                JogPanel(worker),
+                CapturedPanel(worker),
+                FilesPanel(worker, link),
+                LookPanel(worker),
+            ),
+        ),
+    ):
+        with tabs.add_tab(title):
+            for panel in contents:
+                panel.build(server)
+                panels.append(panel)
+    return panels

@@ -1,0 +1,84 @@
+"""The region's outline, and two handles on its corners."""
+
+import numpy as np
+import viser
+
+from workbench.base import se3
+from workbench.plate.region import Region
+from workbench.session.commands import SetRegion
+from workbench.session.commands.region import corner
+from workbench.session.state import Session
+from workbench.session.worker import Worker
+from workbench.views.appearance.colours import REGION
+from workbench.views.appearance.shapes import cuboid_edges
+from workbench.views.page.scene.nodes import put
+from workbench.views.page.scene.part import AbstractPart
+
+THINNEST = 0.02
+"""Corners keep this distance along every axis [m]."""
+
+
+class Corners(AbstractPart):
+    """Corners are dragged along the axes; the cuboid keeps its sense, whatever the hand does."""
+
+    def __init__(self, server: viser.ViserServer, worker: Worker, session: Session):
+        self._server, self._worker = server, worker
+        self._region: Region | None = None
+        self._dragged: int | None = None
+        self._handles = [
+            server.scene.add_transform_controls(
+                f"/corners/{name}",
+                scale=0.12 * session.robot.reach,
+                disable_rotations=True,
+                disable_sliders=True,
+                line_width=3.0,
+                depth_test=False,
+                visible=False,
+            )
+            for name in ("least", "greatest")
+        ]
+        for which, handle in enumerate(self._handles):
+            self._listen(which, handle)
+        self.show(session)
+
+    def show(self, session: Session) -> None:
+        """Move outline and handles."""
+        region = session.plate.region
+        for which, handle in enumerate(self._handles):
+            handle.visible = session.cube_view.corners
+            if which != self._dragged:
+                put(handle, se3.pose(np.eye(3), (region.min, region.max)[which]))
+        if region is not self._region:
+            self._region = region
+            self._server.scene.add_line_segments(
+                "/region",
+                cuboid_edges(region.min, region.max),
+                colors=REGION,
+                thickness=1.6,
+                thickness_units="screen",
+            )
+
+    def _listen(self, which: int, handle: viser.TransformControlsHandle) -> None:
+        @handle.on_update
+        async def _(event: viser.TransformControlsEvent) -> None:
+            if event.phase == "start":
+                self._dragged = which
+                self._submit(self._worker.session.plate.region, step=True)
+            elif event.phase == "update":
+                place = np.array(event.target.position)
+                if np.isfinite(place).all():
+                    self._submit(dragged(self._worker.session.plate.region, which, place), step=False)
+            else:
+                self._dragged = None
+                put(handle, se3.pose(np.eye(3), np.array(event.target.position) + 1e-3))
+                self.show(self._worker.session)
+
+    def _submit(self, region: Region, *, step: bool) -> None:
+        self._worker.submit(SetRegion(corner(region.min), corner(region.max), region.cube, step=step))
+
+
+def dragged(region: Region, which: int, place: np.ndarray) -> Region:
+    """The region with one corner elsewhere, at least as thin as `THINNEST`."""
+    if which == 0:
+        return Region(min=np.minimum(place, region.max - THINNEST), max=region.max, cube=region.cube)
+    return Region(min=region.min, max=np.maximum(place, region.min + THINNEST), cube=region.cube)

@@ -1,0 +1,110 @@
+"""Handles on the selected target: arrows along the base's axes, and rings about the tool's.
+
+Who grabs a handle holds the target until letting go. The drags of other pages are put back at once, and
+nudged once more at their end, because viser does not send a pose that it already has. Callbacks only send
+commands; while a handle is dragged its own pose is left alone, all else follows the session.
+"""
+
+import numpy as np
+import viser
+
+from workbench.base import se3
+from workbench.base.types import Matrix4
+from workbench.session.commands import DropTarget, GrabTarget, MoveTarget
+from workbench.session.state import Focus, Session
+from workbench.session.worker import Worker
+from workbench.views.page.scene.nodes import put
+from workbench.views.page.scene.part import AbstractPart
+
+ARROWS, RINGS = "arrows", "rings"
+NUDGE = 1e-3
+
+
+class Gizmo(AbstractPart):
+    """Both handles of the selected target."""
+
+    def __init__(self, server: viser.ViserServer, worker: Worker, session: Session):
+        self._worker = worker
+        self._session = session
+        self._dragged: tuple[str, int] | None = None
+        size = 0.17 * session.robot.reach
+        arrows = server.scene.add_transform_controls(
+            "/handles/arrows",
+            scale=size,
+            disable_rotations=True,
+            disable_sliders=True,
+            line_width=4.0,
+            depth_test=False,
+        )
+        rings = server.scene.add_transform_controls(
+            "/handles/rings",
+            scale=0.72 * size,
+            disable_axes=True,
+            disable_sliders=True,
+            line_width=4.0,
+            depth_test=False,
+        )
+        self.handles = {ARROWS: arrows, RINGS: rings}
+        for kind, handle in self.handles.items():
+            self._listen(kind, handle)
+        self.show(session)
+
+    def show(self, session: Session) -> None:
+        """Put the handles on the selected target, except the one in somebody's hand."""
+        self._session = session
+        for kind, handle in self.handles.items():
+            handle.visible = session.focus is Focus.TARGET and not _locked(session)
+            if self._dragged is None or self._dragged[0] != kind:
+                put(handle, self._pose(kind))
+
+    def _pose(self, kind: str) -> Matrix4:
+        target = self._session.plate.targets[self._session.selected]
+        return se3.pose(np.eye(3), target.xyz) if kind == ARROWS else target.pose
+
+    def _listen(self, kind: str, handle: viser.TransformControlsHandle) -> None:
+        @handle.on_update
+        async def _(event: viser.TransformControlsEvent) -> None:
+            client = -1 if event.client_id is None else event.client_id
+            if event.phase == "start" and self._dragged is None:
+                self._dragged = (kind, client)
+                self._worker.submit(GrabTarget(self._session.selected, client + 1))
+            if self._dragged != (kind, client):
+                self._put_back(kind, nudge=event.phase == "end")
+            elif event.phase == "end":
+                self._let_go(client)
+            elif event.phase == "update":
+                self._move(kind, event.target, client)
+
+    def _move(self, kind: str, handle: viser.TransformControlsHandle, client: int) -> None:
+        session = self._session
+        target = session.plate.targets[session.selected]
+        xyz, rpy = target.xyz, target.rpy
+        if kind == ARROWS:
+            xyz = np.array(handle.position)
+        elif np.isfinite(handle.wxyz).all() and np.linalg.norm(handle.wxyz) > 0.1:
+            rpy = se3.matrix_to_rpy(se3.quaternion_to_matrix(np.array(handle.wxyz)))
+        (x, y, z), (roll, pitch, yaw) = xyz.tolist(), rpy.tolist()
+        self._worker.submit(MoveTarget(session.selected, (x, y, z), (roll, pitch, yaw), client + 1))
+
+    def _let_go(self, client: int) -> None:
+        self._dragged = None
+        self._worker.submit(DropTarget(client + 1))
+
+    def _put_back(self, kind: str, *, nudge: bool) -> None:
+        """Undo what a page did that does not hold the target."""
+        pose = self._pose(kind)
+        if nudge:
+            off = pose.copy()
+            off[:3, 3] += NUDGE
+            off[:3, :3] = off[:3, :3] @ se3.rotvec_to_matrix(np.full(3, NUDGE))
+            put(self.handles[kind], off)
+        put(self.handles[kind], pose)
+
+    def left(self, client: viser.ClientHandle) -> None:
+        """A page has gone: whatever it held is let go."""
+        if self._dragged is not None and self._dragged[1] == client.client_id:
+            self._let_go(client.client_id)
+
+
+def _locked(session: Session) -> bool:
+    return session.plate.targets[session.selected].locked

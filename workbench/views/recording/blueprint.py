@@ -1,0 +1,111 @@
+"""How the viewer is laid out: the scene on the left, numbers and tables on the right, the log below both.
+
+The timeline is `step`, paused.
+"""
+
+import numpy as np
+import rerun.blueprint as rrb
+
+from workbench.session.state import Session
+from workbench.views.recording.canvas import ROW, STEP
+
+GROUND = (246, 248, 251)
+NO_LEGEND = rrb.PlotLegend(visible=False)
+PREDICTED = {"position mm": "position_mm", "rotation deg": "rotation_deg"}
+INDICES = {name: name for name in ("O", "O1", "O2", "O3", "O4", "O5")}
+ERRORS = {
+    "nominal mm": "nominal_mm",
+    "nominal deg": "nominal_deg",
+    "calibrated mm": "calibrated_mm",
+    "calibrated deg": "calibrated_deg",
+    "diagnosis: geometry alone mm": "diagnosed_geometry_mm",
+    "diagnosis: with effects mm": "diagnosed_effects_mm",
+}
+ROW_ERRORS = {"nominal mm": "nominal_mm", "calibrated mm": "calibrated_mm"}
+
+
+def blueprint(session: Session) -> rrb.Blueprint:
+    """The layout for one session."""
+    above = rrb.Horizontal(_scene(session), _right(), column_shares=[1, 1])
+    below = rrb.Tabs(_log(), _document("searches", "Searches"), _document("about", "About"))
+    return _page(rrb.Vertical(above, below, row_shares=[4, 1]))
+
+
+def side_by_side(first: Session, second: Session) -> rrb.Blueprint:
+    """The layout for two sessions, whose entities lie below `A/` and `B/`, and the table of differences."""
+    return _page(
+        rrb.Vertical(
+            rrb.Horizontal(_scene(first, "A/", "A"), _scene(second, "B/", "B")),
+            rrb.Horizontal(_tables("A/"), _tables("B/")),
+            rrb.Tabs(_document("differences", "Differences"), _log("A/"), _log("B/")),
+            row_shares=[4, 3, 3],
+        )
+    )
+
+
+def _page(contents: rrb.Container) -> rrb.Blueprint:
+    return rrb.Blueprint(
+        contents,
+        rrb.TimePanel(state="collapsed", timeline=STEP, play_state="following"),
+        rrb.BlueprintPanel(state="collapsed"),
+        rrb.SelectionPanel(state="collapsed"),
+    )
+
+
+def _right(prefix: str = "") -> rrb.Container:
+    return rrb.Vertical(
+        rrb.Tabs(
+            _plots(f"{prefix}predicted", "Predicted errors", PREDICTED),
+            _plots(f"{prefix}index", "Indices", INDICES),
+            _plots(f"{prefix}error", "Errors", ERRORS),
+            _plots(f"{prefix}row_error", f"By row: set the timeline to {ROW}", ROW_ERRORS),
+        ),
+        _tables(prefix),
+    )
+
+
+def _tables(prefix: str = "") -> rrb.Container:
+    return rrb.Tabs(
+        rrb.BarChartView(origin=f"{prefix}target/index_O", name="Index O", plot_legend=NO_LEGEND),
+        _document(f"{prefix}parameters", "Parameters"),
+        _document(f"{prefix}diagnosis/words", "Diagnosis"),
+        rrb.Spatial2DView(origin=f"{prefix}diagnosis/ranking", name="Candidates"),
+        rrb.Spatial2DView(origin=f"{prefix}figure/before_after", name="Before and after"),
+        rrb.Spatial2DView(origin=f"{prefix}figure/corrections", name="Corrections"),
+    )
+
+
+def _plots(origin: str, name: str, series: dict[str, str]) -> rrb.Container:
+    """Plots by their headings; every number has a scale of its own."""
+    views = [
+        rrb.TimeSeriesView(origin=f"{origin}/{path}", name=heading, plot_legend=NO_LEGEND)
+        for heading, path in series.items()
+    ]
+    return rrb.Grid(*views, grid_columns=1 if len(views) < 3 else 2, name=name)
+
+
+def _scene(session: Session, prefix: str = "", name: str = "") -> rrb.Spatial3DView:
+    reach = session.robot.reach
+    middle = 0.5 * (session.plate.region.min + session.plate.region.max)
+    target = np.array([0.62 * middle[0], 0.62 * middle[1], 0.24 * reach])
+    return rrb.Spatial3DView(
+        origin=f"{prefix}world",
+        name=f"{name} {session.robot.name} · {session.plate.name}".strip(),
+        background=GROUND,
+        line_grid=rrb.LineGrid3D(visible=True, spacing=0.1 if reach < 3.0 else 0.5, color=(186, 195, 208)),
+        eye_controls=rrb.EyeControls3D(
+            position=target + reach * np.array([0.85, -0.73, 0.56]), look_target=target
+        ),
+    )
+
+
+def _log(prefix: str = "") -> rrb.TextLogView:
+    return rrb.TextLogView(
+        origin=f"{prefix}log",
+        name=f"{prefix.strip('/')} What was done".strip(),
+        columns=rrb.TextLogColumns(text_log_columns=["LogLevel", "Body"]),
+    )
+
+
+def _document(path: str, name: str) -> rrb.TextDocumentView:
+    return rrb.TextDocumentView(origin=path, name=name)

@@ -1,0 +1,65 @@
+"""Where entities are drawn: one recording, in a file, in an open viewer, or both.
+
+Three timelines and no others: `step` (commands of the session), `session_time` (seconds of a clock that never
+jumps), and `measured_row` (rows of the measurements, fitted first, then held out).
+"""
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+import rerun as rr
+
+from workbench.views.recording.outlet import AbstractOutlet
+
+STEP, TIME, ROW = "step", "session_time", "measured_row"
+
+
+class Canvas:
+    """Draws into every outlet alike.
+
+    Args:
+        outlets: Where to.
+        prefix: Begins the path of every entity, where two sessions share a recording.
+    """
+
+    def __init__(self, outlets: Sequence[AbstractOutlet], *, prefix: str = ""):
+        self._outlets, self._prefix = tuple(outlets), prefix
+
+    def at(self, step: int, seconds: float) -> None:
+        """What follows belongs to this step."""
+        for outlet in self._outlets:
+            outlet.stream.disable_timeline(ROW)
+            outlet.stream.set_time(STEP, sequence=step)
+            outlet.stream.set_time(TIME, duration=seconds)
+
+    def at_rows(self) -> None:
+        """What follows is there at every measured row, and at no step."""
+        for outlet in self._outlets:
+            outlet.stream.reset_time()
+            outlet.stream.set_time(ROW, sequence=0)
+
+    def log(self, path: str, *what: Any, static: bool = False) -> None:
+        """Draw at a path, now or for good."""
+        for outlet in self._outlets:
+            outlet.stream.log(self._prefix + path, *what, static=static, strict=True)
+
+    def clear(self, path: str) -> None:
+        """Nothing is there any more, nor below."""
+        self.log(path, rr.Clear(recursive=True))
+
+    def rows(self, path: str, columns: Iterable[Any], count: int) -> None:
+        """Draw something for every measured row."""
+        numbers = rr.TimeColumn(ROW, sequence=np.arange(count))
+        for outlet in self._outlets:
+            outlet.stream.send_columns(self._prefix + path, [numbers], list(columns), strict=True)
+
+    def hand_on(self) -> None:
+        """Let files and viewers have at once what was drawn."""
+        for outlet in self._outlets:
+            outlet.stream.flush()
+
+    def close(self) -> None:
+        """Nothing is drawn afterwards."""
+        for outlet in self._outlets:
+            outlet.close()

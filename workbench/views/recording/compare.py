@@ -1,0 +1,207 @@
+"""Sessions compared: what differs at their ends, and which parameters have moved over time.
+
+A parameter has moved when the difference of two identifications is beyond chance: more than three times the
+root of the sum of their squared standard errors. Constants that either could not see are left out, and so are
+those that move together with others, whose shares are only conventional.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from rich.console import Group, RenderableType
+from rich.markup import escape
+from rich.table import Table
+from rich.text import Text
+
+from workbench.identification.fit import Fit
+from workbench.identification.report.json import plain
+from workbench.report.numbers import signed
+from workbench.session.journal.reader import Recording
+from workbench.session.journal.restore import restore
+from workbench.session.state import Session
+
+BEYOND_CHANCE = 3.0
+"""Standard errors; of thirty constants that did not move, one in twelve comparisons shows one beyond it."""
+UNITS = {"rad": (1e3, "mrad"), "m": (1e3, "mm")}
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One number of every session.
+
+    Args:
+        name: What it is.
+        values: By session; NaN where a session has none.
+    """
+
+    name: str
+    values: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Move:
+    """One parameter over the sessions.
+
+    Args:
+        name: As in the result, such as `joint2.alpha`.
+        unit: `rad` or `m`.
+        values: By session; NaN where it was not identified.
+        stds: Standard errors, likewise.
+    """
+
+    name: str
+    unit: str
+    values: tuple[float, ...]
+    stds: tuple[float, ...]
+
+    @property
+    def ratios(self) -> tuple[float, ...]:
+        """Change against the first session in standard errors of the difference; NaN where unknown."""
+        return tuple(
+            (value - self.values[0]) / math.hypot(std, self.stds[0]) if std or self.stds[0] else math.nan
+            for value, std in zip(self.values, self.stds, strict=True)
+        )
+
+    @property
+    def has_moved(self) -> bool:
+        """Whether any session's value is beyond chance."""
+        return any(abs(ratio) > BEYOND_CHANCE for ratio in self.ratios if math.isfinite(ratio))
+
+
+@dataclass(frozen=True)
+class Compared:
+    """Several sessions beside each other.
+
+    Args:
+        names: Of the sessions.
+        figures: Numbers at their ends.
+        moves: Their parameters.
+    """
+
+    names: tuple[str, ...]
+    figures: tuple[Figure, ...]
+    moves: tuple[Move, ...]
+
+    @property
+    def moved(self) -> tuple[Move, ...]:
+        """Parameters that moved beyond chance, the clearest first."""
+        found = [move for move in self.moves if move.has_moved]
+        return tuple(sorted(found, key=lambda m: -np.nanmax(np.abs(m.ratios))))
+
+    def tables(self) -> RenderableType:
+        """For the terminal."""
+        figures = Table("", *self.names, box=None)
+        for figure in self.figures:
+            figures.add_row(escape(figure.name), *map(_short, figure.values))
+        parts: list[RenderableType] = [figures, Text("")]
+        if self.moves:
+            moves = Table("parameter", *self.names, "", "moved", box=None)
+            for name, cells, unit, ratio in self._rows():
+                moves.add_row(name, *cells, unit, ratio)
+            parts += [moves] if self.moved else []
+            parts.append(Text(self.sentence))
+        return Group(*parts)
+
+    def markdown(self) -> str:
+        """For the viewer: what moved first."""
+        names = " | ".join(self.names)
+        lines = [f"**{self.sentence}**", ""] if self.moves else []
+        if self.moved:
+            lines += [f"| parameter | {names} | | moved |", "|---|" + "---:|" * len(self.names) + "---|---:|"]
+            lines += [f"| {n} | {' | '.join(cells)} | {u} | {r} |" for n, cells, u, r in self._rows()]
+            lines.append("")
+        lines += [f"| | {names} |", "|---|" + "---:|" * len(self.names)]
+        lines += [f"| {f.name} | {' | '.join(map(_short, f.values))} |" for f in self.figures]
+        return "\n".join(lines)
+
+    @property
+    def sentence(self) -> str:
+        """What moved, in words."""
+        count, all_ = len(self.moved), len(self.moves)
+        if not count:
+            return f"None of {all_} parameters moved by more than {BEYOND_CHANCE:g} standard errors."
+        return f"{count} of {all_} parameters moved by more than {BEYOND_CHANCE:g} standard errors."
+
+    def json(self) -> dict[str, Any]:
+        """As plain data, in SI."""
+        return plain(
+            {
+                "schema": "workbench.comparison/1",
+                "sessions": list(self.names),
+                "figures": {figure.name: list(figure.values) for figure in self.figures},
+                "parameters": [
+                    {
+                        "name": move.name,
+                        "unit": move.unit,
+                        "values": list(move.values),
+                        "stds": list(move.stds),
+                        "moved": move.has_moved,
+                        "standard_errors": list(move.ratios),
+                    }
+                    for move in self.moves
+                ],
+            }
+        )
+
+    def _rows(self) -> Iterator[tuple[str, list[str], str, str]]:
+        for move in self.moved:
+            scale, unit = UNITS.get(move.unit, (1.0, move.unit))
+            cells = [
+                f"{signed(scale * v, 3)} ± {scale * s:.2g}" if math.isfinite(v) else "–"
+                for v, s in zip(move.values, move.stds, strict=True)
+            ]
+            yield move.name, cells, unit, f"{np.nanmax(np.abs(move.ratios)):.1f} σ"
+
+
+def compare(recordings: Sequence[Recording]) -> Compared:
+    """Compare the last states of recordings, in the order given."""
+    sessions = [restore(recording) for recording in recordings]
+    return compare_sessions([recording.folder.name for recording in recordings], sessions)
+
+
+def compare_sessions(names: Sequence[str], sessions: Sequence[Session]) -> Compared:
+    """Compare sessions, in the order given."""
+    numbers = [dict(_figures(session)) for session in sessions]
+    every = dict.fromkeys(name for found in numbers for name in found)
+    figures = tuple(Figure(name, tuple(found.get(name, math.nan) for found in numbers)) for name in every)
+    fits = [s.identification.runs[s.fit].fit for s in sessions if s.identification is not None]
+    return Compared(tuple(names), figures, _moves(fits) if len(fits) == len(sessions) else ())
+
+
+def _figures(session: Session) -> Iterator[tuple[str, float]]:
+    score = session.score
+    yield "targets reached", float(score.reached)
+    for name, value in score.indices.items():
+        yield f"index {name}", float(value)
+    yield "predicted error [mm]", 1e3 * score.position
+    yield "predicted error [°]", math.degrees(score.rotation)
+    if session.identification is not None:
+        run, nominal = session.identification.runs[session.fit], session.identification.nominal
+        for words, validated in (("before", nominal), ("after", run)):
+            errors = validated.held_out or validated.train
+            yield f"mean error {words} [mm]", errors.position_mm.mean
+            yield f"greatest error {words} [mm]", errors.position_mm.max
+
+
+def _moves(fits: Sequence[Fit]) -> tuple[Move, ...]:
+    """Constants of the arm that all fits tell apart from the others; base and tool may stand elsewhere."""
+    blurred = {name for fit in fits for c in (*fit.unidentifiable, *fit.hardly_seen) for name in c.names}
+    found = [
+        {
+            p.name: (p.unit, value, std)
+            for p, value, std in zip(fit.parameters, fit.x.tolist(), fit.std.tolist(), strict=True)
+            if p.is_geometry
+        }
+        for fit in fits
+    ]
+    names = [n for n in found[0] if n not in blurred and all(n in other for other in found)]
+    return tuple(
+        Move(n, found[0][n][0], tuple(f[n][1] for f in found), tuple(f[n][2] for f in found)) for n in names
+    )
+
+
+def _short(value: float) -> str:
+    return f"{value:.4g}" if math.isfinite(value) else "–"

@@ -1,0 +1,38 @@
+"""What an entity is: one kind of thing in a recording, drawn when it has changed."""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+
+from workbench.session.journal.entry import Entry
+from workbench.session.state import Session
+from workbench.views.recording.canvas import Canvas
+
+
+@dataclass(frozen=True, eq=False)
+class Moment:
+    """A step of the session.
+
+    Args:
+        step: Number of its command; 0 is the beginning.
+        at: Time of the session [s].
+        session: Snapshot after the command.
+        entry: The command; None in the beginning.
+    """
+
+    step: int
+    at: float
+    session: Session
+    entry: Entry | None = None
+
+    @property
+    def is_passing(self) -> bool:
+        """Whether a newer command of the same kind makes it unimportant, as in the middle of a drag."""
+        return self.entry is not None and self.entry.command.key is not None
+
+
+class AbstractEntity(ABC):
+    """Draws one kind of thing; keeps what it has drawn, so that nothing is drawn twice."""
+
+    @abstractmethod
+    def draw(self, canvas: Canvas, moment: Moment) -> None:
+        """Draw what has changed."""

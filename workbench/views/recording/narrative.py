@@ -1,0 +1,79 @@
+"""A session in plain words: each decision as a sentence, its subject, its parameters as a table."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from workbench.identification.fit import Fit
+from workbench.identification.report.parameters import unseen
+from workbench.report.numbers import signed, standard_error
+from workbench.session.commands import DropTarget, MoveTarget
+from workbench.session.journal.entry import Ending, Entry
+from workbench.session.state import Session
+
+UNITS = {"rad": (float(np.rad2deg(1.0)), "°"), "m": (1e3, "mm")}
+
+
+def sentence(entry: Entry, session: Session, says: list[str]) -> str:
+    """What was done and what came of it."""
+    words = entry.command.title
+    if isinstance(entry.command, MoveTarget | DropTarget) and entry.ending is Ending.DONE:
+        words += _place(session)
+    if entry.ending in (Ending.CANCELLED, Ending.FAILED):
+        words += f" ({entry.ending})"
+    text = "; ".join(says) or entry.text
+    return f"{words}: {text}" if text else words
+
+
+def _place(session: Session) -> str:
+    """Where the target stands now, and what that means."""
+    state, (x, y, z) = session.states[session.selected], 1e3 * session.plate.targets[session.selected].xyz
+    words = f": target {session.selected + 1} is at {x:.1f}, {y:.1f}, {z:.1f} mm"
+    if not state.reached:
+        return f"{words}, out of reach"
+    error = 1e3 * session.score.position
+    return f"{words}; predicted error {error:.3g} mm" if np.isfinite(error) else words
+
+
+def about(session: Session) -> str:
+    """Robot, plate, measurements, and how to read the recording, as markdown."""
+    loaded, noise = session.loaded, session.noise
+    measured = "none yet" if loaded is None else f"{loaded.name}, {len(loaded.dataset)} rows"
+    lines = [
+        f"**{session.robot.name}:** {session.robot.dof} joints, convention {session.robot.convention}.",
+        f"Plate “{session.plate.name}” with {len(session.plate)} targets.",
+        f"Instrument: {1e3 * noise.position:.3g} mm, {np.rad2deg(noise.rotation):.3g}°.",
+        "",
+        f"**Measurements:** {measured}",
+        "",
+        "**Timelines:** `step`: commands; `session_time`: seconds; `measured_row`: rows of the measurements.",
+        "",
+        "**Blocks:** green where reached, blue where selected, amber where the arm is blocked, red where out",
+        "of reach. **Arms:** the solid one is nominal, the amber shell calibrated. **Arrows** lead from",
+        f"measured to predicted positions, {session.overlay.exaggeration:g} times too long: magenta nominal,",
+        "blue calibrated.",
+    ]
+    return "\n".join(lines)
+
+
+def parameters_markdown(session: Session) -> str:
+    """The shown fit's parameters as a markdown table."""
+    found = session.identification
+    if found is None:
+        return "Nothing has been identified yet."
+    fit = found.runs[session.fit].fit
+    lines = [f"**{fit.title}**: {fit.outcome}", "", "| parameter | nominal | identified | std. error | |"]
+    lines.append("|---|---:|---:|---:|---|")
+    lines += ["| " + " | ".join(cells) + " |" for cells in parameter_rows(fit)]
+    if found.unidentifiable:
+        lines += ["", "Can't be told apart: " + "; ".join(found.unidentifiable) + "."]
+    return "\n".join(lines)
+
+
+def parameter_rows(fit: Fit) -> Iterator[tuple[str, str, str, str, str]]:
+    """Name, nominal and identified value, standard error and unit of every parameter."""
+    hidden = unseen(fit)
+    for p, value, std in zip(fit.parameters, fit.x, fit.std, strict=True):
+        scale, unit = UNITS.get(p.unit, (1.0, p.unit))
+        error = "not seen" if p.name in hidden else standard_error(float(scale * std), 4)
+        yield p.words, signed(scale * p.nominal, 4), signed(float(scale * value), 4), error, unit

@@ -1,0 +1,146 @@
+"""Where a recording goes: a file that is written by us, or a viewer that is open somewhere.
+
+rerun's own file sink waits for ever once the disk is full. It writes into a pipe instead, and a thread moves
+the bytes into the file: what finds no room waits in memory, and after too much of it the rest is dropped.
+"""
+
+import contextlib
+import os
+import socket
+import threading
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from pathlib import Path
+
+os.environ.setdefault("RERUN_ANALYTICS_ENABLED", "false")
+import rerun as rr
+import rerun.blueprint as rrb
+
+from workbench.base.errors import OptionError
+
+APPLICATION = "workbench"
+PORT = 9876
+"""Port of a rerun viewer that was started without options."""
+MOST_WAITING = 32 * 2**20
+"""Bytes that wait for room on the disk before the rest of the recording is dropped."""
+CHUNK = 2**18
+TICK = 1.0
+"""Time after which a viewer gets what was drawn [s]."""
+FILE_TICK = 300.0
+"""Time after which it goes to a file [s], unless it is a mebibyte earlier: large batches need a fifth of the
+room. What a killed program had not handed on is drawn from the journal."""
+PATIENCE = 5.0
+"""How long the end of a recording, or a viewer's answer, may take [s]."""
+
+Tell = Callable[[str], None]
+
+
+class AbstractOutlet(ABC):
+    """Takes one recording."""
+
+    stream: rr.RecordingStream
+
+    @abstractmethod
+    def close(self) -> None:
+        """Finish the recording; a file gets its index."""
+
+
+class FileOutlet(AbstractOutlet):
+    """Writes a file.
+
+    Args:
+        path: The file, which is made anew.
+        recording: Identity of the recording; parts of one session share it.
+        blueprint: How the viewer is laid out.
+        tell: Told once of trouble with the disk.
+
+    Attributes:
+        trouble: What was told; empty if all is well.
+    """
+
+    def __init__(
+        self, path: Path, recording: str, *, blueprint: rrb.Blueprint, tell: Tell = lambda text: None
+    ):
+        self._path, self._tell = path, tell
+        self.trouble = ""
+        self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666)
+        self._end, inlet = os.pipe()
+        self._pump = threading.Thread(target=self._move, name="workbench-recording", daemon=True)
+        self._pump.start()
+        batches = rr.ChunkBatcherConfig(flush_tick=FILE_TICK)
+        self.stream = _stream(recording, batches)
+        self.stream.set_sinks(rr.FileSink(f"/proc/self/fd/{inlet}"), default_blueprint=blueprint)
+        os.close(inlet)  # the sink has its own handle; the pipe ends when it lets go
+
+    def close(self) -> None:
+        """Write the rest and the index."""
+        self.stream.disconnect()
+        self._pump.join(PATIENCE)
+
+    def _move(self) -> None:
+        """Bytes from the pipe into the file; the pipe is always emptied."""
+        waiting, dropped = bytearray(), False
+        while chunk := os.read(self._end, CHUNK):
+            if dropped:
+                continue
+            waiting += chunk
+            try:
+                while waiting:
+                    del waiting[: os.write(self._file, waiting)]
+            except OSError as error:
+                if not self.trouble:
+                    self.trouble = f"{self._path.name} can't be written ({error.strerror})"
+                    self._tell(
+                        f"{self.trouble}, so pictures are missing from here on; the session goes on, and "
+                        "'workbench review' draws them from its journal"
+                    )
+                dropped = len(waiting) > MOST_WAITING
+        os.close(self._end)
+        os.close(self._file)
+
+
+class ViewerOutlet(AbstractOutlet):
+    """Streams to a viewer that is open.
+
+    Args:
+        address: `HOST`, `HOST:PORT`, or the viewer's own URL.
+        recording: Identity of the recording.
+        blueprint: How the viewer is laid out.
+
+    Raises:
+        OptionError: nobody listens there.
+    """
+
+    def __init__(self, address: str, recording: str, *, blueprint: rrb.Blueprint):
+        self.stream = _stream(recording, rr.ChunkBatcherConfig(flush_tick=TICK))
+        self.stream.connect_grpc(url_of(address), default_blueprint=blueprint)
+
+    def close(self) -> None:
+        """Let the viewer have the rest."""
+        with contextlib.suppress(Exception):  # a viewer that was closed
+            self.stream.flush(timeout_sec=PATIENCE)
+        self.stream.disconnect()
+
+
+def url_of(address: str) -> str:
+    """The viewer's URL from an address, if it answers.
+
+    Raises:
+        OptionError: nobody listens there.
+    """
+    place = address.removeprefix("rerun+http://").removesuffix("/proxy")
+    host, _, port = place.rpartition(":") if ":" in place else (place, "", str(PORT))
+    try:
+        with socket.create_connection((host, int(port)), PATIENCE):
+            return f"rerun+http://{host}:{int(port)}/proxy"
+    except (OSError, ValueError, OverflowError):
+        raise OptionError(
+            f"no rerun viewer listens at '{address}'; start one with 'rerun', or give its HOST:PORT"
+        ) from None
+
+
+def _stream(recording: str, batches: rr.ChunkBatcherConfig) -> rr.RecordingStream:
+    stream = rr.RecordingStream(APPLICATION, recording_id=recording, batcher_config=batches)
+    stream.set_log_time_enabled(False)
+    stream.set_log_tick_enabled(False)
+    return stream

@@ -1,0 +1,157 @@
+"""A session's report: one HTML file with its pictures and tables inside, made from its journal."""
+
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined, Template
+from markupsafe import Markup
+
+from workbench.base.files import write_text
+from workbench.diagnosis.report.ranking import ranking
+from workbench.identification.error_columns import order_of_measuring
+from workbench.identification.report.corrections import corrections
+from workbench.identification.report.error_plots import before_after
+from workbench.identification.report.page import error_cards, themed
+from workbench.report.drawing import svg
+from workbench.report.numbers import short
+from workbench.session.commands import DropTarget, GrabTarget, MoveTarget
+from workbench.session.journal.check import Replayed
+from workbench.session.journal.entry import Ending
+from workbench.session.journal.reader import Line, Recording
+from workbench.session.state import Score, Session
+from workbench.views.recording.diagnosed import model_errors, remarks
+from workbench.views.recording.narrative import parameter_rows
+
+DEGREES = float(np.rad2deg(1.0))
+PREDICTED = (("mean predicted error [mm]", 1e3), ("mean predicted rotation error [°]", DEGREES))
+
+
+def write_page(recording: Recording, replayed: Replayed, path: Path) -> Path:
+    """Write the report of a recorded session.
+
+    Args:
+        recording: Its journal.
+        replayed: What doing it again came to.
+        path: The file, whole or not at all.
+
+    Raises:
+        FileError: it can't be written.
+    """
+    first, last = recording.first, replayed.session
+    found = last.identification
+    run = None if found is None else found.runs[last.fit]
+    text = _template().render(
+        robot=last.robot.name,
+        began=recording.header.get("began", "")[:16].replace("T", " "),
+        replayed=replayed,
+        cards=[]
+        if run is None
+        else error_cards(found.nominal.held_out or found.nominal.train, run.held_out or run.train),
+        notes=[*recording.notes, *(() if found is None else found.warnings)],
+        facts=_facts(recording, last),
+        scores=list(_scores(first.score, last.score)),
+        moved=list(_moved(first, last)),
+        diagnosis=last.diagnosis,
+        model_errors=[] if last.diagnosis is None else list(model_errors(last.diagnosis)),
+        remarks=[] if last.diagnosis is None else list(remarks(last.diagnosis)),
+        drawings=[(title, Markup(picture)) for title, picture in _drawings(last)],
+        fit="" if run is None else run.fit.title,
+        parameters=[] if run is None else list(parameter_rows(run.fit)),
+        decisions=list(_decisions(recording)),
+    )
+    return write_text(path, text)
+
+
+@cache
+def _template() -> Template:
+    loaders = [PackageLoader("workbench.views.recording"), PackageLoader("workbench.report")]
+    environment = Environment(
+        loader=ChoiceLoader(loaders),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template("session.html")
+
+
+def _facts(recording: Recording, session: Session) -> list[tuple[str, str]]:
+    loaded, branched = session.loaded, recording.header.get("branched")
+    minutes, seconds = divmod(round(recording.seconds), 60)
+    facts = [
+        ("Recording", recording.folder.name),
+        ("Robot", f"{session.robot.name} ({session.robot.convention}, {session.robot.dof} joints)"),
+        ("Plate", f"{session.plate.name}, {len(session.plate)} targets"),
+        ("Steps", f"{len(recording.lines)} in {minutes} min {seconds} s"),
+        ("Instrument", f"{1e3 * session.noise.position:.3g} mm, {np.rad2deg(session.noise.rotation):.3g}°"),
+        ("Measurements", "none" if loaded is None else f"{loaded.name}, {len(loaded.dataset)} rows"),
+    ]
+    if branched is not None:
+        facts.append(("Branched off", f"from {branched['from']} after step {branched['step']}"))
+    return facts
+
+
+def _scores(first: Score, last: Score) -> Iterator[tuple[str, str, str]]:
+    yield "targets reached", f"{first.reached}", f"{last.reached}"
+    for (name, scale), part in zip(PREDICTED, ("position", "rotation"), strict=True):
+        yield name, short(scale * getattr(first, part)), short(scale * getattr(last, part))
+    for name, value in last.indices.items():
+        yield f"index {name}", f"{first.indices[name]:.4g}", f"{value:.4g}"
+
+
+def _moved(first: Session, last: Session) -> Iterator[tuple[str, str, str, str]]:
+    for i, (a, b) in enumerate(zip(first.plate.targets, last.plate.targets, strict=False), start=1):
+        if not np.array_equal(a.pose, b.pose):
+            way = 1e3 * float(np.linalg.norm(b.xyz - a.xyz))
+            yield f"{i}", _place(a.xyz), _place(b.xyz), f"{way:.1f}"
+
+
+def _place(xyz: np.ndarray) -> str:
+    return ", ".join(f"{1e3 * v:.1f}".replace("-", "−") for v in xyz)
+
+
+def _drawings(session: Session) -> Iterator[tuple[str, str]]:
+    found = session.identification
+    if found is not None:
+        rows = before_after(found, order_of_measuring(found))
+        yield "Before and after, row by row", themed(svg(rows, "before-after"))
+        figure = corrections(found.best)
+        if figure is not None:
+            yield "Corrections of the arm", themed(svg(figure, "corrections"))
+    figure = None if session.diagnosis is None else ranking(session.diagnosis)
+    if figure is not None:
+        yield "What each effect would bring", themed(svg(figure, "ranking"))
+
+
+def _decisions(recording: Recording) -> Iterator[tuple[int, str, str]]:
+    """Steps that are not only passed through, in plain words; a drag is one of them."""
+    place = ""
+    for step, line in enumerate(recording.lines, start=1):
+        entry = line.entry
+        if isinstance(entry.command, GrabTarget):
+            place = ""
+        if isinstance(entry.command, MoveTarget) and entry.ending is Ending.DONE:
+            place = _moved_to(entry.command, line.numbers)
+        if _is_passed(line):
+            continue
+        words = line.title if entry.ending is Ending.DONE else f"{line.title} ({entry.ending})"
+        words = place if isinstance(entry.command, DropTarget) and place else words
+        yield step, f"{entry.at:.1f} s", "; ".join([words, *line.says])
+
+
+def _is_passed(line: Line) -> bool:
+    """Whether nobody would miss the step: a place of a drag, or its beginning."""
+    passing = line.entry.command.key is not None or isinstance(line.entry.command, GrabTarget)
+    return passing and line.entry.ending is Ending.DONE and not line.says
+
+
+def _moved_to(command: MoveTarget, numbers: dict[str, Any]) -> str:
+    words = f"Move target {command.target + 1} to {_place(np.array(command.xyz))} mm"
+    state = numbers.get("targets", {}).get(f"{command.target + 1}", {})
+    if not state.get("reached", True):
+        return f"{words}, out of reach"
+    error = numbers.get("score", {}).get("position")
+    return words if error is None else f"{words}; predicted error {1e3 * error:.3g} mm"

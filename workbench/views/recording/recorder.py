@@ -1,0 +1,101 @@
+"""The recorder: follows a session in a thread of its own, so that no command waits for a picture.
+
+The worker only puts a moment into a queue. What is passing (the middle of a drag) gives way to what came
+later, in the queue and by time; decisions are all drawn.
+"""
+
+import logging
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+
+from workbench.session.follower import AbstractKeeper, Tell
+from workbench.session.journal.entry import Entry
+from workbench.session.state import Session, Severity
+from workbench.views.recording.canvas import Canvas
+from workbench.views.recording.drawing import Drawing, Pace
+from workbench.views.recording.entities import Moment
+from workbench.views.recording.outlet import Tell as TellText
+
+MOST_WAITING = 5000
+"""Moments in the queue beyond which the oldest are left out of the recording."""
+PATIENCE = 20.0
+"""How long the end of a session waits for its last pictures [s]."""
+log = logging.getLogger(__name__)
+
+
+class Recorder(AbstractKeeper):
+    """Draws a session while it goes on.
+
+    Args:
+        open_canvas: Makes the canvas for the session as it stands; called in the recorder's own thread.
+    """
+
+    def __init__(self, open_canvas: Callable[[Session, TellText], Canvas]):
+        self._open = open_canvas
+        self._queue: deque[Moment] = deque()
+        self._changed = threading.Condition()
+        self._pace = Pace()
+        self._closing = False
+        self._tell: Tell = lambda severity, text: None
+        self._thread = threading.Thread(target=self._run, name="workbench-recorder", daemon=True)
+
+    def begin(self, session: Session, *, step: int, at: float, tell: Tell) -> None:
+        """Draw the session as it stands."""
+        self._tell = tell
+        self._put(Moment(step, at, session))
+        self._thread.start()
+
+    def note(self, step: int, entry: Entry, session: Session) -> None:
+        """Draw a step, soon."""
+        self._put(Moment(step, entry.at, session, entry))
+
+    def close(self) -> None:
+        """Draw what waits, and finish the recording."""
+        with self._changed:
+            self._closing = True
+            self._changed.notify_all()
+        if self._thread.ident is not None:
+            self._thread.join(PATIENCE)
+
+    def _put(self, moment: Moment) -> None:
+        with self._changed:
+            if moment.is_passing and self._queue and self._queue[-1].is_passing:
+                self._queue.pop()
+            elif len(self._queue) >= MOST_WAITING:
+                self._queue.popleft()
+            self._queue.append(moment)
+            self._changed.notify_all()
+
+    def _run(self) -> None:
+        try:
+            first = self._next()
+            assert first is not None
+            canvas = self._open(first.session, lambda text: self._tell(Severity.WARNING, text))
+        except Exception as error:
+            self._tell(Severity.WARNING, f"this session has no pictures for the rerun viewer: {error}")
+            return
+        try:
+            drawing = Drawing(canvas)
+            drawing.draw(first)
+            canvas.hand_on()  # a disk without room is told at the beginning
+            self._draw_all(drawing)
+        except Exception:
+            log.exception("the recording ends early")
+        finally:
+            canvas.close()
+
+    def _draw_all(self, drawing: Drawing) -> None:
+        while (moment := self._next()) is not None:
+            drawing.draw(moment)
+            self._pace.note(moment, time.monotonic())
+
+    def _next(self) -> Moment | None:
+        """The next moment, once it is due; None when the session has ended and all is drawn."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._queue or self._closing)
+            if self._queue and self._queue[0].is_passing:
+                wait = max(0.0, self._pace.wait(time.monotonic()))
+                self._changed.wait_for(lambda: len(self._queue) > 1 or self._closing, wait)
+            return self._queue.popleft() if self._queue else None

@@ -1,0 +1,144 @@
+"""Opening recordings in the rerun viewer.
+
+A file whose end is missing is never mended in place: whole messages are taken over into a copy, and where
+that shows less than the journal knows of, the pictures are drawn again from the journal.
+"""
+
+import contextlib
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import warnings
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+os.environ.setdefault("RERUN_ANALYTICS_ENABLED", "false")
+from rerun.chunk import RrdReader
+
+from workbench.base.errors import FileError, OptionError
+from workbench.session.journal.reader import Recording
+from workbench.views.recording.canvas import STEP
+from workbench.views.recording.make import Progress, write_comparison, write_pictures
+from workbench.views.recording.start import parts
+
+BEHIND = 5
+"""Steps by which pictures may lag behind the journal, as the end of a drag that was cut off."""
+
+
+def show_recordings(
+    recordings: Sequence[Recording],
+    *,
+    out: Path | None = None,
+    web: bool = False,
+    progress: Progress | None = None,
+    say: Callable[[str], None] = lambda text: None,
+) -> Path | None:
+    """Open one recording, or two side by side; returns when the viewer is closed.
+
+    Args:
+        recordings: One or two.
+        out: Write one file here instead of opening a viewer.
+        web: Whether to open the viewer in the browser.
+        progress: Called with the part done, while pictures are drawn.
+        say: Told what is done besides.
+
+    Returns:
+        The file that was written, if any.
+    """
+    if len(recordings) > 2:
+        raise OptionError(f"{len(recordings)} recordings can't be shown side by side; give one or two")
+    with tempfile.TemporaryDirectory(prefix="workbench-") as room:
+        if len(recordings) == 2:
+            files = [write_comparison(recordings[0], recordings[1], Path(room) / "compared.rrd")]
+        else:
+            files = pictures_of(recordings[0], Path(room), progress=progress, say=say)
+        if out is not None:
+            return _join(files, out)
+        _open(files, web)
+    return None
+
+
+def pictures_of(
+    recording: Recording,
+    room: Path,
+    *,
+    progress: Progress | None = None,
+    say: Callable[[str], None] = lambda text: None,
+) -> list[Path]:
+    """Files that a viewer can open, showing the whole session.
+
+    Args:
+        recording: A session.
+        room: Where files are made that the recording does not have as they should be.
+        progress: Called with the part done, while pictures are drawn.
+        say: Told what is done besides.
+    """
+    files = []
+    for path in parts(recording.folder):
+        whole = path
+        if _last_step(path) is None:
+            whole = _mended(path, room)
+            say(f"note: {path.name} has no end; what is whole of it is shown")
+        files.append(whole)
+    last = max((step for path in files if (step := _last_step(path)) is not None), default=-1)
+    if files and last >= len(recording.lines) - BEHIND:
+        return files
+    say("note: the pictures are drawn again from the journal")
+    return [write_pictures(recording, room / "drawn.rrd", progress=progress)]
+
+
+def _last_step(path: Path) -> int | None:
+    """The last step that a file shows; None if it can't be read to its end."""
+    last = -1
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # that the file has no index is what we are here for
+            for chunk in RrdReader(path).stream():
+                if STEP in chunk.timeline_names:
+                    steps = chunk.to_record_batch().column(STEP).to_pylist()
+                    last = max(last, *steps)
+    except Exception:
+        return None
+    return last
+
+
+def _mended(path: Path, room: Path) -> Path:
+    """A copy with all whole messages of a file that was cut off; empty if there are none."""
+    copy = room / f"mended-{path.name}"
+    done = subprocess.run(
+        [_program(), "rrd", "optimize", str(path), "-o", str(copy)], capture_output=True, check=False
+    )
+    if done.returncode != 0 or not copy.exists():
+        shutil.copyfile(path, copy)
+    return copy
+
+
+def _join(files: list[Path], out: Path) -> Path:
+    """One file of several."""
+    out.parent.mkdir(parents=True, exist_ok=True)
+    if len(files) == 1:
+        shutil.copyfile(files[0], out)
+        return out
+    done = subprocess.run(
+        [_program(), "rrd", "merge", *map(str, files), "-o", str(out)], capture_output=True, check=False
+    )
+    if done.returncode != 0:
+        raise FileError("the recording's parts can't be joined there", path=str(out))
+    return out
+
+
+def _open(files: list[Path], web: bool) -> None:
+    options = ["--web-viewer"] if web else []
+    command = [_program(), "--bind", "127.0.0.1", *options, *map(str, files)]
+    with contextlib.suppress(KeyboardInterrupt):
+        done = subprocess.run(command, check=False)
+        if done.returncode != 0:
+            raise OptionError("the rerun viewer could not be opened; try --web, or --out FILE.rrd")
+
+
+def _program() -> str:
+    """The rerun program of this installation."""
+    beside = Path(sys.executable).with_name("rerun")
+    return str(beside) if beside.exists() else "rerun"
