@@ -2,12 +2,12 @@
 
 from dataclasses import replace
 
+import checks
 import generator
 import numpy as np
 import pytest
 from rigid_body import rigid_body
 
-from workbench import testing
 from workbench.arm.effects import EFFECTS
 from workbench.arm.kinematics import forward
 from workbench.arm.library import load_robot
@@ -164,7 +164,7 @@ def check_derivative(robot: Robot):
 
     seen, twists = forward.sensitivity(robot, motion.q, names, motion=motion)
     np.testing.assert_allclose(seen, poses(x), atol=1e-13)
-    testing.check_jacobian(poses, twists, x, difference=testing.pose_change, tolerance=1e-6)
+    checks.check_jacobian(poses, twists, x, difference=checks.pose_change, tolerance=1e-6)
     blocks = list(forward.sensitivity_blocks(robot, motion.q, names, block=4, motion=motion))
     np.testing.assert_allclose(np.concatenate([t for _, _, t in blocks]), twists, atol=1e-9)
 
@@ -184,7 +184,7 @@ def test_the_derivative_of_the_wrenches(arms, arm):
     everything = np.array([(j, i) for j in range(robot.dof) for i in range(6)])
     found = wrench_derivative(robot, motion.q, columns, everything, **loads, shift=shift)
     found = found.reshape(*motion.q.shape, 6, -1)
-    testing.check_jacobian(wrenches, found, robot.chain.values[columns], tolerance=1e-6)
+    checks.check_jacobian(wrenches, found, robot.chain.values[columns], tolerance=1e-6)
 
 
 def test_the_fixed_point_is_one(arms):
@@ -254,13 +254,13 @@ def test_torques_stand_in_for_masses(arms):
     names = ("joint2.compliance", "joint1.theta")
     motion = Motion(q, torque=torque)
     _, twists = forward.sensitivity(bare, q, names, motion=motion)
-    testing.check_jacobian(
+    checks.check_jacobian(
         lambda x: forward.tool_poses(
             bare.with_values(dict(zip(names, x.tolist(), strict=True))), q, motion=motion
         ),
         twists,
         np.array([1e-3, 0.0]),
-        difference=testing.pose_change,
+        difference=checks.pose_change,
         tolerance=1e-6,
     )
     with pytest.raises(DataError, match=r"joint-compliance.*torque1"):

@@ -2,11 +2,11 @@
 
 from dataclasses import replace
 
+import checks
 import generator
 import numpy as np
 import pytest
 
-from workbench import testing
 from workbench.arm.effects.gravity_sag import GravitySag, terms_of
 from workbench.arm.kinematics import forward
 from workbench.arm.motion import Motion
@@ -86,7 +86,7 @@ def test_the_total_derivative(pair):
 
     _, twists = forward.sensitivity(bent, motion.q, names, motion=motion)
     x = np.array([known[n] for n in names])
-    testing.check_jacobian(poses, twists, x, difference=testing.pose_change, tolerance=1e-6)
+    checks.check_jacobian(poses, twists, x, difference=checks.pose_change, tolerance=1e-6)
 
 
 def test_a_file_holds_it(pair, tmp_path):

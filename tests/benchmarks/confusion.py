@@ -3,8 +3,8 @@
     python tests/benchmarks/confusion.py --seeds 0:30                      # tuning
     python tests/benchmarks/confusion.py --seeds 1000000:1000100 --check   # judging
 
-Arms and effects are those of `tests/diagnose/arms.py`, one arm a seed in turn; what is right is said in
-`tests/diagnose/judge.py`. Results on judging seeds must change nothing in the program.
+Arms and effects are those of `tests/diagnosis/arms.py`, one arm a seed in turn; what is right is said in
+`tests/diagnosis/judge.py`. Results on judging seeds must change nothing in the program.
 """
 
 import argparse

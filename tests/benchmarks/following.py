@@ -2,7 +2,7 @@
 
     python tests/benchmarks/following.py 30
 
-The arms are those of `tests/diagnose/followed.py`, from seeds that no test uses.
+The arms are those of `tests/diagnosis/followed.py`, from seeds that no test uses.
 """
 
 import os

@@ -26,8 +26,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from tests.record.viewer import viewer
 
+from tests.views.recording.viewer import viewer
 from workbench.arm.library import load_robot
 from workbench.plate.plate_toml import load_plate
 from workbench.session import Worker

@@ -3,7 +3,7 @@
     python tests/benchmarks/tilting.py --seeds 0:30
     python tests/benchmarks/tilting.py --seeds 100:130 --loading 3       # inclinometers, 3 kg at the tool
 
-Arms are those of `tests/diagnose/katanas.py`, each joint up to 30 % off Tables 4.3 and 4.4. The bound is the
+Arms are those of `tests/diagnosis/katanas.py`, each joint up to 30 % off Tables 4.3 and 4.4. The bound is the
 Cramér–Rao bound of the linearised problem at the sizes that are hidden.
 """
 

@@ -1,6 +1,6 @@
 """Hidden arms that follow a circle and a line: calibrated from measured poses, then corrected.
 
-What an arm really does is computed by `tests/diagnose/laws.py` and `tests/generator.py`, plain numpy that
+What an arm really does is computed by `tests/diagnosis/laws.py` and `tests/generator.py`, plain numpy that
 shares nothing with the package: errors of manufacture in every constant, clearance and backlash that tip and
 turn with the load, compliance of every loaded joint. The package gets the nominal arm and noisy poses.
 

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from html_page import Page
 from rich.console import Console
 from scipy.interpolate import CubicSpline
-from test_page import Page
 
 from workbench import load_robot
 from workbench.arm.effects import EFFECTS

@@ -2,11 +2,11 @@
 
 from dataclasses import replace
 
+import checks
 import generator
 import numpy as np
 import pytest
 
-from workbench import testing
 from workbench.arm.effects import EFFECTS
 from workbench.arm.motion import Motion
 from workbench.arm.robot import FRAME_PARTS
@@ -119,7 +119,7 @@ def test_the_jacobian_and_gradient_of_a_problem_with_effects(tmp_path):
         [0.1 if p.unit == "rad/(N*m)" else 1.0 for p in problem.parameters]
     )
     at = problem.evaluate(x)
-    testing.check_jacobian(lambda x: -problem.residual(x), at.jacobian, x, tolerance=1e-6)
+    checks.check_jacobian(lambda x: -problem.residual(x), at.jacobian, x, tolerance=1e-6)
     cost, gradient = problem.cost_and_gradient(x)
     assert cost == pytest.approx(0.5 * float(at.residual @ at.residual))
     np.testing.assert_allclose(gradient, -at.jacobian.T @ at.residual, rtol=1e-9)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from diagnose import laws
+from diagnosis import laws
 from generator import katana as other_katana
 from generator import move, turn
 

@@ -1,8 +1,8 @@
 import json
 import re
-from html.parser import HTMLParser
 
 import pytest
+from html_page import Page
 
 from workbench.base import folder as folders
 from workbench.base.errors import FileError
@@ -10,32 +10,6 @@ from workbench.base.folder import write_folder
 from workbench.data.requirement import Requirement
 from workbench.identification.report.figures import NAMES
 from workbench.identification.report.page import write_report
-
-VOID = {"meta", "link", "br", "hr", "img", "input"}
-
-
-class Page(HTMLParser):
-    """Collects tags, attributes and words, and checks that tags close in order."""
-
-    def __init__(self):
-        super().__init__()
-        self.stack, self.tags, self.attributes, self.words = [], [], [], []
-
-    def handle_starttag(self, tag, attrs):
-        self.tags.append(tag)
-        self.attributes += attrs
-        if tag not in VOID:
-            self.stack.append(tag)
-
-    def handle_startendtag(self, tag, attrs):
-        self.tags.append(tag)
-        self.attributes += attrs
-
-    def handle_endtag(self, tag):
-        assert self.stack.pop() == tag
-
-    def handle_data(self, data):
-        self.words.append(data)
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""The session that `recordings/sample` shows.  Run: python tests/record/demo.py recordings/sample
+"""The session that `recordings/sample` shows.  Run: python tests/views/recording/demo.py recordings/sample
 
 A plate is improved by dragging three of its targets, a virtual arm is measured on it, identified and looked
 at: real commands through a real worker, recorded as every session is.

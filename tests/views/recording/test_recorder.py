@@ -8,8 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.record.demo import drag
 
+from tests.views.recording.demo import drag
 from workbench import cli
 from workbench.session import Worker
 from workbench.session.commands import (

@@ -8,8 +8,8 @@ from pathlib import Path
 import matplotlib.image
 import numpy as np
 import pytest
-from tests.record.viewer import picture, viewer
 
+from tests.views.recording.viewer import picture, viewer
 from workbench.session import Worker
 from workbench.session.commands import SelectTarget
 from workbench.views.recording.start import recorder

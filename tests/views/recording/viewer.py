@@ -1,6 +1,6 @@
 """A real rerun viewer without a window, for pictures.
 
-python tests/record/viewer.py recordings/sample/session.rrd picture.png [STEP]
+python tests/views/recording/viewer.py recordings/sample/session.rrd picture.png [STEP]
 """
 
 import contextlib
