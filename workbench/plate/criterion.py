@@ -57,7 +57,6 @@ class IndexCriterion(AbstractCriterion):
         return -self.index.of_spectra(spectra, self.measurements)
 
     def slope(self, gram: Float[np.ndarray, "p p"]) -> Float[np.ndarray, "p p"]:
-        """−V diag(f'(σ) / 2σ) Vᵀ, as dσ² = vᵀ dG v."""
         squares, vectors = np.linalg.eigh(_ridged(gram[None])[0])
         values = np.sqrt(np.clip(squares, 1e-300, None))
         pull = self.index.slope(values[::-1], self.measurements)[::-1] / (2.0 * values)
@@ -77,7 +76,6 @@ class RegionCriterion(AbstractCriterion):
         return np.sqrt((np.linalg.inv(_ridged(grams)) * self.weight).sum((1, 2)))
 
     def slope(self, gram: Float[np.ndarray, "p p"]) -> Float[np.ndarray, "p p"]:
-        """−G⁻¹ W G⁻¹ / (2 cost)."""
         inverse = np.linalg.inv(_ridged(gram[None])[0])
         return -inverse @ self.weight @ inverse / (2.0 * np.sqrt((inverse * self.weight).sum()))
 

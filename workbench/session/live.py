@@ -49,7 +49,6 @@ class LiveSource(AbstractView):
         """Nothing: it only tells."""
 
     def close(self) -> None:
-        """Listen no longer; whoever opened the source closes it."""
         self._stop.set()
 
     def _read(self) -> None:

@@ -33,7 +33,6 @@ class VirtualDriver(AbstractView):
         self._stop = threading.Event()
 
     def draw(self, session: Session) -> None:
-        """Set off when another way is asked for."""
         ride = _ride(session)
         if ride is self._ride:
             return
@@ -44,7 +43,6 @@ class VirtualDriver(AbstractView):
             threading.Thread(target=self._go, args=arguments, name="workbench-arm", daemon=True).start()
 
     def close(self) -> None:
-        """Stop the arm where it is."""
         self._stop.set()
 
     def _go(self, arm: VirtualArm, ride: Ride, stop: threading.Event) -> None:

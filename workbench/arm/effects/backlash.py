@@ -40,29 +40,23 @@ class Backlash(AbstractEffect):
 
     @property
     def loads(self):
-        """The moment about the axis, unless motion decides."""
         return Loads.NONE if self.by == "motion" else Loads.OWN
 
     @property
     def names(self):
-        """`joint3.backlash`, or `joint3.backlash_by_motion`."""
         word = "backlash_by_motion" if self.by == "motion" else "backlash"
         return tuple(f"joint{j + 1}.{word}" for j in self.joints)
 
     def units(self, chain):
-        """Those of the joints."""
         return tuple("rad" if turns(chain, j) else "m" for j in self.joints)
 
     def elements(self, chain):
-        """What the joints drive."""
         return driven_names(chain, self.joints)
 
     def law(self, chain, motion, wrenches):
-        """See the module."""
         if self.by == "motion":
             return diagonal(-np.sign(motion.need("direction", self.name)[:, list(self.joints)]))
         return diagonal(-np.sign(own(chain, self.joints, wrenches)))
 
     def mistake(self, chain):
-        """An unknown cause."""
         return None if self.by in CAUSES else f"has by = '{self.by}'; known are {' and '.join(CAUSES)}"

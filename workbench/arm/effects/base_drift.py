@@ -32,21 +32,16 @@ class BaseDrift(AbstractEffect):
 
     @property
     def names(self):
-        """`drift.x` … `drift.yaw`."""
         return tuple(f"drift.{part}" for part, _ in PARTS)
 
     def units(self, chain):
-        """Speeds."""
         return tuple(unit for _, unit in PARTS)
 
     def elements(self, chain):
-        """The base's position, and rotations of their own."""
         return tuple(f"base.{part if k < 3 else 'drift_' + part}" for k, (part, _) in enumerate(PARTS))
 
     def law(self, chain, motion, wrenches):
-        """See the module."""
         return (motion.need("time", self.name) - self.reference)[:, None, None] * np.eye(len(PARTS))
 
     def mistake(self, chain):
-        """Joints, which it has not."""
         return "concerns the measuring frame; leave joints out" if self.joints else None

@@ -32,25 +32,19 @@ class BearingCompliance(AbstractEffect):
 
     @property
     def names(self):
-        """`joint3.bearing_compliance` …"""
         return tuple(f"joint{j + 1}.bearing_compliance" for j in self.joints)
 
     def units(self, chain):
-        """Angle per moment."""
         return ("rad/(N*m)",) * len(self.joints)
 
     def elements(self, chain):
-        """Two rotations a joint."""
         return inserted_names(chain, self.joints, self.insertion)
 
     def law(self, chain, motion, wrenches):
-        """See the module."""
         return paired(-across(chain, self.joints, wrenches))
 
     def components(self, chain):
-        """Moments across the axes."""
         return across_components(chain, self.joints)
 
     def slope(self, chain, motion, wrenches):
-        """−c."""
         return np.tile(-np.diag(np.repeat(self.coefficients, 2)), (len(motion), 1, 1))

@@ -37,27 +37,21 @@ class ClearanceTilt(AbstractEffect):
 
     @property
     def names(self):
-        """`joint3.clearance` …"""
         return tuple(f"joint{j + 1}.clearance" for j in self.joints)
 
     def units(self, chain):
-        """Angles."""
         return ("rad",) * len(self.joints)
 
     def elements(self, chain):
-        """Two rotations a joint."""
         return inserted_names(chain, self.joints, self.insertion)
 
     def law(self, chain, motion, wrenches):
-        """See the module; 0 where no moment tips the link."""
         return paired(-_direction(across(chain, self.joints, wrenches))[0])
 
     def components(self, chain):
-        """Moments across the axes."""
         return across_components(chain, self.joints)
 
     def slope(self, chain, motion, wrenches):
-        """The direction d turns with what acts across it: −c (1 − d dᵀ) / |(τ_x, τ_y)|."""
         direction, size = _direction(across(chain, self.joints, wrenches))
         turning = np.eye(2) - direction[..., :, None] * direction[..., None, :]
         return blocks(-turning / size[..., None] * np.array(self.coefficients)[:, None, None])

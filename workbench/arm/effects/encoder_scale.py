@@ -26,17 +26,13 @@ class EncoderScale(AbstractEffect):
 
     @property
     def names(self):
-        """`joint3.scale` …"""
         return tuple(f"joint{j + 1}.scale" for j in self.joints)
 
     def units(self, chain):
-        """A ratio."""
         return ("1",) * len(self.joints)
 
     def elements(self, chain):
-        """What the joints drive."""
         return driven_names(chain, self.joints)
 
     def law(self, chain, motion, wrenches):
-        """See the module."""
         return diagonal(motion.q[:, list(self.joints)])

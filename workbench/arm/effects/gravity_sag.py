@@ -79,20 +79,16 @@ class GravitySag(AbstractEffect):
 
     @property
     def names(self):
-        """`joint2.sag_3x` …"""
         return tuple(f"joint{j + 1}.sag_{term}" for j in self.joints for term in self.terms.split())
 
     def units(self, chain):
-        """Angles; per metre of a slide, per payload and metre."""
         units = {"m": "rad/m", "d": "rad/(kg*m)"}
         return tuple(units.get(term[-1], "rad") for term in self.terms.split())
 
     def elements(self, chain):
-        """What the joint drives."""
         return driven_names(chain, self.joints)
 
     def law(self, chain, motion, wrenches):
-        """See the module."""
         seen = _see(self, chain, motion)
         return np.einsum("ri,rti->rt", seen.pull, seen.levers)[:, None]
 
@@ -115,7 +111,6 @@ class GravitySag(AbstractEffect):
         return np.where(constants >= _base_size(chain), grown, 0.0)[:, None]
 
     def mistake(self, chain):
-        """Other than one turning joint, terms that the arm has not, or no direction."""
         if len(self.joints) != 1 or not turns(chain, self.joints[0]):
             return f"is of one joint that turns, not of {[j + 1 for j in self.joints]}"
         if len(self.gravity) != 3 or not np.any(self.gravity) or not np.isfinite(self.gravity).all():

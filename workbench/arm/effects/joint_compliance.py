@@ -31,25 +31,19 @@ class JointCompliance(AbstractEffect):
 
     @property
     def names(self):
-        """`joint3.compliance` …"""
         return tuple(f"joint{j + 1}.compliance" for j in self.joints)
 
     def units(self, chain):
-        """Angle per moment, or length per force."""
         return tuple("rad/(N*m)" if turns(chain, j) else "m/N" for j in self.joints)
 
     def elements(self, chain):
-        """What the joints drive."""
         return driven_names(chain, self.joints)
 
     def law(self, chain, motion, wrenches):
-        """See the module."""
         return diagonal(-own(chain, self.joints, wrenches))
 
     def components(self, chain):
-        """Moments about the axes."""
         return own_components(chain, self.joints)
 
     def slope(self, chain, motion, wrenches):
-        """−c."""
         return np.tile(-np.diag(self.coefficients), (len(motion), 1, 1))

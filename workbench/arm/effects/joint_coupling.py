@@ -26,24 +26,19 @@ class JointCoupling(AbstractEffect):
 
     @property
     def names(self):
-        """`joint3.by_joint2`."""
         return tuple(f"joint{self.joints[0] + 1}.by_joint{j + 1}" for j in self.joints[1:2])
 
     def units(self, chain):
-        """Of the first joint per unit of the second."""
         pair = ["rad" if turns(chain, j) else "m" for j in self.joints]
         return ("1" if pair[0] == pair[1] else "/".join(pair),)
 
     def elements(self, chain):
-        """What the first joint drives."""
         return driven_names(chain, self.joints[:1])
 
     def law(self, chain, motion, wrenches):
-        """See the module."""
         return motion.q[:, self.joints[1], None, None].copy()
 
     def mistake(self, chain):
-        """Any other number of joints than two."""
         if len(self.joints) != 2:
             return f"has {len(self.joints)} joints but needs two: which one moves, and by which one"
         return None

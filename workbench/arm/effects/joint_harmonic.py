@@ -41,21 +41,17 @@ class JointHarmonic(AbstractEffect):
 
     @cached_property
     def names(self):
-        """`joint3.cos2`, `joint3.sin2` …"""
         return tuple(
             f"joint{j + 1}.{word}{k}" for j in self.joints for k in self.orders for word in ("cos", "sin")
         )
 
     def units(self, chain):
-        """Angles."""
         return ("rad",) * len(self.names)
 
     def elements(self, chain):
-        """What the joints drive."""
         return driven_names(chain, self.joints)
 
     def law(self, chain, motion, wrenches):
-        """See the module."""
         rows, joints, orders = len(motion), len(self.joints), np.array(self.orders)
         angle = motion.q[:, list(self.joints), None] * orders
         out = np.zeros((rows, joints, joints, len(orders), 2))
@@ -64,7 +60,6 @@ class JointHarmonic(AbstractEffect):
         return out.reshape(rows, joints, len(self.names))
 
     def mistake(self, chain):
-        """An order below 1, orders that don't increase, or a joint that slides."""
         whole = all(type(k) is int and k >= 1 for k in self.orders)
         if not (whole and self.orders and list(self.orders) == sorted(set(self.orders))):
             return f"has order = {self.order!r}; give a whole number from 1, or a list of increasing ones"

@@ -36,32 +36,25 @@ class LinkFlexure(AbstractEffect):
 
     @property
     def names(self):
-        """`joint3.flexure1`, `joint3.flexure2` …: about the axes across the joint's own, in cyclic order."""
         return tuple(f"joint{j + 1}.flexure{k}" for j in self.joints for k in (1, 2))
 
     def units(self, chain):
-        """Angle per moment."""
         return ("rad/(N*m)",) * len(self.names)
 
     def elements(self, chain):
-        """Two rotations a joint."""
         return inserted_names(chain, self.joints, self.insertion)
 
     def law(self, chain, motion, wrenches):
-        """See the module."""
         turned = self._turn(chain, motion) @ across(chain, self.joints, wrenches)[..., None]
         return diagonal(-turned.reshape(len(motion), -1))
 
     def components(self, chain):
-        """Moments across the axes."""
         return across_components(chain, self.joints)
 
     def slope(self, chain, motion, wrenches):
-        """−c R(v)ᵀ."""
         return blocks(-self._sizes() * self._turn(chain, motion))
 
     def growth(self, chain, motion, wrenches, constants):
-        """Through the constant that the joint's angle contains: dR(v)ᵀ/dv is R(v)ᵀ and a quarter turn."""
         quarter = np.array([[0.0, 1.0], [-1.0, 0.0]])
         moments = across(chain, self.joints, wrenches)[..., None]
         change = -self._sizes() * (quarter @ self._turn(chain, motion) @ moments)

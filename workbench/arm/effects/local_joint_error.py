@@ -46,15 +46,12 @@ class LocalJointError(AbstractEffect):
 
     @property
     def names(self):
-        """`joint3.knot1` …"""
         return tuple(f"joint{j + 1}.knot{k + 1}" for j in self.joints[:1] for k in range(len(self.knots)))
 
     def units(self, chain):
-        """That of the joint."""
         return ("rad" if turns(chain, self.joints[0]) else "m",) * len(self.knots)
 
     def elements(self, chain):
-        """What the joint drives."""
         return driven_names(chain, self.joints)
 
     @property
@@ -65,7 +62,6 @@ class LocalJointError(AbstractEffect):
         return (-np.inf, np.inf) if self.periodic else (self.knots[0], self.knots[-1])
 
     def ranges(self):
-        """Its own."""
         return {self.joints[0]: self.limits}
 
     def law(self, chain, motion, wrenches):
@@ -78,7 +74,6 @@ class LocalJointError(AbstractEffect):
         return _basis(self.knots, self.periodic)(motion.q[:, self.joints[0]])[:, None, :]
 
     def mistake(self, chain):
-        """Joints, knots or a range without sense."""
         if len(self.joints) != 1:
             return f"has {len(self.joints)} joints but needs one"
         if len(self.knots) < 3 or not (np.diff(self.knots) > 0).all():

@@ -36,19 +36,15 @@ class ThermalGrowth(AbstractEffect):
 
     @property
     def names(self):
-        """`arm.thermal_growth`."""
         return ("arm.thermal_growth",)
 
     def units(self, chain):
-        """Share of a length per kelvin."""
         return ("1/K",)
 
     def elements(self, chain):
-        """Every translation behind the base."""
         return tuple(chain.elements[k].name for k in _lengths(chain))
 
     def law(self, chain, motion, wrenches):
-        """See the module."""
         places = _lengths(chain)
         lengths = np.tile(chain.values[places] + _of_constants(chain)[places], (len(motion), 1))
         for column, k in enumerate(places):
@@ -57,12 +53,10 @@ class ThermalGrowth(AbstractEffect):
         return (lengths * self._warmer(motion)[:, None])[..., None]
 
     def growth(self, chain, motion, wrenches, constants):
-        """A constant that is longer grows more."""
         same = np.array(_lengths(chain))[:, None] == constants
         return self.coefficients[0] * self._warmer(motion)[:, None, None] * same
 
     def mistake(self, chain):
-        """Joints, which it has not."""
         return "concerns the whole arm; leave joints out" if self.joints else None
 
     def _warmer(self, motion):

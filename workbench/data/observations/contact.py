@@ -35,33 +35,27 @@ class ContactObservation(AbstractObservation):
 
     @property
     def channels(self) -> tuple[Channel, ...]:
-        """Three positions."""
         return (Channel.POSITION,) * 3
 
     @classmethod
     def applies(cls, data: Dataset) -> Bool[np.ndarray, " rows"]:
-        """Rows that name a contact with a point."""
         if data.contact is None:
             return np.zeros(len(data), bool)
         return (data.contact != "") & ~touches_plane(data.contact)
 
     @classmethod
     def of(cls, data: Dataset) -> "ContactObservation":
-        """Which point each row touched."""
         names, index = np.unique(np.asarray(data.contact), return_inverse=True)
         return cls(frozen(index.astype(np.int64)), tuple(names.tolist()))
 
     @property
     def unknowns(self) -> tuple[str, ...]:
-        """Places of the touched points [m]."""
         return tuple(f"contact[{name}].{axis}" for name in self.names for axis in "xyz")
 
     def start(self, poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, " u"]:
-        """Mean predicted tool point of every contact."""
         return np.concatenate([poses[self.contact == k, :3, 3].mean(0) for k in range(len(self.names))])
 
     def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Seen:
-        """Three residuals a row; the prediction is p̂ − c, the measurement zero."""
         rows = np.arange(len(poses))
         residual = unknown.reshape(-1, 3)[self.contact] - poses[:, :3, 3]
         by_twist = np.concatenate([np.eye(3), np.zeros((3, 3))], axis=1) * np.ones((len(poses), 1, 1))

@@ -25,28 +25,23 @@ class DistanceObservation(AbstractObservation):
 
     @property
     def channels(self) -> tuple[Channel, ...]:
-        """One length."""
         return (Channel.POSITION,)
 
     @classmethod
     def applies(cls, data: Dataset) -> Bool[np.ndarray, " rows"]:
-        """Rows with a distance."""
         return np.zeros(len(data), bool) if data.distance is None else np.isfinite(data.distance)
 
     @classmethod
     def of(cls, data: Dataset) -> "DistanceObservation":
-        """The measured distances; rows without an anchor's name share one."""
         labels = np.full(len(data), "anchor") if data.anchor is None else data.anchor
         names, index = np.unique(labels, return_inverse=True)
         return cls(np.asarray(data.distance), frozen(index.astype(np.int64)), tuple(names.tolist()))
 
     @property
     def unknowns(self) -> tuple[str, ...]:
-        """Places of the anchors [m]."""
         return tuple(f"anchor[{name}].{axis}" for name in self.names for axis in "xyz")
 
     def start(self, poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, " u"]:
-        """Linear trilateration: |p|² − l² = 2 p·c + (const), least squares per anchor."""
         guess = np.zeros((len(self.names), 3))
         for k in range(len(self.names)):
             mine = self.anchor == k
@@ -56,7 +51,6 @@ class DistanceObservation(AbstractObservation):
         return guess.ravel()
 
     def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Seen:
-        """One residual a row."""
         from_anchor = poses[:, :3, 3] - unknown.reshape(-1, 3)[self.anchor]
         length = np.maximum(np.linalg.norm(from_anchor, axis=1), 1e-12)
         direction = from_anchor / length[:, None]

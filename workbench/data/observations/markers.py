@@ -32,40 +32,33 @@ class MarkerObservation(AbstractObservation):
 
     @property
     def channels(self) -> tuple[Channel, ...]:
-        """Three position components per marker."""
         return (Channel.POSITION,) * (3 * self.measured.shape[1])
 
     @classmethod
     def applies(cls, data: Dataset) -> Bool[np.ndarray, " rows"]:
-        """Rows in which at least one marker was seen."""
         if data.markers is None:
             return np.zeros(len(data), bool)
         return np.isfinite(data.markers).all(-1).any(-1)
 
     @classmethod
     def of(cls, data: Dataset) -> "MarkerObservation":
-        """The measured markers."""
         return cls(np.asarray(data.markers))
 
     @property
     def seen(self) -> Bool[np.ndarray, "..."]:
-        """Markers that were not hidden."""
         return np.repeat(np.isfinite(self.measured).all(-1), 3, axis=1)
 
     @property
     def unknowns(self) -> tuple[str, ...]:
-        """Places of the markers in the tool frame [m]."""
         return tuple(f"marker{k + 1}.{axis}" for k in range(self.measured.shape[1]) for axis in "xyz")
 
     def start(self, poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, " u"]:
-        """Mean place of every marker in the predicted tool frame."""
         local = se3.apply(se3.inverse(poses)[:, None], self.measured)
         seen = np.isfinite(local)
         total = np.where(seen, local, 0.0).sum(0)
         return (total / np.maximum(seen.sum(0), 1)).ravel()
 
     def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Seen:
-        """3 × markers residuals a row."""
         rows, count = self.measured.shape[:2]
         rotation = poses[:, None, :3, :3]
         arm = (rotation @ unknown.reshape(count, 3)[None, :, :, None])[..., 0]

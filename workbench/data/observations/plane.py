@@ -36,29 +36,24 @@ class PlaneObservation(AbstractObservation):
 
     @property
     def channels(self) -> tuple[Channel, ...]:
-        """One length."""
         return (Channel.POSITION,)
 
     @classmethod
     def applies(cls, data: Dataset) -> Bool[np.ndarray, " rows"]:
-        """Rows that name a contact with a plane."""
         if data.contact is None:
             return np.zeros(len(data), bool)
         return touches_plane(data.contact)
 
     @classmethod
     def of(cls, data: Dataset) -> "PlaneObservation":
-        """Which plane each row touched."""
         names, index = np.unique(np.asarray(data.contact), return_inverse=True)
         return cls(frozen(index.astype(np.int64)), tuple(names.tolist()))
 
     @property
     def unknowns(self) -> tuple[str, ...]:
-        """Feet of the touched planes [m]."""
         return tuple(f"contact[{name}].{axis}" for name in self.names for axis in "xyz")
 
     def start(self, poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, " u"]:
-        """Plane of least squares through the predicted tool points of every contact."""
         feet = []
         for k in range(len(self.names)):
             points = poses[self.plane == k, :3, 3] - REFERENCE
@@ -68,7 +63,6 @@ class PlaneObservation(AbstractObservation):
         return np.concatenate(feet)
 
     def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Seen:
-        """One residual a row; the prediction is n·(p̂ − r) − |f − r|, the measurement zero."""
         rows = np.arange(len(poses))
         foot = unknown.reshape(-1, 3)[self.plane] - REFERENCE
         length = np.maximum(np.linalg.norm(foot, axis=1), 1e-12)

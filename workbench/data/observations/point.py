@@ -19,23 +19,19 @@ class PointObservation(AbstractObservation):
 
     @property
     def channels(self) -> tuple[Channel, ...]:
-        """Three positions."""
         return (Channel.POSITION,) * 3
 
     @classmethod
     def applies(cls, data: Dataset) -> Bool[np.ndarray, " rows"]:
-        """Rows with a position."""
         if data.position is None:
             return np.zeros(len(data), bool)
         return np.isfinite(data.position).all(-1)
 
     @classmethod
     def of(cls, data: Dataset) -> "PointObservation":
-        """The measured points."""
         return cls(np.asarray(data.position))
 
     def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Seen:
-        """Three residuals a row."""
         by_twist = np.zeros((len(poses), 3, 6))
         by_twist[:, :, :3] = np.eye(3)
         return Seen(self.position - poses[:, :3, 3], by_twist, np.zeros((len(poses), 3, 0)))

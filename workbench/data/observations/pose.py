@@ -21,23 +21,19 @@ class PoseObservation(AbstractObservation):
 
     @property
     def channels(self) -> tuple[Channel, ...]:
-        """Three positions, three rotations."""
         return (Channel.POSITION,) * 3 + (Channel.ROTATION,) * 3
 
     @classmethod
     def applies(cls, data: Dataset) -> Bool[np.ndarray, " rows"]:
-        """Rows with a position and an orientation."""
         if data.position is None or data.rotation is None:
             return np.zeros(len(data), bool)
         return np.isfinite(data.position).all(-1) & np.isfinite(data.rotation).all((-2, -1))
 
     @classmethod
     def of(cls, data: Dataset) -> "PoseObservation":
-        """The measured poses."""
         return cls(se3.pose(np.asarray(data.rotation), np.asarray(data.position)))
 
     def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Seen:
-        """Six residuals a row; the rotation's derivative is exact, not only near zero."""
         residual = se3.pose_error(self.poses, poses)
         by_twist = np.zeros((len(poses), 6, 6))
         by_twist[:, :3, :3] = np.eye(3)

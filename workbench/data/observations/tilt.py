@@ -60,28 +60,23 @@ class TiltObservation(AbstractObservation):
 
     @property
     def channels(self) -> tuple[Channel, ...]:
-        """Two angles."""
         return (Channel.ROTATION,) * 2
 
     @property
     def seen(self) -> Bool[np.ndarray, "..."]:
-        """Rows in which this link's inclinometer was read."""
         return np.repeat(np.isfinite(self.measured).all(1)[:, None], 2, axis=1)
 
     @classmethod
     def applies(cls, data: Dataset) -> Bool[np.ndarray, " rows"]:
-        """Rows in which some inclinometer was read."""
         links = (data.tilt or {}).values()
         return np.any([np.isfinite(t).all(-1) for t in links], axis=0) if links else np.zeros(len(data), bool)
 
     @classmethod
     def of(cls, data: Dataset) -> "TiltObservation":
-        """The inclinometer on the first link that has one."""
         return cls.each(data)[0]
 
     @classmethod
     def each(cls, data: Dataset) -> tuple["TiltObservation", ...]:
-        """One observation a link."""
         return tuple(cls(frozen(upward(t)), link) for link, t in sorted((data.tilt or {}).items()))
 
     @property
@@ -94,7 +89,6 @@ class TiltObservation(AbstractObservation):
         return np.stack([a, np.cross(u, a)], axis=1)
 
     def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Seen:
-        """Two residuals a row, at the link's poses in the level frame; û turns by R̂ᵀ (e_z × ω)."""
         rotation, across = poses[:, :3, :3], self._across
         prediction = (across @ seen_from(rotation)[..., None])[..., 0]
         residual = np.where(self.seen, -prediction, 0.0)

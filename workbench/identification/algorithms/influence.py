@@ -65,7 +65,6 @@ class InfluenceBased(AbstractIdentifier):
     title = "INFLUENCE"
 
     def search(self, problem: Problem, *, on_step: OnStep | None = None) -> Search:
-        """See the module."""
         x = problem.start.copy()
         stacks = _stacks(problem.component_rows)
         units = np.array([DEGREE if p.unit == "rad" else MILLIMETRE for p in problem.parameters])

@@ -39,7 +39,6 @@ class Ols(AbstractIdentifier):
     title = "OLS"
 
     def search(self, problem: Problem, *, on_step: OnStep | None = None) -> Search:
-        """See the module."""
         x = problem.start.copy()
         at = problem.evaluate(x)
         history = [0.5 * float(at.residual @ at.residual)]

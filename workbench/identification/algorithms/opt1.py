@@ -39,7 +39,6 @@ class Opt1(AbstractIdentifier):
     title = "OPT1"
 
     def search(self, problem: Problem, *, on_step: OnStep | None = None) -> Search:
-        """See the module."""
         start = problem.start
         columns = np.linalg.norm(problem.jacobian(start), axis=0)
         scale = 1.0 / np.where(columns > 1e-9 * columns.max(initial=0.0), columns, 1.0)

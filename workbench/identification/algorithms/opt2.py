@@ -45,7 +45,6 @@ class Opt2(AbstractIdentifier):
     def search(
         self, problem: Problem, *, on_step: OnStep | None = None, begin: Float[np.ndarray, " p"] | None = None
     ) -> Search:
-        """See the module; from `begin` instead of the nominal values, where an answer nearby is known."""
         x = problem.start.copy() if begin is None else begin.copy()
         at = problem.evaluate(x)
         history = [0.5 * float(at.residual @ at.residual)]

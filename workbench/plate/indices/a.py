@@ -22,9 +22,7 @@ class A(AbstractSetIndex):
     source = "Atkinson, Donev & Tobias, Optimum Experimental Designs (2007), §10.1"
 
     def of_spectrum(self, spectrum: Spectra, measurements: int) -> Float[np.ndarray, " sets"]:
-        """√(p / Σ 1/σ²)."""
         return np.sqrt(spectrum.shape[-1] / (1.0 / spectrum**2).sum(-1))
 
     def slope(self, spectrum: Float[np.ndarray, " p"], measurements: int) -> Float[np.ndarray, " p"]:
-        """A³ / (p σ_k³)."""
         return (self.of_spectrum(spectrum[None], measurements) / spectrum) ** 3 / len(spectrum)

@@ -23,9 +23,7 @@ class D(AbstractSetIndex):
     source = "Atkinson, Donev & Tobias, Optimum Experimental Designs (2007), §11.1"
 
     def of_spectrum(self, spectrum: Spectra, measurements: int) -> Float[np.ndarray, " sets"]:
-        """exp(2 mean log σ) / m."""
         return np.exp(2.0 * np.log(spectrum).mean(-1)) / measurements
 
     def slope(self, spectrum: Float[np.ndarray, " p"], measurements: int) -> Float[np.ndarray, " p"]:
-        """2 D / (p σ_k)."""
         return 2.0 * self.of_spectrum(spectrum[None], measurements) / (len(spectrum) * spectrum)

@@ -31,14 +31,12 @@ class I(AbstractIndex):  # noqa: E742 - the literature's name
         self.weight = frozen(weight)
 
     def value(self, linearisation: Linearisation) -> float:
-        """1/√trace(W C); zero where the set leaves a parameter unseen."""
         if linearisation.rank() < len(linearisation.names):
             return 0.0
         root = _root(linearisation)
         return float(1.0 / np.sqrt(np.einsum("ij,ik,jk->", self.weight, root, root)))
 
     def gradient(self, linearisation: Linearisation) -> Float[np.ndarray, "m p"]:
-        """I³ J C W C, per unit of each parameter; zero below full rank."""
         if linearisation.rank() < len(linearisation.names):
             return np.zeros_like(linearisation.jacobian)
         root = _root(linearisation)
@@ -47,7 +45,6 @@ class I(AbstractIndex):  # noqa: E742 - the literature's name
         return self.value(linearisation) ** 3 * slope * linearisation.weights
 
     def contributions(self, linearisation: Linearisation) -> Float[np.ndarray, " measurements"]:
-        """What the index loses without each measurement."""
         rest = [self.value(linearisation.without(k)) for k in range(linearisation.measurements)]
         return self.value(linearisation) - np.array(rest)
 

@@ -54,7 +54,6 @@ class AbstractSetIndex(AbstractIndex):
         """Its derivative by each singular value."""
 
     def value(self, linearisation: Linearisation) -> float:
-        """The index; zero where the set leaves a parameter unseen."""
         return float(self.of_spectra(linearisation.spectrum[None], linearisation.measurements)[0])
 
     def of_spectra(self, spectra: Spectra, measurements: int) -> Float[np.ndarray, " sets"]:
@@ -64,7 +63,6 @@ class AbstractSetIndex(AbstractIndex):
         return np.where(seen, self.of_spectrum(safe, measurements), 0.0)
 
     def gradient(self, linearisation: Linearisation) -> Float[np.ndarray, "m p"]:
-        """U f'(σ) Vᵀ, per unit of each parameter; zero below full rank, where no direction is known."""
         if linearisation.rank() < len(linearisation.names):
             return np.zeros_like(linearisation.jacobian)
         u, values, vt = linearisation.factors

@@ -53,7 +53,6 @@ class O(AbstractIndex):  # noqa: E742 - the paper's name
     source = "ARIA eq. (17), after Borm & Menq, Int. J. Robotics Research 10(1), 1991"
 
     def value(self, linearisation: Linearisation) -> float:
-        """Mean of the poses' O."""
         values = self.per_pose(linearisation)
         return float(values.mean()) if len(values) else 0.0
 
@@ -65,14 +64,12 @@ class O(AbstractIndex):  # noqa: E742 - the paper's name
         return result
 
     def gradient(self, linearisation: Linearisation) -> Float[np.ndarray, "m p"]:
-        """Derivative of the mean by each entry of the whitened Jacobian."""
         gradient = np.zeros_like(linearisation.jacobian)
         for _, blocks in _blocks(linearisation):
             gradient[blocks] = gradient_of_poses(linearisation.unwhitened[blocks])[1]
         return gradient * (linearisation.sigma[:, None] / max(linearisation.measurements, 1))
 
     def contributions(self, linearisation: Linearisation) -> Float[np.ndarray, " measurements"]:
-        """What the mean loses without each pose."""
         values = self.per_pose(linearisation)
         rest = (values.sum() - values) / max(len(values) - 1, 1)
         return values.mean() - rest

@@ -23,9 +23,7 @@ class O1(AbstractSetIndex):
     source = "Borm & Menq, Int. J. Robotics Research 10(1), 1991"
 
     def of_spectrum(self, spectrum: Spectra, measurements: int) -> Float[np.ndarray, " sets"]:
-        """exp(mean log σ) / √m."""
         return np.exp(np.log(spectrum).mean(-1)) / np.sqrt(measurements)
 
     def slope(self, spectrum: Float[np.ndarray, " p"], measurements: int) -> Float[np.ndarray, " p"]:
-        """O1 / (p σ_k)."""
         return self.of_spectrum(spectrum[None], measurements) / (len(spectrum) * spectrum)

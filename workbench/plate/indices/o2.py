@@ -23,11 +23,9 @@ class O2(AbstractSetIndex):
     source = "Driels & Pathre, J. Robotic Systems 7(2), 1990"
 
     def of_spectrum(self, spectrum: Spectra, measurements: int) -> Float[np.ndarray, " sets"]:
-        """σmin / σmax."""
         return spectrum[:, -1] / spectrum[:, 0]
 
     def slope(self, spectrum: Float[np.ndarray, " p"], measurements: int) -> Float[np.ndarray, " p"]:
-        """1/σmax at the least, −σmin/σmax² at the greatest."""
         slope = np.zeros_like(spectrum)
         slope[-1] += 1.0 / spectrum[0]
         slope[0] -= spectrum[-1] / spectrum[0] ** 2

@@ -22,11 +22,9 @@ class O3(AbstractSetIndex):
     source = "Nahvi, Hollerbach & Hayward, IEEE Int. Conf. Robotics and Automation, 1994"
 
     def of_spectrum(self, spectrum: Spectra, measurements: int) -> Float[np.ndarray, " sets"]:
-        """σmin."""
         return spectrum[:, -1]
 
     def slope(self, spectrum: Float[np.ndarray, " p"], measurements: int) -> Float[np.ndarray, " p"]:
-        """1 at the least."""
         slope = np.zeros_like(spectrum)
         slope[-1] = 1.0
         return slope

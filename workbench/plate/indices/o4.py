@@ -20,11 +20,9 @@ class O4(AbstractSetIndex):
     source = "Nahvi & Hollerbach, IEEE Int. Conf. Robotics and Automation, 1996"
 
     def of_spectrum(self, spectrum: Spectra, measurements: int) -> Float[np.ndarray, " sets"]:
-        """σmin² / σmax."""
         return spectrum[:, -1] ** 2 / spectrum[:, 0]
 
     def slope(self, spectrum: Float[np.ndarray, " p"], measurements: int) -> Float[np.ndarray, " p"]:
-        """2 σmin/σmax at the least, −(σmin/σmax)² at the greatest."""
         slope = np.zeros_like(spectrum)
         slope[-1] += 2.0 * spectrum[-1] / spectrum[0]
         slope[0] -= (spectrum[-1] / spectrum[0]) ** 2

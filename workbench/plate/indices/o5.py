@@ -22,9 +22,7 @@ class O5(AbstractSetIndex):
     source = "Sun & Hollerbach, IEEE Int. Conf. Robotics and Automation, 2008"
 
     def of_spectrum(self, spectrum: Spectra, measurements: int) -> Float[np.ndarray, " sets"]:
-        """1 / Σ 1/σ."""
         return 1.0 / (1.0 / spectrum).sum(-1)
 
     def slope(self, spectrum: Float[np.ndarray, " p"], measurements: int) -> Float[np.ndarray, " p"]:
-        """O5² / σ_k²."""
         return (self.of_spectrum(spectrum[None], measurements) / spectrum) ** 2

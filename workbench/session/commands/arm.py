@@ -38,25 +38,20 @@ class ChooseRobot(AbstractTask):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return f"Choose the robot {self.name}"
 
     @property
     def key(self) -> Hashable | None:
-        """Every one counts."""
         return None
 
     def check(self, session: Session) -> None:
-        """Nobody may be dragging."""
         _check_quiet(session)
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
-        """The arm at the targets."""
         progress(0.2, "working out how it reaches the targets")
         return begin_with(load_robot(self.name), session)
 
     def finish(self, session: Session, result: Any) -> Session:
-        """The new session."""
         return _begun(session, result)
 
 
@@ -74,16 +69,13 @@ class LoadModel(AbstractTask):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return f"Open {safe_name(self.name)}"
 
     @property
     def key(self) -> Hashable | None:
-        """Every file counts."""
         return None
 
     def check(self, session: Session) -> None:
-        """Something must be in it, and not too much."""
         _check_quiet(session)
         if not 0 < len(self.content) <= LARGEST_MODEL:
             raise FileError(
@@ -93,7 +85,6 @@ class LoadModel(AbstractTask):
             )
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
-        """Read it, and bring the arm to the targets."""
         progress(0.1, "reading")
         with tempfile.TemporaryDirectory(prefix="workbench-") as folder:
             path = Path(folder) / safe_name(self.name)
@@ -106,7 +97,6 @@ class LoadModel(AbstractTask):
                 raise OptionError(str(error).replace(f"{folder}/", "")) from error
 
     def finish(self, session: Session, result: Any) -> Session:
-        """The new session."""
         return _begun(session, result)
 
 
@@ -122,16 +112,13 @@ class Jog(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return "Jog the arm"
 
     @property
     def key(self) -> Hashable | None:
-        """Only the newest place of the slider matters."""
         return "jog"
 
     def check(self, session: Session) -> None:
-        """So many joints, within their limits."""
         limits = session.robot.limits
         session.robot.check_joints(np.array([self.q]))
         for i, (value, (low, high)) in enumerate(zip(self.q, limits, strict=True)):
@@ -139,7 +126,6 @@ class Jog(AbstractChange):
                 raise OptionError(f"joint {i + 1} can't stand at {value:.4g}; it has {low:.4g} to {high:.4g}")
 
     def apply(self, session: Session) -> Session:
-        """The session afterwards."""
         return replace(session, jogged=frozen(np.array(self.q)), focus=Focus.JOG)
 
 
@@ -157,21 +143,17 @@ class JogTo(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return "Bring the tool to a pose"
 
     @property
     def key(self) -> Hashable | None:
-        """Only the newest pose matters."""
         return "jog"
 
     def check(self, session: Session) -> None:
-        """Finite numbers."""
         if not np.isfinite((*self.xyz, *self.rpy)).all():
             raise OptionError("the tool can't be brought to a pose that is not of finite numbers")
 
     def apply(self, session: Session) -> Session:
-        """The session afterwards; where the pose is out of reach, the arm comes as near as it can."""
         pose = se3.pose(se3.rpy_to_matrix(np.array(self.rpy)), np.array(self.xyz))
         found = follow(session.robot, session.robot.base.pose @ pose, standing(session))
         session = replace(session, jogged=found.q, focus=Focus.JOG)

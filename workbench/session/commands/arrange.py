@@ -40,23 +40,19 @@ class SnapTarget(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return f"Snap target {self.target + 1} to {self.to}"
 
     @property
     def key(self) -> Hashable | None:
-        """Every one counts."""
         return None
 
     def check(self, session: Session) -> None:
-        """The target must exist and be unlocked."""
         check_unlocked(session, self.target)
         check_free(session)
         if self.to not in list(Snap):
             raise OptionError(f"targets snap to plate, grid or cube, not to '{self.to}'")
 
     def apply(self, session: Session) -> Session:
-        """The session afterwards."""
         target = session.plate.targets[self.target]
         x, y, z = snapped(session.plate, target.xyz, Snap(self.to)).tolist()
         roll, pitch, yaw = target.rpy.tolist()
@@ -74,16 +70,13 @@ class PlaceTargets(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return f"Type the coordinates of {len(self.rows)} targets"
 
     @property
     def key(self) -> Hashable | None:
-        """Every one counts."""
         return None
 
     def check(self, session: Session) -> None:
-        """Six sensible numbers each; locked targets stay where they are."""
         check_free(session)
         if not 1 <= len(self.rows) <= MOST_TARGETS:
             raise OptionError(f"the table has {len(self.rows)} targets; give 1 to {MOST_TARGETS}")
@@ -96,7 +89,6 @@ class PlaceTargets(AbstractChange):
                 check_unlocked(session, i)
 
     def apply(self, session: Session) -> Session:
-        """The session afterwards; targets that did not change stay as they are."""
         old = session.plate.targets
         targets = []
         for i, row in enumerate(self.rows):
@@ -129,22 +121,18 @@ class ApplyPattern(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return f"{self.number} targets in a {self.name}"
 
     @property
     def key(self) -> Hashable | None:
-        """Every one counts."""
         return None
 
     def check(self, session: Session) -> None:
-        """The pattern must make sense."""
         check_free(session)
         for i, target in enumerate(self._targets()):
             check_place(i, tuple(target.xyz), tuple(target.rpy))
 
     def apply(self, session: Session) -> Session:
-        """The session afterwards."""
         old = session.plate.targets
         new = [old[i] if i < len(old) and old[i].locked else t for i, t in enumerate(self._targets())]
         return placed_anew(session, (*new, *(t for t in old[len(new) :] if t.locked)))

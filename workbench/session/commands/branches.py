@@ -22,16 +22,13 @@ class ChooseBranch(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return f"Target {self.target + 1}: branch {self.branch}"
 
     @property
     def key(self) -> Hashable | None:
-        """Only the newest choice matters."""
         return ("branch", self.target)
 
     def check(self, session: Session) -> None:
-        """The branch must reach the target."""
         session.check_target(self.target)
         check_free(session)
         known = [way.name for way in session.ways] if self.target == session.selected else [self.branch]
@@ -39,7 +36,6 @@ class ChooseBranch(AbstractChange):
             raise OptionError(f"target {self.target + 1} has no branch '{self.branch}' within the limits")
 
     def apply(self, session: Session) -> Session:
-        """The session afterwards."""
         target = replace(session.plate.targets[self.target], branch=self.branch, q=None)
         state = place(session.robot, session.plate, target, session.states[self.target].q)
         plate = replace(session.plate, targets=with_item(session.plate.targets, self.target, target))
@@ -52,20 +48,16 @@ class MixBranches(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return "Choose the best mix of branches"
 
     @property
     def key(self) -> Hashable | None:
-        """Every wish counts."""
         return None
 
     def check(self, session: Session) -> None:
-        """Nobody may be dragging."""
         check_free(session)
 
     def apply(self, session: Session) -> Session:
-        """The session afterwards."""
         rng = np.random.default_rng(len(session.history))
         states = place_all(session.robot, session.plate, region_q=session.region_q, rng=rng)
         return changed(session, session.plate, states)

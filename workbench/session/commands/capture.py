@@ -18,21 +18,17 @@ class CapturePose(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return "Keep the pose"
 
     @property
     def key(self) -> Hashable | None:
-        """Every pose counts."""
         return None
 
     def check(self, session: Session) -> None:
-        """There must be room."""
         if len(session.captured) >= MOST_CAPTURED:
             raise OptionError(f"{MOST_CAPTURED} poses are kept already; save and forget them first")
 
     def apply(self, session: Session) -> Session:
-        """The session afterwards."""
         return replace(session, captured=(*session.captured, tuple(standing(session).tolist())))
 
 
@@ -42,19 +38,15 @@ class ForgetPoses(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return "Forget the kept poses"
 
     @property
     def key(self) -> Hashable | None:
-        """Once is enough."""
         return "forget poses"
 
     def check(self, session: Session) -> None:
-        """There must be some."""
         if not session.captured:
             raise OptionError("there are no kept poses to forget")
 
     def apply(self, session: Session) -> Session:
-        """The session afterwards."""
         return replace(session, captured=())

@@ -20,16 +20,13 @@ class LeaveRowsOut(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return f"Leave {len(self.rows)} rows out"
 
     @property
     def key(self) -> Hashable | None:
-        """Only the newest choice matters."""
         return "rows"
 
     def check(self, session: Session) -> None:
-        """The rows must exist, and some must be left."""
         if session.loaded is None:
             raise DataError("there are no measurements yet, so no row can be left out")
         known = set(session.loaded.dataset.row.tolist())
@@ -39,7 +36,6 @@ class LeaveRowsOut(AbstractChange):
             raise OptionError("every row would be left out; keep some to fit")
 
     def apply(self, session: Session) -> Session:
-        """The session afterwards."""
         return replace(session, left_out=frozenset(self.rows))
 
 
@@ -57,20 +53,16 @@ class HoldParameter(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return f"{'Hold' if self.held else 'Free'} {self.name}"
 
     @property
     def key(self) -> Hashable | None:
-        """Only the newest wish matters."""
         return ("hold", self.name)
 
     def check(self, session: Session) -> None:
-        """It must be one that the robot has free."""
         if self.name not in session.robot.default_free:
             raise OptionError(f"'{self.name}' is no free parameter of {session.robot.name}")
 
     def apply(self, session: Session) -> Session:
-        """The session afterwards."""
         names = {self.name}
         return replace(session, held=session.held | names if self.held else session.held - names)

@@ -36,23 +36,19 @@ class ShowFit(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return f"Show the fit of {self.algorithm.upper()}"
 
     @property
     def key(self) -> Hashable | None:
-        """Only the newest choice matters."""
         return "fit"
 
     def check(self, session: Session) -> None:
-        """The algorithm must have been run."""
         fits = {} if session.identification is None else session.identification.runs
         if self.algorithm not in fits:
             known = ", ".join(name.upper() for name in fits) or "none so far"
             raise OptionError(f"there is no fit by {self.algorithm.upper()}; identified: {known}")
 
     def apply(self, session: Session) -> Session:
-        """The session afterwards."""
         return with_fit(session, self.algorithm)
 
 
@@ -64,23 +60,19 @@ class ShowRow(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return f"Show measured pose {self.row + 1}"
 
     @property
     def key(self) -> Hashable | None:
-        """Only the newest place of the scrubber matters."""
         return "row"
 
     def check(self, session: Session) -> None:
-        """There must be such a row."""
         rows = 0 if session.comparison is None else len(session.comparison)
         if not 0 <= self.row < rows:
             have = f"there are 1 to {rows}" if rows else "no measurements are loaded"
             raise OptionError(f"there is no measured pose {self.row + 1}: {have}")
 
     def apply(self, session: Session) -> Session:
-        """The session afterwards."""
         return replace(session, row=self.row, focus=Focus.ROW)
 
 
@@ -92,16 +84,13 @@ class SetOverlay(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return "Set the overlay"
 
     @property
     def key(self) -> Hashable | None:
-        """Only the newest choice matters."""
         return "overlay"
 
     def check(self, session: Session) -> None:
-        """The exaggerations must be sensible."""
         for what, times in (("errors", self.overlay.exaggeration), ("bending", self.overlay.bending)):
             if not LEAST_EXAGGERATION <= times <= GREATEST_EXAGGERATION:
                 raise OptionError(
@@ -110,7 +99,6 @@ class SetOverlay(AbstractChange):
                 )
 
     def apply(self, session: Session) -> Session:
-        """The session afterwards."""
         return replace(session, overlay=self.overlay)
 
 
@@ -122,19 +110,16 @@ class SetDark(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return "Dark pages" if self.is_dark else "Light pages"
 
     @property
     def key(self) -> Hashable | None:
-        """Only the newest wish matters."""
         return "dark"
 
     def check(self, session: Session) -> None:
         """Nothing can be wrong."""
 
     def apply(self, session: Session) -> Session:
-        """The session afterwards."""
         return replace(session, is_dark=self.is_dark)
 
 
@@ -146,17 +131,14 @@ class SetUnits(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return f"Coordinates in {self.units}"
 
     @property
     def key(self) -> Hashable | None:
-        """Only the newest wish matters."""
         return "units"
 
     def check(self, session: Session) -> None:
         """Nothing can be wrong."""
 
     def apply(self, session: Session) -> Session:
-        """The session afterwards."""
         return replace(session, units=self.units)

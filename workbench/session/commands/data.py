@@ -63,16 +63,13 @@ class LoadData(AbstractTask):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return f"Read {safe_name(self.name)}"
 
     @property
     def key(self) -> Hashable | None:
-        """Every file counts."""
         return None
 
     def check(self, session: Session) -> None:
-        """The file must hold something and not be too large."""
         if not self.content:
             raise DataError(f"{safe_name(self.name)} is empty; choose a file with measurements")
         if len(self.content) > LARGEST_FILE:
@@ -82,7 +79,6 @@ class LoadData(AbstractTask):
             )
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
-        """Read the file and see whether it fits the robot."""
         from workbench.data.readers import preview, read_measurements
 
         progress(0.0, "reading")
@@ -102,7 +98,6 @@ class LoadData(AbstractTask):
         return Loaded(dataset, path.name, facts_of(dataset, understood), notes)
 
     def finish(self, session: Session, result: Any) -> Session:
-        """The session with the rows; an older identification no longer belongs to them."""
         session = with_data(session, result)
         return session.tell(Severity.INFO, f"{len(result.dataset)} rows read from {result.name}")
 
@@ -127,16 +122,13 @@ class MeasureVirtualArm(AbstractTask):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return f"Measure virtual arm {self.seed}"
 
     @property
     def key(self) -> Hashable | None:
-        """Every measurement counts."""
         return None
 
     def check(self, session: Session) -> None:
-        """There must be targets in reach."""
         if not 0 <= self.seed <= MOST_SEED:
             raise OptionError(f"seed {self.seed} can't be used; give a whole number from 0 to {MOST_SEED}")
         if not 0 <= self.more <= MOST_MORE:
@@ -148,7 +140,6 @@ class MeasureVirtualArm(AbstractTask):
             raise DataError("the arm reaches no target; drag at least a few targets into its reach")
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
-        """Make the arm, bring it to the targets, measure it."""
         rng = np.random.default_rng(self.seed)
         robot = session.robot
         progress(0.1, "building the arm")
@@ -177,7 +168,6 @@ class MeasureVirtualArm(AbstractTask):
         return INSTRUMENTS[self.instrument] if self.instrument else instrument_of(session)
 
     def finish(self, session: Session, result: Any) -> Session:
-        """The session with the rows."""
         return with_data(session, result).tell(
             Severity.INFO, f"{result.name} was measured at {len(result.dataset)} poses"
         )
@@ -189,21 +179,17 @@ class ForgetData(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return "Remove the measurements"
 
     @property
     def key(self) -> Hashable | None:
-        """Once is enough."""
         return "forget"
 
     def check(self, session: Session) -> None:
-        """There must be some."""
         if session.loaded is None:
             raise DataError("there are no measurements to remove")
 
     def apply(self, session: Session) -> Session:
-        """The session afterwards."""
         return with_data(session, None)
 
 

@@ -45,16 +45,13 @@ class Diagnose(AbstractTask):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return "Find what the model lacks"
 
     @property
     def key(self) -> Hashable | None:
-        """Every one counts."""
         return None
 
     def check(self, session: Session) -> None:
-        """There must be measurements enough."""
         if session.loaded is None:
             raise DataError("there are no measurements yet; load a file or measure a virtual arm first")
         rows = len(session.loaded.dataset) - len(session.left_out)
@@ -65,7 +62,6 @@ class Diagnose(AbstractTask):
             )
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
-        """The diagnosis."""
         from workbench.diagnosis.diagnose import diagnose
 
         loaded = session.loaded
@@ -85,7 +81,6 @@ class Diagnose(AbstractTask):
         return loaded, found
 
     def finish(self, session: Session, result: Any) -> Session:
-        """The session with the diagnosis."""
         loaded, found = result
         if session.loaded is not loaded:
             raise DataError("the measurements were replaced meanwhile; diagnose again")
@@ -98,28 +93,23 @@ class AddEffects(AbstractTask):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return "Add what was found to the model"
 
     @property
     def key(self) -> Hashable | None:
-        """Every one counts."""
         return None
 
     def check(self, session: Session) -> None:
-        """Something must have been found."""
         if not _found(session).effects:
             raise DataError("the diagnosis found no effect, so there is nothing to add")
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
-        """The fits with the effects."""
         found = _found(session)
         effects = tuple(accepted.effect for accepted in found.effects)
         with_effects = replace(session, accepted=effects)
         return effects, Identify(("opt2",)).compute(with_effects, progress=progress, cancel=cancel)
 
     def finish(self, session: Session, result: Any) -> Session:
-        """The session with the fits."""
         effects, fits = result
         return Identify().finish(replace(session, accepted=effects), fits)
 
@@ -130,16 +120,13 @@ class TakeNextPoses(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return "Make the next poses targets"
 
     @property
     def key(self) -> Hashable | None:
-        """Every one counts."""
         return None
 
     def check(self, session: Session) -> None:
-        """There must be such poses, and room."""
         check_free(session)
         wanted = len(_found(session).measure_next)
         if not wanted:
@@ -148,7 +135,6 @@ class TakeNextPoses(AbstractChange):
             raise OptionError(f"a plate has {MOST_TARGETS} targets at most; delete some first")
 
     def apply(self, session: Session) -> Session:
-        """The session afterwards."""
         q = np.asarray(_found(session).measure_next)
         poses = se3.inverse(session.robot.base.pose) @ tool_poses(session.robot, q)
         new = tuple(

@@ -43,16 +43,13 @@ class SelectTarget(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return f"Select target {self.target + 1}"
 
     @property
     def key(self) -> Hashable | None:
-        """Every selection counts."""
         return None
 
     def check(self, session: Session) -> None:
-        """The target must exist, and nobody may be dragging another one."""
         session.check_target(self.target)
         if session.holder is not None and session.holder.target != self.target:
             raise OptionError(
@@ -60,7 +57,6 @@ class SelectTarget(AbstractChange):
             )
 
     def apply(self, session: Session) -> Session:
-        """The session afterwards."""
         return with_ways(replace(session, selected=self.target, focus=Focus.TARGET))
 
 
@@ -73,20 +69,16 @@ class GrabTarget(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return f"Grab target {self.target + 1}"
 
     @property
     def key(self) -> Hashable | None:
-        """Every grab counts."""
         return None
 
     def check(self, session: Session) -> None:
-        """The target must exist and not be locked."""
         check_unlocked(session, self.target)
 
     def apply(self, session: Session) -> Session:
-        """The session afterwards; unchanged while somebody else holds a target."""
         if session.holder is not None:
             return session
         holder = Holder(self.client, self.target)
@@ -138,23 +130,19 @@ class MoveTarget(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return f"Move target {self.target + 1}"
 
     @property
     def key(self) -> Hashable | None:
-        """Only the newest place of one client's drag matters."""
         return ("move", self.target, self.client)
 
     def check(self, session: Session) -> None:
-        """The target must exist, be in nobody's hand, its place finite and not absurdly far away."""
         check_unlocked(session, self.target)
         if self.client == NOBODY:
             check_free(session)
         check_place(self.target, self.xyz, self.rpy)
 
     def apply(self, session: Session) -> Session:
-        """The session afterwards; unchanged while somebody else holds a target."""
         holder = session.holder
         if holder is not None and (holder.client, holder.target) != (self.client, self.target):
             return session
@@ -177,19 +165,16 @@ class DropTarget(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return "Let go"
 
     @property
     def key(self) -> Hashable | None:
-        """Every drop counts."""
         return None
 
     def check(self, session: Session) -> None:
         """Nothing can be wrong with letting go."""
 
     def apply(self, session: Session) -> Session:
-        """The session afterwards; a drag that moved nothing leaves no step behind."""
         if session.holder is None or session.holder.client != self.client:
             return session
         index = session.holder.target

@@ -29,21 +29,17 @@ class AddTarget(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return "Add a target"
 
     @property
     def key(self) -> Hashable | None:
-        """Every one counts."""
         return None
 
     def check(self, session: Session) -> None:
-        """Nobody may be dragging, and there must be room."""
         check_free(session)
         _check_room(session)
 
     def apply(self, session: Session) -> Session:
-        """The session afterwards, the new target selected."""
         region, model = session.plate.region, session.plate.targets[session.selected]
         middle = 0.5 * (region.min + region.max)
         return _with_new(session, model, np.array([middle[0], middle[1], model.xyz[2]]))
@@ -57,22 +53,18 @@ class CopyTarget(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return f"Copy target {self.target + 1}"
 
     @property
     def key(self) -> Hashable | None:
-        """Every copy counts."""
         return None
 
     def check(self, session: Session) -> None:
-        """The target must exist, and there must be room."""
         session.check_target(self.target)
         check_free(session)
         _check_room(session)
 
     def apply(self, session: Session) -> Session:
-        """The session afterwards, the copy selected."""
         model = session.plate.targets[self.target]
         return _with_new(session, model, model.xyz + BESIDE)
 
@@ -85,23 +77,19 @@ class DeleteTarget(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return f"Delete target {self.target + 1}"
 
     @property
     def key(self) -> Hashable | None:
-        """Every one counts."""
         return None
 
     def check(self, session: Session) -> None:
-        """It must exist, not be locked, and not be the last one."""
         check_unlocked(session, self.target)
         check_free(session)
         if len(session.plate) == 1:
             raise OptionError("the last target can't be deleted; move it instead")
 
     def apply(self, session: Session) -> Session:
-        """The session afterwards; targets behind it move up by one number."""
         targets = _without(session.plate.targets, self.target)
         states = _without(session.states, self.target)
         return changed(session, replace(session.plate, targets=targets), states)
@@ -121,23 +109,18 @@ class RenumberTarget(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return f"Make target {self.target + 1} number {self.place + 1}"
 
     @property
     def key(self) -> Hashable | None:
-        """Every one counts."""
         return None
 
     def check(self, session: Session) -> None:
-        """Both numbers must exist."""
         session.check_target(self.target)
         session.check_target(self.place)
         check_free(session)
 
     def apply(self, session: Session) -> Session:
-        """The session afterwards."""
-
         def moved(items: tuple) -> tuple:
             rest = _without(items, self.target)
             return (*rest[: self.place], items[self.target], *rest[self.place :])
@@ -155,21 +138,17 @@ class LockTarget(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return f"{'Lock' if self.locked else 'Unlock'} target {self.target + 1}"
 
     @property
     def key(self) -> Hashable | None:
-        """Only the newest wish matters."""
         return ("lock", self.target)
 
     def check(self, session: Session) -> None:
-        """It must exist."""
         session.check_target(self.target)
         check_free(session)
 
     def apply(self, session: Session) -> Session:
-        """The session afterwards."""
         target = replace(session.plate.targets[self.target], locked=self.locked)
         plate = replace(session.plate, targets=with_item(session.plate.targets, self.target, target))
         return changed(session, plate, session.states)

@@ -41,16 +41,13 @@ class Identify(AbstractTask):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return "Identify the parameters"
 
     @property
     def key(self) -> Hashable | None:
-        """Every identification counts."""
         return None
 
     def check(self, session: Session) -> None:
-        """There must be measurements and at least one algorithm."""
         if session.loaded is None:
             raise DataError("there are no measurements yet; load a file or measure a virtual arm first")
         if not self.algorithms or set(self.algorithms) - set(ALGORITHMS):
@@ -61,7 +58,6 @@ class Identify(AbstractTask):
             raise OptionError(f"{self.held_out:.0%} of the rows can't be held out; give 0 to 90 %")
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
-        """Fit with every algorithm."""
         from workbench.identification.identify import identify
 
         loaded = session.loaded
@@ -85,7 +81,6 @@ class Identify(AbstractTask):
         return loaded, found
 
     def finish(self, session: Session, result: Any) -> Session:
-        """The session with the fits, the arm at the first measured pose."""
         loaded, found = result
         if session.loaded is not loaded:
             raise DataError("the measurements were replaced meanwhile; identify again")

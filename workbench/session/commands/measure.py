@@ -62,16 +62,13 @@ class BeginMeasuring(AbstractTask):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return f"Measure virtual arm {self.seed} step by step"
 
     @property
     def key(self) -> Hashable | None:
-        """Every beginning counts."""
         return None
 
     def check(self, session: Session) -> None:
-        """There must be targets in reach, and no other measurement under way."""
         if not 0 <= self.seed <= MOST_SEED:
             raise OptionError(f"seed {self.seed} can't be used; give a whole number from 0 to {MOST_SEED}")
         if session.measuring is not None:
@@ -80,7 +77,6 @@ class BeginMeasuring(AbstractTask):
             raise DataError("the arm reaches no target; drag at least a few targets into its reach")
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
-        """Make the arm and see how it meets the targets."""
         rng = np.random.default_rng(self.seed)
         progress(0.1, "building the arm")
         actual = virtual_arm(session.robot, rng=rng)
@@ -98,7 +94,6 @@ class BeginMeasuring(AbstractTask):
         )
 
     def finish(self, session: Session, result: Any) -> Session:
-        """The session with nothing stored yet."""
         return replace(session, measuring=result)
 
 
@@ -108,21 +103,17 @@ class DriveArm(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return "Drive the virtual arm to its target"
 
     @property
     def key(self) -> Hashable | None:
-        """Once is enough."""
         return "drive"
 
     def check(self, session: Session) -> None:
-        """The measurement of a virtual arm must be under way."""
         if _under_way(session).virtual is None:
             raise OptionError("this arm is a real one; bring it to its target with its own controller")
 
     def apply(self, session: Session) -> Session:
-        """The session with another way to go; its target is the selected one."""
         measuring = _under_way(session)
         assert measuring.virtual is not None
         latest, last = measuring.acquisition.latest, measuring.ride
@@ -159,23 +150,19 @@ class TakeSample(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return "Sample"
 
     @property
     def key(self) -> Hashable | None:
-        """Only the newest counts, and every one that is to be stored."""
         return None if self.capture else "sample"
 
     def check(self, session: Session) -> None:
-        """So many joints, and finite numbers."""
         session.robot.check_joints(np.array([self.q]))
         numbers = (self.time, *self.q, *(self.xyz or ()), *(self.quat or (1.0,)))
         if not np.isfinite(numbers).all() or not any(self.quat or (1.0,)):
             raise DataError("a sample is not of finite numbers; it is left out")
 
     def apply(self, session: Session) -> Session:
-        """The session with the sample; the arm on the page stands where the real one does."""
         if session.measuring is not None:
             acquisition = session.measuring.acquisition.copy()
             acquisition.update(self._sample())
@@ -202,22 +189,18 @@ class StoreRow(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return "Store the row"
 
     @property
     def key(self) -> Hashable | None:
-        """Every row counts."""
         return None
 
     def check(self, session: Session) -> None:
-        """The arm must stand still, and have moved since the last row."""
         stored = _under_way(session).acquisition.copy().store()
         if not stored.changed:
             raise DataError(stored.message)
 
     def apply(self, session: Session) -> Session:
-        """The session with the row; the next open target is wanted."""
         return _asked(session, Acquisition.store)
 
 
@@ -227,21 +210,17 @@ class TakeAgain(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return "Take a row again"
 
     @property
     def key(self) -> Hashable | None:
-        """Every row counts."""
         return None
 
     def check(self, session: Session) -> None:
-        """There must be a row."""
         if not _under_way(session).acquisition.rows:
             raise DataError("there is no row to take again; store one first")
 
     def apply(self, session: Session) -> Session:
-        """The session without the row."""
         return _asked(session, Acquisition.again)
 
 
@@ -253,20 +232,16 @@ class NextWanted(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return "Go on to another target"
 
     @property
     def key(self) -> Hashable | None:
-        """Every step counts."""
         return None
 
     def check(self, session: Session) -> None:
-        """A measurement must be under way."""
         _under_way(session)
 
     def apply(self, session: Session) -> Session:
-        """The session with another target wanted."""
         return _asked(session, lambda acquisition: acquisition.step(self.by))
 
 
@@ -276,21 +251,17 @@ class UseRows(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return "Use the measured rows"
 
     @property
     def key(self) -> Hashable | None:
-        """Once is enough."""
         return "use"
 
     def check(self, session: Session) -> None:
-        """There must be a row."""
         if not _under_way(session).acquisition.rows:
             raise DataError("no row is stored yet; drive the arm to a target and store its row")
 
     def apply(self, session: Session) -> Session:
-        """The session with the rows."""
         measuring = _under_way(session)
         arm = measuring.virtual
         name = "Real arm, live" if arm is None else f"Virtual arm {arm.seed}, step by step"
@@ -313,20 +284,16 @@ class EndMeasuring(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return "Stop measuring"
 
     @property
     def key(self) -> Hashable | None:
-        """Once is enough."""
         return "stop"
 
     def check(self, session: Session) -> None:
-        """A measurement must be under way."""
         _under_way(session)
 
     def apply(self, session: Session) -> Session:
-        """The session without it."""
         return replace(session, measuring=None, focus=Focus.TARGET)
 
 

@@ -16,19 +16,16 @@ class Tell(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return "Message"
 
     @property
     def key(self) -> Hashable | None:
-        """Every message counts."""
         return None
 
     def check(self, session: Session) -> None:
         """Any text will do."""
 
     def apply(self, session: Session) -> Session:
-        """The session afterwards."""
         return session.tell(self.severity, self.text)
 
 
@@ -38,19 +35,16 @@ class Dismiss(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return "Put messages away"
 
     @property
     def key(self) -> Hashable | None:
-        """Once is enough."""
         return "dismiss"
 
     def check(self, session: Session) -> None:
         """Nothing can be wrong."""
 
     def apply(self, session: Session) -> Session:
-        """The session afterwards."""
         return replace(session, messages=())
 
 
@@ -62,17 +56,14 @@ class SetCaption(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return "Caption"
 
     @property
     def key(self) -> Hashable | None:
-        """Every one counts."""
         return None
 
     def check(self, session: Session) -> None:
         """Any text will do."""
 
     def apply(self, session: Session) -> Session:
-        """The session afterwards."""
         return replace(session, caption=self.text)

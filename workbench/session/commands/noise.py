@@ -27,16 +27,13 @@ class SetNoise(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return "Set the instrument's noise"
 
     @property
     def key(self) -> Hashable | None:
-        """Only the newest setting of the slider matters."""
         return "noise"
 
     def check(self, session: Session) -> None:
-        """Both must be positive and of a sensible size."""
         for what, value, largest in (
             ("position", self.position, LARGEST_POSITION),
             ("rotation", self.rotation, LARGEST_ROTATION),
@@ -47,6 +44,5 @@ class SetNoise(AbstractChange):
                 )
 
     def apply(self, session: Session) -> Session:
-        """The session afterwards; the first score is made anew as well, so that the two compare."""
         noise = Noise(self.position, self.rotation)
         return judged_anew(replace(session, noise=noise))

@@ -34,16 +34,13 @@ class TryPlate(AbstractTask):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return f"Try the plate on {self.arms} virtual arms"
 
     @property
     def key(self) -> Hashable | None:
-        """Every trial counts."""
         return None
 
     def check(self, session: Session) -> None:
-        """Arms to try, and a plate whose targets are all reached."""
         if not 1 <= self.arms <= MOST_ARMS:
             raise OptionError(f"{self.arms} virtual arms can't be tried here; give 1 to {MOST_ARMS}")
         missed = [i + 1 for i, state in enumerate(session.states) if not state.reached]
@@ -51,7 +48,6 @@ class TryPlate(AbstractTask):
             raise OptionError(f"target {missed[0]} is out of reach; move it, then try the plate")
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
-        """The trial, with the joint positions and the instrument that the page shows."""
         from workbench.plate.design import try_plate
 
         plate, noise = session.plate, session.noise
@@ -70,7 +66,6 @@ class TryPlate(AbstractTask):
         return Trial(plate, noise, found)
 
     def finish(self, session: Session, result: Any) -> Session:
-        """The session with the yield, also if the plate has moved on meanwhile."""
         from workbench.plate.report.design import yield_sentence
 
         session = replace(session, trial=result)

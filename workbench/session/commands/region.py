@@ -50,16 +50,13 @@ class SetRegion(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return "Change the region"
 
     @property
     def key(self) -> Hashable | None:
-        """Only the newest place of a drag matters."""
         return ("region", self.step)
 
     def check(self, session: Session) -> None:
-        """It must be a cuboid of sensible size, with not too many cubes."""
         if not np.isfinite((*self.least, *self.greatest, self.cube)).all():
             raise OptionError("the region's corners must be finite numbers")
         if max(map(abs, (*self.least, *self.greatest))) > FARTHEST:
@@ -69,7 +66,6 @@ class SetRegion(AbstractChange):
             raise OptionError(f"this gives {cubes} cubes; {MOST_CUBES} can be shown: make the cubes larger")
 
     def apply(self, session: Session) -> Session:
-        """The session afterwards; what depends on the region is worked out by chores."""
         if self.step:
             session = remember(session)
         view = replace(session.cube_view, picked=None, layer=0)
@@ -88,16 +84,13 @@ class ShowCubes(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return f"Colour the cubes by {self.view.field}"
 
     @property
     def key(self) -> Hashable | None:
-        """Only the newest choice matters."""
         return "cubes"
 
     def check(self, session: Session) -> None:
-        """There must be something to show."""
         if self.view.field is Field.MEASURED and session.comparison is None:
             raise DataError("there are no measurements yet; load a file or measure a virtual arm first")
         if self.view.field is Field.YIELD and values(replace(session, cube_view=self.view)) is None:
@@ -106,7 +99,6 @@ class ShowCubes(AbstractChange):
             )
 
     def apply(self, session: Session) -> Session:
-        """The session afterwards."""
         return replace(session, cube_view=self.view)
 
 
@@ -120,7 +112,6 @@ class SampleRegion(AbstractChore):
 
     @classmethod
     def needed(cls, session: Session) -> "SampleRegion | None":
-        """Where the poses belong to another region."""
         region = session.plate.region
         if session.sampled is region:
             return None
@@ -128,24 +119,20 @@ class SampleRegion(AbstractChore):
 
     @property
     def title(self) -> str:
-        """Words for the page."""
         return "Drawing poses in the region"
 
     @property
     def key(self) -> Hashable | None:
-        """Every one counts."""
         return None
 
     def check(self, session: Session) -> None:
         """Always possible."""
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
-        """The poses."""
         drawn = draw_region(session.robot, session.plate.region, np.random.default_rng(0))
         return session.plate.region, drawn
 
     def finish(self, session: Session, result: Any) -> Session:
-        """The session with the poses, everything judged by them."""
         region, drawn = result
         if session.plate.region is not region:
             raise Cancelled
@@ -163,7 +150,6 @@ class MapCubes(AbstractChore):
 
     @classmethod
     def needed(cls, session: Session) -> "MapCubes | None":
-        """Where cubes are shown that were not looked at yet."""
         region = session.plate.region
         is_known = session.cubes is not None and session.cubes.region is region
         if is_known or session.cube_view.field in (Field.NONE, Field.MEASURED, Field.YIELD):
@@ -172,19 +158,16 @@ class MapCubes(AbstractChore):
 
     @property
     def title(self) -> str:
-        """Words for the page."""
         return "Looking at every cube of the region"
 
     @property
     def key(self) -> Hashable | None:
-        """Every one counts."""
         return None
 
     def check(self, session: Session) -> None:
         """Always possible."""
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
-        """The map."""
         found = map_cubes(
             session.robot,
             session.plate.region,
@@ -198,7 +181,6 @@ class MapCubes(AbstractChore):
         return found
 
     def finish(self, session: Session, result: Any) -> Session:
-        """The session with the map."""
         found: CubeMap = result
         if session.plate.region is not found.region:
             raise Cancelled

@@ -31,23 +31,19 @@ class ClusterTargets(AbstractTask):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return f"Search {self.number} poses of equal index"
 
     @property
     def key(self) -> Hashable | None:
-        """Every search counts."""
         return None
 
     def check(self, session: Session) -> None:
-        """A sensible number, and as many cubes."""
         check_free(session)
         most = min(MOST_TARGETS, session.plate.region.cubes)
         if not 2 <= self.number <= most:
             raise OptionError(f"{self.number} poses in different cubes can't be searched; give 2 to {most}")
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
-        """The search."""
         from workbench.plate.verbs import cluster_region
 
         plate = session.plate
@@ -64,7 +60,6 @@ class ClusterTargets(AbstractTask):
         return found.plate().targets
 
     def finish(self, session: Session, result: Any) -> Session:
-        """The session with the targets; locked ones give way too, as the set belongs together."""
         check_free(session)
         session = placed_anew(session, result)
         return session.tell(Severity.INFO, f"{len(result)} poses of equal index are the targets now")
@@ -82,23 +77,19 @@ class ImprovePlate(AbstractTask):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return "Improve this plate"
 
     @property
     def key(self) -> Hashable | None:
-        """Every search counts."""
         return None
 
     def check(self, session: Session) -> None:
-        """Nothing may be locked: the search moves all targets."""
         check_free(session)
         locked = [i + 1 for i, target in enumerate(session.plate.targets) if target.locked]
         if locked:
             raise OptionError(f"the search places all targets anew; unlock target {locked[0]} first")
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
-        """The search."""
         from workbench.plate.design import optimise_plate
 
         noise = session.noise
@@ -115,7 +106,6 @@ class ImprovePlate(AbstractTask):
         return found.plate.targets
 
     def finish(self, session: Session, result: Any) -> Session:
-        """The session with the targets, if they are better."""
         check_free(session)
         better = placed_anew(session, result)
         if not is_better(better.score, session.score):

@@ -32,19 +32,16 @@ class TellSource(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return f"Live source {self.name}: {'connected' if self.is_open else 'ended'}"
 
     @property
     def key(self) -> Hashable | None:
-        """Only the newest counts."""
         return "source"
 
     def check(self, session: Session) -> None:
         """Nothing can be wrong."""
 
     def apply(self, session: Session) -> Session:
-        """The session afterwards; a measurement under way hears of a silence."""
         is_followed = session.source is None or session.source.is_followed
         source = Source(self.name, self.is_open, self.silence, is_followed)
         session = replace(session, source=source)
@@ -70,20 +67,16 @@ class FollowSource(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return "Follow the real arm" if self.is_followed else "Stop following the real arm"
 
     @property
     def key(self) -> Hashable | None:
-        """Only the newest counts."""
         return "follow"
 
     def check(self, session: Session) -> None:
-        """There must be a source."""
         _source(session)
 
     def apply(self, session: Session) -> Session:
-        """The session afterwards."""
         session = replace(session, source=replace(_source(session), is_followed=self.is_followed))
         return session if self.is_followed else replace(session, focus=Focus.TARGET)
 
@@ -94,23 +87,19 @@ class MeasureLive(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return "Measure the real arm step by step"
 
     @property
     def key(self) -> Hashable | None:
-        """Every beginning counts."""
         return None
 
     def check(self, session: Session) -> None:
-        """There must be a source, and no other measurement under way."""
         if not _source(session).is_open:
             raise OptionError("the live source has ended; start it again, and the page with --source")
         if session.measuring is not None:
             raise OptionError("a measurement is under way; use its rows, or stop it first")
 
     def apply(self, session: Session) -> Session:
-        """The session with nothing stored yet."""
         numbers = list(range(len(session.plate)))
         acquisition = acquisition_of(session, numbers, instrument_of(session))
         return replace(session, measuring=Measuring(acquisition=acquisition, numbers=tuple(numbers)))

@@ -51,16 +51,13 @@ class PlanTrack(AbstractTask):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return f"Plan a {self.kind}" + (", corrected" if self.is_corrected else "")
 
     @property
     def key(self) -> Hashable | None:
-        """Every plan counts."""
         return None
 
     def check(self, session: Session) -> None:
-        """A known kind, a sensible time, and an arm to correct with if that is wanted."""
         check_free(session)
         if self.kind not in (CIRCLE, LINE):
             raise OptionError(f"there is no trajectory '{self.kind}'; choose {CIRCLE} or {LINE}")
@@ -72,7 +69,6 @@ class PlanTrack(AbstractTask):
             raise OptionError("nothing is known that could correct a trajectory; identify the arm first")
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
-        """The trajectory and both tools' ways."""
         progress(0.2, "looking for joint positions along it")
         track = make_track(session, self.kind, duration=self.duration, is_corrected=self.is_corrected)
         if cancel():
@@ -80,7 +76,6 @@ class PlanTrack(AbstractTask):
         return session.robot, track
 
     def finish(self, session: Session, result: Any) -> Session:
-        """The session with the arm at its beginning."""
         robot, track = result
         if session.robot is not robot:
             raise OptionError("another arm was chosen meanwhile; plan again")
@@ -96,16 +91,13 @@ class PlayTrack(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return "Play the trajectory"
 
     @property
     def key(self) -> Hashable | None:
-        """Once is enough."""
         return "play"
 
     def check(self, session: Session) -> None:
-        """There must be one, and nothing else under way."""
         _planned(session)
         check_free(session)
         if session.job is not None:
@@ -114,7 +106,6 @@ class PlayTrack(AbstractChange):
             raise OptionError("the arm is being measured; use its rows or stop measuring first")
 
     def apply(self, session: Session) -> Session:
-        """The session in which it is played."""
         track = _planned(session)
         at = 0.0 if session.play.at >= track.duration else session.play.at
         return replace(session, focus=Focus.TRACK, play=_running(session.play, at))
@@ -126,20 +117,16 @@ class PauseTrack(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return "Pause the trajectory"
 
     @property
     def key(self) -> Hashable | None:
-        """Once is enough."""
         return "pause"
 
     def check(self, session: Session) -> None:
-        """There must be one."""
         _planned(session)
 
     def apply(self, session: Session) -> Session:
-        """The session in which nothing is played."""
         return replace(session, play=replace(session.play, is_pausing=True))
 
 
@@ -155,22 +142,18 @@ class PlaceTrack(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return f"The trajectory at {self.at:.2f} s"
 
     @property
     def key(self) -> Hashable | None:
-        """Only the newest counts."""
         return "place"
 
     def check(self, session: Session) -> None:
-        """A time within the trajectory."""
         duration = _planned(session).duration
         if not 0.0 <= self.at <= duration:
             raise OptionError(f"the trajectory has no moment at {self.at:g} s; it takes {duration:g} s")
 
     def apply(self, session: Session) -> Session:
-        """The session with the arm there, if it still follows the trajectory."""
         return replace(session, play=Play(at=self.at, pace=session.play.pace))
 
 
@@ -180,20 +163,16 @@ class LeaveTrack(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return "Leave the trajectory"
 
     @property
     def key(self) -> Hashable | None:
-        """Once is enough."""
         return "leave"
 
     def check(self, session: Session) -> None:
-        """There must be one."""
         _planned(session)
 
     def apply(self, session: Session) -> Session:
-        """The session with the arm at its target."""
         return replace(session, focus=Focus.TARGET, play=Play(at=session.play.at, pace=session.play.pace))
 
 
@@ -209,21 +188,17 @@ class SetPace(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return f"Play at {self.pace:g} times the pace"
 
     @property
     def key(self) -> Hashable | None:
-        """Only the newest counts."""
         return "pace"
 
     def check(self, session: Session) -> None:
-        """A sensible pace."""
         if not SLOWEST <= self.pace <= FASTEST:
             raise OptionError(f"a pace of {self.pace:g} can't be played; give {SLOWEST:g} to {FASTEST:g}")
 
     def apply(self, session: Session) -> Session:
-        """The session afterwards."""
         return replace(session, play=replace(session.play, pace=self.pace))
 
 

@@ -20,20 +20,16 @@ class Undo(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return "Undo"
 
     @property
     def key(self) -> Hashable | None:
-        """Every step counts."""
         return None
 
     def check(self, session: Session) -> None:
-        """Nobody may be dragging."""
         check_free(session)
 
     def apply(self, session: Session) -> Session:
-        """The session afterwards."""
         if not session.done:
             return session.tell(Severity.INFO, "there is nothing to undo: no target has been moved")
         step = session.done[-1]
@@ -47,20 +43,16 @@ class Redo(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return "Redo"
 
     @property
     def key(self) -> Hashable | None:
-        """Every step counts."""
         return None
 
     def check(self, session: Session) -> None:
-        """Nobody may be dragging."""
         check_free(session)
 
     def apply(self, session: Session) -> Session:
-        """The session afterwards."""
         if not session.undone:
             return session.tell(Severity.INFO, "there is nothing to redo: no move has been undone")
         step = session.undone[-1]
@@ -74,20 +66,16 @@ class ResetTargets(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return "Reset the targets"
 
     @property
     def key(self) -> Hashable | None:
-        """Every reset counts."""
         return None
 
     def check(self, session: Session) -> None:
-        """Nobody may be dragging."""
         check_free(session)
 
     def apply(self, session: Session) -> Session:
-        """The session afterwards."""
         first = session.first_plate
         if session.plate is first:
             return session.tell(Severity.INFO, f"the targets already stand as in '{first.name}'")
@@ -100,20 +88,16 @@ class RestoreBest(AbstractChange):
 
     @property
     def title(self) -> str:
-        """Words for the journal."""
         return "Back to the best so far"
 
     @property
     def key(self) -> Hashable | None:
-        """Every wish counts."""
         return None
 
     def check(self, session: Session) -> None:
-        """Nobody may be dragging."""
         check_free(session)
 
     def apply(self, session: Session) -> Session:
-        """The session afterwards."""
         if session.best is None or session.best.plate is session.plate:
             return session.tell(Severity.INFO, "this is the best plate so far")
         return restored(remember(session), session.best)

@@ -37,14 +37,12 @@ class Logbook(AbstractKeeper):
         self._last: Session | None = None
 
     def begin(self, session: Session, *, step: int, at: float, tell: Tell) -> None:
-        """Remember what was written last."""
         self._step, self._tell = step, tell
         self._before = self._last = session
         if self._trouble:
             tell(Severity.WARNING, self._trouble)
 
     def note(self, step: int, entry: Entry, session: Session) -> None:
-        """Write one line, instead of the last one if it stands for both."""
         if self._file is None:
             return
         try:
@@ -66,7 +64,6 @@ class Logbook(AbstractKeeper):
             self._recover()
 
     def close(self) -> None:
-        """Leave the folder to others."""
         if self._file is not None:
             with contextlib.suppress(OSError, WorkbenchError):  # it was told when it began
                 self._file.write_waiting()

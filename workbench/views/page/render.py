@@ -61,7 +61,6 @@ class BrowserView(AbstractView):
         return self._scene.gizmo
 
     def draw(self, session: Session) -> None:
-        """Show a snapshot."""
         with self._server.atomic():
             self._scene.show(session)
             for panel in self._panels:

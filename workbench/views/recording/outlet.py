@@ -73,7 +73,6 @@ class FileOutlet(AbstractOutlet):
         os.close(inlet)  # the sink has its own handle; the pipe ends when it lets go
 
     def close(self) -> None:
-        """Write the rest and the index."""
         self.stream.disconnect()
         self._pump.join(PATIENCE)
 
@@ -116,7 +115,6 @@ class ViewerOutlet(AbstractOutlet):
         self.stream.connect_grpc(url_of(address), default_blueprint=blueprint)
 
     def close(self) -> None:
-        """Let the viewer have the rest."""
         with contextlib.suppress(Exception):  # a viewer that was closed
             self.stream.flush(timeout_sec=PATIENCE)
         self.stream.disconnect()

@@ -42,17 +42,14 @@ class Recorder(AbstractKeeper):
         self._thread = threading.Thread(target=self._run, name="workbench-recorder", daemon=True)
 
     def begin(self, session: Session, *, step: int, at: float, tell: Tell) -> None:
-        """Draw the session as it stands."""
         self._tell = tell
         self._put(Moment(step, at, session))
         self._thread.start()
 
     def note(self, step: int, entry: Entry, session: Session) -> None:
-        """Draw a step, soon."""
         self._put(Moment(step, entry.at, session, entry))
 
     def close(self) -> None:
-        """Draw what waits, and finish the recording."""
         with self._changed:
             self._closing = True
             self._changed.notify_all()

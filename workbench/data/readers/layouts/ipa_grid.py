@@ -33,11 +33,9 @@ class IpaGrid(AbstractTableLayout):
     name = "ipa-grid"
 
     def matches(self, headings: list[str]) -> bool:
-        """All of the signature's headings are there."""
         return {"Timestamp", *_GOAL, *_JOINTS, *_POSITION, *_ANGLES} <= set(headings)
 
     def read(self, table: Table) -> Fields:
-        """Joints, measured pose, time from the first row, temperature, and the goal as group."""
         pick = Picker(table, [*_JOINTS, *_POSITION, *_ANGLES])
         values = dict(
             zip([f"q{i}" for i in range(1, 7)], pick.numbers(_JOINTS, "rad", Quantity.ANGLE), strict=True)

@@ -32,17 +32,14 @@ class Mukca(AbstractFolderLayout):
     name = "mukca"
 
     def matches(self, path: Path) -> bool:
-        """There are socket files in the folder or right below it."""
         if path.is_dir():
             return bool(_placements(path))
         return bool(_HOLE.fullmatch(path.name)) or self.refuses(path)
 
     def refuses(self, path: Path) -> bool:
-        """Poses that the controller computed."""
         return bool(_POSE.fullmatch(path.name))
 
     def read(self, path: Path) -> Fields:
-        """All rows of all placements, in the order of their names, socket 0 first."""
         if self.refuses(path):
             raise FileError(
                 "these poses are the controller's own forward kinematics, not measurements: read the "

@@ -24,11 +24,9 @@ class TargetDeviation(AbstractTableLayout):
     name = "target-deviation"
 
     def matches(self, headings: list[str]) -> bool:
-        """Targets, deviations and joints are there, without units."""
         return {*_TARGET, *_DEVIATION, "joint_1"} <= set(headings)
 
     def read(self, table: Table) -> Fields:
-        """Joints, and measured position = target + deviation."""
         joints = sorted(
             (h for h in table.headings if re.fullmatch(r"joint_\d+", h)), key=lambda h: int(h[6:])
         )

@@ -26,7 +26,6 @@ class ArmPanel(AbstractPanel):
         self._shown: Robot | None = None
 
     def build(self, server: viser.ViserServer) -> None:
-        """List, upload, facts."""
         gui = server.gui
         self._choice = gui.add_dropdown(
             "Robot",
@@ -62,7 +61,6 @@ class ArmPanel(AbstractPanel):
         self._facts = gui.add_html("")
 
     def show(self, session: Session) -> None:
-        """The present arm."""
         self._change.disabled = session.job is not None
         if session.robot is self._shown:
             return

@@ -40,7 +40,6 @@ class ArrangePanel(AbstractPanel):
         self._shown: tuple[Plate, Units] | None = None
 
     def build(self, server: viser.ViserServer) -> None:
-        """Folders, closed at first."""
         gui = server.gui
         mix = gui.add_button(
             "Best mix of branches",
@@ -73,7 +72,6 @@ class ArrangePanel(AbstractPanel):
             self._build_table(gui)
 
     def show(self, session: Session) -> None:
-        """The table as the targets stand, except while somebody drags."""
         set_value(self._number, session.selected + 1)
         for button in (self._improve, self._cluster):
             button.disabled = session.job is not None

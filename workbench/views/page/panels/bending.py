@@ -36,7 +36,6 @@ class BendingPanel(AbstractPanel):
         self._shown: tuple = ()
 
     def build(self, server: viser.ViserServer) -> None:
-        """A folder of its own."""
         gui, overlay = server.gui, self._worker.session.overlay
         with gui.add_folder("Bent by its loads"):
             self._bent = gui.add_checkbox(
@@ -57,7 +56,6 @@ class BendingPanel(AbstractPanel):
             on_change(control, self._set)
 
     def show(self, session: Session) -> None:
-        """What each joint does in this pose."""
         robot, q = bending_robot(session), standing(session)
         set_value(self._bent, session.overlay.bent)
         set_value(self._times, int(session.overlay.bending))

@@ -29,7 +29,6 @@ class CapturedPanel(AbstractPanel):
         self._shown: tuple[object, ...] = ()
 
     def build(self, server: viser.ViserServer) -> None:
-        """In a folder of their own."""
         gui = server.gui
         with gui.add_folder("Kept poses"):
             keep = gui.add_button(
@@ -58,7 +57,6 @@ class CapturedPanel(AbstractPanel):
         self._file.on_click(lambda event: save(event, self._worker, captured_csv))
 
     def show(self, session: Session) -> None:
-        """The newest poses."""
         basis = (session.captured, session.identification, session.fit, session.robot)
         if len(self._shown) == len(basis) and all(a is b for a, b in zip(basis, self._shown, strict=True)):
             return

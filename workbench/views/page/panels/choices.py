@@ -26,7 +26,6 @@ class ChoicesPanel(AbstractPanel):
         self._boxes: dict[str, viser.GuiCheckboxHandle] = {}
 
     def build(self, server: viser.ViserServer) -> None:
-        """Rows as text, parameters as boxes."""
         gui = self._gui = server.gui
         with gui.add_folder("Rows left out", expand_by_default=False):
             self._rows = gui.add_text(
@@ -44,7 +43,6 @@ class ChoicesPanel(AbstractPanel):
             on_press(everything, self._free_all)
 
     def show(self, session: Session) -> None:
-        """The present choice."""
         if session.robot is not self._robot:
             self._rebuild(session.robot)
         self._rows.disabled = session.loaded is None

@@ -49,7 +49,6 @@ class ComparePanel(AbstractPanel):
         self._worker = worker
 
     def build(self, server: viser.ViserServer) -> None:
-        """All controls wait for measurements."""
         gui = server.gui
         self._row = gui.add_slider(
             "Pose", 1, 2, 1, 1, disabled=True, hint="Step through the measured poses; the arms go there."
@@ -89,7 +88,6 @@ class ComparePanel(AbstractPanel):
         self._legend = gui.add_html(_legend())
 
     def show(self, session: Session) -> None:
-        """The looked-at row."""
         comparison, overlay = session.comparison, session.overlay
         self._row.disabled = comparison is None
         if comparison is not None:

@@ -35,7 +35,6 @@ class DataPanel(AbstractPanel):
         self._shown: object = ...
 
     def build(self, server: viser.ViserServer) -> None:
-        """Upload, virtual arm, preview."""
         gui = server.gui
         with gui.add_folder("Real arm"):
             self._upload = gui.add_upload_button(
@@ -93,7 +92,6 @@ class DataPanel(AbstractPanel):
         on_press_upload(self._upload, self._worker)
 
     def show(self, session: Session) -> None:
-        """What is loaded."""
         if session.loaded is self._shown:
             return
         self._shown = session.loaded

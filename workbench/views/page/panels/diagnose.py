@@ -42,7 +42,6 @@ class DiagnosePanel(AbstractPanel):
         self._shown: object = ...
 
     def build(self, server: viser.ViserServer) -> None:
-        """Buttons and one piece of HTML each."""
         gui = server.gui
         self._start = gui.add_button(
             "Diagnose",
@@ -71,7 +70,6 @@ class DiagnosePanel(AbstractPanel):
         on_press(self._next, lambda: self._worker.submit(TakeNextPoses()))
 
     def show(self, session: Session) -> None:
-        """The last diagnosis."""
         found: Diagnosis | None = session.diagnosis
         self._start.disabled = session.loaded is None or session.job is not None
         is_new = found is not None and bool(found.effects) and not session.accepted

@@ -31,7 +31,6 @@ class FilesPanel(AbstractPanel):
         self._worker, self._link = worker, link
 
     def build(self, server: viser.ViserServer) -> None:
-        """Buttons by what they need."""
         gui = server.gui
         with gui.add_folder("Save"):
             self._button(gui, "Plate (TOML)", plate_toml, "The plate with its targets and its region.")
@@ -71,7 +70,6 @@ class FilesPanel(AbstractPanel):
                 gui.add_html(block(words, testid="link", style=f"color:{MUTED};overflow-wrap:anywhere"))
 
     def show(self, session: Session) -> None:
-        """What there is to save."""
         for button in self._needs_data:
             button.disabled = session.loaded is None
         for button in self._needs_fit:

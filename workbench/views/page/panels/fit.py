@@ -52,7 +52,6 @@ class FitPanel(AbstractPanel):
         self._shown: object = ...
 
     def build(self, server: viser.ViserServer) -> None:
-        """Options, the button, results, saving."""
         gui = server.gui
         self._start = gui.add_button(
             "Identify",
@@ -106,7 +105,6 @@ class FitPanel(AbstractPanel):
         self._remarks = gui.add_html("", visible=False)
 
     def show(self, session: Session) -> None:
-        """Results of the shown fit."""
         self._start.disabled = session.loaded is None or session.job is not None
         shown = (session.identification, session.fit, session.loaded, session.job is None)
         if shown == self._shown:

@@ -48,7 +48,6 @@ class GuidedPanel(AbstractPanel):
         self._shown: object = ...
 
     def build(self, server: viser.ViserServer) -> None:
-        """Begin, status, and one button for each thing that one does at a target."""
         gui = server.gui
         with gui.add_folder("Guided, target by target"):
             self._source = gui.add_html("")
@@ -128,7 +127,6 @@ class GuidedPanel(AbstractPanel):
         )
 
     def show(self, session: Session) -> None:
-        """The live deviation, and which buttons make sense now."""
         measuring, source = session.measuring, session.source
         self._source.content = _source(source)
         self._follow.visible = source is not None

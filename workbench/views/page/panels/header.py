@@ -33,7 +33,6 @@ class Header(AbstractPanel):
         self._label = ""
 
     def build(self, server: viser.ViserServer) -> None:
-        """Hint, message with its button, progress with its button."""
         gui = self._gui = server.gui
         self._hint = gui.add_html("")
         self._stop = gui.add_button(
@@ -62,7 +61,6 @@ class Header(AbstractPanel):
         on_press(self._cancel, self._worker.cancel)
 
     def show(self, session: Session) -> None:
-        """The newest message only; older ones have been seen."""
         label = f"{session.robot.name} · {session.plate.name}"
         if label != self._label:
             self._label = label

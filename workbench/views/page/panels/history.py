@@ -27,11 +27,9 @@ class HistoryPanel(AbstractPanel):
         self._shown: object = None
 
     def build(self, server: viser.ViserServer) -> None:
-        """One piece of HTML."""
         self._html = server.gui.add_html("")
 
     def show(self, session: Session) -> None:
-        """The steps so far; nothing before the second."""
         if session.history is self._shown:
             return
         self._shown = session.history

@@ -24,11 +24,9 @@ class IndexPanel(AbstractPanel):
     """Index of each target, indices of the set, predicted error; drawn at every step of a drag."""
 
     def build(self, server: viser.ViserServer) -> None:
-        """One piece of HTML, which is quicker than many controls."""
         self._html = server.gui.add_html("")
 
     def show(self, session: Session) -> None:
-        """Numbers now, and against the beginning."""
         now, first = session.score, session.first_score
         self._html.content = block(
             heading("Predicted error in the region after calibration")

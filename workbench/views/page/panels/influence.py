@@ -36,12 +36,10 @@ class InfluencePanel(AbstractPanel):
         self._at_targets: Influence | None = None
 
     def build(self, server: viser.ViserServer) -> None:
-        """A folder, closed at first."""
         with server.gui.add_folder("Influence of each constant", expand_by_default=False):
             self._html = server.gui.add_html("")
 
     def show(self, session: Session) -> None:
-        """The bars, if arm or targets stand otherwise than before."""
         q = standing(session)
         basis = (session.robot, q, session.states)
         if len(self._shown) == 3 and all(a is b for a, b in zip(basis, self._shown, strict=True)):

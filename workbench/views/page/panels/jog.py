@@ -32,7 +32,6 @@ class JogPanel(AbstractPanel):
         self._sliders: list[viser.GuiSliderHandle] = []
 
     def build(self, server: viser.ViserServer) -> None:
-        """A folder for the joints, and the pose."""
         gui = self._gui = server.gui
         self._folder = gui.add_folder("Joints")
         with gui.add_folder("Tool"):
@@ -51,7 +50,6 @@ class JogPanel(AbstractPanel):
             on_press(go, self._go)
 
     def show(self, session: Session) -> None:
-        """Where the arm stands."""
         if session.robot is not self._robot:
             self._rebuild(session.robot)
         elif session.holder is not None:

@@ -54,7 +54,6 @@ class LookPanel(AbstractPanel):
         self._is_dark: bool | None = None
 
     def build(self, server: viser.ViserServer) -> None:
-        """Switch, help, keys."""
         self._gui = gui = server.gui
         with gui.add_folder("Page"):
             self._dark = gui.add_checkbox("Dark", False, hint="Dark colours, for dim rooms.")
@@ -75,7 +74,6 @@ class LookPanel(AbstractPanel):
         self._keys(gui)
 
     def show(self, session: Session) -> None:
-        """Light or dark."""
         set_value(self._dark, session.is_dark)
         set_value(self._units, str(session.units))
         if session.is_dark is not self._is_dark:

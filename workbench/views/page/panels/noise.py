@@ -16,7 +16,6 @@ class NoisePanel(AbstractPanel):
         self._worker = worker
 
     def build(self, server: viser.ViserServer) -> None:
-        """Position and rotation."""
         with server.gui.add_folder("Instrument"):
             self._position = server.gui.add_number(
                 "Noise [mm]",
@@ -38,7 +37,6 @@ class NoisePanel(AbstractPanel):
             on_change(field, self._set)
 
     def show(self, session: Session) -> None:
-        """The present noise."""
         set_value(self._position, round(1e3 * session.noise.position, 6))
         set_value(self._rotation, round(float(np.rad2deg(session.noise.rotation)), 6))
 

@@ -23,7 +23,6 @@ class ProductionPanel(AbstractPanel):
         self._worker = worker
 
     def build(self, server: viser.ViserServer) -> None:
-        """A folder, closed at first."""
         gui = server.gui
         with gui.add_folder("Yield", expand_by_default=False):
             self._arms = gui.add_number(
@@ -45,7 +44,6 @@ class ProductionPanel(AbstractPanel):
             self._result = gui.add_html("")
 
     def show(self, session: Session) -> None:
-        """The last yield, and whether it still belongs to this plate."""
         self._try.disabled = session.job is not None
         self._result.content = result(session)
 

@@ -58,7 +58,6 @@ class RegionPanel(AbstractPanel):
         self._worker = worker
 
     def build(self, server: viser.ViserServer) -> None:
-        """Field, legend, cuts; clicked cube; corners."""
         gui = server.gui
         self._field = gui.add_dropdown(
             "Cubes show", list(FIELDS), hint="What colours the cubes of the region in the scene."
@@ -89,7 +88,6 @@ class RegionPanel(AbstractPanel):
             self._build_cuboid(gui)
 
     def show(self, session: Session) -> None:
-        """The present view."""
         view, region = session.cube_view, session.plate.region
         numbers = values(session)
         set_value(self._field, next(name for name, field in FIELDS.items() if field is view.field))

@@ -50,7 +50,6 @@ class TargetsPanel(AbstractPanel):
         self._worker = worker
 
     def build(self, server: viser.ViserServer) -> None:
-        """Choice, coordinates, branch, state, history."""
         gui = server.gui
         self._choice = gui.add_dropdown(
             "Target",
@@ -87,7 +86,6 @@ class TargetsPanel(AbstractPanel):
         self._build_buttons(gui)
 
     def show(self, session: Session) -> None:
-        """The selected target."""
         i = session.selected
         target, state = session.plate.targets[i], session.states[i]
         set_options(self._choice, [str(k + 1) for k in range(len(session.plate))], str(i + 1))

@@ -49,7 +49,6 @@ class TrackPanel(AbstractPanel):
         self._shown: tuple = ()
 
     def build(self, server: viser.ViserServer) -> None:
-        """A folder of its own."""
         gui = server.gui
         with gui.add_folder("Trajectory"):
             self._kind = gui.add_dropdown(
@@ -114,7 +113,6 @@ class TrackPanel(AbstractPanel):
         )
 
     def show(self, session: Session) -> None:
-        """What can be done now, and what came of the plan."""
         track, is_there = session.track, session.track is not None
         self._plan.disabled = session.job is not None
         self._corrected.disabled = erring_robot(session) is None

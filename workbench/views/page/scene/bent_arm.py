@@ -26,7 +26,6 @@ class BentArm(AbstractPart):
         self.show(session)
 
     def show(self, session: Session) -> None:
-        """Stand where the solid arm does, bent by its loads there."""
         robot, overlay = bending_robot(session), session.overlay
         if robot is not self._robot:
             self._replace(robot)

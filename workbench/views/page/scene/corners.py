@@ -42,7 +42,6 @@ class Corners(AbstractPart):
         self.show(session)
 
     def show(self, session: Session) -> None:
-        """Move outline and handles."""
         region = session.plate.region
         for which, handle in enumerate(self._handles):
             handle.visible = session.cube_view.corners

@@ -56,7 +56,6 @@ class CubesPart(AbstractPart):
         self.show(session)
 
     def show(self, session: Session) -> None:
-        """Draw what has changed."""
         view, region = session.cube_view, session.plate.region
         if view.field is Field.NONE:
             self._remove()

@@ -25,7 +25,6 @@ class BranchGhosts(AbstractPart):
         self.show(session)
 
     def show(self, session: Session) -> None:
-        """Stand in the branches that the solid arm does not take."""
         is_shown = (
             session.focus is Focus.TARGET
             and session.holder is None

@@ -50,7 +50,6 @@ class Gizmo(AbstractPart):
         self.show(session)
 
     def show(self, session: Session) -> None:
-        """Put the handles on the selected target, except the one in somebody's hand."""
         self._session = session
         for kind, handle in self.handles.items():
             handle.visible = session.focus is Focus.TARGET and not _locked(session)

@@ -36,7 +36,6 @@ class Ground(AbstractPart):
         self.show(session)
 
     def show(self, session: Session) -> None:
-        """Light or dark."""
         if session.is_dark is self._is_dark:
             return
         self._is_dark = session.is_dark

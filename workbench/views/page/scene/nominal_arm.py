@@ -18,7 +18,6 @@ class NominalArm(AbstractPart):
         self.show(session)
 
     def show(self, session: Session) -> None:
-        """Stand where the focus is."""
         self._robot = session.robot
         self._arm.visible = session.overlay.nominal or session.focus is not Focus.ROW
         if not session.is_underway:

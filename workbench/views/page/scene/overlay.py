@@ -42,7 +42,6 @@ class OverlayPart(AbstractPart):
         self.show(session)
 
     def show(self, session: Session) -> None:
-        """Draw what has changed."""
         comparison, overlay = session.comparison, session.overlay
         changed = comparison is not self._drawn
         if changed:

@@ -29,7 +29,6 @@ class PlatePart(AbstractPart):
         self.show(session)
 
     def show(self, session: Session) -> None:
-        """As many blocks as targets, each where it stands, coloured by its state."""
         targets = session.plate.targets
         while len(self._blocks) > len(targets):
             self._blocks.pop().remove()

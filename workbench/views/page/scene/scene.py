@@ -29,7 +29,6 @@ class Scene(AbstractPart):
         server.on_client_disconnect(lambda client: self.gizmo.left(client))
 
     def show(self, session: Session) -> None:
-        """Draw this snapshot, all of it anew where the arm or the plate is another one."""
         if session.robot is not self._robot or session.first_plate is not self._plate:
             self._server.scene.reset()
             self._build(session)

@@ -70,7 +70,6 @@ class TrackPart(AbstractPart):
         self.show(session)
 
     def show(self, session: Session) -> None:
-        """The way and its trail while the arm follows it; the thread runs while it is played."""
         with self._lock:
             self._show(session)
 

@@ -28,7 +28,6 @@ class Arms(AbstractEntity):
         self._nominal, self._calibrated = _Arm("world/arm/nominal"), _Arm("world/arm/calibrated", GHOST)
 
     def draw(self, canvas: Canvas, moment: Moment) -> None:
-        """Move both arms; the calibrated one is there when something is identified."""
         session = moment.session
         q = standing(session)
         found = session.identification
@@ -43,7 +42,6 @@ class ArmsAtRows(AbstractEntity):
     """Both arms as they stood at every measured row, on the timeline `measured_row`."""
 
     def draw(self, canvas: Canvas, moment: Moment) -> None:
-        """Draw the bodies, and all their places."""
         session, rows = moment.session, moment.session.comparison
         if rows is None:
             return

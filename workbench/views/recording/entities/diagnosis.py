@@ -19,7 +19,6 @@ class Diagnosed(AbstractEntity):
         self._drawn: object = None
 
     def draw(self, canvas: Canvas, moment: Moment) -> None:
-        """Draw a new diagnosis; take an old one away when its measurements go."""
         found = moment.session.diagnosis
         if found is self._drawn:
             return

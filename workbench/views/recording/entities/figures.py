@@ -17,7 +17,6 @@ class Figures(AbstractEntity):
         self._drawn: object = None
 
     def draw(self, canvas: Canvas, moment: Moment) -> None:
-        """Draw the pictures of a new identification."""
         found = moment.session.identification
         if found is self._drawn:
             return

@@ -27,7 +27,6 @@ class Measured(AbstractEntity):
         self._drawn: tuple = (None, 0.0)
 
     def draw(self, canvas: Canvas, moment: Moment) -> None:
-        """Draw anew when measurements, fit or exaggeration have changed."""
         rows, scale = moment.session.comparison, moment.session.overlay.exaggeration
         if self._drawn == (rows, scale):
             return

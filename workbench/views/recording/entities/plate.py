@@ -24,7 +24,6 @@ class PlateSolid(AbstractEntity):
         self._drawn: object = ...
 
     def draw(self, canvas: Canvas, moment: Moment) -> None:
-        """Draw the solid where it is another one."""
         plate = moment.session.plate
         if self._drawn == (key := (_bytes(plate.size), plate.pose.tobytes())):
             return
@@ -42,7 +41,6 @@ class Targets(AbstractEntity):
         self._drawn: dict[int, tuple[tuple, tuple]] = {}
 
     def draw(self, canvas: Canvas, moment: Moment) -> None:
-        """Draw the blocks that have moved or have another colour."""
         session = moment.session
         for i, (target, state) in enumerate(zip(session.plate.targets, session.states, strict=True)):
             colour = target_colour(state, selected=i == session.selected)
@@ -76,7 +74,6 @@ class Trails(AbstractEntity):
         self._drawn: dict[int, int] = {}
 
     def draw(self, canvas: Canvas, moment: Moment) -> None:
-        """Note the places; the ways are drawn when a drag is over."""
         session = moment.session
         if session.first_plate is not self._plate or len(self._ways) != len(session.plate):
             self._plate, self._drawn = session.first_plate, {}

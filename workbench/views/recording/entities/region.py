@@ -24,7 +24,6 @@ class RegionOutline(AbstractEntity):
         self._drawn: object = None
 
     def draw(self, canvas: Canvas, moment: Moment) -> None:
-        """Draw the cuboid where it is another one."""
         region = moment.session.plate.region
         if region is not self._drawn:
             self._drawn = region
@@ -44,7 +43,6 @@ class Cubes(AbstractEntity):
         self._drawn: bytes = b""
 
     def draw(self, canvas: Canvas, moment: Moment) -> None:
-        """Draw the field when a step is over."""
         session = moment.session
         numbers = None if session.holder is not None else cubes.values(session)
         if session.holder is not None:

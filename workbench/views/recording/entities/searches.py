@@ -26,7 +26,6 @@ class Searches(AbstractEntity):
         self._rows: list[str] = []
 
     def draw(self, canvas: Canvas, moment: Moment) -> None:
-        """Write the table with one row more when a search has ended."""
         entry, before, self._before = moment.entry, self._before, moment.session
         if entry is None or before is None or entry.ending is not Ending.DONE:
             return

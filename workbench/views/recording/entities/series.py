@@ -32,7 +32,6 @@ class Series(AbstractEntity):
         self._drawn: dict[str, float] = {}
 
     def draw(self, canvas: Canvas, moment: Moment) -> None:
-        """Draw every number that is another one, and all after a decision that is no part of a drag."""
         session, entry = moment.session, moment.entry
         is_all = entry is not None and not moment.is_passing and not isinstance(entry.command, DRAGS)
         for path, value in (*_score(session.score), *_errors(session), *_diagnosed(session)):
@@ -62,7 +61,6 @@ class RowErrors(AbstractEntity):
         self._drawn: set[str] = set()
 
     def draw(self, canvas: Canvas, moment: Moment) -> None:
-        """Draw all rows of a fit once."""
         session = moment.session
         if session.identification is not None and session.identification is not self._identification:
             self._identification = session.identification
@@ -86,7 +84,6 @@ class TargetBars(AbstractEntity):
         self._drawn = b""
 
     def draw(self, canvas: Canvas, moment: Moment) -> None:
-        """Draw the bars when a number is another one."""
         values = np.nan_to_num(moment.session.score.per_target)
         if values.tobytes() != self._drawn:
             self._drawn = values.tobytes()

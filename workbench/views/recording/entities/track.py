@@ -14,7 +14,6 @@ class Trajectory(AbstractEntity):
         self._drawn: object = None
 
     def draw(self, canvas: Canvas, moment: Moment) -> None:
-        """Draw another trajectory; take it away when there is none any more."""
         track = moment.session.track
         if track is self._drawn:
             return

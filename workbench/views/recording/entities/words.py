@@ -17,7 +17,6 @@ class Log(AbstractEntity):
         self._told = 0
 
     def draw(self, canvas: Canvas, moment: Moment) -> None:
-        """Write the line of this step."""
         if moment.entry is None:
             self._told = moment.session.told
             words = "The session begins" if moment.step == 0 else "The session goes on"
@@ -38,7 +37,6 @@ class About(AbstractEntity):
         self._drawn = ""
 
     def draw(self, canvas: Canvas, moment: Moment) -> None:
-        """Write it where it has changed."""
         text = about(moment.session)
         if text != self._drawn:
             self._drawn = text
@@ -52,7 +50,6 @@ class Parameters(AbstractEntity):
         self._drawn: tuple = ()
 
     def draw(self, canvas: Canvas, moment: Moment) -> None:
-        """Write the table when another fit is shown."""
         session = moment.session
         if self._drawn and self._drawn == (session.identification, session.fit):
             return
