@@ -15,8 +15,6 @@ from workbench.cli.options import (
 )
 
 RecordingArgument = Annotated[Path, typer.Argument(help="A recording: a folder such as recordings/sample.")]
-EXACT = 1e-9
-"""Relative differences up to this are the arithmetic of another machine."""
 
 
 def review(
@@ -91,5 +89,5 @@ def replay(
         from workbench.views.recording.page import write_page
 
         say(f"report: {write_page(found, replayed, report)}")
-    if replayed.largest is not None and replayed.largest.size > EXACT:
+    if replayed.differences:
         raise typer.Exit(2)

@@ -1,4 +1,8 @@
-"""A replay that compares: the numbers that were written then, with those that come out now."""
+"""A replay that compares: the numbers that were written then, with those that come out now.
+
+The same machine comes to the same digits. Another processor rounds sums in another order, so that numbers
+are the same up to `ROUNDING`; what differs by more is a difference.
+"""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -10,6 +14,9 @@ from workbench.session.journal.replay import steps
 from workbench.session.state import Session
 
 Progress = Callable[[float, str], None]
+
+ROUNDING = 1e-9
+"""Difference of two numbers, relative to the larger of them and 1, that rounding explains."""
 
 
 @dataclass(frozen=True)
@@ -44,13 +51,15 @@ class Replayed:
         session: After the last command.
         steps: Commands that were done again.
         compared: How many values were compared.
-        differences: Those that are not exactly the same.
+        differences: Those that differ by more than rounding.
+        rounding: Greatest difference that rounding explains; 0 where all digits are the same.
     """
 
     session: Session
     steps: int
     compared: int
     differences: tuple[Difference, ...]
+    rounding: float
 
     @property
     def largest(self) -> Difference | None:
@@ -62,7 +71,8 @@ class Replayed:
         """The outcome in one sentence."""
         worst = self.largest
         if worst is None:
-            return "all the same to the last digit"
+            same = "all the same"
+            return f"{same} to the last digit" if self.rounding == 0.0 else f"{same} to {self.rounding:.0e}"
         return (
             f"{len(self.differences)} differ, {worst.name} after step {worst.step} the most: "
             f"{worst.then} then, {worst.now} now"
@@ -74,7 +84,8 @@ class Replayed:
             "schema": "workbench.replay/1",
             "steps": self.steps,
             "compared": self.compared,
-            "exact": not self.differences,
+            "exact": not self.differences and self.rounding == 0.0,
+            "rounding": self.rounding,
             "differences": [
                 {"step": d.step, "name": d.name, "then": d.then, "now": d.now} for d in self.differences
             ],
@@ -83,27 +94,40 @@ class Replayed:
 
 def check(recording: Recording, *, progress: Progress | None = None) -> Replayed:
     """Do all commands again and compare every number of the journal."""
-    session = recording.first
-    found: list[Difference] = []
-    written = recording.header.get("numbers", {})
-    compared = _compare(0, written, session, found)
+    session, written = recording.first, recording.header.get("numbers", {})
+    found = [compare(written, numbers_of(session, written))]
     for step, (line, session) in enumerate(
         zip(recording.lines, steps(recording.first, recording.entries), strict=True), start=1
     ):
-        compared += _compare(step, line.numbers, session, found)
+        found.append(compare(line.numbers, numbers_of(session, line.numbers), step=step))
         if progress is not None:
             progress(step / len(recording.lines), line.title)
-    return Replayed(session, len(recording.lines), compared, tuple(found))
+    return Replayed(
+        session=session,
+        steps=len(recording.lines),
+        compared=sum(c.count for c in found),
+        differences=tuple(d for c in found for d in c.differences if d.size > ROUNDING),
+        rounding=max((d.size for c in found for d in c.differences if d.size <= ROUNDING), default=0.0),
+    )
 
 
-def _compare(step: int, written: dict[str, Any], session: Session, found: list[Difference]) -> int:
-    now = numbers_of(session, written)
-    compared = 0
-    for name, then, value in _pairs(written, now, ""):
-        compared += 1
-        if then != value:
-            found.append(Difference(step, name, then, value))
-    return compared
+@dataclass(frozen=True)
+class Compared:
+    """Two trees of numbers compared: how many values, and those that are not equal."""
+
+    count: int
+    differences: tuple[Difference, ...]
+
+    @property
+    def largest(self) -> float:
+        """Greatest difference; 0 where all are equal."""
+        return max((d.size for d in self.differences), default=0.0)
+
+
+def compare(then: dict[str, Any], now: dict[str, Any], *, step: int = 0) -> Compared:
+    """Compare the numbers of a step by name."""
+    pairs = list(_pairs(then, now, ""))
+    return Compared(len(pairs), tuple(Difference(step, name, a, b) for name, a, b in pairs if a != b))
 
 
 def _pairs(then: Any, now: Any, name: str) -> Iterator[tuple[str, Any, Any]]:
