@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from matplotlib.figure import Figure
 
 from studies.finding import Finding, Verdict
 from workbench.base.folder import write_folder
-from workbench.identification.report import json as json_report
 from workbench.report.drawing import png
+from workbench.report.html import page_template
+from workbench.report.json import json_text
 
 PAGE, RESULT = "index.html", "result.json"
 SCHEMA = "workbench.reproduction/1"
@@ -108,7 +108,7 @@ def write_page(page: Page, result: Json, folder: Path | str) -> Path:
         FileError: the folder is a file.
     """
     files = {picture.name: picture.content for picture in page.pictures}
-    files |= {PAGE: _html(page).encode(), RESULT: json_report.text(result).encode()}
+    files |= {PAGE: _html(page).encode(), RESULT: json_text(result).encode()}
     return write_folder(folder, files) / PAGE
 
 
@@ -145,11 +145,4 @@ def _finding(finding: Finding) -> Json:
 
 
 def _html(page: Page) -> str:
-    environment = Environment(
-        loader=PackageLoader("workbench.report"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template("reproduction.html").render(page=page, result=RESULT)
+    return page_template("reproduction.html").render(page=page, result=RESULT)

@@ -12,7 +12,7 @@ from studies.aria_page import aria_json, write_aria
 from studies.finding import Verdict
 from workbench.base.errors import OptionError
 from workbench.data.simulation.instruments import INSTRUMENTS
-from workbench.identification.report.json import text as text_of
+from workbench.report.json import json_text
 
 
 @pytest.fixture(scope="module")
@@ -85,7 +85,7 @@ def test_the_page_holds_every_picture_and_finding(found, tmp_path):
     content = json.loads((page.parent / "result.json").read_text())
     assert content["schema"] == "workbench.reproduction/1"
     assert sum(content["verdicts"].values()) == len(content["findings"]) == len(found.findings)
-    assert content["comparison"] == json.loads(text_of(aria_json(found)))["comparison"]
+    assert content["comparison"] == json.loads(json_text(aria_json(found)))["comparison"]
 
 
 def test_the_same_seed_gives_the_same_arms(found):

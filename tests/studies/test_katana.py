@@ -24,7 +24,7 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.library import load_robot
 from workbench.base import se3
 from workbench.base.errors import OptionError
-from workbench.identification.report.json import text as text_of
+from workbench.report.json import json_text
 
 
 @pytest.fixture(scope="module")
@@ -130,7 +130,7 @@ def test_the_page_holds_every_picture_and_finding(found, tmp_path):
     content = json.loads((page.parent / "result.json").read_text())
     assert content["schema"] == "workbench.reproduction/1"
     assert sum(content["verdicts"].values()) == len(found.findings)
-    assert content == json.loads(text_of(katana_json(found)))
+    assert content == json.loads(json_text(katana_json(found)))
 
 
 def test_stiffness_is_converted_once():

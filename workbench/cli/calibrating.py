@@ -82,6 +82,7 @@ def identify(
     from workbench.identification.report import table
     from workbench.identification.report.prior import read_prior
     from workbench.plate.parts.as_measured import load_plate
+    from workbench.report.json import write_json
 
     if level == 1 and free is not None:
         raise OptionError("--level 1 frees the joint offsets alone; leave either it or --free out")
@@ -110,7 +111,7 @@ def identify(
     if save is not None:
         say(f"calibrated robot ({run.best.fit.title}): {save_robot(run.best.calibrated, save)}")
     if json is not None:
-        say(f"result: {reports.write_json(json, reports.identification_json(run))}")
+        say(f"result: {write_json(json, reports.identification_json(run))}")
     if report is not None:
         from workbench.identification.report.page import write_report
 
@@ -133,6 +134,7 @@ def evaluate(
     from workbench.identification.evaluate import evaluate
     from workbench.identification.report import json as reports
     from workbench.identification.report import table
+    from workbench.report.json import write_json
 
     if frames not in ("given", "fit"):
         raise OptionError(f"--frames can't be '{frames}'; choose given or fit")
@@ -141,7 +143,7 @@ def evaluate(
     found = evaluate(arm, read_rows(data, arm, columns, sheet, layout), fit_frames=frames == "fit")
     show(table.evaluation_tables(found))
     if json is not None:
-        say(f"result: {reports.write_json(json, reports.evaluation_json(found))}")
+        say(f"result: {write_json(json, reports.evaluation_json(found))}")
 
 
 def export(
@@ -168,8 +170,8 @@ def export(
         if path is not None:
             say(f"{arm.name}: {save_robot(arm, path)}")
     if controller is not None and nominal is not None:
-        from workbench.identification.report.json import write_json
         from workbench.identification.report.use import use_of
+        from workbench.report.json import write_json
 
         use = use_of(arm, load_robot(nominal))
         show(use.summary())

@@ -92,7 +92,7 @@ def optimise(
     show(design_tables(found))
     say(f"plate: {write_plate(found.plate, out)}")
     if json is not None:
-        from workbench.identification.report.json import write_json
+        from workbench.report.json import write_json
 
         say(f"result: {write_json(json, design_json(found))}")
 
@@ -152,7 +152,7 @@ def yield_(
         )
     show(yield_tables(found))
     if json is not None:
-        from workbench.identification.report.json import write_json
+        from workbench.report.json import write_json
 
         say(f"result: {write_json(json, yield_json(found))}")
 

@@ -59,8 +59,8 @@ def diagnose(
     from workbench.diagnosis.diagnose import diagnose
     from workbench.diagnosis.report.json import diagnosis_json
     from workbench.diagnosis.report.table import diagnosis_tables
-    from workbench.identification.report.json import write_json
     from workbench.plate.parts.as_measured import load_plate
+    from workbench.report.json import write_json
 
     arm = load_robot(robot)
     rows = with_markers(read_rows(data, arm, columns, sheet, layout), tool_markers, base_markers)

@@ -31,7 +31,7 @@ def redundancy(
     from workbench.arm.library import load_robot
     from workbench.identification.redundancy import redundancy as found_of
     from workbench.identification.report.arm import redundancy_json, redundancy_text
-    from workbench.identification.report.json import write_json
+    from workbench.report.json import write_json
 
     arm = load_robot(robot)
     check_writable(json)
@@ -53,7 +53,7 @@ def axes(
     from workbench.arm.library import load_robot
     from workbench.identification.circle_points import circle_axes
     from workbench.identification.report.arm import axes_json, axes_table
-    from workbench.identification.report.json import write_json
+    from workbench.report.json import write_json
 
     arm = load_robot(robot)
     check_writable(json)

@@ -50,7 +50,7 @@ def loading(
     if out is not None:
         say(f"postures, readings, picture: {_write(found, out)}")
     if json is not None:
-        from workbench.identification.report.json import write_json
+        from workbench.report.json import write_json
 
         say(f"result: {write_json(json, loading_json(found))}")
 

@@ -164,7 +164,7 @@ def poses(
     if out is not None:
         say(f"poses: {write_poses(arm, found, out)}")
     if json is not None:
-        from workbench.identification.report.json import write_json
+        from workbench.report.json import write_json
 
         say(f"result: {write_json(json, poses_json(arm, found))}")
 

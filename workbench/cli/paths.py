@@ -94,10 +94,10 @@ def line(
 def _make(arm, curve, out, duration, rows, axis, max_speed, picture, json) -> None:
     """Plan, show and write."""
     from workbench.base.files import write_bytes
-    from workbench.identification.report.json import write_json
     from workbench.paths.make import planned_moments, write_plan
     from workbench.paths.planning import plan
     from workbench.paths.report.motion import path_json, path_picture, path_table
+    from workbench.report.json import write_json
 
     if picture is not None and picture.suffix.lower() != ".png":
         raise OptionError(f"{picture}: a picture is written as .png; choose this ending")

@@ -75,9 +75,9 @@ def errors(
     """Errors along a drawn circle: outside and inside from the scan, above and below from the readings."""
     from workbench.base.files import write_bytes
     from workbench.data.readers import read_trajectory
-    from workbench.identification.report.json import write_json
     from workbench.paths.pencil.report import plotted_json, plotted_picture, plotted_table
     from workbench.paths.pencil.run import read_drawing
+    from workbench.report.json import write_json
 
     check_writable(None if picture is None else _png(picture), json)
     rows = None if path is None else read_trajectory(path)

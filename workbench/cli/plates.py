@@ -57,7 +57,7 @@ def score(
         )
     show(score_tables(found))
     if json is not None:
-        from workbench.identification.report.json import write_json
+        from workbench.report.json import write_json
 
         say(f"result: {write_json(json, score_json(found))}")
 
@@ -93,7 +93,7 @@ def compare(
         )
     show(comparison_table(found))
     if json is not None:
-        from workbench.identification.report.json import write_json
+        from workbench.report.json import write_json
 
         say(f"result: {write_json(json, comparison_json(found))}")
 
@@ -145,6 +145,6 @@ def cluster(
     if out is not None:
         say(f"plate: {write_plate(found.plate(), out)}")
     if json is not None:
-        from workbench.identification.report.json import write_json
+        from workbench.report.json import write_json
 
         say(f"result: {write_json(json, cluster_json(found))}")

@@ -54,7 +54,7 @@ def review(
 
 def _compare(found: list, json: Path | None) -> None:
     """What differs, and which parameters have moved beyond their standard errors."""
-    from workbench.identification.report.json import write_json
+    from workbench.report.json import write_json
     from workbench.views.recording.compare import compare
 
     compared = compare(found)
@@ -72,7 +72,7 @@ def replay(
     json: JsonOption = None,
 ) -> None:
     """Do a recorded session again and compare all numbers with those of then."""
-    from workbench.identification.report.json import write_json
+    from workbench.report.json import write_json
     from workbench.session.journal.check import check
     from workbench.session.journal.reader import read_recording
 

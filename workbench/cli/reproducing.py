@@ -88,7 +88,7 @@ def _hand_out(found, out: Path | None, json: Path | None, *, write, as_json) -> 
     """Show what agrees, and write the page and the result where they are asked for."""
     from studies.finding import findings_table
 
-    from workbench.identification.report.json import write_json
+    from workbench.report.json import write_json
 
     show(findings_table(found.findings))
     if out is not None:

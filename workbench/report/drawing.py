@@ -11,6 +11,7 @@ import threading
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import matplotlib
@@ -58,6 +59,23 @@ LOOK: Any = {
     "lines.linewidth": 1.2,
 }
 _ONE_AT_A_TIME = threading.RLock()
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A finished picture.
+
+    Args:
+        name: File name without ending.
+        title: For its heading.
+        caption: What it shows and how to read it.
+        svg: The picture.
+    """
+
+    name: str
+    title: str
+    caption: str
+    svg: str
 
 
 @contextmanager

@@ -6,14 +6,9 @@ import pytest
 
 from workbench.base.errors import FileError, OptionError
 from workbench.identification.prior import Prior
-from workbench.identification.report.json import (
-    evaluation_json,
-    identification_json,
-    plain,
-    text,
-    write_json,
-)
+from workbench.identification.report.json import evaluation_json, identification_json
 from workbench.identification.report.prior import read_prior
+from workbench.report.json import json_text, plain, write_json
 
 ERRORS = {"position_mm", "orientation_deg"}
 SPREAD = {"mean", "rms", "max"}
@@ -38,7 +33,7 @@ def check_errors(errors, turned):
 
 
 def test_the_schema_of_an_identification(result):
-    found = json.loads(text(identification_json(result)))
+    found = json.loads(json_text(identification_json(result)))
     assert found["schema"] == "workbench.identification/1"
     assert found["robot"] == result.robot.name
     rows = found["measurements"]
@@ -66,7 +61,7 @@ def test_the_schema_of_an_identification(result):
 
 
 def test_points_without_held_out_rows(points):
-    found = json.loads(text(identification_json(points)))
+    found = json.loads(json_text(identification_json(points)))
     check_errors(found["nominal"]["train"], False)
     assert found["nominal"]["held_out"] is None
     assert found["measurements"]["held_out"] == 0
@@ -78,7 +73,7 @@ def test_points_without_held_out_rows(points):
 
 
 def test_the_schema_of_an_evaluation(evaluated):
-    found = json.loads(text(evaluation_json(evaluated)))
+    found = json.loads(json_text(evaluation_json(evaluated)))
     assert found["schema"] == "workbench.evaluation/1"
     check_errors(found["errors"], True)
     assert [row["row"] for row in found["rows"]] == list(range(12))
@@ -101,12 +96,12 @@ def test_nothing_is_infinite(result, points):
     for found in (result, points):
         content = identification_json(found)
         assert all(math.isfinite(n) for n in numbers_of(content))
-        assert json.loads(text(content)) == content
+        assert json.loads(json_text(content)) == content
 
 
 def test_lists_of_numbers_stand_on_one_line():
     content = {"q": [[1.5, 2.0], [3.0, 4.0]], "words": ["a [1,\n 2]", "b"], "none": []}
-    written = text(content)
+    written = json_text(content)
     assert "[1.5, 2.0]" in written
     assert json.loads(written) == content
 

@@ -14,10 +14,10 @@ from workbench.diagnosis.report.json import diagnosis_json
 from workbench.diagnosis.report.pictures import pictures
 from workbench.diagnosis.report.table import alternatives, chance, outlier_words
 from workbench.diagnosis.words import label
-from workbench.identification.report import json as json_report
-from workbench.identification.report.figures import Drawing
-from workbench.identification.report.page import error_cards, page_template, themed
-from workbench.report.drawing import png, svg
+from workbench.identification.report.page import error_cards
+from workbench.report.drawing import Drawing, png, svg
+from workbench.report.html import page_template, themed
+from workbench.report.json import json_text
 from workbench.report.numbers import short
 
 PAGE, RESULT, PICTURES = "diagnosis.html", "diagnosis.json", "diagnosis-"
@@ -54,7 +54,7 @@ def write_diagnosis(result: Diagnosis, folder: Path | str, *, progress: Progress
             drawings.append(Drawing(picture.name, picture.title, picture.caption, drawing))
             files[f"{PICTURES}{picture.name}.png"] = png(figure)
     report(0.9, "writing the page")
-    files[RESULT] = json_report.text(diagnosis_json(result)).encode()
+    files[RESULT] = json_text(diagnosis_json(result)).encode()
     files[PAGE] = render(result, tuple(drawings)).encode()
     old = (p.name for p in Path(folder).glob(f"{PICTURES}*.png"))
     path = write_folder(folder, files, replaces=(PAGE, RESULT, *old)) / PAGE

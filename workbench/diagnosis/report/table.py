@@ -21,10 +21,9 @@ from workbench.diagnosis.words import label
 from workbench.identification.report.table import (
     error_cells,
     error_columns,
-    line,
-    plain_table,
 )
 from workbench.report.numbers import short
+from workbench.report.tables import line, new_table
 
 STYLES = {Verdict.EXPLAINED: "bold green", Verdict.NONE: "bold", Verdict.PARTLY: "bold yellow"}
 NAMED = 15
@@ -80,7 +79,7 @@ def errors_table(result: Diagnosis) -> Table:
 def effects_table(result: Diagnosis) -> Table:
     """What was added, with coefficients ± standard errors, and the mean error before and after each."""
     rows = "held-out" if result.after.held_out is not None else "fitted"
-    table = plain_table(f"Effects that were added; mean error of {rows} rows")
+    table = new_table(f"Effects that were added; mean error of {rows} rows")
     table.add_column("effect", overflow="fold")
     table.add_column("coefficients", overflow="fold")
     for name in ("before\n[mm]", "after\n[mm]"):
@@ -126,7 +125,7 @@ def outlier_words(result: Diagnosis) -> str:
 def next_table(result: Diagnosis) -> Table:
     """Joint positions of poses to measure next."""
     chain = result.calibrated.chain
-    table = plain_table("Measure next")
+    table = new_table("Measure next")
     table.add_column("pose", no_wrap=True)
     turning = [turns(chain, j) for j in range(chain.dof)]
     for j, turn in enumerate(turning):

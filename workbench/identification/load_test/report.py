@@ -11,7 +11,6 @@ from rich.text import Text
 
 from workbench.identification.load_test.postures import LoadingPair, LoadingPlan, Purpose
 from workbench.identification.load_test.result import LoadingResult
-from workbench.identification.report.json import Json, plain
 from workbench.identification.report.table import line, plain_table
 from workbench.identification.tilting import JointTilting
 from workbench.report.drawing import (
@@ -21,6 +20,7 @@ from workbench.report.drawing import (
     look,
     new_figure,
 )
+from workbench.report.json import Json, plain
 from workbench.report.numbers import short
 
 LOADING = "workbench.loading/1"

@@ -3,8 +3,7 @@
 The paper's arrays of error plots are in `error_grid`; `all_figures` makes everything that a report shows.
 """
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Callable
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -21,25 +20,7 @@ from workbench.identification.report.error_plots import (
     residual_histogram,
 )
 from workbench.identification.report.influence import influence_of_fit
-from workbench.report.drawing import svg
-
-
-@dataclass(frozen=True)
-class Drawing:
-    """A finished picture.
-
-    Args:
-        name: File name without ending.
-        title: For its heading.
-        caption: What it shows and how to read it.
-        svg: The picture.
-    """
-
-    name: str
-    title: str
-    caption: str
-    svg: str
-
+from workbench.report.drawing import Drawing, svg
 
 NAMES = (
     *("errors-position", "errors-orientation", "before-after", "residuals", "error-where", "corrections"),
@@ -109,8 +90,3 @@ def all_figures(
         if figure is not None:
             drawings.append(Drawing(name, title, caption, svg(figure, name)))
     return tuple(drawings)
-
-
-def save(drawings: Iterable[Drawing]) -> dict[str, bytes]:
-    """File names and contents of pictures."""
-    return {f"{d.name}.svg": d.svg.encode() for d in drawings}

@@ -4,15 +4,9 @@ Only finite numbers are written; what is not known (the orientation of point dat
 parameter that no row shows) is null.
 """
 
-import json
-import re
-from pathlib import Path
-from typing import Any
-
 import numpy as np
 
 from workbench.arm.robot import JointKind
-from workbench.base.files import write_text
 from workbench.identification.controller import ControllerNumbers, PoseErrors
 from workbench.identification.errors import Errors, Spread
 from workbench.identification.fit import Fit
@@ -24,14 +18,11 @@ from workbench.identification.record import (
 )
 from workbench.identification.report.parameters import unseen
 from workbench.identification.report.prior import prior_json
+from workbench.report.json import Json, plain
 
 IDENTIFICATION = "workbench.identification/1"
 EVALUATION = "workbench.evaluation/1"
 CONTROLLER = "workbench.controller/1"
-NUMBERS = re.compile(r'\[\n\s*([^\[\]{}"]*?)\n\s*\]')
-"""A list of numbers as it is indented; strings have no line breaks, so none is touched."""
-
-Json = dict[str, Any]
 
 
 def identification_json(result: Identification) -> Json:
@@ -98,32 +89,6 @@ def controller_json(numbers: ControllerNumbers) -> Json:
             "remains": _pose_errors(numbers.after),
         }
     )
-
-
-def write_json(path: Path | str, content: Json) -> Path:
-    """Write plain data as JSON, the whole file or nothing."""
-    return write_text(path, text(content))
-
-
-def text(content: Json) -> str:
-    """Plain data as JSON text, every list of numbers on one line."""
-    written = json.dumps(plain(content), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
-    return NUMBERS.sub(lambda found: "[" + " ".join(found[1].split()) + "]", written)
-
-
-def plain(value: Any) -> Any:
-    """The same data with Python's own types, and None for every number that is not finite."""
-    if isinstance(value, dict):
-        return {str(k): plain(v) for k, v in value.items()}
-    if isinstance(value, np.ndarray):
-        return plain(value.tolist())
-    if isinstance(value, list | tuple):
-        return [plain(v) for v in value]
-    if isinstance(value, np.generic):
-        return plain(value.item())
-    if isinstance(value, float):
-        return value if np.isfinite(value) else None
-    return value
 
 
 def _spread(spread: Spread | None) -> Json | None:

@@ -5,12 +5,10 @@ are put in as they are.
 """
 
 from collections.abc import Callable
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 from markupsafe import Markup
 
 from workbench.arm.robot import Robot
@@ -20,13 +18,8 @@ from workbench.data.dataset import Dataset
 from workbench.data.requirement import Requirement, RequirementCheck
 from workbench.identification.errors import Errors
 from workbench.identification.record import Identification, Run, Validation
-from workbench.identification.report import json as json_report
-from workbench.identification.report.figures import (
-    NAMES,
-    Drawing,
-    all_figures,
-    save,
-)
+from workbench.identification.report.figures import NAMES, all_figures
+from workbench.identification.report.json import identification_json
 from workbench.identification.report.parameters import (
     LEGEND,
     Cell,
@@ -35,7 +28,9 @@ from workbench.identification.report.parameters import (
     parameter_table,
 )
 from workbench.identification.report.use import Use, controller_use
-from workbench.report.drawing import COLOURS
+from workbench.report.drawing import Drawing
+from workbench.report.html import page_template, themed
+from workbench.report.json import json_text
 from workbench.report.numbers import (
     factor,
     short,
@@ -86,11 +81,11 @@ def write_report(
     use = controller_use(result)
     report(0.9, "writing the page")
     check = _check(result, requirement)
-    content = json_report.identification_json(result)
+    content = identification_json(result)
     content |= {"requirement": _requirement_json(check, result), "controller": use.json()}
     files = {
-        **save(drawings),
-        RESULT: json_report.text(content).encode(),
+        **{f"{d.name}.svg": d.svg.encode() for d in drawings},
+        RESULT: json_text(content).encode(),
         PAGE: render(result, drawings, check=check, use=use).encode(),
     }
     old = (PAGE, RESULT, *(f"{name}.svg" for name in NAMES))
@@ -134,27 +129,6 @@ def render(
         suspicious_count=len(best.fit.suspicious),
         use=use,
     )
-
-
-def themed(svg: str) -> str:
-    """The picture with colours that the page may brighten on a dark ground."""
-    for number, colour in enumerate(COLOURS):
-        svg = svg.replace(colour, f"var(--figure-{number}, {colour})")
-    return svg
-
-
-@cache
-def page_template(name: str) -> Template:
-    """A template of a page, everything escaped that is put in."""
-    environment = Environment(
-        loader=PackageLoader("workbench.report"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters |= {"short": short, "signed": signed, "plusminus": standard_error}
-    return environment.get_template(name)
 
 
 def _judged(result: Identification) -> tuple[Dataset, Robot, str]:

@@ -28,6 +28,7 @@ from workbench.identification.report.parameters import (
     parameter_table,
 )
 from workbench.report.numbers import short, signed, standard_error
+from workbench.report.tables import line, new_table
 
 STYLES = {State.IDENTIFIED: "", State.HELD: "dim", State.SHARED: "yellow", State.UNSEEN: "dim"}
 AXES = ("x", "y", "z")
@@ -141,18 +142,18 @@ def use_tables(
     numbers: ControllerNumbers,
 ) -> RenderableType:
     """What to enter into a controller, and what that leaves; the arguments are those of `use.Use`."""
-    left = plain_table("What remains, against the whole calibrated model")
+    left = new_table("What remains, against the whole calibrated model")
     left.add_column("entered", overflow="fold")
     for name in ("mean\n[mm]", "max\n[mm]", "mean\n[°]", "max\n[°]"):
         left.add_column(escape(name), justify="right", no_wrap=True)
     for words, values in remaining:
         left.add_row(words, *values)
-    added = plain_table("Added to each joint's reading")
+    added = new_table("Added to each joint's reading")
     for name in ("joint", "with tool and base", "offsets only"):
         added.add_column(name, justify="left" if name == "joint" else "right", no_wrap=True)
     for row in offsets:
         added.add_row(*row)
-    placed = plain_table("Tool and base with them: xyz [mm], roll pitch yaw [°]")
+    placed = new_table("Tool and base with them: xyz [mm], roll pitch yaw [°]")
     for name in ("frame", "x", "y", "z", "roll", "pitch", "yaw"):
         placed.add_column(name, justify="left" if name == "frame" else "right", no_wrap=True)
     for name, values in frames:
@@ -173,11 +174,6 @@ def messages(result: Identification) -> list[RenderableType]:
         more = len(result.excluded) - 5
         lines.append(line("excluded", shown + (f" and {more} more" if more > 0 else "")))
     return lines
-
-
-def plain_table(title: str) -> Table:
-    """A table in the look of all others."""
-    return Table(box=box.SIMPLE_HEAD, pad_edge=False, title=escape(title), title_justify="left")
 
 
 def error_columns(turned: bool) -> Table:
@@ -210,9 +206,3 @@ def _cell_line(cell: Cell | None, which: str, digits: int) -> Text:
             return Text(str(cell.state), style=STYLES[cell.state])
         return Text(signed(cell.value, digits) + (cell.state or " "), style=STYLES[cell.state] or "bold")
     return Text("" if cell.std is None else standard_error(cell.std, digits) + " ", style="dim")
-
-
-def line(kind: str, words: str) -> Text:
-    """One line of the answer with its kind before it."""
-    style = {"warning": "yellow", "not identifiable": "yellow"}.get(kind, "dim")
-    return Text.assemble((f"{kind}: ", style), words)

@@ -7,7 +7,6 @@ from rich.table import Table, box
 from rich.text import Text
 
 from workbench.identification.errors import Spread
-from workbench.identification.report.json import Json, plain
 from workbench.paths.pencil.reading import PlottedErrors, PlottedProfile
 from workbench.report.drawing import (
     COLOURS,
@@ -17,6 +16,7 @@ from workbench.report.drawing import (
     new_figure,
     png,
 )
+from workbench.report.json import Json, plain
 from workbench.report.numbers import short
 
 PLOTTED = "workbench.plotted/1"

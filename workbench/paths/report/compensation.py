@@ -7,8 +7,8 @@ from rich.table import Table, box
 from rich.text import Text
 
 from workbench.identification.errors import Spread
-from workbench.identification.report.json import Json, plain
 from workbench.paths.correction import Compensation, PathErrors
+from workbench.report.json import Json, plain
 from workbench.report.numbers import short
 
 COMPENSATION = "workbench.compensation/1"

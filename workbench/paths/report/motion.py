@@ -14,7 +14,6 @@ from rich.text import Text
 
 from workbench.arm.robot import JointKind
 from workbench.arm.statics.moments import JointMoments
-from workbench.identification.report.json import Json, plain
 from workbench.paths.planning import Planned
 from workbench.report.drawing import (
     COLOURS,
@@ -25,6 +24,7 @@ from workbench.report.drawing import (
     new_figure,
     png,
 )
+from workbench.report.json import Json, plain
 from workbench.report.numbers import short
 
 PATH = "workbench.path/1"

@@ -5,7 +5,6 @@ from dataclasses import dataclass, field
 from textwrap import wrap
 
 import numpy as np
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
@@ -20,6 +19,7 @@ from workbench.report.drawing import (
     new_figure,
     svg,
 )
+from workbench.report.html import page_template
 from workbench.report.numbers import short
 
 HEADINGS = ("target", "block", "x", "y", "height", "tilt", "turn", "branch")
@@ -101,15 +101,8 @@ class PlateSheet:
 
     def html(self) -> str:
         """The page as HTML that needs nothing else."""
-        environment = Environment(
-            loader=PackageLoader("workbench.report"),
-            autoescape=True,
-            undefined=StrictUndefined,
-            trim_blocks=True,
-            lstrip_blocks=True,
-        )
         heads = [f"{name} [{unit}]" if unit else name for name, unit in zip(HEADINGS, UNITS, strict=True)]
-        return environment.get_template("plate_sheet.html").render(
+        return page_template("plate_sheet.html").render(
             sheet=self,
             headings=heads[: 7 + (self.score is not None)],
             picture=Markup(svg(self._picture(), "plate")),

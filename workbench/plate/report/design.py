@@ -10,7 +10,7 @@ from rich.text import Text
 from workbench.plate.optimiser.blocks import places_of
 from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.production.result import Yield
-from workbench.plate.report.plates import new_table
+from workbench.report.tables import new_table
 
 DESIGN = "workbench.plate-design/1"
 YIELD = "workbench.plate-yield/1"

@@ -5,10 +5,8 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Float
-from rich import box
 from rich.console import Group, RenderableType
 from rich.markup import escape
-from rich.table import Table
 from rich.text import Text
 
 from workbench.arm.combinations import combinations
@@ -18,20 +16,13 @@ from workbench.plate.clustering import Cluster, Clustering
 from workbench.plate.indices import INDICES, I
 from workbench.plate.region_poses import PLATE_CONE
 from workbench.plate.score import PlateScore, SetScore
+from workbench.report.tables import new_table
 
 Json = dict[str, Any]
 
 SCORE = "workbench.plate-score/1"
 COMPARISON = "workbench.plate-comparison/1"
 CLUSTERING = "workbench.clustering/1"
-
-
-def new_table(title: str, *columns: str) -> Table:
-    """A table of the usual look: the first column's words on the left, numbers on the right."""
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, title=escape(title), title_justify="left")
-    for number, column in enumerate(columns):
-        table.add_column(escape(column), justify="right" if number else "left", no_wrap=bool(number))
-    return table
 
 
 def score_tables(score: PlateScore) -> RenderableType:

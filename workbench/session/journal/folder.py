@@ -24,9 +24,9 @@ from workbench.arm.robot import Robot
 from workbench.arm.robot_toml import read_toml, robot_to_table
 from workbench.base.errors import OptionError, WorkbenchError
 from workbench.base.files import write_text
-from workbench.identification.report.json import plain
 from workbench.plate.plate import Plate
 from workbench.plate.plate_toml import plate_to_table, read_plate
+from workbench.report.json import plain
 from workbench.session.follower import AbstractKeeper
 from workbench.session.journal.appender import Appender
 from workbench.session.journal.entry import Entry

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from workbench.diagnosis.report.json import diagnosis_json
-from workbench.identification.report.json import identification_json, plain
+from workbench.identification.report.json import identification_json
+from workbench.report.json import plain
 from workbench.session.state import Session, TargetState
 
 Json = dict[str, Any]

@@ -1,12 +1,10 @@
 """A session's report: one HTML file with its pictures and tables inside, made from its journal."""
 
 from collections.abc import Iterator
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined, Template
 from markupsafe import Markup
 
 from workbench.base.files import write_text
@@ -14,8 +12,9 @@ from workbench.diagnosis.report.ranking import ranking
 from workbench.identification.error_columns import order_of_measuring
 from workbench.identification.report.corrections import corrections
 from workbench.identification.report.error_plots import before_after
-from workbench.identification.report.page import error_cards, themed
+from workbench.identification.report.page import error_cards
 from workbench.report.drawing import svg
+from workbench.report.html import page_template, themed
 from workbench.report.numbers import short
 from workbench.session.commands import DropTarget, GrabTarget, MoveTarget
 from workbench.session.journal.check import Replayed
@@ -43,7 +42,7 @@ def write_page(recording: Recording, replayed: Replayed, path: Path) -> Path:
     first, last = recording.first, replayed.session
     found = last.identification
     run = None if found is None else found.runs[last.fit]
-    text = _template().render(
+    text = page_template("session.html", package="workbench.views.recording").render(
         robot=last.robot.name,
         began=recording.header.get("began", "")[:16].replace("T", " "),
         replayed=replayed,
@@ -63,19 +62,6 @@ def write_page(recording: Recording, replayed: Replayed, path: Path) -> Path:
         decisions=list(_decisions(recording)),
     )
     return write_text(path, text)
-
-
-@cache
-def _template() -> Template:
-    loaders = [PackageLoader("workbench.views.recording"), PackageLoader("workbench.report")]
-    environment = Environment(
-        loader=ChoiceLoader(loaders),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template("session.html")
 
 
 def _facts(recording: Recording, session: Session) -> list[tuple[str, str]]:

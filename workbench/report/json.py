@@ -1,0 +1,41 @@
+"""Results as JSON: plain data, finite numbers only, every list of numbers on one line."""
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from workbench.base.files import write_text
+
+NUMBERS = re.compile(r'\[\n\s*([^\[\]{}"]*?)\n\s*\]')
+"""A list of numbers as it is indented; strings have no line breaks, so none is touched."""
+
+Json = dict[str, Any]
+
+
+def write_json(path: Path | str, content: Json) -> Path:
+    """Write plain data as JSON, the whole file or nothing."""
+    return write_text(path, json_text(content))
+
+
+def json_text(content: Json) -> str:
+    """Plain data as JSON text, every list of numbers on one line."""
+    written = json.dumps(plain(content), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    return NUMBERS.sub(lambda found: "[" + " ".join(found[1].split()) + "]", written)
+
+
+def plain(value: Any) -> Any:
+    """The same data with Python's own types, and None for every number that is not finite."""
+    if isinstance(value, dict):
+        return {str(k): plain(v) for k, v in value.items()}
+    if isinstance(value, np.ndarray):
+        return plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [plain(v) for v in value]
+    if isinstance(value, np.generic):
+        return plain(value.item())
+    if isinstance(value, float):
+        return value if np.isfinite(value) else None
+    return value
