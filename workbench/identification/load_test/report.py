@@ -11,7 +11,7 @@ from rich.text import Text
 
 from workbench.identification.load_test.postures import LoadingPair, LoadingPlan, Purpose
 from workbench.identification.load_test.result import LoadingResult
-from workbench.identification.report.table import line, plain_table
+from workbench.identification.report.table import line, new_table
 from workbench.identification.tilting import JointTilting
 from workbench.report.drawing import (
     COLOURS,
@@ -44,7 +44,7 @@ LACKING = {
 
 def loading_table(found: LoadingResult) -> RenderableType:
     """What was found of every joint, with standard errors, beside what the virtual arm hides."""
-    table = plain_table(f"{found.robot.name}: inclinometers in {len(found.plan.q)} postures")
+    table = new_table(f"{found.robot.name}: inclinometers in {len(found.plan.q)} postures")
     for heading in ("joint", "", *(p[2] for p in PARTS), STIFF):
         table.add_column(heading.replace(" [", "\n\\["), justify="right", no_wrap=True)
     hidden = {j.joint: j for j in found.hidden}
