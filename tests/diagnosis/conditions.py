@@ -1,0 +1,133 @@
+"""What a workshop does not promise: masses that the file has wrong, noise of other laws, poses that are not random.
+
+    case = under(Conditions(masses=0.3, coms=0.01), "compliance", seed=TUNING[0], arm="aria")
+
+Every condition breaks an assumption that the diagnosis makes. The hidden arm and its effects stay those of
+`arms.make` for the same kind, seed and arm; what changes is what the program is told of them.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from arms import ARMS, SIGMA, make, robot_of
+from cases import Case
+from generator import four, rotation
+from laws import State
+from laws import poses as bent_poses
+
+GRID = 5
+"""Positions of each joint on a grid of poses."""
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """What differs from the ideal case.
+
+    Args:
+        masses: Greatest relative error of the masses in the robot's file.
+        coms: Greatest error of each centre of mass in the file, per axis [m].
+        tails: Degrees of freedom of Student's t that the noise follows, at the same scale; None: normal.
+        stated: Factor between the noise that the file states in sigma columns and the real one; None: none stated.
+        spread: Width of the log-normal factor by which stated sigmas differ from row to row.
+        joint_noise: Standard deviation of the logged joint angles [rad].
+        poses: How many rows.
+        choice: `random`, `grid` (few positions of each joint), or `half` (half of each joint's range).
+        point: Positions without orientation.
+    """
+
+    masses: float = 0.0
+    coms: float = 0.0
+    tails: float | None = None
+    stated: float | None = None
+    spread: float = 0.0
+    joint_noise: float = 0.0
+    poses: int = 120
+    choice: str = "random"
+    point: bool = False
+
+
+CONDITIONS = {
+    "ideal": Conditions(),
+    "masses10": Conditions(masses=0.1, coms=0.01),
+    "masses30": Conditions(masses=0.3, coms=0.01),
+    "t3": Conditions(tails=3.0),
+    "stated3": Conditions(stated=1 / 3),
+    "sigma10": Conditions(stated=0.1, spread=0.7),
+    "joints": Conditions(joint_noise=2e-4),
+    "few": Conditions(poses=40),
+    "point": Conditions(point=True),
+    "grid": Conditions(choice="grid"),
+    "half": Conditions(choice="half"),
+}
+"""Conditions by the names that the benchmark takes."""
+
+
+def under(given: Conditions, kind: str, seed: int, arm: str = "aria") -> Case:
+    """A case of `arms.make` as it is met under some conditions; arguments as there."""
+    rows = 3000 if given.choice == "half" else given.poses
+    case = make(kind, seed, arm, poses=max(rows, given.poses), observation="pose")
+    rng = np.random.default_rng([seed, 77])
+    state = _chosen(case, given, rng)
+    told = _as_filed(ARMS[arm](), given, rng)
+    seen = bent_poses(case.actual, case.hidden, state)
+    noise = _noise(given, rng, (len(seen), 6)) * np.repeat(SIGMA, 3)
+    seen[:, :3, 3] += noise[:, :3]
+    seen[:, :3, :3] = rotation(noise[:, 3:]) @ seen[:, :3, :3]
+    data = replace(
+        case.data.take(np.arange(len(seen))),
+        q=state.q + given.joint_noise * rng.standard_normal(state.q.shape),
+        position=seen[:, :3, 3],
+        rotation=None if given.point else seen[:, :3, :3],
+        time=state.time,
+        temperature=state.temperature,
+        direction=state.direction,
+        payload=state.payload if case.data.payload is not None else None,
+        sigma=_stated(given, rng, len(seen)),
+    )
+    return replace(case, robot=robot_of(told, arm, False), data=data, state=state, misseated=())
+
+
+def _chosen(case: Case, given: Conditions, rng: np.random.Generator) -> State:
+    """Rows of the case's state, or the same state at poses that are chosen otherwise."""
+    state = case.state
+    if given.choice == "half":
+        low, high = state.q.min(0), state.q.max(0)
+        middle = rng.uniform(low + 0.25 * (high - low), high - 0.25 * (high - low))
+        near = np.abs(state.q - middle) / (high - low)
+        return state.take(np.sort(np.argsort(near.max(1), kind="stable")[: given.poses]))
+    if given.choice == "grid":
+        low, high = np.quantile(state.q, [0.05, 0.95], axis=0)
+        step = (high - low) / (GRID - 1)
+        q = low + step * np.round((np.clip(state.q, low, high) - low) / step)
+        direction = np.sign(np.diff(q, axis=0, prepend=q[:1]))
+        return replace(state, q=q, direction=np.where(direction == 0.0, state.direction, direction)).take(
+            slice(0, given.poses)
+        )
+    return state.take(slice(0, given.poses))
+
+
+def _as_filed(arm, given: Conditions, rng: np.random.Generator):
+    """The nominal arm with masses and centres of mass as a data sheet has them."""
+    return replace(
+        arm,
+        masses=arm.masses * (1.0 + given.masses * rng.uniform(-1.0, 1.0, arm.dof)),
+        coms=arm.coms + given.coms * rng.uniform(-1.0, 1.0, (arm.dof, 3)),
+    )
+
+
+def _noise(given: Conditions, rng: np.random.Generator, shape: tuple[int, int]) -> np.ndarray:
+    return rng.standard_normal(shape) if given.tails is None else rng.standard_t(given.tails, shape)
+
+
+def _stated(given: Conditions, rng: np.random.Generator, rows: int) -> np.ndarray | None:
+    """Sigma columns as an instrument writes them."""
+    if given.stated is None:
+        return None
+    factor = given.stated * np.exp(given.spread * rng.standard_normal((rows, 1)))
+    return factor * np.repeat(SIGMA, 3)
+
+
+def settles(pose: np.ndarray) -> bool:
+    """Whether poses are rigid motions (a check of the generator itself)."""
+    r = pose[:, :3, :3]
+    return bool(np.allclose(r @ np.swapaxes(r, 1, 2), four(np.eye(3))[:3, :3], atol=1e-9))
