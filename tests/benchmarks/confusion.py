@@ -22,6 +22,7 @@ sys.path[:0] = [str(TESTS.parent), str(TESTS), str(TESTS / "diagnosis")]
 
 from arms import ARMS, make
 from cases import CASES
+from conditions import CONDITIONS, under
 from counts import NOTHING, by_kind, confusion, share, shares
 from judge import judge
 from rich.console import Console
@@ -49,6 +50,11 @@ def options(arguments=None):
     parser.add_argument("--noise-scale", type=float, default=1.0, help="times 0.05 mm and 0.01°")
     parser.add_argument("--point", action="store_true", help="positions without orientation")
     parser.add_argument("--free-frames", action="store_true", help="base and tool unknown")
+    parser.add_argument(
+        "--conditions",
+        choices=CONDITIONS,
+        help="what the arms break of the model's assumptions; replaces the above",
+    )
     parser.add_argument("--held-out", type=float, default=0.0, help="share kept from the diagnosis")
     parser.add_argument("--processes", type=int, default=2, help="0: in this one, for a debugger")
     parser.add_argument("--diagnose", default=DIAGNOSE, help="module:function that takes robot and data")
@@ -61,14 +67,18 @@ def options(arguments=None):
 def one(kind, arm, seed, given):
     """Make and judge one case."""
     module, function = given.diagnose.split(":")
-    case = make(
-        kind,
-        seed,
-        arm,
-        poses=given.poses,
-        noise=given.noise_scale,
-        observation="point" if given.point else "pose",
-        free_frames=given.free_frames,
+    case = (
+        under(CONDITIONS[given.conditions], kind, seed, arm)
+        if given.conditions
+        else make(
+            kind,
+            seed,
+            arm,
+            poses=given.poses,
+            noise=given.noise_scale,
+            observation="point" if given.point else "pose",
+            free_frames=given.free_frames,
+        )
     )
     return judge(case, getattr(importlib.import_module(module), function), held_out=given.held_out)
 

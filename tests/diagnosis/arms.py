@@ -100,10 +100,10 @@ def make(
         actual = replace(actual, base=_off(actual.base, of_arm), tool=_off(actual.tool, of_arm))
     chosen = CASES[kind]
     load = chosen.payload or ((0.0, 2.0) if of_arm.random() < 0.5 else None)
-    drawn = _states(actual, max(ROWS, poses), of_rows, load)
+    drawn = states(actual, max(ROWS, poses), of_rows, load)
     sight = Sight(actual, drawn.take(slice(0, ROWS)), free_frames, SIGMA)
     hidden, tries = _hide(chosen, sight, of_effect)
-    state, exact = drawn.take(slice(0, poses)), _states(actual, 2 * EXACT, of_exact, load)
+    state, exact = drawn.take(slice(0, poses)), states(actual, 2 * EXACT, of_exact, load)
     exact = exact.take(np.flatnonzero(settled(actual, hidden, exact))[:EXACT])
     sigma = (noise * SIGMA[0], noise * SIGMA[1])
     data, off = _measured(actual, hidden, state, sigma, of_noise, chosen.misseated)
@@ -136,7 +136,7 @@ def _shift(vector):
     return move("x", vector[0]) @ move("y", vector[1]) @ move("z", vector[2])
 
 
-def _states(arm, rows, rng, payload):
+def states(arm, rows, rng, payload):
     """Random postures one after the other, with what changes meanwhile: an hour, a warming hall, loads."""
     q = np.zeros((0, arm.dof))
     while len(q) < rows + 1:
