@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from workbench.base.errors import OptionError
-from workbench.data.components import RowComponents
+from workbench.data.prediction import RowComponents
 from workbench.data.requirement import Requirement
 
 NAN = float("nan")

@@ -14,8 +14,8 @@ from workbench.arm.robot_toml import read_toml, write_toml
 from workbench.arm.statics.deflection import shift_of
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import Freedom, Outcome
-from workbench.data.components import row_components
 from workbench.data.dataset import Dataset
+from workbench.data.prediction import row_components
 from workbench.identification.evaluate import evaluate
 from workbench.identification.expected import transfer
 from workbench.identification.identify import identify

@@ -15,8 +15,8 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import DataError
-from workbench.data.components import RowComponents, row_components
 from workbench.data.dataset import Dataset
+from workbench.data.prediction import RowComponents, row_components
 from workbench.data.simulation.instruments import Instrument
 from workbench.data.simulation.simulate import simulate, simulate_targets, virtual_arm
 from workbench.identification.identify import ALGORITHMS

@@ -13,7 +13,7 @@ from studies import aria_printed as printed
 from studies.aria import AriaReproduction
 from studies.aria_arms import TITLES, Comparison
 from studies.page import Picture, drawn
-from workbench.data.components import RowComponents
+from workbench.data.prediction import RowComponents
 from workbench.identification.report.error_grid import Column, error_grid
 from workbench.report.drawing import (
     COLOURS,

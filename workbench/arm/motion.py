@@ -1,5 +1,6 @@
 """The state in which a robot is observed: what the laws of effects may depend on, one row a pose."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -67,6 +68,16 @@ class Motion:
         """The drivers of a table of measurements: its attributes of these names, as far as it has them."""
         drivers: dict[str, Any] = {f.name: getattr(data, f.name, None) for f in fields(cls)}
         return cls(**drivers)
+
+    @classmethod
+    def joined(cls, parts: Sequence["Motion"]) -> "Motion":
+        """Rows of several tables, one after the other; a driver that one of them lacks is left out."""
+        columns = {f.name: [getattr(part, f.name) for part in parts] for f in fields(cls)}
+        return cls(**{
+            name: np.concatenate(values)
+            for name, values in columns.items()
+            if all(value is not None for value in values)
+        })  # fmt: skip
 
     def take(self, rows: slice | np.ndarray) -> "Motion":
         """The chosen rows."""

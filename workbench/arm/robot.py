@@ -318,8 +318,9 @@ class Robot:
         return replace(self, effects=effects)
 
     def with_frames(self, *, base: Frame | None = None, tool: Frame | None = None) -> "Robot":
-        """The same arm on another base or with another tool."""
-        return replace(self, base=base or self.base, tool=tool or self.tool)
+        """The same arm on another base or with another tool; itself if they are its own already."""
+        base, tool = base or self.base, tool or self.tool
+        return self if base is self.base and tool is self.tool else replace(self, base=base, tool=tool)
 
     def session_frames(self, session: str) -> SessionFrames:
         """Base and tool of a session: its own where the robot has them, else the common ones."""
@@ -327,6 +328,11 @@ class Robot:
             if frames.name == session:
                 return frames
         return SessionFrames(session, self.base, self.tool)
+
+    def in_session(self, session: str) -> "Robot":
+        """The arm on the base and with the tool of a session."""
+        frames = self.session_frames(session)
+        return self.with_frames(base=frames.base, tool=frames.tool)
 
     def _check_effects(self, taken: set[str]) -> None:
         """Refuse effects that the arm can't carry, and names that stand for two things."""

@@ -6,6 +6,7 @@ that a file does not have are None; single values that a row lacks are NaN (numb
 
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -102,6 +103,10 @@ class Dataset:
         """Rows that the file does not keep out."""
         return np.ones(len(self), bool) if self.exclude is None else ~self.exclude
 
+    def in_session(self, name: str) -> Bool[np.ndarray, " rows"]:
+        """Rows of a session; all of them where the file has none."""
+        return np.ones(len(self), bool) if self.session is None else self.session == name
+
     def take(self, rows: Int[np.ndarray, " k"] | Bool[np.ndarray, " rows"]) -> "Dataset":
         """The chosen rows, by index or mask, in the order given."""
         changes = {}
@@ -112,3 +117,31 @@ class Dataset:
         if self.tilt is not None:
             changes["tilt"] = {link: values[rows] for link, values in self.tilt.items()}
         return replace(self, **changes)
+
+    def joined(self, other: "Dataset") -> "Dataset":
+        """These rows and then the other's; where one of them lacks a column its values are missing.
+
+        Missing are numbers as NaN, labels as "", marks as False. Source and notes are these rows' own; the
+        other's row numbers go on after them.
+        """
+        columns: dict[str, Any] = {}
+        for f in fields(self):
+            pair = getattr(self, f.name), getattr(other, f.name)
+            if any(isinstance(value, np.ndarray) for value in pair):
+                columns[f.name] = _stacked(pair, (len(self), len(other)))
+        columns["row"] = np.concatenate([self.row, other.row + 1 + self.row.max(initial=-1)])
+        links = sorted({*(self.tilt or {}), *(other.tilt or {})})
+        sizes = len(self), len(other)
+        tilt = {k: _stacked(((self.tilt or {}).get(k), (other.tilt or {}).get(k)), sizes) for k in links}
+        return replace(self, **columns, tilt=tilt or None)
+
+
+def _stacked(pair: tuple[np.ndarray | None, np.ndarray | None], sizes: tuple[int, int]) -> np.ndarray:
+    """Two parts of a column, one of which may be missing."""
+    like = next(value for value in pair if value is not None)
+    nothing: object = {"f": np.nan, "b": False}.get(like.dtype.kind, "")
+    filled = [
+        np.full((size, *like.shape[1:]), nothing, like.dtype) if value is None else value
+        for value, size in zip(pair, sizes, strict=True)
+    ]
+    return np.concatenate(filled)

@@ -126,9 +126,7 @@ def _clouds(dataset: Dataset) -> list[tuple[np.ndarray, np.ndarray]]:
         tracks += [dataset.markers[:, i] for i in range(dataset.markers.shape[1])]
     clouds = []
     for session in dataset.sessions:
-        inside = (
-            dataset.included if dataset.session is None else dataset.included & (dataset.session == session)
-        )
+        inside = dataset.included & dataset.in_session(session)
         for track in tracks:
             rows = np.flatnonzero(inside & ~np.isnan(track).any(1))
             if len(rows):

@@ -21,7 +21,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from workbench.base.errors import OptionError
-from workbench.data.components import RowComponents
+from workbench.data.prediction import RowComponents
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -70,11 +70,9 @@ def joint_columns(
 
 def _arms(problem: Problem, x: np.ndarray) -> Iterator[tuple[Block, Robot, Motion]]:
     """The arm at x with the frames of every block, and the block's rows."""
-    arm = problem.robot_at(x)
+    arm, motion = problem.frames.placed(problem.robot_at(x), problem.data.sessions), Motion.of(problem.data)
     for block in problem.blocks:
-        frames = problem.frames.session_frames(arm, block.session)
-        motion = Motion.of(problem.data).take(block.rows)
-        yield block, arm.with_frames(base=frames.base, tool=frames.tool), motion
+        yield block, arm.in_session(block.session), motion.take(block.rows)
 
 
 def _seen(problem: Problem, x: np.ndarray, block: Block, poses: np.ndarray, twists: np.ndarray) -> np.ndarray:

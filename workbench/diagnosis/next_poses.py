@@ -127,8 +127,7 @@ def _pool(problem: Problem, x: np.ndarray, rng: np.random.Generator, size: int) 
     data, arm = problem.data, problem.robot_at(x).with_effects()
     low, high = data.q.min(0), data.q.max(0)
     session = data.sessions[0]
-    frames = problem.frames.session_frames(arm, session)
-    arm = arm.with_frames(base=frames.base, tool=frames.tool)
+    arm = problem.frames.placed(arm, data.sessions).in_session(session)
     q = rng.uniform(low, high, (8 * size, data.joints))
     q = q[_about(arm, data.q, q)][: 2 * size]
     return _unmeasured(data, q[_clear(arm, data.q, q)][:size], arm, session)

@@ -78,9 +78,7 @@ def _starts(robot: Robot, data: Dataset, freedom: FrameFreedom) -> Iterator[Robo
         return
     arm = chains.poses(robot.with_frames(base=Frame(), tool=Frame()).chain, data.q)
     seen = np.isfinite(data.position).all(-1)
-    groups = [
-        np.flatnonzero(seen & (True if data.session is None else data.session == s)) for s in data.sessions
-    ]
+    groups = [np.flatnonzero(seen & data.in_session(name)) for name in data.sessions]
     groups = [g for g in groups if len(g)]
     if not freedom.base_per_session:
         groups = [np.concatenate(groups)] if groups else []

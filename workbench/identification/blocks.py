@@ -4,8 +4,8 @@ A problem's rows are split so that each block has one chain (base, arm, tool of 
 observation; long ones are cut so that their twists stay in the processor's cache.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import NamedTuple, no_type_check
 
 import numpy as np
@@ -14,7 +14,6 @@ from numba import njit
 from workbench.arm import chain as chains
 from workbench.arm.chain import Chain
 from workbench.arm.effects import AbstractEffect
-from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.kinematics.link_frames import TOOL, Watched, watched
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot, SessionFrames
@@ -22,6 +21,7 @@ from workbench.arm.statics.deflection import effect_columns, shift_of
 from workbench.base.errors import DataError
 from workbench.data.dataset import Dataset
 from workbench.data.observations import OBSERVATIONS, AbstractObservation, Channel
+from workbench.data.prediction import predict
 
 PIECE = 1024
 """Rows that are evaluated at once: their twists stay in the processor's cache."""
@@ -61,6 +61,12 @@ class FrameFreedom:
         base = robot.base if self.base and not self.base_per_session else own.base
         tool = robot.tool if self.tool and not self.tool_per_session else own.tool
         return SessionFrames(session, base, tool)
+
+    def placed(self, robot: Robot, sessions: Sequence[str]) -> Robot:
+        """The robot with the frames from which the search begins in each session."""
+        frames = tuple(self.session_frames(robot, name) for name in sessions)
+        own = all(f.base is robot.base and f.tool is robot.tool for f in frames)
+        return robot if own and not robot.sessions else replace(robot, sessions=frames)
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,12 +195,6 @@ def observed_kinds(data: Dataset) -> list[tuple[type[AbstractObservation], np.nd
     return kinds
 
 
-def session_robot(robot: Robot, session: str, freedom: FrameFreedom) -> Robot:
-    """The arm with base and tool of a session."""
-    frames = freedom.session_frames(robot, session)
-    return robot.with_frames(base=frames.base, tool=frames.tool)
-
-
 def instrument_start(robot: Robot, data: Dataset, kinds, freedom: FrameFreedom) -> dict[str, float]:
     """First guesses of anchors, contacts and markers from the nominal poses."""
     start: dict[str, float] = {}
@@ -202,18 +202,9 @@ def instrument_start(robot: Robot, data: Dataset, kinds, freedom: FrameFreedom) 
         mine = data.take(rows)
         observation = kind.of(mine)
         if observation.unknowns:
-            poses = np.empty((len(rows), 4, 4))
-            for session in mine.sessions:
-                chosen = in_session_mask(mine, session)
-                motion = Motion.of(mine).take(chosen)
-                poses[chosen] = tool_poses(session_robot(robot, session, freedom), motion.q, motion=motion)
+            poses = predict(freedom.placed(robot, mine.sessions), mine)
             start |= zip(observation.unknowns, observation.start(poses).tolist(), strict=True)
     return start
-
-
-def in_session_mask(data: Dataset, session: str) -> np.ndarray:
-    """Rows of a session; all of them where the data have none."""
-    return np.ones(len(data), bool) if data.session is None else data.session == session
 
 
 def build_blocks(robot, data, kinds, names, effects, frames, noise, index, values) -> tuple[Block, ...]:
@@ -230,10 +221,10 @@ def build_blocks(robot, data, kinds, names, effects, frames, noise, index, value
         index: Place of every unknown in x.
         values: First guesses and known values of the instruments' unknowns.
     """
-    blocks, start = [], 0
+    blocks, start, placed = [], 0, frames.placed(robot, data.sessions)
     for session in data.sessions:
-        in_session = in_session_mask(data, session)
-        arm = session_robot(robot, session, frames)
+        in_session = data.in_session(session)
+        arm = placed.in_session(session)
         full = arm.chain
         elements, places = list(full.indices(names)), [index[n] for n in names]
         for kind, parts, own in (

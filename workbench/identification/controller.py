@@ -131,7 +131,7 @@ def controller_numbers(
             f"{len(q)} joint positions with lever {lever:g} m can't be compared; both must be > 0"
         )
     frames = calibrated.session_frames(session)
-    wanted = tool_poses(calibrated.with_frames(base=frames.base, tool=frames.tool), q)
+    wanted = tool_poses(calibrated.in_session(session), q)
     arm = start = nominal.with_frames(base=frames.base, tool=frames.tool)
     names = _names(arm, chosen)
     weight = np.array([1.0] * 3 + [lever] * 3)

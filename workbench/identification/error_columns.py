@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.data.components import RowComponents, row_components
+from workbench.data.prediction import RowComponents, row_components
 from workbench.identification.record import Identification
 
 

@@ -8,8 +8,12 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.robot import Robot
+from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
+from workbench.data.observations import Channel
+from workbench.data.prediction import predict
 from workbench.identification.algorithms.opt2 import Opt2
+from workbench.identification.blocks import observed_kinds
 from workbench.identification.problem import Problem
 
 
@@ -72,24 +76,34 @@ def row_errors(robot: Robot, data: Dataset, *, known: Mapping[str, float] | None
         data: Measured rows.
         known: Places of anchors, contacts or markers [m]; the others are fitted to the rows.
     """
+    robot.check_joints(data.q, data.source)
+    robot.check_ranges(data.q, data.row, data.source)
+    places = instrument_places(robot, data, known=known)
+    square, components = np.zeros((2, len(data))), np.zeros((2, len(data)))  # of positions, of rotations
+    for kind, rows in observed_kinds(data):
+        mine = data.take(rows)
+        for observation in kind.each(mine):
+            poses = predict(robot, mine, link=observation.link)
+            unknown = np.array([places[name] for name in observation.unknowns], float)
+            residual = observation.see(poses, unknown).residual
+            seen = np.broadcast_to(observation.seen, residual.shape)
+            turns = np.array([channel is Channel.ROTATION for channel in observation.channels])
+            for i, chosen in enumerate((~turns, turns)):
+                square[i, rows] += (np.where(seen, residual, 0.0)[:, chosen] ** 2).sum(1)
+                components[i, rows] += seen[:, chosen].sum(1)
+    points = np.maximum(components[0] / 3.0, 1.0)
+    rotation = np.where(components[1] > 0.0, np.sqrt(square[1]), np.nan)
+    return RowErrors(frozen(np.sqrt(square[0] / points)), frozen(rotation))
+
+
+def instrument_places(
+    robot: Robot, data: Dataset, *, known: Mapping[str, float] | None = None
+) -> dict[str, float]:
+    """Places of anchors, contacts or markers [m]: the known ones; the others as they suit a model best."""
+    known = dict(known or {})
+    kinds = [(kind, data.take(rows)) for kind, rows in observed_kinds(data)]
+    if all(name in known for kind, rows in kinds for name in kind.of(rows).unknowns):
+        return known
     problem = Problem.build(robot, data, free=(), known=known)
-    return split_channels(problem, problem.physical(problem.residual(instrument_fit(problem))))
-
-
-def instrument_fit(problem: Problem) -> Float[np.ndarray, " u"]:
-    """Places of anchors, contacts or markers that suit a model best, where nothing else is unknown."""
-    return Opt2(limit=60).search(problem).x if problem.names else problem.start
-
-
-def split_channels(problem: Problem, components: Float[np.ndarray, " m"]) -> RowErrors:
-    """Position and rotation error of every row from its residual components [m], [rad]."""
-    size, rows, turned = len(problem.data), problem.component_rows, problem.component_channels
-    straight = ~turned & (problem.inverse_sigma > 0.0)
-    points = np.maximum(np.bincount(rows[straight], minlength=size) / 3.0, 1.0)
-    position = np.sqrt(np.bincount(rows[straight], components[straight] ** 2, size) / points)
-    rotation = np.full(size, np.nan)
-    if turned.any():
-        with_rotation = np.unique(rows[turned])
-        square = np.bincount(rows[turned], components[turned] ** 2, size)
-        rotation[with_rotation] = np.sqrt(square[with_rotation])
-    return RowErrors(position, rotation)
+    found = Opt2(limit=60).search(problem).x
+    return known | dict(zip(problem.names, found.tolist(), strict=True))

@@ -58,8 +58,7 @@ def expected_error(fit: Fit, motion: Motion) -> Expected:
     problem = fit.problem
     robot = problem.robot_at(fit.x)
     session = problem.data.sessions[0]
-    frames = robot.session_frames(session)
-    arm = robot.with_frames(base=frames.base, tool=frames.tool)
+    arm = robot.in_session(session)
     own = {place: name.replace(f"[{session}]", "") for place, name in enumerate(problem.names)}
     own = {place: n for place, n in own.items() if n in arm.chain.index or n in arm.coefficients}
     places = list(own)

@@ -14,7 +14,7 @@ from workbench.identification import noise as noises
 from workbench.identification.algorithms.opt2 import Opt2
 from workbench.identification.alignment import align
 from workbench.identification.drivers import with_drivers
-from workbench.identification.errors import RowErrors, instrument_fit, row_errors
+from workbench.identification.errors import RowErrors, instrument_places, row_errors
 from workbench.identification.frames import (
     FrameChoice,
     Sessions,
@@ -78,9 +78,8 @@ class Prepared:
     @cached_property
     def nominal_rows(self) -> tuple[RowErrors, RowErrors]:
         """Errors of the aligned nominal arm: fitted rows, held-out rows."""
-        before = Problem.build(self.aligned, self.problem.data, free=(), known=self.places)
         return self.errors(
-            self.aligned, dict(zip(before.names, instrument_fit(before).tolist(), strict=True))
+            self.aligned, instrument_places(self.aligned, self.problem.data, known=self.places)
         )
 
     @property

@@ -4,16 +4,17 @@ Every session of measurements may have its own base and tool. The base of the sh
 one, the nominal base) brings measured and predicted poses alike into the base's frame.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float
 
-from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
+from workbench.data.prediction import predict
 
 STEPS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0)
 """Exaggerations that are chosen by themselves."""
@@ -63,59 +64,49 @@ def exaggeration_for(comparison: Comparison) -> float:
 
 
 def compare(
-    data: Dataset,
-    held_out: Bool[np.ndarray, " rows"],
+    fitted: Dataset,
+    checks: Dataset | None,
     nominal: Robot,
     calibrated: Robot | None,
 ) -> Comparison:
     """Measured and predicted poses of all rows.
 
     Args:
-        data: Fitted and held-out rows.
-        held_out: Which of them were held out.
+        fitted: Rows that are fitted, or will be.
+        checks: Rows that are held out.
         nominal: The nominal arm, on its best base.
         calibrated: The calibrated arm, if there is one.
     """
-    size = len(data)
-    into_base, before, after = (np.tile(np.eye(4), (size, 1, 1)) for _ in range(3))
+    parts = [_compared(fitted, nominal, calibrated, held_out=False)]
+    if checks is not None and len(checks):
+        parts.append(_compared(checks, nominal, calibrated, held_out=True))
+    columns: dict[str, Any] = {}
+    for f in fields(Comparison):
+        values = [getattr(part, f.name) for part in parts]
+        columns[f.name] = None if any(v is None for v in values) else frozen(np.concatenate(values))
+    return Comparison(**columns)
+
+
+def _compared(data: Dataset, nominal: Robot, calibrated: Robot | None, *, held_out: bool) -> Comparison:
+    """The rows of one dataset, with whatever it knows of payload, temperature and the like."""
+    shown = nominal if calibrated is None else calibrated
+    into_base = np.empty((len(data), 4, 4))
     for name in data.sessions:
-        rows = np.arange(size) if data.session is None else np.flatnonzero(data.session == name)
-        base = (calibrated or nominal).session_frames(name).base.pose
-        into_base[rows] = se3.inverse(base)
-        before[rows] = into_base[rows] @ _predicted(nominal, name, data.q[rows])
-        if calibrated is not None:
-            after[rows] = into_base[rows] @ _predicted(calibrated, name, data.q[rows])
-    position = np.full((size, 3), np.nan) if data.position is None else data.position
-    rotation = None if data.rotation is None else into_base[:, :3, :3] @ data.rotation
+        into_base[data.in_session(name)] = se3.inverse(shown.session_frames(name).base.pose)
+    position = np.full((len(data), 3), np.nan) if data.position is None else data.position
     return Comparison(
         q=data.q,
         number=data.row,
-        held_out=frozen(held_out),
-        measured=frozen(se3.apply(into_base, position)),
-        rotation=None if rotation is None else frozen(rotation),
-        nominal=frozen(before),
-        calibrated=None if calibrated is None else frozen(after),
+        held_out=np.full(len(data), held_out),
+        measured=se3.apply(into_base, position),
+        rotation=None if data.rotation is None else into_base[:, :3, :3] @ data.rotation,
+        nominal=into_base @ predict(nominal, data),
+        calibrated=None if calibrated is None else into_base @ predict(calibrated, data),
     )
 
 
-def _predicted(robot: Robot, session: str, q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows 4 4"]:
-    frames = robot.session_frames(session)
-    return tool_poses(robot.with_frames(base=frames.base, tool=frames.tool), q)
-
-
-def joined(first: Dataset, second: Dataset | None) -> Dataset:
-    """Joint positions and poses of two datasets of one kind; other columns of the second are dropped."""
-    if second is None or not len(second):
-        return first
-
-    def both(name: str):
-        a, b = getattr(first, name), getattr(second, name)
-        return None if a is None or b is None else np.concatenate([a, b])
-
-    names = ("position", "rotation", "session")
-    return Dataset(
-        q=np.concatenate([first.q, second.q]),
-        row=np.concatenate([first.row, second.row + 1 + first.row.max(initial=-1)]),
-        source=first.source,
-        **{name: both(name) for name in names},
-    )
+def numbered_after(first: Dataset, second: Dataset | None) -> Dataset | None:
+    """Rows of another file with numbers of their own."""
+    if second is None:
+        return None
+    return replace(second, row=second.row + 1 + int(first.row.max(initial=-1)))

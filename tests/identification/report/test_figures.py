@@ -4,7 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from workbench.data.components import RowComponents
+from workbench.data.prediction import RowComponents
 from workbench.identification.error_columns import Column, columns_of, order_of_measuring
 from workbench.identification.report.corrections import corrections
 from workbench.identification.report.error_grid import STEMS, error_grid

@@ -6,7 +6,7 @@ import pytest
 from rich.console import Console
 
 from workbench.arm.library import load_robot
-from workbench.data.components import row_components
+from workbench.data.prediction import row_components
 from workbench.data.requirement import Requirement
 from workbench.identification.report.parameters import State, parameter_table
 from workbench.identification.report.table import (

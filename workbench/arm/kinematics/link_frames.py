@@ -9,8 +9,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Float
 
+from workbench.arm import chain as chains
 from workbench.arm.chain import WHOLE
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
+from workbench.arm.statics.deflection import shift_of
 from workbench.base import se3
 from workbench.base.errors import DataError
 
@@ -57,6 +60,19 @@ def watched(robot: Robot, link: int | None) -> Watched:
         )
     end = robot.chain_ends[moving[link - 1]]
     return Watched(slice(robot.base_size, end + 1), level_axes(robot.gravity))
+
+
+def watched_poses(robot: Robot, motion: Motion, link: int | None) -> Float[np.ndarray, "rows 4 4"]:
+    """Poses of what is watched on a link of the bent arm; of the tool in the measuring frame for None.
+
+    Raises:
+        ShapeError: the rows have another number of joints than the robot.
+        DataError: the arm has no such link, or an effect lacks what drives it.
+    """
+    robot.check_joints(motion.q)
+    view = watched(robot, link)
+    poses = chains.poses(robot.chain, motion.q, shift=shift_of(robot, motion), part=view.part)
+    return view.turned(poses, np.zeros((len(poses), 6, 0)))[0]
 
 
 def level_axes(gravity: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3 3"]:

@@ -24,7 +24,7 @@ from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import deflect
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.record import Diagnosis
-from workbench.identification.errors import instrument_fit
+from workbench.identification.errors import instrument_places
 from workbench.identification.known_range import spoken_of
 from workbench.identification.problem import Problem
 
@@ -64,13 +64,7 @@ class Rows:
     @cached_property
     def motion(self) -> Motion:
         """State of all rows."""
-        parts = [Motion.of(p.data) for p in self.problems]
-        joined = {
-            name: np.concatenate([getattr(p, name) for p in parts])
-            for name in ("q", "direction", "time", "temperature", "payload", "torque")
-            if all(getattr(p, name) is not None for p in parts)
-        }
-        return Motion(**joined)
+        return Motion.joined([Motion.of(p.data) for p in self.problems])
 
     @cached_property
     def wrenches(self) -> Float[np.ndarray, "_ _ 6"]:
@@ -115,12 +109,8 @@ def judged_rows(result: Diagnosis) -> Dataset:
 
 def _closed(robot: Robot, data: Dataset, fitted: Problem, places: dict[str, float]) -> Problem:
     """The problem of rows in which nothing is unknown."""
-    names = {n for b in fitted.blocks for n in b.observation.unknowns}
-    problem = Problem.build(robot, data, free=(), noise=fitted.noise, known=places)
-    if not names or not problem.names:
-        return problem
-    found = dict(zip(problem.names, instrument_fit(problem).tolist(), strict=True))
-    return Problem.build(robot, data, free=(), noise=fitted.noise, known={**places, **found})
+    known = instrument_places(robot, data, known=places)
+    return Problem.build(robot, data, free=(), noise=fitted.noise, known=known)
 
 
 def _whitened(block, elements, direction):

@@ -6,8 +6,8 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from workbench.data.components import row_components
 from workbench.data.dataset import Dataset
+from workbench.data.prediction import row_components
 from workbench.diagnosis.record import Diagnosis
 from workbench.diagnosis.report.apparent import judged_rows
 from workbench.report.drawing import INK, look, new_figure

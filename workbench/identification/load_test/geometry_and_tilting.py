@@ -10,15 +10,13 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
 
 from workbench.arm.effects import AbstractEffect
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument, Observes
 from workbench.data.simulation.simulate import simulate, virtual_arm
+from workbench.identification.errors import row_errors
 from workbench.identification.load_test.postures import loading_plan
 from workbench.identification.load_test.run import (
     ANGLE,
@@ -85,7 +83,7 @@ def compare_orders(
         fit_geometry(robot, data, known=known, noise=noise).calibrated,
         fit_tilting(robot, data, asked=giving_way(joints, tipping=tipping), noise=noise).calibrated,
     )
-    return Orders(*(_mean_mm(model, held_out) for model in models))
+    return Orders(*(1e3 * float(row_errors(model, held_out).position.mean()) for model in models))
 
 
 def order_study(
@@ -129,10 +127,3 @@ def order_study(
         if progress is not None:
             progress((k + 1) / arms)
     return tuple(out)
-
-
-def _mean_mm(model: Robot, rows: Dataset) -> float:
-    """Mean distance of measured from predicted positions [mm]."""
-    predicted = tool_poses(model, rows.q, motion=Motion.of(rows))[:, :3, 3]
-    measured: Float[np.ndarray, "rows 3"] = np.asarray(rows.position)
-    return 1e3 * float(np.linalg.norm(measured - predicted, axis=1).mean())

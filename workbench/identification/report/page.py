@@ -13,8 +13,8 @@ from markupsafe import Markup
 
 from workbench.arm.robot import Robot
 from workbench.base.folder import check_folder, write_folder
-from workbench.data.components import row_components
 from workbench.data.dataset import Dataset
+from workbench.data.prediction import row_components
 from workbench.data.requirement import Requirement, RequirementCheck
 from workbench.identification.errors import Errors
 from workbench.identification.record import Identification, Run, Validation

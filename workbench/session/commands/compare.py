@@ -3,11 +3,9 @@
 from collections.abc import Hashable
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from workbench.base.errors import OptionError
 from workbench.session.command import AbstractChange
-from workbench.session.comparison import compare, joined
+from workbench.session.comparison import compare, numbered_after
 from workbench.session.state import (
     Focus,
     Overlay,
@@ -21,11 +19,11 @@ LEAST_EXAGGERATION, GREATEST_EXAGGERATION = 1.0, 500.0
 def with_fit(session: Session, algorithm: str) -> Session:
     """The session with one of its fits shown and compared."""
     found = session.identification
-    data = found.data.take(np.concatenate([found.train_rows, found.held_out_rows]))
-    data = joined(data, None if len(found.held_out_rows) else found.held_out_data)
-    held_out = np.arange(len(data)) >= len(found.train_rows)
-    calibrated = found.runs[algorithm].calibrated
-    return replace(session, fit=algorithm, comparison=compare(data, held_out, found.aligned, calibrated))
+    fitted, checks = found.data.take(found.train_rows), found.held_out_data
+    if not len(found.held_out_rows):
+        checks = numbered_after(fitted, checks)
+    compared = compare(fitted, checks, found.aligned, found.runs[algorithm].calibrated)
+    return replace(session, fit=algorithm, comparison=compared)
 
 
 @dataclass(frozen=True)

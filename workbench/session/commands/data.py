@@ -14,6 +14,7 @@ from workbench.base.errors import DataError, OptionError, WorkbenchError
 from workbench.data.plausible import check_plausible
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument, Observes
 from workbench.data.simulation.simulate import simulate, virtual_arm
+from workbench.identification.drivers import with_drivers
 from workbench.plate.region_poses import nearby_poses
 from workbench.session.command import (
     AbstractChange,
@@ -22,7 +23,7 @@ from workbench.session.command import (
     Cancelled,
     Progress,
 )
-from workbench.session.comparison import compare, joined
+from workbench.session.comparison import compare, numbered_after
 from workbench.session.file_facts import facts_of
 from workbench.session.reach import advance
 from workbench.session.state import (
@@ -154,7 +155,7 @@ class MeasureVirtualArm(AbstractTask):
         around = nearby_poses(robot, session.plate.region, CHECKS + self.more, rng=rng, measured=near)
         seen = simulate(actual, around, instrument=instrument, rng=rng)
         checks = seen.take(np.arange(CHECKS))
-        rows = joined(rows, seen.take(np.arange(CHECKS, len(seen))))
+        rows = rows.joined(seen.take(np.arange(CHECKS, len(seen))))
         if cancel():
             raise Cancelled
         name = f"Virtual arm {self.seed}"
@@ -225,8 +226,8 @@ def with_data(session: Session, loaded: Loaded | None) -> Session:
     """The session with other measurements, or none; what was found from the old ones is gone."""
     shown = None
     if loaded is not None:
-        data = joined(loaded.dataset, loaded.checks)
-        shown = compare(data, np.arange(len(data)) >= len(loaded.dataset), session.robot, None)
+        rows = with_drivers(session.robot, loaded.dataset)
+        shown = compare(rows, numbered_after(rows, loaded.checks), session.robot, None)
     return replace(
         session,
         loaded=loaded,

@@ -7,8 +7,8 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.library import load_robot
 from workbench.arm.robot import Frame, SessionFrames
 from workbench.base import se3
-from workbench.data.components import row_components
 from workbench.data.dataset import Dataset
+from workbench.data.prediction import row_components
 from workbench.identification.errors import row_errors
 
 

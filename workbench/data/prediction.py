@@ -1,15 +1,41 @@
-"""Errors of every row along the axes of the measuring frame: what the paper's 4 × 4 figures show."""
+"""Where a model expects the tool at measured rows, and how far off it was found, axis by axis.
+
+Every session of measurements may have its own base and tool, and what drives the arm's effects (payload,
+temperature, direction of motion …) differs from row to row. Both are taken into account here and nowhere
+else: errors, figures and the comparison in the page all use `predict`.
+"""
 
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float
 
-from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.kinematics.link_frames import watched_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.data.dataset import Dataset
+
+
+def predict(robot: Robot, data: Dataset, *, link: int | None = None) -> Float[np.ndarray, "rows 4 4"]:
+    """Poses that a model expects at measured rows, nothing fitted.
+
+    Args:
+        robot: The model; sessions have their own frames where it has them.
+        data: Rows with joint positions and whatever drives the model's effects.
+        link: Moving link, counted from 1, that is watched from a level frame; the tool in the measuring frame
+            if None.
+
+    Raises:
+        ShapeError: the rows have another number of joints than the robot.
+        DataError: the rows lack what drives an effect, or the robot has no such link.
+    """
+    robot.check_joints(data.q, data.source)
+    poses, motion = np.empty((len(data), 4, 4)), Motion.of(data)
+    for session in data.sessions:
+        rows = data.in_session(session)
+        poses[rows] = watched_poses(robot.in_session(session), motion.take(rows), link)
+    return poses
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,14 +75,7 @@ def row_components(robot: Robot, data: Dataset) -> RowComponents:
 
     Source: ARIA eqs. (15), (16).
     """
-    robot.check_joints(data.q, data.source)
-    predicted, whole = np.empty((len(data), 4, 4)), Motion.of(data)
-    for session in data.sessions:
-        rows = slice(None) if data.session is None else data.session == session
-        frames = robot.session_frames(session)
-        motion = whole.take(rows)
-        arm = robot.with_frames(base=frames.base, tool=frames.tool)
-        predicted[rows] = tool_poses(arm, motion.q, motion=motion)
+    predicted = predict(robot, data)
     missing = np.full((len(data), 3), np.nan)
     position = missing if data.position is None else data.position
     if data.rotation is None:

@@ -1,0 +1,51 @@
+"""Effects that something beside the joint positions drives: found, added and compared in the app."""
+
+import numpy as np
+import pytest
+
+from workbench.arm.effects.backlash import Backlash
+from workbench.arm.library import load_robot
+from workbench.data.readers import read_measurements
+from workbench.data.writer import write_measurements
+from workbench.identification.evaluate import evaluate
+from workbench.plate.measuring import measure_poses
+from workbench.session.commands import AddEffects, Diagnose, Identify, LoadData
+from workbench.session.journal.numbers import numbers_of
+
+HIDDEN = {
+    "temperature": ("thermal-growth::3e-4", 3),
+    "time": ("base-drift", 3),
+    "payload": ("joint-compliance:2:3e-4", 4),
+    "direction": (Backlash((1,), (1.5e-3,), by="motion"), 3),
+}
+"""An effect that is driven by each column, and the seed of arm, poses and noise."""
+
+
+@pytest.fixture(scope="module", params=HIDDEN)
+def measured(request, tmp_path_factory):
+    """A file of 90 poses of an arm with the effect, and the effect's name."""
+    effect, seed = HIDDEN[request.param]
+    _, rows = measure_poses(load_robot("aria"), 90, instrument="tracker-6d", effects=(effect,), seed=seed)
+    path = write_measurements(rows, tmp_path_factory.mktemp("driven") / f"{request.param}.csv")
+    assert getattr(rows, request.param) is not None
+    return path, effect.split(":")[0] if isinstance(effect, str) else effect.name
+
+
+def test_what_was_found_is_added_and_compared_as_evaluate_does(measured, do):
+    path, name = measured
+    session = do(LoadData(path.name, path.read_bytes()), Identify(), Diagnose(), AddEffects())
+    assert [effect.name for effect in session.accepted] == [name], [m.text for m in session.messages]
+    calibrated = session.identification.runs[session.fit].calibrated
+    expected = evaluate(calibrated, read_measurements(path))
+    shown = session.comparison
+    errors = np.array([shown.errors(i)[1] for i in range(len(shown))])
+    place = {int(number): i for i, number in enumerate(expected.row_numbers)}
+    by_row = expected.rows.position[[place[int(number)] for number in shown.number]]
+    assert len(shown) == len(expected.row_numbers) == 90
+    np.testing.assert_allclose(errors, by_row, atol=1e-12)
+    kept = numbers_of(session, ["comparison"])["comparison"]
+    np.testing.assert_allclose(kept["calibrated"], by_row, atol=1e-12)
+    held = session.identification.runs[session.fit].held_out.position_mm.mean
+    assert 1e3 * errors[shown.held_out].mean() == pytest.approx(held, rel=1e-9)
+    if name == "joint-compliance":
+        assert (1e3 * errors.mean(), 1e3 * errors.max()) == pytest.approx((0.0746, 0.142), rel=5e-3)
