@@ -1,8 +1,10 @@
 """Poses against pinocchio, and every column of every identification Jacobian against central differences."""
 
+import checks
 import numpy as np
 import pytest
 from checks import check_forward, check_jacobian, pose_change
+from rigid_body import rigid_body
 
 from workbench.arm.chain import Axis
 from workbench.arm.kinematics.forward import (
@@ -275,12 +277,9 @@ def test_check_jacobian_finds_a_wrong_column():
 
 
 def test_check_forward_finds_another_arm(monkeypatch):
-    from workbench import testing
-
     robot = load_robot("aria")
-    other = robot.with_values({"joint3.d": 0.1})
-    monkeypatch.setattr(testing, "rigid_body", lambda _, massless: real(other, massless=massless))
-    from rigid_body import rigid_body as real
+    other = rigid_body(robot.with_values({"joint3.d": 0.1}), massless=True)
+    monkeypatch.setattr(checks, "rigid_body", lambda _, massless: other)
 
     with pytest.raises(AssertionError, match="row"):
         check_forward(robot, rows(robot))

@@ -142,6 +142,6 @@ def test_settings():
 
 
 def test_importing_is_cheap():
-    code = "import sys, workbench.measure.readers; print('pint' in sys.modules, 'openpyxl' in sys.modules)"
+    code = "import sys, workbench.data.readers; print('pint' in sys.modules, 'openpyxl' in sys.modules)"
     answer = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert answer.stdout.split() == ["False", "False"]

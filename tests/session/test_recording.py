@@ -334,8 +334,8 @@ SCRIPT = """
 import sys, itertools
 from pathlib import Path
 sys.path.insert(0, sys.argv[2])
-from workbench.design.plate_toml import load_plate
-from workbench.robots import load_robot
+from workbench.plate.plate_toml import load_plate
+from workbench.arm.library import load_robot
 from workbench.session import Worker
 from workbench.session.commands import *
 from workbench.session.journal.folder import begin

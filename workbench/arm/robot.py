@@ -347,7 +347,7 @@ class Robot:
             raise RobotError(f"robot '{self.name}' has an element with the name of an effect's; rename it")
 
     def check_ranges(self, q: np.ndarray, rows: np.ndarray | None = None, source: str = "") -> None:
-        """Refuse joint positions where an effect is not known; arguments as of `effects.check_ranges`."""
+        """Refuse joint positions where an effect is not known; arguments as of `arm.effects.check_ranges`."""
         check_ranges(self.effects, self.chain, q, rows=rows, source=source)
 
     def check_joints(self, q: np.ndarray, source: str = "joint positions") -> None:

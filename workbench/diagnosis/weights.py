@@ -1,6 +1,6 @@
 """Arms whose masses nobody knows: how their joints may sag, and which torques would hold them.
 
-Both are linear in the same few products, see `effects/gravity_sag.py`.
+Both are linear in the same few products, see `arm/effects/gravity_sag.py`.
 """
 
 import numpy as np

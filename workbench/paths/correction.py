@@ -1,7 +1,7 @@
 """Joint trajectories corrected with a calibrated model, effects included.
 
     one step     Δq = −Jᵀ (J Jᵀ + λ)⁻¹ Δx,      Δx what the calibrated arm would miss at the commanded joints
-    iterated     until the bent arm is at the commanded pose (`model.settle`)
+    iterated     until the bent arm is at the commanded pose (`arm.inverse.bent_arm`)
 
 The one step is Katana eq. (5.22) with damping. No row becomes worse: one that would keeps its commanded
 joints, and is named. Loads are those of the arm at rest, unless the motion has velocities and accelerations.

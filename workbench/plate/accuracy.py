@@ -72,7 +72,7 @@ def predicted_error(
     Args:
         linearisation: The measurements; its names are the identified parameters, all others are known.
         robot: Geometry at which the poses are linearised.
-        q_region: Joint positions of poses that matter [rad or m], see `design.region_poses`.
+        q_region: Joint positions of poses that matter [rad or m], see `plate.region_poses`.
     """
     _, twists = sensitivity(robot, q_region, linearisation.names)
     covariance = twists @ linearisation.covariance @ twists.transpose(0, 2, 1)

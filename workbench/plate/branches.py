@@ -109,7 +109,7 @@ def choose_branches(
         robot: Geometry at which the measurements are linearised.
         plate: The targets.
         solutions: Solutions of each target within limits, from `plate_solutions`.
-        goal: Joint positions of poses that matter (see `design.region_poses`), whose predicted error is made
+        goal: Joint positions of poses that matter (see `plate.region_poses`), whose predicted error is made
             small, or the name of an index `O1` … `O5` to be made large.
         rng: Source of the random starts.
         names: Constants to be identified; the robot's default free ones if None.

@@ -99,7 +99,7 @@ def region_criterion(
         q_region: Joint positions of those poses [rad or m].
         names: The identified parameters.
         weights: Scaling of the parameters, as in `Linearisation.weights`.
-        basis: Combinations of scaled parameters that the Gram matrices are of, see `design.freedom`.
+        basis: Combinations of scaled parameters that the Gram matrices are of, see `plate.freedom`.
     """
     return RegionCriterion(visible_weight(position_weight(robot, q_region, names, weights), basis))
 
@@ -116,7 +116,7 @@ def goal_index(
         goal: Joint positions of poses that matter [rad or m], or the name of an index.
         robot: Geometry at which those poses are linearised.
         linearisation: Of any measurements; says what is identified, and how it is scaled.
-        basis: Combinations of scaled parameters that the index is of, see `design.freedom`.
+        basis: Combinations of scaled parameters that the index is of, see `plate.freedom`.
 
     Raises:
         OptionError: there is no such index.

@@ -54,7 +54,7 @@ def optimise_plate(
     progress: Callable[[float], None] | None = None,
     cancel: Callable[[], bool] | None = None,
 ) -> PlateDesign:
-    """The plate with the least predicted error in its region; see `design.fixture.optimise`.
+    """The plate with the least predicted error in its region; see `plate.optimiser.optimise`.
 
     Args:
         robot: Nominal arm with limits.

@@ -49,7 +49,7 @@ def measure_poses(
             or the observability index to maximise (ARIA eqs. 17, 18): `O`, `O1` … `O5`.
         instrument: What measures.
         actual: The arm to measure; one with hidden manufacturing errors if None.
-        effects: What else is hidden in it, such as `joint-compliance:2`; see `measure.hidden`.
+        effects: Also hidden in it, such as `joint-compliance:2`; see `data.simulation.hidden_effects`.
         seed: Of the hidden errors, the poses and the noise.
         progress: Called with the share of the work done.
 
@@ -91,7 +91,7 @@ def measure_plate(
         branch: `auto`, `mixed`, a branch by name, or `designed`: the mix with the smallest predicted error.
         instrument: What measures; `plate` is the seat itself.
         actual: The arm to measure; one with hidden manufacturing errors if None.
-        effects: What else is hidden in it, such as `joint-compliance:2`; see `measure.hidden`.
+        effects: Also hidden in it, such as `joint-compliance:2`; see `data.simulation.hidden_effects`.
         seed: Of the hidden errors and the noise.
         progress: Called with the share of the work done.
 

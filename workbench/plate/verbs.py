@@ -37,7 +37,7 @@ def score_plate(
     progress: Callable[[float], None] | None = None,
     cancel: Callable[[], bool] | None = None,
 ) -> PlateScore:
-    """What a plate tells about an arm; see `design.plate_score.score_plate`.
+    """What a plate tells about an arm; see `plate.score.score_plate`.
 
     Args:
         robot: Nominal arm.

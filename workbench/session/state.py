@@ -156,7 +156,7 @@ class Trial:
     Args:
         plate: The plate as it was then.
         noise: The instrument of that time.
-        found: Its yield (`workbench.validate.production.result.Yield`).
+        found: Its yield (`workbench.plate.production.result.Yield`).
     """
 
     plate: Plate

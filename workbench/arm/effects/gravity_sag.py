@@ -95,7 +95,8 @@ class GravitySag(AbstractEffect):
     def growth(self, chain, motion, wrenches, constants):
         """What stands behind the joint moves levers; what turns before it turns all of them, and the axis.
 
-        The latter is a turn of gravity by the opposite angle; see `model/loads.py` for known masses.
+        The latter is a turn of gravity by the opposite angle (known masses:
+        `arm/statics/load_derivatives.py`).
         """
         sizes = np.array(self.coefficients)
         seen = _see(self, chain, motion, constants)

@@ -3,7 +3,7 @@
     I = 1/√trace(W C),      C = (JᵀJ)⁻¹,      W = mean of J_p(q)ᵀ J_p(q) over poses that matter
 
 trace(W C) is the mean square position error over those poses for the instrument's noise (see
-`design.accuracy`), so 1/I is the number that users care about, in metres. It is of the scaled Jacobian,
+`plate.accuracy`), so 1/I is the number that users care about, in metres. It is of the scaled Jacobian,
 though the scaling cancels. W comes with the robot and the region, so this index is made, not registered:
 `I(position_weight(…))`.
 """

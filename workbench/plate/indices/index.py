@@ -1,7 +1,7 @@
 """What an observability index is, and what all indices of a whole set share.
 
 The indices of a set look at the singular values σ of the scaled, whitened Jacobian (see
-`workbench.model.linearisation` for the scaling): σ is zero where a parameter can't be seen, and every
+`workbench.arm.linearisation` for the scaling): σ is zero where a parameter can't be seen, and every
 index is then zero. Larger is better for all of them. The gradient comes from dσ_k = u_kᵀ dJ v_k.
 """
 

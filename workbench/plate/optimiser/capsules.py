@@ -1,7 +1,7 @@
 """The arm as capsules: what must keep clear of plate, blocks, table and of the arm itself.
 
-Every link is a row of capsules along its way (`model.skeleton`), as thick as the app draws it; the end of
-the last link is the probe, slender and alone allowed to touch the block that it visits.
+Every link is a row of capsules along its way (`arm.kinematics.skeleton`), as thick as the app draws it; the
+end of the last link is the probe, slender and alone allowed to touch the block that it visits.
 
 Neighbouring links touch by design. Of two links with a path of length L between them, each is looked at only
 beyond t = max(0, 3/2 (r₁ + r₂) − L/2) from its end of that path: two neighbours may fold up to about 40°.

@@ -113,7 +113,7 @@ def optimise_plate(
         robot: Nominal arm with limits.
         plate: Where the plate lies and how large it is; its targets are one of the starts.
         reading: What is read at a target, and how well.
-        goal: Joint positions of poses that matter [rad or m], see `design.region_poses`.
+        goal: Joint positions of poses that matter [rad or m], see `plate.region_poses`.
         rng: Source of everything random.
         wish: What is asked for.
         names: Constants to be identified; the robot's default free ones if None.

@@ -43,7 +43,7 @@ class PoseClimb:
         robot: The arm.
         index: What is to become large.
         options: Of `linearise`: names, standard deviations.
-        basis: Combinations of constants that the index is of, see `design.freedom`.
+        basis: Combinations of constants that the index is of, see `plate.freedom`.
         cancel: Asked at every step whether to stop with the best poses so far.
     """
 
