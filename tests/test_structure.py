@@ -43,9 +43,13 @@ HOOKS = {
     "AbstractEffect.slope",
     "AbstractEffect.ranges",
     "AbstractEffect.mistake",
+    "AbstractCommand.key",
+    "AbstractCommand.check",
+    "AbstractChange.merged_with",
+    "AbstractChange.recalled",
 }
 """Methods that say `nothing` by default: most observations have no unknowns of their own, most effects feel
-no loads and have no settings."""
+no loads and have no settings, most commands can always be carried out and stand for themselves alone."""
 FILES = sorted(p for p in ROOT.rglob("*.py"))
 
 

@@ -21,13 +21,8 @@ from workbench.arm.library import load_robot
 from workbench.plate.cubes import map_cubes
 from workbench.plate.plate_toml import load_plate
 from workbench.session import Session, start
-from workbench.session.commands import (
-    GrabTarget,
-    MoveTarget,
-    SetRegion,
-    ShowCubes,
-)
-from workbench.session.commands.region import corner
+from workbench.session.commands.drag import GrabTarget, MoveTarget
+from workbench.session.commands.region import SetRegion, ShowCubes, corner
 from workbench.session.cubes import values
 from workbench.session.state import CubeView, Field
 from workbench.views.page import html

@@ -31,12 +31,12 @@ from tests.views.recording.viewer import viewer
 from workbench.arm.library import load_robot
 from workbench.plate.plate_toml import load_plate
 from workbench.session import Worker
-from workbench.session.commands import DropTarget, GrabTarget, MoveTarget
-from workbench.session.follower import AbstractKeeper
+from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget
 from workbench.session.journal.check import check
 from workbench.session.journal.folder import begin
 from workbench.session.journal.reader import read_recording
 from workbench.session.journal.restore import restore
+from workbench.session.view import AbstractKeeper
 from workbench.views.recording.blueprint import blueprint
 from workbench.views.recording.canvas import Canvas
 from workbench.views.recording.drawing import Drawing, thinned

@@ -8,18 +8,10 @@ from workbench.arm.library import load_robot
 from workbench.arm.robot_toml import write_toml
 from workbench.base import se3
 from workbench.plate.plate_toml import write_plate
-from workbench.session.commands import (
-    ChooseRobot,
-    HoldParameter,
-    Identify,
-    Jog,
-    JogTo,
-    LeaveRowsOut,
-    LoadModel,
-    MeasureVirtualArm,
-    MoveTarget,
-)
-from workbench.session.commands.arm import standing
+from workbench.session.commands.arm import ChooseRobot, Jog, JogTo, LoadModel, standing
+from workbench.session.commands.data import MeasureVirtualArm
+from workbench.session.commands.drag import MoveTarget
+from workbench.session.commands.identify import HoldParameter, Identify, LeaveRowsOut
 from workbench.session.state import Focus, Severity
 
 

@@ -14,12 +14,10 @@ from workbench.base import se3
 from workbench.base.types import Freedom
 from workbench.session import start
 from workbench.session.bending import bend, bending_robot
-from workbench.session.commands import (
-    ChooseRobot,
-    Identify,
-    MeasureVirtualArm,
-    SetOverlay,
-)
+from workbench.session.commands.arm import ChooseRobot
+from workbench.session.commands.compare import SetOverlay
+from workbench.session.commands.data import MeasureVirtualArm
+from workbench.session.commands.identify import Identify
 from workbench.session.default_plate import suited_plate
 from workbench.session.state import Severity
 from workbench.views.appearance.bodies import body_frames

@@ -11,16 +11,10 @@ from workbench.data.simulation.instruments import instrument_named
 from workbench.data.simulation.simulate import simulate, virtual_arm
 from workbench.data.writer import write_measurements
 from workbench.session import replay, start
-from workbench.session.commands import (
-    ForgetData,
-    Identify,
-    LoadData,
-    MeasureVirtualArm,
-    MoveTarget,
-    SetOverlay,
-    ShowFit,
-    ShowRow,
-)
+from workbench.session.commands.compare import SetOverlay, ShowFit, ShowRow
+from workbench.session.commands.data import ForgetData, LoadData, MeasureVirtualArm
+from workbench.session.commands.drag import MoveTarget
+from workbench.session.commands.identify import Identify
 from workbench.session.export import calibrated_toml
 from workbench.session.state import Focus, Overlay, Severity
 

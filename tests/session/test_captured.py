@@ -9,13 +9,9 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.base import se3
 from workbench.session import replay
 from workbench.session.captured import captured
-from workbench.session.commands import (
-    CapturePose,
-    ForgetPoses,
-    Identify,
-    Jog,
-    MeasureVirtualArm,
-)
+from workbench.session.commands.arm import CapturePose, ForgetPoses, Jog
+from workbench.session.commands.data import MeasureVirtualArm
+from workbench.session.commands.identify import Identify
 from workbench.session.export import captured_csv
 
 ONE, TWO = (0.2, 0.6, -0.4, 0.1, 0.5, -0.3), (-0.4, 0.9, -0.9, 0.3, 0.2, 1.0)

@@ -8,23 +8,18 @@ from workbench.base import se3
 from workbench.plate.accuracy import predicted_error
 from workbench.plate.plate_toml import read_plate, write_plate
 from workbench.session import replay
-from workbench.session.commands import (
+from workbench.session.commands.arrange import ApplyPattern, PlaceTargets, SnapTarget
+from workbench.session.commands.drag import GrabTarget, MoveTarget, SelectTarget
+from workbench.session.commands.edit import (
     AddTarget,
-    ApplyPattern,
     ChooseBranch,
     CopyTarget,
     DeleteTarget,
-    GrabTarget,
     LockTarget,
     MixBranches,
-    MoveTarget,
-    PlaceTargets,
     RenumberTarget,
-    RestoreBest,
-    SelectTarget,
-    SnapTarget,
-    Undo,
 )
+from workbench.session.commands.undo import RestoreBest, Undo
 from workbench.session.state import Severity
 
 TILTS = (float(np.deg2rad(-150.0)), float(np.deg2rad(-160.0)))
@@ -136,7 +131,7 @@ def test_snapping(do, first):
 def test_a_branch_chosen_by_hand_is_taken_and_kept(do):
     session = do(SelectTarget(4))
     now = session.states[4].branch
-    other = next(way for way in session.ways if way.name != now)
+    other = next(way for way in session.branches if way.name != now)
     session = do(ChooseBranch(4, other.name))
     assert session.states[4].branch == other.name
     tool = tool_poses(session.robot, session.states[4].q[None])[0]

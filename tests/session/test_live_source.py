@@ -15,7 +15,8 @@ from workbench.data.live.stream import Sample, connect
 from workbench.data.simulation.driver import format_sample
 from workbench.plate.virtual import drive_plate
 from workbench.session import Worker, replay, start
-from workbench.session.commands import (
+from workbench.session.commands.arm import standing
+from workbench.session.commands.measure import (
     DriveArm,
     FollowSource,
     MeasureLive,
@@ -24,7 +25,6 @@ from workbench.session.commands import (
     TellSource,
     UseRows,
 )
-from workbench.session.commands.arm import standing
 from workbench.session.live import LiveSource
 from workbench.session.state import Focus, Severity
 

@@ -8,12 +8,12 @@ import pytest
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.base import se3
 from workbench.session import Worker, replay
-from workbench.session.commands import (
+from workbench.session.commands.drag import SelectTarget
+from workbench.session.commands.measure import (
     BeginMeasuring,
     DriveArm,
     EndMeasuring,
     NextWanted,
-    SelectTarget,
     StoreRow,
     TakeAgain,
     TakeSample,
@@ -102,9 +102,9 @@ def test_what_makes_no_sense_is_said(do):
     session = do(BeginMeasuring(1), BeginMeasuring(2))
     assert session.measuring.virtual.seed == 1
     for q in ((0.0,), (np.nan,) * session.robot.dof):
-        told = session.told
+        told = session.message_count
         session = do(TakeSample(0.0, q, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)))
-        assert session.told == told + 1
+        assert session.message_count == told + 1
         assert session.measuring.acquisition.latest is None
     session = do(EndMeasuring())
     assert session.measuring is None

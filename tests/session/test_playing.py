@@ -6,19 +6,11 @@ import pytest
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.robot import Frame
 from workbench.session import Worker, replay
-from workbench.session.commands import (
-    Identify,
-    Jog,
-    LeaveTrack,
-    MeasureVirtualArm,
-    PauseTrack,
-    PlaceTrack,
-    PlanTrack,
-    PlayTrack,
-    SelectTarget,
-    SetPace,
-)
-from workbench.session.commands.arm import standing
+from workbench.session.commands.arm import Jog, standing
+from workbench.session.commands.data import MeasureVirtualArm
+from workbench.session.commands.drag import SelectTarget
+from workbench.session.commands.identify import Identify
+from workbench.session.commands.track import LeaveTrack, PauseTrack, PlaceTrack, PlanTrack, PlayTrack, SetPace
 from workbench.session.state import Focus, Severity
 
 

@@ -14,13 +14,9 @@ from workbench.plate.cubes import map_cubes
 from workbench.plate.region import Region
 from workbench.session import Worker
 from workbench.session.command import AbstractChore
-from workbench.session.commands import (
-    CHORES,
-    MeasureVirtualArm,
-    SelectTarget,
-    SetRegion,
-    ShowCubes,
-)
+from workbench.session.commands.data import MeasureVirtualArm
+from workbench.session.commands.drag import SelectTarget
+from workbench.session.commands.region import CHORES, SetRegion, ShowCubes
 from workbench.session.cubes import values
 from workbench.session.journal import Ending
 from workbench.session.state import CubeView, Field, Severity

@@ -7,18 +7,11 @@ import numpy as np
 
 from workbench.arm.kinematics.forward import sensitivity
 from workbench.plate.indices.o import of_poses
-from workbench.session.commands import (
-    AddEffects,
-    ClusterTargets,
-    Diagnose,
-    ImprovePlate,
-    LockTarget,
-    MeasureVirtualArm,
-    SetRegion,
-    ShowCubes,
-    TakeNextPoses,
-    TryPlate,
-)
+from workbench.session.commands.data import MeasureVirtualArm
+from workbench.session.commands.diagnose import AddEffects, Diagnose, TakeNextPoses
+from workbench.session.commands.edit import LockTarget
+from workbench.session.commands.plate import ClusterTargets, ImprovePlate, TryPlate
+from workbench.session.commands.region import SetRegion, ShowCubes
 from workbench.session.cubes import values
 from workbench.session.state import CubeView, Field, Severity
 

@@ -6,16 +6,9 @@ import pytest
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.base import se3
 from workbench.session import replay
-from workbench.session.commands import (
-    DropTarget,
-    GrabTarget,
-    MoveTarget,
-    Redo,
-    ResetTargets,
-    SelectTarget,
-    SetNoise,
-    Undo,
-)
+from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
+from workbench.session.commands.plate import SetNoise
+from workbench.session.commands.undo import Redo, ResetTargets, Undo
 from workbench.session.journal import Ending
 from workbench.session.state import Focus, Severity
 
@@ -39,14 +32,14 @@ def test_all_of_table_2_is_reached_and_clear(first):
 
 def test_a_drag_moves_the_target_and_the_arm_follows(do, first):
     session = do(GrabTarget(2, client=7))
-    assert session.holder.target == session.selected == 2
+    assert session.drag.target == session.selected == 2
     for k in range(5):
         session = do(MoveTarget(2, (0.40, 0.55 + 0.01 * k, 0.25), RPY, client=7))
         assert_stands(session, 2)
     assert session.states[2].branch == first.states[2].branch
     assert session.score.indices["O2"] != first.score.indices["O2"]
     session = do(DropTarget(client=7))
-    assert session.holder is None
+    assert session.drag is None
     assert len(session.done) == 1
     session = do(Undo())
     assert session.plate is first.plate
@@ -59,7 +52,7 @@ def test_nobody_else_moves_a_held_target(do):
     held = do(GrabTarget(0, client=1), MoveTarget(0, (0.5, 0.3, 0.25), RPY, client=1))
     after = do(MoveTarget(0, (0.4, 0.3, 0.25), RPY, client=2), DropTarget(client=2), GrabTarget(3, client=2))
     assert after.plate is held.plate
-    assert after.holder == held.holder
+    assert after.drag == held.drag
     typed = do(MoveTarget(0, (0.4, 0.3, 0.25), RPY))
     assert typed.plate is held.plate
     assert typed.messages[-1].severity is Severity.ERROR
@@ -67,7 +60,7 @@ def test_nobody_else_moves_a_held_target(do):
     assert refused.plate is held.plate
     assert refused.messages[-1].severity is Severity.ERROR
     assert do(SelectTarget(4)).selected == 0
-    assert do(DropTarget(client=1)).holder is None
+    assert do(DropTarget(client=1)).drag is None
 
 
 def test_a_grab_without_a_move_is_no_step(do):

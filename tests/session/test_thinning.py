@@ -3,20 +3,13 @@
 from dataclasses import dataclass
 
 import numpy as np
-import pytest
 
 from workbench.session import Worker
 from workbench.session.command import AbstractTask
-from workbench.session.commands import (
-    DropTarget,
-    GrabTarget,
-    MoveTarget,
-    SelectTarget,
-    Undo,
-)
+from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
+from workbench.session.commands.undo import Undo
 from workbench.session.journal import Ending, Entry, replay
 from workbench.session.state import Severity
-from workbench.session.thinning import in_one
 
 RPY = (-2.6, 0.0, 0.0)
 
@@ -71,7 +64,7 @@ def test_what_a_task_began_from_is_kept(first, worker, do):
 def test_what_was_read_from_a_recording_is_kept(first):
     place, *_ = way(first)
     before = [Entry(c, Ending.DONE, 0, 0.0, 0.0) for c in (GrabTarget(2, 1), place)]
-    worker = Worker(replay(first, before), journal=before)
+    worker = Worker(replay(first, before), journal=before, opening=[DropTarget(1)])
     for command in (GrabTarget(2, 1), place, place):
         worker.submit(command)
         worker.wait()
@@ -80,15 +73,24 @@ def test_what_was_read_from_a_recording_is_kept(first):
     assert kinds == [GrabTarget, MoveTarget, DropTarget, GrabTarget, MoveTarget]
 
 
-@pytest.mark.parametrize("ending", [Ending.REFUSED, Ending.FAILED])
-def test_only_places_of_the_same_hand_in_one_drag_are_thinned(first, ending):
+def test_only_places_of_the_same_client_in_one_drag_are_merged(first):
     place = next(iter(way(first)))
-    held = GrabTarget(2, 1).apply(first)
-    assert in_one(Entry(place, Ending.DONE, 0, 0.0, 0.0), place, held).start is not None
-    assert in_one(Entry(place, ending, 0, 0.0, 0.0), place, held) is None
-    assert in_one(Entry(place, Ending.DONE, 0, 0.0, 0.0), place, first) is None
-    assert in_one(Entry(SelectTarget(2), Ending.DONE, 0, 0.0, 0.0), place, held) is None
-    assert in_one(Entry(place, Ending.DONE, 0, 0.0, 0.0), Undo(), held) is None
+    dragged = GrabTarget(2, 1).apply(first)
+    assert place.merged_with(place, dragged).start is not None
+    assert place.merged_with(place, first) is None
+    assert place.merged_with(SelectTarget(2), dragged) is None
+    assert Undo().merged_with(place, dragged) is None
     other = MoveTarget(2, place.xyz, RPY, client=3)
-    assert in_one(Entry(other, Ending.DONE, 0, 0.0, 0.0), place, held) is None
-    assert in_one(Entry(place, Ending.DONE, 0, 0.0, 0.0), other, held) is None
+    assert place.merged_with(other, dragged) is None
+    assert other.merged_with(place, dragged) is None
+
+
+def test_a_refused_place_stays_an_entry(worker, do, first):
+    places = list(way(first))
+    absurd = MoveTarget(2, (99.0, 0.0, 0.0), RPY, client=1)
+    do(GrabTarget(2, 1), places[0], absurd, places[1], DropTarget(1))
+    assert [e.ending for e in worker.journal if isinstance(e.command, MoveTarget)] == [
+        Ending.DONE,
+        Ending.REFUSED,
+        Ending.DONE,
+    ]

@@ -9,12 +9,8 @@ import pytest
 
 from workbench.session import AbstractChange, AbstractTask, replay
 from workbench.session.command import Cancelled
-from workbench.session.commands import (
-    Dismiss,
-    MoveTarget,
-    SelectTarget,
-    Tell,
-)
+from workbench.session.commands.drag import MoveTarget, SelectTarget
+from workbench.session.commands.messages import Dismiss, Tell
 from workbench.session.journal import Ending
 from workbench.session.state import Severity
 
@@ -65,7 +61,7 @@ def test_a_bug_is_a_message_and_the_session_stands(worker, do, first, caplog):
         session = do(Broken(), SelectTarget(3))
     assert session.selected == 3
     assert session.plate is first.plate
-    assert "stands as it was" in session.messages[-1].text
+    assert "unchanged" in session.messages[-1].text
     assert [e.ending for e in worker.journal] == [Ending.FAILED, Ending.DONE]
     assert "Broken failed" in caplog.text
 

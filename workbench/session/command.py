@@ -1,8 +1,13 @@
-"""What a command is: a frozen record that can be checked, carried out, written down, and done again."""
+"""What a command is: a frozen record that can be checked, carried out, written down, and done again.
 
+A class of this kind is known from its definition on, by its name: `kinds` lists them, and no list is kept
+elsewhere. The journal writes that name and the fields, so both stay as they are.
+"""
+
+import inspect
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Hashable
-from typing import Any
+from collections.abc import Callable, Hashable, Iterator, Mapping
+from typing import Any, ClassVar
 
 from workbench.session.state import Session
 
@@ -13,19 +18,21 @@ Cancel = Callable[[], bool]
 class AbstractCommand(ABC):
     """Something that a user asks for. Implementations are frozen dataclasses of plain values."""
 
+    is_automatic: ClassVar[bool] = False
+    """Whether the program sends it by itself: it does not show that somebody has read the messages."""
+
     @property
     @abstractmethod
     def title(self) -> str:
         """What it does, in words for the journal and for messages."""
 
     @property
-    @abstractmethod
     def key(self) -> Hashable | None:
-        """Commands waiting in the queue under the same key are replaced by the newest; None: never."""
+        """A newer command replaces one that waits in the queue under the same key; None: never."""
+        return None
 
-    @abstractmethod
-    def check(self, session: Session) -> None:
-        """Raise a `WorkbenchError` if it makes no sense here."""
+    def check(self, session: Session) -> None:  # noqa: B027
+        """Raise a `WorkbenchError` if it makes no sense here; unless overridden, it always does."""
 
 
 class AbstractChange(AbstractCommand):
@@ -34,6 +41,24 @@ class AbstractChange(AbstractCommand):
     @abstractmethod
     def apply(self, session: Session) -> Session:
         """The session afterwards."""
+
+    def merged_with(self, previous: AbstractCommand, session: Session) -> "AbstractChange | None":
+        """One change that does what the previous command and this one did; None if both are needed.
+
+        Args:
+            previous: The last command of the journal, which was carried out.
+            session: The session between the two.
+        """
+        return None
+
+    def recalled(self, session: Session, numbers: Mapping[str, Any]) -> Session | None:
+        """The session afterwards by the numbers of the journal; None if they are not enough.
+
+        Args:
+            session: The session before.
+            numbers: What the journal holds of the session afterwards, by subject.
+        """
+        return None
 
 
 class AbstractTask(AbstractCommand):
@@ -44,11 +69,7 @@ class AbstractTask(AbstractCommand):
 
     @abstractmethod
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
-        """The long part.
-
-        Raises:
-            Cancelled: `cancel` said so.
-        """
+        """The long part; once `cancel` says so it raises `Cancelled`, or returns anything: it is dropped."""
 
     @abstractmethod
     def finish(self, session: Session, result: Any) -> Session:
@@ -61,6 +82,9 @@ class AbstractChore(AbstractTask):
     Chores run beside tasks, one at a time, and are cancelled when the session no longer needs them.
     """
 
+    is_redone: ClassVar[bool] = False
+    """Whether a session that is opened again asks for it again, so that opening need not wait for it."""
+
     @classmethod
     @abstractmethod
     def needed(cls, session: Session) -> "AbstractChore | None":
@@ -69,3 +93,15 @@ class AbstractChore(AbstractTask):
 
 class Cancelled(Exception):
     """A task stopped because it was asked to."""
+
+
+def kinds() -> dict[str, type[AbstractCommand]]:
+    """All commands that are defined, by name."""
+    return {kind.__name__: kind for kind in _below(AbstractCommand)}
+
+
+def _below(kind: Any) -> Iterator[type[AbstractCommand]]:
+    for lower in kind.__subclasses__():
+        if not inspect.isabstract(lower):
+            yield lower
+        yield from _below(lower)

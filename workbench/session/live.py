@@ -10,7 +10,8 @@ import numpy as np
 
 from workbench.base.errors import WorkbenchError
 from workbench.data.live.stream import Sample, samples
-from workbench.session.commands import Tell, TellSource
+from workbench.session.commands.measure import TellSource
+from workbench.session.commands.messages import Tell
 from workbench.session.state import Session
 from workbench.session.steering import command_of
 from workbench.session.view import AbstractView

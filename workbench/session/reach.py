@@ -57,7 +57,7 @@ def place_all(
     return tuple(states)
 
 
-def ways_to(robot: Robot, target: Target) -> tuple[Branch, ...]:
+def branches_to(robot: Robot, target: Target) -> tuple[Branch, ...]:
     """All branches within limits that reach a target."""
     return _solve(robot, target).within_limits
 

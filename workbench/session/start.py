@@ -11,7 +11,7 @@ from workbench.session.reach import place_all
 from workbench.session.region import draw_region
 from workbench.session.score import score
 from workbench.session.state import Noise, Session
-from workbench.session.target_steps import settled
+from workbench.session.target_steps import commit_step
 
 
 def start(robot: Robot, plate: Plate, *, noise: Noise | None = None, seed: int = 0) -> Session:
@@ -37,7 +37,7 @@ def start(robot: Robot, plate: Plate, *, noise: Noise | None = None, seed: int =
     region_q = draw_region(robot, plate.region, rng) if is_quick else frozen(np.zeros((0, robot.dof)))
     states = place_all(robot, plate, region_q=region_q, rng=rng)
     first = score(robot, plate, states, noise=noise, region_q=region_q)
-    return settled(
+    return commit_step(
         Session(
             robot=robot,
             plate=plate,

@@ -165,8 +165,8 @@ class Trial:
 
 
 @dataclass(frozen=True)
-class Holder:
-    """Who drags a target at present: nobody else can move it meanwhile."""
+class Drag:
+    """Which browser drags which target at present: nobody else can move that target meanwhile."""
 
     client: int
     target: int
@@ -310,12 +310,12 @@ class Session:
         sampled: The region that `region_q` was drawn from; another one than the plate's: work is under way.
         cubes: What is known of the cubes of the region, once worked out.
         cube_view: How they are shown.
-        ways: All branches within limits that reach the selected target.
-        ways_of: The target that they belong to.
+        branches: All branches within limits that reach the selected target.
+        branches_of: The target that they belong to.
         noise: The instrument.
         selected: Number of the selected target.
         focus: What the arm stands at.
-        holder: Who drags a target, if anybody.
+        drag: The drag under way, if any.
         done: Steps that undo goes back to, oldest first.
         undone: Steps that redo goes forward to, nearest last.
         history: Scores after every step, oldest first.
@@ -326,7 +326,7 @@ class Session:
         captured: Joint positions that were kept [rad or m].
         track: The planned trajectory, if any (`workbench.session.track.Track`).
         play: How far it is played.
-        held: Parameters that are not identified, though the robot would have them free.
+        fixed: Parameters that are not identified, though the robot would have them free.
         left_out: Measured rows that the user keeps out, counted as in the data.
         loaded: Measurements, if any.
         measuring: The guided measurement under way, if any.
@@ -344,7 +344,7 @@ class Session:
         job: Long work under way, if any.
         chore: What is being worked out by the way; empty if nothing.
         messages: The last messages, oldest first.
-        told: Number of messages so far.
+        message_count: Number of messages so far.
         revision: Number of changes so far.
     """
 
@@ -359,12 +359,12 @@ class Session:
     sampled: Region | None = None
     cubes: CubeMap | None = None
     cube_view: CubeView = field(default_factory=CubeView)
-    ways: tuple[Branch, ...] = ()
-    ways_of: Target | None = None
+    branches: tuple[Branch, ...] = ()
+    branches_of: Target | None = None
     noise: Noise = field(default_factory=Noise)
     selected: int = 0
     focus: Focus = Focus.TARGET
-    holder: Holder | None = None
+    drag: Drag | None = None
     done: tuple[Step, ...] = ()
     undone: tuple[Step, ...] = ()
     history: tuple[Score, ...] = ()
@@ -375,7 +375,7 @@ class Session:
     captured: tuple[tuple[float, ...], ...] = ()
     track: Any = None
     play: Play = field(default_factory=Play)
-    held: frozenset[str] = frozenset()
+    fixed: frozenset[str] = frozenset()
     left_out: frozenset[int] = frozenset()
     loaded: Loaded | None = None
     measuring: Measuring | None = None
@@ -393,7 +393,7 @@ class Session:
     job: Job | None = None
     chore: str = ""
     messages: tuple[Message, ...] = ()
-    told: int = 0
+    message_count: int = 0
     revision: int = 0
 
     @property
@@ -413,8 +413,10 @@ class Session:
 
     def tell(self, severity: Severity, text: str) -> "Session":
         """The session with one more message."""
-        message = Message(self.told + 1, severity, text)
-        return replace(self, messages=(*self.messages, message)[-MESSAGES:], told=self.told + 1)
+        message = Message(self.message_count + 1, severity, text)
+        return replace(
+            self, messages=(*self.messages, message)[-MESSAGES:], message_count=self.message_count + 1
+        )
 
     def without_news(self) -> "Session":
         """The session without messages that only inform; the user has gone on."""

@@ -8,7 +8,7 @@ import numpy as np
 from workbench.base import se3
 from workbench.data.live.stream import Sample
 from workbench.data.simulation.driver import Pace, drive
-from workbench.session.commands import TakeSample
+from workbench.session.commands.measure import TakeSample
 from workbench.session.guided import Ride, VirtualArm
 from workbench.session.state import Session
 from workbench.session.view import AbstractView

@@ -7,7 +7,7 @@ import numpy as np
 from workbench.base.errors import OptionError
 from workbench.plate.plate import Plate
 from workbench.session.clearance import first_hit
-from workbench.session.reach import ways_to
+from workbench.session.reach import branches_to
 from workbench.session.score import score
 from workbench.session.state import (
     UNDO_STEPS,
@@ -21,8 +21,8 @@ from workbench.session.state import (
 
 def check_free(session: Session) -> None:
     """Refuse while somebody drags."""
-    if session.holder is not None:
-        raise OptionError(f"target {session.holder.target + 1} is being dragged; wait until it is let go")
+    if session.drag is not None:
+        raise OptionError(f"target {session.drag.target + 1} is being dragged; wait until it is let go")
 
 
 def check_unlocked(session: Session, number: int) -> None:
@@ -32,13 +32,13 @@ def check_unlocked(session: Session, number: int) -> None:
         raise OptionError(f"target {number + 1} is locked; unlock it to move it")
 
 
-def remember(session: Session) -> Session:
+def begin_step(session: Session) -> Session:
     """The session that undo comes back to is the present one."""
     step = Step(session.plate, session.states)
     return replace(session, done=(*session.done, step)[-UNDO_STEPS:], undone=())
 
 
-def stand(
+def with_targets(
     session: Session, plate: Plate, states: tuple[TargetState, ...], *, selected: int | None = None
 ) -> Session:
     """The session with these targets, scored; in the middle of a drag."""
@@ -54,19 +54,19 @@ def stand(
     )
 
 
-def changed(
+def move_targets(
     session: Session, plate: Plate, states: tuple[TargetState, ...], *, selected: int | None = None
 ) -> Session:
     """The session with these targets, scored, as a step of its own."""
-    return settled(stand(remember(session), plate, states, selected=selected))
+    return commit_step(with_targets(begin_step(session), plate, states, selected=selected))
 
 
-def settled(session: Session) -> Session:
+def commit_step(session: Session) -> Session:
     """The session after a step: the score enters the history, the ways to the target are all known."""
-    return with_ways(counted(replace(session, states=_seen_anew(session))))
+    return with_branches(with_history(replace(session, states=_seen_anew(session))))
 
 
-def counted(session: Session) -> Session:
+def with_history(session: Session) -> Session:
     """The session with its score in the history, and as the best one if it is."""
     session = replace(session, history=(*session.history, session.score)[-UNDO_STEPS:])
     if session.best_score is None or is_better(session.score, session.best_score):
@@ -84,15 +84,15 @@ def _seen_anew(session: Session) -> tuple[TargetState, ...]:
     )
 
 
-def with_ways(session: Session, number: int | None = None) -> Session:
+def with_branches(session: Session, number: int | None = None) -> Session:
     """The session with all branches that reach a target, the selected one if no number is given."""
     target = session.plate.targets[session.selected if number is None else number]
-    if target is session.ways_of:
+    if target is session.branches_of:
         return session
-    return replace(session, ways=ways_to(session.robot, target), ways_of=target)
+    return replace(session, branches=branches_to(session.robot, target), branches_of=target)
 
 
-def judged_anew(session: Session) -> Session:
+def rescore(session: Session) -> Session:
     """The session after what the scores mean has changed: now, first and best are compared alike."""
 
     def scored(step: Step) -> Score:

@@ -1,8 +1,10 @@
 """A view: anything that draws snapshots of the session (the browser, a recording, a test)."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 
-from workbench.session.state import Session
+from workbench.session.journal.entry import Entry
+from workbench.session.state import Session, Severity
 
 
 class AbstractView(ABC):
@@ -15,3 +17,36 @@ class AbstractView(ABC):
     @abstractmethod
     def close(self) -> None:
         """Stop showing; nothing is drawn afterwards."""
+
+
+Tell = Callable[[Severity, str], None]
+"""Tells the user something, from any thread."""
+
+
+class AbstractKeeper(ABC):
+    """Told of every command by the worker's thread; must be quick and never raise."""
+
+    @abstractmethod
+    def begin(self, session: Session, *, step: int, at: float, tell: Tell) -> None:
+        """Before the first command.
+
+        Args:
+            session: As it stands.
+            step: Number of commands before, if the session goes on from an older one.
+            at: Time of the session by then [s].
+            tell: For trouble that the user should know of.
+        """
+
+    @abstractmethod
+    def note(self, step: int, entry: Entry, session: Session) -> None:
+        """A command has ended; this is the session afterwards.
+
+        Args:
+            step: Number of the command, counted from 1; the last one again where this stands for both.
+            entry: The command and what became of it.
+            session: Snapshot after it.
+        """
+
+    @abstractmethod
+    def close(self) -> None:
+        """The session ends; nothing is noted afterwards."""

@@ -4,7 +4,7 @@ Callers only put commands into the queue. A waiting command that has a key (a dr
 of the same key; a command without a key is a barrier, so that order never changes. A task is computed in a
 second thread from the snapshot at its start, so dragging goes on meanwhile; there is one task at a time,
 and it can be cancelled. Chores, which the session itself asks for, have a thread of their own; one that is
-no longer needed is cancelled and forgotten. Whatever a command raises becomes a message; the session stands
+no longer needed is cancelled and forgotten. Whatever a command raises becomes a message; the session stays
 as it was.
 """
 
@@ -24,13 +24,10 @@ from workbench.session.command import (
     AbstractTask,
     Cancelled,
 )
-from workbench.session.commands import AUTOMATIC, Tell
-from workbench.session.commands.drag import DropTarget
-from workbench.session.follower import AbstractKeeper
+from workbench.session.commands.messages import Tell
 from workbench.session.journal import Ending, Entry
 from workbench.session.state import Job, Session, Severity
-from workbench.session.thinning import in_one
-from workbench.session.view import AbstractView
+from workbench.session.view import AbstractKeeper, AbstractView
 
 PROGRESS_INTERVAL = 0.1
 """Least time between two progress messages that are drawn [s]."""
@@ -73,6 +70,7 @@ class Worker:
         chores: What the session may ask for by itself.
         keepers: What follows its commands.
         journal: Commands before, if the session goes on from an older one.
+        opening: Commands that come before any other.
     """
 
     def __init__(
@@ -83,6 +81,7 @@ class Worker:
         chores: Iterable[type[AbstractChore]] = (),
         keepers: Iterable[AbstractKeeper] = (),
         journal: Iterable[Entry] = (),
+        opening: Iterable[AbstractCommand] = (),
     ):
         self._session = session
         self._views, self._keepers = list(views), list(keepers)
@@ -95,7 +94,7 @@ class Worker:
         self._kept = len(self._journal)
         before = self._journal[-1].at if self._journal else 0.0
         self._origin = time.monotonic() - before
-        self._queue: deque[AbstractCommand | _Progress | _Ended | _AddView] = deque()
+        self._queue: deque[AbstractCommand | _Progress | _Ended | _AddView] = deque(opening)
         self._changed = threading.Condition()
         self._cancel = threading.Event()
         self._task: AbstractTask | None = None
@@ -107,8 +106,6 @@ class Worker:
                 at=before,
                 tell=lambda severity, text: self.submit(Tell(text, severity)),
             )
-        if session.holder is not None:  # the program was stopped in the middle of a drag
-            self._queue.append(DropTarget(session.holder.client))
         self._thread = threading.Thread(target=self._run, name="workbench-session", daemon=True)
         self._thread.start()
 
@@ -119,7 +116,7 @@ class Worker:
 
     @property
     def journal(self) -> tuple[Entry, ...]:
-        """Every command so far; of the places of a drag only the last, as `thinning` says."""
+        """Every command so far; those that were merged (the places of a drag) as one."""
         return tuple(self._journal)
 
     def submit(self, command: AbstractCommand) -> None:
@@ -214,17 +211,18 @@ class Worker:
             assert isinstance(command, AbstractChange)
             before = self._session
             after = command.apply(before)
-            is_read = after.told == before.told and not isinstance(command, AUTOMATIC)
+            is_read = after.message_count == before.message_count and not command.is_automatic
             self._session = after.without_news() if is_read else after
-            self._note(self._thinned(command, before), Ending.DONE, basis, time.monotonic() - begin)
+            self._note(self._merged(command, before), Ending.DONE, basis, time.monotonic() - begin)
         except Exception as error:
             self._fail(command, error, basis, time.monotonic() - begin)
 
-    def _thinned(self, command: AbstractChange, before: Session) -> AbstractChange:
+    def _merged(self, command: AbstractChange, before: Session) -> AbstractChange:
         """The command that the journal keeps; the last entry goes if this one stands for both."""
-        if len(self._journal) == self._kept:
+        last = self._journal[-1] if len(self._journal) > self._kept else None
+        if last is None or last.ending is not Ending.DONE:
             return command
-        both = in_one(self._journal[-1], command, before)
+        both = command.merged_with(last.command, before)
         if both is None:
             return command
         self._journal.pop()
@@ -243,14 +241,14 @@ class Worker:
 
     def _look_for_chores(self) -> None:
         """Begin the first chore that the session needs, and cancel the running one if it no longer does."""
-        wanted = next((c for kind in self._chores if (c := kind.needed(self._session)) is not None), None)
+        needed = next((c for kind in self._chores if (c := kind.needed(self._session)) is not None), None)
         if self._chore is not None:
             if all(kind.needed(self._session) != self._chore for kind in self._chores):
                 self._chore_cancel.set()
-        elif wanted is not None and wanted != self._failed:
-            self._chore, self._chore_cancel = wanted, threading.Event()
-            self._session = replace(self._session, chore=wanted.title)
-            self._start(wanted, len(self._journal), self._chore_cancel)
+        elif needed is not None and needed != self._failed:
+            self._chore, self._chore_cancel = needed, threading.Event()
+            self._session = replace(self._session, chore=needed.title)
+            self._start(needed, len(self._journal), self._chore_cancel)
 
     def _start(self, task: AbstractTask, basis: int, cancel: threading.Event) -> None:
         self._kept = basis  # what a computation began from stays in the journal
@@ -268,6 +266,8 @@ class Worker:
 
         try:
             result = task.compute(session, progress=progress, cancel=cancel.is_set)
+            if cancel.is_set() and not isinstance(task, AbstractChore):
+                raise Cancelled
             self._put(_Ended(task, basis, time.monotonic() - begin, result))
         except Exception as error:
             self._put(_Ended(task, basis, time.monotonic() - begin, error=error))
@@ -313,7 +313,7 @@ class Worker:
             ending, severity, text = Ending.REFUSED, Severity.ERROR, str(error)
         else:
             ending, severity = Ending.FAILED, Severity.ERROR
-            text = f"{command.title} failed ({type(error).__name__}: {error}); the session stands as it was"
+            text = f"{command.title} failed ({type(error).__name__}: {error}); the session is unchanged"
             log.error("%s failed", command.title, exc_info=error)
         self._session = self._session.tell(severity, text)
         self._note(command, ending, basis, seconds, text)

@@ -56,7 +56,7 @@ def test_drag_changes_numbers_and_arm(app, look, tmp_path):
 
     moved = np.array(app.worker.session.plate.targets[0].xyz) - start
     assert np.allclose(moved, [-0.064, 0, 0], atol=0.012)
-    assert app.worker.session.holder is None
+    assert app.worker.session.drag is None
     assert screen.text("own") != before["own"]
     assert screen.text("O2") != before["O2"]
     assert not np.allclose(screen.node("/arm/body2"), before["arm"], atol=1e-3)
@@ -177,7 +177,7 @@ def test_who_drags_holds_the_target(app, look):
     first.page.mouse.move(*(at - 0.03 * metre), steps=4)
     second.wait_text("hint", "Let go")
     first.page.wait_for_timeout(400)
-    held = first.until(lambda session: session.holder is not None)
+    held = first.until(lambda session: session.drag is not None)
 
     at2, metre2 = second.grab(1)
     second.page.mouse.move(*(at2 + 0.1 * metre2), steps=4)
@@ -194,7 +194,7 @@ def test_who_drags_holds_the_target(app, look):
 
     first.page.context.close()
     second.wait_text("hint", "Is the plate good", timeout=30_000)
-    assert app.worker.session.holder is None
+    assert app.worker.session.drag is None
     assert np.allclose(app.worker.session.plate.targets[0].xyz, held.plate.targets[0].xyz)
 
 

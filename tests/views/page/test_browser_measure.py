@@ -9,7 +9,7 @@ import pytest
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.data.live.stream import Sample
 from workbench.data.simulation.driver import format_sample
-from workbench.session.commands import UseRows
+from workbench.session.commands.measure import UseRows
 from workbench.session.live import LiveSource
 from workbench.views.appearance.bodies import body_frames
 

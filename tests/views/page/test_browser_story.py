@@ -5,7 +5,7 @@ import pytest
 
 from workbench.arm.library import load_robot
 from workbench.plate.plate_toml import load_plate
-from workbench.session.commands import SelectTarget
+from workbench.session.commands.drag import SelectTarget
 from workbench.views.page.app import App
 from workbench.views.page.demo import END, Demo
 

@@ -12,18 +12,13 @@ from workbench.arm.library import load_robot
 from workbench.base.errors import OptionError
 from workbench.data.readers import read_measurements
 from workbench.plate.plate_toml import read_plate
-from workbench.session.commands import (
-    ChooseRobot,
-    Identify,
-    MeasureVirtualArm,
-    PlanTrack,
-    PlayTrack,
-    SelectTarget,
-    SetPace,
-    SetUnits,
-    Tell,
-)
-from workbench.session.commands.arm import standing
+from workbench.session.commands.arm import ChooseRobot, standing
+from workbench.session.commands.compare import SetUnits
+from workbench.session.commands.data import MeasureVirtualArm
+from workbench.session.commands.drag import SelectTarget
+from workbench.session.commands.identify import Identify
+from workbench.session.commands.messages import Tell
+from workbench.session.commands.track import PlanTrack, PlayTrack, SetPace
 from workbench.session.export import (
     calibrated_toml,
     calibrated_urdf,

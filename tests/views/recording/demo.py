@@ -14,20 +14,13 @@ from workbench.arm.library import load_robot
 from workbench.plate.plate_toml import load_plate
 from workbench.session import Session, Worker
 from workbench.session.command import AbstractCommand
-from workbench.session.commands import (
-    CHORES,
-    DropTarget,
-    GrabTarget,
-    Identify,
-    MeasureVirtualArm,
-    MoveTarget,
-    SelectTarget,
-    SetNoise,
-    ShowCubes,
-    ShowFit,
-    ShowRow,
-    Undo,
-)
+from workbench.session.commands.compare import ShowFit, ShowRow
+from workbench.session.commands.data import MeasureVirtualArm
+from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
+from workbench.session.commands.identify import Identify
+from workbench.session.commands.plate import SetNoise
+from workbench.session.commands.region import CHORES, ShowCubes
+from workbench.session.commands.undo import Undo
 from workbench.session.journal.folder import begin
 from workbench.session.state import CubeView, Field
 from workbench.views.recording.start import recorder

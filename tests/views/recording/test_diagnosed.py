@@ -6,7 +6,9 @@ import pytest
 
 from workbench.diagnosis.diagnose import diagnose
 from workbench.plate.measuring import measure_poses
-from workbench.session.commands import ClusterTargets, Diagnose, SelectTarget
+from workbench.session.commands.diagnose import Diagnose
+from workbench.session.commands.drag import SelectTarget
+from workbench.session.commands.plate import ClusterTargets
 from workbench.session.journal.entry import Ending, Entry
 from workbench.views.recording.page import write_page
 from workbench.views.recording.start import recorder

@@ -12,13 +12,8 @@ import pytest
 from tests.views.recording.demo import drag
 from workbench import cli
 from workbench.session import Worker
-from workbench.session.commands import (
-    DropTarget,
-    GrabTarget,
-    MoveTarget,
-    SelectTarget,
-    Undo,
-)
+from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
+from workbench.session.commands.undo import Undo
 from workbench.session.journal import replay
 from workbench.session.journal.check import check
 from workbench.session.journal.entry import Ending, Entry
@@ -126,10 +121,12 @@ def same_targets(restored, again):
     assert [(s.position, s.indices) for s in restored.history] == [
         (s.position, s.indices) for s in again.history
     ]
-    if again.holder is None:  # in the middle of a drag those of its beginning are shown
-        assert [(w.name, w.q.tolist()) for w in restored.ways] == [(w.name, w.q.tolist()) for w in again.ways]
+    if again.drag is None:  # in the middle of a drag those of its beginning are shown
+        assert [(w.name, w.q.tolist()) for w in restored.branches] == [
+            (w.name, w.q.tolist()) for w in again.branches
+        ]
     assert (restored.score.worst, restored.best_score.worst) == (again.score.worst, again.best_score.worst)
-    assert restored.holder == again.holder
+    assert restored.drag == again.drag
 
 
 def test_drags_out_of_reach_and_back_are_restored(sample, tmp_path):

@@ -6,7 +6,8 @@ import numpy as np
 import pyarrow as pa
 import pytest
 
-from workbench.session.commands import DropTarget, Identify, MoveTarget
+from workbench.session.commands.drag import DropTarget, MoveTarget
+from workbench.session.commands.identify import Identify
 from workbench.session.journal.check import ROUNDING, check, compare
 from workbench.session.journal.entry import Ending
 from workbench.session.journal.numbers import SUBJECTS, numbers_of

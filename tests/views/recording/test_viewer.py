@@ -11,7 +11,7 @@ import pytest
 
 from tests.views.recording.viewer import picture, viewer
 from workbench.session import Worker
-from workbench.session.commands import SelectTarget
+from workbench.session.commands.drag import SelectTarget
 from workbench.views.recording.start import recorder
 
 pytestmark = pytest.mark.browser

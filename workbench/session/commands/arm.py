@@ -1,7 +1,6 @@
 """Commands about the arm and the plate as wholes: another arm, another plate, jogging by hand."""
 
 import tempfile
-from collections.abc import Hashable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -40,10 +39,6 @@ class ChooseRobot(AbstractTask):
     def title(self) -> str:
         return f"Choose the robot {self.name}"
 
-    @property
-    def key(self) -> Hashable | None:
-        return None
-
     def check(self, session: Session) -> None:
         _check_quiet(session)
 
@@ -70,10 +65,6 @@ class LoadModel(AbstractTask):
     @property
     def title(self) -> str:
         return f"Open {safe_name(self.name)}"
-
-    @property
-    def key(self) -> Hashable | None:
-        return None
 
     def check(self, session: Session) -> None:
         _check_quiet(session)
@@ -108,15 +99,10 @@ class Jog(AbstractChange):
         q: Joint positions [rad or m].
     """
 
+    title = "Jog the arm"
+    key = "jog"
+
     q: tuple[float, ...]
-
-    @property
-    def title(self) -> str:
-        return "Jog the arm"
-
-    @property
-    def key(self) -> Hashable | None:
-        return "jog"
 
     def check(self, session: Session) -> None:
         limits = session.robot.limits
@@ -138,16 +124,11 @@ class JogTo(AbstractChange):
         rpy: Its roll, pitch, yaw [rad].
     """
 
+    title = "Bring the tool to a pose"
+    key = "jog"
+
     xyz: tuple[float, float, float]
     rpy: tuple[float, float, float]
-
-    @property
-    def title(self) -> str:
-        return "Bring the tool to a pose"
-
-    @property
-    def key(self) -> Hashable | None:
-        return "jog"
 
     def check(self, session: Session) -> None:
         if not np.isfinite((*self.xyz, *self.rpy)).all():
@@ -186,11 +167,44 @@ def begin_with(robot: Robot, session: Session) -> Session:
 
 
 def _begun(session: Session, begun: Session) -> Session:
-    begun = replace(begun, told=session.told, revision=session.revision, job=session.job)
+    begun = replace(begun, message_count=session.message_count, revision=session.revision, job=session.job)
     words = f"{begun.robot.name} on the plate '{begun.plate.name}': {begun.score.reached} targets in reach"
     return begun.tell(Severity.INFO, words)
 
 
 def _check_quiet(session: Session) -> None:
-    if session.holder is not None:
+    if session.drag is not None:
         raise OptionError("somebody drags a target at present; wait until it is let go")
+
+
+MOST_CAPTURED = 200
+"""Poses that are kept at most."""
+
+
+@dataclass(frozen=True)
+class CapturePose(AbstractChange):
+    """Keep the joint positions at which the arm stands."""
+
+    title = "Keep the pose"
+
+    def check(self, session: Session) -> None:
+        if len(session.captured) >= MOST_CAPTURED:
+            raise OptionError(f"{MOST_CAPTURED} poses are kept already; save and forget them first")
+
+    def apply(self, session: Session) -> Session:
+        return replace(session, captured=(*session.captured, tuple(standing(session).tolist())))
+
+
+@dataclass(frozen=True)
+class ForgetPoses(AbstractChange):
+    """Forget all kept poses."""
+
+    title = "Forget the kept poses"
+    key = "forget poses"
+
+    def check(self, session: Session) -> None:
+        if not session.captured:
+            raise OptionError("there are no kept poses to forget")
+
+    def apply(self, session: Session) -> Session:
+        return replace(session, captured=())

@@ -1,6 +1,5 @@
 """Commands that place targets: snap one, type the whole table, lay them out in a pattern."""
 
-from collections.abc import Hashable
 from dataclasses import dataclass, replace
 from enum import StrEnum
 
@@ -15,7 +14,7 @@ from workbench.session.command import AbstractChange
 from workbench.session.commands.drag import MoveTarget, check_place
 from workbench.session.reach import place_all
 from workbench.session.state import Session
-from workbench.session.target_steps import changed, check_free, check_unlocked
+from workbench.session.target_steps import check_free, check_unlocked, move_targets
 
 GRID = 0.01
 """Pitch of the grid that targets snap to [m]."""
@@ -41,10 +40,6 @@ class SnapTarget(AbstractChange):
     @property
     def title(self) -> str:
         return f"Snap target {self.target + 1} to {self.to}"
-
-    @property
-    def key(self) -> Hashable | None:
-        return None
 
     def check(self, session: Session) -> None:
         check_unlocked(session, self.target)
@@ -72,10 +67,6 @@ class PlaceTargets(AbstractChange):
     def title(self) -> str:
         return f"Type the coordinates of {len(self.rows)} targets"
 
-    @property
-    def key(self) -> Hashable | None:
-        return None
-
     def check(self, session: Session) -> None:
         check_free(session)
         if not 1 <= len(self.rows) <= MOST_TARGETS:
@@ -98,7 +89,7 @@ class PlaceTargets(AbstractChange):
             model = old[min(i, len(old) - 1)]
             xyz, rpy = frozen(np.array(row[:3])), frozen(np.array(row[3:]))
             targets.append(replace(model, xyz=xyz, rpy=rpy, q=None, locked=model.locked and i < len(old)))
-        return placed_anew(session, tuple(targets))
+        return place_targets(session, tuple(targets))
 
 
 @dataclass(frozen=True)
@@ -123,10 +114,6 @@ class ApplyPattern(AbstractChange):
     def title(self) -> str:
         return f"{self.number} targets in a {self.name}"
 
-    @property
-    def key(self) -> Hashable | None:
-        return None
-
     def check(self, session: Session) -> None:
         check_free(session)
         for i, target in enumerate(self._targets()):
@@ -135,19 +122,19 @@ class ApplyPattern(AbstractChange):
     def apply(self, session: Session) -> Session:
         old = session.plate.targets
         new = [old[i] if i < len(old) and old[i].locked else t for i, t in enumerate(self._targets())]
-        return placed_anew(session, (*new, *(t for t in old[len(new) :] if t.locked)))
+        return place_targets(session, (*new, *(t for t in old[len(new) :] if t.locked)))
 
     def _targets(self) -> tuple[Target, ...]:
         centre = np.array(self.centre)
         return pattern(self.name, self.number, centre=centre, radius=self.radius, tilts=self.tilts)
 
 
-def placed_anew(session: Session, targets: tuple[Target, ...]) -> Session:
+def place_targets(session: Session, targets: tuple[Target, ...]) -> Session:
     """The session with these targets, the arm in the best mix of branches."""
     plate = replace(session.plate, targets=targets)
     rng = np.random.default_rng(0)
     states = place_all(session.robot, plate, region_q=session.region_q, rng=rng)
-    return changed(session, plate, states)
+    return move_targets(session, plate, states)
 
 
 def snapped(plate: Plate, xyz: Vector3, to: Snap) -> Vector3:

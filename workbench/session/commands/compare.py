@@ -1,6 +1,5 @@
 """Commands about comparing: which fit, which measured row, what is laid over the scene."""
 
-from collections.abc import Hashable
 from dataclasses import dataclass, replace
 
 from workbench.base.errors import OptionError
@@ -30,15 +29,13 @@ def with_fit(session: Session, algorithm: str) -> Session:
 class ShowFit(AbstractChange):
     """Show the robot that this algorithm identified."""
 
+    key = "fit"
+
     algorithm: str
 
     @property
     def title(self) -> str:
         return f"Show the fit of {self.algorithm.upper()}"
-
-    @property
-    def key(self) -> Hashable | None:
-        return "fit"
 
     def check(self, session: Session) -> None:
         fits = {} if session.identification is None else session.identification.runs
@@ -54,15 +51,13 @@ class ShowFit(AbstractChange):
 class ShowRow(AbstractChange):
     """Put the arm where it stood at a measured row, counted from 0 in the comparison."""
 
+    key = "row"
+
     row: int
 
     @property
     def title(self) -> str:
         return f"Show measured pose {self.row + 1}"
-
-    @property
-    def key(self) -> Hashable | None:
-        return "row"
 
     def check(self, session: Session) -> None:
         rows = 0 if session.comparison is None else len(session.comparison)
@@ -78,15 +73,10 @@ class ShowRow(AbstractChange):
 class SetOverlay(AbstractChange):
     """Choose what is laid over the scene, and how much the errors are exaggerated."""
 
+    title = "Set the overlay"
+    key = "overlay"
+
     overlay: Overlay
-
-    @property
-    def title(self) -> str:
-        return "Set the overlay"
-
-    @property
-    def key(self) -> Hashable | None:
-        return "overlay"
 
     def check(self, session: Session) -> None:
         for what, times in (("errors", self.overlay.exaggeration), ("bending", self.overlay.bending)):
@@ -104,18 +94,13 @@ class SetOverlay(AbstractChange):
 class SetDark(AbstractChange):
     """Make all pages dark, or light."""
 
+    key = "dark"
+
     is_dark: bool
 
     @property
     def title(self) -> str:
         return "Dark pages" if self.is_dark else "Light pages"
-
-    @property
-    def key(self) -> Hashable | None:
-        return "dark"
-
-    def check(self, session: Session) -> None:
-        """Nothing can be wrong."""
 
     def apply(self, session: Session) -> Session:
         return replace(session, is_dark=self.is_dark)
@@ -125,18 +110,13 @@ class SetDark(AbstractChange):
 class SetUnits(AbstractChange):
     """Show and type coordinates in these units."""
 
+    key = "units"
+
     units: Units
 
     @property
     def title(self) -> str:
         return f"Coordinates in {self.units}"
-
-    @property
-    def key(self) -> Hashable | None:
-        return "units"
-
-    def check(self, session: Session) -> None:
-        """Nothing can be wrong."""
 
     def apply(self, session: Session) -> Session:
         return replace(session, units=self.units)

@@ -2,14 +2,17 @@
 
 import re
 import tempfile
-from collections.abc import Hashable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from workbench.arm.robot import Robot
+from workbench.arm.effects import AbstractEffect
+from workbench.arm.effects.backlash import Backlash
+from workbench.arm.effects.joint_compliance import JointCompliance
+from workbench.arm.effects.joint_harmonic import JointHarmonic
+from workbench.arm.robot import JointKind, Robot
 from workbench.base.errors import DataError, OptionError, WorkbenchError
 from workbench.data.plausible import check_plausible
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument, Observes
@@ -20,7 +23,6 @@ from workbench.session.command import (
     AbstractChange,
     AbstractTask,
     Cancel,
-    Cancelled,
     Progress,
 )
 from workbench.session.comparison import compare, numbered_after
@@ -34,7 +36,6 @@ from workbench.session.state import (
     Session,
     Severity,
 )
-from workbench.session.surprise import hidden_effect
 
 LARGEST_FILE = 20 * 1024 * 1024
 """Files beyond this size are refused [bytes]."""
@@ -66,10 +67,6 @@ class LoadData(AbstractTask):
     def title(self) -> str:
         return f"Read {safe_name(self.name)}"
 
-    @property
-    def key(self) -> Hashable | None:
-        return None
-
     def check(self, session: Session) -> None:
         if not self.content:
             raise DataError(f"{safe_name(self.name)} is empty; choose a file with measurements")
@@ -93,8 +90,6 @@ class LoadData(AbstractTask):
                 dataset = check_plausible(dataset, session.robot.limits, session.robot.reach)
             except WorkbenchError as error:
                 raise DataError(str(error).replace(f"{folder}/", "")) from error
-        if cancel():
-            raise Cancelled
         notes = tuple(note.replace(f"{folder}/", "") for note in dataset.notes)
         return Loaded(dataset, path.name, facts_of(dataset, understood), notes)
 
@@ -125,10 +120,6 @@ class MeasureVirtualArm(AbstractTask):
     def title(self) -> str:
         return f"Measure virtual arm {self.seed}"
 
-    @property
-    def key(self) -> Hashable | None:
-        return None
-
     def check(self, session: Session) -> None:
         if not 0 <= self.seed <= MOST_SEED:
             raise OptionError(f"seed {self.seed} can't be used; give a whole number from 0 to {MOST_SEED}")
@@ -156,8 +147,6 @@ class MeasureVirtualArm(AbstractTask):
         seen = simulate(actual, around, instrument=instrument, rng=rng)
         checks = seen.take(np.arange(CHECKS))
         rows = rows.joined(seen.take(np.arange(CHECKS, len(seen))))
-        if cancel():
-            raise Cancelled
         name = f"Virtual arm {self.seed}"
         facts = _virtual_facts(len(used), session, self)
         notes = rows.notes if self.instrument else ()
@@ -178,13 +167,8 @@ class MeasureVirtualArm(AbstractTask):
 class ForgetData(AbstractChange):
     """Take the measurements and what was identified from them away."""
 
-    @property
-    def title(self) -> str:
-        return "Remove the measurements"
-
-    @property
-    def key(self) -> Hashable | None:
-        return "forget"
+    title = "Remove the measurements"
+    key = "forget"
 
     def check(self, session: Session) -> None:
         if session.loaded is None:
@@ -264,3 +248,23 @@ def _virtual_facts(targets: int, session: Session, command: MeasureVirtualArm) -
 def safe_name(name: str) -> str:
     """The last part of a file name, of harmless characters only; its ending is kept."""
     return re.sub(r"[^\w.+ ()-]", "_", re.split(r"[/\\]", name)[-1])[-80:].lstrip(".") or "file"
+
+
+HARMONIC, BACKLASH, COMPLIANCE = 3e-3, 1.5e-3, 5e-4
+"""Typical sizes [rad], [rad], [rad/(N m)]."""
+
+
+def hidden_effect(robot: Robot, rng: np.random.Generator) -> AbstractEffect:
+    """One effect at one joint; those that need loads only where the robot has masses."""
+    turning = [i for i, j in enumerate(robot.moving) if j.kind is JointKind.REVOLUTE]
+    joint = int(rng.choice(turning or range(robot.dof)))
+    size = rng.uniform(0.7, 1.5)
+    choices: list[AbstractEffect] = []
+    if turning:
+        phase = rng.uniform(0.0, 2.0 * np.pi)
+        pair = (HARMONIC * size * np.cos(phase), HARMONIC * size * np.sin(phase))
+        choices.append(JointHarmonic((joint,), pair, order=int(rng.integers(1, 4))))
+    if robot.has_masses or not choices:
+        loaded = turning[1] if len(turning) > 1 else joint
+        choices += [Backlash((loaded,), (BACKLASH * size,)), JointCompliance((loaded,), (COMPLIANCE * size,))]
+    return choices[int(rng.integers(len(choices)))]

@@ -1,6 +1,5 @@
 """Commands that close the loop: find what the model lacks, add it, measure where it would show best."""
 
-from collections.abc import Hashable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -16,11 +15,10 @@ from workbench.session.command import (
     AbstractChange,
     AbstractTask,
     Cancel,
-    Cancelled,
     Progress,
 )
-from workbench.session.commands.arrange import placed_anew
-from workbench.session.commands.fit import Identify
+from workbench.session.commands.arrange import place_targets
+from workbench.session.commands.identify import Identify
 from workbench.session.state import Session, Severity
 from workbench.session.target_steps import check_free
 
@@ -40,16 +38,10 @@ class Diagnose(AbstractTask):
         seed: Of the held-out rows and the folds.
     """
 
+    title = "Find what the model lacks"
+
     held_out: float = 0.2
     seed: int = 0
-
-    @property
-    def title(self) -> str:
-        return "Find what the model lacks"
-
-    @property
-    def key(self) -> Hashable | None:
-        return None
 
     def check(self, session: Session) -> None:
         if session.loaded is None:
@@ -70,14 +62,12 @@ class Diagnose(AbstractTask):
             session.robot,
             loaded.dataset,
             held_out=self.held_out if loaded.checks is None else loaded.checks,
-            free=tuple(n for n in session.robot.default_free if n not in session.held),
+            free=tuple(n for n in session.robot.default_free if n not in session.fixed),
             exclude=dict.fromkeys(sorted(session.left_out), "left out by hand"),
             seed=self.seed,
             progress=progress,
             cancel=cancel,
         )
-        if cancel():
-            raise Cancelled
         return loaded, found
 
     def finish(self, session: Session, result: Any) -> Session:
@@ -91,13 +81,7 @@ class Diagnose(AbstractTask):
 class AddEffects(AbstractTask):
     """Add what the diagnosis found to the model, and identify it together with the geometry."""
 
-    @property
-    def title(self) -> str:
-        return "Add what was found to the model"
-
-    @property
-    def key(self) -> Hashable | None:
-        return None
+    title = "Add what was found to the model"
 
     def check(self, session: Session) -> None:
         if not _found(session).effects:
@@ -118,13 +102,7 @@ class AddEffects(AbstractTask):
 class TakeNextPoses(AbstractChange):
     """Make the poses that the diagnosis wants to be measured next new targets of the plate."""
 
-    @property
-    def title(self) -> str:
-        return "Make the next poses targets"
-
-    @property
-    def key(self) -> Hashable | None:
-        return None
+    title = "Make the next poses targets"
 
     def check(self, session: Session) -> None:
         check_free(session)
@@ -141,7 +119,7 @@ class TakeNextPoses(AbstractChange):
             Target(frozen(pose[:3, 3]), frozen(se3.matrix_to_rpy(pose[:3, :3])), q=frozen(row.copy()))
             for pose, row in zip(poses, q, strict=True)
         )
-        return placed_anew(session, (*session.plate.targets, *new))
+        return place_targets(session, (*session.plate.targets, *new))
 
 
 def _found(session: Session) -> "Diagnosis":

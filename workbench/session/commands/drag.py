@@ -1,32 +1,34 @@
 """Commands of one drag: select, grab, move, drop.
 
-A drag is one grab, any number of moves, and one drop. While somebody holds a target, others can't move it.
+A drag is one grab, any number of moves, and one drop. While somebody drags a target, others can't move it.
 A move without a grab (typed coordinates) is a step of its own. Undo goes back to before the whole drag.
+
+The arm is followed from place to place. Of the places of a drag the journal keeps the last, which also says
+from which posture the arm came to it, so that it leads alone to the same session to the last digit.
 """
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from workbench.base.errors import OptionError
 from workbench.base.types import frozen
-from workbench.session.command import AbstractChange
+from workbench.plate.plate import Target
+from workbench.session.command import AbstractChange, AbstractCommand
 from workbench.session.reach import advance, settle
-from workbench.session.state import (
-    Focus,
-    Holder,
-    Session,
-    TargetState,
-)
+from workbench.session.recall import recall_targets
+from workbench.session.state import Drag, Focus, Session, TargetState
 from workbench.session.target_steps import (
+    begin_step,
     check_free,
     check_unlocked,
-    remember,
-    settled,
-    stand,
+    commit_step,
+    with_branches,
+    with_history,
     with_item,
-    with_ways,
+    with_targets,
 )
 
 FARTHEST = 10.0
@@ -45,19 +47,18 @@ class SelectTarget(AbstractChange):
     def title(self) -> str:
         return f"Select target {self.target + 1}"
 
-    @property
-    def key(self) -> Hashable | None:
-        return None
-
     def check(self, session: Session) -> None:
         session.check_target(self.target)
-        if session.holder is not None and session.holder.target != self.target:
+        if session.drag is not None and session.drag.target != self.target:
             raise OptionError(
-                f"target {session.holder.target + 1} is being dragged; select another one when it is let go"
+                f"target {session.drag.target + 1} is being dragged; select another one once it is released"
             )
 
     def apply(self, session: Session) -> Session:
-        return with_ways(replace(session, selected=self.target, focus=Focus.TARGET))
+        return with_branches(replace(session, selected=self.target, focus=Focus.TARGET))
+
+    def recalled(self, session: Session, numbers: Mapping[str, Any]) -> Session:
+        return replace(session, selected=self.target, focus=Focus.TARGET)
 
 
 @dataclass(frozen=True)
@@ -71,18 +72,17 @@ class GrabTarget(AbstractChange):
     def title(self) -> str:
         return f"Grab target {self.target + 1}"
 
-    @property
-    def key(self) -> Hashable | None:
-        return None
-
     def check(self, session: Session) -> None:
         check_unlocked(session, self.target)
 
     def apply(self, session: Session) -> Session:
-        if session.holder is not None:
+        if session.drag is not None:
             return session
-        holder = Holder(self.client, self.target)
-        return replace(remember(session), holder=holder, selected=self.target, focus=Focus.TARGET)
+        drag = Drag(self.client, self.target)
+        return replace(begin_step(session), drag=drag, selected=self.target, focus=Focus.TARGET)
+
+    def recalled(self, session: Session, numbers: Mapping[str, Any]) -> Session:
+        return self.apply(session)
 
 
 @dataclass(frozen=True)
@@ -118,8 +118,8 @@ class MoveTarget(AbstractChange):
         target: Which one, counted from 0.
         xyz: Position of the tool [m].
         rpy: Its roll, pitch, yaw [rad].
-        client: Who drags; the holder's moves belong to the drag, other moves are steps of their own.
-        start: The posture from which the arm is followed; as it stands, if None.
+        client: Who moves it: within a drag by this client the moves are one step, else each is its own.
+        start: The posture from which the arm is followed; the present one if None.
     """
 
     target: int
@@ -133,7 +133,7 @@ class MoveTarget(AbstractChange):
         return f"Move target {self.target + 1}"
 
     @property
-    def key(self) -> Hashable | None:
+    def key(self) -> Hashable:
         return ("move", self.target, self.client)
 
     def check(self, session: Session) -> None:
@@ -143,47 +143,67 @@ class MoveTarget(AbstractChange):
         check_place(self.target, self.xyz, self.rpy)
 
     def apply(self, session: Session) -> Session:
-        holder = session.holder
-        if holder is not None and (holder.client, holder.target) != (self.client, self.target):
+        if session.drag is not None and not self._is_part_of(session.drag):
             return session
-        old = session.plate.targets[self.target]
-        target = replace(old, xyz=frozen(np.array(self.xyz)), rpy=frozen(np.array(self.rpy)), q=None)
+        target = self._moved(session)
         before = session.states[self.target] if self.start is None else self.start.state
         state = advance(session.robot, session.plate, target, before)
         plate = replace(session.plate, targets=with_item(session.plate.targets, self.target, target))
         states = with_item(session.states, self.target, state)
-        if holder is not None:
-            return stand(session, plate, states, selected=self.target)
-        return settled(stand(remember(session), plate, states, selected=self.target))
+        if session.drag is not None:
+            return with_targets(session, plate, states, selected=self.target)
+        return commit_step(with_targets(begin_step(session), plate, states, selected=self.target))
+
+    def merged_with(self, previous: AbstractCommand, session: Session) -> "MoveTarget | None":
+        if session.drag is None or not self._is_part_of(session.drag):
+            return None
+        if not isinstance(previous, MoveTarget) or previous.key != self.key:
+            return None
+        return replace(self, start=Posture.of(session.states[self.target]))
+
+    def recalled(self, session: Session, numbers: Mapping[str, Any]) -> Session:
+        drag = session.drag
+        if drag is not None and not self._is_part_of(drag):
+            return session
+        targets = with_item(session.plate.targets, self.target, self._moved(session))
+        session = session if drag is not None else begin_step(session)
+        plate = replace(session.plate, targets=targets)
+        session = replace(session, plate=plate, selected=self.target, focus=Focus.TARGET)
+        session = recall_targets(session, numbers)
+        return session if drag is not None else with_history(session)
+
+    def _is_part_of(self, drag: Drag) -> bool:
+        return (drag.client, drag.target) == (self.client, self.target)
+
+    def _moved(self, session: Session) -> Target:
+        old = session.plate.targets[self.target]
+        return replace(old, xyz=frozen(np.array(self.xyz)), rpy=frozen(np.array(self.rpy)), q=None)
 
 
 @dataclass(frozen=True)
 class DropTarget(AbstractChange):
-    """End a drag, or let go what a client that has left was holding."""
+    """End a client's drag, also where the client has disconnected."""
+
+    title = "Release the target"
 
     client: int = NOBODY
 
-    @property
-    def title(self) -> str:
-        return "Let go"
-
-    @property
-    def key(self) -> Hashable | None:
-        return None
-
-    def check(self, session: Session) -> None:
-        """Nothing can be wrong with letting go."""
-
     def apply(self, session: Session) -> Session:
-        if session.holder is None or session.holder.client != self.client:
+        if session.drag is None or session.drag.client != self.client:
             return session
-        index = session.holder.target
-        session = replace(session, holder=None)
+        index = session.drag.target
+        session = replace(session, drag=None)
         if session.done[-1].plate is session.plate:
             return replace(session, done=session.done[:-1])
-        session = with_ways(session, index)
-        state = settle(session.plate.targets[index], session.states[index], session.ways)
-        return settled(replace(session, states=with_item(session.states, index, state)))
+        session = with_branches(session, index)
+        state = settle(session.plate.targets[index], session.states[index], session.branches)
+        return commit_step(replace(session, states=with_item(session.states, index, state)))
+
+    def recalled(self, session: Session, numbers: Mapping[str, Any]) -> Session:
+        drag = session.drag
+        if drag is None or drag.client != self.client or session.done[-1].plate is session.plate:
+            return self.apply(session)
+        return with_history(recall_targets(replace(session, drag=None), numbers))
 
 
 def check_place(number: int, xyz: tuple[float, ...], rpy: tuple[float, ...]) -> None:

@@ -8,14 +8,14 @@ import numpy as np
 from workbench.base.errors import OptionError
 from workbench.base.types import Vector3, frozen
 from workbench.plate.patterns import MOST_TARGETS
-from workbench.plate.plate import Target
+from workbench.plate.plate import AUTO, Target
 from workbench.session.command import AbstractChange
-from workbench.session.reach import place
+from workbench.session.reach import place, place_all
 from workbench.session.state import Session
 from workbench.session.target_steps import (
-    changed,
     check_free,
     check_unlocked,
+    move_targets,
     with_item,
 )
 
@@ -27,13 +27,7 @@ BESIDE = np.array([0.06, 0.0, 0.0])
 class AddTarget(AbstractChange):
     """A new target in the middle of the region, at the height and angles of the selected one."""
 
-    @property
-    def title(self) -> str:
-        return "Add a target"
-
-    @property
-    def key(self) -> Hashable | None:
-        return None
+    title = "Add a target"
 
     def check(self, session: Session) -> None:
         check_free(session)
@@ -55,10 +49,6 @@ class CopyTarget(AbstractChange):
     def title(self) -> str:
         return f"Copy target {self.target + 1}"
 
-    @property
-    def key(self) -> Hashable | None:
-        return None
-
     def check(self, session: Session) -> None:
         session.check_target(self.target)
         check_free(session)
@@ -79,10 +69,6 @@ class DeleteTarget(AbstractChange):
     def title(self) -> str:
         return f"Delete target {self.target + 1}"
 
-    @property
-    def key(self) -> Hashable | None:
-        return None
-
     def check(self, session: Session) -> None:
         check_unlocked(session, self.target)
         check_free(session)
@@ -92,7 +78,7 @@ class DeleteTarget(AbstractChange):
     def apply(self, session: Session) -> Session:
         targets = _without(session.plate.targets, self.target)
         states = _without(session.states, self.target)
-        return changed(session, replace(session.plate, targets=targets), states)
+        return move_targets(session, replace(session.plate, targets=targets), states)
 
 
 @dataclass(frozen=True)
@@ -111,10 +97,6 @@ class RenumberTarget(AbstractChange):
     def title(self) -> str:
         return f"Make target {self.target + 1} number {self.place + 1}"
 
-    @property
-    def key(self) -> Hashable | None:
-        return None
-
     def check(self, session: Session) -> None:
         session.check_target(self.target)
         session.check_target(self.place)
@@ -126,7 +108,7 @@ class RenumberTarget(AbstractChange):
             return (*rest[: self.place], items[self.target], *rest[self.place :])
 
         plate = replace(session.plate, targets=moved(session.plate.targets))
-        return changed(session, plate, moved(session.states), selected=self.place)
+        return move_targets(session, plate, moved(session.states), selected=self.place)
 
 
 @dataclass(frozen=True)
@@ -151,7 +133,7 @@ class LockTarget(AbstractChange):
     def apply(self, session: Session) -> Session:
         target = replace(session.plate.targets[self.target], locked=self.locked)
         plate = replace(session.plate, targets=with_item(session.plate.targets, self.target, target))
-        return changed(session, plate, session.states)
+        return move_targets(session, plate, session.states)
 
 
 def _check_room(session: Session) -> None:
@@ -163,8 +145,54 @@ def _with_new(session: Session, model: Target, xyz: Vector3) -> Session:
     target = replace(model, xyz=frozen(xyz), q=None, locked=False)
     state = place(session.robot, session.plate, target, session.states[session.selected].q)
     plate = replace(session.plate, targets=(*session.plate.targets, target))
-    return changed(session, plate, (*session.states, state), selected=len(plate) - 1)
+    return move_targets(session, plate, (*session.states, state), selected=len(plate) - 1)
 
 
 def _without(items: tuple, index: int) -> tuple:
     return (*items[:index], *items[index + 1 :])
+
+
+@dataclass(frozen=True)
+class ChooseBranch(AbstractChange):
+    """Measure a target in the branch of this name, or leave that to the program (`auto`)."""
+
+    target: int
+    branch: str
+
+    @property
+    def title(self) -> str:
+        return f"Target {self.target + 1}: branch {self.branch}"
+
+    @property
+    def key(self) -> Hashable | None:
+        return ("branch", self.target)
+
+    def check(self, session: Session) -> None:
+        session.check_target(self.target)
+        check_free(session)
+        known = [way.name for way in session.branches] if self.target == session.selected else [self.branch]
+        if self.branch not in (AUTO, *known):
+            raise OptionError(f"target {self.target + 1} has no branch '{self.branch}' within the limits")
+
+    def apply(self, session: Session) -> Session:
+        target = replace(session.plate.targets[self.target], branch=self.branch, q=None)
+        state = place(session.robot, session.plate, target, session.states[self.target].q)
+        plate = replace(session.plate, targets=with_item(session.plate.targets, self.target, target))
+        return move_targets(
+            session, plate, with_item(session.states, self.target, state), selected=self.target
+        )
+
+
+@dataclass(frozen=True)
+class MixBranches(AbstractChange):
+    """Take the mix of branches that predicts the least error; branches chosen by hand stay."""
+
+    title = "Choose the best mix of branches"
+
+    def check(self, session: Session) -> None:
+        check_free(session)
+
+    def apply(self, session: Session) -> Session:
+        rng = np.random.default_rng(len(session.history))
+        states = place_all(session.robot, session.plate, region_q=session.region_q, rng=rng)
+        return move_targets(session, session.plate, states)

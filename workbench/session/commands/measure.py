@@ -27,7 +27,6 @@ from workbench.session.command import (
     AbstractChange,
     AbstractTask,
     Cancel,
-    Cancelled,
     Progress,
 )
 from workbench.session.commands.data import (
@@ -43,8 +42,9 @@ from workbench.session.state import (
     Loaded,
     Session,
     Severity,
+    Source,
 )
-from workbench.session.target_steps import with_ways
+from workbench.session.target_steps import with_branches
 
 NOISY = 10.0
 """Extent of an instrument's noise in a window of standstill, in standard deviations, at most."""
@@ -64,10 +64,6 @@ class BeginMeasuring(AbstractTask):
     def title(self) -> str:
         return f"Measure virtual arm {self.seed} step by step"
 
-    @property
-    def key(self) -> Hashable | None:
-        return None
-
     def check(self, session: Session) -> None:
         if not 0 <= self.seed <= MOST_SEED:
             raise OptionError(f"seed {self.seed} can't be used; give a whole number from 0 to {MOST_SEED}")
@@ -84,8 +80,6 @@ class BeginMeasuring(AbstractTask):
         steered = beside(session.plate.poses[numbers], STEERING, rng)
         exact = INSTRUMENTS["ideal"]
         rows = simulate_targets(actual, steered, instrument=exact, rng=rng, near=near)
-        if cancel():
-            raise Cancelled
         instrument = instrument_of(session)
         return Measuring(
             acquisition=acquisition_of(session, numbers, instrument),
@@ -101,13 +95,8 @@ class BeginMeasuring(AbstractTask):
 class DriveArm(AbstractChange):
     """Send the virtual arm to the wanted target; it moves by itself and sends samples."""
 
-    @property
-    def title(self) -> str:
-        return "Drive the virtual arm to its target"
-
-    @property
-    def key(self) -> Hashable | None:
-        return "drive"
+    title = "Drive the virtual arm to its target"
+    key = "drive"
 
     def check(self, session: Session) -> None:
         if _under_way(session).virtual is None:
@@ -125,9 +114,9 @@ class DriveArm(AbstractChange):
             clock=0.0 if latest is None else latest.time + 1e-3,
         )
         session = replace(session, measuring=replace(measuring, ride=ride))
-        if session.holder is not None or measuring.target >= len(session.plate):
+        if session.drag is not None or measuring.target >= len(session.plate):
             return session
-        return with_ways(replace(session, selected=measuring.target))
+        return with_branches(replace(session, selected=measuring.target))
 
 
 @dataclass(frozen=True)
@@ -142,15 +131,14 @@ class TakeSample(AbstractChange):
         capture: Whether the source asks to store it.
     """
 
+    is_automatic = True
+    title = "Sample"
+
     time: float
     q: tuple[float, ...]
     xyz: tuple[float, float, float] | None = None
     quat: tuple[float, float, float, float] | None = None
     capture: bool = False
-
-    @property
-    def title(self) -> str:
-        return "Sample"
 
     @property
     def key(self) -> Hashable | None:
@@ -169,7 +157,7 @@ class TakeSample(AbstractChange):
             session = replace(session, measuring=replace(session.measuring, acquisition=acquisition))
         elif session.source is None or not session.source.is_followed:
             return session
-        if session.holder is not None:
+        if session.drag is not None:
             return session
         return replace(session, jogged=frozen(np.array(self.q)), focus=Focus.JOG)
 
@@ -187,13 +175,7 @@ class TakeSample(AbstractChange):
 class StoreRow(AbstractChange):
     """Keep the latest sample as the wanted target's row."""
 
-    @property
-    def title(self) -> str:
-        return "Store the row"
-
-    @property
-    def key(self) -> Hashable | None:
-        return None
+    title = "Store the row"
 
     def check(self, session: Session) -> None:
         stored = _under_way(session).acquisition.copy().store()
@@ -208,13 +190,7 @@ class StoreRow(AbstractChange):
 class TakeAgain(AbstractChange):
     """Drop the wanted target's row, or else the one that was stored last; its target is wanted once more."""
 
-    @property
-    def title(self) -> str:
-        return "Take a row again"
-
-    @property
-    def key(self) -> Hashable | None:
-        return None
+    title = "Take a row again"
 
     def check(self, session: Session) -> None:
         if not _under_way(session).acquisition.rows:
@@ -228,15 +204,9 @@ class TakeAgain(AbstractChange):
 class NextWanted(AbstractChange):
     """Want the next target, or the one before; what is stored stays until it is stored anew."""
 
+    title = "Go on to another target"
+
     by: int = 1
-
-    @property
-    def title(self) -> str:
-        return "Go on to another target"
-
-    @property
-    def key(self) -> Hashable | None:
-        return None
 
     def check(self, session: Session) -> None:
         _under_way(session)
@@ -249,13 +219,8 @@ class NextWanted(AbstractChange):
 class UseRows(AbstractChange):
     """End the measurement; its rows become the session's data, as if they had been loaded from a file."""
 
-    @property
-    def title(self) -> str:
-        return "Use the measured rows"
-
-    @property
-    def key(self) -> Hashable | None:
-        return "use"
+    title = "Use the measured rows"
+    key = "use"
 
     def check(self, session: Session) -> None:
         if not _under_way(session).acquisition.rows:
@@ -282,13 +247,8 @@ class UseRows(AbstractChange):
 class EndMeasuring(AbstractChange):
     """End the measurement; its rows are dropped."""
 
-    @property
-    def title(self) -> str:
-        return "Stop measuring"
-
-    @property
-    def key(self) -> Hashable | None:
-        return "stop"
+    title = "Stop measuring"
+    key = "stop"
 
     def check(self, session: Session) -> None:
         _under_way(session)
@@ -324,3 +284,86 @@ def acquisition_of(session: Session, numbers: list[int], instrument: Instrument)
         detector=detector,
         oriented=tuple(targets[i].kind is Kind.SEAT for i in numbers),
     )
+
+
+@dataclass(frozen=True)
+class TellSource(AbstractChange):
+    """What has become of the live source.
+
+    Args:
+        name: Where it is.
+        is_open: Whether it is connected.
+        silence: For how long it has said nothing [s]; 0 where that is no matter.
+    """
+
+    is_automatic = True
+    key = "source"
+
+    name: str
+    is_open: bool = True
+    silence: float = 0.0
+
+    @property
+    def title(self) -> str:
+        return f"Live source {self.name}: {'connected' if self.is_open else 'ended'}"
+
+    def apply(self, session: Session) -> Session:
+        is_followed = session.source is None or session.source.is_followed
+        source = Source(self.name, self.is_open, self.silence, is_followed)
+        session = replace(session, source=source)
+        if session.measuring is not None and session.measuring.virtual is None and self.silence:
+            acquisition = session.measuring.acquisition.copy()
+            acquisition.silence = self.silence
+            session = replace(session, measuring=replace(session.measuring, acquisition=acquisition))
+        if self.is_open:
+            return session
+        words = f"the live source {self.name} has ended; start it again, and the page with --source"
+        return session.tell(Severity.WARNING, words)
+
+
+@dataclass(frozen=True)
+class FollowSource(AbstractChange):
+    """Let the arm in the scene stand where the real one does, or at its target as before.
+
+    Args:
+        is_followed: Whether it follows.
+    """
+
+    key = "follow"
+
+    is_followed: bool
+
+    @property
+    def title(self) -> str:
+        return "Follow the real arm" if self.is_followed else "Stop following the real arm"
+
+    def check(self, session: Session) -> None:
+        _source(session)
+
+    def apply(self, session: Session) -> Session:
+        session = replace(session, source=replace(_source(session), is_followed=self.is_followed))
+        return session if self.is_followed else replace(session, focus=Focus.TARGET)
+
+
+@dataclass(frozen=True)
+class MeasureLive(AbstractChange):
+    """Begin a guided measurement of the real arm at all targets of the plate."""
+
+    title = "Measure the real arm step by step"
+
+    def check(self, session: Session) -> None:
+        if not _source(session).is_open:
+            raise OptionError("the live source has ended; start it again, and the page with --source")
+        if session.measuring is not None:
+            raise OptionError("a measurement is under way; use its rows, or stop it first")
+
+    def apply(self, session: Session) -> Session:
+        numbers = list(range(len(session.plate)))
+        acquisition = acquisition_of(session, numbers, instrument_of(session))
+        return replace(session, measuring=Measuring(acquisition=acquisition, numbers=tuple(numbers)))
+
+
+def _source(session: Session) -> Source:
+    if session.source is None:
+        raise OptionError("no arm is connected; start with workbench serve --source HOST:PORT")
+    return session.source

@@ -1,6 +1,5 @@
 """Messages: told by the program, put away by the user."""
 
-from collections.abc import Hashable
 from dataclasses import dataclass, replace
 
 from workbench.session.command import AbstractChange
@@ -11,19 +10,10 @@ from workbench.session.state import Session, Severity
 class Tell(AbstractChange):
     """Show a message, for what goes wrong outside the worker (a file that is too large)."""
 
+    title = "Message"
+
     text: str
     severity: Severity = Severity.ERROR
-
-    @property
-    def title(self) -> str:
-        return "Message"
-
-    @property
-    def key(self) -> Hashable | None:
-        return None
-
-    def check(self, session: Session) -> None:
-        """Any text will do."""
 
     def apply(self, session: Session) -> Session:
         return session.tell(self.severity, self.text)
@@ -33,16 +23,8 @@ class Tell(AbstractChange):
 class Dismiss(AbstractChange):
     """Put the messages away."""
 
-    @property
-    def title(self) -> str:
-        return "Put messages away"
-
-    @property
-    def key(self) -> Hashable | None:
-        return "dismiss"
-
-    def check(self, session: Session) -> None:
-        """Nothing can be wrong."""
+    title = "Put messages away"
+    key = "dismiss"
 
     def apply(self, session: Session) -> Session:
         return replace(session, messages=())
@@ -52,18 +34,9 @@ class Dismiss(AbstractChange):
 class SetCaption(AbstractChange):
     """What the demo says; an empty text takes it away."""
 
+    title = "Caption"
+
     text: str
-
-    @property
-    def title(self) -> str:
-        return "Caption"
-
-    @property
-    def key(self) -> Hashable | None:
-        return None
-
-    def check(self, session: Session) -> None:
-        """Any text will do."""
 
     def apply(self, session: Session) -> Session:
         return replace(session, caption=self.text)

@@ -20,7 +20,7 @@ from workbench.session.command import (
 from workbench.session.cubes import values
 from workbench.session.region import draw_region
 from workbench.session.state import CubeView, Field, Session
-from workbench.session.target_steps import judged_anew, remember
+from workbench.session.target_steps import begin_step, rescore
 
 MOST_CUBES = 12_000
 """More cubes than this are refused: the page would no longer be fluid."""
@@ -43,14 +43,12 @@ class SetRegion(AbstractChange):
         step: Whether undo goes back to before it; not so between the first and the last place of a drag.
     """
 
+    title = "Change the region"
+
     least: Corner
     greatest: Corner
     cube: float
     step: bool = True
-
-    @property
-    def title(self) -> str:
-        return "Change the region"
 
     @property
     def key(self) -> Hashable | None:
@@ -67,7 +65,7 @@ class SetRegion(AbstractChange):
 
     def apply(self, session: Session) -> Session:
         if self.step:
-            session = remember(session)
+            session = begin_step(session)
         view = replace(session.cube_view, picked=None, layer=0)
         return replace(session, plate=replace(session.plate, region=self.region()), cube_view=view)
 
@@ -80,15 +78,13 @@ class SetRegion(AbstractChange):
 class ShowCubes(AbstractChange):
     """Choose what colours the cubes, and which of them are seen."""
 
+    key = "cubes"
+
     view: CubeView
 
     @property
     def title(self) -> str:
         return f"Colour the cubes by {self.view.field}"
-
-    @property
-    def key(self) -> Hashable | None:
-        return "cubes"
 
     def check(self, session: Session) -> None:
         if self.view.field is Field.MEASURED and session.comparison is None:
@@ -106,6 +102,8 @@ class ShowCubes(AbstractChange):
 class SampleRegion(AbstractChore):
     """Draw the poses of the region for which errors are predicted."""
 
+    title = "Drawing poses in the region"
+
     least: Corner
     greatest: Corner
     robot: str
@@ -117,17 +115,6 @@ class SampleRegion(AbstractChore):
             return None
         return cls(corner(region.min), corner(region.max), session.robot.name)
 
-    @property
-    def title(self) -> str:
-        return "Drawing poses in the region"
-
-    @property
-    def key(self) -> Hashable | None:
-        return None
-
-    def check(self, session: Session) -> None:
-        """Always possible."""
-
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
         drawn = draw_region(session.robot, session.plate.region, np.random.default_rng(0))
         return session.plate.region, drawn
@@ -136,12 +123,16 @@ class SampleRegion(AbstractChore):
         region, drawn = result
         if session.plate.region is not region:
             raise Cancelled
-        return judged_anew(replace(session, sampled=region, region_q=drawn))
+        return rescore(replace(session, sampled=region, region_q=drawn))
 
 
 @dataclass(frozen=True)
 class MapCubes(AbstractChore):
     """Look at every cube of the region, once somebody wants to see them."""
+
+    is_redone = True
+
+    title = "Looking at every cube of the region"
 
     least: Corner
     greatest: Corner
@@ -155,17 +146,6 @@ class MapCubes(AbstractChore):
         if is_known or session.cube_view.field in (Field.NONE, Field.MEASURED, Field.YIELD):
             return None
         return cls(corner(region.min), corner(region.max), region.cube, session.robot.name)
-
-    @property
-    def title(self) -> str:
-        return "Looking at every cube of the region"
-
-    @property
-    def key(self) -> Hashable | None:
-        return None
-
-    def check(self, session: Session) -> None:
-        """Always possible."""
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
         found = map_cubes(
@@ -185,6 +165,10 @@ class MapCubes(AbstractChore):
         if session.plate.region is not found.region:
             raise Cancelled
         return replace(session, cubes=found)
+
+
+CHORES = (SampleRegion, MapCubes)
+"""What a session asks for by itself, the most urgent first."""
 
 
 def corner(point: np.ndarray) -> Corner:

@@ -1,6 +1,5 @@
 """Commands about trajectories: plan one, play it, pause it, leave it."""
 
-from collections.abc import Hashable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -11,7 +10,6 @@ from workbench.session.command import (
     AbstractChange,
     AbstractTask,
     Cancel,
-    Cancelled,
     Progress,
 )
 from workbench.session.state import (
@@ -53,10 +51,6 @@ class PlanTrack(AbstractTask):
     def title(self) -> str:
         return f"Plan a {self.kind}" + (", corrected" if self.is_corrected else "")
 
-    @property
-    def key(self) -> Hashable | None:
-        return None
-
     def check(self, session: Session) -> None:
         check_free(session)
         if self.kind not in (CIRCLE, LINE):
@@ -71,8 +65,6 @@ class PlanTrack(AbstractTask):
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
         progress(0.2, "looking for joint positions along it")
         track = make_track(session, self.kind, duration=self.duration, is_corrected=self.is_corrected)
-        if cancel():
-            raise Cancelled
         return session.robot, track
 
     def finish(self, session: Session, result: Any) -> Session:
@@ -80,7 +72,7 @@ class PlanTrack(AbstractTask):
         if session.robot is not robot:
             raise OptionError("another arm was chosen meanwhile; plan again")
         session = replace(session, track=track, play=Play(pace=session.play.pace))
-        if session.holder is None:
+        if session.drag is None:
             session = replace(session, focus=Focus.TRACK)
         return session.tell(Severity.INFO, _summary(track))
 
@@ -89,13 +81,8 @@ class PlanTrack(AbstractTask):
 class PlayTrack(AbstractChange):
     """Go on along the trajectory; from its beginning if it has come to its end."""
 
-    @property
-    def title(self) -> str:
-        return "Play the trajectory"
-
-    @property
-    def key(self) -> Hashable | None:
-        return "play"
+    title = "Play the trajectory"
+    key = "play"
 
     def check(self, session: Session) -> None:
         _planned(session)
@@ -115,13 +102,8 @@ class PlayTrack(AbstractChange):
 class PauseTrack(AbstractChange):
     """Stop playing where the arm is; what moves it then says where that is (`PlaceTrack`)."""
 
-    @property
-    def title(self) -> str:
-        return "Pause the trajectory"
-
-    @property
-    def key(self) -> Hashable | None:
-        return "pause"
+    title = "Pause the trajectory"
+    key = "pause"
 
     def check(self, session: Session) -> None:
         _planned(session)
@@ -138,15 +120,14 @@ class PlaceTrack(AbstractChange):
         at: Time along the trajectory [s].
     """
 
+    is_automatic = True
+    key = "place"
+
     at: float
 
     @property
     def title(self) -> str:
         return f"The trajectory at {self.at:.2f} s"
-
-    @property
-    def key(self) -> Hashable | None:
-        return "place"
 
     def check(self, session: Session) -> None:
         duration = _planned(session).duration
@@ -161,13 +142,8 @@ class PlaceTrack(AbstractChange):
 class LeaveTrack(AbstractChange):
     """Stop playing, and let the arm go back to the selected target."""
 
-    @property
-    def title(self) -> str:
-        return "Leave the trajectory"
-
-    @property
-    def key(self) -> Hashable | None:
-        return "leave"
+    title = "Leave the trajectory"
+    key = "leave"
 
     def check(self, session: Session) -> None:
         _planned(session)
@@ -184,15 +160,13 @@ class SetPace(AbstractChange):
         pace: In multiples of the trajectory's own time.
     """
 
+    key = "pace"
+
     pace: float
 
     @property
     def title(self) -> str:
         return f"Play at {self.pace:g} times the pace"
-
-    @property
-    def key(self) -> Hashable | None:
-        return "pace"
 
     def check(self, session: Session) -> None:
         if not SLOWEST <= self.pace <= FASTEST:

@@ -1,16 +1,15 @@
 """Commands that go back: undo, redo, to the plate as loaded, to the best one so far."""
 
-from collections.abc import Hashable
 from dataclasses import dataclass, replace
 
 from workbench.session.command import AbstractChange
 from workbench.session.state import Session, Severity, Step
 from workbench.session.target_steps import (
+    begin_step,
     check_free,
+    commit_step,
     first_difference,
-    remember,
-    settled,
-    stand,
+    with_targets,
 )
 
 
@@ -18,13 +17,7 @@ from workbench.session.target_steps import (
 class Undo(AbstractChange):
     """Take the last step back."""
 
-    @property
-    def title(self) -> str:
-        return "Undo"
-
-    @property
-    def key(self) -> Hashable | None:
-        return None
+    title = "Undo"
 
     def check(self, session: Session) -> None:
         check_free(session)
@@ -34,20 +27,14 @@ class Undo(AbstractChange):
             return session.tell(Severity.INFO, "there is nothing to undo: no target has been moved")
         step = session.done[-1]
         undone = (*session.undone, Step(session.plate, session.states))
-        return restored(replace(session, done=session.done[:-1], undone=undone), step)
+        return go_to_step(replace(session, done=session.done[:-1], undone=undone), step)
 
 
 @dataclass(frozen=True)
 class Redo(AbstractChange):
     """Make the last undone step again."""
 
-    @property
-    def title(self) -> str:
-        return "Redo"
-
-    @property
-    def key(self) -> Hashable | None:
-        return None
+    title = "Redo"
 
     def check(self, session: Session) -> None:
         check_free(session)
@@ -57,20 +44,14 @@ class Redo(AbstractChange):
             return session.tell(Severity.INFO, "there is nothing to redo: no move has been undone")
         step = session.undone[-1]
         done = (*session.done, Step(session.plate, session.states))
-        return restored(replace(session, undone=session.undone[:-1], done=done), step)
+        return go_to_step(replace(session, undone=session.undone[:-1], done=done), step)
 
 
 @dataclass(frozen=True)
 class ResetTargets(AbstractChange):
     """Put the plate back to how it was loaded; can be undone."""
 
-    @property
-    def title(self) -> str:
-        return "Reset the targets"
-
-    @property
-    def key(self) -> Hashable | None:
-        return None
+    title = "Reset the targets"
 
     def check(self, session: Session) -> None:
         check_free(session)
@@ -79,20 +60,14 @@ class ResetTargets(AbstractChange):
         first = session.first_plate
         if session.plate is first:
             return session.tell(Severity.INFO, f"the targets already stand as in '{first.name}'")
-        return restored(remember(session), Step(first, session.first_states))
+        return go_to_step(begin_step(session), Step(first, session.first_states))
 
 
 @dataclass(frozen=True)
 class RestoreBest(AbstractChange):
     """Put the plate back to where it was best so far; can be undone."""
 
-    @property
-    def title(self) -> str:
-        return "Back to the best so far"
-
-    @property
-    def key(self) -> Hashable | None:
-        return None
+    title = "Back to the best so far"
 
     def check(self, session: Session) -> None:
         check_free(session)
@@ -100,11 +75,11 @@ class RestoreBest(AbstractChange):
     def apply(self, session: Session) -> Session:
         if session.best is None or session.best.plate is session.plate:
             return session.tell(Severity.INFO, "this is the best plate so far")
-        return restored(remember(session), session.best)
+        return go_to_step(begin_step(session), session.best)
 
 
-def restored(session: Session, step: Step) -> Session:
+def go_to_step(session: Session, step: Step) -> Session:
     """The session with the targets of a step, the first one that differs selected."""
-    return settled(
-        stand(session, step.plate, step.states, selected=first_difference(session.plate, step.plate))
+    return commit_step(
+        with_targets(session, step.plate, step.states, selected=first_difference(session.plate, step.plate))
     )

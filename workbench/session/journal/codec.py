@@ -15,15 +15,9 @@ from enum import Enum
 from pathlib import PurePosixPath
 from typing import Any
 
-from workbench.session import commands
-from workbench.session.command import AbstractCommand
+from workbench.session import commands as _commands  # noqa: F401 (defines all commands)
+from workbench.session.command import AbstractCommand, kinds
 
-COMMANDS: dict[str, type[AbstractCommand]] = {
-    name: found
-    for name, found in vars(commands).items()
-    if isinstance(found, type) and issubclass(found, AbstractCommand)
-}
-"""Commands that a journal may hold: all that `session.commands` hands out."""
 INPUTS = "inputs"
 """Folder of the files that commands brought."""
 LONGEST_SUFFIX = 8
@@ -38,8 +32,8 @@ def encode(command: AbstractCommand) -> tuple[dict[str, Any], dict[str, bytes]]:
     Raises:
         TypeError: the command is none that a journal may hold, or has a value that can't be written.
     """
-    if COMMANDS.get(type(command).__name__) is not type(command):
-        raise TypeError(f"{type(command).__name__} is no command of the session")
+    if not isinstance(command, AbstractCommand):
+        raise TypeError(f"{type(command).__name__} is not a command")
     files: dict[str, bytes] = {}
     suffix = PurePosixPath(str(getattr(command, "name", ""))).suffix[:LONGEST_SUFFIX]
     ending = suffix if suffix[1:].isalnum() else ""
@@ -57,9 +51,10 @@ def decode(name: str, values: Mapping[str, Any], load: Load) -> AbstractCommand:
     Raises:
         ValueError: there is no such command, or it has no such fields.
     """
-    if name not in COMMANDS:
+    kind = kinds().get(name)
+    if kind is None:
         raise ValueError(f"the command '{name}' is unknown")
-    return _build(COMMANDS[name], values, load)
+    return _build(kind, values, load)
 
 
 def file_name(content: bytes, ending: str) -> str:

@@ -27,11 +27,12 @@ from workbench.base.files import write_text
 from workbench.plate.plate import Plate
 from workbench.plate.plate_toml import plate_to_table, read_plate
 from workbench.report.json import plain
-from workbench.session.follower import AbstractKeeper
+from workbench.session.command import AbstractCommand
+from workbench.session.commands.drag import DropTarget
 from workbench.session.journal.appender import Appender
 from workbench.session.journal.entry import Entry
 from workbench.session.journal.logbook import Logbook
-from workbench.session.journal.numbers import changed
+from workbench.session.journal.numbers import changed_numbers
 from workbench.session.journal.reader import (
     JOURNAL,
     PLATE,
@@ -41,6 +42,7 @@ from workbench.session.journal.reader import (
 )
 from workbench.session.start import start
 from workbench.session.state import Session
+from workbench.session.view import AbstractKeeper
 
 ROOT = Path("recordings")
 """Where sessions go by default, below the current folder."""
@@ -63,6 +65,12 @@ class Begun:
     folder: Path | None = None
     entries: tuple[Entry, ...] = ()
     trouble: str = ""
+
+    @property
+    def opening(self) -> tuple[AbstractCommand, ...]:
+        """What comes first: the end of a drag in which the program was stopped."""
+        drag = self.session.drag
+        return () if drag is None else (DropTarget(drag.client),)
 
     @property
     def name(self) -> str:
@@ -151,7 +159,7 @@ def _header(session: Session) -> dict[str, Any]:
             "began": _now().isoformat(timespec="seconds"),
             "robot": session.robot.name,
             "plate": session.plate.name,
-            "numbers": changed(session, None),
+            "numbers": changed_numbers(session, None),
         }
     )
 

@@ -11,12 +11,12 @@ from datetime import UTC, datetime
 from typing import Any
 
 from workbench.base.errors import WorkbenchError
-from workbench.session.follower import AbstractKeeper, Tell
 from workbench.session.journal import codec
 from workbench.session.journal.appender import Appender
 from workbench.session.journal.entry import Entry
-from workbench.session.journal.numbers import changed
+from workbench.session.journal.numbers import changed_numbers
 from workbench.session.state import Session, Severity
+from workbench.session.view import AbstractKeeper, Tell
 
 log = logging.getLogger(__name__)
 
@@ -96,7 +96,7 @@ class Logbook(AbstractKeeper):
 def _line(
     step: int, entry: Entry, fields: dict[str, Any], session: Session, before: Session | None
 ) -> dict[str, Any]:
-    told = 0 if before is None else before.told
+    told = 0 if before is None else before.message_count
     return {
         "step": step,
         "at": round(entry.at, 6),
@@ -109,7 +109,7 @@ def _line(
         "seconds": round(entry.seconds, 6),
         "text": entry.text,
         "says": [message.text for message in session.messages if message.number > told],
-        "numbers": changed(session, before),
+        "numbers": changed_numbers(session, before),
     }
 
 

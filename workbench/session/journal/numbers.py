@@ -31,7 +31,7 @@ class Subject:
     numbers: Callable[[Session], Any]
 
 
-def changed(session: Session, before: Session | None) -> Json:
+def changed_numbers(session: Session, before: Session | None) -> Json:
     """What is new since an earlier snapshot; everything if there is none."""
     found = {}
     for name, subject in SUBJECTS.items():

@@ -6,7 +6,9 @@ import viser
 
 from workbench.arm.robot import Robot
 from workbench.plate.plate import Plate
-from workbench.session.commands import CHORES, LoadData, TellSource
+from workbench.session.commands.data import LoadData
+from workbench.session.commands.measure import TellSource
+from workbench.session.commands.region import CHORES
 from workbench.session.journal.folder import Begun, unrecorded
 from workbench.session.live import LiveSource
 from workbench.session.steering import VirtualDriver
@@ -47,7 +49,13 @@ class App:
     ):
         begun = unrecorded(robot, plate) if begun is None else begun
         self.server = local_server() if server is None else server
-        self.worker = Worker(begun.session, keepers=begun.keepers, journal=begun.entries, chores=CHORES)
+        self.worker = Worker(
+            begun.session,
+            keepers=begun.keepers,
+            journal=begun.entries,
+            chores=CHORES,
+            opening=begun.opening,
+        )
         link = session_link(self.server, begun.name) if begun.name else ""
         self.view = BrowserView(self.server, self.worker, link=link)
         self.worker.add_view(self.view)

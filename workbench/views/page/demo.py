@@ -7,20 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.session.command import AbstractCommand
-from workbench.session.commands import (
-    AddEffects,
-    Diagnose,
-    DropTarget,
-    GrabTarget,
-    Identify,
-    MeasureVirtualArm,
-    MoveTarget,
-    RestoreBest,
-    SetCaption,
-    ShowCubes,
-    ShowRow,
-    Tell,
-)
+from workbench.session.commands.compare import ShowRow
+from workbench.session.commands.data import MeasureVirtualArm
+from workbench.session.commands.diagnose import AddEffects, Diagnose
+from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget
+from workbench.session.commands.identify import Identify
+from workbench.session.commands.messages import SetCaption, Tell
+from workbench.session.commands.region import ShowCubes
+from workbench.session.commands.undo import RestoreBest
 from workbench.session.state import (
     CubeView,
     Field,

@@ -7,7 +7,7 @@ import numpy as np
 from workbench.identification.fit import Fit
 from workbench.identification.report.parameters import unseen
 from workbench.report.numbers import signed, standard_error
-from workbench.session.commands import DropTarget, MoveTarget
+from workbench.session.commands.drag import DropTarget, MoveTarget
 from workbench.session.journal.entry import Ending, Entry
 from workbench.session.state import Session
 

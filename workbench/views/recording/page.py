@@ -16,7 +16,7 @@ from workbench.identification.report.page import error_cards
 from workbench.report.drawing import svg
 from workbench.report.html import page_template, themed
 from workbench.report.numbers import short
-from workbench.session.commands import DropTarget, GrabTarget, MoveTarget
+from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget
 from workbench.session.journal.check import Replayed
 from workbench.session.journal.entry import Ending
 from workbench.session.journal.reader import Line, Recording

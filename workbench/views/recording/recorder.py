@@ -10,9 +10,9 @@ import time
 from collections import deque
 from collections.abc import Callable
 
-from workbench.session.follower import AbstractKeeper, Tell
 from workbench.session.journal.entry import Entry
 from workbench.session.state import Session, Severity
+from workbench.session.view import AbstractKeeper, Tell
 from workbench.views.recording.canvas import Canvas
 from workbench.views.recording.drawing import Drawing, Pace
 from workbench.views.recording.entities import Moment

@@ -5,8 +5,8 @@ import viser
 
 from workbench.arm.library import built_in_robots
 from workbench.arm.robot import JointKind, Robot
-from workbench.session.commands import ChooseRobot, LoadModel, Tell
-from workbench.session.commands.arm import LARGEST_MODEL
+from workbench.session.commands.arm import LARGEST_MODEL, ChooseRobot, LoadModel
+from workbench.session.commands.messages import Tell
 from workbench.session.state import Session
 from workbench.session.worker import Worker
 from workbench.views.page.html import (

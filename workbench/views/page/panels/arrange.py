@@ -8,16 +8,10 @@ import viser
 from workbench.base.errors import OptionError, WorkbenchError
 from workbench.plate.patterns import MOST_TARGETS, PATTERNS
 from workbench.plate.plate import Plate
-from workbench.session.commands import (
-    ApplyPattern,
-    ClusterTargets,
-    ImprovePlate,
-    MixBranches,
-    PlaceTargets,
-    RenumberTarget,
-    SnapTarget,
-    Tell,
-)
+from workbench.session.commands.arrange import ApplyPattern, PlaceTargets, SnapTarget
+from workbench.session.commands.edit import MixBranches, RenumberTarget
+from workbench.session.commands.messages import Tell
+from workbench.session.commands.plate import ClusterTargets, ImprovePlate
 from workbench.session.state import Session, Units
 from workbench.session.worker import Worker
 from workbench.views.page.panels.coordinates import NAMES, SIZES, Quantity
@@ -77,7 +71,7 @@ class ArrangePanel(AbstractPanel):
             button.disabled = session.job is not None
         self._number.max = len(session.plate)
         basis = (session.plate, session.units)
-        if basis != self._shown and session.holder is None:
+        if basis != self._shown and session.drag is None:
             self._shown = basis
             length, angle = (NAMES[session.units, quantity] for quantity in Quantity)
             self._table.label = f"x y z [{length}] r p y [{angle}]"

@@ -7,9 +7,8 @@ import viser
 
 from workbench.arm.robot import JointKind, Robot
 from workbench.session.bending import Bending, bend, bending_robot
-from workbench.session.commands import SetOverlay
 from workbench.session.commands.arm import standing
-from workbench.session.commands.compare import GREATEST_EXAGGERATION, LEAST_EXAGGERATION
+from workbench.session.commands.compare import GREATEST_EXAGGERATION, LEAST_EXAGGERATION, SetOverlay
 from workbench.session.state import Session
 from workbench.session.worker import Worker
 from workbench.views.appearance.colours import BENT, css

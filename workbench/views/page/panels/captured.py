@@ -4,7 +4,7 @@ import numpy as np
 import viser
 
 from workbench.session.captured import Captured, captured
-from workbench.session.commands import CapturePose, ForgetPoses
+from workbench.session.commands.arm import CapturePose, ForgetPoses
 from workbench.session.export import captured_csv
 from workbench.session.state import Session
 from workbench.session.worker import Worker

@@ -6,7 +6,8 @@ from functools import partial
 import viser
 
 from workbench.arm.robot import Robot
-from workbench.session.commands import HoldParameter, LeaveRowsOut, Tell
+from workbench.session.commands.identify import HoldParameter, LeaveRowsOut
+from workbench.session.commands.messages import Tell
 from workbench.session.state import Session
 from workbench.session.worker import Worker
 from workbench.views.page.panels.panel import (
@@ -48,7 +49,7 @@ class ChoicesPanel(AbstractPanel):
         self._rows.disabled = session.loaded is None
         set_value(self._rows, shown_rows(session.left_out))
         for name, box in self._boxes.items():
-            set_value(box, name not in session.held)
+            set_value(box, name not in session.fixed)
 
     def _rebuild(self, robot: Robot) -> None:
         self._robot = robot
@@ -68,7 +69,7 @@ class ChoicesPanel(AbstractPanel):
         self._worker.submit(HoldParameter(name, not self._boxes[name].value))
 
     def _free_all(self) -> None:
-        for name in self._worker.session.held:
+        for name in self._worker.session.fixed:
             self._worker.submit(HoldParameter(name, False))
 
     def _leave_out(self) -> None:

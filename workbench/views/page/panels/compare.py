@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import viser
 
-from workbench.session.commands import LeaveRowsOut, SetOverlay, ShowRow
-from workbench.session.commands.compare import GREATEST_EXAGGERATION, LEAST_EXAGGERATION
+from workbench.session.commands.compare import GREATEST_EXAGGERATION, LEAST_EXAGGERATION, SetOverlay, ShowRow
+from workbench.session.commands.identify import LeaveRowsOut
 from workbench.session.comparison import Comparison
 from workbench.session.state import Session
 from workbench.session.worker import Worker

@@ -2,13 +2,15 @@
 
 import viser
 
-from workbench.session.commands import (
+from workbench.session.commands.data import (
+    LARGEST_FILE,
+    MOST_MORE,
+    VIRTUAL_INSTRUMENTS,
     ForgetData,
     LoadData,
     MeasureVirtualArm,
-    Tell,
 )
-from workbench.session.commands.data import LARGEST_FILE, MOST_MORE, VIRTUAL_INSTRUMENTS
+from workbench.session.commands.messages import Tell
 from workbench.session.state import Loaded, Session
 from workbench.session.worker import Worker
 from workbench.views.page.html import (

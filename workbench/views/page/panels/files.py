@@ -5,7 +5,7 @@ from collections.abc import Callable
 import viser
 
 from workbench.base.errors import WorkbenchError
-from workbench.session.commands import Tell
+from workbench.session.commands.messages import Tell
 from workbench.session.export import (
     File,
     calibrated_toml,

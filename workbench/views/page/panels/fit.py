@@ -5,7 +5,8 @@ import viser
 
 from workbench.data.requirement import Requirement
 from workbench.identification.error_columns import columns_of
-from workbench.session.commands import Identify, ShowFit
+from workbench.session.commands.compare import ShowFit
+from workbench.session.commands.identify import Identify
 from workbench.session.export import calibrated_toml
 from workbench.session.state import Session
 from workbench.session.worker import Worker

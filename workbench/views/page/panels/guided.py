@@ -4,7 +4,7 @@ import numpy as np
 import viser
 
 from workbench.data.live.acquisition import Standing, Status
-from workbench.session.commands import (
+from workbench.session.commands.measure import (
     BeginMeasuring,
     DriveArm,
     EndMeasuring,

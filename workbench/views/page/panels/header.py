@@ -2,7 +2,7 @@
 
 import viser
 
-from workbench.session.commands import Dismiss, SetCaption
+from workbench.session.commands.messages import Dismiss, SetCaption
 from workbench.session.state import (
     Focus,
     Message,
@@ -88,7 +88,7 @@ def next_step(session: Session) -> str:
         return f'<span data-testid="caption" style="font-size:15px">{text(session.caption)}</span>'
     if session.job is not None:
         return "You can go on working meanwhile."
-    if session.holder is not None:
+    if session.drag is not None:
         return "Watch the arm and the numbers. Let go to keep the place; <b>Undo</b> takes it back."
     if session.measuring is not None:
         return (

@@ -44,10 +44,10 @@ class InfluencePanel(AbstractPanel):
         basis = (session.robot, q, session.states)
         if len(self._shown) == 3 and all(a is b for a, b in zip(basis, self._shown, strict=True)):
             return
-        if session.holder is not None and time.monotonic() - self._drawn_at < LIVE:
+        if session.drag is not None and time.monotonic() - self._drawn_at < LIVE:
             return
         self._drawn_at = time.monotonic()
-        if session.holder is None or session.robot is not self._shown[0]:
+        if session.drag is None or session.robot is not self._shown[0]:
             self._at_targets = _at_targets(session)
         self._shown = basis
         here = first_order_influence(session.robot, q[None])

@@ -8,8 +8,7 @@ import viser
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.robot import JointKind, Robot
 from workbench.base import se3
-from workbench.session.commands import Jog, JogTo
-from workbench.session.commands.arm import standing
+from workbench.session.commands.arm import Jog, JogTo, standing
 from workbench.session.state import Session, Units
 from workbench.session.worker import Worker
 from workbench.views.page.panels.coordinates import Coordinates, Quantity
@@ -52,7 +51,7 @@ class JogPanel(AbstractPanel):
     def show(self, session: Session) -> None:
         if session.robot is not self._robot:
             self._rebuild(session.robot)
-        elif session.holder is not None:
+        elif session.drag is not None:
             return  # many controls: they follow when the target is let go
         q = standing(session)
         for slider, value, joint in zip(self._sliders, q, session.robot.moving, strict=True):

@@ -3,14 +3,9 @@
 import viser
 
 from workbench.session.command import AbstractCommand
-from workbench.session.commands import (
-    Redo,
-    RestoreBest,
-    SelectTarget,
-    SetDark,
-    SetUnits,
-    Undo,
-)
+from workbench.session.commands.compare import SetDark, SetUnits
+from workbench.session.commands.drag import SelectTarget
+from workbench.session.commands.undo import Redo, RestoreBest, Undo
 from workbench.session.state import Session, Units
 from workbench.session.worker import Worker
 from workbench.views.page.html import (

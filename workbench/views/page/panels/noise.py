@@ -3,7 +3,7 @@
 import numpy as np
 import viser
 
-from workbench.session.commands import SetNoise
+from workbench.session.commands.plate import SetNoise
 from workbench.session.state import Session
 from workbench.session.worker import Worker
 from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value

@@ -3,8 +3,7 @@
 import viser
 
 from workbench.plate.report.design import yield_sentence
-from workbench.session.commands import TryPlate
-from workbench.session.commands.production import MOST_ARMS
+from workbench.session.commands.plate import MOST_ARMS, TryPlate
 from workbench.session.state import Session
 from workbench.session.worker import Worker
 from workbench.views.page.html import (

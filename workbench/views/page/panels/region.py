@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import viser
 
-from workbench.session.commands import MoveTarget, SetRegion, ShowCubes
+from workbench.session.commands.drag import MoveTarget
+from workbench.session.commands.region import SetRegion, ShowCubes
 from workbench.session.cubes import (
     FACTORS,
     IN_MILLIMETRES,

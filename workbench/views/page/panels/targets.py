@@ -4,19 +4,9 @@ import numpy as np
 import viser
 
 from workbench.plate.plate import AUTO
-from workbench.session.commands import (
-    AddTarget,
-    ChooseBranch,
-    CopyTarget,
-    DeleteTarget,
-    LockTarget,
-    MoveTarget,
-    Redo,
-    ResetTargets,
-    RestoreBest,
-    SelectTarget,
-    Undo,
-)
+from workbench.session.commands.drag import MoveTarget, SelectTarget
+from workbench.session.commands.edit import AddTarget, ChooseBranch, CopyTarget, DeleteTarget, LockTarget
+from workbench.session.commands.undo import Redo, ResetTargets, RestoreBest, Undo
 from workbench.session.state import Session, TargetState
 from workbench.session.worker import Worker
 from workbench.views.appearance.colours import (
@@ -91,7 +81,7 @@ class TargetsPanel(AbstractPanel):
         set_options(self._choice, [str(k + 1) for k in range(len(session.plate))], str(i + 1))
         self._xyz.show(target.xyz, session.units)
         self._rpy.show(target.rpy, session.units)
-        known = [way.name for way in session.ways] if session.ways_of is target else []
+        known = [way.name for way in session.branches] if session.branches_of is target else []
         mine = [target.branch] if target.branch not in (AUTO, *known) else []
         chosen = LEFT_TO_PROGRAM if target.branch == AUTO else target.branch
         set_options(self._branch, [LEFT_TO_PROGRAM, *mine, *known], chosen)

@@ -3,14 +3,16 @@
 import numpy as np
 import viser
 
-from workbench.session.commands import (
+from workbench.session.commands.track import (
+    GREATEST_TIME,
+    LEAST_TIME,
+    SLOWEST,
     LeaveTrack,
     PauseTrack,
     PlanTrack,
     PlayTrack,
     SetPace,
 )
-from workbench.session.commands.track import GREATEST_TIME, LEAST_TIME, SLOWEST
 from workbench.session.state import Focus, Session
 from workbench.session.track import (
     CIRCLE,

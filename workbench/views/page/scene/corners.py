@@ -5,8 +5,7 @@ import viser
 
 from workbench.base import se3
 from workbench.plate.region import Region
-from workbench.session.commands import SetRegion
-from workbench.session.commands.region import corner
+from workbench.session.commands.region import SetRegion, corner
 from workbench.session.state import Session
 from workbench.session.worker import Worker
 from workbench.views.appearance.colours import REGION

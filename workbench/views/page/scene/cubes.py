@@ -14,7 +14,7 @@ from jaxtyping import Bool, Float, Int
 
 from workbench.base import se3
 from workbench.plate.region import Region
-from workbench.session.commands import ShowCubes
+from workbench.session.commands.region import ShowCubes
 from workbench.session.cubes import (
     LARGER_IS_BETTER,
     CubeValues,
@@ -64,7 +64,7 @@ class CubesPart(AbstractPart):
         basis = (view, region, session.cubes, session.comparison, self._score(session))
         if len(basis) == len(self._drawn) and all(a is b for a, b in zip(basis, self._drawn, strict=True)):
             return
-        if session.holder is not None and time.monotonic() - self._when < RECOLOURED:
+        if session.drag is not None and time.monotonic() - self._when < RECOLOURED:
             return  # the last step of a drag is drawn in any case, when the target is let go
         self._drawn, self._when = basis, time.monotonic()
         numbers = values(session)

@@ -27,12 +27,12 @@ class BranchGhosts(AbstractPart):
     def show(self, session: Session) -> None:
         is_shown = (
             session.focus is Focus.TARGET
-            and session.holder is None
+            and session.drag is None
             and session.overlay.ghosts
             and session.cube_view.field is Field.NONE
-            and session.ways_of is session.plate.targets[session.selected]
+            and session.branches_of is session.plate.targets[session.selected]
         )
-        basis = (session.ways, session.states[session.selected]) if is_shown else None
+        basis = (session.branches, session.states[session.selected]) if is_shown else None
         if basis == self._drawn:
             return
         self._drawn = basis
@@ -59,4 +59,4 @@ class BranchGhosts(AbstractPart):
 def other_ways(session: Session) -> list[np.ndarray]:
     """Joint positions of the branches that the arm does not take."""
     now = session.states[session.selected].q
-    return [w.q for w in session.ways if np.abs(w.q - now).max() > SAME][:MOST]
+    return [w.q for w in session.branches if np.abs(w.q - now).max() > SAME][:MOST]

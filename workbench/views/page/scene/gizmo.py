@@ -10,7 +10,7 @@ import viser
 
 from workbench.base import se3
 from workbench.base.types import Matrix4
-from workbench.session.commands import DropTarget, GrabTarget, MoveTarget
+from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget
 from workbench.session.state import Focus, Session
 from workbench.session.worker import Worker
 from workbench.views.page.scene.nodes import put

@@ -4,8 +4,8 @@ import numpy as np
 import viser
 
 from workbench.base import se3
-from workbench.session.commands import ShowRow
 from workbench.session.commands.arm import standing
+from workbench.session.commands.compare import ShowRow
 from workbench.session.comparison import Comparison
 from workbench.session.state import Focus, Overlay, Session
 from workbench.session.worker import Worker

@@ -4,7 +4,7 @@ import numpy as np
 import viser
 
 from workbench.plate.plate import Target
-from workbench.session.commands import SelectTarget
+from workbench.session.commands.drag import SelectTarget
 from workbench.session.state import Session
 from workbench.session.worker import Worker
 from workbench.views.appearance.colours import PLATE, REACHED, target_colour

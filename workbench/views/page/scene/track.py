@@ -14,7 +14,7 @@ import numpy as np
 import viser
 from jaxtyping import Float, Int, UInt8
 
-from workbench.session.commands import PlaceTrack
+from workbench.session.commands.track import PlaceTrack
 from workbench.session.state import Focus, Play, Session
 from workbench.session.track import Track
 from workbench.session.worker import Worker

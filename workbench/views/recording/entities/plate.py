@@ -4,7 +4,7 @@ import numpy as np
 import rerun as rr
 
 from workbench.plate.plate import Plate
-from workbench.session.commands import DropTarget, MoveTarget
+from workbench.session.commands.drag import DropTarget, MoveTarget
 from workbench.views.appearance.colours import PLATE, REACHED, target_colour
 from workbench.views.appearance.shapes import SIDE, box, target_block
 from workbench.views.recording.canvas import Canvas
@@ -87,7 +87,7 @@ class Trails(AbstractEntity):
                 way.append(target.xyz)
                 if len(way) > 2 * LONGEST:
                     del way[1:-1:2]
-        if session.holder is None:
+        if session.drag is None:
             for i, way in enumerate(self._ways):
                 self._show(canvas, i, way)
 

@@ -44,8 +44,8 @@ class Cubes(AbstractEntity):
 
     def draw(self, canvas: Canvas, moment: Moment) -> None:
         session = moment.session
-        numbers = None if session.holder is not None else cubes.values(session)
-        if session.holder is not None:
+        numbers = None if session.drag is not None else cubes.values(session)
+        if session.drag is not None:
             return
         if numbers is None:
             if self._drawn:

@@ -6,7 +6,7 @@ import numpy as np
 import rerun as rr
 
 from workbench.report.numbers import short
-from workbench.session.commands import ClusterTargets, ImprovePlate
+from workbench.session.commands.plate import ClusterTargets, ImprovePlate
 from workbench.session.journal.entry import Ending
 from workbench.session.state import Score, Session
 from workbench.views.recording.canvas import Canvas

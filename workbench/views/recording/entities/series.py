@@ -8,7 +8,7 @@ import rerun as rr
 
 from workbench.diagnosis.record import judged
 from workbench.identification.record import Run, Validation
-from workbench.session.commands import DropTarget, GrabTarget, MoveTarget
+from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget
 from workbench.session.state import Score, Session
 from workbench.views.appearance.colours import ARROW_AFTER, ARROW_BEFORE, SELECTED
 from workbench.views.recording.canvas import Canvas

@@ -18,12 +18,12 @@ class Log(AbstractEntity):
 
     def draw(self, canvas: Canvas, moment: Moment) -> None:
         if moment.entry is None:
-            self._told = moment.session.told
+            self._told = moment.session.message_count
             words = "The session begins" if moment.step == 0 else "The session goes on"
             canvas.log("log", rr.TextLog(words, level="INFO"))
             return
         says = [m.text for m in moment.session.messages if m.number > self._told]
-        self._told = moment.session.told
+        self._told = moment.session.message_count
         if moment.is_passing and not says and moment.entry.ending is Ending.DONE:
             return
         text = sentence(moment.entry, moment.session, says)

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 from workbench.base.errors import DataError, OptionError
 from workbench.session.command import (
+    AbstractChange,
     AbstractTask,
     Cancel,
-    Cancelled,
     Progress,
 )
 from workbench.session.commands.compare import with_fit
@@ -34,25 +34,19 @@ class Identify(AbstractTask):
         seed: Of the choice of held-out rows.
     """
 
+    title = "Identify the parameters"
+
     algorithms: tuple[str, ...] = ALGORITHMS
     held_out: float = 0.2
     frames: str = "auto"
     seed: int = 0
-
-    @property
-    def title(self) -> str:
-        return "Identify the parameters"
-
-    @property
-    def key(self) -> Hashable | None:
-        return None
 
     def check(self, session: Session) -> None:
         if session.loaded is None:
             raise DataError("there are no measurements yet; load a file or measure a virtual arm first")
         if not self.algorithms or set(self.algorithms) - set(ALGORITHMS):
             raise OptionError("choose at least one of the algorithms OLS, OPT1 and OPT2")
-        if not set(session.robot.default_free) - session.held:
+        if not set(session.robot.default_free) - session.fixed:
             raise OptionError("every parameter is held; tick at least one of them to be identified")
         if not 0.0 <= self.held_out < 1.0:
             raise OptionError(f"{self.held_out:.0%} of the rows can't be held out; give 0 to 90 %")
@@ -69,15 +63,13 @@ class Identify(AbstractTask):
             algorithms=self.algorithms,
             held_out=self.held_out if loaded.checks is None else loaded.checks,
             frames=self.frames,
-            free=tuple(n for n in session.robot.default_free if n not in session.held),
+            free=tuple(n for n in session.robot.default_free if n not in session.fixed),
             exclude=dict.fromkeys(sorted(session.left_out), "left out by hand"),
             effects=tuple(name for effect in added for name in effect.names),
             seed=self.seed,
             progress=progress,
             cancel=cancel,
         )
-        if cancel():
-            raise Cancelled
         return loaded, found
 
     def finish(self, session: Session, result: Any) -> Session:
@@ -103,3 +95,61 @@ def _summary(found: "Identification", fit: str) -> str:
         f"mean error on {kind} poses: {old.position_mm.mean:.3g} mm with the nominal arm, "
         f"{new.position_mm.mean:.3g} mm with the calibrated one ({fit.upper()})"
     )
+
+
+@dataclass(frozen=True)
+class LeaveRowsOut(AbstractChange):
+    """Keep exactly these measured rows out of the next identification.
+
+    Args:
+        rows: Numbers of the data's rows, counted from 0.
+    """
+
+    key = "rows"
+
+    rows: tuple[int, ...]
+
+    @property
+    def title(self) -> str:
+        return f"Leave {len(self.rows)} rows out"
+
+    def check(self, session: Session) -> None:
+        if session.loaded is None:
+            raise DataError("there are no measurements yet, so no row can be left out")
+        known = set(session.loaded.dataset.row.tolist())
+        if unknown := sorted(set(self.rows) - known):
+            raise OptionError(f"there is no row {unknown[0]}; rows are {min(known)} to {max(known)}")
+        if not known - set(self.rows):
+            raise OptionError("every row would be left out; keep some to fit")
+
+    def apply(self, session: Session) -> Session:
+        return replace(session, left_out=frozenset(self.rows))
+
+
+@dataclass(frozen=True)
+class HoldParameter(AbstractChange):
+    """Hold a parameter at its nominal value, or let it be identified.
+
+    Args:
+        name: Such as `joint2.alpha`.
+        held: Whether to hold it.
+    """
+
+    name: str
+    held: bool
+
+    @property
+    def title(self) -> str:
+        return f"{'Hold' if self.held else 'Free'} {self.name}"
+
+    @property
+    def key(self) -> Hashable | None:
+        return ("hold", self.name)
+
+    def check(self, session: Session) -> None:
+        if self.name not in session.robot.default_free:
+            raise OptionError(f"'{self.name}' is no free parameter of {session.robot.name}")
+
+    def apply(self, session: Session) -> Session:
+        names = {self.name}
+        return replace(session, fixed=session.fixed | names if self.held else session.fixed - names)

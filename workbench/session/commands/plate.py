@@ -1,0 +1,185 @@
+"""Commands that search whole plates: poses of equal index (ARIA §4.2), and the plate with the least error."""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from workbench.base.errors import OptionError
+from workbench.plate.patterns import MOST_TARGETS
+from workbench.plate.plate import AUTO
+from workbench.session.command import (
+    AbstractChange,
+    AbstractTask,
+    Cancel,
+    Progress,
+)
+from workbench.session.commands.arrange import place_targets
+from workbench.session.state import Noise, Session, Severity, Trial
+from workbench.session.target_steps import check_free, is_better, rescore
+
+
+@dataclass(frozen=True)
+class ClusterTargets(AbstractTask):
+    """Replace the targets by poses with equal O in mutually different cubes of the region.
+
+    Args:
+        number: How many.
+        seed: Of the search.
+    """
+
+    number: int = 10
+    seed: int = 0
+
+    @property
+    def title(self) -> str:
+        return f"Search {self.number} poses of equal index"
+
+    def check(self, session: Session) -> None:
+        check_free(session)
+        most = min(MOST_TARGETS, session.plate.region.cubes)
+        if not 2 <= self.number <= most:
+            raise OptionError(f"{self.number} poses in different cubes can't be searched; give 2 to {most}")
+
+    def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
+        from workbench.plate.verbs import cluster_region
+
+        plate = session.plate
+        found = cluster_region(
+            session.robot,
+            plate.region,
+            number=self.number,
+            seed=self.seed,
+            progress=lambda share: progress(share, "searching"),
+            cancel=cancel,
+        )
+        return found.plate().targets
+
+    def finish(self, session: Session, result: Any) -> Session:
+        check_free(session)
+        session = place_targets(session, result)
+        return session.tell(Severity.INFO, f"{len(result)} poses of equal index are the targets now")
+
+
+@dataclass(frozen=True)
+class ImprovePlate(AbstractTask):
+    """Let the program place all targets for the least predicted error in the region, free of collisions.
+
+    Args:
+        seed: Of the search.
+    """
+
+    title = "Improve this plate"
+
+    seed: int = 0
+
+    def check(self, session: Session) -> None:
+        check_free(session)
+        locked = [i + 1 for i, target in enumerate(session.plate.targets) if target.locked]
+        if locked:
+            raise OptionError(f"the search places all targets anew; unlock target {locked[0]} first")
+
+    def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
+        from workbench.plate.design import optimise_plate
+
+        noise = session.noise
+        found = optimise_plate(
+            session.robot,
+            session.plate,
+            sigma=(noise.position, noise.rotation),
+            seed=self.seed,
+            progress=lambda share: progress(share, "placing targets"),
+            cancel=cancel,
+        )
+        return found.plate.targets
+
+    def finish(self, session: Session, result: Any) -> Session:
+        check_free(session)
+        better = place_targets(session, result)
+        if not is_better(better.score, session.score):
+            return session.tell(Severity.INFO, "the search found nothing better than the present plate")
+        before, now = 1e3 * session.score.position, 1e3 * better.score.position
+        return better.tell(Severity.INFO, f"predicted error in the region: {before:.3g} → {now:.3g} mm")
+
+
+MOST_ARMS = 100_000
+"""More arms than this are refused: the page would be busy for hours."""
+
+
+@dataclass(frozen=True)
+class TryPlate(AbstractTask):
+    """Find the yield: the share of virtual arms that meet ARIA eq. (3) after a calibration on this plate.
+
+    Args:
+        arms: How many virtual arms.
+        seed: Of everything random.
+    """
+
+    arms: int = 1000
+    seed: int = 0
+
+    @property
+    def title(self) -> str:
+        return f"Try the plate on {self.arms} virtual arms"
+
+    def check(self, session: Session) -> None:
+        if not 1 <= self.arms <= MOST_ARMS:
+            raise OptionError(f"{self.arms} virtual arms can't be tried here; give 1 to {MOST_ARMS}")
+        missed = [i + 1 for i, state in enumerate(session.states) if not state.reached]
+        if missed:
+            raise OptionError(f"target {missed[0]} is out of reach; move it, then try the plate")
+
+    def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
+        from workbench.plate.design import try_plate
+
+        plate, noise = session.plate, session.noise
+        q = np.stack([state.q for state in session.states])
+        found = try_plate(
+            session.robot,
+            plate.with_joints(q, tuple(state.branch or AUTO for state in session.states)),
+            arms=self.arms,
+            sigma=(noise.position, noise.rotation),
+            seed=self.seed,
+            progress=lambda share: progress(share, "making, calibrating and judging arms"),
+            cancel=cancel,
+        )
+        return Trial(plate, noise, found)
+
+    def finish(self, session: Session, result: Any) -> Session:
+        from workbench.plate.report.design import yield_sentence
+
+        session = replace(session, trial=result)
+        return session.tell(Severity.INFO, yield_sentence(result.found))
+
+
+LARGEST_POSITION, LARGEST_ROTATION = 0.1, float(np.deg2rad(10.0))
+
+
+@dataclass(frozen=True)
+class SetNoise(AbstractChange):
+    """Say how well the instrument measures; the predicted errors follow.
+
+    Args:
+        position: Standard deviation of a coordinate [m].
+        rotation: Standard deviation of a rotation about an axis [rad].
+    """
+
+    title = "Set the instrument's noise"
+    key = "noise"
+
+    position: float
+    rotation: float
+
+    def check(self, session: Session) -> None:
+        for what, value, largest in (
+            ("position", self.position, LARGEST_POSITION),
+            ("rotation", self.rotation, LARGEST_ROTATION),
+        ):
+            if not 0.0 < value <= largest:
+                raise OptionError(
+                    f"the instrument's {what} noise is {value:g}; give one above 0, up to {largest:.3g}"
+                )
+
+    def apply(self, session: Session) -> Session:
+        noise = Noise(self.position, self.rotation)
+        return rescore(replace(session, noise=noise))

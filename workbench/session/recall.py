@@ -1,0 +1,70 @@
+"""Targets and scores as a journal has them, to the last digit, without working them out again.
+
+A recalled score lacks what is shown of the present one alone: `completed` adds that at the end.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from workbench.base.types import frozen
+from workbench.session.score import score
+from workbench.session.state import Score, Session, Step, TargetState
+from workbench.session.target_steps import with_branches
+
+
+def recall_targets(session: Session, numbers: Mapping[str, Any]) -> Session:
+    """The session with the states of its targets, and its score, as they were written."""
+    states = list(session.states)
+    for name, state in numbers.get("targets", {}).items():
+        states[int(name) - 1] = _state(state)
+    written = numbers.get("score")
+    now = session.score if written is None else _score(written, session)
+    return replace(session, states=tuple(states), score=now)
+
+
+def completed(session: Session) -> Session:
+    """The session with all that is shown of its present score, and the branches of its target."""
+    now, best = session.score, session.best_score
+    if now.linearisation is None:
+        now = _scored(session, Step(session.plate, session.states))
+    if best is session.score:
+        best = now
+    elif best is not None and best.linearisation is None and session.best is not None:
+        best = _scored(session, session.best)
+    history = session.history
+    if history and history[-1] is session.score:
+        history = (*history[:-1], now)
+    return with_branches(replace(session, score=now, best_score=best, history=history))
+
+
+def _scored(session: Session, step: Step) -> Score:
+    return score(session.robot, step.plate, step.states, noise=session.noise, region_q=session.region_q)
+
+
+def _state(numbers: Mapping[str, Any]) -> TargetState:
+    known = {key: value for key, value in numbers.items() if key not in ("xyz", "rpy", "q", "missing")}
+    position, rotation = numbers["missing"]
+    return TargetState(q=frozen(np.array(numbers["q"])), missing=(position, rotation), **known)
+
+
+def _score(numbers: Mapping[str, Any], session: Session) -> Score:
+    """A score by its numbers; what is infinite or unknown was written as null."""
+    unbounded = math.inf if len(session.region_q) or not numbers["reached"] else math.nan
+    position, rotation = (
+        unbounded if numbers[part] is None else numbers[part] for part in ("position", "rotation")
+    )
+    return Score(
+        per_target=frozen(np.array(numbers["per_target"], float)),
+        indices={name: math.inf if v is None else v for name, v in numbers["indices"].items()},
+        reached=numbers["reached"],
+        rank=numbers["rank"],
+        parameters=session.score.parameters,
+        condition=math.inf if numbers["condition"] is None else numbers["condition"],
+        position=position,
+        rotation=rotation,
+        rises=frozen(np.full(len(numbers["per_target"]), np.nan)),
+    )
