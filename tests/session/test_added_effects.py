@@ -9,7 +9,9 @@ from workbench.data.readers import read_measurements
 from workbench.data.writer import write_measurements
 from workbench.identification.evaluate import evaluate
 from workbench.plate.measuring import measure_poses
-from workbench.session.commands import AddEffects, Diagnose, Identify, LoadData
+from workbench.session.commands.data import LoadData
+from workbench.session.commands.diagnose import AddEffects, Diagnose
+from workbench.session.commands.identify import Identify
 from workbench.session.journal.numbers import numbers_of
 
 HIDDEN = {

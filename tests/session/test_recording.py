@@ -366,6 +366,7 @@ def test_a_kill_loses_at_most_the_last_command(tmp_path):
 
 # -- commands as plain data -----------------------------------------------------------------------
 
+
 def any_of(kind):
     """Any values of a command's fields."""
     hints = get_type_hints(kind)
