@@ -12,13 +12,7 @@ from workbench.plate.indices import INDICES
 from workbench.plate.poses.d_optimal import d_bound, d_exchange
 from workbench.plate.poses.exchange import exchange
 from workbench.plate.poses.greedy import greedy_choice
-from workbench.plate.poses.low_rank import (
-    add,
-    growths,
-    prior,
-    spreads,
-    take_in,
-)
+from workbench.plate.poses.low_rank import add, growths, prior, spreads, take_in
 
 
 def blocks(count=8, rows=2, size=3, seed=0):

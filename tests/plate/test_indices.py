@@ -8,14 +8,7 @@ from hypothesis import strategies as st
 from workbench.arm.library import load_robot
 from workbench.arm.linearisation import Linearisation, linearise
 from workbench.base.errors import OptionError
-from workbench.plate.indices import (
-    INDICES,
-    AbstractSetIndex,
-    I,
-    O,
-    evaluate,
-    index_named,
-)
+from workbench.plate.indices import INDICES, AbstractSetIndex, I, O, evaluate, index_named
 
 SETS = tuple(name for name, index in INDICES.items() if isinstance(index, AbstractSetIndex))
 

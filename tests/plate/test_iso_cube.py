@@ -6,13 +6,7 @@ import pytest
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.library import load_robot
 from workbench.base.errors import DataError, OptionError
-from workbench.plate.poses.iso_cube import (
-    LEAST_MOVE,
-    _cubes,
-    iso_cube_poses,
-    largest_cube,
-    plane_points,
-)
+from workbench.plate.poses.iso_cube import LEAST_MOVE, _cubes, iso_cube_poses, largest_cube, plane_points
 from workbench.plate.poses.sampling import in_base
 from workbench.plate.region import Region
 

@@ -6,18 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from workbench.base.errors import FileError, OptionError
-from workbench.plate.plate import (
-    Kind,
-    Plate,
-    Target,
-    circle,
-)
-from workbench.plate.plate_toml import (
-    built_in_plates,
-    load_plate,
-    read_plate,
-    write_plate,
-)
+from workbench.plate.plate import Kind, Plate, Target, circle
+from workbench.plate.plate_toml import built_in_plates, load_plate, read_plate, write_plate
 from workbench.plate.region import Region
 
 REGION = "region = { min = [0.0, 0.0, 0.0], max = [1.0, 1.0, 1.0], cube = 0.1 }\n"

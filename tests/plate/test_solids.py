@@ -7,12 +7,7 @@ import pytest
 import trimesh
 
 from workbench.plate.parts.parts import Block
-from workbench.plate.parts.solids import (
-    block_mesh,
-    slab_mesh,
-    stl,
-    three_mf,
-)
+from workbench.plate.parts.solids import block_mesh, slab_mesh, stl, three_mf
 from workbench.plate.parts.step import block_step, slab_step, step_volume
 
 

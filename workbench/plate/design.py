@@ -24,12 +24,7 @@ from workbench.plate.production.job import Errors, Job, held_by
 from workbench.plate.production.result import Yield
 from workbench.plate.production.trial import ARMS, check_number, try_production
 from workbench.plate.readings import reading_named
-from workbench.plate.region_poses import (
-    PLATE_CONE,
-    PLATE_POSES,
-    plate_region_poses,
-    region_poses,
-)
+from workbench.plate.region_poses import PLATE_CONE, PLATE_POSES, plate_region_poses, region_poses
 from workbench.plate.target_rows import SIGMA_POSITION, SIGMA_ROTATION
 
 JUDGED_POSES = 500

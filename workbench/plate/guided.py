@@ -14,13 +14,7 @@ from workbench.arm.robot import JointKind, Robot
 from workbench.base.errors import DataError, FileError, OptionError
 from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
-from workbench.data.live.acquisition import (
-    ORIENTATION_STILL,
-    POSITION_STILL,
-    Acquisition,
-    Event,
-    Status,
-)
+from workbench.data.live.acquisition import ORIENTATION_STILL, POSITION_STILL, Acquisition, Event, Status
 from workbench.data.live.capture import Capture, Wanted
 from workbench.data.live.standstill import StandstillDetector
 from workbench.data.live.stream import parse_sample

@@ -10,12 +10,7 @@ from workbench.arm.library import assets
 from workbench.base.errors import FileError, OptionError
 from workbench.base.files import write_text
 from workbench.base.toml import AbstractTableReader
-from workbench.plate.plate import (
-    AUTO,
-    Kind,
-    Plate,
-    Target,
-)
+from workbench.plate.plate import AUTO, Kind, Plate, Target
 from workbench.plate.region import Region
 
 PLATE_KEYS = {"name", "size", "xyz", "rpy", "region", "target"}

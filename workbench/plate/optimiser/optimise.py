@@ -25,21 +25,10 @@ from workbench.plate.optimiser.blocks import Blocks
 from workbench.plate.optimiser.candidates import Candidates, Neighbours, Setting
 from workbench.plate.optimiser.capsules import arm_shape
 from workbench.plate.optimiser.clearance import plate_hull
-from workbench.plate.optimiser.constraints import (
-    Constraints,
-    check_base,
-    check_room,
-    conflict,
-    half_size,
-)
+from workbench.plate.optimiser.constraints import Constraints, check_base, check_room, conflict, half_size
 from workbench.plate.optimiser.pool import Pool, draw_pool, start_ways
 from workbench.plate.optimiser.reading import Reading
-from workbench.plate.optimiser.result import (
-    PlateDesign,
-    branches_of,
-    describe,
-    set_error,
-)
+from workbench.plate.optimiser.result import PlateDesign, branches_of, describe, set_error
 from workbench.plate.optimiser.search import Cancelled, Search
 from workbench.plate.optimiser.tolerances import Making
 from workbench.plate.plate import Plate

@@ -6,12 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from workbench.arm.inverse import solve as inverse
-from workbench.plate.optimiser.blocks import (
-    Blocks,
-    Places,
-    places_of,
-    tool_poses_at,
-)
+from workbench.plate.optimiser.blocks import Blocks, Places, places_of, tool_poses_at
 from workbench.plate.optimiser.candidates import Candidates, Setting
 from workbench.plate.optimiser.search import Cancelled
 from workbench.plate.plate import Plate

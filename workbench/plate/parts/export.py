@@ -12,12 +12,7 @@ from workbench.plate.parts.fixture import Stock, fixture_of
 from workbench.plate.parts.lists import blocks_csv, holes_csv, targets_csv
 from workbench.plate.parts.parts import Fixture
 from workbench.plate.parts.sheet import PlateSheet
-from workbench.plate.parts.solids import (
-    block_mesh,
-    slab_mesh,
-    stl,
-    three_mf,
-)
+from workbench.plate.parts.solids import block_mesh, slab_mesh, stl, three_mf
 from workbench.plate.parts.step import block_step, slab_step
 from workbench.plate.plate import Plate
 from workbench.plate.target_rows import SIGMA_POSITION, SIGMA_ROTATION

@@ -13,13 +13,7 @@ import numpy as np
 from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.base.types import Matrix4, Vector3, frozen
-from workbench.plate.parts.parts import (
-    Block,
-    Bore,
-    Fixture,
-    Purpose,
-    Slab,
-)
+from workbench.plate.parts.parts import Block, Bore, Fixture, Purpose, Slab
 from workbench.plate.plate import Kind, Plate, Target
 
 STEEPEST = float(np.deg2rad(65.0))

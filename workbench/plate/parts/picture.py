@@ -9,12 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Polygon
 
 from workbench.base import se3
-from workbench.plate.parts.parts import (
-    Block,
-    BlockShape,
-    Bore,
-    Fixture,
-)
+from workbench.plate.parts.parts import Block, BlockShape, Bore, Fixture
 from workbench.report.drawing import COLOURS, INK
 
 MM = 1e3

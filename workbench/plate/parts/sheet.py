@@ -13,12 +13,7 @@ from workbench.plate.parts.lists import from_corner
 from workbench.plate.parts.parts import Fixture
 from workbench.plate.parts.picture import MOST_SHAPES, draw_fixture, draw_shape
 from workbench.plate.score import PlateScore
-from workbench.report.drawing import (
-    INK,
-    look,
-    new_figure,
-    svg,
-)
+from workbench.report.drawing import INK, look, new_figure, svg
 from workbench.report.html import page_template
 from workbench.report.numbers import short
 

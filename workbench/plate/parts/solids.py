@@ -11,12 +11,7 @@ import trimesh
 
 from workbench.base.errors import MissingExtraError
 from workbench.base.types import Matrix4, Vector3
-from workbench.plate.parts.parts import (
-    Block,
-    Bore,
-    Fixture,
-    Slab,
-)
+from workbench.plate.parts.parts import Block, Bore, Fixture, Slab
 
 AROUND = 96
 """Corners of a round hole."""

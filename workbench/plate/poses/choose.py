@@ -30,12 +30,7 @@ from workbench.plate.poses.greedy import greedy_choice
 from workbench.plate.poses.limits import PoseLimits, folded
 from workbench.plate.poses.measuring_order import measuring_order, travels
 from workbench.plate.poses.sampling import random_poses
-from workbench.plate.poses.task import (
-    Cancel,
-    Method,
-    PoseTask,
-    Progress,
-)
+from workbench.plate.poses.task import Cancel, Method, PoseTask, Progress
 from workbench.plate.region import Region
 
 

@@ -11,12 +11,7 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import DataError
 from workbench.plate.indices import AbstractIndex
 from workbench.plate.poses.gradient import PoseClimb
-from workbench.plate.poses.limits import (
-    PoseLimits,
-    folded,
-    sample_poses,
-    walks,
-)
+from workbench.plate.poses.limits import PoseLimits, folded, sample_poses, walks
 from workbench.plate.poses.sampling import in_base
 
 CANDIDATES, LIMITED_CANDIDATES = 300, 1000
