@@ -24,7 +24,7 @@ _HOMES = {
     "workbench.data.writer": ("write_measurements",),
     "workbench.plate.parts.as_measured": ("load_plate",),
     "workbench.plate.poses.run": ("choose_poses",),
-    "workbench.plate.measuring": ("measure_plate", "measure_poses"),
+    "workbench.plate.virtual_measuring": ("measure_plate", "measure_poses"),
     "workbench.identification.record": ("Identification",),
     "workbench.identification.evaluate": ("evaluate",),
     "workbench.identification.identify": ("identify",),

@@ -22,9 +22,9 @@ from workbench.data.live.stream import Sample, connect, parse_sample
 from workbench.data.readers import read_measurements
 from workbench.data.simulation.driver import Pace, drive, format_sample
 from workbench.data.simulation.instruments import instrument_named
-from workbench.plate.guided import capture, plate_acquisition
+from workbench.plate.guided_measuring import capture, plate_acquisition
 from workbench.plate.plate_toml import load_plate
-from workbench.plate.virtual import drive_plate
+from workbench.plate.virtual_measuring import drive_plate
 
 ARM, PLATE = load_robot("aria"), load_plate("table2")
 QUICK = Pace(rate=20.0, dwell=0.8)

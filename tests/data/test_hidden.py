@@ -14,7 +14,7 @@ from workbench.data.simulation.hidden_effects import (
     varied_state,
 )
 from workbench.identification.evaluate import evaluate
-from workbench.plate.measuring import measure_poses
+from workbench.plate.virtual_measuring import measure_poses
 
 
 @pytest.fixture(scope="module")

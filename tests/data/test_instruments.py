@@ -26,7 +26,7 @@ from workbench.data.simulation.simulate import simulate, simulate_targets, virtu
 from workbench.data.simulation.surfaces import three_planes
 from workbench.data.writer import write_measurements
 from workbench.identification.identify import identify
-from workbench.plate.measuring import measure_poses
+from workbench.plate.virtual_measuring import measure_poses
 
 
 @pytest.fixture(scope="module")

@@ -87,13 +87,13 @@ def still(q, payload=0.0):
 
 def make_katana(seed, *, number=POSES, spread=0.3):
     """An arm with its measurements; `spread` is how far its joints are off the tables, as a share."""
-    of_arm, of_joints, of_poses, of_noise = (
+    of_arm, of_joints, inverse_condition, of_noise = (
         np.random.default_rng(s) for s in np.random.SeedSequence([seed, 450]).spawn(4)
     )
     robot = nominal_robot()
     actual = generator.katana().perturbed(of_arm, LENGTH, ANGLE)
     hidden = tilting(spread=spread, rng=of_joints)
-    state = still(iso_cube_poses(robot, number, rng=of_poses).q)
+    state = still(iso_cube_poses(robot, number, rng=inverse_condition).q)
     seen = poses(actual, hidden, state)
     position = seen[:, :3, 3] + SIGMA[0] * of_noise.standard_normal((number, 3))
     turned = rotation(SIGMA[1] * of_noise.standard_normal((number, 3))) @ seen[:, :3, :3]

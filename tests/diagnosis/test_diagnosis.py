@@ -24,7 +24,7 @@ from workbench.diagnosis.report.shapes import SURE, shapes
 from workbench.diagnosis.report.table import diagnosis_tables
 from workbench.diagnosis.report.views import VIEWS, views
 from workbench.identification.problem import Problem
-from workbench.plate.measuring import measure_poses
+from workbench.plate.virtual_measuring import measure_poses
 
 HOSTILE = "<script>alert('x')</script> & \"quoted\" $\\alpha$"
 WRONG, KEPT_OUT = 13, 3

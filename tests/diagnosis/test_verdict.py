@@ -17,7 +17,7 @@ from workbench.diagnosis.leftover import neighbours
 from workbench.diagnosis.record import Verdict
 from workbench.diagnosis.words import sentence
 from workbench.identification.problem import Noise
-from workbench.plate.measuring import measure_poses
+from workbench.plate.virtual_measuring import measure_poses
 
 SLIDING = """
 name = "column"

@@ -9,7 +9,7 @@ import pytest
 from workbench.base import se3
 from workbench.base.errors import WorkbenchError
 from workbench.plate.parts.as_measured import PlateFrame, as_measured, load_plate, read_measured_targets
-from workbench.plate.parts.lists import blocks_csv, holes_csv, targets_csv
+from workbench.plate.parts.export import blocks_csv, holes_csv, targets_csv
 from workbench.plate.plate import Kind
 from workbench.plate.plate_toml import load_plate as load_toml
 

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from workbench.plate.parts.drawing import dxf
-from workbench.plate.parts.lists import from_corner
 
 
 @pytest.fixture(scope="module")
@@ -27,7 +26,7 @@ def test_every_hole_is_drawn_to_size(fixture, drawing):
         (c.dxf.center.x, c.dxf.center.y, c.dxf.radius)
         for c in drawing.modelspace().query("CIRCLE[layer=='HOLES']")
     )
-    meant = sorted((*from_corner(fixture, b.mouth), 500.0 * b.diameter) for b in fixture.slab.bores)
+    meant = sorted((*fixture.from_corner(b.mouth), 500.0 * b.diameter) for b in fixture.slab.bores)
     assert np.allclose(drawn, meant)
 
 
@@ -38,7 +37,7 @@ def test_dimensions_say_millimetres(fixture, drawing):
         block = drawing.blocks[dimension.dxf.geometry]
         said |= {float(text.plain_text()) for text in block.query("MTEXT")}
     size = 1e3 * fixture.slab.size[:2]
-    places = [v for b in fixture.blocks for v in from_corner(fixture, b.pose[:3, 3])]
+    places = [v for b in fixture.blocks for v in fixture.from_corner(b.pose[:3, 3])]
     assert len(said) >= 3
     for value in (*size, *places):
         assert min(abs(value - number) for number in said) < 1e-3

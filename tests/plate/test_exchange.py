@@ -9,10 +9,17 @@ from workbench.base.errors import OptionError
 from workbench.base.types import Outcome
 from workbench.plate.criterion import index_criterion
 from workbench.plate.indices import INDICES
-from workbench.plate.poses.d_optimal import d_bound, d_exchange
+from workbench.plate.poses.d_optimal import (
+    add,
+    d_bound,
+    d_exchange,
+    greedy_choice,
+    growths,
+    prior,
+    spreads,
+    with_block,
+)
 from workbench.plate.poses.exchange import exchange
-from workbench.plate.poses.greedy import greedy_choice
-from workbench.plate.poses.low_rank import add, growths, prior, spreads, take_in
 
 
 def blocks(count=8, rows=2, size=3, seed=0):
@@ -147,6 +154,6 @@ def test_taking_in_updates_inverse_and_spreads():
     flat = some.reshape(-1, 5)
     inverse = np.linalg.inv(np.eye(5) + some[0].T @ some[0])
     spread = spreads(some, flat, inverse)
-    more = take_in(some, flat, inverse, spread, 4)
+    more = with_block(some, flat, inverse, spread, 4)
     assert np.allclose(more, np.linalg.inv(np.eye(5) + some[0].T @ some[0] + some[4].T @ some[4]))
     assert np.allclose(spread, spreads(some, flat, more))

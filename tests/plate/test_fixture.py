@@ -16,15 +16,14 @@ from workbench.plate.optimiser.blocks import (
     STEEPEST,
     Blocks,
     BlockStyle,
+    Making,
     block_corners,
     places_of,
     tool_poses_at,
 )
-from workbench.plate.optimiser.capsules import arm_shape
+from workbench.plate.optimiser.capsules import arm_shape, segment_distances
 from workbench.plate.optimiser.clearance import block_hulls, hull_distances, plate_hull
-from workbench.plate.optimiser.distances import segment_distances
-from workbench.plate.optimiser.gains import gains
-from workbench.plate.optimiser.tolerances import Making
+from workbench.plate.optimiser.search import gains
 from workbench.plate.parts.fixture import fixture_of
 from workbench.plate.plate import Target
 from workbench.plate.plate_toml import load_plate

@@ -12,14 +12,13 @@ from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import Outcome
 from workbench.plate.branches import choose_branches, plate_solutions
-from workbench.plate.optimiser.blocks import Blocks, BlockStyle, block_corners, places_of
+from workbench.plate.optimiser.blocks import Blocks, BlockStyle, Making, block_corners, places_of
 from workbench.plate.optimiser.constraints import Constraints
 from workbench.plate.optimiser.optimise import Postures, Wish, optimise_plate
-from workbench.plate.optimiser.reading import Look, Reading
-from workbench.plate.optimiser.tolerances import Making
 from workbench.plate.parts.fixture import fixture_of
 from workbench.plate.plate import Kind
 from workbench.plate.plate_toml import load_plate
+from workbench.plate.readings import Look, Reading
 from workbench.plate.region_poses import plate_region_poses
 
 

@@ -26,10 +26,9 @@ from workbench.plate.plate import Kind
 from workbench.plate.plate_toml import load_plate
 from workbench.plate.production.arms import try_arms
 from workbench.plate.production.job import Errors, Job, held_by
-from workbench.plate.production.parallel import spread
 from workbench.plate.production.reach_targets import bring, other_ways
 from workbench.plate.production.result import gather
-from workbench.plate.production.trial import try_production
+from workbench.plate.production.trial import spread, try_production
 from workbench.plate.region_poses import plate_region_poses
 
 NONE = np.zeros(10)

@@ -7,8 +7,15 @@ import pytest
 import trimesh
 
 from workbench.plate.parts.parts import Block
-from workbench.plate.parts.solids import block_mesh, slab_mesh, stl, three_mf
-from workbench.plate.parts.step import block_step, slab_step, step_volume
+from workbench.plate.parts.solids import (
+    block_mesh,
+    block_step,
+    slab_mesh,
+    slab_step,
+    step_volume,
+    stl,
+    three_mf,
+)
 
 
 def by_hand(part) -> float:

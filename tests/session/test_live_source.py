@@ -13,7 +13,7 @@ from workbench.base.errors import FileError
 from workbench.data.live.send import first_listener, send_samples
 from workbench.data.live.stream import Sample, connect
 from workbench.data.simulation.driver import format_sample
-from workbench.plate.virtual import drive_plate
+from workbench.plate.virtual_measuring import drive_plate
 from workbench.session import Worker, replay, start
 from workbench.session.commands.arm import standing
 from workbench.session.commands.measure import (

@@ -6,12 +6,28 @@ from dataclasses import replace
 import numpy as np
 
 from workbench.arm.kinematics.forward import sensitivity
+<<<<<<< HEAD
 from workbench.plate.indices.o import of_poses
 from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.diagnose import AddEffects, Diagnose, TakeNextPoses
 from workbench.session.commands.edit import LockTarget
 from workbench.session.commands.plate import ClusterTargets, ImprovePlate, TryPlate
 from workbench.session.commands.region import SetRegion, ShowCubes
+=======
+from workbench.plate.indices import inverse_condition
+from workbench.session.commands import (
+    AddEffects,
+    ClusterTargets,
+    Diagnose,
+    ImprovePlate,
+    LockTarget,
+    MeasureVirtualArm,
+    SetRegion,
+    ShowCubes,
+    TakeNextPoses,
+    TryPlate,
+)
+>>>>>>> 47a005c (Plate: files with one importer become sections of it, observability indices one file)
 from workbench.session.cubes import values
 from workbench.session.state import CubeView, Field, Severity
 
@@ -27,7 +43,7 @@ def test_clustering_gives_equal_indices_in_different_cubes(do):
     session = do(ClusterTargets(6))
     q = np.stack([s.q for s in session.states])
     assert len(q) == 6
-    index = of_poses(sensitivity(session.robot, q, session.robot.default_free)[1])
+    index = inverse_condition(sensitivity(session.robot, q, session.robot.default_free)[1])
     assert np.ptp(index) < 1e-3
     cells = session.plate.region.cells(session.plate.poses[:, :3, 3])
     assert len(set(cells.tolist())) == 6

@@ -200,7 +200,7 @@ def _within(wish, clearance: str, limit_margin: str, spacing: str, retreat: str,
 
 
 def _making(text: str | None):
-    from workbench.plate.optimiser.tolerances import Making
+    from workbench.plate.optimiser.blocks import Making
 
     position, angle = (0.0, 0.0) if text is None else _pair(text, "--tolerance")
     return Making(position=position, angle=angle)

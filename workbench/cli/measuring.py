@@ -57,8 +57,8 @@ def simulate(
     from workbench.arm.library import load_robot
     from workbench.arm.robot_toml import write_toml
     from workbench.data.writer import write_measurements
-    from workbench.plate.measuring import measure_plate, measure_poses
     from workbench.plate.parts.as_measured import load_plate
+    from workbench.plate.virtual_measuring import measure_plate, measure_poses
 
     if (plate is None) == (poses is None):  # from here on one of the two is given
         raise OptionError("give either --plate FILE or --poses NUMBER")
@@ -133,8 +133,7 @@ def poses(
     from workbench.arm.library import load_robot
     from workbench.base.units import Quantity, parse_quantity
     from workbench.plate.poses.limits import PoseLimits
-    from workbench.plate.poses.report import poses_json, poses_table
-    from workbench.plate.poses.run import choose_poses, write_poses
+    from workbench.plate.poses.run import choose_poses, poses_json, poses_table, write_poses
 
     arm = load_robot(robot)
     limits = PoseLimits(
@@ -196,7 +195,7 @@ def capture(
     from workbench.arm.library import load_robot
     from workbench.base.units import Quantity, parse_quantity
     from workbench.data.live.standstill import StandstillDetector
-    from workbench.plate import guided as acquisition
+    from workbench.plate import guided_measuring as acquisition
     from workbench.plate.parts.as_measured import load_plate
 
     arm, fixture = load_robot(robot), load_plate(plate)
@@ -252,7 +251,7 @@ def drive(
     from workbench.data.live.send import send_samples
     from workbench.data.simulation.driver import Pace
     from workbench.plate.parts.as_measured import load_plate
-    from workbench.plate.virtual import drive_plate
+    from workbench.plate.virtual_measuring import drive_plate
 
     check_writable(actual)
     hidden, samples = drive_plate(

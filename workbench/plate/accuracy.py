@@ -7,11 +7,20 @@ measurements gives. The root of the trace of Σ's position part is the root mean
 its mean square over a region is what I-optimality makes small. It is the error of the *prediction* alone:
 effects that the model lacks come on top.
 
+What each measurement contributes is how much larger that error would be without it:
+
+    C₋ᵢ = C + K (I − S)⁻¹ Kᵀ,     K = C Aᵢᵀ,     S = Aᵢ C Aᵢᵀ
+
+with Aᵢ its whitened rows; S has an eigenvalue of 1 where only that measurement sees some combination of
+parameters.
+
 Sources: Atkinson, Donev & Tobias, Optimum Experimental Designs, with SAS (2007), §10.6 (I-, V-optimality);
-mean of the norm by Satterthwaite's χ² of equal mean and variance, Biometrics Bulletin 2(6), 1946.
+mean of the norm by Satterthwaite's χ² of equal mean and variance, Biometrics Bulletin 2(6), 1946; Golub & Van
+Loan, Matrix Computations (4th ed.), §2.1.4 (Sherman–Morrison–Woodbury).
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Float
@@ -112,3 +121,40 @@ def position_weight(
     _, twists = sensitivity(robot, q_region, names)
     moves = twists[:, :3].reshape(-1, len(names)) * (1.0 if weights is None else weights)
     return moves.T @ moves / len(q_region)
+
+
+LEAST_LEFT = 1e-9
+"""Share of information left without a measurement below which nothing is left."""
+
+
+def rise_without_each(
+    linearisation: Linearisation, weight: Float[np.ndarray, "p p"]
+) -> Float[np.ndarray, " measurements"]:
+    """Relative rise of the root mean square error without each measurement.
+
+    Args:
+        linearisation: All measurements; below full rank nothing can be said.
+        weight: W with trace(W C) = mean square error, such as `accuracy.position_weight`.
+
+    Returns:
+        0.1 for 10 % more; infinite where parameters could no longer be told apart; NaN below full rank.
+    """
+    count = linearisation.measurements
+    if linearisation.rank() < len(linearisation.names):
+        return np.full(count, np.nan)
+    covariance = linearisation.covariance
+    square = float((weight * covariance).sum())
+    starts = np.searchsorted(linearisation.measurement, np.arange(count + 1))
+    rises = [_rise(linearisation.jacobian[a:b], covariance, weight) for a, b in pairwise(starts)]
+    return np.sqrt(1.0 + np.array(rises) / square) - 1.0
+
+
+def _rise(rows: np.ndarray, covariance: np.ndarray, weight: np.ndarray) -> float:
+    """Rise of trace(W C) without these rows."""
+    gain = covariance @ rows.T
+    left = np.eye(len(rows)) - rows @ gain
+    values, vectors = np.linalg.eigh(left)
+    if values[0] < LEAST_LEFT:
+        return np.inf
+    turned = gain @ vectors
+    return float(((turned * (weight @ turned)).sum(0) / values).sum())

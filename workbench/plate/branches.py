@@ -23,7 +23,7 @@ from workbench.plate.freedom import visible, visible_basis
 from workbench.plate.indices import index_named
 from workbench.plate.plate import AUTO, Kind, Plate
 from workbench.plate.poses.exchange import exchange
-from workbench.plate.target_rows import SIGMA_POSITION, SIGMA_ROTATION, linearise_targets
+from workbench.plate.readings import SIGMA_POSITION, SIGMA_ROTATION, linearise_targets
 
 Solutions = Sequence[Sequence[Branch]]
 

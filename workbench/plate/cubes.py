@@ -19,7 +19,7 @@ from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.types import frozen
 from workbench.plate.accuracy import UNSEEN
-from workbench.plate.indices.o import of_poses
+from workbench.plate.indices import inverse_condition
 from workbench.plate.region import Region
 
 PART = 2000
@@ -119,7 +119,7 @@ def map_cubes(
 def _best(robot: Robot, names: tuple[str, ...], mask: np.ndarray, ways: np.ndarray, tried: int):
     """Of the tried orientations of each cube the one with the highest index, with its motion."""
     _, twists = sensitivity(robot, np.where(mask[:, None], ways, 0.0), names)
-    index = np.where(mask, of_poses(twists), -np.inf).reshape(-1, tried)
+    index = np.where(mask, inverse_condition(twists), -np.inf).reshape(-1, tried)
     best = index.argmax(1) + tried * np.arange(len(index))
     found = mask.reshape(-1, tried).sum(1)
     seen = found > 0

@@ -12,13 +12,14 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.base import se3
-from workbench.base.errors import OptionError
 from workbench.base.types import Matrix4, Vector3, frozen
 from workbench.plate.region import Region
 
 AUTO = "auto"
 """Branch of a target whose inverse-kinematics solution is left to the program."""
 ZERO = frozen(np.zeros(3))
+SQUARE = frozen(np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]))
+"""Corners of a square of side 2 about its centre, anticlockwise."""
 
 
 class Kind(StrEnum):
@@ -104,44 +105,3 @@ class Plate:
             for t, row, branch in zip(self.targets, q, branches, strict=True)
         )
         return replace(self, targets=targets)
-
-
-def circle(
-    number: int = 10,
-    *,
-    centre: Vector3,
-    radius: float,
-    region: Region,
-    tilts: tuple[float, ...] = (np.deg2rad(-150.0), np.deg2rad(-160.0)),
-    name: str = "Circle",
-    size: Vector3 | None = None,
-    height: float = 0.05,
-) -> Plate:
-    """The arbitrary choice of ARIA §4.3: targets evenly on a circle, tilted about x in turn.
-
-    Args:
-        number: How many targets; the first lies along +x from the centre, the others anticlockwise.
-        centre: Centre of the circle of targets [m].
-        radius: Its radius [m].
-        region: The cuboid that the calibration is for.
-        tilts: Roll angles given to the targets in turn [rad].
-        name: Name of the plate.
-        size: The plate's solid [m].
-        height: How far the plate's top lies below the targets [m].
-
-    Raises:
-        OptionError: no targets, or no radius.
-    """
-    if number < 1 or not radius > 0 or not tilts:
-        raise OptionError(
-            f"a circle of {number} targets with radius {radius:g} m and {len(tilts)} tilts can't be made; "
-            "all three must be positive"
-        )
-    angles = 2.0 * np.pi * np.arange(number) / number
-    around = np.stack([np.cos(angles), np.sin(angles), np.zeros(number)], -1)
-    targets = tuple(
-        Target(frozen(centre + radius * direction), frozen(np.array([tilts[i % len(tilts)], 0.0, 0.0])))
-        for i, direction in enumerate(around)
-    )
-    below = frozen(centre - np.array([0.0, 0.0, height]))
-    return Plate(name=name, targets=targets, region=region, xyz=below, size=size)

@@ -1,4 +1,4 @@
-"""Readings of a plate's targets by name, made from the observations that identification uses.
+"""Readings: what is read at a plate's targets, as whitened rows of an identification Jacobian.
 
 | name     | what a target is                        | what is read                                         |
 |----------|-----------------------------------------|------------------------------------------------------|
@@ -7,22 +7,128 @@
 | point    | a centre for a pointed probe            | the position of the tip                              |
 | contacts | three perpendicular faces, 3-2-1        | the pose, by six contacts of a cube on the tool      |
 | ball-bar | a place in the air                      | distances of a ball on the tool from three anchors   |
+
+A reading looks at the tool's pose and says how its m components change with the tool's twist [v; w] and with
+unknowns of its own, such as where a ball-bar's anchor stands; the derivatives are those of the observations
+that identification uses:
+
+    y = B ξ + U u + noise,      ξ = J δp + e_target,      Σ = diag(σ²/visits) + B diag(σ_t²) Bᵀ
+
+The target itself is uncertain by σ_t, as it was made or measured; repeated visits lower the noise, not that.
+Rows are whitened with the Cholesky factor of Σ. Unknowns of the reading are projected out of the rows of a
+whole set together with what is known of them beforehand, which is exact for a linear model (Golub & Pereyra's
+variable projection). `linearise_targets` is for a plate whose targets are of different kinds.
 """
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
+from workbench.arm.kinematics.forward import sensitivity
+from workbench.arm.linearisation import Linearisation, linearise
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
 from workbench.data.observations import DistanceObservation, PointObservation, PoseObservation
-from workbench.plate.optimiser.reading import Look, Reading
 from workbench.plate.plate import Kind, Plate
+
+
+class Look(NamedTuple):
+    """How components change: per twist of the tool (base axes, at its origin) and per unknown.
+
+    Args:
+        by_twist: [1 or m].
+        by_unknown: The same for the reading's own unknowns, u of them.
+    """
+
+    by_twist: Float[np.ndarray, "rows m 6"]
+    by_unknown: Float[np.ndarray, "rows m u"]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Reading:
+    """One way to read a target.
+
+    Args:
+        name: For people.
+        kind: What the target holds of the tool.
+        look: Derivatives of the components at poses of the tool in the measuring frame.
+        sigma: Standard deviation of every component at one visit [m or rad].
+        unknown_sigma: How well each of its own unknowns is known beforehand [m].
+        visits: How often each target is visited.
+        blocks: Whether a block stands under each target.
+    """
+
+    name: str
+    kind: Kind
+    look: Callable[[Float[np.ndarray, "rows 4 4"]], Look]
+    sigma: Float[np.ndarray, " m"]
+    unknown_sigma: Float[np.ndarray, " u"] = field(default_factory=lambda: np.zeros(0))
+    visits: int = 1
+    blocks: bool = True
+
+    def rows(
+        self,
+        poses: Float[np.ndarray, "rows 4 4"],
+        twists: Float[np.ndarray, "rows 6 p"],
+        target_sigma: Float[np.ndarray, "rows 2"],
+    ) -> tuple[Float[np.ndarray, "rows m p"], Float[np.ndarray, "rows m u"]]:
+        """Whitened rows per parameter and per unknown.
+
+        Args:
+            poses: Of the tool in the measuring frame.
+            twists: Of the tool per parameter.
+            target_sigma: How well each target is known: position [m] and rotation [rad].
+        """
+        by_twist, by_unknown = self.look(poses)
+        made = np.repeat(target_sigma**2, 3, axis=1)
+        covariance = (by_twist * made[:, None]) @ np.swapaxes(by_twist, 1, 2)
+        covariance += np.diag(self.sigma**2 / self.visits)
+        factor = np.linalg.cholesky(covariance)
+        both = np.linalg.solve(factor, np.concatenate([by_twist @ twists, by_unknown], axis=2))
+        return both[..., : twists.shape[2]], both[..., twists.shape[2] :]
+
+
+def linearise_reading(
+    robot: Robot,
+    q: Float[np.ndarray, "rows n"],
+    reading: Reading,
+    *,
+    target_sigma: Float[np.ndarray, "rows 2"],
+    names: tuple[str, ...],
+) -> Linearisation:
+    """Linearisation of a set of targets, the reading's unknowns projected out.
+
+    Args:
+        robot: Geometry with base and tool.
+        q: Joint positions at the targets [rad or m].
+        reading: What is read there.
+        target_sigma: How well each target is known [m], [rad].
+        names: Constants to identify.
+    """
+    poses, twists = sensitivity(robot, q, names)
+    jacobian, unknown = reading.rows(poses, twists, target_sigma)
+    count, components = jacobian.shape[:2]
+    prior = reading.unknown_sigma
+    flat = np.concatenate([jacobian.reshape(-1, len(names)), np.zeros((len(prior), len(names)))])
+    beside = np.linalg.qr(
+        np.concatenate([unknown.reshape(count * components, len(prior)), np.diag(1.0 / prior)])
+    )[0]
+    like = linearise(robot, q[:1], names=names)
+    return Linearisation(
+        jacobian=frozen(flat - beside @ (beside.T @ flat)),
+        names=names,
+        units=like.units,
+        sigma=frozen(np.concatenate([np.tile(reading.sigma, count), prior])),
+        measurement=frozen(np.repeat(np.arange(count + 1), [components] * count + [len(prior)])),
+        length=like.length,
+    )
+
 
 HALF_CUBE = 0.02
 """Half the side of the cube on the tool that is pressed against six contacts [m]."""
@@ -187,3 +293,57 @@ def _seen(observation: type[PoseObservation] | type[PointObservation], poses: np
 def _rows(poses: np.ndarray, **columns: Any) -> Dataset:
     """Rows as if the tool had been seen where it is predicted."""
     return Dataset(q=np.zeros((len(poses), 1)), row=np.arange(len(poses)), **columns)
+
+
+SIGMA_POSITION = 1e-4
+"""Standard deviation of a target's position where nothing else is said [m]."""
+SIGMA_ROTATION = float(np.deg2rad(0.02))
+"""And of its rotation about an axis [rad]."""
+
+
+def linearise_targets(
+    robot: Robot,
+    plate: Plate,
+    q: Float[np.ndarray, "rows n"],
+    *,
+    slots: Int[np.ndarray, " rows"] | None = None,
+    names: tuple[str, ...] | None = None,
+    sigma_position: float = SIGMA_POSITION,
+    sigma_rotation: float = SIGMA_ROTATION,
+) -> Linearisation:
+    """Linearisation of measurements at a plate's targets.
+
+    Args:
+        robot: Geometry with base and tool.
+        plate: The targets.
+        q: Joint positions at targets [rad or m].
+        slots: Target of each row; all in order if None.
+        names: Constants to identify; the robot's default free ones if None.
+        sigma_position: Standard deviation of the instrument's positions [m].
+        sigma_rotation: And of its rotations [rad].
+    """
+    whole = linearise(robot, q, names=names, sigma_position=sigma_position, sigma_rotation=sigma_rotation)
+    return rows_of_targets(whole, plate, np.arange(len(plate)) if slots is None else slots)
+
+
+def rows_of_targets(
+    linearisation: Linearisation, plate: Plate, slots: Int[np.ndarray, " measurements"]
+) -> Linearisation:
+    """Of full poses, six rows each, what each measurement's target holds, as well as it is known.
+
+    Args:
+        linearisation: Of full poses.
+        plate: The targets.
+        slots: Target of each measurement.
+    """
+    targets = [plate.targets[slot] for slot in slots]
+    own = np.array([(0.0, 0.0) if t.sigma is None else t.sigma for t in targets]).reshape(-1, 2)
+    sigma = np.hypot(linearisation.sigma, np.repeat(own, 3, axis=1).ravel())
+    seats = np.array([t.kind is Kind.SEAT for t in targets], bool)
+    held = np.repeat(np.column_stack([np.ones_like(seats), seats]), 3, axis=1).ravel()
+    return replace(
+        linearisation,
+        jacobian=frozen((linearisation.unwhitened / sigma[:, None])[held]),
+        sigma=frozen(sigma[held]),
+        measurement=frozen(linearisation.measurement[held]),
+    )

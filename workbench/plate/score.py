@@ -19,8 +19,8 @@ from workbench.plate.freedom import identified_names, visible, visible_basis, vi
 from workbench.plate.indices import I, O, evaluate
 from workbench.plate.placement import check_place
 from workbench.plate.plate import Plate
+from workbench.plate.readings import SIGMA_POSITION, SIGMA_ROTATION, linearise_targets
 from workbench.plate.region_poses import plate_region_poses
-from workbench.plate.target_rows import SIGMA_POSITION, SIGMA_ROTATION, linearise_targets
 
 STARTS = 20
 """Random mixes of branches that are improved."""

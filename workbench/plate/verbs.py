@@ -16,10 +16,10 @@ from workbench.plate.clustering import Clustering
 from workbench.plate.criterion import goal_index
 from workbench.plate.placement import check_place
 from workbench.plate.plate import Plate
+from workbench.plate.readings import SIGMA_POSITION, SIGMA_ROTATION
 from workbench.plate.region import Region
 from workbench.plate.region_poses import PLATE_POSES, plate_region_poses, region_poses
 from workbench.plate.score import PlateScore
-from workbench.plate.target_rows import SIGMA_POSITION, SIGMA_ROTATION
 
 ERROR = "I"
 """Name of the index that is the predicted error over the region."""

@@ -6,8 +6,7 @@ from jaxtyping import Float
 from workbench.arm.linearisation import Linearisation, linearise
 from workbench.arm.robot import Robot
 from workbench.base.types import frozen
-from workbench.plate.accuracy import position_weight, predicted_error
-from workbench.plate.contributions import rise_without_each
+from workbench.plate.accuracy import position_weight, predicted_error, rise_without_each
 from workbench.plate.freedom import identified_names
 from workbench.plate.indices import INDICES, O, evaluate
 from workbench.plate.plate import Kind, Plate

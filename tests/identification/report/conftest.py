@@ -10,7 +10,7 @@ from workbench.arm.robot import Frame
 from workbench.base.types import Freedom
 from workbench.identification.evaluate import evaluate
 from workbench.identification.identify import identify
-from workbench.plate.measuring import measure_poses
+from workbench.plate.virtual_measuring import measure_poses
 
 HOSTILE = "<script>alert('x')</script> & \"quoted\" $\\alpha$"
 

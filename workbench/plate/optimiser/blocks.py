@@ -1,4 +1,5 @@
-"""Blocks: what stands on a plate and holds the tool, as numbers that a search can turn.
+"""Blocks: what stands on a plate and locates the tool, as numbers that a search can vary, and how exactly it
+is made.
 
 A block has six numbers on its plate: where its face's centre lies (u, v from the plate's centre, h above its
 top), how far the face leans (tilt) and to which side (azimuth), and how the tool is turned about the face's
@@ -8,6 +9,14 @@ normal (spin). With a = azimuth, t = tilt, s = spin the tool's rotation in the p
 
 so that the tool's z axis points into the face along −Rz(a) Ry(t) e_z. Flat blocks have t = 0 and one
 height, stepped ones t = 0 and any height, tilted ones any tilt up to the greatest.
+
+Holes are drilled and blocks are milled to tolerance: a hole may lie off by ±a in each coordinate and a block
+may lean or turn by ±b, evenly within these bounds, so with standard deviations a/√3 and b/√3. A block turns
+about its foot, which moves a face at height h: two of the three turns move it by h each, so that per axis
+
+    σ_p² = a²/3 + (2/3) h² b²/3,      σ_r² = b²/3.
+
+This belongs to the target, not to its visits: measuring it again does not help, a measuring machine does.
 """
 
 from dataclasses import dataclass
@@ -18,7 +27,7 @@ from jaxtyping import Bool, Float
 
 from workbench.base import se3
 from workbench.base.errors import OptionError
-from workbench.plate.plate import Plate
+from workbench.plate.plate import SQUARE, Plate
 
 SIDE = 0.046
 """Side of the square bar that blocks are cut from [m]."""
@@ -28,8 +37,6 @@ FOOT = 0.012
 """Least height of a block's lower edge: thread and dowels need it [m]."""
 FLAT_HEIGHT = 0.05
 """Height of flat blocks [m]."""
-CORNERS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
-"""Corners of a square about its centre, anticlockwise."""
 
 Places = Float[np.ndarray, "_ 6"]
 """u, v, h [m], tilt, azimuth, spin [rad] of each block."""
@@ -142,7 +149,7 @@ def block_corners(plate: Plate, poses: Float[np.ndarray, "rows 4 4"]) -> Float[n
     """
     places = places_of(plate, poses)
     tilt = np.minimum(places[:, 3], STEEPEST)
-    square = np.tile(0.5 * SIDE * CORNERS, (len(poses), 1, 1))
+    square = np.tile(0.5 * SIDE * SQUARE, (len(poses), 1, 1))
     foot = np.concatenate([square, np.zeros((*square.shape[:2], 1))], axis=2)
     top = foot.copy()
     top[:, :, 2] = places[:, None, 2] - square[:, :, 0] * np.tan(tilt)[:, None]
@@ -156,3 +163,33 @@ def block_corners(plate: Plate, poses: Float[np.ndarray, "rows 4 4"]) -> Float[n
     foot[free, :, 2] = 0.6 * SIDE
     frame = np.where(free[:, None, None], poses, standing)
     return se3.apply(frame[:, None], np.concatenate([foot, top], axis=1))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Making:
+    """Tolerances of the making.
+
+    Args:
+        position: Greatest error of a hole's place along each axis [m].
+        angle: Greatest error of a block's angle about each axis [rad].
+
+    Raises:
+        OptionError: a negative tolerance.
+    """
+
+    position: float = 0.0
+    angle: float = 0.0
+
+    def __post_init__(self):
+        if self.position < 0.0 or self.angle < 0.0:
+            raise OptionError(
+                f"a making tolerance of ±{1e3 * self.position:g} mm, ±{np.rad2deg(self.angle):g}° can't be "
+                "negative; give 0 for a plate that is taken as true"
+            )
+
+    def sigma(self, heights: Float[np.ndarray, " rows"]) -> Float[np.ndarray, "rows 2"]:
+        """Standard deviations of targets at such heights above the plate: position [m], rotation [rad]."""
+        place, turn = self.position / np.sqrt(3.0), self.angle / np.sqrt(3.0)
+        return np.column_stack(
+            [np.sqrt(place**2 + 2.0 / 3.0 * (heights * turn) ** 2), np.full(len(heights), turn)]
+        )

@@ -1,20 +1,24 @@
-"""Candidates: targets in one posture each that keep every constraint for themselves, with what they measure.
+"""Candidates: targets, each in one branch, that keep every constraint on their own, with the rows they
+measure.
 
-Two candidates may still be in each other's way: the arm at one touches the block of the other. That is
-looked at only for the pairs that a search considers, and remembered.
+They come from many random blocks on a plate, in every branch that reaches them. Two candidates may still
+conflict: the arm at one touches the block of the other. That is checked only for the pairs that a search
+considers, and remembered.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from workbench.arm.inverse import solve as inverse
 from workbench.arm.inverse.branch import margins
 from workbench.arm.inverse.follow import follow_many
 from workbench.arm.kinematics.forward import sensitivity
 from workbench.arm.robot import Robot
-from workbench.plate.optimiser.blocks import SIDE, Places, tool_poses_at
+from workbench.plate.optimiser.blocks import SIDE, Blocks, Making, Places, places_of, tool_poses_at
 from workbench.plate.optimiser.capsules import ArmShape
 from workbench.plate.optimiser.clearance import (
     FAR,
@@ -25,14 +29,17 @@ from workbench.plate.optimiser.clearance import (
     plate_hull,
 )
 from workbench.plate.optimiser.constraints import Constraints
-from workbench.plate.optimiser.reading import Reading
-from workbench.plate.optimiser.tolerances import Making
 from workbench.plate.plate import Plate
+from workbench.plate.readings import Reading
 
 RETREATS = np.array([0.5, 1.0])
 """Where on its way back the probe is looked at, as shares of the way."""
 HAIR = 1e-4
 """A distance is measured up to the clearance and so much more [m]."""
+
+
+class Cancelled(Exception):
+    """Raised inside the search when it is asked to stop."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -224,3 +231,92 @@ class Neighbours:
         looked_at = ~arm.probes if visitor == block else np.ones(len(arm.radii), bool)
         lines, hull = self.pool.lines[visitor], self._hulls[block]
         return float(hull_distances(arm, lines, [hull], looked_at=looked_at, far=far).min())
+
+
+BATCH = 50
+"""Places that are solved between two looks at `cancel`."""
+
+
+class Ways(NamedTuple):
+    """Postures at blocks.
+
+    Args:
+        slots: Block of each, counted from 0.
+        places: That block.
+        q: Joint positions [rad or m].
+        branches: Names.
+    """
+
+    slots: np.ndarray
+    places: Places
+    q: np.ndarray
+    branches: np.ndarray
+
+
+class Pool(NamedTuple):
+    """Candidates, and what became of the other ways.
+
+    Args:
+        candidates: Those that keep all constraints.
+        kept: Which of all ways kept each constraint.
+    """
+
+    candidates: Candidates
+    kept: dict[str, np.ndarray]
+
+
+def draw_pool(
+    setting: Setting,
+    blocks: Blocks,
+    half: np.ndarray,
+    number: int,
+    *,
+    rng: np.random.Generator,
+    progress: Callable[[float], None] | None = None,
+    cancel: Callable[[], bool] | None = None,
+) -> Pool:
+    """Candidates from so many random blocks whose centres lie within ±half [m].
+
+    Raises:
+        Cancelled: asked to stop.
+    """
+    found: Candidates | None = None
+    kept: dict[str, list[np.ndarray]] = {}
+    done = 0
+    while done < number:
+        if cancel is not None and cancel():
+            raise Cancelled
+        places = blocks.draw(min(BATCH, number - done), half, rng=rng)
+        ways = all_ways(setting, places)
+        good, flags = setting.examine(ways.places, ways.q, ways.branches)
+        found = good if found is None else found.join(good)
+        for name, values in flags.items():
+            kept.setdefault(name, []).append(values)
+        done += len(places)
+        if progress is not None:
+            progress(done / number)
+    assert found is not None
+    return Pool(found, {name: np.concatenate(parts) for name, parts in kept.items()})
+
+
+def all_ways(setting: Setting, places: Places) -> Ways:
+    """Every branch within the joint limits at every block."""
+    poses = setting.robot.base.pose @ tool_poses_at(setting.plate, places)
+    results = inverse.solve_many(setting.robot, poses)
+    slots = [i for i, result in enumerate(results) for _ in result.within_limits]
+    branches = [branch for result in results for branch in result.within_limits]
+    q = np.array([branch.q for branch in branches]).reshape(-1, setting.robot.dof)
+    names = np.array([branch.name for branch in branches], dtype="U80")
+    return Ways(np.array(slots, np.int64), places[slots], q, names)
+
+
+def start_ways(setting: Setting, plate: Plate) -> Ways:
+    """The ways of a plate that is already there; a target with joint positions has these alone."""
+    ways = all_ways(setting, places_of(plate, plate.poses))
+    keep = np.ones(len(ways.q), bool)
+    for slot, target in enumerate(plate.targets):
+        mine = np.flatnonzero(ways.slots == slot)
+        if target.q is not None and len(mine):
+            turns = np.abs(np.angle(np.exp(1j * (ways.q[mine] - target.q)))).max(1)
+            keep[mine] = turns == turns.min()
+    return Ways(*(part[keep] for part in ways))

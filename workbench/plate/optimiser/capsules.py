@@ -5,20 +5,24 @@ end of the last link is the probe, slender and alone allowed to touch the block 
 
 Neighbouring links touch by design. Of two links with a path of length L between them, each is looked at only
 beyond t = max(0, 3/2 (r₁ + r₂) − L/2) from its end of that path: two neighbours may fold up to about 40°.
+
+Distances between lines, for many rows at once.
+
+Source: Ericson, Real-Time Collision Detection (2005), §5.1.9 (closest points of two segments).
 """
 
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import NamedTuple
+from typing import NamedTuple, no_type_check
 
 import numpy as np
 from jaxtyping import Float, Int
+from numba import njit
 
 from workbench.arm.kinematics.skeleton import body_frames, link_ways
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.plate.optimiser.distances import segment_distances
 
 THICK, THIN = 0.035, 0.021
 """Radius of the first and of the last link, as a share of the arm's reach."""
@@ -152,3 +156,47 @@ def _with_probe(last: Capsule) -> tuple[Capsule, ...]:
         last._replace(end=stop - way * (min(last.radius, 0.5 * (length - slender)) / length)),
         Capsule(last.body, stop, tip, radius, "the probe", probe=True),
     )
+
+
+def segment_distances(
+    first: Float[np.ndarray, "rows pairs 2 3"], second: Float[np.ndarray, "rows pairs 2 3"]
+) -> Float[np.ndarray, "rows pairs"]:
+    """Least distance of two segments, given by their ends [m]."""
+    shape = first.shape[:2]
+    one, other = first.reshape(-1, 2, 3), second.reshape(-1, 2, 3)
+    return _distances(np.ascontiguousarray(one), np.ascontiguousarray(other)).reshape(shape)
+
+
+@njit(cache=True)
+@no_type_check
+def _distances(first, second):
+    result = np.empty(len(first))
+    for k in range(len(first)):
+        a = e = f = b = c = 0.0
+        for i in range(3):
+            d1 = first[k, 1, i] - first[k, 0, i]
+            d2 = second[k, 1, i] - second[k, 0, i]
+            r = first[k, 0, i] - second[k, 0, i]
+            a += d1 * d1
+            e += d2 * d2
+            f += d2 * r
+            b += d1 * d2
+            c += d1 * r
+        denominator = a * e - b * b
+        s = 0.0
+        if denominator > 1e-12 * a * e:
+            s = min(max((b * f - c * e) / denominator, 0.0), 1.0)
+        t = (b * s + f) / e if e > 0.0 else 0.0
+        if t < 0.0 or e <= 0.0:
+            t = 0.0
+            s = min(max(-c / a, 0.0), 1.0) if a > 0.0 else 0.0
+        elif t > 1.0:
+            t = 1.0
+            s = min(max((b - c) / a, 0.0), 1.0) if a > 0.0 else 0.0
+        square = 0.0
+        for i in range(3):
+            p = first[k, 0, i] + s * (first[k, 1, i] - first[k, 0, i])
+            p -= second[k, 0, i] + t * (second[k, 1, i] - second[k, 0, i])
+            square += p * p
+        result[k] = np.sqrt(square)
+    return result

@@ -13,9 +13,9 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from workbench.base import se3
-from workbench.plate.optimiser.blocks import CORNERS, block_corners
+from workbench.plate.optimiser.blocks import block_corners
 from workbench.plate.optimiser.capsules import ON_THE_TABLE, ArmShape
-from workbench.plate.plate import Plate
+from workbench.plate.plate import SQUARE, Plate
 
 FAR = 0.5
 """Distances above this are not told apart [m]."""
@@ -48,7 +48,7 @@ def plate_hull(plate: Plate) -> Hull | None:
     """The plate's solid; None if it has none."""
     if plate.size is None:
         return None
-    square = 0.5 * plate.size[:2] * CORNERS
+    square = 0.5 * plate.size[:2] * SQUARE
     layers = [np.column_stack([square, np.full(4, height)]) for height in (-plate.size[2], 0.0)]
     return Hull(se3.apply(plate.pose, np.concatenate(layers)))
 

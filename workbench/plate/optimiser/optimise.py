@@ -21,18 +21,16 @@ from workbench.base.errors import OptionError
 from workbench.base.types import Outcome
 from workbench.plate.accuracy import position_weight
 from workbench.plate.criterion import RegionCriterion
-from workbench.plate.optimiser.blocks import Blocks
-from workbench.plate.optimiser.candidates import Candidates, Neighbours, Setting
+from workbench.plate.optimiser.blocks import Blocks, Making
+from workbench.plate.optimiser.candidates import Candidates, Neighbours, Pool, Setting, draw_pool, start_ways
 from workbench.plate.optimiser.capsules import arm_shape
 from workbench.plate.optimiser.clearance import plate_hull
 from workbench.plate.optimiser.constraints import Constraints, check_base, check_room, conflict, half_size
-from workbench.plate.optimiser.pool import Pool, draw_pool, start_ways
-from workbench.plate.optimiser.reading import Reading
 from workbench.plate.optimiser.result import PlateDesign, branches_of, describe, set_error
 from workbench.plate.optimiser.search import Cancelled, Search
-from workbench.plate.optimiser.tolerances import Making
 from workbench.plate.plate import Plate
 from workbench.plate.poses.exchange import exchange
+from workbench.plate.readings import Reading
 
 VAGUE = 3.0
 """Standard deviation of a constant before anything is measured, as the tool feels it [m]: next to nothing is

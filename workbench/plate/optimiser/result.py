@@ -12,8 +12,8 @@ from workbench.base.types import Outcome, frozen
 from workbench.plate.accuracy import PredictedError, predicted_error
 from workbench.plate.optimiser.blocks import Places
 from workbench.plate.optimiser.candidates import Candidates, Neighbours, Setting
-from workbench.plate.optimiser.reading import linearise_reading
 from workbench.plate.plate import Plate, Target
+from workbench.plate.readings import linearise_reading
 
 NOTHING = frozen(np.zeros(0))
 

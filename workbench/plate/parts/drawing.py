@@ -11,7 +11,6 @@ import numpy as np
 from scipy.optimize import isotonic_regression
 
 from workbench.base.errors import MissingExtraError
-from workbench.plate.parts.lists import from_corner
 from workbench.plate.parts.parts import Bore, Fixture, Purpose
 
 MM = 1e3
@@ -78,7 +77,7 @@ class _Sheet:
         self._table()
 
     def _hole(self, bore: Bore) -> None:
-        x, y = from_corner(self.fixture, bore.mouth)
+        x, y = self.fixture.from_corner(bore.mouth)
         radius = 0.5 * MM * bore.diameter
         self.space.add_circle((x, y), radius, dxfattribs={"layer": "HOLES"})
         for dx, dy in ((1.6 * radius, 0.0), (0.0, 1.6 * radius)):
@@ -101,7 +100,7 @@ class _Sheet:
 
     def _ordinates(self) -> None:
         """Blocks' places along x above the plate, along y left of it."""
-        places = np.array([from_corner(self.fixture, b.pose[:3, 3]) for b in self.fixture.blocks])
+        places = np.array([self.fixture.from_corner(b.pose[:3, 3]) for b in self.fixture.blocks])
         spacing, reach = 2.2 * self.text, 5.0 * self.text
         for x, label in _spread(places[:, 0], spacing):
             self.space.add_ordinate_x_dim(
@@ -115,7 +114,7 @@ class _Sheet:
     def _robot(self) -> None:
         """The robot's base as a cross with its axes' names, and where it stands, in words."""
         pose = np.linalg.inv(self.fixture.pose)
-        x, y = from_corner(self.fixture, pose[:3, 3])
+        x, y = self.fixture.from_corner(pose[:3, 3])
         arm = 4.0 * self.text
         for axis, name in ((0, "X"), (1, "Y")):
             tip = (x + arm * pose[0, axis], y + arm * pose[1, axis])
@@ -137,7 +136,7 @@ class _Sheet:
         columns = (0.0, 5.0, 14.0, 22.0, 30.0)
         rows = [("HOLE", "X", "Y", "DIA", "FOR")]
         for bore in self.fixture.slab.bores:
-            x, y = from_corner(self.fixture, bore.mouth)
+            x, y = self.fixture.from_corner(bore.mouth)
             rows.append(
                 (bore.label, f"{x:.3f}", f"{y:.3f}", f"{MM * bore.diameter:.2f}", SHORT[bore.purpose])
             )

@@ -1,22 +1,83 @@
-"""Everything that is needed to make a plate, in one folder."""
+"""All files that are needed to make a plate, in one folder: solids, drawing, lists and the sheet.
 
-from collections.abc import Callable, Sequence
+The lists are for workshop and measuring room. Positions on the plate count from the lower left corner of its
+top face, as in the drawing, along the plate's x and y axes. Targets are poses of the tool in the robot's
+base, R = Rz(yaw) Ry(pitch) Rx(roll), in the columns that an as-measured plate is read from.
+"""
+
+import csv
+import io
+from collections.abc import Callable, Iterable, Sequence
 from enum import StrEnum
 from pathlib import Path
 
+import numpy as np
+
 from workbench.arm.robot import Robot
+from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.base.folder import check_folder, write_folder
 from workbench.plate.parts.drawing import dxf
 from workbench.plate.parts.fixture import Stock, fixture_of
-from workbench.plate.parts.lists import blocks_csv, holes_csv, targets_csv
 from workbench.plate.parts.parts import Fixture
 from workbench.plate.parts.sheet import PlateSheet
-from workbench.plate.parts.solids import block_mesh, slab_mesh, stl, three_mf
-from workbench.plate.parts.step import block_step, slab_step
+from workbench.plate.parts.solids import block_mesh, block_step, slab_mesh, slab_step, stl, three_mf
 from workbench.plate.plate import Plate
-from workbench.plate.target_rows import SIGMA_POSITION, SIGMA_ROTATION
+from workbench.plate.readings import SIGMA_POSITION, SIGMA_ROTATION
 from workbench.plate.verbs import score_plate
+
+TARGET_COLUMNS = ("target", "x[mm]", "y[mm]", "z[mm]", "roll[deg]", "pitch[deg]", "yaw[deg]")
+MM = 1e3
+
+
+def holes_csv(fixture: Fixture) -> str:
+    """Every hole of the plate: label, what it is, place from the lower left corner, diameter, depth."""
+    head = ("hole", "purpose", "x[mm]", "y[mm]", "diameter[mm]", "depth[mm]", "through")
+    return _table(
+        head,
+        (
+            (
+                bore.label,
+                bore.purpose,
+                *(f"{v:.4f}" for v in fixture.from_corner(bore.mouth)),
+                f"{MM * bore.diameter:.3f}",
+                f"{MM * bore.depth:.3f}",
+                "yes" if bore.through else "no",
+            )
+            for bore in fixture.slab.bores
+        ),
+    )
+
+
+def blocks_csv(fixture: Fixture) -> str:
+    """Every block: its shape's letter, its place and turn on the plate, its height and mitre angle."""
+    head = (
+        *("target", "shape", "kind", "x[mm]", "y[mm]", "turn[deg]"),
+        *("tilt[deg]", "height[mm]", "lowest_edge[mm]", "highest_edge[mm]", "side[mm]"),
+    )
+    rows = []
+    for block in fixture.blocks:
+        place = (*fixture.from_corner(block.pose[:3, 3]), np.rad2deg(block.azimuth), np.rad2deg(block.tilt))
+        sizes = (MM * h for h in (block.height, *block.heights, block.side))
+        numbers = (f"{v + 0.0:.4f}" for v in (*place, *sizes))
+        rows.append((str(block.number), fixture.letter(block.number), str(block.kind), *numbers))
+    return _table(head, rows)
+
+
+def targets_csv(plate: Plate) -> str:
+    """Poses of the tool at the targets in the robot's base, to full precision."""
+    angles = np.rad2deg(se3.matrix_to_rpy(plate.poses[:, :3, :3]))
+    places = MM * plate.poses[:, :3, 3]
+    rows = np.column_stack([places, angles]).tolist()
+    return _table(TARGET_COLUMNS, ((str(i), *map(repr, row)) for i, row in enumerate(rows, start=1)))
+
+
+def _table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    buffer = io.StringIO()
+    writer = csv.writer(buffer, lineterminator="\n")
+    writer.writerow(head)
+    writer.writerows(rows)
+    return buffer.getvalue()
 
 
 class Format(StrEnum):

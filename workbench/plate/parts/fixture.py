@@ -13,11 +13,10 @@ import numpy as np
 from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.base.types import Matrix4, Vector3, frozen
+from workbench.plate.optimiser.blocks import STEEPEST
 from workbench.plate.parts.parts import Block, Bore, Fixture, Purpose, Slab
-from workbench.plate.plate import Kind, Plate, Target
+from workbench.plate.plate import SQUARE, Kind, Plate, Target
 
-STEEPEST = float(np.deg2rad(65.0))
-"""Greatest mitre that a block of square bar can have [rad]."""
 WALL = 0.002
 """Least material between bores that face each other, and between a bore and an edge [m]."""
 UP, DOWN = frozen(np.array([0.0, 0.0, 1.0])), frozen(np.array([0.0, 0.0, -1.0]))
@@ -240,7 +239,7 @@ def _under(block: Block, thickness: float, stock: Stock) -> list[Bore]:
 
 def _mounting(size: Vector3, blocks: tuple[Block, ...], stock: Stock) -> tuple[tuple[Bore, ...], int]:
     """A mounting hole in every corner that no block covers, and how many are left out."""
-    corners = (0.5 * size[:2] - stock.inset) * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+    corners = (0.5 * size[:2] - stock.inset) * SQUARE
     free = [corner for corner in corners if not any(_covers(b.pose, corner, stock) for b in blocks)]
     bores = tuple(
         Bore(

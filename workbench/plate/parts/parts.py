@@ -15,7 +15,7 @@ from enum import StrEnum
 import numpy as np
 
 from workbench.base.types import Matrix4, Vector3
-from workbench.plate.plate import Kind
+from workbench.plate.plate import SQUARE, Kind
 
 
 class Purpose(StrEnum):
@@ -128,8 +128,7 @@ class Block:
     @property
     def footprint(self) -> np.ndarray:
         """Corners of the foot on the plate [m], anticlockwise."""
-        corners = 0.5 * self.side * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
-        return corners @ self.pose[:2, :2].T + self.pose[:2, 3]
+        return (0.5 * self.side * SQUARE) @ self.pose[:2, :2].T + self.pose[:2, 3]
 
     def same_shape(self, other: "Block") -> bool:
         """Whether one drawing makes both, to a micrometre and an arc second."""
@@ -190,6 +189,11 @@ class Fixture:
             BlockShape(letter=_letter(i), block=group[0], numbers=tuple(b.number for b in group))
             for i, group in enumerate(groups)
         )
+
+    def from_corner(self, place: Vector3) -> tuple[float, float]:
+        """A position on the slab's top, from its lower left corner [mm]."""
+        x, y = 1e3 * (place[:2] + 0.5 * self.slab.size[:2])
+        return float(x), float(y)
 
     def letter(self, number: int) -> str:
         """Shape of a target's block."""

@@ -1,4 +1,8 @@
-"""One page about a plate: picture, block shapes, table of blocks, expected accuracy; as HTML and as PDF."""
+"""One page about a plate: picture, block shapes, table of blocks, expected accuracy; as HTML and as PDF.
+
+The picture is a parallel projection. Blocks are convex and stand apart, so that drawing them from back to
+front, and of each only the faces towards the viewer, hides what has to be hidden.
+"""
 
 import io
 from dataclasses import dataclass, field
@@ -6,22 +10,145 @@ from textwrap import wrap
 
 import numpy as np
 from markupsafe import Markup
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.patches import Polygon
 
-from workbench.plate.parts.lists import from_corner
-from workbench.plate.parts.parts import Fixture
-from workbench.plate.parts.picture import MOST_SHAPES, draw_fixture, draw_shape
+from workbench.base import se3
+from workbench.plate.parts.parts import Block, BlockShape, Bore, Fixture
+from workbench.plate.plate import SQUARE
 from workbench.plate.score import PlateScore
-from workbench.report.drawing import INK, look, new_figure, svg
+from workbench.report.drawing import COLOURS, INK, look, new_figure, svg
 from workbench.report.html import page_template
 from workbench.report.numbers import short
+
+MM = 1e3
+TURN, RISE = np.deg2rad(-62.0), np.deg2rad(38.0)
+"""Where the viewer stands: angle about the plate's normal from its x axis, and above the plate."""
+TOWARDS = np.array([np.cos(TURN) * np.cos(RISE), np.sin(TURN) * np.cos(RISE), np.sin(RISE)])
+ACROSS = np.array([-np.sin(TURN), np.cos(TURN), 0.0])
+UPWARDS = np.cross(TOWARDS, ACROSS)
+LIGHT = np.array([0.25, -0.45, 0.86])
+METAL, FACE = np.array([0.80, 0.82, 0.85]), np.array([0.55, 0.76, 0.91])
+MOST_SHAPES = 6
+"""Block shapes that are drawn from the side; more are left to their files."""
+
+
+def draw_fixture(axes: Axes, fixture: Fixture) -> None:
+    """Plate, blocks and the robot's base, seen from the plate's front."""
+    axes.set_aspect("equal")
+    axes.axis("off")
+    length, width, thickness = MM * fixture.slab.size
+    slab = np.array([[x, y, z] for z in (-thickness, 0.0) for x, y in SQUARE * [length, width] / 2])
+    _solid(axes, slab, top=METAL)
+    for bore in fixture.slab.bores:
+        if bore.label.startswith("M"):
+            _ring(axes, bore, np.eye(4))
+    for block in sorted(fixture.blocks, key=lambda b: float(b.pose[:3, 3] @ TOWARDS)):
+        _block(axes, block)
+    _robot(axes, fixture)
+    axes.autoscale_view()
+
+
+def draw_shape(axes: Axes, shape: BlockShape) -> None:
+    """A block's side view with its height, mitre and edges."""
+    block = shape.block
+    half, (low, high) = 0.5 * MM * block.side, (MM * h for h in block.heights)
+    outline = np.array([[-half, 0.0], [half, 0.0], [half, low], [-half, high]])
+    axes.set_aspect("equal")
+    axes.axis("off")
+    axes.add_patch(Polygon(outline, closed=True, facecolor=tuple(METAL), edgecolor=INK, linewidth=0.8))
+    for bore in block.bores:
+        _side_view(axes, bore)
+    kinds = f"{len(shape.numbers)} × {shape.letter}, {np.rad2deg(block.tilt):.3f}°"
+    axes.set_title(kinds)
+    for x, height, align in ((-half, high, "right"), (half, low, "left")):
+        shift = -2.0 if align == "right" else 2.0
+        axes.text(x + shift, 0.5 * height, f"{height:.2f}", ha=align, va="center", rotation=90)
+    axes.text(0.0, -2.5, f"{2 * half:.0f} sq., {MM * block.height:.2f} at centre", ha="center", va="top")
+    axes.set_xlim(-half - 14.0, half + 14.0)
+    axes.set_ylim(-10.0, high + 3.0)
+
+
+_FACES = ([4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7])
+
+
+def _on_paper(points: np.ndarray) -> np.ndarray:
+    """Points in the plate's frame as they are seen."""
+    return np.stack([points @ ACROSS, points @ UPWARDS], -1)
+
+
+def _solid(axes: Axes, corners: np.ndarray, *, top: np.ndarray) -> None:
+    """The faces that can be seen of a solid of four lower and four upper corners [mm]."""
+    for number, face in enumerate(_FACES):
+        places = corners[face]
+        normal = np.cross(places[1] - places[0], places[2] - places[0])
+        normal /= np.linalg.norm(normal)
+        if normal @ TOWARDS <= 0.0:
+            continue
+        colour = (top if number == 0 else METAL) * (0.72 + 0.28 * max(float(normal @ LIGHT), 0.0))
+        outline = _on_paper(places)
+        axes.add_patch(Polygon(outline, closed=True, facecolor=tuple(colour), edgecolor=INK, linewidth=0.5))
+
+
+def _block(axes: Axes, block: Block) -> None:
+    half, (low, high) = 0.5 * MM * block.side, (MM * h for h in block.heights)
+    below = np.column_stack([half * SQUARE, np.zeros(4)])
+    above = np.column_stack([half * SQUARE, np.where(SQUARE[:, 0] > 0.0, low, high)])
+    pose = block.pose.copy()
+    pose[:3, 3] *= MM
+    _solid(axes, se3.apply(pose, np.concatenate([below, above])), top=FACE)
+    facing = (pose[:3, :3] @ [np.sin(block.tilt), 0.0, np.cos(block.tilt)]) @ TOWARDS > 0.0
+    for bore in block.bores:
+        if facing and bore.direction[2] < 0.0:
+            _ring(axes, bore, pose)
+    seen = _on_paper(se3.apply(pose, above))
+    x, y = seen[np.argmax(seen[:, 1])]
+    axes.annotate(f"{block.number}", (x, y), ha="center", va="bottom", fontweight="bold",
+                  xytext=(0, 2), textcoords="offset points")  # fmt: skip
+
+
+def _ring(axes: Axes, bore: Bore, pose: np.ndarray) -> None:
+    """A bore's mouth."""
+    angles = np.linspace(0.0, 2.0 * np.pi, 25)
+    one = np.cross(bore.direction, [0.0, 1.0, 0.0])
+    one /= np.linalg.norm(one)
+    two = np.cross(bore.direction, one)
+    around = np.cos(angles)[:, None] * one + np.sin(angles)[:, None] * two
+    circle = _on_paper(se3.apply(pose, MM * (bore.mouth + 0.5 * bore.diameter * around)))
+    axes.fill(*circle.T, facecolor=INK, alpha=0.75, linewidth=0.0)
+
+
+def _robot(axes: Axes, fixture: Fixture) -> None:
+    """The axes of the robot's base."""
+    pose = se3.inverse(fixture.pose)
+    origin, arm = MM * pose[:3, 3], 0.12 * MM * float(max(fixture.slab.size))
+    for axis, name in enumerate("xyz"):
+        line = _on_paper(np.stack([origin, origin + arm * pose[:3, axis]]))
+        axes.plot(*line.T, color=COLOURS[1], linewidth=1.4)
+        tip = (line[1, 0], line[1, 1])
+        axes.annotate(name, tip, color=COLOURS[1], ha="center", va="center", fontsize=7, xytext=(4, 4),
+                      textcoords="offset points")  # fmt: skip
+    foot = _on_paper(origin)
+    axes.annotate("robot base", (foot[0], foot[1]), color=COLOURS[1], ha="center", va="top", fontsize=7,
+                  xytext=(0, -5), textcoords="offset points")  # fmt: skip
+
+
+def _side_view(axes: Axes, bore: Bore) -> None:
+    """A bore's outline, dashed, seen along the block's y axis."""
+    across = 0.5 * bore.diameter * np.array([bore.direction[2], 0.0, -bore.direction[0]])
+    ends = [bore.bottom] if bore.conical else [bore.bottom - across, bore.bottom + across]
+    outline = MM * np.array([bore.mouth + across, bore.mouth - across, *ends])
+    axes.add_patch(
+        Polygon(outline[:, [0, 2]], closed=True, fill=False, edgecolor=INK, linewidth=0.4, linestyle="--")
+    )
+
 
 HEADINGS = ("target", "block", "x", "y", "height", "tilt", "turn", "branch")
 UNITS = ("", "", "mm", "mm", "mm", "°", "°", "")
 LISTED = 40
 """Greatest number of blocks in the table; the rest is in the list of blocks."""
-MM = 1e3
 A4 = (8.27, 11.69)
 
 
@@ -78,7 +205,7 @@ class PlateSheet:
         """One line a block, as in `HEADINGS`."""
         lines = []
         for i, block in enumerate(self.fixture.blocks[:LISTED]):
-            places = from_corner(self.fixture, block.pose[:3, 3])
+            places = self.fixture.from_corner(block.pose[:3, 3])
             angles = np.rad2deg([block.tilt, block.azimuth]) + 0.0
             numbers = (
                 *(f"{v:.3f}" for v in places),

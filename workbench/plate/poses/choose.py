@@ -6,32 +6,114 @@ kept: with one start for all, the maxima would be ten times the same pose. For t
 as a whole, poses are chosen greedily out of many candidates and exchanged for better ones, and the set is
 then moved continuously within its limits. Whatever happens, the result is never worse than the start.
 
-Limits (region, orientation cone, room, spread, travel) are kept throughout; at the end the poses are put in
-an order of measuring with short ways.
+Limits (region, orientation cone, margins, spread, travel) are kept throughout; at the end the poses are put
+in an order of measuring with short moves.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from enum import StrEnum
 
 import numpy as np
 from jaxtyping import Float
 
+from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.linearisation import linearise
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import Outcome, frozen
 from workbench.plate.criterion import criterion_of, goal_index
 from workbench.plate.freedom import visible_basis
-from workbench.plate.indices import O1, D, O
-from workbench.plate.poses.d_optimal import d_bound, d_exchange
+from workbench.plate.indices import O1, AbstractIndex, D, O
+from workbench.plate.poses.d_optimal import d_bound, d_exchange, greedy_choice
 from workbench.plate.poses.exchange import Exchanged, exchange
-from workbench.plate.poses.feasible import feasible_start
 from workbench.plate.poses.gradient import PoseClimb
-from workbench.plate.poses.greedy import greedy_choice
-from workbench.plate.poses.limits import PoseLimits, folded
+from workbench.plate.poses.limits import PoseLimits, feasible_start, folded, sample_poses, walks
 from workbench.plate.poses.measuring_order import measuring_order, travels
-from workbench.plate.poses.sampling import random_poses
-from workbench.plate.poses.task import Cancel, Method, PoseTask, Progress
+from workbench.plate.poses.sampling import in_base, random_poses
 from workbench.plate.region import Region
+
+CANDIDATES = 300
+"""Random candidates for a set, where none are given."""
+LIMITED_CANDIDATES = 1000
+"""Random candidates where pairs of poses are limited."""
+WALK = 25
+"""Steps of the random walks that candidates come from where the travel is limited."""
+
+Progress = Callable[[float], None]
+Cancel = Callable[[], bool]
+
+
+class Method(StrEnum):
+    """How a set is chosen out of candidates."""
+
+    EXCHANGE = "exchange"
+    GREEDY = "greedy"
+
+
+@dataclass(frozen=True, eq=False)
+class PoseTask:
+    """One choice of poses.
+
+    Args:
+        climb: The arm and the index.
+        number: How many poses.
+        limits: What else is asked of them.
+        candidates: Joint positions to choose from; random ones if None.
+        method: How a set is chosen out of candidates.
+        rng: Source of the random candidates and starts.
+        progress: Called with the share of the work done.
+    """
+
+    climb: PoseClimb
+    number: int
+    limits: PoseLimits
+    candidates: np.ndarray | None
+    method: Method
+    rng: np.random.Generator
+    progress: Progress | None
+
+    @property
+    def robot(self) -> Robot:
+        """The arm."""
+        return self.climb.robot
+
+    @property
+    def index(self) -> AbstractIndex:
+        """What is to become large."""
+        return self.climb.index
+
+    def pool(self) -> np.ndarray:
+        """The candidates that keep what is asked of single poses."""
+        if self.candidates is None:
+            count = max(LIMITED_CANDIDATES if self.limits.pairs else CANDIDATES, 5 * self.number)
+            drawn = folded(self.robot, sample_poses(self.robot, count, self.limits, rng=self.rng))
+            if self.limits.travel is None:
+                return drawn
+            walked = walks(self.robot, drawn[: max(count // WALK, 1)], WALK, self.limits, rng=self.rng)
+            return np.concatenate([drawn, walked])
+        kept = self.limits.admits(self.robot, self.candidates)
+        if kept.sum() < self.number:
+            raise DataError(
+                f"{self.number} poses can't be chosen from {len(kept)} candidates of which {kept.sum()} keep "
+                "the limits; give more candidates or relax the limits"
+            )
+        return self.candidates[kept]
+
+    def report(self, share: float) -> None:
+        """Tell the share of the work done."""
+        if self.progress is not None:
+            self.progress(share)
+
+    def blocks(self, pool: np.ndarray) -> np.ndarray:
+        """Scaled, whitened Jacobian of each candidate."""
+        linearisation = self.climb.at(pool)
+        return linearisation.scaled.reshape(len(pool), -1, len(linearisation.names))
+
+    def pairs(self, pool: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
+        """Which candidates clash, and which may follow each other."""
+        places = in_base(self.robot, tool_poses(self.robot, pool))[:, :3, 3]
+        return self.limits.clash(places), self.limits.follow(pool)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,32 +1,187 @@
-"""Fast exchange for O1: the D-optimal choice of a few among many candidate poses.
+"""D-optimal choice of a few among many candidates: greedy, by fast exchange, and a proven bound.
 
-With C = (Σ AᵢᵀAᵢ)⁻¹ over the chosen blocks, V_j = B_j C B_jᵀ of every candidate and W_j = B_j C Aᵢᵀ, the
-determinant after chosen block i has made way for candidate j grows by
+With C the inverse of the information Σ AᵢᵀAᵢ of what is chosen and V_j = B_j C B_jᵀ of every candidate's
+block B_j, the determinant grows by det(I + V_j) when candidate j is added. With W_j = B_j C Aᵢᵀ it grows by
 
     det(I − Vᵢ) det(I + V_j + W_j (I − Vᵢ)⁻¹ W_jᵀ)
 
-so a pass over all candidates costs one product with C Aᵢᵀ and small determinants. C and all V_j follow
-each exchange by the same update (`low_rank`). First the poses are chosen greedily (or a start is given), then
-every chosen pose in turn is exchanged for the best candidate until a round changes nothing.
+after chosen block i has made way for candidate j, so a pass over all candidates costs one product with C Aᵢᵀ
+and small determinants. C and all V_j follow each change by the same low-rank update; nothing is inverted but
+matrices of one block's size. The loops over candidates are compiled.
+
+The greedy choice starts from a ridge as C. The exchange replaces every chosen candidate in turn by the best
+one until a round changes nothing.
 
 The bound: log det is concave in the candidates' weights w (Σ w = 1), so no choice of m candidates exceeds
 log det(m M(w)) + max_j tr(M(w)⁻¹ B_jᵀB_j) − p, for any w; multiplicative steps make it tight.
 
-Sources: Fedorov, Theory of Optimal Experiments (1972), §2.2 and §3; Harville, Matrix Algebra from a
-Statistician's Perspective (1997), §18.1 (determinants); Silvey, Titterington & Torsney, Communications in
-Statistics A7(14), 1978 (multiplicative steps).
+Sources: Dykstra, Technometrics 13(3), 1971 (sequential augmentation); Fedorov, Theory of Optimal Experiments
+(1972), §2.2 and §3; Harville, Matrix Algebra from a Statistician's Perspective (1997), §18.1, §18.2
+(determinants); Silvey, Titterington & Torsney, Communications in Statistics A7(14), 1978 (multiplicative
+steps).
 """
 
 from collections.abc import Callable
+from typing import no_type_check
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
+from numba import njit
 
 from workbench.base.errors import OptionError
 from workbench.base.types import Outcome
-from workbench.plate.poses import low_rank
 from workbench.plate.poses.exchange import ROUNDS, Exchanged
-from workbench.plate.poses.greedy import greedy_choice
+
+RIDGE = 1e-10
+"""Information known beforehand, as a share of the candidates' mean."""
+
+
+def prior(blocks: Float[np.ndarray, "options r p"]) -> Float[np.ndarray, "p p"]:
+    """Information known beforehand, so that C exists before the first measurement."""
+    count, _, size = blocks.shape
+    return RIDGE * (blocks**2).sum() / (count * size) * np.eye(size)
+
+
+def flattened(blocks: Float[np.ndarray, "options r p"]) -> Float[np.ndarray, "rows p"]:
+    """All rows of all candidates, for one product with C."""
+    return np.ascontiguousarray(blocks.reshape(-1, blocks.shape[2]))
+
+
+def spreads(
+    blocks: Float[np.ndarray, "options r p"],
+    flat: Float[np.ndarray, "rows p"],
+    inverse: Float[np.ndarray, "p p"],
+) -> Float[np.ndarray, "options r r"]:
+    """V_j = B_j C B_jᵀ of every candidate."""
+    return _products((flat @ inverse).reshape(blocks.shape), blocks)
+
+
+def with_block(
+    blocks: Float[np.ndarray, "options r p"],
+    flat: Float[np.ndarray, "rows p"],
+    inverse: Float[np.ndarray, "p p"],
+    spread: Float[np.ndarray, "options r r"],
+    new: int,
+) -> Float[np.ndarray, "p p"]:
+    """C with one more block; every V_j is updated in place."""
+    count, rows, _ = blocks.shape
+    reach = inverse @ blocks[new].T
+    middle = -np.linalg.inv(np.eye(rows) + blocks[new] @ reach)
+    add(spread, (flat @ reach).reshape(count, rows, rows), middle)
+    return inverse + reach @ middle @ reach.T
+
+
+@njit(cache=True)
+@no_type_check
+def _products(left, right):
+    """L_j R_jᵀ of every candidate."""
+    count, rows, size = left.shape
+    result = np.empty((count, rows, rows))
+    for j in range(count):
+        for i in range(rows):
+            for k in range(rows):
+                total = 0.0
+                for m in range(size):
+                    total += left[j, i, m] * right[j, k, m]
+                result[j, i, k] = total
+    return result
+
+
+@njit(cache=True)
+@no_type_check
+def growths(spread, cross, middle):
+    """det(I + V_j + W_j S W_jᵀ) of every candidate, by elimination without pivots (the matrix is s.p.d.)."""
+    count, rows = spread.shape[0], spread.shape[1]
+    result = np.empty(count)
+    a = np.empty((rows, rows))
+    half = np.empty((rows, rows))
+    for j in range(count):
+        _sandwich(cross[j], middle, half, a)
+        for i in range(rows):
+            for k in range(rows):
+                a[i, k] += spread[j, i, k]
+            a[i, i] += 1.0
+        determinant = 1.0
+        for i in range(rows):
+            determinant *= a[i, i]
+            for k in range(i + 1, rows):
+                factor = a[k, i] / a[i, i]
+                for m in range(i + 1, rows):
+                    a[k, m] -= factor * a[i, m]
+        result[j] = determinant
+    return result
+
+
+@njit(cache=True)
+@no_type_check
+def add(spread, cross, middle):
+    """V_j += W_j S W_jᵀ for every candidate, in place."""
+    rows = spread.shape[1]
+    a = np.empty((rows, rows))
+    half = np.empty((rows, rows))
+    for j in range(spread.shape[0]):
+        _sandwich(cross[j], middle, half, a)
+        for i in range(rows):
+            for k in range(rows):
+                spread[j, i, k] += a[i, k]
+
+
+@njit(cache=True)
+@no_type_check
+def _sandwich(w, s, half, out):
+    """W S Wᵀ into out."""
+    rows = w.shape[0]
+    for i in range(rows):
+        for k in range(rows):
+            total = 0.0
+            for m in range(rows):
+                total += w[i, m] * s[m, k]
+            half[i, k] = total
+    for i in range(rows):
+        for k in range(rows):
+            total = 0.0
+            for m in range(rows):
+                total += half[i, m] * w[k, m]
+            out[i, k] = total
+
+
+def greedy_choice(
+    blocks: Float[np.ndarray, "options r p"],
+    number: int,
+    *,
+    clash: Bool[np.ndarray, "options options"] | None = None,
+    follow: Bool[np.ndarray, "options options"] | None = None,
+    first: int | None = None,
+) -> Int[np.ndarray, " chosen"]:
+    """Choose options one by one, as many as the limits leave open.
+
+    Args:
+        blocks: Scaled, whitened Jacobian of each option.
+        number: How many to choose.
+        clash: Which options must not be chosen together; those alike must not if None.
+        follow: Which options may follow each other; any if None.
+        first: The option to begin with; the one that tells most if None.
+
+    Returns:
+        Numbers of the options in the order of choice; fewer than asked where nothing is left.
+    """
+    count, rows, _ = blocks.shape
+    flat, inverse = flattened(blocks), np.linalg.inv(prior(blocks))
+    spread = spreads(blocks, flat, inverse)
+    nothing = np.zeros_like(spread)
+    left, chosen = np.ones(count, bool), np.zeros(0, np.int64)
+    while len(chosen) < number:
+        after = left if follow is None or not len(chosen) else left & follow[chosen[-1]]
+        if not after.any():
+            break
+        gains = growths(spread, nothing, np.eye(rows))
+        new = int(np.argmax(np.where(after, gains, -np.inf)))
+        new = new if len(chosen) or first is None else first
+        chosen = np.append(chosen, new)
+        left &= ~clash[new] if clash is not None else np.arange(count) != new
+        inverse = with_block(blocks, flat, inverse, spread, new)
+    return chosen
+
 
 BETTER = 1e-10
 """An exchange must raise the determinant by more than this share."""
@@ -58,13 +213,13 @@ def d_exchange(
     count, rows, _ = blocks.shape
     if number > count:
         raise OptionError(f"{number} poses can't be chosen from {count} candidates; give more candidates")
-    flat, ridge = low_rank.flattened(blocks), low_rank.prior(blocks)
+    flat, ridge = flattened(blocks), prior(blocks)
     chosen = greedy_choice(blocks, number) if start is None else start.copy()
     history = [_cost(blocks[chosen])]
     outcome = Outcome.ITERATION_LIMIT
     for _ in range(ROUNDS):
         inverse = np.linalg.inv(ridge + np.tensordot(blocks[chosen], blocks[chosen], ((0, 1), (0, 1))))
-        spread = low_rank.spreads(blocks, flat, inverse)
+        spread = spreads(blocks, flat, inverse)
         changed = False
         for slot in range(number):
             if cancel is not None and cancel():
@@ -73,14 +228,14 @@ def d_exchange(
             reach = inverse @ blocks[old].T
             cross = (flat @ reach).reshape(count, rows, rows)
             middle = np.linalg.inv(np.eye(rows) - spread[old])
-            gains = low_rank.growths(spread, cross, middle)
+            gains = growths(spread, cross, middle)
             gains[chosen] = -np.inf
             new = int(np.argmax(gains))
             if gains[new] * np.linalg.det(np.eye(rows) - spread[old]) > 1.0 + BETTER:
                 chosen[slot] = new
                 inverse = inverse + reach @ middle @ reach.T
-                low_rank.add(spread, cross, middle)
-                inverse = low_rank.take_in(blocks, flat, inverse, spread, new)
+                add(spread, cross, middle)
+                inverse = with_block(blocks, flat, inverse, spread, new)
                 changed = True
         history.append(_cost(blocks[chosen]))
         if not changed:
@@ -101,7 +256,7 @@ def d_bound(
         steps: Greatest number of multiplicative steps.
     """
     count, rows, size = blocks.shape
-    flat = low_rank.flattened(blocks)
+    flat = flattened(blocks)
     weights = np.full(count, 1.0 / count)
     least = np.inf
     for _ in range(steps):

@@ -20,9 +20,9 @@ from workbench.data.live.standstill import StandstillDetector
 from workbench.data.live.stream import Sample
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument
 from workbench.data.simulation.simulate import simulate_targets, virtual_arm
-from workbench.plate.guided import wanted_targets
+from workbench.plate.guided_measuring import wanted_targets
 from workbench.plate.plate import Kind
-from workbench.plate.virtual import STEERING, beside
+from workbench.plate.virtual_measuring import STEERING, beside
 from workbench.session.command import (
     AbstractChange,
     AbstractTask,

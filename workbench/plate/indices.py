@@ -1,0 +1,363 @@
+"""Observability indices: how well measurements show the parameters, as one number; larger is better.
+
+O (ARIA eq. 17) is of single poses: how evenly a pose alone shows the parameters that it can show. It is of
+the unscaled Jacobian, as in the paper: metres and radians stand side by side. A pose has six rows, so of p >
+6 parameters it shows six combinations, and σ1 … σ6 are meant. For a set O is the mean over its poses and says
+nothing about the set as a whole: ten identical poses of high O show six combinations only.
+
+O1 … O5, A and D are of a whole set, by the singular values σ1 ≥ … ≥ σp of its scaled, whitened Jacobian (see
+`workbench.arm.linearisation` for the scaling). Each is zero where a parameter can't be seen. Their gradient
+comes from dσ_k = u_kᵀ dJ v_k.
+
+I is of a set and a region. It comes with the robot and poses that matter, so it is made, not registered:
+`I(position_weight(…))`.
+
+A new index is a small class and an entry in `INDICES`; an index from outside is passed on as it is wherever a
+name is asked for, or in an extended mapping `{**INDICES, mine.name: mine}`.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping
+from itertools import pairwise
+from types import MappingProxyType
+from typing import final
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.linearisation import RANK_TOLERANCE, Linearisation
+from workbench.base.errors import OptionError
+from workbench.base.types import frozen
+
+ROUND = 1e-3
+"""Above this value the squares in J Jᵀ leave O at least ten digits; below it the slower SVD is taken."""
+
+Spectra = Float[np.ndarray, "sets p"]
+
+
+class AbstractIndex(ABC):
+    """An observability index: a number for a linearisation, larger is better.
+
+    Attributes:
+        name: Its short name in the registry and on the command line.
+        meaning: What it measures, in a few words for people.
+        source: Where it was proposed.
+    """
+
+    name: str
+    meaning: str
+    source: str
+
+    @abstractmethod
+    def value(self, linearisation: Linearisation) -> float:
+        """The index."""
+
+    @abstractmethod
+    def gradient(self, linearisation: Linearisation) -> Float[np.ndarray, "m p"]:
+        """Its derivative by each entry of the whitened Jacobian `linearisation.jacobian`."""
+
+    @abstractmethod
+    def contributions(self, linearisation: Linearisation) -> Float[np.ndarray, " measurements"]:
+        """What the index loses when each measurement is left out; negative where it would gain."""
+
+
+class AbstractSetIndex(AbstractIndex):
+    """An index of the singular values of a whole set of measurements."""
+
+    @abstractmethod
+    def of_spectrum(self, spectrum: Spectra, measurements: int) -> Float[np.ndarray, " sets"]:
+        """The index of full-rank spectra, largest value first, each of a set of so many measurements."""
+
+    @abstractmethod
+    def slope(self, spectrum: Float[np.ndarray, " p"], measurements: int) -> Float[np.ndarray, " p"]:
+        """Its derivative by each singular value."""
+
+    def value(self, linearisation: Linearisation) -> float:
+        return float(self.of_spectra(linearisation.spectrum[None], linearisation.measurements)[0])
+
+    def of_spectra(self, spectra: Spectra, measurements: int) -> Float[np.ndarray, " sets"]:
+        """The index of any spectra; zero for those below full rank."""
+        seen = spectra[:, -1] > RANK_TOLERANCE * np.maximum(spectra[:, 0], np.finfo(float).tiny)
+        safe = np.where(seen[:, None], spectra, 1.0)
+        return np.where(seen, self.of_spectrum(safe, measurements), 0.0)
+
+    def gradient(self, linearisation: Linearisation) -> Float[np.ndarray, "m p"]:
+        if linearisation.rank() < len(linearisation.names):
+            return np.zeros_like(linearisation.jacobian)
+        u, values, vt = linearisation.factors
+        return (u * self.slope(values, linearisation.measurements)) @ vt * linearisation.weights
+
+    def contributions(self, linearisation: Linearisation) -> Float[np.ndarray, " measurements"]:
+        """What the index loses without each measurement, from the downdated JᵀJ − AᵢᵀAᵢ of each.
+
+        The squares halve the number of digits: a set that has a condition number above 1e6 without a
+        measurement counts as one that no longer sees every parameter.
+        """
+        count = linearisation.measurements
+        rest = downdated_spectra(linearisation)
+        seen = rest[:, -1] > 1e-6 * rest[:, 0]
+        left = np.where(seen, self.of_spectra(np.where(seen[:, None], rest, 1.0), max(count - 1, 1)), 0.0)
+        return self.value(linearisation) - left
+
+
+def downdated_spectra(linearisation: Linearisation) -> Float[np.ndarray, "measurements p"]:
+    """Singular values of the set without each measurement, largest first."""
+    scaled = linearisation.scaled
+    starts = np.searchsorted(linearisation.measurement, np.arange(linearisation.measurements + 1))
+    blocks = [scaled[a:b] for a, b in pairwise(starts)]
+    grams = (scaled.T @ scaled)[None] - np.stack([block.T @ block for block in blocks])
+    return np.sqrt(np.clip(np.linalg.eigvalsh(grams)[:, ::-1], 0.0, None))
+
+
+def inverse_condition(jacobians: Float[np.ndarray, "rows r p"]) -> Float[np.ndarray, " rows"]:
+    """O of each pose from its unscaled Jacobian; zero where all singular values are."""
+    squares = np.linalg.eigvalsh(jacobians @ jacobians.transpose(0, 2, 1))
+    tiny = np.finfo(float).tiny
+    result = np.sqrt(np.maximum(squares[:, 0], 0.0) / np.maximum(squares[:, -1], tiny))
+    flat = result < ROUND
+    if flat.any():
+        values = np.linalg.svd(jacobians[flat], compute_uv=False)
+        result[flat] = values[:, -1] / np.maximum(values[:, 0], tiny)
+    return result
+
+
+def inverse_condition_gradient(
+    jacobians: Float[np.ndarray, "rows r p"],
+) -> tuple[Float[np.ndarray, " rows"], Float[np.ndarray, "rows r p"]]:
+    """O of each pose, and its derivative by each entry of the pose's Jacobian."""
+    u, values, vt = np.linalg.svd(jacobians, full_matrices=False)
+    least, most = values[:, -1], np.maximum(values[:, 0], np.finfo(float).tiny)
+    by_least = u[:, :, -1, None] * vt[:, None, -1] / most[:, None, None]
+    by_most = u[:, :, 0, None] * vt[:, None, 0] * (least / most**2)[:, None, None]
+    return least / most, by_least - by_most
+
+
+@final
+class O(AbstractIndex):  # noqa: E742 - the paper's name
+    """Inverse condition number of single poses, unscaled; for a set their mean."""
+
+    name = "O"
+    meaning = "inverse condition number of each pose alone, mean over the poses, unscaled"
+    source = "ARIA eq. (17), after Borm & Menq, Int. J. Robotics Research 10(1), 1991"
+
+    def value(self, linearisation: Linearisation) -> float:
+        values = self.per_pose(linearisation)
+        return float(values.mean()) if len(values) else 0.0
+
+    def per_pose(self, linearisation: Linearisation) -> Float[np.ndarray, " measurements"]:
+        """O of each pose."""
+        result = np.zeros(linearisation.measurements)
+        for poses, blocks in _blocks(linearisation):
+            result[poses] = inverse_condition(linearisation.unwhitened[blocks])
+        return result
+
+    def gradient(self, linearisation: Linearisation) -> Float[np.ndarray, "m p"]:
+        gradient = np.zeros_like(linearisation.jacobian)
+        for _, blocks in _blocks(linearisation):
+            gradient[blocks] = inverse_condition_gradient(linearisation.unwhitened[blocks])[1]
+        return gradient * (linearisation.sigma[:, None] / max(linearisation.measurements, 1))
+
+    def contributions(self, linearisation: Linearisation) -> Float[np.ndarray, " measurements"]:
+        values = self.per_pose(linearisation)
+        rest = (values.sum() - values) / max(len(values) - 1, 1)
+        return values.mean() - rest
+
+
+def _blocks(linearisation: Linearisation) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Poses with equally many rows (six of a pose, three of a point), and the rows of each."""
+    counts = np.bincount(linearisation.measurement)
+    for count in np.unique(counts):
+        poses = np.flatnonzero(counts == count)
+        yield poses, np.searchsorted(linearisation.measurement, poses)[:, None] + np.arange(count)
+
+
+@final
+class O1(AbstractSetIndex):
+    """Volume of the ellipsoid that the parameters' unit ball becomes: (σ1 σ2 … σp)^(1/p) / √m.
+
+    Maximising it is D-optimality, det(JᵀJ) → max. Scaling columns or rows multiplies it by a constant, so the
+    choice of poses does not depend on units.
+    """
+
+    name = "O1"
+    meaning = "geometric mean of the singular values: overall information (D-optimality)"
+    source = "Borm & Menq, Int. J. Robotics Research 10(1), 1991"
+
+    def of_spectrum(self, spectrum: Spectra, measurements: int) -> Float[np.ndarray, " sets"]:
+        return np.exp(np.log(spectrum).mean(-1)) / np.sqrt(measurements)
+
+    def slope(self, spectrum: Float[np.ndarray, " p"], measurements: int) -> Float[np.ndarray, " p"]:
+        return self.of_spectrum(spectrum[None], measurements) / (len(spectrum) * spectrum)
+
+
+@final
+class O2(AbstractSetIndex):
+    """Inverse condition number of the set, σp / σ1.
+
+    It bounds how much relative errors of the measurements can grow in the parameters. Scaling all rows alike
+    or adding the same poses again changes nothing; scaling single columns does.
+    """
+
+    name = "O2"
+    meaning = "inverse condition number: how evenly the parameters show"
+    source = "Driels & Pathre, J. Robotic Systems 7(2), 1990"
+
+    def of_spectrum(self, spectrum: Spectra, measurements: int) -> Float[np.ndarray, " sets"]:
+        return spectrum[:, -1] / spectrum[:, 0]
+
+    def slope(self, spectrum: Float[np.ndarray, " p"], measurements: int) -> Float[np.ndarray, " p"]:
+        slope = np.zeros_like(spectrum)
+        slope[-1] += 1.0 / spectrum[0]
+        slope[0] -= spectrum[-1] / spectrum[0] ** 2
+        return slope
+
+
+@final
+class O3(AbstractSetIndex):
+    """Least singular value, σp. Maximising it is E-optimality; added measurements never lower it."""
+
+    name = "O3"
+    meaning = "least singular value: the worst determined combination (E-optimality) [1/m]"
+    source = "Nahvi, Hollerbach & Hayward, IEEE Int. Conf. Robotics and Automation, 1994"
+
+    def of_spectrum(self, spectrum: Spectra, measurements: int) -> Float[np.ndarray, " sets"]:
+        return spectrum[:, -1]
+
+    def slope(self, spectrum: Float[np.ndarray, " p"], measurements: int) -> Float[np.ndarray, " p"]:
+        slope = np.zeros_like(spectrum)
+        slope[-1] = 1.0
+        return slope
+
+
+@final
+class O4(AbstractSetIndex):
+    """Noise amplification index, σp² / σ1 = O2 · O3: a large and a round ellipsoid at once."""
+
+    name = "O4"
+    meaning = "noise amplification index: least singular value and roundness together [1/m]"
+    source = "Nahvi & Hollerbach, IEEE Int. Conf. Robotics and Automation, 1996"
+
+    def of_spectrum(self, spectrum: Spectra, measurements: int) -> Float[np.ndarray, " sets"]:
+        return spectrum[:, -1] ** 2 / spectrum[:, 0]
+
+    def slope(self, spectrum: Float[np.ndarray, " p"], measurements: int) -> Float[np.ndarray, " p"]:
+        slope = np.zeros_like(spectrum)
+        slope[-1] += 2.0 * spectrum[-1] / spectrum[0]
+        slope[0] -= (spectrum[-1] / spectrum[0]) ** 2
+        return slope
+
+
+@final
+class O5(AbstractSetIndex):
+    """1 / (1/σ1 + … + 1/σp). Near to A-optimality, which sums 1/σ²; added measurements never lower it."""
+
+    name = "O5"
+    meaning = "inverse of the summed inverse singular values: standard errors (near to A-optimality) [1/m]"
+    source = "Sun & Hollerbach, IEEE Int. Conf. Robotics and Automation, 2008"
+
+    def of_spectrum(self, spectrum: Spectra, measurements: int) -> Float[np.ndarray, " sets"]:
+        return 1.0 / (1.0 / spectrum).sum(-1)
+
+    def slope(self, spectrum: Float[np.ndarray, " p"], measurements: int) -> Float[np.ndarray, " p"]:
+        return (self.of_spectrum(spectrum[None], measurements) / spectrum) ** 2
+
+
+@final
+class A(AbstractSetIndex):
+    """√(p / (1/σ1² + … + 1/σp²)): one over the rms standard error of the scaled parameters."""
+
+    name = "A"
+    meaning = "inverse root mean square standard error of the parameters (A-optimality) [1/m]"
+    source = "Atkinson, Donev & Tobias, Optimum Experimental Designs (2007), §10.1"
+
+    def of_spectrum(self, spectrum: Spectra, measurements: int) -> Float[np.ndarray, " sets"]:
+        return np.sqrt(spectrum.shape[-1] / (1.0 / spectrum**2).sum(-1))
+
+    def slope(self, spectrum: Float[np.ndarray, " p"], measurements: int) -> Float[np.ndarray, " p"]:
+        return (self.of_spectrum(spectrum[None], measurements) / spectrum) ** 3 / len(spectrum)
+
+
+@final
+class D(AbstractSetIndex):
+    """det(JᵀJ)^(1/p) / m = O1².
+
+    Its ratio of two sets of m measurements is their D-efficiency: by so much more often the worse set must be
+    measured to do as well.
+    """
+
+    name = "D"
+    meaning = "information per measurement, ratios are efficiencies (D-optimality) [1/m²]"
+    source = "Atkinson, Donev & Tobias, Optimum Experimental Designs (2007), §11.1"
+
+    def of_spectrum(self, spectrum: Spectra, measurements: int) -> Float[np.ndarray, " sets"]:
+        return np.exp(2.0 * np.log(spectrum).mean(-1)) / measurements
+
+    def slope(self, spectrum: Float[np.ndarray, " p"], measurements: int) -> Float[np.ndarray, " p"]:
+        return 2.0 * self.of_spectrum(spectrum[None], measurements) / (len(spectrum) * spectrum)
+
+
+@final
+class I(AbstractIndex):  # noqa: E742 - the literature's name
+    """1/√trace(W C), C = (JᵀJ)⁻¹: inverse root mean square position error predicted over poses that matter.
+
+    With W = mean of J_p(q)ᵀ J_p(q) over these poses, trace(W C) is the mean square position error there for
+    the instrument's noise, so 1/I is the number that users care about, in metres.
+    """
+
+    name = "I"
+    meaning = "inverse predicted position error over the region (I-optimality) [1/m]"
+    source = "Atkinson, Donev & Tobias, Optimum Experimental Designs (2007), §10.6"
+
+    def __init__(self, weight: Float[np.ndarray, "p p"]):
+        """The index for a W of the scaled parameters [m² per m²], see `accuracy.position_weight`."""
+        self.weight = frozen(weight)
+
+    def value(self, linearisation: Linearisation) -> float:
+        if linearisation.rank() < len(linearisation.names):
+            return 0.0
+        root = _root(linearisation)
+        return float(1.0 / np.sqrt(np.einsum("ij,ik,jk->", self.weight, root, root)))
+
+    def gradient(self, linearisation: Linearisation) -> Float[np.ndarray, "m p"]:
+        if linearisation.rank() < len(linearisation.names):
+            return np.zeros_like(linearisation.jacobian)
+        root = _root(linearisation)
+        covariance = root @ root.T
+        slope = linearisation.scaled @ covariance @ self.weight @ covariance
+        return self.value(linearisation) ** 3 * slope * linearisation.weights
+
+    def contributions(self, linearisation: Linearisation) -> Float[np.ndarray, " measurements"]:
+        rest = [self.value(linearisation.without(k)) for k in range(linearisation.measurements)]
+        return self.value(linearisation) - np.array(rest)
+
+
+def _root(linearisation: Linearisation) -> Float[np.ndarray, "p p"]:
+    """V/σ, whose square is C of the scaled parameters."""
+    _, values, vt = linearisation.factors
+    return vt.T / values
+
+
+INDICES: Mapping[str, AbstractIndex] = MappingProxyType(
+    {index.name: index for index in (O(), O1(), O2(), O3(), O4(), O5(), A(), D())}
+)
+"""Every index by name that needs no region; `I` is made for one."""
+
+
+def index_named(name: str | AbstractIndex, indices: Mapping[str, AbstractIndex] = INDICES) -> AbstractIndex:
+    """The index of that name; an index itself is returned as it is.
+
+    Raises:
+        OptionError: there is none.
+    """
+    if isinstance(name, AbstractIndex):
+        return name
+    if name not in indices:
+        raise OptionError(f"there is no index '{name}'; known are {', '.join(indices)}")
+    return indices[name]
+
+
+def evaluate(
+    linearisation: Linearisation, indices: Mapping[str, AbstractIndex] = INDICES
+) -> dict[str, float]:
+    """Every index of a linearisation, by name; the singular values are computed once."""
+    return {name: index.value(linearisation) for name, index in indices.items()}
