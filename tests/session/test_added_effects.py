@@ -8,15 +8,10 @@ from workbench.arm.library import load_robot
 from workbench.data.readers import read_measurements
 from workbench.data.writer import write_measurements
 from workbench.identification.evaluate import evaluate
-<<<<<<< HEAD
-from workbench.plate.measuring import measure_poses
+from workbench.plate.virtual_measuring import measure_poses
 from workbench.session.commands.data import LoadData
 from workbench.session.commands.diagnose import AddEffects, Diagnose
 from workbench.session.commands.identify import Identify
-=======
-from workbench.plate.virtual_measuring import measure_poses
-from workbench.session.commands import AddEffects, Diagnose, Identify, LoadData
->>>>>>> 47a005c (Plate: files with one importer become sections of it, observability indices one file)
 from workbench.session.journal.numbers import numbers_of
 
 HIDDEN = {

@@ -6,28 +6,12 @@ from dataclasses import replace
 import numpy as np
 
 from workbench.arm.kinematics.forward import sensitivity
-<<<<<<< HEAD
-from workbench.plate.indices.o import of_poses
+from workbench.plate.indices import inverse_condition
 from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.diagnose import AddEffects, Diagnose, TakeNextPoses
 from workbench.session.commands.edit import LockTarget
 from workbench.session.commands.plate import ClusterTargets, ImprovePlate, TryPlate
 from workbench.session.commands.region import SetRegion, ShowCubes
-=======
-from workbench.plate.indices import inverse_condition
-from workbench.session.commands import (
-    AddEffects,
-    ClusterTargets,
-    Diagnose,
-    ImprovePlate,
-    LockTarget,
-    MeasureVirtualArm,
-    SetRegion,
-    ShowCubes,
-    TakeNextPoses,
-    TryPlate,
-)
->>>>>>> 47a005c (Plate: files with one importer become sections of it, observability indices one file)
 from workbench.session.cubes import values
 from workbench.session.state import CubeView, Field, Severity
 

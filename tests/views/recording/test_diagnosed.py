@@ -6,7 +6,6 @@ import pytest
 
 from workbench.diagnosis.diagnose import diagnose
 from workbench.plate.virtual_measuring import measure_poses
-from workbench.session.commands import ClusterTargets, Diagnose, SelectTarget
 from workbench.session.commands.diagnose import Diagnose
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.plate import ClusterTargets
