@@ -25,8 +25,8 @@ from rich.table import Column, Table
 from workbench.arm.effects import EFFECTS
 from workbench.diagnosis.diagnose import diagnose
 from workbench.identification.linear import factorise
-from workbench.identification.load_test.postures import loading_plan
-from workbench.identification.load_test.run import tilting_of
+from workbench.identification.load_test.experiment import tilting_of
+from workbench.identification.load_test.postures import plan_load_test
 from workbench.identification.problem import Noise, Problem
 
 
@@ -59,7 +59,7 @@ def bounds(case):
 def from_tilts(seed, mass):
     """The same from inclinometers with a mass at the tool."""
     case, rng = make_katana(seed), np.random.default_rng(seed)
-    plan = loading_plan(case.robot, added_mass=mass, rng=rng)
+    plan = plan_load_test(case.robot, added_mass=mass, rng=rng)
     data = inclined(case.actual, case.hidden, plan, rng)
     joints = tilting_of(case.robot, plan, data, instrument=METER).joints
     found = {

@@ -40,10 +40,10 @@ def test_the_experiment_from_end_to_end(run, tmp_path):
     ("words", "told"),
     [
         (("katana450", "--joints", "1"), "no gravity acts about it"),
-        (("katana450", "--joints", "2,7"), "joint 7"),
+        (("katana450", "--joints", "2,7"), "joint must be 1–5, got 7"),
         (("katana450", "--joints", "two"), "--joints"),
-        (("katana450", "--added-mass", "-1"), "added mass"),
-        (("katana450", "--repeats", "0"), "0 readings"),
+        (("katana450", "--added-mass", "-1"), "added mass must be at least 0 kg, got -1"),
+        (("katana450", "--repeats", "0"), "--repeats must be at least 1, got 0"),
         (("katana450", "--force", "0.001"), "pull harder"),
         (("iiwa14",), "mass"),
     ],

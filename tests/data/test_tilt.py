@@ -20,8 +20,8 @@ from workbench.data.simulation.instruments import INSTRUMENTS
 from workbench.data.simulation.simulate import simulate
 from workbench.data.writer import write_measurements
 from workbench.diagnosis.columns import candidate_columns
+from workbench.identification.load_test.joints import fit_tilting
 from workbench.identification.problem import Noise, Problem
-from workbench.identification.tilting import fit_geometry
 
 turn = st.floats(-3.0, 3.0)
 
@@ -67,7 +67,8 @@ def test_joint_offsets_are_found_from_tilts_alone(arm, tmp_path):
     data = read_measurements(write_measurements(rows, tmp_path / "tilts.csv"), joints=arm.dof)
     for link in rows.tilt:
         np.testing.assert_array_equal(data.tilt[link], rows.tilt[link])
-    fit = fit_geometry(arm, data, noise=Noise(rotation=np.deg2rad(0.001)), free=offsets(arm))
+    noise = Noise(rotation=np.deg2rad(0.001))
+    fit = fit_tilting(arm, data, asked=(), noise=noise, free=offsets(arm)).fit
     off = fit.x - actual.values(tuple(offsets(arm)))
     assert np.abs(off / fit.std).max() < 4.0
     assert fit.std.max() < 1e-5

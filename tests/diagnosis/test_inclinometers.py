@@ -23,22 +23,22 @@ from workbench.arm.motion import Motion
 from workbench.arm.statics.moments import joint_moments
 from workbench.base.errors import DataError, OptionError
 from workbench.data.dataset import Dataset
+from workbench.identification.load_test.experiment import pulled_joint, tilting_of
+from workbench.identification.load_test.joints import JointTilting, tilting_effects
 from workbench.identification.load_test.postures import (
     FIRM,
     Purpose,
-    loading_plan,
+    plan_load_test,
     possible,
     side_loads,
 )
-from workbench.identification.load_test.run import pulled_joint, tilting_of
-from workbench.identification.tilting import JointTilting, tilting_effects
 
 SEED = 20_001
 
 
 @pytest.fixture(scope="module")
 def plan():
-    return loading_plan(nominal_robot(), added_mass=3.0, rng=np.random.default_rng(SEED))
+    return plan_load_test(nominal_robot(), added_mass=3.0, rng=np.random.default_rng(SEED))
 
 
 @pytest.fixture(scope="module")
@@ -101,7 +101,7 @@ def test_without_added_mass_the_last_stiffness_does_not_show(measured):
     """Own weight turns joint 5 by 1e-5 rad either way, less than the instrument resolves."""
     actual, hidden, _ = measured
     rng = np.random.default_rng(SEED)
-    light = loading_plan(nominal_robot(), rng=rng)
+    light = plan_load_test(nominal_robot(), rng=rng)
     assert not light.added.any()
     data = inclined(actual, hidden, light, rng)
     last = tilting_of(nominal_robot(), light, data, instrument=METER).joints[-1]
@@ -147,14 +147,14 @@ def test_a_posture_below_the_table_or_folded_is_not_possible():
 def test_what_cannot_be_loaded_is_refused():
     robot, rng = nominal_robot(), np.random.default_rng(0)
     with pytest.raises(OptionError, match=r"joint 1 .* stands upright or"):
-        loading_plan(robot, joints=[0], rng=rng)
-    with pytest.raises(OptionError, match="joint 9"):
-        loading_plan(robot, joints=[8], rng=rng)
-    with pytest.raises(OptionError, match="-1 kg"):
-        loading_plan(robot, added_mass=-1.0, rng=rng)
+        plan_load_test(robot, joints=[0], rng=rng)
+    with pytest.raises(OptionError, match="joint must be 1–5, got 9"):
+        plan_load_test(robot, joints=[8], rng=rng)
+    with pytest.raises(OptionError, match="got -1"):
+        plan_load_test(robot, added_mass=-1.0, rng=rng)
     narrow = replace(robot, joints=tuple(replace(j, limits=(0.1, 0.12)) for j in robot.joints))
     with pytest.raises(DataError, match=r"joint 2 .*crosswise.*widen"):
-        loading_plan(narrow, joints=[1], rng=rng)
+        plan_load_test(narrow, joints=[1], rng=rng)
     with pytest.raises(DataError, match="pull harder"):
         side_loads(robot, 0, force=0.01, rng=rng)
 

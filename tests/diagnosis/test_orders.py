@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from katanas import SIGMA, TILTING, make_katana, still
 from laws import poses
+from orders import compare_orders, order_study
 from test_katanas import told
 
 from workbench.arm.library import load_robot
 from workbench.data.dataset import Dataset
-from workbench.identification.load_test.geometry_and_tilting import compare_orders, order_study
 from workbench.identification.problem import Noise
 
 

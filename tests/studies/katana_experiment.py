@@ -15,7 +15,7 @@ from studies.finding import Finding, judged
 from studies.katana_study import LOADED
 from studies.page import Sheet
 from workbench.arm.library import load_robot
-from workbench.identification.load_test.run import loading_experiment
+from workbench.identification.load_test.experiment import run_load_test
 
 ADDED = 2.0
 """Mass hung onto the tool, so that its own weight is not all that bends a joint [kg]."""
@@ -47,7 +47,7 @@ def experiments(*, arms: int, seed: int = 0, progress: Callable[[float], None] |
     robot = load_robot("katana450-three-rotation")
     errors = []
     for arm in range(arms):
-        found = loading_experiment(robot, added_mass=ADDED, seed=seed + arm)
+        found = run_load_test(robot, added_mass=ADDED, seed=seed + arm)
         pairs = zip(found.joints, found.hidden, strict=True)
         errors.append([[getattr(a, kind) / getattr(b, kind) - 1.0 for kind in KINDS] for a, b in pairs])
         if progress is not None:

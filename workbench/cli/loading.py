@@ -33,11 +33,11 @@ def loading(
 ) -> None:
     """Postures in which inclinometers show clearance, backlash and stiffness, tried on a virtual arm."""
     from workbench.arm.library import load_robot
-    from workbench.identification.load_test.report import loading_json, loading_table
-    from workbench.identification.load_test.run import loading_experiment
+    from workbench.identification.load_test.experiment import run_load_test
+    from workbench.identification.load_test.report import load_test_json, load_test_table
 
     check_writable(json, folder=out)
-    found = loading_experiment(
+    found = run_load_test(
         load_robot(robot),
         joints=None if joints is None else _joints(joints),
         added_mass=added_mass,
@@ -46,20 +46,20 @@ def loading(
         force=force,
         seed=seed,
     )
-    show(loading_table(found))
+    show(load_test_table(found))
     if out is not None:
         say(f"postures, readings, picture: {_write(found, out)}")
     if json is not None:
         from workbench.report.json import write_json
 
-        say(f"result: {write_json(json, loading_json(found))}")
+        say(f"result: {write_json(json, load_test_json(found))}")
 
 
 def _write(found, out: Path) -> Path:
     """The folder of an experiment."""
     from workbench.base.folder import write_folder
     from workbench.data.writer import measurements_csv
-    from workbench.identification.load_test.report import loading_figure, postures_csv
+    from workbench.identification.load_test.report import load_test_figure, postures_csv
     from workbench.report.drawing import svg
 
     return write_folder(
@@ -67,7 +67,7 @@ def _write(found, out: Path) -> Path:
         {
             "postures.csv": postures_csv(found.plan).encode(),
             "readings.csv": measurements_csv(found.data).encode(),
-            "loading.svg": svg(loading_figure(found), "loading").encode(),
+            "loading.svg": svg(load_test_figure(found), "loading").encode(),
         },
     )
 

@@ -1,11 +1,11 @@
-"""Loading configurations: pairs of postures between which one joint is loaded otherwise, for inclinometers.
+"""Pairs of postures between which the load on one joint changes, for inclinometers.
 
 The arm stands still in each posture, and every link carries an inclinometer. From one posture of a pair to
-the other, one joint moves or a mass is hung onto the tool, and of the joint that is asked for
+the other, one joint moves or a mass is hung onto the tool. On the tested joint
 
-    crosswise   the moment across its axis turns round: its clearance,
-    reversal    the moment about its axis changes its sign: its backlash,
-    size        the moment about its axis grows and keeps its sign: its stiffness.
+    crosswise   the moment across the axis reverses, which shows its clearance,
+    reversal    the moment about the axis changes sign, which shows its backlash,
+    size        the moment about the axis grows and keeps its sign, which shows its stiffness.
 
 The mass is hung on for `size` where the arm's own weight would bend the joint by less than the instrument
 resolves ten times over. Gravity turns no upright joint, nor one whose load lies on its axis; such a joint is
@@ -39,20 +39,24 @@ SOFT = 2e-5
 RESOLVED = 10.0
 """Resolutions that a joint must bend by for a stiffness within a tenth."""
 FIRM = 0.1
-"""Least moment that presses a joint to one side of its play [N m]."""
+"""Least moment that firmly presses a joint to one side of its play [N m]."""
 ROUND = np.cos(np.deg2rad(150.0))
 """Cosine of the least angle by which a moment across an axis must turn."""
 LEVER = 0.01
 """Least lever of a level pull at the tool that turns a joint [m]."""
-POSTURES, MOVES = 400, 4
-"""Random postures, and random moves of each joint from each."""
+POSTURES = 400
+"""Number of random postures."""
+MOVES = 4
+"""Random moves of each joint from each posture."""
 SIZES = (1.0, 0.8, 0.65, 0.5)
 """Shares of the greatest moment that is reached, for pairs of one joint and purpose in turn."""
-APART, POINTS = 0.06, 5
-"""Least distance of links that are no neighbours [m], by so many points of each."""
+APART = 0.06
+"""Least distance of links that are not neighbours [m]."""
+POINTS = 5
+"""Points of each link between which it is taken."""
 ABOVE = 0.05
 """Least height of the moving links over the base's foot [m]."""
-STAY = 0.1
+SIDE_EFFECT_COST = 0.1
 """What a side effect on another joint, or a full turn of the joint that moves, costs a pair's rank."""
 
 
@@ -65,7 +69,7 @@ class Purpose(StrEnum):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class LoadingPair:
+class PosturePair:
     """Two postures that load one joint differently.
 
     Args:
@@ -86,7 +90,7 @@ class LoadingPair:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class LoadingPlan:
+class LoadTestPlan:
     """An experiment with inclinometers.
 
     Args:
@@ -95,7 +99,7 @@ class LoadingPlan:
         missing: Joints and purposes for which no posture is reached.
     """
 
-    pairs: tuple[LoadingPair, ...]
+    pairs: tuple[PosturePair, ...]
     unturned: tuple[int, ...]
     missing: tuple[tuple[int, Purpose], ...] = ()
 
@@ -132,14 +136,14 @@ class _Moves:
     moments: tuple[JointMoments, JointMoments]
 
 
-def loading_plan(
+def plan_load_test(
     robot: Robot,
     *,
     joints: Sequence[int] | None = None,
     added_mass: float = 0.0,
     each: int = 4,
     rng: np.random.Generator,
-) -> LoadingPlan:
+) -> LoadTestPlan:
     """Choose pairs of postures for some joints.
 
     Args:
@@ -154,13 +158,12 @@ def loading_plan(
         DataError: no reachable posture loads a joint that was asked for, or any joint; names the purpose.
     """
     if added_mass < 0.0 or each < 1:
-        raise OptionError(
-            f"an added mass of {added_mass:g} kg and {each} pairs can't be; give 0 or more, and 1"
-        )
+        bad = f"added mass must be at least 0 kg, got {added_mass:g}"
+        raise OptionError(bad if added_mass < 0.0 else f"--pairs must be at least 1, got {each}")
     q, base = _moves(robot, rng)
     moves, heavy = (_loaded(robot, q, base, mass) for mass in (0.0, added_mass))
     unturned = _unturned(heavy.moments[0])
-    pairs: list[LoadingPair] = []
+    pairs: list[PosturePair] = []
     missing: list[tuple[int, Purpose]] = []
     for joint in _asked(robot, joints, unturned):
         for purpose in Purpose:
@@ -175,7 +178,7 @@ def loading_plan(
             f"no posture that robot '{robot.name}' reaches loads any joint both ways, or little and much; "
             "widen its limits, or add mass at the tool"
         )
-    return LoadingPlan(pairs=tuple(pairs), unturned=unturned, missing=tuple(missing))
+    return LoadTestPlan(pairs=tuple(pairs), unturned=unturned, missing=tuple(missing))
 
 
 def possible(robot: Robot, q: Float[np.ndarray, "rows n"]) -> Bool[np.ndarray, " rows"]:
@@ -243,9 +246,7 @@ def _asked(robot: Robot, joints: Sequence[int] | None, unturned: tuple[int, ...]
         return tuple(j for j in range(robot.dof) if j not in unturned)
     for joint in joints:
         if not 0 <= joint < robot.dof:
-            raise OptionError(
-                f"joint {joint + 1} is asked for, but the joints of '{robot.name}' are 1 to {robot.dof}"
-            )
+            raise OptionError(f"joint must be 1–{robot.dof}, got {joint + 1} (robot '{robot.name}')")
         if joint in unturned:
             raise OptionError(
                 f"joint {joint + 1} of '{robot.name}' stands upright or carries its load on its axis: no "
@@ -257,7 +258,7 @@ def _asked(robot: Robot, joints: Sequence[int] | None, unturned: tuple[int, ...]
 
 def _pairs(
     robot: Robot, moves: _Moves, heavy: _Moves, joint: int, purpose: Purpose, each: int
-) -> list[LoadingPair]:
+) -> list[PosturePair]:
     """The best pairs for one joint and purpose, of several sizes and from different postures."""
     if purpose is Purpose.SIZE and heavy.mass > 0.0 and _weak(moves, joint):
         chosen = _hung(moves, heavy)
@@ -270,7 +271,7 @@ def _pairs(
             f"no posture that robot '{robot.name}' reaches loads joint {joint + 1} as '{purpose}' asks "
             f"({worth.max():.2g} N·m of {FIRM:g} N·m are reached); widen its limits, or add mass at the tool"
         )
-    rank = worth / worth.max() - STAY * _side_effects(chosen, joint)
+    rank = worth / worth.max() - SIDE_EFFECT_COST * _side_effects(chosen, joint)
     picked: list[int] = []
     taken = np.zeros(len(worth), bool)
     for i in range(each):
@@ -316,9 +317,9 @@ def _side_effects(moves: _Moves, joint: int) -> Float[np.ndarray, " pairs"]:
     return flipped.sum(axis=1) + np.abs(moves.q[1] - moves.q[0]).sum(axis=1) / (2.0 * np.pi)
 
 
-def _pair(moves: _Moves, heavy: _Moves, joint: int, purpose: Purpose, k: int) -> LoadingPair:
+def _pair(moves: _Moves, heavy: _Moves, joint: int, purpose: Purpose, k: int) -> PosturePair:
     hung = moves.mass < 0.0
-    return LoadingPair(
+    return PosturePair(
         joint=joint,
         purpose=purpose,
         q=frozen(moves.q[:, k].copy()),
@@ -362,7 +363,7 @@ def side_loads(
         DataError: a level pull at the tool hardly turns the joint in any posture.
     """
     if force <= 0.0:
-        raise OptionError(f"a pull of {force:g} N loads nothing; give more than 0")
+        raise OptionError(f"--force must be above 0 N, got {force:g}")
     q = np.unique(_moves(robot, rng)[0][0], axis=0)
     lever = _levers(robot, joint, q)
     length = np.linalg.norm(lever, axis=1)

@@ -1,4 +1,4 @@
-"""The experiment with inclinometers for people and for machines: the schema `workbench.loading/1`."""
+"""The load test as table, figure, CSV and JSON: the schema `workbench.loading/1`."""
 
 import csv
 import io
@@ -9,10 +9,10 @@ from matplotlib.figure import Figure
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from workbench.identification.load_test.postures import LoadingPair, LoadingPlan, Purpose
-from workbench.identification.load_test.result import LoadingResult
+from workbench.identification.load_test.experiment import LoadTest
+from workbench.identification.load_test.joints import JointTilting
+from workbench.identification.load_test.postures import LoadTestPlan, PosturePair, Purpose
 from workbench.identification.report.table import line, new_table
-from workbench.identification.tilting import JointTilting
 from workbench.report.drawing import (
     COLOURS,
     INK,
@@ -42,7 +42,7 @@ LACKING = {
 }
 
 
-def loading_table(found: LoadingResult) -> RenderableType:
+def load_test_table(found: LoadTest) -> RenderableType:
     """What was found of every joint, with standard errors, beside what the virtual arm hides."""
     table = new_table(f"{found.robot.name}: inclinometers in {len(found.plan.q)} postures")
     for heading in ("joint", "", *(p[2] for p in PARTS), STIFF):
@@ -54,7 +54,7 @@ def loading_table(found: LoadingResult) -> RenderableType:
     return Group(table, *(line("note", words) for words in notes(found)))
 
 
-def notes(found: LoadingResult) -> list[str]:
+def notes(found: LoadTest) -> list[str]:
     """How the joints were loaded, one sentence each."""
     masses = sorted({pair.joint + 1 for pair in found.plan.pairs if pair.added.any()})
     out = []
@@ -70,7 +70,7 @@ def notes(found: LoadingResult) -> list[str]:
     return out
 
 
-def loading_json(found: LoadingResult) -> Json:
+def load_test_json(found: LoadTest) -> Json:
     """The result as plain data in SI; joints count from 1."""
     hidden = {j.joint: j for j in found.hidden}
     return plain(
@@ -98,7 +98,7 @@ def loading_json(found: LoadingResult) -> Json:
     )
 
 
-def postures_csv(plan: LoadingPlan) -> str:
+def postures_csv(plan: LoadTestPlan) -> str:
     """The postures as a table: joint, purpose, joint positions, mass at the tool, moments."""
     buffer = io.StringIO()
     writer = csv.writer(buffer, lineterminator="\n")
@@ -112,7 +112,7 @@ def postures_csv(plan: LoadingPlan) -> str:
     return buffer.getvalue()
 
 
-def loading_figure(found: LoadingResult) -> Figure:
+def load_test_figure(found: LoadTest) -> Figure:
     """Above, how the pairs of postures load each joint; below, what was found beside what is hidden."""
     joints = found.plan.joints
     with look():
@@ -135,7 +135,7 @@ def loading_figure(found: LoadingResult) -> Figure:
     return figure
 
 
-def _loads(axes, pairs: list[LoadingPair]) -> None:
+def _loads(axes, pairs: list[PosturePair]) -> None:
     """A line from one posture to the other; moments across with the sign of their larger component."""
     for pair in pairs:
         component = int(np.abs(pair.across).max(axis=0).argmax())
@@ -146,7 +146,7 @@ def _loads(axes, pairs: list[LoadingPair]) -> None:
     axes.axvline(0.0, color=INK, lw=0.4)
 
 
-def _sizes(axes, found: LoadingResult, part: str, size: float) -> None:
+def _sizes(axes, found: LoadTest, part: str, size: float) -> None:
     joints = found.joints
     places = np.array([j.joint + 1 for j in joints])
     values, errors = (size * np.array([getattr(j, f"{part}{end}") for j in joints]) for end in ("", "_std"))
@@ -176,7 +176,7 @@ def _size(joint: JointTilting, part: str) -> Json:
     return {"value": getattr(joint, part), "std": getattr(joint, f"{part}_std"), "unit": unit}
 
 
-def _pair(pair: LoadingPair) -> Json:
+def _pair(pair: PosturePair) -> Json:
     return {
         "joint": pair.joint + 1,
         "purpose": str(pair.purpose),

@@ -17,22 +17,21 @@ from workbench.data.dataset import Dataset
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument, Observes
 from workbench.data.simulation.simulate import simulate, virtual_arm
 from workbench.identification.errors import row_errors
-from workbench.identification.load_test.postures import loading_plan
-from workbench.identification.load_test.run import (
+from workbench.identification.load_test.experiment import (
     ANGLE,
     LENGTH,
-    asked_of,
     draw_joints,
     read_plan,
+    sizes_shown,
     tilting_of,
 )
-from workbench.identification.problem import Noise
-from workbench.identification.tilting import (
-    fit_geometry,
+from workbench.identification.load_test.joints import (
     fit_tilting,
-    giving_way,
     tilting_effects,
+    unknown_sizes,
 )
+from workbench.identification.load_test.postures import plan_load_test
+from workbench.identification.problem import Noise
 from workbench.plate.poses.iso_cube import iso_cube_poses, largest_cube
 
 POSES, HELD_OUT = 118, 50
@@ -79,9 +78,9 @@ def compare_orders(
         noise: Of the poses.
     """
     models = (
-        fit_geometry(robot, data, noise=noise).calibrated,
-        fit_geometry(robot, data, known=known, noise=noise).calibrated,
-        fit_tilting(robot, data, asked=giving_way(joints, tipping=tipping), noise=noise).calibrated,
+        fit_tilting(robot, data, asked=(), noise=noise).calibrated,
+        fit_tilting(robot.with_effects(*known), data, asked=(), noise=noise).calibrated,
+        fit_tilting(robot, data, asked=unknown_sizes(joints, tipping=tipping), noise=noise).calibrated,
     )
     return Orders(*(1e3 * float(row_errors(model, held_out).position.mean()) for model in models))
 
@@ -101,12 +100,12 @@ def order_study(
     """
     rng = np.random.default_rng(seed)
     robot = robot.with_effects()
-    plan, cube = loading_plan(robot, rng=rng), largest_cube(robot, rng=rng)
+    plan, cube = plan_load_test(robot, rng=rng), largest_cube(robot, rng=rng)
     meter, (sigma, turn) = INSTRUMENTS["inclinometer"], TRACKER.deviations
     noise = Noise(sigma, float(turn or 1.0))
     out = []
     for k in range(arms):
-        joints = draw_joints(asked_of(plan), rng)
+        joints = draw_joints(sizes_shown(plan), rng)
         actual = virtual_arm(robot, rng=rng, length=LENGTH, angle=ANGLE)
         actual = actual.with_effects(*tilting_effects(joints))
         readings = read_plan(actual, plan, instrument=meter, rng=rng)

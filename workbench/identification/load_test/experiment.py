@@ -1,4 +1,4 @@
-"""The experiment with inclinometers, planned and simulated: clearance, backlash and stiffness of each joint.
+"""The load test, planned and simulated: clearance, backlash and stiffness of each joint by inclinometers.
 
 The readings of all postures are fitted together, the directions of the axes with them, so that no posture has
 to be exact. Joints about which no gravity acts, as they stand upright, are pulled sideways at the tool
@@ -8,7 +8,7 @@ Source: Katana figs. 4.6, 4.9, 5.4; §4.4.1 for joint 1.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,35 +18,69 @@ from workbench.base.errors import OptionError
 from workbench.data.dataset import Dataset
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument
 from workbench.data.simulation.simulate import simulate, virtual_arm
-from workbench.identification.load_test.postures import (
-    LoadingPlan,
-    Purpose,
-    SideLoads,
-    loading_plan,
-    pullable,
-    side_loads,
-)
-from workbench.identification.load_test.result import LoadingResult
-from workbench.identification.problem import Noise
-from workbench.identification.tilting import (
+from workbench.identification.load_test.joints import (
     JointTilting,
     Tilting,
     fit_tilting,
-    giving_way,
     tilting_effects,
+    unknown_sizes,
 )
+from workbench.identification.load_test.postures import (
+    LoadTestPlan,
+    Purpose,
+    SideLoads,
+    plan_load_test,
+    pullable,
+    side_loads,
+)
+from workbench.identification.problem import Noise
 
 REPEATS = 10
 """Readings of every posture, whose mean is taken."""
 FORCE = 40.0
 """Greatest sideways pull at the tool [N]."""
-CLEARANCE, BACKLASH, STIFFNESS = (0.015, 0.025), (0.045, 0.065), (70.0, 125.0)
-"""Least and greatest sizes that a virtual arm has, after Katana Tables 4.3 and 4.4 [°, °, kg m/°]."""
-LENGTH, ANGLE = 5e-5, float(np.deg2rad(0.1))
-"""Greatest errors of its geometry [m, rad]."""
+CLEARANCE = (0.015, 0.025)
+"""Range of a virtual arm's clearances [°] (Katana Tables 4.3 and 4.4)."""
+BACKLASH = (0.045, 0.065)
+"""Range of its backlashes [°] (ibid.)."""
+STIFFNESS = (70.0, 125.0)
+"""Range of its stiffnesses [kg m/°] (ibid.)."""
+LENGTH = 5e-5
+"""Greatest error of its lengths [m]."""
+ANGLE = float(np.deg2rad(0.1))
+"""Greatest error of its angles [rad]."""
 
 
-def loading_experiment(
+@dataclass(frozen=True, eq=False, kw_only=True)
+class LoadTest:
+    """A load test and what it showed.
+
+    Args:
+        robot: The nominal arm.
+        plan: Postures and masses.
+        data: Readings of the inclinometers.
+        tilting: What they showed.
+        side: Sideways pulls for the joints that gravity does not turn.
+        side_tilting: What they showed, in the order of `side`.
+        hidden: What the virtual arm has; empty if it is not known.
+    """
+
+    robot: Robot
+    plan: LoadTestPlan
+    data: Dataset
+    tilting: Tilting
+    side: tuple[SideLoads, ...]
+    side_tilting: tuple[Tilting, ...]
+    hidden: tuple[JointTilting, ...]
+
+    @property
+    def joints(self) -> tuple[JointTilting, ...]:
+        """What was found of every joint, in the order of the joints."""
+        pulled = {j.joint: j for tilting in self.side_tilting for j in tilting.joints}
+        return tuple(j.joined(pulled[j.joint]) if j.joint in pulled else j for j in self.tilting.joints)
+
+
+def run_load_test(
     robot: Robot,
     *,
     joints: Sequence[int] | None = None,
@@ -55,8 +89,8 @@ def loading_experiment(
     repeats: int = REPEATS,
     force: float = FORCE,
     seed: int = 0,
-) -> LoadingResult:
-    """Plan the experiment for a robot, and simulate it on a virtual arm with hidden sizes.
+) -> LoadTest:
+    """Plan the load test of a robot, and simulate it on a virtual arm with hidden sizes.
 
     Args:
         robot: Nominal arm with masses and limits; effects that it carries are left out.
@@ -68,17 +102,17 @@ def loading_experiment(
         seed: Of postures, hidden arm and noise.
 
     Raises:
-        OptionError: no such joint, or no reading.
+        OptionError: no such joint, or fewer than one repeat.
         DataError: postures that load a joint as asked can't be reached; names joint and purpose.
     """
     if repeats < 1:
-        raise OptionError(f"{repeats} readings of every posture can't be; give 1 or more")
+        raise OptionError(f"--repeats must be at least 1, got {repeats}")
     rng = np.random.default_rng(seed)
     robot = robot.with_effects()
-    plan = loading_plan(robot, joints=joints, added_mass=added_mass, each=each, rng=rng)
+    plan = plan_load_test(robot, joints=joints, added_mass=added_mass, each=each, rng=rng)
     pulled_at = [j for j in plan.unturned if joints is None and pullable(robot, j, rng=rng)]
     side = tuple(side_loads(robot, j, force=force, rng=rng) for j in pulled_at)
-    hidden = draw_joints(asked_of(plan, pulled_at), rng)
+    hidden = draw_joints(sizes_shown(plan, pulled_at), rng)
     actual = virtual_arm(robot, rng=rng, length=LENGTH, angle=ANGLE).with_effects(*tilting_effects(hidden))
     inclinometer, tracker = INSTRUMENTS["inclinometer"], replace(INSTRUMENTS["optotrak"], sight=None)
     meter, tracker = (replace(instrument, samples=repeats) for instrument in (inclinometer, tracker))
@@ -87,7 +121,7 @@ def loading_experiment(
     pulled = tuple(
         pulled_joint(robot, tilting, loads, _pulled(actual, loads, tracker, rng)) for loads in side
     )
-    return LoadingResult(
+    return LoadTest(
         robot=robot,
         plan=plan,
         data=data,
@@ -99,13 +133,13 @@ def loading_experiment(
 
 
 def read_plan(
-    actual: Robot, plan: LoadingPlan, *, instrument: Instrument, rng: np.random.Generator
+    actual: Robot, plan: LoadTestPlan, *, instrument: Instrument, rng: np.random.Generator
 ) -> Dataset:
     """Readings of the inclinometers on an arm in the postures of a plan."""
     return simulate(actual, plan.q, instrument=instrument, rng=rng, motion=Motion(plan.q, payload=plan.added))
 
 
-def tilting_of(robot: Robot, plan: LoadingPlan, data: Dataset, *, instrument: Instrument) -> Tilting:
+def tilting_of(robot: Robot, plan: LoadTestPlan, data: Dataset, *, instrument: Instrument) -> Tilting:
     """What readings of a plan show of its joints, the directions of all axes fitted beside.
 
     Of joints that gravity does not turn, but tips, they show the clearance.
@@ -113,11 +147,11 @@ def tilting_of(robot: Robot, plan: LoadingPlan, data: Dataset, *, instrument: In
     _, turn = instrument.deviations
     angles = [n for n in robot.default_free if robot.chain.elements[robot.chain.index[n]].axis.turns]
     noise = Noise(rotation=turn or Noise().rotation)
-    return fit_tilting(robot, data, asked=asked_of(plan), noise=noise, free=angles)
+    return fit_tilting(robot, data, asked=sizes_shown(plan), noise=noise, free=angles)
 
 
-def asked_of(plan: LoadingPlan, pulled: Sequence[int] = ()) -> tuple[JointTilting, ...]:
-    """What a plan shows of each joint, 0 where it does; of pulled joints how they turn as well."""
+def sizes_shown(plan: LoadTestPlan, pulled: Sequence[int] = ()) -> tuple[JointTilting, ...]:
+    """Sizes that a plan shows of each joint as 0, the others as NaN; pulled joints show how they turn too."""
     out = []
     for joint in sorted((*plan.joints, *plan.unturned)):
         tips = (joint, Purpose.CROSSWISE) not in plan.missing
@@ -137,7 +171,7 @@ def pulled_joint(robot: Robot, known: Tilting, loads: SideLoads, data: Dataset) 
         data: Measured poses, with the wrench of every row.
     """
     others = robot.with_effects(*known.effects)
-    return fit_tilting(others, data, asked=giving_way(turning=(loads.joint,)), noise=Noise())
+    return fit_tilting(others, data, asked=unknown_sizes(turning=(loads.joint,)), noise=Noise())
 
 
 def _pulled(actual: Robot, loads: SideLoads, tracker: Instrument, rng: np.random.Generator) -> Dataset:

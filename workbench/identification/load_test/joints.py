@@ -1,6 +1,6 @@
-"""Clearance, backlash and stiffness of joints, fitted together with the geometry or at a given one.
+"""Clearance, backlash and stiffness of joints, fitted with the geometry or at a given one.
 
-A joint gives way by three effects of load (Katana eqs. 4.10–4.15, 5.15–5.19): it tips across its axis by its
+A joint yields to its load by three effects (Katana eqs. 4.10–4.15, 5.15–5.19): it tips across its axis by its
 clearance c, lies to one side of its play b, and turns by κ η under the moment η about its axis.
 
 The thesis takes the clearance's radius from the shaft's length L: r = (L/2) tan C, which its (5.15) prints
@@ -29,14 +29,14 @@ KINDS: dict[type[AbstractEffect], str] = {
     Backlash: "backlash",
     JointCompliance: "compliance",
 }
-"""The effects, and what their coefficients are called."""
+"""The effects, and the names of their coefficients."""
 STEPS = 60
-"""Most steps of a fit."""
+"""Greatest number of steps of a fit."""
 
 
 @dataclass(frozen=True)
 class JointTilting:
-    """How one joint gives way, with standard errors; NaN for what was not asked.
+    """How one joint yields to its load, with standard errors; NaN for what was not fitted.
 
     Args:
         joint: From 0.
@@ -58,7 +58,7 @@ class JointTilting:
 
     @property
     def stiffness(self) -> float:
-        """Moment per angle about its axis [N m/rad]; infinite for a joint that does not give way."""
+        """Moment per angle about its axis [N m/rad]; infinite for a rigid joint."""
         return np.inf if self.compliance <= 0.0 else 1.0 / self.compliance
 
     @property
@@ -67,19 +67,19 @@ class JointTilting:
         return np.inf if self.compliance <= 0.0 else self.compliance_std / self.compliance**2
 
     def only(self, asked: "JointTilting") -> "JointTilting":
-        """The sizes that are asked for there."""
-        wanted = {word: getattr(self, word) for word in KINDS.values() if np.isfinite(getattr(asked, word))}
-        return JointTilting(self.joint, **wanted)
+        """The sizes that are finite in `asked`."""
+        sizes = {word: getattr(self, word) for word in KINDS.values() if np.isfinite(getattr(asked, word))}
+        return JointTilting(self.joint, **sizes)
 
     def joined(self, other: "JointTilting") -> "JointTilting":
-        """What was found of the joint here, and there where nothing was found here."""
-        here, there = asdict(self), asdict(other)
-        return JointTilting(**{k: there[k] if np.isnan(v) else v for k, v in here.items()})
+        """These sizes, completed by those of the other fit."""
+        more = asdict(other)
+        return JointTilting(**{k: more[k] if np.isnan(v) else v for k, v in asdict(self).items()})
 
 
 @dataclass(frozen=True, eq=False)
 class Tilting:
-    """A fit of joints that give way.
+    """A fit of joints that yield to their loads.
 
     Args:
         fit: Geometry and coefficients.
@@ -101,7 +101,7 @@ class Tilting:
 
 
 def tilting_effects(joints: Sequence[JointTilting]) -> tuple[AbstractEffect, ...]:
-    """Joints that give way as effects of an arm; backlash by the load."""
+    """The sizes of joints as effects of an arm; backlash follows the load."""
     out: list[AbstractEffect] = []
     for kind, word in KINDS.items():
         sizes = {j.joint: getattr(j, word) for j in joints if np.isfinite(getattr(j, word))}
@@ -110,15 +110,15 @@ def tilting_effects(joints: Sequence[JointTilting]) -> tuple[AbstractEffect, ...
     return tuple(out)
 
 
-def giving_way(
+def unknown_sizes(
     joints: Sequence[int] = (), *, tipping: Sequence[int] = (), turning: Sequence[int] = ()
 ) -> tuple[JointTilting, ...]:
-    """Sizes to ask for, all 0.
+    """Sizes to fit, all starting at 0.
 
     Args:
-        joints: Joints of which clearance, backlash and compliance are asked, from 0.
-        tipping: Joints of which the clearance alone is.
-        turning: Joints of which backlash and compliance alone are.
+        joints: Joints whose clearance, backlash and compliance are fitted, from 0.
+        tipping: Joints whose clearance alone is fitted.
+        turning: Joints whose backlash and compliance alone are fitted.
     """
     return (
         *(JointTilting(j, 0.0, 0.0, 0.0) for j in joints),
@@ -136,21 +136,30 @@ def fit_tilting(
     free: Sequence[str] | None = None,
     frames: FrameFreedom | None = None,
 ) -> Tilting:
-    """Fit how some joints give way to any measured rows, together with constants of the geometry.
+    """Fit how some joints yield to their loads, together with constants of the geometry.
 
     Args:
         robot: Nominal arm with masses; effects that it carries already act as they are.
         data: Rows of any observation.
-        asked: Joints and where their sizes begin; what is NaN is not fitted. See `giving_way`.
+        asked: Joints with the sizes where the search starts; NaN is not fitted. See `unknown_sizes`.
         noise: Standard deviations where rows bring none.
-        free: Constants to fit beside; the robot's default ones if None, none if empty: a given geometry.
+        free: Constants to fit too; the robot's default ones if None; none if empty (given geometry).
         frames: What of base and tool is unknown; nothing if None.
     """
     effects = tilting_effects(asked)
     names = [name for effect in effects for name in effect.names]
     bent = robot.with_effects(*robot.effects, *effects)
     problem = Problem.build(bent, data, noise=noise, free=free, frames=frames, effects=names)
-    fit = _searched(problem)
+    search = Opt2(limit=STEPS).search(problem)
+    fit = Fit(
+        algorithm="opt2",
+        title="OPT2",
+        problem=problem,
+        x=search.x,
+        outcome=search.outcome,
+        history=search.history,
+        seconds=0.0,
+    )
     found = dict(zip(problem.names, zip(fit.x.tolist(), fit.std.tolist(), strict=True), strict=True))
     return Tilting(fit, tuple(_found(j.joint, found) for j in sorted(asked, key=lambda j: j.joint)))
 
@@ -160,40 +169,3 @@ def _found(joint: int, found: Mapping[str, tuple[float, float]]) -> JointTilting
     pairs = {word: found.get(f"joint{joint + 1}.{word}", (np.nan, np.nan)) for word in KINDS.values()}
     sizes = {word: pair[0] for word, pair in pairs.items()}
     return JointTilting(joint, **sizes, **{f"{word}_std": pair[1] for word, pair in pairs.items()})
-
-
-def fit_geometry(
-    robot: Robot,
-    data: Dataset,
-    *,
-    known: Sequence[AbstractEffect] = (),
-    noise: Noise,
-    free: Sequence[str] | None = None,
-    frames: FrameFreedom | None = None,
-) -> Fit:
-    """Fit the geometry alone, with what is known of the joints in force (Katana fig. 4.9, eq. 4.22).
-
-    Args:
-        robot: Nominal arm.
-        data: Rows of any observation.
-        known: How the joints give way; nothing for the conventional calibration.
-        noise: Standard deviations where rows bring none.
-        free: Constants to fit; the robot's default ones if None.
-        frames: What of base and tool is unknown; nothing if None.
-    """
-    bent = robot.with_effects(*robot.effects, *known)
-    return _searched(Problem.build(bent, data, noise=noise, free=free, frames=frames))
-
-
-def _searched(problem: Problem) -> Fit:
-    """The least-squares answer of a problem."""
-    search = Opt2(limit=STEPS).search(problem)
-    return Fit(
-        algorithm="opt2",
-        title="OPT2",
-        problem=problem,
-        x=search.x,
-        outcome=search.outcome,
-        history=search.history,
-        seconds=0.0,
-    )
