@@ -9,7 +9,7 @@ from rich.console import Console
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.library import load_robot
 from workbench.cli.guided_display import live_view, render
-from workbench.data.live.stream import Sample
+from workbench.data.live.sample import Sample
 from workbench.plate.guided_measuring import plate_acquisition
 from workbench.plate.plate_toml import load_plate
 

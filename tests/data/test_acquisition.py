@@ -15,12 +15,11 @@ from workbench.base.errors import (
     OptionError,
     ShapeError,
 )
-from workbench.data.live.acquisition import PoseSource, Standing
-from workbench.data.live.send import first_listener, send_samples
-from workbench.data.live.standstill import StandstillDetector
-from workbench.data.live.stream import Sample, connect, parse_sample
+from workbench.data.live.acquisition import PoseSource, Standing, StandstillDetector
+from workbench.data.live.connection import connect, first_listener, send_samples
+from workbench.data.live.sample import Sample, format_sample, parse_sample
 from workbench.data.readers import read_measurements
-from workbench.data.simulation.driver import Pace, drive, format_sample
+from workbench.data.simulation.driver import Pace, drive
 from workbench.data.simulation.instruments import instrument_named
 from workbench.plate.guided_measuring import capture, plate_acquisition
 from workbench.plate.plate_toml import load_plate

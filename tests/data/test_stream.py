@@ -17,17 +17,10 @@ from workbench.base.errors import (
     OptionError,
     ShapeError,
 )
-from workbench.data.live.capture import Capture, Wanted
-from workbench.data.live.standstill import StandstillDetector
-from workbench.data.live.stream import (
-    Sample,
-    SocketLines,
-    connect,
-    listen,
-    parse_address,
-    parse_sample,
-    samples,
-)
+from workbench.data.live.acquisition import StandstillDetector
+from workbench.data.live.capture import Capture, CaptureTarget
+from workbench.data.live.connection import SocketLines, connect, listen, parse_address
+from workbench.data.live.sample import Sample, parse_sample, samples
 
 LINE = '{"time": 12.3, "q": [0.1, 0.2], "xyz": [1, 2, 3], "quat": [0.6, 0.8, 0, 0], "capture": true}'
 
@@ -229,8 +222,6 @@ def test_a_step_back_in_time_begins_anew():
     assert not detector.update(sample(0.1))
     assert not detector.update(sample(0.2, xyz=None))
     assert not detector.update(sample(0.8, q=(0.0,)))
-    detector.reset()
-    assert not detector.update(sample(9.0))
 
 
 @pytest.mark.parametrize("option", ["window", "joint", "position", "orientation"])
@@ -239,27 +230,15 @@ def test_standstill_options(option):
         StandstillDetector(**{option: 0.0})
 
 
-def wanted(n=3):
+def targets(n=3):
     return tuple(
-        Wanted(name=f"t{i}", pose=se3.pose(np.eye(3), np.array([i, 0.0, 0.0])), q=np.zeros(2))
+        CaptureTarget(name=f"t{i}", pose=se3.pose(np.eye(3), np.array([i, 0.0, 0.0])), q=np.zeros(2))
         for i in range(n)
     )
 
 
-def test_deviation_in_people_s_units():
-    away = Capture(wanted=wanted()).deviation(
-        sample(0, q=(0.1, -0.2), xyz=(0.003, 0.004, 0), angle=np.radians(2))
-    )
-    assert away.position_mm == pytest.approx(5.0)
-    assert away.orientation_deg == pytest.approx(2.0)
-    assert away.joint == pytest.approx(0.2)
-    blind = Capture(wanted=wanted()).deviation(sample(0, xyz=None))
-    assert blind.position_mm is None
-    assert blind.orientation_deg is None
-
-
 def test_rows_are_taken_in_order_and_again():
-    capture = Capture(wanted=wanted(), session="front")
+    capture = Capture(targets=targets(), session="front")
     assert capture.target.name == "t0"
     for i in range(3):
         capture = capture.store(sample(i, xyz=(i, 0, 0)))
@@ -276,30 +255,22 @@ def test_rows_are_taken_in_order_and_again():
 
 
 def test_skipped_targets_are_said_and_come_back():
-    capture = Capture(wanted=wanted()).go_to(2).store(sample(0))
+    capture = Capture(targets=targets()).go_to(2).store(sample(0))
     assert capture.target.name == "t0"
     data = capture.dataset()
     assert data.row.tolist() == [2]
     assert data.notes == ("1 of 3 targets were taken",)
 
 
-def test_only_samples_with_the_flag_are_kept():
-    capture = Capture(wanted=wanted(1))
-    assert capture.offer(sample(0)) is capture
-    full = capture.offer(sample(0, capture=True))
-    assert full.done
-    assert full.offer(sample(1, capture=True)) is full
-
-
 def test_orientations_that_some_rows_lack_are_left_out():
-    capture = Capture(wanted=wanted(2)).store(sample(0))
+    capture = Capture(targets=targets(2)).store(sample(0))
     capture = capture.store(Sample(time=1.0, q=np.zeros(2), position=np.zeros(3)))
     assert capture.dataset().rotation is None
     assert len(capture.dataset().notes) == 1
 
 
 def test_what_a_capture_refuses():
-    capture = Capture(wanted=wanted())
+    capture = Capture(targets=targets())
     with pytest.raises(DataError):
         capture.store(sample(0, xyz=None))
     with pytest.raises(DataError):
@@ -310,6 +281,6 @@ def test_what_a_capture_refuses():
         with pytest.raises(OptionError):
             capture.again(index)
     with pytest.raises(OptionError):
-        Capture(wanted=())
+        Capture(targets=())
     with pytest.raises(ShapeError):
-        Capture(wanted=wanted(), taken=(None,))
+        Capture(targets=targets(), taken=(None,))

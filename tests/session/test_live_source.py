@@ -10,9 +10,8 @@ import pytest
 
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.base.errors import FileError
-from workbench.data.live.send import first_listener, send_samples
-from workbench.data.live.stream import Sample, connect
-from workbench.data.simulation.driver import format_sample
+from workbench.data.live.connection import connect, first_listener, send_samples
+from workbench.data.live.sample import Sample, format_sample
 from workbench.plate.virtual_measuring import drive_plate
 from workbench.session import Worker, replay, start
 from workbench.session.commands.arm import standing

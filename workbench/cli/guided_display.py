@@ -1,4 +1,4 @@
-"""Guided measuring in the terminal: the wanted target, the deviation from it, standstill, rows stored.
+"""Guided measuring in the terminal: the current target, the deviation from it, standstill, rows stored.
 
 Everything fits into 80 columns. Lengths in mm, angles in degrees, axes of the measuring frame.
 """
@@ -47,15 +47,15 @@ def _heading(status: Status) -> Text:
 
 
 def _table(status: Status) -> Table:
-    """Wanted pose, present pose and what lies between them."""
+    """Target pose, present pose and their difference."""
     table = Table(box=None, padding=(0, 1), pad_edge=False)
     table.add_column("", width=9)
     for name in ("x", "y", "z", "mm"):
         table.add_column(name, justify="right", width=9)
     for name in ("roll/x", "pitch/y", "yaw/z"):
         table.add_column(name, justify="right", width=7)
-    table.add_row("wanted", *_pose(status.wanted))
-    turned = not status.measured or status.rotation is not None or status.wanted is None
+    table.add_row("target", *_pose(status.target))
+    turned = not status.measured or status.rotation is not None or status.target is None
     table.add_row("measured" if status.measured else "by model", *_pose(status.pose, turned=turned))
     off = "–" if status.position is None else _size(status.position, 1e3, NEAR[0])
     table.add_row("off", *_parts(status.position, 1e3), off, *_parts(status.rotation, DEGREES))
@@ -95,7 +95,7 @@ def _standing(status: Status) -> Text:
 
 
 def _marks(status: Status) -> Text:
-    """One mark a target: stored, wanted now, to come; a window of them where they are many."""
+    """One mark a target: stored, current, to come; a window of them where they are many."""
     first = max(0, min(status.current - MARKS // 2, len(status.stored) - MARKS))
     text = Text("")
     for i in range(first, min(first + MARKS, len(status.stored))):

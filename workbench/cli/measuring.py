@@ -194,7 +194,7 @@ def capture(
 
     from workbench.arm.library import load_robot
     from workbench.base.units import Quantity, parse_quantity
-    from workbench.data.live.standstill import StandstillDetector
+    from workbench.data.live.acquisition import StandstillDetector
     from workbench.plate import guided_measuring as acquisition
     from workbench.plate.parts.as_measured import load_plate
 
@@ -248,7 +248,7 @@ def drive(
     from workbench.arm.library import load_robot
     from workbench.arm.robot_toml import write_toml
     from workbench.base.units import Quantity, parse_quantity
-    from workbench.data.live.send import send_samples
+    from workbench.data.live.connection import send_samples
     from workbench.data.simulation.driver import Pace
     from workbench.plate.parts.as_measured import load_plate
     from workbench.plate.virtual_measuring import drive_plate
@@ -272,7 +272,7 @@ def drive(
 @contextmanager
 def lines_of(source: str) -> Iterator[Iterable[str]]:
     """Lines of a live source: standard input, a place to connect to, or one to wait at."""
-    from workbench.data.live.stream import connect, listen
+    from workbench.data.live.connection import connect, listen
 
     if source == "-":
         if sys.stdin.isatty():
@@ -309,7 +309,7 @@ def receiver(to: str) -> Iterator[Callable[[str], object]]:
     """Where lines go: standard output, or the first that connects."""
     import os
 
-    from workbench.data.live.send import first_listener, writer_to
+    from workbench.data.live.connection import first_listener, writer_to
 
     if to != "-":
         with first_listener(

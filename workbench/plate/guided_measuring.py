@@ -14,10 +14,16 @@ from workbench.arm.robot import JointKind, Robot
 from workbench.base.errors import DataError, FileError, OptionError
 from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
-from workbench.data.live.acquisition import ORIENTATION_STILL, POSITION_STILL, Acquisition, Event, Status
-from workbench.data.live.capture import Capture, Wanted
-from workbench.data.live.standstill import StandstillDetector
-from workbench.data.live.stream import parse_sample
+from workbench.data.live.acquisition import (
+    ORIENTATION_STILL,
+    POSITION_STILL,
+    Acquisition,
+    Event,
+    StandstillDetector,
+    Status,
+)
+from workbench.data.live.capture import Capture, CaptureTarget
+from workbench.data.live.sample import parse_sample
 from workbench.data.writer import write_measurements
 from workbench.plate.plate import Kind, Plate
 
@@ -50,7 +56,7 @@ class Captured:
     by_hand: bool
 
 
-def wanted_targets(robot: Robot, plate: Plate) -> tuple[Wanted, ...]:
+def plate_targets(robot: Robot, plate: Plate) -> tuple[CaptureTarget, ...]:
     """The targets of a plate as poses in the measuring frame.
 
     Raises:
@@ -59,7 +65,7 @@ def wanted_targets(robot: Robot, plate: Plate) -> tuple[Wanted, ...]:
     if not len(plate):
         raise OptionError(f"plate '{plate.name}' has no targets to measure; add [[target]] tables")
     return tuple(
-        Wanted(name=f"target {number}", pose=frozen(robot.base.pose @ target.pose), q=target.q)
+        CaptureTarget(name=f"target {number}", pose=frozen(robot.base.pose @ target.pose), q=target.q)
         for number, target in enumerate(plate.targets, start=1)
     )
 
@@ -82,7 +88,7 @@ def plate_acquisition(
         forced: Store on the source's request even while the arm moves.
     """
     return Acquisition(
-        Capture(wanted=wanted_targets(robot, plate), session=session),
+        Capture(targets=plate_targets(robot, plate), session=session),
         robot=robot,
         detector=detector,
         oriented=tuple(target.kind is Kind.SEAT for target in plate.targets),
@@ -258,5 +264,5 @@ __all__ = [
     "Captured",
     "capture",
     "plate_acquisition",
-    "wanted_targets",
+    "plate_targets",
 ]

@@ -11,7 +11,7 @@ from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.data.dataset import Dataset
-from workbench.data.live.stream import Sample
+from workbench.data.live.sample import Sample
 from workbench.data.simulation.driver import Pace, drive
 from workbench.data.simulation.hidden_effects import hidden_effects, varied_state
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument, instrument_named

@@ -9,7 +9,7 @@ from typing import final
 import numpy as np
 
 from workbench.base.errors import WorkbenchError
-from workbench.data.live.stream import Sample, samples
+from workbench.data.live.sample import Sample, samples
 from workbench.session.commands.measure import TellSource
 from workbench.session.commands.messages import Tell
 from workbench.session.state import Session

@@ -6,7 +6,7 @@ from typing import final
 import numpy as np
 
 from workbench.base import se3
-from workbench.data.live.stream import Sample
+from workbench.data.live.sample import Sample
 from workbench.data.simulation.driver import Pace, drive
 from workbench.session.commands.measure import TakeSample
 from workbench.session.guided import Ride, VirtualArm

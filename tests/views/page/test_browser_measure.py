@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from workbench.arm.kinematics.forward import tool_poses
-from workbench.data.live.stream import Sample
-from workbench.data.simulation.driver import format_sample
+from workbench.data.live.sample import Sample, format_sample
 from workbench.session.commands.measure import UseRows
 from workbench.session.live import LiveSource
 from workbench.views.appearance.bodies import body_frames

@@ -1,11 +1,12 @@
-"""Guided measuring: which sample is stored for which target, and why one is not. Knows no terminal.
+"""Guided measuring: which sample is stored for which target, and why one is refused. Knows no terminal.
 
-As in the paper (ARIA 5.1) somebody steers the arm until the wanted pose shows, then asks for the sample to be
-kept. What is stored with its joints is the pose that the source measures; where the source measures none,
-it is the target's own pose, which the plate's seat imposes. One run stores one of the two, never a mix.
+Somebody steers the arm to the target and asks for the sample to be kept (ARIA 5.1). Stored with its joints is
+the pose that the source measures; where it measures none, the target's own pose, which the plate's seat
+imposes. One run stores one of the two, never a mix.
 """
 
 import copy
+from collections import deque
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import final
@@ -15,16 +16,92 @@ import numpy as np
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.robot import Robot
 from workbench.base import se3
+from workbench.base.errors import OptionError
 from workbench.base.types import Matrix4, Vector3
 from workbench.data.dataset import Dataset
 from workbench.data.live.capture import Capture
-from workbench.data.live.standstill import StandstillDetector
-from workbench.data.live.stream import Sample
+from workbench.data.live.sample import Sample
 
 THINNED = 0.02
 """Samples that follow the last one sooner than this are not looked at for motion [s]."""
-POSITION_STILL, ORIENTATION_STILL = 1e-3, float(np.deg2rad(0.2))
-"""What a noisy instrument may see of an arm that stands [m], [rad]; the joints say it more sharply."""
+POSITION_STILL = 1e-3
+"""Greatest range of positions that a noisy instrument measures of an arm that stands still [m]."""
+ORIENTATION_STILL = float(np.deg2rad(0.2))
+"""Likewise of orientations [rad]; the joints decide more sharply."""
+
+
+@final
+class StandstillDetector:
+    """Decides from the samples of the last window whether the arm stands still.
+
+    Args:
+        window: Time that the arm must have stood [s].
+        joint: Largest range of any joint [rad or m].
+        position: Largest distance of two measured positions' extremes [m].
+        orientation: Largest angle from the window's first orientation [rad].
+
+    Raises:
+        OptionError: A tolerance or the window is not above zero.
+    """
+
+    def __init__(
+        self, *, window: float = 0.5, joint: float = 2e-4, position: float = 1e-4, orientation: float = 5e-4
+    ):
+        for name, value in (
+            ("window", window),
+            ("joint", joint),
+            ("position", position),
+            ("orientation", orientation),
+        ):
+            if not value > 0.0:
+                raise OptionError(f"standstill {name} must be above 0, got {value:g}")
+        self.window = window
+        self.joint = joint
+        self.position = position
+        self.orientation = orientation
+        self._seen: deque[Sample] = deque()
+
+    def update(self, sample: Sample) -> bool:
+        """Take in a sample; True when all samples of the last window are alike and span it.
+
+        A step back in time (the source was restarted), another number of joints, or a pose that comes or
+        goes begins a new window.
+        """
+        if self._seen and not _continues(self._seen[-1], sample):
+            self._seen.clear()
+        self._seen.append(sample)
+        while len(self._seen) > 1 and sample.time - self._seen[1].time >= self.window:
+            self._seen.popleft()
+        return sample.time - self._seen[0].time >= self.window and self._alike()
+
+    def copy(self) -> "StandstillDetector":
+        """One with the same tolerances and the same memory, which goes on by itself."""
+        other = copy.copy(self)
+        other._seen = self._seen.copy()
+        return other
+
+    def _alike(self) -> bool:
+        q = np.stack([sample.q for sample in self._seen])
+        if np.ptp(q, axis=0).max() > self.joint:
+            return False
+        points = [sample.position for sample in self._seen if sample.position is not None]
+        if points and np.linalg.norm(np.ptp(np.stack(points), axis=0)) > self.position:
+            return False
+        turns = [sample.rotation for sample in self._seen if sample.rotation is not None]
+        if not turns:
+            return True
+        away = se3.matrix_to_rotvec(np.stack(turns) @ turns[0].T)
+        return bool(np.linalg.norm(away, axis=-1).max() <= self.orientation)
+
+
+def _continues(last: Sample, sample: Sample) -> bool:
+    """Whether a sample follows the last one in the same stream."""
+    return (
+        sample.time > last.time
+        and len(sample.q) == len(last.q)
+        and (sample.position is None) == (last.position is None)
+        and (sample.rotation is None) == (last.rotation is None)
+    )
 
 
 class Standing(StrEnum):
@@ -55,13 +132,13 @@ class Status:
     """All that a view shows, at one time.
 
     Args:
-        name: Name of the wanted target.
+        name: Name of the current target.
         current: Its index.
         stored: For each target, whether a row is stored.
-        wanted: Wanted pose of the tool in the measuring frame; None: any.
+        target: The target's pose in the measuring frame; None: any.
         pose: Where the tool is, measured or from the nominal model; None before the first sample.
-        position: Pose minus wanted, axes of the measuring frame [m]; None where one is missing.
-        rotation: Rotation vector from wanted to pose, same axes [rad]; None where one is missing.
+        position: Pose minus target, axes of the measuring frame [m]; None where one is missing.
+        rotation: Rotation vector from target to pose, same axes [rad]; None where one is missing.
         measured: Whether the pose is measured; else it comes from the nominal model.
         standing: Whether the arm stands still; None before the first sample.
         source: Where the stored poses come from.
@@ -72,7 +149,7 @@ class Status:
     name: str
     current: int
     stored: tuple[bool, ...]
-    wanted: Matrix4 | None
+    target: Matrix4 | None
     pose: Matrix4 | None
     position: Vector3 | None
     rotation: Vector3 | None
@@ -88,7 +165,7 @@ class Acquisition:
     """Takes samples and requests, stores rows.
 
     Args:
-        capture: The wanted targets, in the measuring frame.
+        capture: The targets, in the measuring frame.
         robot: Nominal arm: where the source measures no pose, it says where the tool should be.
         detector: Judges standstill; the usual tolerances if None.
         oriented: For each target, whether its orientation is imposed as well; all if None.
@@ -113,7 +190,7 @@ class Acquisition:
         self._detector = detector or StandstillDetector(
             position=POSITION_STILL, orientation=ORIENTATION_STILL
         )
-        self._oriented = oriented or (True,) * len(capture.wanted)
+        self._oriented = oriented or (True,) * len(capture.targets)
         self._forced = forced
         self._judged: Sample | None = None
         self._order: list[int] = []
@@ -171,7 +248,7 @@ class Acquisition:
         self._order = [*(i for i in self._order if i != index), index]
         doubt = "" if self.standing is Standing.STILL else f" (the arm {self.standing})"
         end = "; that was the last one" if self.capture.done else ""
-        return self._say(f"{self.capture.wanted[index].name} stored{doubt}{end}", changed=True)
+        return self._say(f"{self.capture.targets[index].name} stored{doubt}{end}", changed=True)
 
     def _refusal(self, sample: Sample, force: bool) -> str | None:
         """Why the sample can't be stored now; None if it can."""
@@ -216,7 +293,7 @@ class Acquisition:
 
     def step(self, by: int) -> Event:
         """Make another target current, counted from the present one and around."""
-        self.capture = self.capture.go_to((self.capture.current + by) % len(self.capture.wanted))
+        self.capture = self.capture.go_to((self.capture.current + by) % len(self.capture.targets))
         stored = self.capture.taken[self.capture.current] is not None
         return self._say(f"{self.capture.target.name}" + (" has a row, which the next replaces" * stored))
 
@@ -231,14 +308,14 @@ class Acquisition:
 
     def status(self) -> Status:
         """All that a view shows."""
-        wanted = self.capture.target.pose
+        target = self.capture.target.pose
         pose, position, rotation, measured = self._where()
-        off = None if wanted is None or pose is None else se3.pose_error(pose, wanted)
+        off = None if target is None or pose is None else se3.pose_error(pose, target)
         return Status(
             name=self.capture.target.name,
             current=self.capture.current,
             stored=tuple(sample is not None for sample in self.capture.taken),
-            wanted=wanted,
+            target=target,
             pose=pose,
             position=off[:3] if off is not None and position else None,
             rotation=off[3:] if off is not None and rotation else None,

@@ -1,4 +1,4 @@
-"""Taking the rows of a measurement one after the other: what is wanted, what is stored, how far off.
+"""Targets to be measured one after the other, and the sample stored for each.
 
 A `Capture` is plain data: storing a row gives a new one. A row that was taken badly is taken again.
 """
@@ -8,20 +8,19 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from jaxtyping import Float
 
-from workbench.base import se3
 from workbench.base.errors import DataError, OptionError, ShapeError
 from workbench.data.dataset import Dataset
-from workbench.data.live.stream import Sample
+from workbench.data.live.sample import Sample
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Wanted:
-    """A pose that is to be measured.
+class CaptureTarget:
+    """A pose to be measured.
 
     Args:
         name: Name of the target.
-        pose: Wanted pose of the tool, in the frame that the source measures in; None: any pose will do.
-        q: Wanted joint positions [rad or m]; None: any.
+        pose: Pose of the tool, in the frame that the source measures in; None: any pose will do.
+        q: Joint positions [rad or m]; None: any.
     """
 
     name: str
@@ -29,56 +28,31 @@ class Wanted:
     q: Float[np.ndarray, " n"] | None = None
 
 
-@dataclass(frozen=True, kw_only=True)
-class Deviation:
-    """How far the arm is from a wanted pose; None where either side says nothing.
-
-    Args:
-        position: Distance [m].
-        orientation: Angle [rad].
-        joint: Largest difference of a joint [rad or m].
-    """
-
-    position: float | None = None
-    orientation: float | None = None
-    joint: float | None = None
-
-    @property
-    def position_mm(self) -> float | None:
-        """Distance in mm, for people."""
-        return None if self.position is None else 1e3 * self.position
-
-    @property
-    def orientation_deg(self) -> float | None:
-        """Angle in degrees, for people."""
-        return None if self.orientation is None else float(np.degrees(self.orientation))
-
-
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Capture:
-    """Wanted targets in their order, and what has been stored for each.
+    """Targets in their order, and what has been stored for each.
 
     Args:
-        wanted: Targets in the order in which they are taken.
+        targets: Targets in the order in which they are taken.
         taken: Stored sample of each target; None: still to be taken.
         current: Index of the target that the next stored sample belongs to.
         session: Name of the placement of robot and instrument.
     """
 
-    wanted: tuple[Wanted, ...]
+    targets: tuple[CaptureTarget, ...]
     taken: tuple[Sample | None, ...] = field(default=())
     current: int = 0
     session: str = ""
 
     def __post_init__(self):
-        if not self.wanted:
+        if not self.targets:
             raise OptionError("a capture needs at least one target")
         if not self.taken:
-            object.__setattr__(self, "taken", (None,) * len(self.wanted))
-        if len(self.taken) != len(self.wanted):
+            object.__setattr__(self, "taken", (None,) * len(self.targets))
+        if len(self.taken) != len(self.targets):
             raise ShapeError(
-                f"there are {len(self.taken)} stored samples for {len(self.wanted)} targets",
-                expected=len(self.wanted),
+                f"there are {len(self.taken)} stored samples for {len(self.targets)} targets",
+                expected=len(self.targets),
                 found=len(self.taken),
             )
 
@@ -93,13 +67,9 @@ class Capture:
         return sum(sample is None for sample in self.taken)
 
     @property
-    def target(self) -> Wanted:
+    def target(self) -> CaptureTarget:
         """The target that comes next."""
-        return self.wanted[self.current]
-
-    def deviation(self, sample: Sample) -> Deviation:
-        """How far the arm is from the target that comes next."""
-        return deviation(sample, self.target)
+        return self.targets[self.current]
 
     def store(self, sample: Sample) -> "Capture":
         """The capture with the sample stored for the current target, and the next open one made current.
@@ -119,10 +89,6 @@ class Capture:
             )
         taken = (*self.taken[: self.current], sample, *self.taken[self.current + 1 :])
         return replace(self, taken=taken, current=_next_open(taken, self.current))
-
-    def offer(self, sample: Sample) -> "Capture":
-        """`store`, if the sample itself asks for it and a target is still open; else the same capture."""
-        return self.store(sample) if sample.capture and not self.done else self
 
     def again(self, index: int) -> "Capture":
         """The capture with one target open again, to be taken next.
@@ -155,7 +121,7 @@ class Capture:
         seen = [sample.rotation for sample in kept if sample.rotation is not None]
         partly = 0 < len(seen) < len(kept)
         left = self.remaining
-        notes: tuple[str, ...] = (f"{len(kept)} of {len(self.wanted)} targets were taken",) if left else ()
+        notes: tuple[str, ...] = (f"{len(kept)} of {len(self.targets)} targets were taken",) if left else ()
         notes += ("orientations are left out, as some rows have none",) if partly else ()
         return Dataset(
             q=np.stack([sample.q for sample in kept]),
@@ -163,28 +129,15 @@ class Capture:
             position=np.stack([sample.position for sample in kept if sample.position is not None]),
             rotation=np.stack(seen) if len(seen) == len(kept) else None,
             time=np.array([sample.time for sample in kept]),
-            group=np.array([self.wanted[i].name for i in rows], dtype=str),
+            group=np.array([self.targets[i].name for i in rows], dtype=str),
             session=np.full(len(kept), self.session) if self.session else None,
             source=source,
             notes=notes,
         )
 
     def _check(self, index: int) -> None:
-        if not 0 <= index < len(self.wanted):
-            raise OptionError(f"there is no target {index + 1}: there are {len(self.wanted)}")
-
-
-def deviation(sample: Sample, wanted: Wanted) -> Deviation:
-    """How far a sample is from a wanted pose or wanted joints."""
-    position = orientation = joint = None
-    if wanted.pose is not None and sample.position is not None:
-        position = float(np.linalg.norm(sample.position - wanted.pose[:3, 3]))
-    if wanted.pose is not None and sample.rotation is not None:
-        apart = sample.rotation @ wanted.pose[:3, :3].T
-        orientation = float(np.linalg.norm(se3.matrix_to_rotvec(apart)))
-    if wanted.q is not None and len(wanted.q) == len(sample.q):
-        joint = float(np.abs(sample.q - wanted.q).max())
-    return Deviation(position=position, orientation=orientation, joint=joint)
+        if not 0 <= index < len(self.targets):
+            raise OptionError(f"target must be 1–{len(self.targets)}, got {index + 1}")
 
 
 def _next_open(taken: tuple[Sample | None, ...], current: int) -> int:

@@ -10,7 +10,6 @@ poses carry the noise of their sensors; the clock is that of the samples, so a s
 Source of the curve: Flash, Hogan, J. Neurosci. 5(7), 1985, eq. (5).
 """
 
-import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -22,7 +21,7 @@ from workbench.arm.robot import JointKind, Robot
 from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.base.types import frozen
-from workbench.data.live.stream import Sample
+from workbench.data.live.sample import Sample
 from workbench.data.simulation.instruments import Instrument, Observes
 
 PEAK = 15.0 / 8.0
@@ -144,15 +143,3 @@ def _seen(pose, instrument, rng) -> tuple[np.ndarray | None, np.ndarray | None]:
         return position, None
     turn = se3.rotvec_to_matrix(rng.normal(0.0, instrument.sigma_rotation or 0.0, 3))
     return position, frozen(turn @ pose[:3, :3])
-
-
-def format_sample(sample: Sample) -> str:
-    """A sample as the line of a live source, without its end; `stream.parse_sample` reads it back."""
-    record: dict = {"time": sample.time, "q": sample.q.tolist()}
-    if sample.position is not None:
-        record["xyz"] = sample.position.tolist()
-    if sample.rotation is not None:
-        record["quat"] = se3.matrix_to_quaternion(sample.rotation).tolist()
-    if sample.capture:
-        record["capture"] = True
-    return json.dumps(record)

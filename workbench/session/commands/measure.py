@@ -14,13 +14,13 @@ from workbench.data.live.acquisition import (
     POSITION_STILL,
     Acquisition,
     Event,
+    StandstillDetector,
 )
 from workbench.data.live.capture import Capture
-from workbench.data.live.standstill import StandstillDetector
-from workbench.data.live.stream import Sample
+from workbench.data.live.sample import Sample
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument
 from workbench.data.simulation.simulate import simulate_targets, virtual_arm
-from workbench.plate.guided_measuring import wanted_targets
+from workbench.plate.guided_measuring import plate_targets
 from workbench.plate.plate import Kind
 from workbench.plate.virtual_measuring import STEERING, beside
 from workbench.session.command import (
@@ -93,7 +93,7 @@ class BeginMeasuring(AbstractTask):
 
 @dataclass(frozen=True)
 class DriveArm(AbstractChange):
-    """Send the virtual arm to the wanted target; it moves by itself and sends samples."""
+    """Send the virtual arm to the current target; it moves by itself and sends samples."""
 
     title = "Drive the virtual arm to its target"
     key = "drive"
@@ -173,7 +173,7 @@ class TakeSample(AbstractChange):
 
 @dataclass(frozen=True)
 class StoreRow(AbstractChange):
-    """Keep the latest sample as the wanted target's row."""
+    """Keep the latest sample as the current target's row."""
 
     title = "Store the row"
 
@@ -188,7 +188,7 @@ class StoreRow(AbstractChange):
 
 @dataclass(frozen=True)
 class TakeAgain(AbstractChange):
-    """Drop the wanted target's row, or else the one that was stored last; its target is wanted once more."""
+    """Drop the current target's row, or else the one that was stored last; its target is current again."""
 
     title = "Take a row again"
 
@@ -273,13 +273,13 @@ def _asked(session: Session, ask: Callable[[Acquisition], Event]) -> Session:
 
 def acquisition_of(session: Session, numbers: list[int], instrument: Instrument) -> Acquisition:
     """Nothing stored yet; standstill is judged with the instrument's noise in mind."""
-    wanted, targets = wanted_targets(session.robot, session.plate), session.plate.targets
+    offered, targets = plate_targets(session.robot, session.plate), session.plate.targets
     detector = StandstillDetector(
         position=max(POSITION_STILL, NOISY * instrument.sigma_position),
         orientation=max(ORIENTATION_STILL, NOISY * (instrument.sigma_rotation or 0.0)),
     )
     return Acquisition(
-        Capture(wanted=tuple(wanted[i] for i in numbers)),
+        Capture(targets=tuple(offered[i] for i in numbers)),
         robot=session.robot,
         detector=detector,
         oriented=tuple(targets[i].kind is Kind.SEAT for i in numbers),

@@ -142,7 +142,7 @@ def _rows_taken(session: Session) -> Json | None:
     if session.measuring is None:
         return None
     capture = session.measuring.acquisition.capture
-    return {"target": capture.target.name, "rows": len(capture.wanted) - capture.remaining}
+    return {"target": capture.target.name, "rows": len(capture.targets) - capture.remaining}
 
 
 def _yield(session: Session) -> Json | None:

@@ -1,4 +1,4 @@
-"""Guided measuring: the wanted target, how far off the arm is, and the rows stored so far."""
+"""Guided measuring: the current target, how far off the arm is, and the rows stored so far."""
 
 import numpy as np
 import viser
@@ -97,7 +97,7 @@ class GuidedPanel(AbstractPanel):
             "Drive the virtual arm there",
             DriveArm,
             icon.ROBOT,
-            "Send the arm to the wanted target, as near as an operator would steer it.",
+            "Send the arm to the current target, as near as an operator would steer it.",
             None,
         )
         self._store = button(
@@ -111,7 +111,7 @@ class GuidedPanel(AbstractPanel):
             "Take again",
             TakeAgain,
             icon.ROTATE,
-            "Drop the row of the wanted target, or else the one stored last, and measure it once more.",
+            "Drop the row of the current target, or else the one stored last, and measure it once more.",
         )
         self._next = button(
             "Next target", NextWanted, icon.ARROW_RIGHT, "Leave this target for later and go on to the next."
@@ -186,9 +186,9 @@ def _status(status: Status, measuring: Measuring) -> str:
 
 
 def _place(status: Status) -> str:
-    if status.wanted is None:
+    if status.target is None:
         return ""
-    place = ", ".join(f"{1e3 * v:.1f}" for v in status.wanted[:3, 3])
+    place = ", ".join(f"{1e3 * v:.1f}" for v in status.target[:3, 3])
     return f'<div style="color:{MUTED}">at {place} mm</div>'
 
 
@@ -202,7 +202,7 @@ def _deviation(status: Status) -> str:
     rotation = np.nan if status.rotation is None else float(np.rad2deg(np.linalg.norm(status.rotation)))
     return (
         f'<div style="display:flex;align-items:baseline;gap:10px;margin:4px 0" '
-        'title="Measured pose against the wanted one."><span>Off by</span>'
+        'title="Measured pose and target pose compared."><span>Off by</span>'
         f"{part('off_mm', number(position) + ' mm')}{part('off_deg', number(rotation) + '°')}</div>"
     )
 
