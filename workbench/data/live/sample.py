@@ -9,6 +9,7 @@ import json
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
+from typing import TypeGuard
 
 import numpy as np
 from jaxtyping import Float
@@ -101,7 +102,7 @@ def _vector(record: dict, key: str, length: int | None, fail: Fail) -> np.ndarra
     return frozen(np.array(value, dtype=float))
 
 
-def _is_number(value) -> bool:
+def _is_number(value) -> TypeGuard[float | int]:
     return isinstance(value, float | int) and not isinstance(value, bool) and abs(value) < 1e300
 
 
