@@ -14,6 +14,7 @@ from jaxtyping import Float
 from rigid_body import rigid_body
 
 from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.types import JointRows
@@ -30,7 +31,7 @@ def check_forward(robot: Robot, q: JointRows, *, tolerance: float = 1e-12) -> fl
         q: Joint positions [rad or m].
         tolerance: Greatest deviation of an entry of a pose [m or 1].
     """
-    worst = np.abs(tool_poses(robot, q) - rigid_body(robot, massless=True).poses(q)).max(axis=(1, 2))
+    worst = np.abs(tool_poses(robot, Motion(q)) - rigid_body(robot, massless=True).poses(q)).max(axis=(1, 2))
     row = int(np.argmax(worst))
     if not worst[row] <= tolerance:
         error = f"pose differs from pinocchio's by {worst[row]:.3g}, more than {tolerance:g}"

@@ -6,6 +6,7 @@ from generator import ARMS, VirtualArm, aria, katana, move, rotation, seven, thr
 
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.library import load_robot
+from workbench.arm.motion import Motion
 from workbench.arm.statics.wrenches import joint_wrenches
 
 BUILT_IN = {"aria": "aria", "aria-table3": "aria-table3", "aria-table4": "aria-table4", "katana": "katana450"}
@@ -92,7 +93,7 @@ def test_poses_equal_the_chain(name, tmp_path):
     )
     robot = as_robot(arm, tmp_path)
     q = arm.random(rng, 20)
-    np.testing.assert_allclose(tool_poses(robot, q), arm.pose(q), atol=2e-14)
+    np.testing.assert_allclose(tool_poses(robot, Motion(q)), arm.pose(q), atol=2e-14)
 
 
 @pytest.mark.parametrize("slides", [(True, False, False), (False, True, False), (False, False, True)])
@@ -102,14 +103,14 @@ def test_sliding_joints_equal_the_chain(convention, slides, tmp_path):
     table = rng.uniform(-1, 1, (3, 5))
     arm = VirtualArm(convention, table, slides=slides)
     q = rng.uniform(-1, 1, (10, 3))
-    np.testing.assert_allclose(tool_poses(as_robot(arm, tmp_path), q), arm.pose(q), atol=1e-14)
+    np.testing.assert_allclose(tool_poses(as_robot(arm, tmp_path), Motion(q)), arm.pose(q), atol=1e-14)
 
 
 @pytest.mark.parametrize(("name", "built_in"), BUILT_IN.items())
 def test_built_in_arms_are_the_papers(name, built_in):
     arm = ARMS[name]()
     q = arm.random(np.random.default_rng(6), 20)
-    np.testing.assert_allclose(tool_poses(load_robot(built_in), q), arm.pose(q), atol=1e-14)
+    np.testing.assert_allclose(tool_poses(load_robot(built_in), Motion(q)), arm.pose(q), atol=1e-14)
 
 
 @pytest.mark.parametrize("name", ARMS)

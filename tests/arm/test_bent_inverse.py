@@ -34,7 +34,7 @@ def arms(tmp_path_factory):
 
 
 def reached(robot, q, motion):
-    return tool_poses(robot, q[None], motion=motion.at(q[None]))[0]
+    return tool_poses(robot, motion.at(q[None]))[0]
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -44,7 +44,7 @@ def test_every_branch_of_a_bent_arm_reaches_the_target(arms, seed):
     rng = np.random.default_rng(seed)
     q = rng.uniform(0.6 * robot.limits[:, 0], 0.6 * robot.limits[:, 1])
     motion = Motion(q[None], payload=np.array([1.5]), direction=rng.choice([-1.0, 1.0], (1, 6)))
-    target = tool_poses(robot, motion.q, motion=motion)[0]
+    target = tool_poses(robot, motion)[0]
     found = inverse.solve(robot, target, motion=motion)
     rigid = inverse.solve(robot.with_effects(), target)
     assert len(found.branches) == len(rigid.branches) >= 2
@@ -64,7 +64,7 @@ def test_five_joints_meet_position_and_axis(arms):
     robot = arms["katana"].with_effects(EFFECTS["joint-compliance"]((1, 2, 3), (1e-3, 1e-3, 1e-3)))
     q = np.array([0.3, 1.0, -1.2, 0.8, 0.5])
     motion = Motion(q[None])
-    target = tool_poses(robot, q[None])[0]
+    target = tool_poses(robot, Motion(q[None]))[0]
     found = inverse.solve(robot, target)
     assert found.task is Task.POSITION_AXIS
     assert found.branches
@@ -78,7 +78,7 @@ def test_rows_have_their_own_loads(arms):
     rng = np.random.default_rng(0)
     q = rng.uniform(-1.0, 1.0, (6, 6))
     motion = Motion(q, payload=np.linspace(0.0, 3.0, 6))
-    targets = tool_poses(robot, q, motion=motion)
+    targets = tool_poses(robot, motion)
     followed = inverse.follow_many(robot, targets, q + 0.02, motion=motion)
     np.testing.assert_allclose(followed.q, q, atol=1e-8)
     for i, result in enumerate(inverse.solve_many(robot, targets, motion=motion)):
@@ -91,7 +91,7 @@ def test_a_load_that_turns_within_the_play_is_said(arms):
     play = EFFECTS["backlash"]((1,), (1e-3,))
     robot = arms["aria"].with_effects(play)
     balanced = _balanced(robot)
-    target = tool_poses(robot.with_effects(), balanced[None])[0]
+    target = tool_poses(robot.with_effects(), Motion(balanced[None]))[0]
     found = inverse.solve(robot, target)
     chosen = inverse.choose(found, near=balanced)
     error = np.linalg.norm(reached(robot, chosen.q, Motion(balanced[None]))[:3, 3] - target[:3, 3])
@@ -102,7 +102,7 @@ def test_a_load_that_turns_within_the_play_is_said(arms):
     assert not followed.converged
     assert followed.position_error < 2e-3 * robot.reach
     # aside of it the flank is clear, and the target is met
-    aside = tool_poses(robot, (balanced + 0.1 * np.eye(6)[1])[None])[0]
+    aside = tool_poses(robot, Motion((balanced + 0.1 * np.eye(6)[1])[None]))[0]
     assert inverse.solve(robot, aside).note is None
 
 
@@ -130,14 +130,14 @@ def test_a_map_of_part_of_a_joint_narrows_its_limits(arms):
     sizes = (1e-3, 0.0, -2e-3, 1e-3, 0.0, 1e-3)
     robot = arms["aria"].with_effects(EFFECTS["local-joint-error"]((0,), sizes, knots=knots))
     q = np.array([0.3, 0.4, -0.8, 0.3, 0.7, 0.2])
-    target = tool_poses(robot, q[None])[0]
+    target = tool_poses(robot, Motion(q[None]))[0]
     found = inverse.solve(robot, target)
     inside = found.within_limits
     assert inside
     assert all(abs(b.q[0]) <= 0.5 for b in inside)
     for branch in inside:
-        np.testing.assert_allclose(tool_poses(robot, branch.q[None])[0], target, atol=1e-9)
-    beyond = tool_poses(arms["aria"], (q + np.eye(6)[0])[None])[0]
+        np.testing.assert_allclose(tool_poses(robot, Motion(branch.q[None]))[0], target, atol=1e-9)
+    beyond = tool_poses(arms["aria"], Motion((q + np.eye(6)[0])[None]))[0]
     refused = inverse.solve(robot, beyond)
     assert not refused.reachable
     assert "joint 1" in refused.reason
@@ -148,7 +148,7 @@ def test_what_drives_an_effect_is_asked_for(arms):
     robot = arms["aria"].with_effects(EFFECTS["thermal-growth"]((), (1e-5,)))
     q = np.array([[0.3, 0.4, -0.8, 0.3, 0.7, 0.2]])
     warm = Motion(q, temperature=np.array([40.0]))
-    target = tool_poses(robot, q, motion=warm)[0]
+    target = tool_poses(robot, warm)[0]
     with pytest.raises(DataError, match="temperature"):
         inverse.solve(robot, target)
     chosen = inverse.choose(inverse.solve(robot, target, motion=warm), near=q[0])

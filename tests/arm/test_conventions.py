@@ -12,6 +12,7 @@ from workbench.arm.conventions import (
 )
 from workbench.arm.kinematics.forward import link_frames, tool_poses
 from workbench.arm.library import load_robot
+from workbench.arm.motion import Motion
 from workbench.arm.robot import JointKind
 from workbench.base.errors import FileError, RobotError
 
@@ -119,7 +120,7 @@ def test_one_link_is_the_printed_equation(name, kind, tmp_path):
         robot = write(tmp_path, name, row, [kind])
         q = np.linspace(-2, 2, 7)
         driven = 0 if kind == "revolute" else 1
-        for value, found in zip(q, tool_poses(robot, q[:, None]), strict=True):
+        for value, found in zip(q, tool_poses(robot, Motion(q[:, None])), strict=True):
             constants = row[0].copy()
             constants[driven] += value
             np.testing.assert_allclose(found, LINKS[name][0](*constants), atol=1e-14)
@@ -133,7 +134,7 @@ def test_links_multiply_with_every_kind_of_joint(name, tmp_path):
     assert [j.name for j in robot.joints] == ["joint1", "fixed1", "joint2", "joint3", "fixed2", "joint4"]
     assert robot.dof == 4
     q = np.random.default_rng(1).uniform(-2, 2, (5, 4))
-    found = link_frames(robot, q)
+    found = link_frames(robot, Motion(q))
     for row, frames in zip(q, found, strict=True):
         t, left = np.eye(4), list(row)
         np.testing.assert_allclose(frames[0], t)
@@ -149,8 +150,8 @@ def test_links_multiply_with_every_kind_of_joint(name, tmp_path):
 def test_beta_of_the_plain_conventions_stands_where_the_wide_ones_have_it(plain, wide, tmp_path):
     rows = np.random.default_rng(2).uniform(-2, 2, (3, 5))
     q = np.random.default_rng(3).uniform(-2, 2, (4, 3))
-    first = tool_poses(write(tmp_path, plain, rows, ["revolute"] * 3), q)
-    second = tool_poses(write(tmp_path, wide, rows, ["revolute"] * 3), q)
+    first = tool_poses(write(tmp_path, plain, rows, ["revolute"] * 3), Motion(q))
+    second = tool_poses(write(tmp_path, wide, rows, ["revolute"] * 3), Motion(q))
     np.testing.assert_array_equal(first, second)
 
 
@@ -188,13 +189,13 @@ def test_katana_is_the_thesis(name, printed):
     corner[:3, 3] = 0.055, 0.055, 0.2015  # eq. (4.7)
     q = np.random.default_rng(4).uniform(robot.limits[:, 0], robot.limits[:, 1], (20, 5))
     expected = [corner @ printed(row) for row in q]
-    np.testing.assert_allclose(tool_poses(robot, q), expected, atol=1e-14)
+    np.testing.assert_allclose(tool_poses(robot, Motion(q)), expected, atol=1e-14)
 
 
 def test_both_forms_of_the_katana_agree_at_nominal():
     first, second = load_robot("katana450"), load_robot("katana450-three-rotation")
     q = np.random.default_rng(5).uniform(first.limits[:, 0], first.limits[:, 1], (50, 5))
-    np.testing.assert_allclose(tool_poses(first, q), tool_poses(second, q), atol=1e-14)
+    np.testing.assert_allclose(tool_poses(first, Motion(q)), tool_poses(second, Motion(q)), atol=1e-14)
     np.testing.assert_array_equal(first.limits, second.limits)
 
 
@@ -209,7 +210,9 @@ def test_tilting_of_the_three_rotation_model(name):
     t54 = rot("Z", q[3]) @ rot("Y", 0.03) @ rot("X", -np.pi / 2) @ trans("Z", 0.1473)
     t65 = rot("Z", q[4]) @ rot("Y", 0.0) @ rot("X", 1.6) @ trans("Z", 0.2)
     expected = trans("X", 0.055) @ trans("Y", 0.055) @ trans("Z", 0.2015) @ t30 @ t43 @ t54 @ t65
-    np.testing.assert_allclose(tool_poses(robot.with_values(values), q[None])[0], expected, atol=1e-14)
+    np.testing.assert_allclose(
+        tool_poses(robot.with_values(values), Motion(q[None]))[0], expected, atol=1e-14
+    )
 
 
 def test_aria_is_its_table_1():
@@ -227,7 +230,7 @@ def test_aria_is_its_table_1():
         t = np.eye(4)
         for (theta, *others), angle in zip(rows, q, strict=True):
             t = t @ hayati(theta + angle, *others)
-        np.testing.assert_allclose(tool_poses(robot, q[None])[0], t, atol=1e-14)
+        np.testing.assert_allclose(tool_poses(robot, Motion(q[None]))[0], t, atol=1e-14)
     limits = [[-2 * np.pi, 2 * np.pi], [-0.97, 3.615], [-2 * np.pi, 1.69]]
     np.testing.assert_allclose(robot.limits[:3], limits)
 

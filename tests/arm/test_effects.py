@@ -107,14 +107,16 @@ def test_zero_coefficients_change_nothing(arms, arm, name):
     motion, bent = motion_of(robot), robot.with_effects(effect)
     assert not np.any(effect.coefficients)
     np.testing.assert_array_equal(
-        forward.tool_poses(bent, motion.q, motion=motion), forward.tool_poses(robot, motion.q)
+        forward.tool_poses(bent, motion), forward.tool_poses(robot, Motion(motion.q))
     )
     np.testing.assert_array_equal(
-        forward.link_frames(bent, motion.q, motion=motion), forward.link_frames(robot, motion.q)
+        forward.link_frames(bent, motion), forward.link_frames(robot, Motion(motion.q))
     )
     np.testing.assert_allclose(joint_wrenches(bent, motion.q), joint_wrenches(robot, motion.q), atol=1e-12)
     np.testing.assert_allclose(
-        rigid_body(bent, massless=True).poses(motion.q), forward.tool_poses(robot, motion.q), atol=1e-12
+        rigid_body(bent, massless=True).poses(motion.q),
+        forward.tool_poses(robot, Motion(motion.q)),
+        atol=1e-12,
     )
 
 
@@ -131,7 +133,7 @@ def test_shapes_and_units(arms, arm, name):
     assert set(robot.coefficients) == set(robot.coefficient_units) == set(effect.names)
     assert shift_of(robot, motion).shape == (len(motion), len(robot.chain.elements))
     empty = motion.take(slice(0, 0))
-    assert forward.tool_poses(robot, empty.q, motion=empty).shape == (0, 4, 4)
+    assert forward.tool_poses(robot, empty).shape == (0, 4, 4)
 
 
 @pytest.mark.parametrize("arm", ARMS)
@@ -160,12 +162,12 @@ def check_derivative(robot: Robot):
 
     def poses(x):
         moved = robot.with_values(dict(zip(names, x.tolist(), strict=True)))
-        return forward.tool_poses(moved, motion.q, motion=motion)
+        return forward.tool_poses(moved, motion)
 
-    seen, twists = forward.sensitivity(robot, motion.q, names, motion=motion)
+    seen, twists = forward.sensitivity(robot, motion, names)
     np.testing.assert_allclose(seen, poses(x), atol=1e-13)
     checks.check_jacobian(poses, twists, x, difference=checks.pose_change, tolerance=1e-6)
-    blocks = list(forward.sensitivity_blocks(robot, motion.q, names, block=4, motion=motion))
+    blocks = list(forward.sensitivity_blocks(robot, motion, names, block=4))
     np.testing.assert_allclose(np.concatenate([t for _, _, t in blocks]), twists, atol=1e-9)
 
 
@@ -216,7 +218,7 @@ def test_load_effects_bend_as_the_generator_does(arms, arm):
         EFFECTS["backlash"]((2,), (1e-5,)),
     )
     motion = Motion(q, payload=np.full(20, 1.5))
-    found = forward.tool_poses(bent, q, motion=motion)
+    found = forward.tool_poses(bent, motion)
     bend = np.abs(virtual.pose(q) - expected).max()
     np.testing.assert_allclose(found, expected, atol=2e-3 * bend)
 
@@ -237,8 +239,8 @@ def test_thermal_growth_is_the_growth_of_the_arm(arms):
         grown = robot.with_effects(EFFECTS["thermal-growth"]((), (1e-4,), reference=20.0))
         factor = 1.0 + 1e-4 * (motion.temperature - 20.0)[:, None]
         straight, warm = (
-            forward.tool_poses(robot, motion.q),
-            forward.tool_poses(grown, motion.q, motion=motion),
+            forward.tool_poses(robot, Motion(motion.q)),
+            forward.tool_poses(grown, motion),
         )
         np.testing.assert_allclose(warm[:, :3, 3], factor * straight[:, :3, 3], atol=1e-12)
 
@@ -253,21 +255,19 @@ def test_torques_stand_in_for_masses(arms):
     np.testing.assert_allclose(shift[:, bare.chain.index["joint2.theta"]], -1e-3 * torque[:, 1])
     names = ("joint2.compliance", "joint1.theta")
     motion = Motion(q, torque=torque)
-    _, twists = forward.sensitivity(bare, q, names, motion=motion)
+    _, twists = forward.sensitivity(bare, motion, names)
     checks.check_jacobian(
-        lambda x: forward.tool_poses(
-            bare.with_values(dict(zip(names, x.tolist(), strict=True))), q, motion=motion
-        ),
+        lambda x: forward.tool_poses(bare.with_values(dict(zip(names, x.tolist(), strict=True))), motion),
         twists,
         np.array([1e-3, 0.0]),
         difference=checks.pose_change,
         tolerance=1e-6,
     )
     with pytest.raises(DataError, match=r"joint-compliance.*torque1"):
-        forward.tool_poses(bare, q)
+        forward.tool_poses(bare, Motion(q))
     across = bare.with_effects(EFFECTS["bearing-compliance"]((1,), (1e-3,)))
     with pytest.raises(DataError, match=r"bearing-compliance.*mass"):
-        forward.tool_poses(across, q, motion=motion)
+        forward.tool_poses(across, motion)
 
 
 @pytest.mark.parametrize(
@@ -282,25 +282,27 @@ def test_missing_drivers_are_named(arms, name, column):
     robot = arms["aria"].with_effects(CATALOGUE[name])
     q = motion_of(robot).q
     with pytest.raises(DataError, match=f"{CATALOGUE[name].name}.*{column}"):
-        forward.tool_poses(robot, q)
+        forward.tool_poses(robot, Motion(q))
     holes = {"temperature": np.full(len(q), 20.0), "time": np.zeros(len(q)), "direction": np.ones(q.shape)}
     for values in holes.values():
         values[4] = np.nan
     with pytest.raises(DataError, match="row 4"):
-        forward.tool_poses(robot, q, motion=Motion(q, **holes))
+        forward.tool_poses(robot, Motion(q, **holes))
 
 
 def test_a_local_error_refuses_outside_its_range(arms):
     effect = EFFECTS["local-joint-error"]((1,), knots=(-1.0, 0.0, 1.0), range=(-0.9, 0.8))
     robot = arms["aria"].with_effects(effect)
     q = np.zeros((3, 6))
-    forward.tool_poses(robot, q)
+    forward.tool_poses(robot, Motion(q))
     q[2, 1] = 0.85
     with pytest.raises(DataError, match=r"joint 2 is known from -51.57° to 45.84°.*row 2.*48.7°"):
-        forward.tool_poses(robot, q)
+        forward.tool_poses(robot, Motion(q))
     periodic = robot.with_effects(sized(robot, CATALOGUE["local-joint-error periodic"]))
     np.testing.assert_allclose(
-        forward.tool_poses(periodic, q), forward.tool_poses(periodic, q + 2 * np.pi), atol=1e-12
+        forward.tool_poses(periodic, Motion(q)),
+        forward.tool_poses(periodic, Motion(q + 2 * np.pi)),
+        atol=1e-12,
     )
 
 
@@ -355,5 +357,7 @@ def test_a_urdf_does_not_swallow_effects(arms, tmp_path):
     path = write_urdf(robot, tmp_path / "arm.urdf", leave_out_effects=True)
     q = motion_of(robot).q
     np.testing.assert_allclose(
-        forward.tool_poses(load_robot(path), q), forward.tool_poses(arms["aria"], q), atol=1e-9
+        forward.tool_poses(load_robot(path), Motion(q)),
+        forward.tool_poses(arms["aria"], Motion(q)),
+        atol=1e-9,
     )

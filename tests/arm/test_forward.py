@@ -16,6 +16,7 @@ from workbench.arm.kinematics.forward import (
     tool_poses,
 )
 from workbench.arm.library import built_in_robots, load_robot
+from workbench.arm.motion import Motion
 from workbench.arm.robot import FRAME_PARTS, Frame
 from workbench.base import se3
 from workbench.base.errors import ShapeError
@@ -105,11 +106,11 @@ def rows(robot, number=3, seed=0):
 def check_columns(robot, q):
     """Every constant of the full chain, base and tool included, by differences of the whole robot."""
     names = tuple(e.name for e in robot.chain.elements if e.axis is not Axis.CONSTANT)
-    poses, twists = sensitivity(robot, q, names)
-    np.testing.assert_allclose(poses, tool_poses(robot, q), atol=1e-13)
+    poses, twists = sensitivity(robot, Motion(q), names)
+    np.testing.assert_allclose(poses, tool_poses(robot, Motion(q)), atol=1e-13)
 
     def moved(values):
-        return tool_poses(robot.with_values(dict(zip(names, values, strict=True))), q)
+        return tool_poses(robot.with_values(dict(zip(names, values, strict=True))), Motion(q))
 
     return check_jacobian(moved, twists, robot.values(names), difference=pose_change)
 
@@ -152,7 +153,7 @@ def test_joint_columns_are_the_derivative_by_the_joints(tmp_path):
         jacobian = geometric_jacobian(robot, q)
         for row in range(len(q)):
             check_jacobian(
-                lambda x: tool_poses(robot, x[None]),  # noqa: B023
+                lambda x: tool_poses(robot, Motion(x[None])),  # noqa: B023
                 jacobian[row][None],
                 q[row].copy(),
                 difference=pose_change,
@@ -179,11 +180,11 @@ def test_hayati_columns_are_aria_13(seed, tmp_path):
     path.write_text("\n".join(lines))
     robot = framed(load_robot(path), rng)
     q = rows(robot, 1)
-    frames = link_frames(robot, q)[0]
-    end = tool_poses(robot, q)[0, :3, 3]
+    frames = link_frames(robot, Motion(q))[0]
+    end = tool_poses(robot, Motion(q))[0, :3, 3]
 
     def column(name):
-        return sensitivity(robot, q, (name,))[1][0, :, 0]
+        return sensitivity(robot, Motion(q), (name,))[1][0, :, 0]
 
     for i in range(1, 7):
         beta = table[i - 1, 4]
@@ -208,9 +209,9 @@ def test_hayati_columns_are_aria_13(seed, tmp_path):
 def test_printed_13_holds_where_beta_is_zero():
     robot = load_robot("aria")
     q = rows(robot, 1)
-    frames = link_frames(robot, q)[0]
+    frames = link_frames(robot, Motion(q))[0]
     end = frames[-1, :3, 3]
-    columns = sensitivity(robot, q, tuple(f"joint{i}.alpha" for i in range(1, 7)))[1][0]
+    columns = sensitivity(robot, Motion(q), tuple(f"joint{i}.alpha" for i in range(1, 7)))[1][0]
     for i in range(6):
         x = frames[i + 1, :3, 0]
         expected = np.r_[np.cross(x, end - frames[i + 1, :3, 3]), x]
@@ -220,22 +221,22 @@ def test_printed_13_holds_where_beta_is_zero():
 def test_blocks_are_the_whole(tmp_path):
     robot = table_arm("hayati", tmp_path, 0)
     q = rows(robot, 23)
-    poses, twists = sensitivity(robot, q)
+    poses, twists = sensitivity(robot, Motion(q))
     names = robot.default_free
     for block in (1, 7, 23, 100):
-        for part, p, t in sensitivity_blocks(robot, q, names, block=block):
+        for part, p, t in sensitivity_blocks(robot, Motion(q), names, block=block):
             np.testing.assert_array_equal(p, poses[part])
             np.testing.assert_array_equal(t, twists[part])
-    assert list(sensitivity_blocks(robot, q[:0], names)) == []
+    assert list(sensitivity_blocks(robot, Motion(q[:0]), names)) == []
 
 
 def test_link_frames_end_in_the_tool(tmp_path):
     for robot in arms(tmp_path, seeds=[6]):
         q = rows(robot)
-        frames = link_frames(robot, q)
+        frames = link_frames(robot, Motion(q))
         assert frames.shape == (len(q), len(robot.joints) + 2, 4, 4)
         np.testing.assert_allclose(frames[:, 0], np.tile(robot.base.pose, (len(q), 1, 1)), atol=1e-14)
-        np.testing.assert_allclose(frames[:, -1], tool_poses(robot, q), atol=1e-13)
+        np.testing.assert_allclose(frames[:, -1], tool_poses(robot, Motion(q)), atol=1e-13)
 
 
 def test_moving_a_frame_by_its_parts_is_exact(tmp_path):
@@ -248,13 +249,16 @@ def test_moving_a_frame_by_its_parts_is_exact(tmp_path):
     vector[robot.chain.indices(FRAMES)] = list(values.values())
     from workbench.arm import chain as chains
 
-    np.testing.assert_allclose(tool_poses(moved, q), chains.poses(robot.chain, q, values=vector), atol=1e-14)
+    np.testing.assert_allclose(
+        tool_poses(moved, Motion(q)), chains.poses(robot.chain, q, values=vector), atol=1e-14
+    )
 
 
 @pytest.mark.parametrize("function", [tool_poses, link_frames, sensitivity, geometric_jacobian])
 def test_other_joint_counts_are_refused(function):
+    q = np.zeros((2, 7))
     with pytest.raises(ShapeError) as caught:
-        function(load_robot("aria"), np.zeros((2, 7)))
+        function(load_robot("aria"), q if function is geometric_jacobian else Motion(q))
     assert (caught.value.expected, caught.value.found) == (6, 7)
 
 

@@ -82,9 +82,9 @@ def test_the_total_derivative(pair):
 
     def poses(x):
         moved = bent.with_values(dict(zip(names, x.tolist(), strict=True)))
-        return forward.tool_poses(moved, motion.q, motion=motion)
+        return forward.tool_poses(moved, motion)
 
-    _, twists = forward.sensitivity(bent, motion.q, names, motion=motion)
+    _, twists = forward.sensitivity(bent, motion, names)
     x = np.array([known[n] for n in names])
     checks.check_jacobian(poses, twists, x, difference=checks.pose_change, tolerance=1e-6)
 

@@ -7,6 +7,7 @@ from studies.katana_printed import CONSTANTS, PRINTED_INFLUENCE
 from workbench.arm.kinematics.forward import link_frames, tool_poses
 from workbench.arm.kinematics.influence import ANGLE, LENGTH, influence
 from workbench.arm.library import load_robot
+from workbench.arm.motion import Motion
 from workbench.identification.report.influence import influence_figure
 from workbench.plate.poses.iso_cube import iso_cube_poses
 from workbench.report.drawing import svg
@@ -24,22 +25,22 @@ def poses(katana):
 
 def test_a_length_moves_the_tool_by_itself(katana, poses):
     lengths = tuple(name for name in CONSTANTS if name.endswith((".a", ".d")))
-    found = influence(katana, poses, names=lengths)
+    found = influence(katana, Motion(poses), names=lengths)
     assert np.allclose(found.distances, LENGTH, atol=1e-12)
 
 
 def test_an_angle_moves_the_tool_by_its_lever(katana, poses):
     """The chord of 0.05° at the tool's distance from the joint's axis, taken from the link's frame."""
-    frames, tools = link_frames(katana, poses), tool_poses(katana, poses)[:, :3, 3]
+    frames, tools = link_frames(katana, Motion(poses)), tool_poses(katana, Motion(poses))[:, :3, 3]
     for joint in range(5):
-        found = influence(katana, poses, names=(f"joint{joint + 1}.theta",))
+        found = influence(katana, Motion(poses), names=(f"joint{joint + 1}.theta",))
         axis, foot = frames[:, joint + 1, :3, 2], frames[:, joint + 1, :3, 3]
         lever = np.linalg.norm(np.cross(axis, tools - foot), axis=1)
         assert np.allclose(found.distances[:, 0], 2.0 * np.sin(ANGLE / 2.0) * lever, atol=1e-10)
 
 
 def test_weights_are_shares_of_the_greatest(katana, poses):
-    found = influence(katana, poses, names=CONSTANTS)
+    found = influence(katana, Motion(poses), names=CONSTANTS)
     assert np.allclose(found.weights.max(axis=1), 1.0)
     assert np.allclose(found.weights * found.distances.max(axis=1, keepdims=True), found.distances)
     assert (found.least <= found.mean).all()
@@ -50,7 +51,7 @@ def test_the_thesis_reads_like_ours(katana, poses):
     """Fig. 3.8: on average θ2 is the most influential, 0.34 mm, and α2 has 0.59 of that. Its poses are not
     listed: ours give α2 the printed motion within 10 %, and θ2 22 % less than printed, as most of our cube is
     nearer to the arm; the printed value lies within what θ2 does over the poses."""
-    found = influence(katana, poses, names=CONSTANTS)
+    found = influence(katana, Motion(poses), names=CONSTANTS)
     mean = dict(zip(CONSTANTS, found.mean, strict=True))
     greatest = dict(zip(CONSTANTS, found.greatest, strict=True))
     least = dict(zip(CONSTANTS, found.least, strict=True))
@@ -62,7 +63,7 @@ def test_the_thesis_reads_like_ours(katana, poses):
 
 
 def test_the_picture_names_every_constant(katana, poses):
-    figure = influence_figure(influence(katana, poses, names=CONSTANTS), printed=PRINTED_INFLUENCE)
+    figure = influence_figure(influence(katana, Motion(poses), names=CONSTANTS), printed=PRINTED_INFLUENCE)
     text = svg(figure, "influence")
     assert all(f">{name}<" in text for name in CONSTANTS)
     assert "printed mean" in text

@@ -13,6 +13,7 @@ from workbench.arm.inverse.solve import Task
 from workbench.arm.kinematics import forward
 from workbench.arm.kinematics import reachable as reach
 from workbench.arm.library import assets, load_robot
+from workbench.arm.motion import Motion
 from workbench.arm.robot import JointKind, Robot
 from workbench.base import se3
 from workbench.base.errors import (
@@ -39,7 +40,7 @@ def wrapped(gap: np.ndarray) -> np.ndarray:
 
 def random_targets(robot: Robot, count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
     q = np.random.default_rng(seed).uniform(-np.pi, np.pi, (count, robot.dof))
-    return q, forward.tool_poses(robot, q)
+    return q, forward.tool_poses(robot, Motion(q))
 
 
 def oracle(robot: Robot, target: np.ndarray, starts: int, rng: np.random.Generator) -> np.ndarray:
@@ -119,7 +120,7 @@ def test_branches_reach_the_target_and_contain_the_origin(name):
         q, targets, inverse.solve_many(robot, targets, limits=UNLIMITED[: robot.dof]), strict=True
     ):
         ours = np.array([b.q for b in result.branches])
-        poses = forward.tool_poses(robot, ours)
+        poses = forward.tool_poses(robot, Motion(ours))
         assert np.abs(poses[:, :3, 3] - target[:3, 3]).max() < 1e-9
         part = slice(2, 3) if robot.dof == 5 else slice(0, 3)
         assert np.abs(poses[:, :3, part] - target[:3, part]).max() < 2e-9
@@ -178,7 +179,7 @@ def test_names_are_kept_from_pose_to_pose_and_from_nominal_to_calibrated():
 def test_elbow_up_means_above():
     robot = load_robot("aria")
     for q, elbow in (([0.0, 0.9, -1.2, 0.0, 0.5, 0.0], "up"), ([0.0, 0.3, 0.9, 0.0, 0.5, 0.0], "down")):
-        target = forward.tool_poses(robot, np.array([q]))[0]
+        target = forward.tool_poses(robot, Motion(np.array([q])))[0]
         branch = inverse.nearest_branch(inverse.solve(robot, target), np.array(q))
         assert branch.name.startswith(f"shoulder right, elbow {elbow}")
 
@@ -246,19 +247,19 @@ def test_redundant_tasks_show_representatives():
     for name, task in (("wam", Task.POSE), ("panda", Task.POSE), ("aria", Task.POSITION)):
         robot = load_robot(name)
         middle = robot.search_limits.mean(1) + 0.3
-        target = forward.tool_poses(robot, middle[None])[0]
+        target = forward.tool_poses(robot, Motion(middle[None]))[0]
         result = inverse.solve(robot, target, task=task)
         assert not result.finite
         assert "endlessly many" in result.note
         assert 2 <= len(result.within_limits) <= 8
         q = np.array([b.q for b in result.branches])
-        assert np.abs(forward.tool_poses(robot, q)[:, :3, 3] - target[:3, 3]).max() < 1e-9
+        assert np.abs(forward.tool_poses(robot, Motion(q))[:, :3, 3] - target[:3, 3]).max() < 1e-9
 
 
 def test_five_joints_can_be_asked_for_a_whole_pose():
     robot = load_robot("katana450")
     q = np.array([0.3, 0.4, -0.8, 0.5, 0.2])
-    target = forward.tool_poses(robot, q[None])[0]
+    target = forward.tool_poses(robot, Motion(q[None]))[0]
     result = inverse.solve(robot, target, task=Task.POSE)
     assert min(wrapped(b.q - q).max() for b in result.branches) < 1e-6
     turned = target @ se3.pose(se3.rpy_to_matrix(np.array([0.0, 0.0, 0.2])), np.zeros(3))
@@ -271,12 +272,12 @@ def test_five_joints_can_be_asked_for_a_whole_pose():
 def test_a_singular_pose_gives_few_solutions(name, seed):
     robot = load_robot(name) if seed is None else perturbed(load_robot(name), seed)
     q = np.array([0.3, -1.0, 1.0, 0.4, 0.0, 0.7])
-    target = forward.tool_poses(robot, q[None])[0]
+    target = forward.tool_poses(robot, Motion(q[None]))[0]
     result = inverse.solve(robot, target)
     assert 1 <= len(result.branches) <= 16
     assert result.finite == (seed is not None)
     assert any(b.continuum for b in result.branches) == (seed is None)
-    poses = forward.tool_poses(robot, np.array([b.q for b in result.branches]))
+    poses = forward.tool_poses(robot, Motion(np.array([b.q for b in result.branches])))
     assert np.abs(poses - target).max() < 1e-8
 
 
@@ -293,7 +294,7 @@ def test_a_prismatic_arm_is_searched():
     rng = np.random.default_rng(0)
     low, high = np.maximum(robot.limits, -3).T[0], np.minimum(robot.limits, 3).T[1]
     for q in rng.uniform(low, high, (10, 6)):
-        target = forward.tool_poses(robot, q[None])[0]
+        target = forward.tool_poses(robot, Motion(q[None]))[0]
         result = inverse.solve(robot, target)
         assert min(wrapped(b.q - q).max() for b in result.branches) < 1e-6
 
@@ -309,7 +310,7 @@ def test_follow_keeps_the_branch_and_the_limits():
         assert step.converged
         assert np.abs(step.q - q).max() < 0.2
         q = step.q
-    assert np.abs(forward.tool_poses(robot, q[None])[0] - target).max() < 1e-9
+    assert np.abs(forward.tool_poses(robot, Motion(q[None]))[0] - target).max() < 1e-9
     target[0, 3] = 2.0
     stuck = inverse.follow(robot, target, q)
     assert not stuck.converged
@@ -321,7 +322,7 @@ def test_follow_many_agrees_with_follow():
     robot = perturbed(load_robot("katana450"), 6)
     q, targets = random_targets(robot, 20, 1)
     q = np.clip(q, robot.limits[:, 0], robot.limits[:, 1])
-    targets = forward.tool_poses(robot, q)
+    targets = forward.tool_poses(robot, Motion(q))
     many = inverse.follow_many(robot, targets, q + 0.02)
     for i in range(len(q)):
         one = inverse.follow(robot, targets[i], q[i] + 0.02)
@@ -339,7 +340,7 @@ def test_reach_agrees_with_the_full_solution():
     full = np.array([r.reachable for r in inverse.solve_many(robot, poses)])
     assert np.array_equal(mask, full)
     assert 0.2 < mask.mean() < 0.8
-    assert np.abs(forward.tool_poses(robot, q[mask]) - poses[mask]).max() < 1e-8
+    assert np.abs(forward.tool_poses(robot, Motion(q[mask])) - poses[mask]).max() < 1e-8
     assert np.isnan(q[~mask]).all()
     assert ((q[mask] >= robot.limits[:, 0] - 1e-9) & (q[mask] <= robot.limits[:, 1] + 1e-9)).all()
     quick, _ = reach.reachable(robot, poses, certain=False)
@@ -352,7 +353,7 @@ def test_reach_of_other_tasks_and_arms():
         robot = load_robot(name)
         rng = np.random.default_rng(1)
         q = rng.uniform(*np.clip(robot.limits, -3, 3).T, (50, robot.dof))
-        mask, found = reach.reachable(robot, forward.tool_poses(robot, q), task=task)
+        mask, found = reach.reachable(robot, forward.tool_poses(robot, Motion(q)), task=task)
         assert mask.mean() > 0.95
         assert found.shape == q.shape
     mask, found = reach.reachable(load_robot("aria"), np.empty((0, 4, 4)))

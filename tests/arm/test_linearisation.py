@@ -6,6 +6,7 @@ import pytest
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.library import load_robot
 from workbench.arm.linearisation import Linearisation, linearise
+from workbench.arm.motion import Motion
 from workbench.base.errors import OptionError, ShapeError
 
 
@@ -67,8 +68,8 @@ def test_linearise_against_differences(aria, q):
     step = 1e-6
     for name in ("joint2.a", "joint5.alpha"):
         base = aria.values((name,))[0]
-        plus = tool_poses(aria.with_values({name: base + step}), q)
-        minus = tool_poses(aria.with_values({name: base - step}), q)
+        plus = tool_poses(aria.with_values({name: base + step}), Motion(q))
+        minus = tool_poses(aria.with_values({name: base - step}), Motion(q))
         column = linearisation.jacobian.reshape(10, 6, 24)[:, :3, names.index(name)]
         assert np.allclose(column, (plus - minus)[:, :3, 3] / (2 * step) / 2.0, atol=1e-8)
     assert np.allclose(linearisation.unwhitened, linearise(aria, q, sigma_position=1.0).unwhitened)

@@ -9,6 +9,7 @@ from rigid_body import rigid_body
 
 from workbench.arm.kinematics.forward import link_frames
 from workbench.arm.library import built_in_robots, load_robot
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame
 from workbench.arm.statics.wrenches import (
     holding,
@@ -108,7 +109,7 @@ def test_holding_torques_are_the_gradient_of_the_potential(mixed):
     up = -mixed.base.rotation @ mixed.gravity
 
     def potential(q):
-        frames = link_frames(mixed, q)
+        frames = link_frames(mixed, Motion(q))
         return sum(m * se3.apply(frames[:, k], np.broadcast_to(c, (len(q), 3))) @ up for k, m, c in weights)
 
     q, step = rows(mixed, 3), 1e-5

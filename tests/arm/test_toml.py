@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.library import built_in_robots, load_robot
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame, JointKind, Robot, SessionFrames
 from workbench.arm.robot_toml import (
     _Reader,
@@ -39,7 +40,7 @@ def rows(robot, number=5, seed=0):
 def assert_same(first, second):
     """Everything that a robot's file can say is equal."""
     q = rows(first)
-    np.testing.assert_allclose(tool_poses(first, q), tool_poses(second, q), atol=1e-9)
+    np.testing.assert_allclose(tool_poses(first, Motion(q)), tool_poses(second, Motion(q)), atol=1e-9)
     for name in ("name", "convention", "dof", "default_free", "link_ends"):
         assert getattr(first, name) == getattr(second, name)
     np.testing.assert_array_equal(first.limits, second.limits)
@@ -233,7 +234,7 @@ def test_masses_behind_fixed_joints_survive_the_elementary_form(tmp_path):
     robot = load_robot(urdf)
     again = read_toml(write_toml(robot, tmp_path / "copy.toml"))
     q = rows(robot)
-    np.testing.assert_allclose(tool_poses(robot, q), tool_poses(again, q), atol=1e-14)
+    np.testing.assert_allclose(tool_poses(robot, Motion(q)), tool_poses(again, Motion(q)), atol=1e-14)
     np.testing.assert_allclose(joint_wrenches(robot, q), joint_wrenches(again, q), atol=1e-12)
 
 

@@ -14,6 +14,7 @@ from generator import rotation
 
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.library import built_in_robots, load_robot
+from workbench.arm.motion import Motion
 from workbench.arm.robot import FRAME_PARTS, Frame, JointKind
 from workbench.arm.robot_toml import read_toml, write_toml
 from workbench.arm.statics.wrenches import holding, joint_wrenches
@@ -103,7 +104,7 @@ def test_real_arms_are_read_as_pinocchio_reads_them(file):
     robot = load_robot(path, tip=tip)
     assert robot.dof == dof
     q = rows(robot, 20)
-    np.testing.assert_allclose(tool_poses(robot, q), by_pinocchio(path, robot, q), atol=1e-12)
+    np.testing.assert_allclose(tool_poses(robot, Motion(q)), by_pinocchio(path, robot, q), atol=1e-12)
     check_forward(robot, q)
     assert robot.convention == "urdf"
     assert (robot.base.free, robot.tool.free) == (Freedom.AUTO, Freedom.AUTO)
@@ -116,8 +117,8 @@ def test_real_arms_round_trip_through_toml_and_urdf(file, tmp_path):
     q = rows(robot)
     table = read_toml(write_toml(robot, tmp_path / "arm.toml"))
     frames = read_urdf(write_urdf(table, tmp_path / "arm.urdf"))
-    np.testing.assert_allclose(tool_poses(table, q), tool_poses(robot, q), atol=1e-9)
-    np.testing.assert_allclose(tool_poses(frames, q), tool_poses(robot, q), atol=1e-9)
+    np.testing.assert_allclose(tool_poses(table, Motion(q)), tool_poses(robot, Motion(q)), atol=1e-9)
+    np.testing.assert_allclose(tool_poses(frames, Motion(q)), tool_poses(robot, Motion(q)), atol=1e-9)
     np.testing.assert_array_equal(table.limits, robot.limits)
     np.testing.assert_array_equal(frames.limits, robot.limits)
     if robot.has_masses:
@@ -133,12 +134,12 @@ def test_built_in_arms_round_trip_through_urdf(name, tmp_path):
     path = write_urdf(robot, tmp_path / "arm.urdf")
     again = load_robot(path)
     q = rows(robot)
-    np.testing.assert_allclose(tool_poses(again, q), tool_poses(robot, q), atol=1e-9)
-    np.testing.assert_allclose(by_pinocchio(path, again, q), tool_poses(robot, q), atol=1e-9)
+    np.testing.assert_allclose(tool_poses(again, Motion(q)), tool_poses(robot, Motion(q)), atol=1e-9)
+    np.testing.assert_allclose(by_pinocchio(path, again, q), tool_poses(robot, Motion(q)), atol=1e-9)
     np.testing.assert_array_equal(again.limits, robot.limits)
     assert [j.max_moment for j in again.moving] == [j.max_moment for j in robot.moving]
     once_more = read_toml(write_toml(again, tmp_path / "arm.toml"))
-    np.testing.assert_allclose(tool_poses(once_more, q), tool_poses(robot, q), atol=1e-9)
+    np.testing.assert_allclose(tool_poses(once_more, Motion(q)), tool_poses(robot, Motion(q)), atol=1e-9)
     if robot.has_masses:
         np.testing.assert_allclose(
             holding(joint_wrenches(again, q), again), holding(joint_wrenches(robot, q), robot), atol=1e-9
@@ -160,16 +161,18 @@ def test_calibrated_copies_are_read_back_exactly(file, tmp_path):
     robot = load_robot(DESCRIPTIONS / file, tip=REAL[file][0])
     actual = corrected(robot)
     q = rows(robot)
-    assert np.abs(tool_poses(actual, q) - tool_poses(robot, q)).max() > 1e-3
+    assert np.abs(tool_poses(actual, Motion(q)) - tool_poses(robot, Motion(q))).max() > 1e-3
     path = write_urdf(actual, tmp_path / "calibrated.urdf")
     again = load_robot(path)
-    np.testing.assert_allclose(tool_poses(again, q), tool_poses(actual, q), atol=1e-12)
-    np.testing.assert_allclose(by_pinocchio(path, again, q), tool_poses(actual, q), atol=1e-12)
+    np.testing.assert_allclose(tool_poses(again, Motion(q)), tool_poses(actual, Motion(q)), atol=1e-12)
+    np.testing.assert_allclose(by_pinocchio(path, again, q), tool_poses(actual, Motion(q)), atol=1e-12)
     # the copy is nominal now: nothing is left to be corrected, and it can be calibrated again
     assert not again.chain.values[[e.name.split(".")[-1] in FRAME_PARTS for e in again.chain.elements]].any()
     twice = corrected(again, seed=1)
     path = write_urdf(twice, tmp_path / "twice.urdf")
-    np.testing.assert_allclose(tool_poses(load_robot(path), q), tool_poses(twice, q), atol=1e-12)
+    np.testing.assert_allclose(
+        tool_poses(load_robot(path), Motion(q)), tool_poses(twice, Motion(q)), atol=1e-12
+    )
 
 
 def everything_else(root, changed):
@@ -245,7 +248,9 @@ def test_copy_over_the_source(tmp_path):
     robot = corrected(read(tmp_path, urdf(joint(0), joint(1, "prismatic", "1 2 3"))))
     q = rows(robot)
     path = write_urdf(robot, tmp_path / "robot.urdf")
-    np.testing.assert_allclose(tool_poses(load_robot(path), q), tool_poses(robot, q), atol=1e-12)
+    np.testing.assert_allclose(
+        tool_poses(load_robot(path), Motion(q)), tool_poses(robot, Motion(q)), atol=1e-12
+    )
 
 
 @pytest.mark.parametrize("kind", ["revolute", "prismatic", "continuous"])
@@ -264,14 +269,14 @@ def test_any_axis(kind, axis, tmp_path):
             step[:3, 3] = direction * value
         else:
             step[:3, :3] = rotation(direction * value)
-        found = tool_poses(robot, np.array([[value]]))[0]
+        found = tool_poses(robot, Motion(np.array([[value]])))[0]
         np.testing.assert_allclose(found, origin @ step, atol=1e-12)
     assert robot.dof == 1
 
 
 def test_an_axis_that_is_left_out_is_x(tmp_path):
     text = urdf(joint(0)).replace('<axis xyz="0 0 1"/>', "")
-    found = tool_poses(read(tmp_path, text), np.array([[0.5]]))[0]
+    found = tool_poses(read(tmp_path, text), Motion(np.array([[0.5]])))[0]
     np.testing.assert_allclose(found[:3, :3], rotation([0.5, 0, 0]), atol=1e-15)
 
 
@@ -291,7 +296,7 @@ def test_kinds_limits_and_notes(tmp_path):
     assert len(robot.default_free) == 18
     q = rows(robot)
     np.testing.assert_allclose(
-        tool_poses(robot, q), by_pinocchio(tmp_path / "robot.urdf", robot, q), atol=1e-12
+        tool_poses(robot, Motion(q)), by_pinocchio(tmp_path / "robot.urdf", robot, q), atol=1e-12
     )
 
 
@@ -300,7 +305,7 @@ def test_six_corrections_stand_right_behind_the_origin(tmp_path):
     names = tuple(f"joint1.{part}" for part in FRAME_PARTS)
     assert robot.default_free == names
     moved = robot.with_values({"joint1.x": 0.1, "joint1.yaw": 0.2})
-    pose = tool_poses(moved, np.zeros((1, 1)))[0]
+    pose = tool_poses(moved, Motion(np.zeros((1, 1))))[0]
     np.testing.assert_allclose(pose[:3, 3], [1.0, 0.1, 0.0], atol=1e-15)
     np.testing.assert_allclose(pose[:3, :3], rotation([0, 0, np.pi / 2 + 0.2]), atol=1e-15)
 
@@ -407,7 +412,9 @@ def test_a_link_that_is_called_like_ours(tmp_path):
     robot = corrected(read(tmp_path, text))
     q = rows(robot)
     path = write_urdf(robot, tmp_path / "copy.urdf")
-    np.testing.assert_allclose(tool_poses(load_robot(path), q), tool_poses(robot, q), atol=1e-12)
+    np.testing.assert_allclose(
+        tool_poses(load_robot(path), Motion(q)), tool_poses(robot, Motion(q)), atol=1e-12
+    )
 
 
 def test_a_copy_in_another_place_reads_the_same(tmp_path):
@@ -415,4 +422,4 @@ def test_a_copy_in_another_place_reads_the_same(tmp_path):
     shutil.copy(source, tmp_path / "ur5.urdf")
     first, second = load_robot(source), load_robot(tmp_path / "ur5.urdf")
     q = rows(first)
-    np.testing.assert_array_equal(tool_poses(first, q), tool_poses(second, q))
+    np.testing.assert_array_equal(tool_poses(first, Motion(q)), tool_poses(second, Motion(q)))

@@ -15,6 +15,8 @@ from functools import partial
 
 import numpy as np
 
+from workbench.arm.motion import Motion
+
 ROWS = (1_000, 10_000, 100_000, 1_000_000)
 LARGE = 11_911
 MEGABYTE = 2**20 if sys.platform == "darwin" else 2**10
@@ -45,7 +47,7 @@ def growth():
     rng = np.random.default_rng(0)
 
     def through(q):
-        for _ in sensitivity_blocks(robot, q, robot.default_free):
+        for _ in sensitivity_blocks(robot, Motion(q), robot.default_free):
             pass
 
     through(rng.uniform(-1, 1, (100, robot.dof)))
@@ -73,7 +75,7 @@ def first():
     arrays = task.make(seed=1, train=100, held_out=1)
     names = worker.between_the_frames(robot)
     data = worker.table(arrays["q"], arrays["plain"])
-    jacobian = timed(lambda: sensitivity(robot, data.q))[0]
+    jacobian = timed(lambda: sensitivity(robot, Motion(data.q)))[0]
     identified = timed(lambda: worker.searched(robot, data, names, Opt2()))[0]
     return {"imports": imported, "jacobian": jacobian, "identification": identified}
 
@@ -95,7 +97,7 @@ def large():
     actual = virtual_arm(robot, rng=rng, length=2e-3, angle=np.deg2rad(0.5))
     limits = robot.search_limits
     q = rng.uniform(limits[:, 0], limits[:, 1], (LARGE, robot.dof))
-    data = simulate(actual, q, instrument=instrument_named("plate"), rng=rng)
+    data = simulate(actual, Motion(q), instrument=instrument_named("plate"), rng=rng)
     small = data.take(np.arange(200))
     worker.searched(robot, small, robot.default_free, Opt2())
     identify(robot, small, algorithms=("opt2",))

@@ -5,6 +5,7 @@ import task
 
 from workbench.arm.kinematics.forward import sensitivity_blocks, tool_poses
 from workbench.arm.library import load_robot
+from workbench.arm.motion import Motion
 from workbench.arm.robot import FRAME_PARTS, Frame
 from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset
@@ -55,7 +56,7 @@ def body(arrays, folder, repeats):
             seconds, (problem, search) = task.repeat(
                 lambda a=algorithm, d=data: searched(robot, d, names, a), PER_REPEAT * repeats
             )
-            poses = tool_poses(problem.robot_at(search.x), arrays["q_held_out"])
+            poses = tool_poses(problem.robot_at(search.x), Motion(arrays["q_held_out"]))
             evaluations = len(search.history)
             arms[algorithm.title][arm] = {
                 "seconds": seconds,
@@ -66,13 +67,13 @@ def body(arrays, folder, repeats):
             lambda d=data, h=held_out: identify(robot, d, held_out=h, algorithms=("opt2",), noise=NOISE),
             repeats,
         )
-        poses = tool_poses(run.best.calibrated, arrays["q_held_out"])
+        poses = tool_poses(run.best.calibrated, Motion(arrays["q_held_out"]))
         evaluations = run.best.fit.iterations + 1
         arms["whole"][arm] = {"seconds": seconds, "predicted": poses.tolist(), "evaluations": evaluations}
     many = np.tile(q, (ROWS // len(q), 1))
 
     def derivative():
-        for _ in sensitivity_blocks(robot, many, problem.names):
+        for _ in sensitivity_blocks(robot, Motion(many), problem.names):
             pass
 
     count = len(problem.names)

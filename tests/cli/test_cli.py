@@ -152,8 +152,8 @@ def test_a_trajectory_is_corrected(run):
     corrected = read_trajectory("c.csv")
     np.testing.assert_allclose(corrected.time, 5 * s)
     arm, payload = load_robot("a.toml"), np.ones(30)
-    wanted = tool_poses(load_robot("aria"), q.T)
-    reached = tool_poses(arm, corrected.q, motion=Motion(corrected.q, payload=payload))
+    wanted = tool_poses(load_robot("aria"), Motion(q.T))
+    reached = tool_poses(arm, Motion(corrected.q, payload=payload))
     np.testing.assert_allclose(reached, wanted, atol=1e-8)
     status, _, err = run(*command[:4], "--out", "n.csv")
     assert status == 1
@@ -165,7 +165,7 @@ def test_a_trajectory_is_corrected(run):
     Path("p.csv").write_text("\n".join(["time[s],x[m],y[m],z[m]", *poses]))
     assert run("compensate", "p.csv", "--robot", "a.toml", "--payload", 1, "--out", "p2.csv")[0] == 0
     q2 = read_trajectory("p2.csv").q
-    reached = tool_poses(arm, q2, motion=Motion(q2, payload=payload))
+    reached = tool_poses(arm, Motion(q2, payload=payload))
     np.testing.assert_allclose(reached[:, :3, 3], wanted[:, :3, 3], atol=1e-8)
 
 

@@ -36,7 +36,7 @@ def moved():
     q = np.random.default_rng(0).uniform(-1.0, 1.0, (30, 6))
     _, rows = measure_poses(load_robot("aria"), 30, actual=load_robot("aria"), instrument="ideal", seed=1)
     sign = np.sign(np.diff(q, axis=0, prepend=q[:1]))
-    poses = tool_poses(loose, q, motion=Motion(q, direction=sign))
+    poses = tool_poses(loose, Motion(q, direction=sign))
     rows = replace(
         rows, q=q, position=poses[:, :3, 3], rotation=poses[:, :3, :3], time=10.0 * np.arange(30), sigma=None
     )

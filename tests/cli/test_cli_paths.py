@@ -8,6 +8,7 @@ import pytest
 
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.library import load_robot
+from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import write_toml
 from workbench.data.readers import read_trajectory
 
@@ -28,7 +29,7 @@ def circle(run):
 def test_a_circle_is_written_with_joints_poses_and_loads(circle):
     """Joints that stand for the poses beside them; the result carries speeds, torques and moments."""
     arm = load_robot("aria")
-    np.testing.assert_allclose(tool_poses(arm, circle.q)[:, :3, 3], circle.position, atol=1e-9)
+    np.testing.assert_allclose(tool_poses(arm, Motion(circle.q))[:, :3, 3], circle.position, atol=1e-9)
     away = circle.position - CENTRE
     np.testing.assert_allclose(np.linalg.norm(away, axis=1), RADIUS, atol=1e-9)
     np.testing.assert_allclose(away[:, 2], 0.0, atol=1e-9)
@@ -50,7 +51,7 @@ def test_a_circle_is_drawn_and_read(run, circle):
     assert status == 0
     assert "mean [mm]" in out
     read = np.array(json.loads(Path("e.json").read_text())["errors_mm"])
-    away = 1e3 * (tool_poses(arm, circle.q)[:, :3, 3] - circle.position)
+    away = 1e3 * (tool_poses(arm, Motion(circle.q))[:, :3, 3] - circle.position)
     ray = (circle.position - CENTRE) / RADIUS
     wanted = np.sum(away * ray, axis=1)[:, None] * ray + away[:, 2:] * [0.0, 0.0, 1.0]
     assert np.linalg.norm(wanted, axis=1).mean() > 0.5

@@ -8,6 +8,7 @@ from rich.console import Console
 
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.library import load_robot
+from workbench.arm.motion import Motion
 from workbench.cli.guided_display import live_view, render
 from workbench.data.live.sample import Sample
 from workbench.plate.guided_measuring import plate_acquisition
@@ -27,7 +28,7 @@ def test_it_fits_into_80_columns(sees):
     acquisition = plate_acquisition(ARM, PLATE)
     text = shown(acquisition)
     assert "waiting for the first sample" in text
-    pose = tool_poses(ARM, np.full((1, 6), -3.1))[0]
+    pose = tool_poses(ARM, Motion(np.full((1, 6), -3.1)))[0]
     position = None if sees == "nothing" else 10.0 * pose[:3, 3]
     rotation = pose[:3, :3] if sees == "poses" else None
     acquisition.update(Sample(time=0.0, q=np.full(6, -3.1), position=position, rotation=rotation))

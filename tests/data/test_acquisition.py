@@ -8,6 +8,7 @@ import pytest
 
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.library import load_robot
+from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.errors import (
     DataError,
@@ -32,7 +33,7 @@ QUICK = Pace(rate=20.0, dwell=0.8)
 def still(k: int, *, start: float, q=None, pose: bool = True, flag: bool = False, count: int = 40):
     """Samples of an arm that stands at its k-th place."""
     q = np.full(6, 0.1 * k) if q is None else q
-    found = tool_poses(ARM, q[None])[0]
+    found = tool_poses(ARM, Motion(q[None]))[0]
     for i in range(count):
         yield Sample(
             time=start + i / 20.0,
@@ -59,7 +60,7 @@ def test_a_measured_pose_is_stored_with_its_joints():
     assert acquisition.store().changed
     data = acquisition.dataset(source="here")
     assert data.session.tolist() == ["front"]
-    np.testing.assert_allclose(data.position[0], tool_poses(ARM, data.q)[0, :3, 3])
+    np.testing.assert_allclose(data.position[0], tool_poses(ARM, Motion(data.q))[0, :3, 3])
     assert acquisition.source is PoseSource.MEASURED
     assert acquisition.capture.current == 1
 
@@ -182,7 +183,7 @@ def test_a_driven_arm_fills_the_file_and_bad_lines_do_no_harm(tmp_path):
     assert done.complete
     assert (tmp_path / "d.1.csv").read_text() == "older"
     data = read_measurements(out, joints=6)
-    predicted = tool_poses(hidden, data.q)
+    predicted = tool_poses(hidden, Motion(data.q))
     np.testing.assert_allclose(data.position, predicted[:, :3, 3], atol=4e-4)
     assert np.abs(se3.pose_error(predicted, PLATE.poses)).max() < 3e-3
     assert sum("not a JSON object" in line for line in said) == 1

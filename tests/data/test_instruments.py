@@ -41,8 +41,10 @@ def random_q(robot, rows, seed=0):
 def test_a_fixed_reflector_is_lost_beyond_45_degrees(katana):
     """Every row that is kept looks at the tracker within 45°, every other one does not."""
     q = random_q(katana, 300)
-    rows = simulate(katana, q, instrument=INSTRUMENTS["laser-tracker-fixed"], rng=np.random.default_rng(1))
-    poses, place = tool_poses(katana, q), station(katana)
+    rows = simulate(
+        katana, Motion(q), instrument=INSTRUMENTS["laser-tracker-fixed"], rng=np.random.default_rng(1)
+    )
+    poses, place = tool_poses(katana, Motion(q)), station(katana)
     side = SIDES[mounting(INSTRUMENTS["laser-tracker-fixed"].sight, poses, place)]
     line = place - poses[:, :3, 3]
     cosine = np.einsum("rij,j,ri->r", poses[:, :3, :3], side, line / np.linalg.norm(line, axis=1)[:, None])
@@ -56,7 +58,7 @@ def test_a_fixed_reflector_is_lost_beyond_45_degrees(katana):
 
 def test_the_side_that_is_seen_most_is_taken(katana):
     """However the tool's axes are named, as many rows are seen, and no side sees more."""
-    poses, place, sight = tool_poses(katana, random_q(katana, 300)), station(katana), Sight(cone=0.8)
+    poses, place, sight = tool_poses(katana, Motion(random_q(katana, 300))), station(katana), Sight(cone=0.8)
     kept = []
     for rpy in ((0.0, 0.0, 0.0), (0.0, np.pi / 2, 0.0), (np.pi / 2, 0.0, 0.0)):
         turned = poses.copy()
@@ -78,10 +80,11 @@ def test_an_optical_tracker_needs_its_distance(katana):
         place=np.zeros(3),
     )
     with pytest.raises(DataError) as error:
-        simulate(katana, q, instrument=near, rng=np.random.default_rng(0))
+        simulate(katana, Motion(q), instrument=near, rng=np.random.default_rng(0))
     assert "2 to 7 m" in str(error.value)
     assert (
-        simulate(katana, q, instrument=INSTRUMENTS["optotrak"], rng=np.random.default_rng(0)).exclude is None
+        simulate(katana, Motion(q), instrument=INSTRUMENTS["optotrak"], rng=np.random.default_rng(0)).exclude
+        is None
     )
 
 
@@ -92,8 +95,8 @@ def test_three_markers_give_a_pose_as_well_as_promised(katana, samples):
         name="o", observes=Observes.RIGID_BODY, sigma_position=1e-5, markers=THREE_MARKERS, samples=samples
     )
     q = np.tile(random_q(katana, 1), (3000, 1))
-    rows = simulate(katana, q, instrument=instrument, rng=np.random.default_rng(2))
-    error = se3.pose_error(se3.pose(rows.rotation, rows.position), tool_poses(katana, q))
+    rows = simulate(katana, Motion(q), instrument=instrument, rng=np.random.default_rng(2))
+    error = se3.pose_error(se3.pose(rows.rotation, rows.position), tool_poses(katana, Motion(q)))
     position, rotation = instrument.deviations
     assert np.isclose(position, 1e-5 / np.sqrt(3 * samples))  # the mean of three markers
     assert np.isclose(np.sqrt((error[:, :3] ** 2).mean()), position, rtol=0.05)
@@ -105,9 +108,13 @@ def test_a_short_ball_bar_takes_the_nearest_anchor_within_its_stroke(katana):
     anchors = {"A": np.array([0.4, 0.1, 0.3]), "B": np.array([-0.3, 0.1, 0.3])}
     q = random_q(katana, 200)
     rows = simulate(
-        katana, q, instrument=INSTRUMENTS["short-ball-bar"], rng=np.random.default_rng(0), anchors=anchors
+        katana,
+        Motion(q),
+        instrument=INSTRUMENTS["short-ball-bar"],
+        rng=np.random.default_rng(0),
+        anchors=anchors,
     )
-    tips = tool_poses(katana, q)[:, :3, 3]
+    tips = tool_poses(katana, Motion(q))[:, :3, 3]
     distances = np.stack([np.linalg.norm(tips - place, axis=1) for place in anchors.values()])
     kept = rows.included
     assert np.array_equal(rows.anchor[kept], np.array(list(anchors))[distances.argmin(axis=0)][kept])
@@ -121,15 +128,15 @@ def test_a_short_ball_bar_takes_the_nearest_anchor_within_its_stroke(katana):
 def test_probes_touch_what_they_say(katana):
     actual = virtual_arm(katana, rng=np.random.default_rng(0), length=5e-4, angle=5e-3)
     q = random_q(actual, 60)
-    rows = simulate(actual, q, instrument=INSTRUMENTS["plane-probe"], rng=np.random.default_rng(1))
-    tips = tool_poses(actual, rows.q)[:, :3, 3]
+    rows = simulate(actual, Motion(q), instrument=INSTRUMENTS["plane-probe"], rng=np.random.default_rng(1))
+    tips = tool_poses(actual, Motion(rows.q))[:, :3, 3]
     planes = three_planes(actual)
     off = [planes[n].normal @ tip - planes[n].offset for n, tip in zip(rows.contact, tips, strict=True)]
     kept = rows.included
     assert kept.sum() > 20
     assert np.isclose(np.std(np.array(off)[kept]), 3e-5, rtol=0.4)
-    rows = simulate(actual, q, instrument=INSTRUMENTS["sphere-probe"], rng=np.random.default_rng(1))
-    tips = tool_poses(actual, rows.q)[:, :3, 3]
+    rows = simulate(actual, Motion(q), instrument=INSTRUMENTS["sphere-probe"], rng=np.random.default_rng(1))
+    tips = tool_poses(actual, Motion(rows.q))[:, :3, 3]
     for name in np.unique(rows.contact):
         mine = tips[(rows.contact == name) & rows.included]
         assert np.isclose(mine.std(axis=0).mean(), 3e-5, rtol=0.6)
@@ -138,9 +145,9 @@ def test_probes_touch_what_they_say(katana):
 def test_inclinometers_read_where_up_is(katana):
     """A link turned back by its readings, first about x and then about y, has its z axis upright again."""
     q = random_q(katana, 40)
-    rows = simulate(katana, q, instrument=INSTRUMENTS["inclinometer"], rng=np.random.default_rng(0))
+    rows = simulate(katana, Motion(q), instrument=INSTRUMENTS["inclinometer"], rng=np.random.default_rng(0))
     assert set(rows.tilt) == {1, 2, 3, 4, 5}
-    frames, off = link_frames(katana, q), []
+    frames, off = link_frames(katana, Motion(q)), []
     for link, tilt in rows.tilt.items():
         back = se3.rpy_to_matrix(np.stack([tilt[:, 0], tilt[:, 1], np.zeros(40)], 1))
         upright = frames[:, link, :3, :3] @ np.swapaxes(back, 1, 2)
@@ -172,7 +179,7 @@ def test_an_arm_is_found_with_each(katana, name, within_mm, tmp_path):
 
 
 def test_what_a_probe_or_an_instrument_refuses(katana):
-    poses = tool_poses(katana, random_q(katana, 3))
+    poses = tool_poses(katana, Motion(random_q(katana, 3)))
     with pytest.raises(OptionError) as error:
         simulate_targets(katana, poses, instrument=INSTRUMENTS["plane-probe"], rng=np.random.default_rng(0))
     assert "--poses" in str(error.value)
@@ -188,7 +195,7 @@ def test_a_bent_arm_touches_with_its_bend(katana):
     kept = rows.take(rows.included)
     spreads = []
     for arm in (actual, actual.with_effects()):
-        tips = tool_poses(arm, kept.q, motion=Motion.of(kept))[:, :3, 3]
+        tips = tool_poses(arm, Motion.of(kept))[:, :3, 3]
         spreads.append(max(tips[kept.contact == n].std(axis=0).max() for n in np.unique(kept.contact)))
     assert spreads[0] < 6e-5
     assert spreads[1] > 2e-4

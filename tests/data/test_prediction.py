@@ -5,6 +5,7 @@ import pytest
 
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.library import load_robot
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame, SessionFrames
 from workbench.base import se3
 from workbench.data.dataset import Dataset
@@ -18,7 +19,7 @@ def robot():
 
 
 def measured(robot, q, shift, turn):
-    poses = tool_poses(robot, q)
+    poses = tool_poses(robot, Motion(q))
     return Dataset(
         q=q,
         row=np.arange(len(q)),
@@ -49,7 +50,7 @@ def test_sessions_have_their_own_frames(robot):
     q = np.random.default_rng(3).uniform(-1.0, 1.0, (4, 6))
     moved = Frame(xyz=np.array([1.0, 2.0, 3.0]))
     frames = tuple(SessionFrames(n, base, robot.tool) for n, base in (("a", robot.base), ("b", moved)))
-    poses = tool_poses(robot, q)
+    poses = tool_poses(robot, Motion(q))
     poses[2:, :3, 3] += moved.xyz
     names = np.array(["a", "a", "b", "b"])
     data = Dataset(q=q, row=np.arange(4), position=poses[:, :3, 3], session=names)

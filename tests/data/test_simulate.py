@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.library import load_robot
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
@@ -64,8 +65,8 @@ def test_hidden_errors_of_chosen_constants(aria):
 def test_ideal_measurements_are_the_actual_poses(aria):
     q = rng().uniform(-0.9, 1.6, (20, 6))
     actual = virtual_arm(aria, rng=rng(1))
-    data = simulate(actual, q, instrument=INSTRUMENTS["ideal"], rng=rng(2))
-    poses = tool_poses(actual, q)
+    data = simulate(actual, Motion(q), instrument=INSTRUMENTS["ideal"], rng=rng(2))
+    poses = tool_poses(actual, Motion(q))
     assert np.array_equal(data.q, q)
     assert np.array_equal(data.position, poses[:, :3, 3])
     assert np.allclose(data.rotation, poses[:, :3, :3], atol=1e-15)
@@ -75,8 +76,8 @@ def test_ideal_measurements_are_the_actual_poses(aria):
 def test_noise_has_the_deviation_of_the_instrument(aria):
     q = rng().uniform(-0.9, 1.6, (4000, 6))
     instrument = INSTRUMENTS["tracker-6d"]
-    data = simulate(aria, q, instrument=instrument, rng=rng(3), joint_noise=1e-3)
-    poses = tool_poses(aria, q)
+    data = simulate(aria, Motion(q), instrument=instrument, rng=rng(3), joint_noise=1e-3)
+    poses = tool_poses(aria, Motion(q))
     error = se3.pose_error(se3.pose(data.rotation, data.position), poses)
     assert np.allclose(error[:, :3].std(0), 5e-5, rtol=0.05)
     assert np.allclose(error[:, 3:].std(0), np.deg2rad(0.01), rtol=0.05)
@@ -103,8 +104,8 @@ def test_at_targets_the_actual_arm_is_there(aria, targets, branch):
     actual = virtual_arm(aria, rng=rng(7))
     data = simulate_targets(actual, targets, instrument=INSTRUMENTS["ideal"], rng=rng(), branch=branch)
     low, high = actual.limits.T
-    assert np.allclose(tool_poses(actual, data.q), targets, atol=1e-8)
-    assert not np.allclose(tool_poses(aria, data.q), targets, atol=1e-3)
+    assert np.allclose(tool_poses(actual, Motion(data.q)), targets, atol=1e-8)
+    assert not np.allclose(tool_poses(aria, Motion(data.q)), targets, atol=1e-3)
     assert ((data.q >= low - 1e-9) & (data.q <= high + 1e-9)).all()
     assert np.allclose(data.position, targets[:, :3, 3], atol=1e-12)
 
@@ -117,7 +118,7 @@ def test_seat_noise_at_targets(aria, targets):
     error = se3.pose_error(se3.pose(data.rotation, data.position), many)
     assert np.allclose(error[:, :3].std(0), 1e-4, rtol=0.12)
     assert np.allclose(error[:, 3:].std(0), np.deg2rad(0.02), rtol=0.12)
-    assert np.allclose(tool_poses(aria, data.q), many, atol=1e-8)
+    assert np.allclose(tool_poses(aria, Motion(data.q)), many, atol=1e-8)
 
 
 def _near(robot, targets, times):
@@ -143,7 +144,7 @@ def test_near_the_nominal_joint_positions(aria, targets):
     )
     actual = virtual_arm(aria, rng=rng(9))
     data = simulate_targets(actual, targets, instrument=INSTRUMENTS["ideal"], rng=rng(), near=nominal.q)
-    assert np.allclose(tool_poses(actual, data.q), targets, atol=1e-8)
+    assert np.allclose(tool_poses(actual, Motion(data.q)), targets, atol=1e-8)
     assert np.abs(data.q - nominal.q).max() < 0.8
     assert len(data.notes) == 1
     with pytest.raises(DataError, match="target 1 is not reachable"):
@@ -156,7 +157,7 @@ def test_a_branch_outside_the_limits_of_the_actual_arm_is_said(aria, targets):
     mixed = simulate_targets(aria, targets, instrument=INSTRUMENTS["ideal"], rng=rng(), branch="mixed")
     actual = virtual_arm(aria, rng=rng(9))
     data = simulate_targets(actual, targets, instrument=INSTRUMENTS["ideal"], rng=rng(), near=mixed.q)
-    assert np.allclose(tool_poses(actual, data.q), targets, atol=1e-8)
+    assert np.allclose(tool_poses(actual, Motion(data.q)), targets, atol=1e-8)
     assert "target 6" in data.notes[1]
 
 
@@ -177,29 +178,29 @@ def test_targets_stand_in_the_base_of_the_robot(aria, targets):
 
 def test_points_markers_distances_and_contacts(aria, targets):
     q = rng().uniform(-0.9, 1.6, (600, 6))
-    poses = tool_poses(aria, q)
-    point = simulate(aria, q, instrument=INSTRUMENTS["laser-tracker"], rng=rng())
+    poses = tool_poses(aria, Motion(q))
+    point = simulate(aria, Motion(q), instrument=INSTRUMENTS["laser-tracker"], rng=rng())
     assert point.rotation is None
     assert np.isnan(point.sigma[:, 3:]).all()
     assert (point.position - poses[:, :3, 3]).std() == pytest.approx(2e-5, rel=0.05)
-    seen = simulate(aria, q, instrument=INSTRUMENTS["motion-capture"], rng=rng())
+    seen = simulate(aria, Motion(q), instrument=INSTRUMENTS["motion-capture"], rng=rng())
     assert seen.markers.shape == (600, 4, 3)
     fits = np.stack([se3.best_fit(INSTRUMENTS["motion-capture"].markers, row) for row in seen.markers[:50]])
     assert np.linalg.norm(fits[:, :3, 3] - poses[:50, :3, 3], axis=1).mean() < 4e-4
-    bar = simulate(aria, q, instrument=INSTRUMENTS["ball-bar"], rng=rng(), anchors={"K": np.ones(3)})
+    bar = simulate(aria, Motion(q), instrument=INSTRUMENTS["ball-bar"], rng=rng(), anchors={"K": np.ones(3)})
     direct = np.linalg.norm(poses[:, :3, 3] - 1.0, axis=1)
     assert (bar.distance - direct).std() == pytest.approx(5e-6, rel=0.1)
-    three = simulate(aria, q, instrument=INSTRUMENTS["ball-bar"], rng=rng())
+    three = simulate(aria, Motion(q), instrument=INSTRUMENTS["ball-bar"], rng=rng())
     assert three.anchor[:4].tolist() == ["A", "B", "C", "A"]
     touched = np.concatenate([targets[:2], targets[1:2]])
     touched[2, :3, :3] = targets[0, :3, :3]
     contact = simulate_targets(aria, touched, instrument=INSTRUMENTS["touch-probe"], rng=rng())
     assert contact.contact.tolist() == ["point 1", "point 2", "point 2"]
     assert contact.position is None
-    off = tool_poses(aria, contact.q)[:, :3, 3] - touched[:, :3, 3]
+    off = tool_poses(aria, Motion(contact.q))[:, :3, 3] - touched[:, :3, 3]
     assert 0.0 < np.abs(off).max() < 2e-4
     with pytest.raises(OptionError, match="fixed points"):
-        simulate(aria, q, instrument=INSTRUMENTS["touch-probe"], rng=rng())
+        simulate(aria, Motion(q), instrument=INSTRUMENTS["touch-probe"], rng=rng())
 
 
 def test_bad_targets_and_branches(aria, targets):

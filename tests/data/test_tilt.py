@@ -63,7 +63,9 @@ def test_joint_offsets_are_found_from_tilts_alone(arm, tmp_path):
     actual = arm.with_values({n: v + arm.chain.values[arm.chain.index[n]] for n, v in wrong.items()})
     moved = Frame(frozen(np.array([1.0, 2.0, 3.0])), frozen(se3.rotvec_to_matrix(np.array([0.3, 0.2, 1.0]))))
     q = rng.uniform(-2.5, 2.5, (40, arm.dof))
-    rows = simulate(actual.with_frames(base=moved), q, instrument=INSTRUMENTS["inclinometer"], rng=rng)
+    rows = simulate(
+        actual.with_frames(base=moved), Motion(q), instrument=INSTRUMENTS["inclinometer"], rng=rng
+    )
     data = read_measurements(write_measurements(rows, tmp_path / "tilts.csv"), joints=arm.dof)
     for link in rows.tilt:
         np.testing.assert_array_equal(data.tilt[link], rows.tilt[link])
@@ -78,7 +80,7 @@ def test_joint_offsets_are_found_from_tilts_alone(arm, tmp_path):
 def test_links_that_were_not_read_do_not_count(arm):
     rng = np.random.default_rng(1)
     q = rng.uniform(-2.5, 2.5, (12, arm.dof))
-    rows = simulate(arm, q, instrument=INSTRUMENTS["inclinometer"], rng=rng)
+    rows = simulate(arm, Motion(q), instrument=INSTRUMENTS["inclinometer"], rng=rng)
     tilt = {2: rows.tilt[2], 4: np.where(np.arange(12)[:, None] < 5, np.nan, rows.tilt[4])}
     problem = Problem.build(arm, replace(rows, tilt=tilt), free=("joint2.theta", "joint5.theta"))
     assert problem.count == 2 * 12 + 2 * 7
@@ -97,7 +99,7 @@ def loose():
     return (
         robot,
         bent,
-        simulate(bent, motion.q, instrument=INSTRUMENTS["inclinometer"], rng=rng, motion=motion),
+        simulate(bent, motion, instrument=INSTRUMENTS["inclinometer"], rng=rng),
     )
 
 
@@ -127,7 +129,7 @@ def test_candidates_of_a_diagnosis_are_seen_from_the_links(loose):
 
 def test_a_link_that_the_arm_has_not_is_named(arm):
     rows = simulate(
-        arm, np.zeros((3, 6)), instrument=INSTRUMENTS["inclinometer"], rng=np.random.default_rng(0)
+        arm, Motion(np.zeros((3, 6))), instrument=INSTRUMENTS["inclinometer"], rng=np.random.default_rng(0)
     )
     with pytest.raises(DataError, match=r"link 7.*links 1 to 6"):
         Problem.build(arm, replace(rows, tilt={7: rows.tilt[1]}))

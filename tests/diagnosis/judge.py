@@ -151,5 +151,5 @@ def error_of(robot, case: Case) -> float:
 
 
 def _rms(robot, rows: Dataset) -> float:
-    seen = tool_poses(robot, rows.q, motion=Motion.of(rows))[:, :3, 3]
+    seen = tool_poses(robot, Motion.of(rows))[:, :3, 3]
     return float(np.sqrt(np.mean((seen - rows.position) ** 2)))

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from workbench.arm.effects import AbstractEffect
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument, Observes
@@ -111,7 +112,7 @@ def order_study(
         readings = read_plan(actual, plan, instrument=meter, rng=rng)
         known = tilting_of(robot, plan, readings, instrument=meter)
         q = iso_cube_poses(robot, POSES + HELD_OUT, rng=rng, cube=cube).q
-        rows = simulate(actual, rng.permutation(q), instrument=TRACKER, rng=rng, motion=None)
+        rows = simulate(actual, Motion(rng.permutation(q)), instrument=TRACKER, rng=rng)
         out.append(
             compare_orders(
                 robot,

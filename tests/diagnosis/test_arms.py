@@ -64,7 +64,9 @@ def test_poses_and_moments_equal_pin(name):
 def test_poses_equal_the_package(name):
     case = make("none", TUNING[2], name)
     robot = case.robot
-    np.testing.assert_allclose(tool_poses(robot, case.data.q), ARMS[name]().pose(case.data.q), atol=1e-13)
+    np.testing.assert_allclose(
+        tool_poses(robot, Motion(case.data.q)), ARMS[name]().pose(case.data.q), atol=1e-13
+    )
     assert (case.data.q >= robot.limits[:, 0]).all()
     assert (case.data.q <= robot.limits[:, 1]).all()
     assert len(useful(case.actual, case.data.q)) == ROWS
@@ -84,7 +86,7 @@ def test_laws_equal_the_package_to_first_order(name, tmp_path):
         size = (1e-7 if effect.name in WHOLE else 1e-5) * rng.uniform(0.5, 1.0, coefficients(effect))
         effect = replace(effect, size=tuple(size.tolist()))
         mine = change(poses(arm, [effect], state), plain)
-        theirs = change(tool_poses(robot.with_effects(told(effect)), state.q, motion=motion), plain)
+        theirs = change(tool_poses(robot.with_effects(told(effect)), motion), plain)
         if np.abs(mine).max() > 1e-9:
             assert np.abs(theirs - mine).max() < 0.01 * np.abs(mine).max(), effect
             tried.add(effect.name)
@@ -149,9 +151,7 @@ def test_exact_rows_have_no_noise_and_their_own_drivers(cases):
     assert case.exact.payload.tolist() == [1.5] * 200
     assert not set(map(tuple, case.exact.q)) & set(map(tuple, case.data.q))
     bent = case.robot.with_effects(*(told(e) for e in case.hidden))
-    bend = change(
-        tool_poses(bent, case.exact.q, motion=Motion.of(case.exact)), tool_poses(case.robot, case.exact.q)
-    )
+    bend = change(tool_poses(bent, Motion.of(case.exact)), tool_poses(case.robot, Motion(case.exact.q)))
     true = change(_poses(case.exact), case.actual.pose(case.exact.q))
     assert np.abs(true - bend).max() < 0.05 * np.abs(bend).max()
 

@@ -246,5 +246,5 @@ def _only_last(effect):
 
 def _exact(robot, rows):
     """The rows as a robot would be measured without noise."""
-    poses = tool_poses(robot, rows.q, motion=Motion.of(rows))
+    poses = tool_poses(robot, Motion.of(rows))
     return replace(rows, position=poses[:, :3, 3], rotation=poses[:, :3, :3])

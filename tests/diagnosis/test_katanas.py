@@ -8,6 +8,7 @@ from laws import change, poses, straight_moments
 
 from workbench.arm.effects import EFFECTS
 from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
 from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.report.json import diagnosis_json
 
@@ -27,10 +28,12 @@ def test_the_arm_as_made_stands_where_the_generator_says(seed):
     """Large torques about a tilted axis must not leak into the small moments across it."""
     case = make_katana(seed)
     robot = robot_of(case.actual, "made", False).with_effects(*told(case.hidden))
-    off = change(tool_poses(robot, case.state.q), poses(case.actual, case.hidden, case.state))
+    off = change(tool_poses(robot, Motion(case.state.q)), poses(case.actual, case.hidden, case.state))
     held = straight_moments(case.actual, case.state)[:, TILTING]
     firm = (np.linalg.norm(held[:, :, :2], axis=2) > UPRIGHT).all(1)
-    bent = change(tool_poses(robot.with_effects(), case.state.q), poses(case.actual, case.hidden, case.state))
+    bent = change(
+        tool_poses(robot.with_effects(), Motion(case.state.q)), poses(case.actual, case.hidden, case.state)
+    )
     assert firm.mean() > 0.9
     assert np.abs(bent[:, :3]).max() > 1e-3
     assert np.abs(off[firm, :3]).max() < 1e-6

@@ -53,8 +53,8 @@ def test_the_linear_solution_is_near_the_fit():
     stage, grams, model = offered(case)
     linear = robot_with(stage, grams, model)
     found = refit(stage.problem, grams, model).fit.calibrated
-    seen = [tool_poses(a, case.exact.q, motion=Motion.of(case.exact))[:, :3, 3] for a in (linear, found)]
-    bare = tool_poses(stage.fit.calibrated, case.exact.q, motion=Motion.of(case.exact))[:, :3, 3]
+    seen = [tool_poses(a, Motion.of(case.exact))[:, :3, 3] for a in (linear, found)]
+    bare = tool_poses(stage.fit.calibrated, Motion.of(case.exact))[:, :3, 3]
     assert np.abs(seen[0] - seen[1]).max() < 0.1 * case.sigma[0]
     assert np.abs(bare - seen[1]).max() > 10 * case.sigma[0]
 

@@ -90,4 +90,4 @@ def test_a_soft_joint_is_found_with_base_and_tool_free():
 
 
 def _seen(arm, rows):
-    return tool_poses(arm, rows.q, motion=Motion.of(rows))[:, :3, 3]
+    return tool_poses(arm, Motion.of(rows))[:, :3, 3]

@@ -5,6 +5,7 @@ import pytest
 
 from workbench.arm.kinematics.forward import link_frames, tool_poses
 from workbench.arm.library import load_robot
+from workbench.arm.motion import Motion
 from workbench.base.errors import DataError, OptionError
 from workbench.data.dataset import Dataset
 from workbench.data.simulation.instruments import INSTRUMENTS
@@ -32,7 +33,7 @@ def test_one_joint_at_a_time(katana, poses):
 
 
 def test_levers_are_distances_from_the_axes(katana, poses):
-    frames, tips = link_frames(katana, poses), tool_poses(katana, poses)[:, :3, 3]
+    frames, tips = link_frames(katana, Motion(poses)), tool_poses(katana, Motion(poses))[:, :3, 3]
     for joint in range(5):
         axis, foot = frames[:, joint + 1, :3, 2], frames[:, joint + 1, :3, 3]
         expected = np.linalg.norm(np.cross(axis, tips - foot), axis=1)
@@ -41,7 +42,7 @@ def test_levers_are_distances_from_the_axes(katana, poses):
 
 def test_exact_circles_give_the_actual_axes(katana, poses):
     actual = virtual_arm(katana, rng=np.random.default_rng(1))
-    rows = simulate(actual, poses, instrument=INSTRUMENTS["ideal"], rng=np.random.default_rng(0))
+    rows = simulate(actual, Motion(poses), instrument=INSTRUMENTS["ideal"], rng=np.random.default_rng(0))
     for axis in circle_axes(actual, rows):
         assert axis.angle < 1e-9
         assert axis.distance < 1e-9
@@ -53,7 +54,9 @@ def test_exact_circles_give_the_actual_axes(katana, poses):
 def test_an_arms_errors_show_in_its_axes(katana, poses):
     """An arm whose second axis leans by 1 mrad: so does joint 2's circle, with a laser tracker's noise."""
     actual = katana.with_values({"joint2.alpha": katana.values(("joint2.alpha",))[0] + 1e-3})
-    rows = simulate(actual, poses, instrument=INSTRUMENTS["laser-tracker"], rng=np.random.default_rng(3))
+    rows = simulate(
+        actual, Motion(poses), instrument=INSTRUMENTS["laser-tracker"], rng=np.random.default_rng(3)
+    )
     found = {axis.joint: axis for axis in circle_axes(katana, rows)}
     assert set(found) == {0, 1, 2, 3, 4}
     assert found[0].angle < 2e-4
@@ -63,7 +66,7 @@ def test_an_arms_errors_show_in_its_axes(katana, poses):
 
 def test_what_is_no_circle(katana):
     q = np.random.default_rng(0).uniform(*katana.search_limits.T, (40, 5))
-    rows = Dataset(q=q, row=np.arange(40), position=tool_poses(katana, q)[:, :3, 3])
+    rows = Dataset(q=q, row=np.arange(40), position=tool_poses(katana, Motion(q))[:, :3, 3])
     with pytest.raises(DataError) as error:
         circle_axes(katana, rows)
     assert "turned alone" in str(error.value)
@@ -75,5 +78,5 @@ def test_a_point_on_an_axis_has_no_circle():
     """ARIA's tool point lies on its last axis: five circles, not six."""
     aria = load_robot("aria")
     q = circle_poses(aria, 60, rng=np.random.default_rng(0))
-    rows = simulate(aria, q, instrument=INSTRUMENTS["ideal"], rng=np.random.default_rng(0))
+    rows = simulate(aria, Motion(q), instrument=INSTRUMENTS["ideal"], rng=np.random.default_rng(0))
     assert [axis.joint for axis in circle_axes(aria, rows)] == [0, 1, 2, 3, 4]

@@ -7,6 +7,7 @@ import pytest
 
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.library import load_robot
+from workbench.arm.motion import Motion
 from workbench.arm.robot import FRAME_PARTS, Frame
 from workbench.base import se3
 from workbench.base.errors import DataError
@@ -31,7 +32,7 @@ def auto(robot):
 
 def rows_of(robot, rng, rows, noise=(0.0, 0.0), points=False):
     q = rng.uniform(-1.2, 1.2, (rows, robot.dof))
-    poses = tool_poses(robot, q)
+    poses = tool_poses(robot, Motion(q))
     position = poses[:, :3, 3] + rng.normal(0.0, 1.0, (rows, 3)) * noise[0]
     turn = se3.rotvec_to_matrix(rng.normal(0.0, 1.0, (rows, 3)) * noise[1])
     rotation = None if points else turn @ poses[:, :3, :3]
@@ -58,7 +59,7 @@ def test_alignment_finds_any_base_and_tool(seed, points):
     data = rows_of(actual, rng, 40, points=points)
     freedom = FrameFreedom(FRAME_PARTS, FRAME_PARTS[:3] if points else FRAME_PARTS)
     aligned = align(robot, data, freedom)
-    np.testing.assert_allclose(tool_poses(aligned, data.q)[:, :3, 3], data.position, atol=1e-8)
+    np.testing.assert_allclose(tool_poses(aligned, Motion(data.q))[:, :3, 3], data.position, atol=1e-8)
     np.testing.assert_allclose(aligned.base.pose, actual.base.pose, atol=1e-7)
 
 

@@ -8,6 +8,7 @@ import pytest
 
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.library import load_robot
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame
 from workbench.arm.robot_toml import read_toml, write_toml
 from workbench.base import se3
@@ -84,7 +85,7 @@ def test_distances_from_known_anchors(arm):
     for result in run.runs.values():
         assert result.held_out.position_mm.max < 1e-3
     q = arm.random(rng, 50)
-    off = tool_poses(run.best.calibrated, q)[:, :3, 3] - arm.pose(q)[:, :3, 3]
+    off = tool_poses(run.best.calibrated, Motion(q))[:, :3, 3] - arm.pose(q)[:, :3, 3]
     assert np.abs(off).max() < 1e-6
 
 
@@ -173,7 +174,9 @@ def test_what_was_not_seen_is_no_knowledge(arm):
     runs = [identify(fixed, few, held_out=0.0, noise=NOISE, prior=p) for p in (prior, None)]
     q = arm.random(rng, 100)
     errors = [
-        np.linalg.norm(tool_poses(r.best.calibrated, q)[:, :3, 3] - arm.pose(q)[:, :3, 3], axis=1).mean()
+        np.linalg.norm(
+            tool_poses(r.best.calibrated, Motion(q))[:, :3, 3] - arm.pose(q)[:, :3, 3], axis=1
+        ).mean()
         for r in runs
     ]
     assert max(errors) < 2e-4
@@ -195,7 +198,7 @@ def test_a_joint_that_never_moved_makes_the_model_doubtful_elsewhere(arm):
     position, rotation = arm.measure(q, rng, *NOISE)
     run = identify(load_robot("aria"), Dataset(q=q, row=np.arange(60), position=position, rotation=rotation))
     tried = arm.random(rng, 400)
-    off = tool_poses(run.best.calibrated, tried)[:, :3, 3] - arm.pose(tried)[:, :3, 3]
+    off = tool_poses(run.best.calibrated, Motion(tried))[:, :3, 3] - arm.pose(tried)[:, :3, 3]
     assert run.transfer.anywhere.position > 0.5 * np.sqrt((off**2).sum(1).mean())
     assert run.transfer.anywhere.position > 3 * run.transfer.near.position
 

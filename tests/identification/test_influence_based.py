@@ -7,6 +7,7 @@ from studies.katana_printed import CONSTANTS
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.kinematics.influence import ANGLE, LENGTH, influence
 from workbench.arm.library import load_robot
+from workbench.arm.motion import Motion
 from workbench.base.types import Outcome
 from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.identifier import AbstractIdentifier
@@ -29,7 +30,7 @@ def problem_of(katana, rows, *, seed=0, turned=False, noise=0.0):
         dict(zip(CONSTANTS, (katana.values(CONSTANTS) + errors).tolist(), strict=True))
     )
     q = rng.uniform(*katana.search_limits.T, (rows, 5))
-    poses = tool_poses(actual, q)
+    poses = tool_poses(actual, Motion(q))
     data = Dataset(
         q=q,
         row=np.arange(rows),
@@ -42,7 +43,9 @@ def problem_of(katana, rows, *, seed=0, turned=False, noise=0.0):
 def missed(problem, actual, x):
     q = np.random.default_rng(99).uniform(*actual.search_limits.T, (200, 5))
     found = problem.robot_at(x)
-    return np.linalg.norm(tool_poses(found, q)[:, :3, 3] - tool_poses(actual, q)[:, :3, 3], axis=1).mean()
+    return np.linalg.norm(
+        tool_poses(found, Motion(q))[:, :3, 3] - tool_poses(actual, Motion(q))[:, :3, 3], axis=1
+    ).mean()
 
 
 @pytest.mark.parametrize("factor", [0.05, 0.5])
@@ -74,7 +77,7 @@ def test_weights_are_the_imposed_deviations(katana):
     _, problem = problem_of(katana, 30)
     columns = problem.evaluate(problem.start).jacobian.reshape(30, 3, 17)
     deviations = np.array([ANGLE if p.unit == "rad" else LENGTH for p in problem.parameters])
-    expected = influence(katana, problem.data.q, names=CONSTANTS).weights
+    expected = influence(katana, Motion(problem.data.q), names=CONSTANTS).weights
     assert np.allclose(pose_weights(columns * deviations), expected, atol=2e-3)
 
 

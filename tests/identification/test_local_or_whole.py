@@ -12,6 +12,7 @@ import numpy as np
 
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.library import load_robot
+from workbench.arm.motion import Motion
 from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.opt2 import Opt2
 from workbench.identification.problem import Noise, Problem
@@ -35,7 +36,7 @@ def error(arm, q, tried, rng, effect):
     problem = Problem.build(load_robot("aria"), data, noise=NOISE)
     found = problem.robot_at(Opt2().search(problem).x)
     actual = arm.pose(tried, arm.sag(tried, **effect))[:, :3, 3]
-    return 1e3 * np.linalg.norm(tool_poses(found, tried)[:, :3, 3] - actual, axis=1).mean()
+    return 1e3 * np.linalg.norm(tool_poses(found, Motion(tried))[:, :3, 3] - actual, axis=1).mean()
 
 
 def test_data_from_outside_the_region(capsys):

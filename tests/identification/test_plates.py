@@ -5,6 +5,7 @@ import pytest
 
 from workbench.arm.kinematics.forward import sensitivity, tool_poses
 from workbench.arm.library import load_robot
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError, ShapeError
@@ -39,7 +40,7 @@ def plate_from(poses, kinds=None):
 
 
 def real_poses(arm, q):
-    return tool_poses(arm.with_frames(base=Frame()), q)
+    return tool_poses(arm.with_frames(base=Frame()), Motion(q))
 
 
 def motion(rotvec, xyz):
@@ -136,7 +137,7 @@ def test_std_follows_the_joint_noise_of_the_calibration(arm, q):
     plate = plate_from(real_poses(arm, q))
     sharp = compare_plates(plate, arm, q, seating=SEATING)
     wide = compare_plates(plate, arm, q, calibration=calibration, seating=SEATING)
-    assert sensitivity(arm, q, name)[1].any()
+    assert sensitivity(arm, Motion(q), name)[1].any()
     assert (wide.std[:, 3:] > sharp.std[:, 3:]).all()
     assert wide.std[:, 3:].max() == pytest.approx(1e-3, rel=0.2)
 

@@ -7,6 +7,7 @@ import pytest
 
 from workbench.arm.kinematics.forward import link_frames, tool_poses
 from workbench.arm.library import load_robot
+from workbench.arm.motion import Motion
 from workbench.arm.robot import FRAME_PARTS
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
@@ -21,7 +22,7 @@ ROWS = 12
 def measured(robot, rng, kind, rows=ROWS, sessions=None):
     """Rows of every kind of observation, away from the model so that no residual is zero."""
     q = rng.uniform(-1.0, 1.0, (rows, robot.dof))
-    poses = tool_poses(robot, q)
+    poses = tool_poses(robot, Motion(q))
     off = rng.normal(0.0, 0.02, (rows, 3))
     common = {"q": q, "row": np.arange(rows), "session": sessions}
     position = poses[:, :3, 3] + off
@@ -46,7 +47,7 @@ def measured(robot, rng, kind, rows=ROWS, sessions=None):
         case "ContactObservation":
             return Dataset(contact=np.array(["a", "b", "c"])[np.arange(rows) % 3], **common)
         case "TiltObservation":
-            frames = link_frames(robot, q)
+            frames = link_frames(robot, Motion(q))
             turn = se3.rotvec_to_matrix(rng.normal(0.0, 0.02, (rows, 3)))
             tilt = {link: reading((turn @ frames[:, link, :3, :3])[:, 2]) for link in (2, 3, 6)}
             tilt[3][4] = np.nan

@@ -8,6 +8,7 @@ import pytest
 
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.library import load_robot
+from workbench.arm.motion import Motion
 from workbench.arm.robot import FRAME_PARTS
 from workbench.arm.robot_toml import read_toml
 from workbench.base import se3
@@ -58,7 +59,7 @@ def plate_joints(arm, tmp_path):
 def held_out_error(robot, arm, rng, rows=100):
     """Greatest distance [m] between an arm and its model at random joint positions."""
     q = arm.random(rng, rows)
-    return np.abs(tool_poses(robot, q)[:, :3, 3] - arm.pose(q)[:, :3, 3]).max()
+    return np.abs(tool_poses(robot, Motion(q))[:, :3, 3] - arm.pose(q)[:, :3, 3]).max()
 
 
 HIDDEN = {
@@ -150,7 +151,7 @@ def test_fifty_noisy_arms_on_the_plate(capsys):
 
 
 def _means(actual, found, q):
-    error = se3.pose_error(tool_poses(actual, q), tool_poses(found, q))
+    error = se3.pose_error(tool_poses(actual, Motion(q)), tool_poses(found, Motion(q)))
     return 1e3 * np.linalg.norm(error[:, :3], axis=1).mean(), np.rad2deg(
         np.linalg.norm(error[:, 3:], axis=1)
     ).mean()

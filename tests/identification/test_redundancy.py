@@ -6,6 +6,7 @@ from studies.katana_printed import CONSTANTS
 
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.library import load_robot
+from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.identification.redundancy import complete, redundancy
 
@@ -32,7 +33,7 @@ def test_a_combination_moves_no_tool(name, points):
     for combination in redundancy(robot, points=points).combinations:
         values = robot.values(combination.names) + 1e-5 * np.array(combination.weights)
         moved = robot.with_values(dict(zip(combination.names, values.tolist(), strict=True)))
-        change = se3.pose_error(tool_poses(moved, q), tool_poses(robot, q))
+        change = se3.pose_error(tool_poses(moved, Motion(q)), tool_poses(robot, Motion(q)))
         assert np.abs(change[:, : 3 if points else 6]).max() < 3e-8
 
 
@@ -43,7 +44,7 @@ def test_what_is_removed_is_absorbed_by_what_stays():
 
     def column(name):
         value = float(robot.values((name,))[0])
-        ends = [tool_poses(robot.with_values({name: value + h}), q) for h in (1e-5, -1e-5)]
+        ends = [tool_poses(robot.with_values({name: value + h}), Motion(q)) for h in (1e-5, -1e-5)]
         return (se3.pose_error(*ends) / 2e-5).ravel()
 
     kept = np.column_stack([column(name) for name in found.independent])

@@ -5,6 +5,7 @@ import pytest
 
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.library import load_robot
+from workbench.arm.motion import Motion
 from workbench.arm.robot import FRAME_PARTS, Frame
 from workbench.base import se3
 from workbench.base.errors import OptionError, ShapeError
@@ -52,9 +53,10 @@ def test_frames_are_taken_from_the_calibrated_arm_and_corrected(nominal):
     calibrated = with_offsets(nominal.with_values(shifts), OFFSETS)
     found = controller_numbers(calibrated, nominal)
     q = rng.uniform(-1.0, 1.0, (20, 6))
-    assert tool_poses(found.robot, q) == pytest.approx(tool_poses(calibrated, q), abs=1e-8)
-    assert tool_poses(found.robot, q) == pytest.approx(
-        tool_poses(nominal.with_frames(base=found.base, tool=found.tool), q + found.offsets), abs=1e-12
+    assert tool_poses(found.robot, Motion(q)) == pytest.approx(tool_poses(calibrated, Motion(q)), abs=1e-8)
+    assert tool_poses(found.robot, Motion(q)) == pytest.approx(
+        tool_poses(nominal.with_frames(base=found.base, tool=found.tool), Motion(q + found.offsets)),
+        abs=1e-12,
     )
 
 
@@ -73,8 +75,8 @@ def test_more_parts_leave_less_and_what_is_left_is_said(nominal):
     costs = [cost(found[0].before), *(cost(f.after) for f in found)]
     assert costs == sorted(costs, reverse=True)
     assert 1e-4 < found[2].after.position_mean < 0.7 * found[2].before.position_mean
-    predicted = tool_poses(found[2].robot, q)[:, :3, 3]
-    left = np.linalg.norm(tool_poses(calibrated, q)[:, :3, 3] - predicted, axis=1)
+    predicted = tool_poses(found[2].robot, Motion(q))[:, :3, 3]
+    left = np.linalg.norm(tool_poses(calibrated, Motion(q))[:, :3, 3] - predicted, axis=1)
     assert found[2].after.position_mean == pytest.approx(left.mean())
     assert found[2].after.position_max == pytest.approx(left.max())
 
@@ -87,10 +89,10 @@ def test_the_answer_is_a_minimum(nominal):
     )
     q = rng.uniform(-1.5, 1.5, (60, 6))
     found = controller_numbers(calibrated, nominal, q=q)
-    wanted = tool_poses(calibrated, q)
+    wanted = tool_poses(calibrated, Motion(q))
 
     def cost(robot):
-        error = se3.pose_error(wanted, tool_poses(robot, q)) * ([1.0] * 3 + [0.3] * 3)
+        error = se3.pose_error(wanted, tool_poses(robot, Motion(q))) * ([1.0] * 3 + [0.3] * 3)
         return (error**2).sum()
 
     best = cost(found.robot)

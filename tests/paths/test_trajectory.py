@@ -75,13 +75,13 @@ def test_the_one_step_is_the_damped_step_of_the_thesis(arms):
     q = arc(12)
     commanded = command_joints(model, nominal, q)
     found = compensate(commanded, method=Method.ONE_STEP)
-    bent, step = tool_poses(model, q), 1e-6
+    bent, step = tool_poses(model, Motion(q)), 1e-6
     for row in range(len(q)):
         columns = []
         for joint in range(6):
             moved = q[row] + step * np.eye(6)[joint]
-            pose = tool_poses(model.with_effects(), moved[None])[0]
-            still = tool_poses(model.with_effects(), q[row][None])[0]
+            pose = tool_poses(model.with_effects(), Motion(moved[None]))[0]
+            still = tool_poses(model.with_effects(), Motion(q[row][None]))[0]
             turn = (pose[:3, :3] - still[:3, :3]) @ still[:3, :3].T / step
             columns.append([*(pose[:3, 3] - still[:3, 3]) / step, turn[2, 1], turn[0, 2], turn[1, 0]])
         error = bent[row][:3, :3] @ commanded.poses[row][:3, :3].T
@@ -101,11 +101,13 @@ def test_poses_are_followed_in_one_branch(arms):
     nominal, model, _ = arms["aria"]
     poses = generator.aria().pose(arc())
     found = compensate(command_poses(model, nominal, poses))
-    np.testing.assert_allclose(tool_poses(found.commanded.nominal, found.commanded.q), poses, atol=1e-8)
-    np.testing.assert_allclose(tool_poses(found.commanded.calibrated, found.q), poses, atol=1e-8)
+    np.testing.assert_allclose(
+        tool_poses(found.commanded.nominal, Motion(found.commanded.q)), poses, atol=1e-8
+    )
+    np.testing.assert_allclose(tool_poses(found.commanded.calibrated, Motion(found.q)), poses, atol=1e-8)
     assert np.abs(np.diff(found.q, axis=0)).max() < 0.1
     points = compensate(command_poses(model, nominal, poses, positions_only=True))
-    at = tool_poses(points.commanded.calibrated, points.q)
+    at = tool_poses(points.commanded.calibrated, Motion(points.q))
     np.testing.assert_allclose(at[:, :3, 3], poses[:, :3, 3], atol=1e-8)
 
 
@@ -115,7 +117,7 @@ def test_five_joints_meet_position_and_axis(arms):
     s = np.linspace(0.0, 1.0, 30)[:, None]
     q = np.array([0.3, 1.0, -1.2, 0.8, 0.5]) + 0.3 * s
     found = compensate(command_joints(model, nominal, q))
-    at, wanted = tool_poses(found.commanded.calibrated, found.q), found.commanded.poses
+    at, wanted = tool_poses(found.commanded.calibrated, Motion(found.q)), found.commanded.poses
     np.testing.assert_allclose(at[:, :3, 2:], wanted[:, :3, 2:], atol=1e-8)
     assert any("turn about it" in note for note in found.notes)
 
@@ -135,7 +137,7 @@ def test_rows_that_nothing_can_help_are_not_made_worse(arms):
     play = EFFECTS["backlash"]((1, 2, 3, 4), (5e-4,) * 4)
     q = arc(200)
     found = compensate(command_joints(nominal.with_effects(play), nominal, q))
-    actual = tool_poses(nominal.with_effects(play), found.q)
+    actual = tool_poses(nominal.with_effects(play), Motion(found.q))
     after = np.linalg.norm(actual[:, :3, 3] - found.commanded.poses[:, :3, 3], axis=1)
     assert (after <= found.before.position + 1e-9).all()
     np.testing.assert_allclose(after, found.after.position, atol=1e-9)

@@ -6,6 +6,7 @@ import pytest
 from workbench.arm.kinematics.forward import sensitivity
 from workbench.arm.library import load_robot
 from workbench.arm.linearisation import linearise
+from workbench.arm.motion import Motion
 from workbench.plate.accuracy import position_weight, predicted_error
 from workbench.plate.criterion import index_criterion, region_criterion
 from workbench.plate.indices import INDICES
@@ -27,7 +28,7 @@ def test_against_sampled_parameters(aria, q):
     error = predicted_error(linearisation, aria, q[10:])
     rng = np.random.default_rng(0)
     sampled = rng.multivariate_normal(np.zeros(24), linearisation.covariance, 20000)
-    _, twists = sensitivity(aria, q[10:])
+    _, twists = sensitivity(aria, Motion(q[10:]))
     moves = np.einsum("rij,sj->sri", twists, sampled)
     lengths, angles = np.linalg.norm(moves[..., :3], axis=2), np.linalg.norm(moves[..., 3:], axis=2)
     assert np.allclose(np.sqrt((lengths**2).mean(0)), error.position, rtol=0.03)

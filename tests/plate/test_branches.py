@@ -8,6 +8,7 @@ import pytest
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.library import load_robot
 from workbench.arm.linearisation import linearise
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
@@ -53,7 +54,7 @@ def test_every_target_of_table_2_is_reached_in_eight_ways(aria, plate, solutions
     assert len(single_branches(solutions)) == 8
     for target, branches in zip(plate.targets, solutions, strict=True):
         for branch in branches:
-            assert np.allclose(tool_poses(aria, branch.q[None])[0], target.pose, atol=1e-8)
+            assert np.allclose(tool_poses(aria, Motion(branch.q[None]))[0], target.pose, atol=1e-8)
 
 
 def test_a_good_mix_of_branches_beats_every_single_one_sevenfold(aria, plate, solutions, everywhere):
@@ -143,14 +144,14 @@ def test_an_index_of_single_poses_is_no_goal(aria, plate, solutions):
 
 def test_poses_that_matter_lie_in_region_and_cone(aria, plate, solutions, everywhere):
     low, high = aria.limits.T
-    tools = in_base(aria, tool_poses(aria, everywhere))
+    tools = in_base(aria, tool_poses(aria, Motion(everywhere)))
     assert plate.region.contains(tools[:, :3, 3] * (1 - 1e-9)).mean() > 0.97
     gaps = se3.matrix_to_rotvec(tools[:, None, :3, :3] @ np.swapaxes(plate.poses[None, :, :3, :3], -1, -2))
     assert np.linalg.norm(gaps, axis=-1).min(1).max() <= np.deg2rad(60.0) + 1e-6
     assert ((everywhere >= low - 1e-9) & (everywhere <= high + 1e-9)).all()
     measured = next(iter(single_branches(solutions).values()))
     near = nearby_poses(aria, plate.region, 40, rng=rng(4), measured=measured)
-    tools = tool_poses(aria, near)
+    tools = tool_poses(aria, Motion(near))
     gaps = se3.matrix_to_rotvec(tools[:, None, :3, :3] @ np.swapaxes(plate.poses[None, :, :3, :3], -1, -2))
     assert np.linalg.norm(gaps, axis=-1).min(1).max() <= np.deg2rad(20.0) + 1e-6
 

@@ -7,6 +7,7 @@ import pytest
 
 from workbench.arm.kinematics.forward import sensitivity, tool_poses
 from workbench.arm.library import load_robot
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame
 from workbench.base.errors import DataError, OptionError
 from workbench.plate.branches import plate_solutions, single_branches
@@ -26,7 +27,7 @@ def rng(seed=0):
 
 def ratio(robot, q):
     """σmin/σmax of the stacked, unscaled Jacobian, and the same pose by pose: eq. (17)."""
-    blocks = sensitivity(robot, q, robot.default_free)[1]
+    blocks = sensitivity(robot, Motion(q), robot.default_free)[1]
     whole = np.linalg.svd(blocks.reshape(-1, blocks.shape[2]), compute_uv=False)
     each = np.linalg.svd(blocks, compute_uv=False)
     return whole[-1] / whole[0], each[:, -1] / each[:, 0], int((whole > 1e-9 * whole[0]).sum())
@@ -52,7 +53,7 @@ def test_ten_poses_of_equal_o_in_ten_cubes_with_full_rank(aria, plate, found):
     stacked, o, rank = ratio(aria, best.q)
     assert np.allclose(best.o, o, rtol=1e-9)
     assert o.max() / o.min() <= 1.01
-    places = tool_poses(aria, best.q)[:, :3, 3]
+    places = tool_poses(aria, Motion(best.q))[:, :3, 3]
     corners = np.floor((places - plate.region.min) / plate.region.size * [6, 5, 3]).astype(int)
     assert plate.region.contains(places).all()
     assert len({tuple(c) for c in corners}) == 10
@@ -85,7 +86,7 @@ def test_orientations_stay_in_the_cone_and_the_plate_round_trips(aria, plate, tm
     found = cluster_region(
         aria, plate.region, index=index, rng=rng(), number=6, limits=limits, candidates=800
     )
-    poses = tool_poses(aria, found.best.q)
+    poses = tool_poses(aria, Motion(found.best.q))
     cosines = 0.5 * (np.einsum("rij,kij->rk", poses[:, :3, :3], towards).max(1) - 1.0)
     assert (cosines >= np.cos(cone) - 1e-9).all()
     again = read_plate(write_plate(found.plate(), tmp_path / "cluster.toml"))
@@ -124,7 +125,7 @@ def test_region_and_cone_that_conflict_are_named(aria):
 def test_folded_poses_are_the_same_within_limits(aria):
     q = rng().uniform(*aria.search_limits.T, (50, 6))
     near = folded(aria, q)
-    assert np.allclose(tool_poses(aria, near), tool_poses(aria, q))
+    assert np.allclose(tool_poses(aria, Motion(near)), tool_poses(aria, Motion(q)))
     low, high = aria.search_limits.T
     assert ((near >= low) & (near <= high)).all()
     middle = 0.5 * (low + high)

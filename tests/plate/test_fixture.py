@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from workbench.arm.kinematics.forward import link_frames
 from workbench.arm.kinematics.skeleton import body_frames, link_ways
 from workbench.arm.library import load_robot
+from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.plate.optimiser.blocks import (
@@ -161,7 +162,7 @@ def test_the_skeleton_reaches_from_base_to_tool(name):
     robot = load_robot(name)
     q = rng(1).uniform(*robot.search_limits.T, (3, robot.dof))
     frames, ways = body_frames(robot, q), link_ways(robot)
-    tool = (se3.inverse(robot.base.pose) @ link_frames(robot, q))[:, -1, :3, 3]
+    tool = (se3.inverse(robot.base.pose) @ link_frames(robot, Motion(q)))[:, -1, :3, 3]
     assert np.allclose(se3.apply(frames[:, -1], ways[-1][-1]), tool, atol=1e-9)
     for body in range(len(ways) - 1):
         end = se3.apply(frames[:, body], ways[body][-1])

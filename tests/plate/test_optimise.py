@@ -8,6 +8,7 @@ import pytest
 from workbench.arm.inverse import solve as inverse
 from workbench.arm.kinematics.forward import link_frames, sensitivity, tool_poses
 from workbench.arm.library import load_robot
+from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import Outcome
@@ -67,10 +68,10 @@ def single(aria, plate, goal):
 
 def predicted(robot, q, goal):
     """Root mean square predicted position error, from the definition."""
-    _, twists = sensitivity(robot, q)
+    _, twists = sensitivity(robot, Motion(q))
     rows = (twists / SIGMA[:, None]).reshape(-1, twists.shape[2])
     covariance = np.linalg.inv(rows.T @ rows)
-    _, moves = sensitivity(robot, goal)
+    _, moves = sensitivity(robot, Motion(goal))
     return np.sqrt(np.einsum("rip,pq,riq->r", moves[:, :3], covariance, moves[:, :3]).mean())
 
 
@@ -94,7 +95,7 @@ def test_the_targets_are_reached_where_the_plate_is(name, request, aria):
     design = request.getfixturevalue(name)
     plate = design.plate
     q = np.stack([t.q for t in plate.targets])
-    assert np.allclose(tool_poses(aria, q), plate.poses, atol=1e-7)
+    assert np.allclose(tool_poses(aria, Motion(q)), plate.poses, atol=1e-7)
     low, high = aria.limits.T
     assert np.minimum(q - low, high - q).min() >= np.deg2rad(10.0)
     assert np.allclose(np.minimum(q - low, high - q).min(1), design.limit_margin)
@@ -118,7 +119,7 @@ def test_ten_millimetres_stay_free(name, request, aria):
     design = request.getfixturevalue(name)
     plate = design.plate
     assert design.clearance.min() >= 0.010 - 1e-9
-    frames = link_frames(aria, np.stack([t.q for t in plate.targets]))
+    frames = link_frames(aria, Motion(np.stack([t.q for t in plate.targets])))
     radii = aria.reach * np.linspace(0.035, 0.021, 6)
     share = np.linspace(0.0, 1.0, 200)[:, None]
     hulls = block_corners(plate, plate.poses)

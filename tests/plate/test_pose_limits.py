@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.library import load_robot
+from workbench.arm.motion import Motion
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import Outcome
 from workbench.plate.freedom import identified_names, visible_basis
@@ -37,7 +38,7 @@ def rng(seed=0):
 
 
 def gaps(robot, q):
-    places = tool_poses(robot, q)[:, :3, 3]
+    places = tool_poses(robot, Motion(q))[:, :3, 3]
     return np.linalg.norm(places[:, None] - places, axis=2)[np.triu_indices(len(q), 1)]
 
 
@@ -49,7 +50,7 @@ def test_all_limits_are_kept_and_the_set_is_better_than_its_start(aria, plate, i
     )
     matter = plate_region_poses(aria, plate, 5) if index == "I" else None
     found = informative_poses(aria, 8, index=index, limits=limits, matter=matter, rng=rng(1))
-    poses = tool_poses(aria, found.q)
+    poses = tool_poses(aria, Motion(found.q))
     assert plate.region.contains(poses[:, :3, 3]).all()
     cosines = 0.5 * (np.einsum("rij,kij->rk", poses[:, :3, :3], towards).max(1) - 1.0)
     assert (cosines >= np.cos(cone) - 1e-9).all()

@@ -6,6 +6,7 @@ import pytest
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.library import load_robot
 from workbench.arm.linearisation import linearise
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame
 from workbench.base.errors import DataError, OptionError, ShapeError
 from workbench.base.types import Outcome
@@ -44,7 +45,7 @@ def test_random_poses_in_a_region_of_a_base_elsewhere(aria):
     turned = aria.with_frames(base=Frame(np.array([5.0, 1.0, 0.0]), np.diag([-1.0, -1.0, 1.0])))
     q = random_poses(turned, 30, rng=rng(), region=BOX)
     assert q.shape == (30, 6)
-    assert BOX.contains(in_base(turned, tool_poses(turned, q))[:, :3, 3]).all()
+    assert BOX.contains(in_base(turned, tool_poses(turned, Motion(q)))[:, :3, 3]).all()
     assert np.array_equal(q, random_poses(aria, 30, rng=rng(), region=BOX))
 
 
@@ -89,7 +90,7 @@ def test_from_candidates_the_result_is_among_them(aria, index):
 @pytest.mark.parametrize("index", ["O", "O1"])
 def test_in_a_region_the_result_stays_there(aria, index):
     found = informative_poses(aria, 5, index=index, region=BOX, rng=rng(5))
-    assert BOX.contains(tool_poses(aria, found.q)[:, :3, 3]).all()
+    assert BOX.contains(tool_poses(aria, Motion(found.q))[:, :3, 3]).all()
     assert found.after >= found.before
 
 

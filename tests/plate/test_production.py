@@ -11,6 +11,7 @@ from workbench.arm.effects import JointCompliance
 from workbench.arm.inverse.solve import follow_many
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.library import load_robot
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
@@ -71,7 +72,7 @@ def job(aria, plate):
         length=5e-3,
         angle=float(np.deg2rad(5.0)),
         bank=bank,
-        cells=plate.region.cells(tool_poses(aria, bank)[:, :3, 3]),
+        cells=plate.region.cells(tool_poses(aria, Motion(bank))[:, :3, 3]),
     )
 
 
@@ -112,7 +113,7 @@ def test_an_arm_is_brought_where_following_brings_it(aria, plate, job):
     kept = followed.converged
     assert kept.sum() >= 8
     assert np.allclose(brought.q[0][kept], followed.q[kept], atol=1e-6)
-    assert np.allclose(tool_poses(arm, brought.q[0]), wanted, atol=1e-6)
+    assert np.allclose(tool_poses(arm, Motion(brought.q[0])), wanted, atol=1e-6)
 
 
 def test_the_stack_identifies_as_ols_does(aria, job):

@@ -5,6 +5,7 @@ import pytest
 
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.library import load_robot
+from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import write_toml
 from workbench.base import se3
 from workbench.plate.plate_toml import write_plate
@@ -57,10 +58,10 @@ def test_jogging_by_joints_and_by_pose(do, first):
     session = do(Jog(q))
     assert session.focus is Focus.JOG
     assert np.array_equal(standing(session), q)
-    wanted = tool_poses(first.robot, np.array([q]))[0]
+    wanted = tool_poses(first.robot, Motion(np.array([q])))[0]
     place = wanted[:3, 3] + [0.0, 0.02, 0.01]
     session = do(JogTo(tuple(place.tolist()), tuple(se3.matrix_to_rpy(wanted[:3, :3]).tolist())))
-    assert tool_poses(first.robot, session.jogged[None])[0][:3, 3] == pytest.approx(place, abs=1e-7)
+    assert tool_poses(first.robot, Motion(session.jogged[None]))[0][:3, 3] == pytest.approx(place, abs=1e-7)
     far = do(JogTo((5.0, 0.0, 0.0), (0.0, 0.0, 0.0)))
     assert far.messages[-1].severity is Severity.WARNING
     for bad in (

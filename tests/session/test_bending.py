@@ -10,6 +10,7 @@ from workbench.arm.kinematics.forward import link_frames, tool_poses
 from workbench.arm.kinematics.influence import first_order_influence, influence
 from workbench.arm.kinematics.skeleton import height_above_floor
 from workbench.arm.library import load_robot
+from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.types import Freedom
 from workbench.session import start
@@ -41,14 +42,14 @@ def test_joints_turn_and_tilt_as_table_4_3_and_4_4_say():
 def test_the_last_body_of_the_bent_arm_is_where_its_tool_says():
     robot = load_robot("katana450-tilting")
     frames = body_frames(robot, Q, shift=bend(robot, Q).shift)
-    to_tool = se3.inverse(link_frames(robot, Q[None])[0, -1]) @ tool_poses(robot, Q[None])[0]
+    to_tool = se3.inverse(link_frames(robot, Motion(Q[None]))[0, -1]) @ tool_poses(robot, Motion(Q[None]))[0]
     straight = robot.with_effects()
     from_body = se3.inverse(body_frames(straight, Q)[-1]) @ (
-        se3.inverse(straight.base.pose) @ link_frames(straight, Q[None])[0, -1]
+        se3.inverse(straight.base.pose) @ link_frames(straight, Motion(Q[None]))[0, -1]
     )
     tool = robot.base.pose @ frames[-1] @ from_body @ to_tool
-    assert np.allclose(tool, tool_poses(robot, Q[None])[0], atol=1e-9)
-    assert np.linalg.norm(tool[:3, 3] - tool_poses(straight, Q[None])[0, :3, 3]) > 3e-4
+    assert np.allclose(tool, tool_poses(robot, Motion(Q[None]))[0], atol=1e-9)
+    assert np.linalg.norm(tool[:3, 3] - tool_poses(straight, Motion(Q[None]))[0, :3, 3]) > 3e-4
 
 
 def test_only_effects_that_the_pose_drives_are_drawn(first):
@@ -96,6 +97,6 @@ def test_first_order_influences_are_those_of_small_deviations(name):
     robot = load_robot(name)
     rng = np.random.default_rng(2)
     q = rng.uniform(*np.clip(robot.limits, -2.0, 2.0).T, (5, robot.dof))
-    exact, quick = influence(robot, q), first_order_influence(robot, q)
+    exact, quick = influence(robot, Motion(q)), first_order_influence(robot, Motion(q))
     assert quick.names == exact.names
     assert np.allclose(quick.distances, exact.distances, rtol=1e-3, atol=1e-9)

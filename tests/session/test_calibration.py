@@ -5,6 +5,7 @@ import pytest
 
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.library import built_in_robots, load_robot
+from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml
 from workbench.base import se3
 from workbench.data.simulation.instruments import instrument_named
@@ -24,7 +25,7 @@ def file(tmp_path_factory) -> bytes:
     robot, rng = load_robot("aria"), np.random.default_rng(8)
     actual = virtual_arm(robot, rng=rng, length=1e-3, angle=0.01)
     q = rng.uniform(*np.clip(robot.limits, -2.5, 2.5).T, (50, 6))
-    rows = simulate(actual, q, instrument=instrument_named("tracker-6d"), rng=rng)
+    rows = simulate(actual, Motion(q), instrument=instrument_named("tracker-6d"), rng=rng)
     return write_measurements(rows, tmp_path_factory.mktemp("data") / "a.csv").read_bytes()
 
 
@@ -57,7 +58,7 @@ def test_an_instrument_measures_a_virtual_arm_as_well_as_it_sees(name, millimetr
     session = do(MeasureVirtualArm(3, more=20, instrument=name))
     data, actual = session.loaded.dataset, session.loaded.actual
     assert dict(session.loaded.facts)["Noise"].startswith(f"{millimetres:g} mm")
-    off = np.linalg.norm(data.position - tool_poses(actual, data.q)[:, :3, 3], axis=1)
+    off = np.linalg.norm(data.position - tool_poses(actual, Motion(data.q))[:, :3, 3], axis=1)
     assert 1e3 * off.mean() == pytest.approx(1.6 * millimetres, rel=0.3)  # of three normal coordinates
     found = do(Identify(("opt2",))).identification
     assert found.runs["opt2"].held_out.position_mm.mean < 0.01 * found.nominal.held_out.position_mm.mean
@@ -153,6 +154,6 @@ def test_every_built_in_arm_starts(first, name):
     session = start(load_robot(name), first.plate)
     for target, state in zip(session.plate.targets, session.states, strict=True):
         if state.reached and session.robot.dof >= 6:
-            tool = se3.inverse(session.robot.base.pose) @ tool_poses(session.robot, state.q[None])[0]
+            tool = se3.inverse(session.robot.base.pose) @ tool_poses(session.robot, Motion(state.q[None]))[0]
             assert np.abs(se3.pose_error(target.pose, tool)).max() < 1e-7
         assert state.reached or state.reason

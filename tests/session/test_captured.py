@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.session import replay
 from workbench.session.captured import captured
@@ -24,7 +25,7 @@ def test_kept_poses_show_what_a_calibration_changes(worker, do, first):
     assert np.isnan(captured(session).apart).all()
     session = do(MeasureVirtualArm(3, more=30), Identify(("opt2",)))
     poses, actual = captured(session), session.loaded.actual
-    real = se3.inverse(actual.base.pose) @ tool_poses(actual, np.array([ONE, TWO]))
+    real = se3.inverse(actual.base.pose) @ tool_poses(actual, Motion(np.array([ONE, TWO])))
     off = np.linalg.norm(poses.calibrated[:, :3, 3] - real[:, :3, 3], axis=1)
     assert (off < 0.05 * poses.apart).all()
     assert replay(first, worker.journal).captured == session.captured

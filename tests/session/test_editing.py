@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.plate.accuracy import predicted_error
 from workbench.plate.plate_toml import read_plate, write_plate
@@ -134,7 +135,7 @@ def test_a_branch_chosen_by_hand_is_taken_and_kept(do):
     other = next(way for way in session.branches if way.name != now)
     session = do(ChooseBranch(4, other.name))
     assert session.states[4].branch == other.name
-    tool = tool_poses(session.robot, session.states[4].q[None])[0]
+    tool = tool_poses(session.robot, Motion(session.states[4].q[None]))[0]
     assert np.abs(se3.pose_error(session.plate.targets[4].pose, tool)).max() < 1e-8
     assert do(MixBranches()).states[4].branch == other.name
     assert do(ChooseBranch(4, "auto")).plate.targets[4].branch == "auto"

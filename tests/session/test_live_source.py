@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
 from workbench.base.errors import FileError
 from workbench.data.live.connection import connect, first_listener, send_samples
 from workbench.data.live.sample import Sample, format_sample
@@ -96,7 +97,7 @@ def test_an_arm_on_a_socket_is_followed_and_measured(first):
         session = worker.session
         data = session.loaded.dataset
         assert not session.loaded.virtual
-        seen = np.linalg.norm(data.position - tool_poses(actual, data.q)[:, :3, 3], axis=1)
+        seen = np.linalg.norm(data.position - tool_poses(actual, Motion(data.q))[:, :3, 3], axis=1)
         assert seen.max() < 5e-4
         wanted = first.robot.base.pose @ plate.poses
         assert np.linalg.norm(data.position - wanted[:, :3, 3], axis=1).max() < 3e-3

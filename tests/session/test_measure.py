@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.session import Worker, replay
 from workbench.session.commands.drag import SelectTarget
@@ -31,7 +32,7 @@ def samples(measuring, q, *, begin, shift=0.0):
     """What an exact instrument says of the arm that stands for 0.6 s, or moves."""
     for time in STILL:
         now = q + shift * time
-        pose = tool_poses(measuring.virtual.actual, now[None])[0]
+        pose = tool_poses(measuring.virtual.actual, Motion(now[None]))[0]
         yield TakeSample(
             float(begin + time),
             tuple(now.tolist()),
@@ -52,7 +53,7 @@ def test_rows_are_stored_one_by_one_and_become_the_data(do, begun, first, worker
         assert session.selected == begun.numbers[k]
         off = session.measuring.acquisition.status().position
         wanted = first.robot.base.pose @ first.plate.targets[begun.numbers[k]].pose
-        tool = tool_poses(begun.virtual.actual, q[None])[0]
+        tool = tool_poses(begun.virtual.actual, Motion(q[None]))[0]
         assert np.allclose(off, (tool - wanted)[:3, 3], atol=1e-12)
         assert np.linalg.norm(off) < 3e-3
         assert do(StoreRow()).measuring.acquisition.rows == k + 1
@@ -61,7 +62,7 @@ def test_rows_are_stored_one_by_one_and_become_the_data(do, begun, first, worker
     data = session.loaded.dataset
     assert np.array_equal(data.q, begun.virtual.postures)
     assert np.allclose(
-        data.position, tool_poses(begun.virtual.actual, begun.virtual.postures)[:, :3, 3], atol=1e-12
+        data.position, tool_poses(begun.virtual.actual, Motion(begun.virtual.postures))[:, :3, 3], atol=1e-12
     )
     assert len(session.comparison) == len(data)
     again = replay(first, worker.journal)

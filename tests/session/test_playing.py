@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame
 from workbench.session import Worker, replay
 from workbench.session.commands.arm import Jog, standing
@@ -40,7 +41,7 @@ def test_the_calibrated_arm_misses_the_path_and_a_correction_meets_it(fitted):
     plain, corrected = tracks
     calibrated = free(fitted.identification.runs["ols"].calibrated)
     planned = free(fitted.robot).with_frames(tool=calibrated.tool)
-    away = tool_poses(calibrated, plain.q)[:, :3, 3] - tool_poses(planned, plain.q)[:, :3, 3]
+    away = tool_poses(calibrated, Motion(plain.q))[:, :3, 3] - tool_poses(planned, Motion(plain.q))[:, :3, 3]
     assert np.allclose(plain.errors, np.linalg.norm(away, axis=1), atol=1e-9)
     assert plain.errors.min() > 1e-3
     assert np.allclose(corrected.before, plain.errors, atol=1e-12)

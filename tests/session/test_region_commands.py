@@ -8,6 +8,7 @@ import pytest
 
 from workbench.arm.inverse import solve as inverse
 from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.plate.accuracy import predicted_error
 from workbench.plate.cubes import map_cubes
@@ -43,7 +44,7 @@ def test_a_new_region_is_judged_anew(run, first):
     region = session.plate.region
     assert region.shape == (4, 4, 2)
     assert session.sampled is region
-    tools = tool_poses(session.robot, session.region_q)[:, :3, 3]
+    tools = tool_poses(session.robot, Motion(session.region_q))[:, :3, 3]
     assert region.contains(tools).all()
     assert session.score.position != first.score.position
     assert session.best_score is session.score
@@ -64,7 +65,7 @@ def test_fields_agree_with_computations_of_their_own(run):
     for i in (0, 13, 31):
         poses = [se3.pose(r, cubes.region.centres[i]) for r in rotations]
         assert cubes.reached[i] == sum(inverse.solve(session.robot, p).reachable for p in poses)
-        tool = tool_poses(session.robot, cubes.q[i][None])[0]
+        tool = tool_poses(session.robot, Motion(cubes.q[i][None]))[0]
         assert tool[:3, 3] == pytest.approx(cubes.region.centres[i], abs=1e-7)
         expected = predicted_error(score.linearisation, session.robot, cubes.q[i][None])
         assert values(session).numbers[i] == pytest.approx(expected.position_rms, rel=1e-9)

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from workbench.arm.kinematics.forward import sensitivity
+from workbench.arm.motion import Motion
 from workbench.plate.indices import inverse_condition
 from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.diagnose import AddEffects, Diagnose, TakeNextPoses
@@ -27,7 +28,7 @@ def test_clustering_gives_equal_indices_in_different_cubes(do):
     session = do(ClusterTargets(6))
     q = np.stack([s.q for s in session.states])
     assert len(q) == 6
-    index = inverse_condition(sensitivity(session.robot, q, session.robot.default_free)[1])
+    index = inverse_condition(sensitivity(session.robot, Motion(q), session.robot.default_free)[1])
     assert np.ptp(index) < 1e-3
     cells = session.plate.region.cells(session.plate.poses[:, :3, 3])
     assert len(set(cells.tolist())) == 6

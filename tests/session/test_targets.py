@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.session import replay
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
@@ -17,7 +18,7 @@ RPY = (-2.6, 0.05, 0.1)
 
 def assert_stands(session, i):
     """The arm's tool is where the target is."""
-    tool = tool_poses(session.robot, session.states[i].q[None])[0]
+    tool = tool_poses(session.robot, Motion(session.states[i].q[None]))[0]
     assert np.abs(se3.pose_error(session.plate.targets[i].pose, tool)).max() < 1e-8
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import DataError
@@ -57,7 +58,7 @@ class Acquisition:
             DataError: the arm does not reach an imposed pose.
         """
         if self.imposed is None:
-            return simulate(actual, self.q, instrument=instrument, rng=rng)
+            return simulate(actual, Motion(self.q), instrument=instrument, rng=rng)
         return simulate_targets(actual, self.imposed, instrument=instrument, rng=rng, near=self.q)
 
 
@@ -175,7 +176,7 @@ def identified(robot: Robot, rows: Dataset) -> tuple[Robot, ...]:
 
 def mean_errors(actual: Robot, model: Robot, q: Float[np.ndarray, "rows n"]) -> tuple[float, float]:
     """Mean position [m] and orientation [rad] error of a model at joint positions."""
-    errors = se3.pose_error(tool_poses(actual, q), tool_poses(model, q))
+    errors = se3.pose_error(tool_poses(actual, Motion(q)), tool_poses(model, Motion(q)))
     return float(np.linalg.norm(errors[:, :3], axis=1).mean()), float(
         np.linalg.norm(errors[:, 3:], axis=1).mean()
     )

@@ -15,6 +15,7 @@ from studies.page import Sheet
 from workbench.arm.kinematics.forward import link_frames, sensitivity, tool_poses
 from workbench.arm.library import load_robot
 from workbench.arm.linearisation import linearise
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.data.requirement import Requirement
 from workbench.data.simulation.instruments import INSTRUMENTS
@@ -55,7 +56,7 @@ def requirement() -> tuple[Finding, ...]:
 def jacobian(robot: Robot, q: Float[np.ndarray, "rows n"]) -> tuple[Finding, ...]:
     """Eqs. (13a–e) as printed, at the constants of Table 4, beside the exact derivative."""
     actual = load_robot("aria-table4")
-    frames = link_frames(actual, q)
+    frames = link_frames(actual, Motion(q))
     tool = frames[:, -1, :3, 3]
     findings = []
     for letter, column, first, axis in (
@@ -68,7 +69,7 @@ def jacobian(robot: Robot, q: Float[np.ndarray, "rows n"]) -> tuple[Finding, ...
             spin, arm = frame[:, :3, axis], tool - frame[:, :3, 3]
             turns = column in ("theta", "alpha", "beta")
             both = (np.cross(spin, arm), spin) if turns else (spin, np.zeros_like(spin))
-            exact = sensitivity(actual, q, (name,))[1][:, :, 0]
+            exact = sensitivity(actual, Motion(q), (name,))[1][:, :, 0]
             apart = max(apart, float(np.abs(np.concatenate(both, 1) - exact).max()))
         agrees = apart < 1e-9
         reason = (
@@ -92,7 +93,7 @@ def tool(robot: Robot, plate: Plate, q: Float[np.ndarray, "targets n"]) -> tuple
     solutions = plate_solutions(robot, plate)
     counts = [len(s) for s in solutions]
     o = O().per_pose(linearise(robot, q))
-    reached = np.abs(tool_poses(robot, q) - robot.base.pose @ plate.poses).max()
+    reached = np.abs(tool_poses(robot, Motion(q)) - robot.base.pose @ plate.poses).max()
     findings = (
         judged("Table 2", "ten poses", "10 × (X Y Z, X Y Z)", f"apart by {apart:.1g}", apart < 1e-9),
         judged(

@@ -27,6 +27,7 @@ from matplotlib.figure import Figure
 from studies.katana_printed import CONSTANTS
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.library import load_robot
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.identifier import AbstractIdentifier
@@ -202,7 +203,7 @@ def _where(actual: Robot, q: np.ndarray, trouble: Trouble, rng: np.random.Genera
     """Where the tool of the arm really is, its joints' periodic errors included [m]."""
     size = rng.normal(0.0, trouble.periodic, q.shape[1])
     phase, order = rng.uniform(0.0, 2.0 * np.pi, q.shape[1]), rng.choice(ORDERS, q.shape[1])
-    return tool_poses(actual, q + size * np.sin(order * q + phase))[:, :3, 3]
+    return tool_poses(actual, Motion(q + size * np.sin(order * q + phase)))[:, :3, 3]
 
 
 def _problem(nominal: Robot, q: np.ndarray, seen: np.ndarray, trouble: Trouble) -> Problem:
@@ -212,4 +213,4 @@ def _problem(nominal: Robot, q: np.ndarray, seen: np.ndarray, trouble: Trouble) 
 
 def _error(robot: Robot, q: np.ndarray, real: np.ndarray) -> float:
     """Mean distance of the tool from where a model says it is [m]."""
-    return float(np.linalg.norm(tool_poses(robot, q)[:, :3, 3] - real, axis=1).mean())
+    return float(np.linalg.norm(tool_poses(robot, Motion(q))[:, :3, 3] - real, axis=1).mean())

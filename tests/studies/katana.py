@@ -38,6 +38,7 @@ from studies.katana_tracking_claims import tracking_findings
 from studies.page import Sheet
 from workbench.arm.kinematics.influence import Influence, influence
 from workbench.arm.library import load_robot
+from workbench.arm.motion import Motion
 from workbench.base.errors import OptionError
 from workbench.plate.poses.iso_cube import CubePoses, iso_cube_poses
 
@@ -159,7 +160,7 @@ def reproduce_katana(
     robot = load_robot("katana450")
     cube = iso_cube_poses(robot, rng=np.random.default_rng(seed))
     pencil = pencil_check(tracking.paths[0], seed=seed)
-    influences = influence(robot, cube.q, names=printed.CONSTANTS)
+    influences = influence(robot, Motion(cube.q), names=printed.CONSTANTS)
     errors, sheets = _errors(once, twice, as_bad, named, cube)
     redundant, sheet = setup.redundant()
     return KatanaReproduction(

@@ -24,6 +24,7 @@ from studies.katana_study import (
 from studies.katana_tables import HALF_UNIT
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.library import load_robot
+from workbench.arm.motion import Motion
 
 LIKE_THE_THESIS = f"the constants' errors are {AS_BAD:g} times those of Table 3.2, all else as above"
 """What is said of arms that begin as badly as the thesis's."""
@@ -172,7 +173,7 @@ def _same_arm(q: np.ndarray) -> tuple[Finding, ...]:
         )
         for e in (np.zeros(17), printed.TABLE_3_2, printed.TABLE_3_3)
     ]
-    places = [1e3 * tool_poses(arm, q)[:, :3, 3] for arm in arms]
+    places = [1e3 * tool_poses(arm, Motion(q))[:, :3, 3] for arm in arms]
 
     def apart(i: int, k: int) -> float:
         return float(np.linalg.norm(places[i] - places[k], axis=1).mean())

@@ -60,7 +60,7 @@ def diagnosed_arms(*, arms: int, seed: int = 0, progress: Callable[[float], None
         arm = measure_arm(rng, cube, play=EACH_WAY, remainder=REMAINDER)
         found = diagnose(robot, _rows(arm), held_out=0.0).calibrated
         judge, real = _within(found, arm)
-        away = tool_poses(found, judge, motion=Motion(judge))[:, :3, 3] - real[:, :3, 3]
+        away = tool_poses(found, Motion(judge))[:, :3, 3] - real[:, :3, 3]
         errors.append(1e3 * float(np.linalg.norm(away, axis=1).mean()))
         effects = {(effect.name, joint) for effect in found.effects for joint in effect.joints}
         named.append(sum(effect in effects for effect in HIDDEN))

@@ -19,6 +19,7 @@ from studies.katana_study import TITLES, KatanaStudy
 from studies.page import Picture, drawn
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.library import load_robot
+from workbench.arm.motion import Motion
 from workbench.identification.report.influence import influence_figure
 from workbench.report.drawing import (
     COLOURS,
@@ -99,7 +100,7 @@ def _box(axes: Axes, place: int, values: np.ndarray) -> None:
 def _poses(q: np.ndarray) -> Figure:
     """Tool points with tails along the last link."""
     robot = load_robot("katana450")
-    poses = tool_poses(robot, q)
+    poses = tool_poses(robot, Motion(q))
     tips = 1e3 * poses[:, :3, 3]
     tails = tips - 35.0 * poses[:, :3, 2]
     with look():

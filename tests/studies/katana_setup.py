@@ -13,6 +13,7 @@ from workbench.arm.kinematics.influence import (
     influence,
 )
 from workbench.arm.library import load_robot
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.identification.redundancy import Redundancy, complete, redundancy
@@ -31,8 +32,8 @@ def arm() -> tuple[Finding, ...]:
     """Tables 3.1, 4.1, 4.2, 4.4 and the frames."""
     craig, three = load_robot("katana450"), load_robot("katana450-three-rotation")
     q = random_poses(craig, POSES, rng=np.random.default_rng(0))
-    poses = tool_poses(craig, q)
-    apart = float(np.abs(poses - tool_poses(three, q)).max())
+    poses = tool_poses(craig, Motion(q))
+    apart = float(np.abs(poses - tool_poses(three, Motion(q))).max())
     again = float(np.abs(se3.zxz_to_matrix(se3.matrix_to_zxz(poses[:, :3, :3])) - poses[:, :3, :3]).max())
     limits = np.rad2deg(craig.limits)
     masses = [joint.mass for joint in craig.moving[1:]]
@@ -75,7 +76,7 @@ def _centres(craig: Robot, three: Robot, q: np.ndarray) -> Finding:
     """Table 4.2's centres of gravity stand at the same places in both forms."""
     places = []
     for robot in (craig, three):
-        frames = link_frames(robot, q)[:, 1:6]
+        frames = link_frames(robot, Motion(q))[:, 1:6]
         coms = np.array([joint.com for joint in robot.moving])
         places.append(np.einsum("rjab,jb->rja", frames[:, :, :3, :3], coms) + frames[:, :, :3, 3])
     apart = float(np.abs(places[0] - places[1])[:, 1:].max())
@@ -113,7 +114,9 @@ def influences(found: Influence, cube: CubePoses) -> tuple[Finding, ...]:
     off = float(np.abs(found.distances[:, lengths] - LENGTH).max())
     second, third = found.distances[:, theta], found.distances[:, at["joint3.theta"]]
     robot = load_robot("katana450")
-    example = influence(robot, np.deg2rad([[0.0, 0.0, 0.0, 80.0, 0.0]]), names=printed.CONSTANTS).distances[0]
+    example = influence(
+        robot, Motion(np.deg2rad([[0.0, 0.0, 0.0, 80.0, 0.0]])), names=printed.CONSTANTS
+    ).distances[0]
     three, four = (1e3 * example[at[f"joint{j}.theta"]] for j in (3, 4))
     levers = [value / ANGLE for value in (printed.PRINTED_INFLUENCE["joint2.theta"], float(second.mean()))]
     far = (

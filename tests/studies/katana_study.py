@@ -254,9 +254,9 @@ def _calibrated(arm: MeasuredArm, craig: Robot, tilting: Robot) -> tuple[np.ndar
         if not way.three:
             found = models[-1].values(printed.CONSTANTS) - craig.values(printed.CONSTANTS)
             constants.append(found - arm.actual.errors)
-    apart = np.array([differences(tool_poses(m, q, motion=Motion(q)), real) for m in models])
+    apart = np.array([differences(tool_poses(m, Motion(q)), real) for m in models])
     measured = apart[:, :POSES]
-    turns = [np.linalg.norm(se3.pose_error(real, tool_poses(m, q))[:, 3:], axis=1) for m in models]
+    turns = [np.linalg.norm(se3.pose_error(real, tool_poses(m, Motion(q)))[:, 3:], axis=1) for m in models]
     ten, held = slice(POSES, POSES + TEN), slice(POSES + TEN, None)
     return (
         np.stack([measured.min(axis=1), measured.max(axis=1), measured.mean(axis=1)], axis=1),

@@ -224,5 +224,5 @@ def _alone(robot: Robot, path: Planned) -> Float[np.ndarray, "2 rows"]:
 
 
 def _bent(robot: Robot, effects: tuple[AbstractEffect, ...], path: Planned) -> Float[np.ndarray, " rows"]:
-    there = tool_poses(robot.with_effects(*effects), path.q, motion=path.motion)
+    there = tool_poses(robot.with_effects(*effects), path.motion)
     return 1e3 * np.linalg.norm((there - path.poses)[:, :3, 3], axis=1)

@@ -22,6 +22,7 @@ from studies.katana_study import (
 )
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.library import load_robot
+from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.report.json import json_text
@@ -105,7 +106,7 @@ def test_without_a_remainder_little_is_left():
 def test_differences_by_hand():
     """Turned by 0.3° about z, ZXZ's first angle grows by it; moved by (3, 4, 0) mm, the tool by 5 mm."""
     robot = load_robot("katana450")
-    pose = tool_poses(robot, np.array([[0.1, 0.5, -0.7, 0.4, 1.0]]))
+    pose = tool_poses(robot, Motion(np.array([[0.1, 0.5, -0.7, 0.4, 1.0]])))
     moved = pose.copy()
     moved[:, :3, :3] = se3.rotvec_to_matrix(np.array([0.0, 0.0, np.deg2rad(0.3)])) @ pose[:, :3, :3]
     moved[:, :3, 3] += [3e-3, -4e-3, 0.0]

@@ -5,6 +5,7 @@ import pytest
 
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.library import built_in_robots, load_robot
+from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.views.appearance.bodies import body_frames, make_bodies
 from workbench.views.appearance.shapes import cuboid_edges, cylinder, target_block
@@ -16,7 +17,7 @@ def test_the_last_body_ends_at_the_tool(name):
     q = np.random.default_rng(3).uniform(-1, 1, robot.dof)
     bodies, frames = make_bodies(robot), body_frames(robot, q)
     assert len(bodies) == len(frames) == robot.dof + 1
-    tool = (se3.inverse(robot.base.pose) @ tool_poses(robot, q[None])[0])[:3, 3]
+    tool = (se3.inverse(robot.base.pose) @ tool_poses(robot, Motion(q[None]))[0])[:3, 3]
     vertices = se3.apply(frames[-1], bodies[-1].solid.vertices)
     assert np.linalg.norm(vertices - tool, axis=1).min() < 0.06 * robot.reach
 

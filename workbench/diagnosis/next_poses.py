@@ -135,9 +135,9 @@ def _pool(problem: Problem, x: np.ndarray, rng: np.random.Generator, size: int) 
 
 def _about(arm: Robot, measured: np.ndarray, q: np.ndarray) -> np.ndarray:
     """Which poses have the tool within the box of the measured ones, a little widened."""
-    seen = tool_poses(arm, measured)[:, :3, 3]
+    seen = tool_poses(arm, Motion(measured))[:, :3, 3]
     margin = WIDER * np.ptp(seen, axis=0)
-    at = tool_poses(arm, q)[:, :3, 3]
+    at = tool_poses(arm, Motion(q))[:, :3, 3]
     return ((at >= seen.min(0) - margin) & (at <= seen.max(0) + margin)).all(1)
 
 
@@ -153,7 +153,7 @@ def _clear(arm: Robot, measured: np.ndarray, q: np.ndarray) -> np.ndarray:
 def _unmeasured(data: Dataset, q: np.ndarray, arm: Robot, session: str) -> Dataset:
     """Rows as the instrument would see them, drivers as in a typical row."""
     like = data.take(np.resize(np.arange(len(data)), len(q)))
-    poses = tool_poses(arm, q, motion=Motion(q))
+    poses = tool_poses(arm, Motion(q))
     return replace(
         like,
         q=q,

@@ -23,6 +23,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.kinematics.forward import joint_elements, sensitivity, tool_poses
+from workbench.arm.motion import Motion
 from workbench.arm.robot import FRAME_PARTS, Frame, Robot
 from workbench.base import se3
 from workbench.base.errors import OptionError, ShapeError
@@ -131,15 +132,15 @@ def controller_numbers(
             f"{len(q)} joint positions with lever {lever:g} m can't be compared; both must be > 0"
         )
     frames = calibrated.session_frames(session)
-    wanted = tool_poses(calibrated.in_session(session), q)
+    wanted = tool_poses(calibrated.in_session(session), Motion(q))
     arm = start = nominal.with_frames(base=frames.base, tool=frames.tool)
     names = _names(arm, chosen)
     weight = np.array([1.0] * 3 + [lever] * 3)
-    error = se3.pose_error(wanted, tool_poses(arm, q))
+    error = se3.pose_error(wanted, tool_poses(arm, Motion(q)))
     held: tuple[str, ...] = ()
     before, cost = _summary(error), _cost(error, weight)
     for _ in range(ITERATIONS):
-        columns = sensitivity(arm, q, names)[1] * weight[:, None]
+        columns = sensitivity(arm, Motion(q), names)[1] * weight[:, None]
         jacobian = columns.reshape(-1, len(names))
         if not held:
             held = tuple(names[i] for i in _repeating(jacobian))
@@ -151,7 +152,7 @@ def controller_numbers(
                 for i, s in zip(keep, step, strict=True)
             }
         )
-        moved_error = se3.pose_error(wanted, tool_poses(moved, q))
+        moved_error = se3.pose_error(wanted, tool_poses(moved, Motion(q)))
         moved_cost = _cost(moved_error, weight)
         if not moved_cost < cost:
             break

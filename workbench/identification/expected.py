@@ -62,7 +62,7 @@ def expected_error(fit: Fit, motion: Motion) -> Expected:
     own = {place: name.replace(f"[{session}]", "") for place, name in enumerate(problem.names)}
     own = {place: n for place, n in own.items() if n in arm.chain.index or n in arm.coefficients}
     places = list(own)
-    _, twists = sensitivity(arm, motion.q, tuple(own.values()), motion=motion)
+    _, twists = sensitivity(arm, motion, tuple(own.values()))
     covariance = (fit.covariance + _unseen(fit))[np.ix_(places, places)]
     spread = np.einsum("rip,pq,riq->ri", twists, covariance, twists)
     position, rotation = spread[:, :3].sum(1), spread[:, 3:].sum(1)

@@ -28,6 +28,7 @@ from jaxtyping import Bool, Float, Int
 from scipy import linalg, special
 
 from workbench.arm.kinematics.forward import sensitivity
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame, Robot
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError, ShapeError
@@ -130,7 +131,7 @@ def compare_plates(
     _check_targets(plate, q, targets)
     arm = robot.with_frames(base=Frame())
     names = _known_names(arm, calibration)
-    poses, twists = sensitivity(arm, q, names)
+    poses, twists = sensitivity(arm, Motion(q), names)
     visited, visits = np.unique(targets, return_counts=True)
     real = np.stack([_mean_pose(poses[targets == k]) for k in visited])
     change = np.stack([twists[targets == k].mean(axis=0) for k in visited])

@@ -18,6 +18,7 @@ from jaxtyping import Float
 
 from workbench.arm.combinations import Combination, combinations
 from workbench.arm.kinematics.forward import sensitivity
+from workbench.arm.motion import Motion
 from workbench.arm.parameters import Parameter
 from workbench.arm.robot import FRAME_PARTS, JointKind, Robot
 from workbench.identification.linear import factorise
@@ -66,7 +67,7 @@ def redundancy(
     around = tuple(f"{frame}.{part}" for frame in ("base", "tool") for part in FRAME_PARTS)
     names = (*own, *(around if frames else ()))
     q = random_poses(robot, GENERIC, rng=np.random.default_rng(0))
-    twists = sensitivity(robot, q, names)[1][:, : 3 if points else 6]
+    twists = sensitivity(robot, Motion(q), names)[1][:, : 3 if points else 6]
     columns = twists.reshape(-1, len(names))
     free = set(robot.default_free)
     order = sorted(range(len(names)), key=lambda i: names[i] not in free)

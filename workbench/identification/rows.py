@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame, Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.data.dataset import Dataset
@@ -58,7 +59,9 @@ def choose_rows(
 
 def inside(robot: Robot, data: Dataset, region: Region) -> np.ndarray:
     """Rows whose nominal tool position lies in a region of the robot's base."""
-    return region.contains(tool_poses(robot.with_frames(base=Frame()).with_effects(), data.q)[:, :3, 3])
+    return region.contains(
+        tool_poses(robot.with_frames(base=Frame()).with_effects(), Motion(data.q))[:, :3, 3]
+    )
 
 
 def divide(used: Dataset, held_out: float | Dataset | tuple[str, ...], seed: int):

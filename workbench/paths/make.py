@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame, JointKind, Robot
 from workbench.arm.statics.moments import JointMoments, joint_moments
 from workbench.base.errors import DataError
@@ -29,7 +30,7 @@ def taught_circle(robot: Robot, q: Float[np.ndarray, "points n"]) -> Circle:
         q: Joint positions at three points of the circle or more [rad or m].
     """
     believed = robot.with_effects().with_frames(base=Frame())
-    return circle_through(tool_poses(believed, q)[:, :3, 3])
+    return circle_through(tool_poses(believed, Motion(q))[:, :3, 3])
 
 
 def read_taught(path: Path, robot: Robot) -> Float[np.ndarray, "points n"]:

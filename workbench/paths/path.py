@@ -18,6 +18,7 @@ from workbench.arm.inverse.branches import quality
 from workbench.arm.inverse.damped_newton import Task, refine
 from workbench.arm.inverse.reduced_arm import compile_arm
 from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame, Robot
 from workbench.base.errors import DataError, ShapeError
 from workbench.base.types import frozen
@@ -78,7 +79,7 @@ def command_joints(
     return Commanded(
         calibrated=actual,
         nominal=planned,
-        poses=frozen(tool_poses(planned, q)),
+        poses=frozen(tool_poses(planned, Motion(q))),
         q=frozen(q),
         task=task,
         notes=(*notes, *_words(task)),

@@ -109,7 +109,7 @@ def plan(
     time = np.linspace(0.0, duration, rows)
     wanted = _above(curve) if axis is None else _unit(axis)
     command = _held(robot, curve, wanted, time)
-    poses = frozen(tool_poses(command.nominal, command.q))
+    poses = frozen(tool_poses(command.nominal, Motion(command.q)))
     velocity, acceleration = derivatives(time, command.q)
     refuse_fast(robot, velocity, max_speed, time)
     return Planned(

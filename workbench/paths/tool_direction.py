@@ -20,6 +20,7 @@ from workbench.arm.inverse.branch import margins
 from workbench.arm.inverse.damped_newton import Task, refine
 from workbench.arm.inverse.reduced_arm import Arm, compile_arm
 from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.types import JointRows, Positions, Vector3
@@ -81,7 +82,7 @@ def _starts(robot: Robot, point: Vector3, wanted: Vector3) -> list[np.ndarray]:
     exact = inverse.solve(robot, pose, task=Task.POSITION_AXIS) if robot.dof <= Task.POSITION_AXIS else None
     free = inverse.solve(robot, pose, task=Task.POSITION)
     ways = [b.q for b in (*(exact.within_limits if exact else ()), *free.within_limits)]
-    pointing = [float(tool_poses(robot, q[None])[0, :3, 2] @ wanted) for q in ways]
+    pointing = [float(tool_poses(robot, Motion(q[None]))[0, :3, 2] @ wanted) for q in ways]
     return [ways[i] for i in np.argsort(pointing)[::-1][:STARTS]]
 
 

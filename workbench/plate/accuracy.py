@@ -28,6 +28,7 @@ from scipy.special import gammaln
 
 from workbench.arm.kinematics.forward import sensitivity
 from workbench.arm.linearisation import Linearisation
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.types import frozen
 
@@ -83,7 +84,7 @@ def predicted_error(
         robot: Geometry at which the poses are linearised.
         q_region: Joint positions of poses that matter [rad or m], see `plate.region_poses`.
     """
-    _, twists = sensitivity(robot, q_region, linearisation.names)
+    _, twists = sensitivity(robot, Motion(q_region), linearisation.names)
     covariance = twists @ linearisation.covariance @ twists.transpose(0, 2, 1)
     blind = np.abs(twists * linearisation.weights @ linearisation.unidentifiable)
     position, position_means = _norms(covariance[:, :3, :3], blind[:, :3])
@@ -118,7 +119,7 @@ def position_weight(
         names: The identified parameters.
         weights: Scaling of the parameters, as in `Linearisation.weights`, where C is of scaled ones.
     """
-    _, twists = sensitivity(robot, q_region, names)
+    _, twists = sensitivity(robot, Motion(q_region), names)
     moves = twists[:, :3].reshape(-1, len(names)) * (1.0 if weights is None else weights)
     return moves.T @ moves / len(q_region)
 

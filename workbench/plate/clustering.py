@@ -18,6 +18,7 @@ from jaxtyping import Float, Int
 
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.linearisation import Linearisation, linearise
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
@@ -100,7 +101,7 @@ class Clustering:
 
     def plate(self, name: str = "Clustering") -> Plate:
         """The calibration tool that the best set is a design of: its poses as targets."""
-        poses = in_base(self.robot, tool_poses(self.robot, self.best.q))
+        poses = in_base(self.robot, tool_poses(self.robot, Motion(self.best.q)))
         targets = tuple(_target(pose, q) for pose, q in zip(poses, self.best.q, strict=True))
         return Plate(name=name, targets=targets, region=self.region)
 
@@ -130,7 +131,7 @@ class _Pool:
         return Cluster(
             q=frozen(q),
             o=frozen(O().per_pose(whole)),
-            cubes=frozen(self.region.cells(in_base(self.robot, tool_poses(self.robot, q))[:, :3, 3])),
+            cubes=frozen(self.region.cells(in_base(self.robot, tool_poses(self.robot, Motion(q)))[:, :3, 3])),
             rank=whole.rank(),
             stacked=float(values[-1] / values[0]) if full else 0.0,
             value=self.index.value(whole),
@@ -208,7 +209,7 @@ def _pool(robot, region, limits, index, candidates, rng) -> _Pool:
     linearisation = linearise(robot, q)
     o = O().per_pose(linearisation)
     order = np.argsort(o, kind="stable")
-    cubes = region.cells(in_base(robot, tool_poses(robot, q))[:, :3, 3])
+    cubes = region.cells(in_base(robot, tool_poses(robot, Motion(q)))[:, :3, 3])
     blocks = linearisation.jacobian.reshape(len(q), -1, len(linearisation.names))[order]
     sorted_ones = replace(linearisation, jacobian=blocks.reshape(linearisation.jacobian.shape))
     return _Pool(robot, region, limits, index, q[order], o[order], cubes[order], sorted_ones)
@@ -268,7 +269,7 @@ def _level(pool: _Pool, q: np.ndarray) -> Cluster:
             break
         step = slope * ((goal - o) / np.maximum((slope**2).sum(1), 1e-9))[:, None]
         moved = np.clip(q + step, low, high)
-        poses = in_base(pool.robot, tool_poses(pool.robot, moved))
+        poses = in_base(pool.robot, tool_poses(pool.robot, Motion(moved)))
         stays = (pool.region.cells(poses[:, :3, 3]) == home.cubes) & pool.limits.admits(pool.robot, moved)
         q[stays] = moved[stays]
     level = pool.cluster(q)
@@ -288,6 +289,6 @@ def _turned(pool: _Pool, q: np.ndarray) -> np.ndarray:
     low, high = pool.robot.search_limits[0]
     turned = np.tile(q, (2000, 1))
     turned[:, 0] = np.linspace(low, high, len(turned))
-    cubes = pool.region.cells(in_base(pool.robot, tool_poses(pool.robot, turned))[:, :3, 3])
+    cubes = pool.region.cells(in_base(pool.robot, tool_poses(pool.robot, Motion(turned)))[:, :3, 3])
     inside = np.flatnonzero(cubes >= 0)
     return turned[inside[np.sort(np.unique(cubes[inside], return_index=True)[1])]]

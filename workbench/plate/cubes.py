@@ -15,6 +15,7 @@ from jaxtyping import Float, Int
 from workbench.arm.kinematics.forward import sensitivity
 from workbench.arm.kinematics.reachable import reachable
 from workbench.arm.linearisation import Linearisation
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.types import frozen
@@ -118,7 +119,7 @@ def map_cubes(
 
 def _best(robot: Robot, names: tuple[str, ...], mask: np.ndarray, ways: np.ndarray, tried: int):
     """Of the tried orientations of each cube the one with the highest index, with its motion."""
-    _, twists = sensitivity(robot, np.where(mask[:, None], ways, 0.0), names)
+    _, twists = sensitivity(robot, Motion(np.where(mask[:, None], ways, 0.0)), names)
     index = np.where(mask, inverse_condition(twists), -np.inf).reshape(-1, tried)
     best = index.argmax(1) + tried * np.arange(len(index))
     found = mask.reshape(-1, tried).sum(1)

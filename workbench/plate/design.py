@@ -7,6 +7,7 @@ import numpy as np
 
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.data.requirement import Requirement
@@ -153,7 +154,7 @@ def try_plate(
         length=length,
         angle=angle,
         bank=bank,
-        cells=plate.region.cells(in_base(robot, tool_poses(robot, bank))[:, :3, 3]),
+        cells=plate.region.cells(in_base(robot, tool_poses(robot, Motion(bank)))[:, :3, 3]),
         requirement=requirement or Requirement(),
     )
     return try_production(job, arms=arms, seed=seed, scheduler=scheduler, progress=progress, cancel=cancel)

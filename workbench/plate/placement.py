@@ -3,6 +3,7 @@
 import numpy as np
 
 from workbench.arm.kinematics.forward import link_frames
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import DataError
@@ -28,7 +29,7 @@ def check_place(robot: Robot, plate: Plate) -> None:
         raise DataError(f"plate '{plate.name}' has no targets; add [[target]] tables")
     if plate.size is None:
         return
-    frames = se3.inverse(robot.base.pose) @ link_frames(robot, np.zeros((1, robot.dof)))[0]
+    frames = se3.inverse(robot.base.pose) @ link_frames(robot, Motion(np.zeros((1, robot.dof))))[0]
     top = frames[1, :3, 3] if len(frames) > 1 else np.zeros(3)
     column = np.linspace(0.0, 1.0, SAMPLES)[:, None] * top
     inside = se3.apply(se3.inverse(plate.pose), column)

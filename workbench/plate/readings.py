@@ -30,6 +30,7 @@ from jaxtyping import Float, Int
 
 from workbench.arm.kinematics.forward import sensitivity
 from workbench.arm.linearisation import Linearisation, linearise
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.base.types import frozen
@@ -111,7 +112,7 @@ def linearise_reading(
         target_sigma: How well each target is known [m], [rad].
         names: Constants to identify.
     """
-    poses, twists = sensitivity(robot, q, names)
+    poses, twists = sensitivity(robot, Motion(q), names)
     jacobian, unknown = reading.rows(poses, twists, target_sigma)
     count, components = jacobian.shape[:2]
     prior = reading.unknown_sigma

@@ -71,8 +71,8 @@ def measure_poses(
         q = iso_cube_poses(robot, number, rng=rng).q
     else:
         q = informative_poses(robot, number, index=index, rng=rng, progress=progress).q
-    state = varied_state(actual, q, rng=rng) if actual.effects else None
-    rows = simulate(actual, q, instrument=_instrument(instrument), rng=rng, motion=state)
+    state = varied_state(actual, q, rng=rng)
+    rows = simulate(actual, state, instrument=_instrument(instrument), rng=rng)
     note = f"simulated: {number} poses ({index}), {_instrument(instrument).name}, seed {seed}"
     return actual, replace(rows, source=note, notes=(*rows.notes, *notes))
 

@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
 from workbench.arm.robot import JointKind, Robot
 from workbench.base import se3
 from workbench.session.state import Session
@@ -65,7 +66,7 @@ def captured_table(session: Session) -> str:
 
 
 def _in_base(robot: Robot, q: np.ndarray) -> Float[np.ndarray, "poses 4 4"]:
-    return se3.inverse(robot.base.pose) @ tool_poses(robot, q)
+    return se3.inverse(robot.base.pose) @ tool_poses(robot, Motion(q))
 
 
 def _coordinates(poses: Float[np.ndarray, "poses 4 4"]) -> Float[np.ndarray, "poses 6"]:

@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from workbench.arm.kinematics.forward import link_frames
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.plate.plate import Plate
@@ -45,7 +46,7 @@ def first_hit(robot: Robot, plate: Plate, q: Float[np.ndarray, " n"]) -> str:
 
 def _points(robot: Robot, plate: Plate, q: np.ndarray) -> Float[np.ndarray, "rows links samples 3"]:
     """Points along the arm, in the plate's frame."""
-    places = se3.inverse(robot.base.pose @ plate.pose) @ link_frames(robot, q)[:, :-1]
+    places = se3.inverse(robot.base.pose @ plate.pose) @ link_frames(robot, Motion(q))[:, :-1]
     share = np.linspace(0.0, 1.0, SAMPLES)[:, None]
     start, end = places[:, :-2, None, :3, 3], places[:, 1:-1, None, :3, 3]
     return start + share * (end - start)

@@ -13,6 +13,7 @@ from workbench.arm.inverse.branch import Branch
 from workbench.arm.inverse.solve import Task, solve_many
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.kinematics.skeleton import height_above_floor
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.types import frozen
@@ -56,7 +57,7 @@ def _met(robot: Robot, plate: Plate, target: Target) -> Target:
     ways = [way for result in solve_many(robot, poses) for way in result.within_limits]
     if not ways:
         return replace(target, kind=Kind.SOCKET)
-    tool = se3.inverse(robot.base.pose) @ tool_poses(robot, _best(robot, plate, ways)[None])[0]
+    tool = se3.inverse(robot.base.pose) @ tool_poses(robot, Motion(_best(robot, plate, ways)[None]))[0]
     return replace(target, rpy=frozen(se3.matrix_to_rpy(tool[:3, :3])), kind=kind)
 
 

@@ -12,6 +12,7 @@ from jaxtyping import Float
 
 from workbench.arm.inverse.damped_newton import Task
 from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.types import frozen
 from workbench.paths.correction import compensate
@@ -119,9 +120,9 @@ def make_track(session: Session, kind: str, *, duration: float, is_corrected: bo
         is_place = planned.task is Task.POSITION
         sent = command_joints(erring, nominal, planned.q, positions_only=is_place, time=planned.time)
         actual, wanted = sent.calibrated, sent.poses[:, :3, 3]
-        before = frozen(np.linalg.norm(tool_poses(actual, planned.q)[:, :3, 3] - wanted, axis=1))
+        before = frozen(np.linalg.norm(tool_poses(actual, Motion(planned.q))[:, :3, 3] - wanted, axis=1))
         q = compensate(sent).q if is_corrected else planned.q
-        reached = tool_poses(actual, q)[:, :3, 3]
+        reached = tool_poses(actual, Motion(q))[:, :3, 3]
     return Track(
         kind=kind,
         robot=session.robot,

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from workbench.arm.library import load_robot
+from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml
 from workbench.data.simulation.instruments import instrument_named
 from workbench.data.simulation.simulate import simulate, virtual_arm
@@ -98,7 +99,7 @@ def test_file_identify_overlay_save(app, look, tmp_path):
     robot, rng = load_robot("aria"), np.random.default_rng(4)
     actual = virtual_arm(robot, rng=rng, length=1e-3, angle=0.01)
     q = rng.uniform(*np.clip(robot.limits, -2.5, 2.5).T, (60, 6))
-    rows = simulate(actual, q, instrument=instrument_named("tracker-6d"), rng=rng)
+    rows = simulate(actual, Motion(q), instrument=instrument_named("tracker-6d"), rng=rng)
     path = write_measurements(rows, tmp_path / "arm <b>7</b>.csv")
 
     screen = look()

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
 from workbench.data.live.sample import Sample, format_sample
 from workbench.session.commands.measure import UseRows
 from workbench.session.live import LiveSource
@@ -56,7 +57,7 @@ def follow_and_measure_a_real_arm(app, screen):
     app.worker.add_view(LiveSource(app.worker, iter(lines.get, None), name="<b>arm</b>"))
     screen.wait_text("source", "Connected")
     q = app.worker.session.states[2].q
-    pose = tool_poses(app.worker.session.robot, q[None])[0]
+    pose = tool_poses(app.worker.session.robot, Motion(q[None]))[0]
     still = Sample(time=0.0, q=q, position=pose[:3, 3], rotation=pose[:3, :3])
     lines.put(format_sample(still))
     screen.until(lambda session: session.jogged is not None and np.allclose(session.jogged, q))

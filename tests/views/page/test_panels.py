@@ -9,6 +9,7 @@ import pytest
 
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.library import load_robot
+from workbench.arm.motion import Motion
 from workbench.base.errors import OptionError
 from workbench.data.readers import read_measurements
 from workbench.plate.plate_toml import read_plate
@@ -182,9 +183,9 @@ def test_exports_are_files_that_can_be_read_again(app, tmp_path):
     assert len(read_plate(made[plate_toml])) == 10
     assert len(read_measurements(made[measurements_csv], joints=6)) == 10
     q = session.comparison.q[:5]
-    wanted = tool_poses(session.identification.runs["opt2"].calibrated, q)
+    wanted = tool_poses(session.identification.runs["opt2"].calibrated, Motion(q))
     for path in (made[calibrated_toml], made[calibrated_urdf]):
-        assert np.abs(tool_poses(load_robot(path), q) - wanted).max() < 1e-9
+        assert np.abs(tool_poses(load_robot(path), Motion(q)) - wanted).max() < 1e-9
     assert "report/report.html" in zipfile.ZipFile(made[report_zip]).namelist()
 
 

@@ -91,5 +91,5 @@ def rigid_targets(
     robot: Robot, poses: Float[np.ndarray, "rows 4 4"], state: Motion
 ) -> Float[np.ndarray, "rows 4 4"]:
     """Where the rigid arm must be for the bent one to be at the poses, if it bends as in this state."""
-    rigid, bent = chains.poses(robot.chain, state.q), tool_poses(robot, state.q, motion=state)
+    rigid, bent = chains.poses(robot.chain, state.q), tool_poses(robot, state)
     return rigid @ se3.inverse(bent) @ poses

@@ -14,114 +14,92 @@ BLOCK = 4096
 """Rows per block of a long computation: its Jacobian stays in the processor's cache."""
 
 
-def tool_poses(
-    robot: Robot, q: Float[np.ndarray, "rows n"], *, motion: Motion | None = None
-) -> Float[np.ndarray, "rows 4 4"]:
+def tool_poses(robot: Robot, motion: Motion) -> Float[np.ndarray, "rows 4 4"]:
     """Poses of the tool in the measuring frame, T_b^0 T_0^n(q) T_n^e (ARIA eq. 6).
 
     Args:
         robot: Geometry with base and tool.
-        q: Joint positions [rad or m].
-        motion: State of every row, for a robot with effects; q alone if None.
+        motion: State of every row; `Motion(q)` where nothing but the joint positions is known or counts.
 
     Raises:
-        ShapeError: q has another number of joints than the robot.
-        DataError: an effect misses what drives it, such as a temperature.
+        ShapeError: the rows have another number of joints than the robot.
+        DataError: an effect lacks what drives it, such as a temperature.
     """
-    robot.check_joints(q)
-    return chains.poses(robot.chain, q, shift=_shift(robot, q, motion))
+    robot.check_joints(motion.q)
+    return chains.poses(robot.chain, motion.q, shift=shift_of(robot, motion))
 
 
-def link_frames(
-    robot: Robot, q: Float[np.ndarray, "rows n"], *, motion: Motion | None = None
-) -> Float[np.ndarray, "rows frames 4 4"]:
+def link_frames(robot: Robot, motion: Motion) -> Float[np.ndarray, "rows frames 4 4"]:
     """Poses of the arm's first frame, of every joint entry's link frame, and of the tool.
 
     Args:
         robot: Geometry with L joint entries.
-        q: Joint positions [rad or m].
-        motion: State of every row, for a robot with effects; q alone if None.
+        motion: State of every row.
 
     Returns:
         L + 2 poses a row in the measuring frame.
     """
-    robot.check_joints(q)
+    robot.check_joints(motion.q)
     ends = np.array([robot.base_size - 1, *robot.chain_ends, len(robot.chain.elements) - 1])
-    return chains.frames(robot.chain, q, ends, shift=_shift(robot, q, motion))
+    return chains.frames(robot.chain, motion.q, ends, shift=shift_of(robot, motion))
 
 
 def sensitivity_blocks(
-    robot: Robot,
-    q: Float[np.ndarray, "rows n"],
-    names: tuple[str, ...],
-    *,
-    block: int = BLOCK,
-    motion: Motion | None = None,
+    robot: Robot, motion: Motion, names: tuple[str, ...], *, block: int = BLOCK
 ) -> Iterator[tuple[slice, np.ndarray, np.ndarray]]:
     """Poses and identification Jacobians block by block, in memory that does not grow with the rows.
 
     Args:
         robot: Geometry with base and tool.
-        q: Joint positions [rad or m].
+        motion: State of every row.
         names: Constants to differentiate by, P of them.
         block: Rows per block.
-        motion: State of every row, for a robot with effects; q alone if None.
 
     Yields:
         The rows, their poses (b, 4, 4) and their twists [v; w] per constant (b, 6, P). The arrays are
         written anew by the next block: copy what you keep.
     """
-    robot.check_joints(q)
+    robot.check_joints(motion.q)
+    size = len(motion)
     if robot.effects:
-        motion = Motion(q) if motion is None else motion
-        for start in range(0, len(q), block):
-            rows = slice(start, min(start + block, len(q)))
+        for start in range(0, size, block):
+            rows = slice(start, min(start + block, size))
             yield (rows, *_bent_sensitivity(robot, motion.take(rows), names))
         return
     columns = robot.chain.indices(names)
-    block = min(block, max(len(q), 1))
+    block = min(block, max(size, 1))
     poses, twists = np.empty((block, 4, 4)), np.empty((block, 6, len(columns)))
-    for start in range(0, len(q), block):
-        rows = slice(start, min(start + block, len(q)))
-        size = rows.stop - rows.start
-        out = (poses[:size], twists[:size])
-        yield (rows, *chains.twists(robot.chain, q[rows], columns, out=out))
+    for start in range(0, size, block):
+        rows = slice(start, min(start + block, size))
+        length = rows.stop - rows.start
+        out = (poses[:length], twists[:length])
+        yield (rows, *chains.twists(robot.chain, motion.q[rows], columns, out=out))
 
 
 def sensitivity(
-    robot: Robot,
-    q: Float[np.ndarray, "rows n"],
-    names: tuple[str, ...] | None = None,
-    *,
-    motion: Motion | None = None,
+    robot: Robot, motion: Motion, names: tuple[str, ...] | None = None
 ) -> tuple[Float[np.ndarray, "rows 4 4"], Float[np.ndarray, "rows 6 p"]]:
     """Tool poses and the identification Jacobian: the tool's twist per constant.
 
     Args:
         robot: Geometry with base and tool.
-        q: Joint positions [rad or m].
+        motion: State of every row.
         names: Constants and coefficients to differentiate by; the robot's default free constants if None.
-        motion: State of every row, for a robot with effects; q alone if None.
 
     Returns:
         Poses, and twists [v; w] at the tool's origin in base axes (ARIA eqs. 11–13).
     """
-    robot.check_joints(q)
+    robot.check_joints(motion.q)
     names = robot.default_free if names is None else names
     if robot.effects:
-        return _bent_sensitivity(robot, Motion(q) if motion is None else motion, names)
-    return chains.twists(robot.chain, q, robot.chain.indices(names))
+        return _bent_sensitivity(robot, motion, names)
+    return chains.twists(robot.chain, motion.q, robot.chain.indices(names))
 
 
 def geometric_jacobian(robot: Robot, q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows 6 n"]:
-    """Twist of the tool per joint coordinate, base axes at the tool's origin; effects are left out."""
+    """Twist of the tool per joint coordinate, base axes at the tool's origin, of the geometry alone."""
     robot.check_joints(q)
     return chains.twists(robot.chain, q, joint_elements(robot))[1]
-
-
-def _shift(robot: Robot, q: np.ndarray, motion: Motion | None) -> np.ndarray:
-    """What effects add to the chain; nothing for a robot without any."""
-    return shift_of(robot, Motion(q) if motion is None else motion) if robot.effects else chains.NO_SHIFT
 
 
 def _bent_sensitivity(robot: Robot, motion: Motion, names: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:

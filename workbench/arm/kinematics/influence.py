@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.kinematics.forward import sensitivity, tool_poses
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.types import frozen
 
@@ -63,7 +64,7 @@ class Influence:
 
 def influence(
     robot: Robot,
-    q: Float[np.ndarray, "rows n"],
+    motion: Motion,
     *,
     names: tuple[str, ...] | None = None,
     angle: float = ANGLE,
@@ -73,7 +74,7 @@ def influence(
 
     Args:
         robot: Geometry.
-        q: Joint positions [rad or m].
+        motion: State of every row.
         names: Constants; the robot's default free ones if None.
         angle: Deviation of an angle [rad].
         length: Deviation of a length [m].
@@ -82,17 +83,15 @@ def influence(
     elements = robot.chain.elements
     turns = np.array([elements[i].axis.turns for i in robot.chain.indices(names)], bool)
     deviated = robot.values(names) + np.where(turns, angle, length)
-    here = tool_poses(robot, q)[:, :3, 3]
+    here = tool_poses(robot, motion)[:, :3, 3]
     moved = [
-        tool_poses(robot.with_values({name: float(value)}), q)[:, :3, 3] - here
+        tool_poses(robot.with_values({name: float(value)}), motion)[:, :3, 3] - here
         for name, value in zip(names, deviated, strict=True)
     ]
     return Influence(names=names, distances=frozen(np.linalg.norm(np.stack(moved, axis=1), axis=-1)))
 
 
-def first_order_influence(
-    robot: Robot, q: Float[np.ndarray, "rows n"], *, names: tuple[str, ...] | None = None
-) -> Influence:
+def first_order_influence(robot: Robot, motion: Motion, *, names: tuple[str, ...] | None = None) -> Influence:
     """`influence` with the standard deviations, to first order: all constants at once, for live views.
 
     e_i = |J_v,i| δ_i with the linear part of the identification Jacobian; what it leaves out is of the
@@ -101,7 +100,7 @@ def first_order_influence(
     names = robot.default_free if names is None else names
     elements = robot.chain.elements
     turns = np.array([elements[i].axis.turns for i in robot.chain.indices(names)], bool)
-    twists = sensitivity(robot, q, names)[1]
+    twists = sensitivity(robot, motion, names)[1]
     return Influence(
         names=names,
         distances=frozen(np.linalg.norm(twists[:, :3], axis=1) * np.where(turns, ANGLE, LENGTH)),

@@ -14,6 +14,7 @@ from typing import final
 import numpy as np
 
 from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import OptionError
@@ -332,7 +333,7 @@ class Acquisition:
         if sample is None:
             return None, False, False, False
         if not self._seen:
-            return tool_poses(self._robot, sample.q[None])[0], True, True, False
+            return tool_poses(self._robot, Motion(sample.q[None]))[0], True, True, False
         if sample.position is None:
             return None, False, False, True
         turn = np.eye(3) if sample.rotation is None else sample.rotation

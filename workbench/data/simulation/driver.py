@@ -17,6 +17,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
 from workbench.arm.robot import JointKind, Robot
 from workbench.base import se3
 from workbench.base.errors import OptionError
@@ -102,7 +103,7 @@ def _samples(actual, targets, rng, instrument, pace, here, clock) -> Iterator[Sa
     count = 0
     for target in targets:
         path = np.concatenate([_approach(actual, here, target, pace), _stand(target, pace)])
-        poses = None if instrument is None else tool_poses(actual, path)
+        poses = None if instrument is None else tool_poses(actual, Motion(path))
         for k, q in enumerate(path):
             position, rotation = _seen(None if poses is None else poses[k], instrument, rng)
             yield Sample(

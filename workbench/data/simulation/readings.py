@@ -51,17 +51,15 @@ def read_poses(
 def read_tilts(
     instrument: Instrument,
     actual: Robot,
-    q: Float[np.ndarray, "rows n"],
+    motion: Motion,
     rng: np.random.Generator,
-    *,
-    motion: Motion | None = None,
 ) -> dict[int, Float[np.ndarray, "rows 2"]]:
     """Readings of an inclinometer on every moving link [rad], by link from 1; see `observations/tilt.py`.
 
     The noise turns what it sees as upwards about the two axes across that.
     """
     moving = [i for i, joint in enumerate(actual.joints) if joint.kind != "fixed"]
-    frames = link_frames(actual, q, motion=motion)
+    frames = link_frames(actual, motion)
     level = level_axes(actual.gravity) @ actual.base.rotation.T
     _, turn = instrument.deviations
     out = {}

@@ -69,24 +69,22 @@ def virtual_arm(
 
 def simulate(
     actual: Robot,
-    q: Float[np.ndarray, "rows n"],
+    motion: Motion,
     *,
     instrument: Instrument,
     rng: np.random.Generator,
     joint_noise: float = 0.0,
     anchors: Mapping[str, Vector3] | None = None,
-    motion: Motion | None = None,
 ) -> Dataset:
     """Measure an arm at given joint positions.
 
     Args:
         actual: The arm that is measured.
-        q: Joint positions [rad or m].
+        motion: Joint positions, and what drives the arm's effects, which is written into the rows.
         instrument: What measures it.
         rng: Source of the noise.
         joint_noise: Standard deviation of the joint readings [rad or m]; 0 for exact ones.
         anchors: Places that distances are measured from [m]; three about the base if None.
-        motion: What drives the arm's effects beside q, one row a joint position; written into the rows.
 
     Returns:
         One row a joint position; its `q` are the readings.
@@ -101,28 +99,27 @@ def simulate(
         )
     anchors = three_anchors(actual) if anchors is None else anchors
     if instrument.observes in (Observes.SPHERE, Observes.PLANE):
-        return _touching(actual, q, instrument, rng, joint_noise, anchors, motion)
-    state = None if motion is None else motion.at(q)
-    poses = tool_poses(actual, q, motion=state)
+        return _touching(actual, motion, instrument, rng, joint_noise, anchors)
+    poses = tool_poses(actual, motion)
     seen: dict[str, Any]
     if instrument.observes is Observes.TILT:
-        seen = {"tilt": read_tilts(instrument, actual, q, rng, motion=state)}
+        seen = {"tilt": read_tilts(instrument, actual, motion, rng)}
     else:
         seen = read_poses(instrument, poses, rng, anchors)
-    return _dataset(actual, q, instrument, rng, joint_noise, poses, seen, motion=motion)
+    return _dataset(actual, motion, instrument, rng, joint_noise, poses, seen)
 
 
-def _touching(actual, q, instrument, rng, joint_noise, anchors, motion) -> Dataset:
+def _touching(actual, motion, instrument, rng, joint_noise, anchors) -> Dataset:
     """Rows of a probe that goes to balls or planes from each joint position."""
     sigma, _ = instrument.deviations
     if instrument.observes is Observes.SPHERE:
         balls = {f"ball {name}": place for name, place in anchors.items()}
-        touched = touch_balls(actual, q, balls, sigma=sigma, rng=rng, motion=motion)
+        touched = touch_balls(actual, motion, balls, sigma=sigma, rng=rng)
     else:
-        touched = touch_planes(actual, q, three_planes(actual), sigma=sigma, rng=rng, motion=motion)
-    state = None if motion is None else motion.at(touched.q)
-    poses, seen = tool_poses(actual, touched.q, motion=state), {"contact": touched.names}
-    rows = _dataset(actual, touched.q, instrument, rng, joint_noise, poses, seen, motion=motion)
+        touched = touch_planes(actual, motion, three_planes(actual), sigma=sigma, rng=rng)
+    motion = motion.at(touched.q)
+    poses, seen = tool_poses(actual, motion), {"contact": touched.names}
+    rows = _dataset(actual, motion, instrument, rng, joint_noise, poses, seen)
     return without(rows, np.where(touched.reached, "", "out of the arm's reach"))
 
 
@@ -177,19 +174,20 @@ def simulate_targets(
     else:
         actual.check_joints(near, "near")
         q, notes = _follow(actual, imposed, near, motion)
+    state = Motion(q) if motion is None else motion.at(q)
     anchors = three_anchors(actual) if anchors is None else anchors
     seen: dict[str, Any]
     if instrument.observes is Observes.CONTACT:
         seen = {"contact": _points(targets[:, :3, 3])}
     elif instrument.observes is Observes.TILT:
-        state = None if motion is None else motion.at(q)
-        seen = {"tilt": read_tilts(instrument, actual, q, rng, motion=state)}
+        seen = {"tilt": read_tilts(instrument, actual, state, rng)}
     else:
         seen = read_poses(instrument, imposed, rng, anchors)
-    return _dataset(actual, q, instrument, rng, joint_noise, imposed, seen, notes, motion)
+    return _dataset(actual, state, instrument, rng, joint_noise, imposed, seen, notes)
 
 
-def _dataset(actual, q, instrument, rng, joint_noise, poses, seen, notes=(), motion=None) -> Dataset:
+def _dataset(actual, motion, instrument, rng, joint_noise, poses, seen, notes=()) -> Dataset:
+    q = motion.q
     readings = q + rng.normal(0.0, joint_noise, q.shape) if joint_noise > 0 else q.copy()
     position, rotation = instrument.deviations
     sigma = None
@@ -210,10 +208,9 @@ def _dataset(actual, q, instrument, rng, joint_noise, poses, seen, notes=(), mot
     return without(rows, reasons)
 
 
-def _columns(motion: Motion | None) -> dict[str, Any]:
+def _columns(motion: Motion) -> dict[str, Any]:
     """What of the state a table of measurements holds; poses are taken at rest."""
-    known = {} if motion is None else motion.drivers
-    return {name: values for name, values in known.items() if name in Dataset.__dataclass_fields__}
+    return {name: values for name, values in motion.drivers.items() if name in Dataset.__dataclass_fields__}
 
 
 def without(rows: Dataset, reasons: np.ndarray) -> Dataset:

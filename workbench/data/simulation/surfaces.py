@@ -63,54 +63,46 @@ def three_planes(robot: Robot) -> dict[str, PlaneSurface]:
 
 def touch_balls(
     actual: Robot,
-    q: Float[np.ndarray, "rows n"],
+    motion: Motion,
     balls: Mapping[str, Vector3],
     *,
     sigma: float,
     rng: np.random.Generator,
-    motion: Motion | None = None,
 ) -> Touched:
     """Find the centres of balls in turn by touching them all around.
 
     Args:
         actual: The arm.
-        q: Joint positions from which it comes [rad or m].
+        motion: Joint positions from which it comes, and what drives the arm's effects.
         balls: Centres by name [m].
         sigma: Standard deviation of a centre's coordinate [m].
         rng: Source of the noise.
-        motion: What drives the arm's effects beside q.
     """
-    names = np.array(list(balls))[np.arange(len(q)) % len(balls)]
+    names = np.array(list(balls))[np.arange(len(motion)) % len(balls)]
     centres = np.stack([balls[name] for name in names])
-    return _bring(actual, q, centres + rng.normal(0.0, sigma, centres.shape), names, motion)
+    return _bring(actual, motion, centres + rng.normal(0.0, sigma, centres.shape), names)
 
 
 def touch_planes(
     actual: Robot,
-    q: Float[np.ndarray, "rows n"],
+    motion: Motion,
     planes: Mapping[str, PlaneSurface],
     *,
     sigma: float,
     rng: np.random.Generator,
-    motion: Motion | None = None,
 ) -> Touched:
     """Touch planes in turn from the given joint positions; arguments as `touch_balls`."""
-    names = np.array(list(planes))[np.arange(len(q)) % len(planes)]
+    names = np.array(list(planes))[np.arange(len(motion)) % len(planes)]
     normals = np.stack([planes[name].normal for name in names])
-    offsets = np.array([planes[name].offset for name in names]) + rng.normal(0.0, sigma, len(q))
-    tips = _poses(actual, q, motion)[:, :3, 3]
+    offsets = np.array([planes[name].offset for name in names]) + rng.normal(0.0, sigma, len(motion))
+    tips = tool_poses(actual, motion)[:, :3, 3]
     gaps = offsets - (normals * tips).sum(axis=1)
-    return _bring(actual, q, tips + gaps[:, None] * normals, names, motion)
+    return _bring(actual, motion, tips + gaps[:, None] * normals, names)
 
 
-def _bring(
-    actual: Robot, q: np.ndarray, tips: Float[np.ndarray, "rows 3"], names: np.ndarray, motion: Motion | None
-) -> Touched:
+def _bring(actual: Robot, motion: Motion, tips: Float[np.ndarray, "rows 3"], names: np.ndarray) -> Touched:
     """The joint positions next to q whose tip is at each place."""
-    targets = se3.pose(_poses(actual, q, motion)[:, :3, :3], tips)
+    q = motion.q
+    targets = se3.pose(tool_poses(actual, motion)[:, :3, :3], tips)
     found = inverse.follow_many(actual, targets, q, task=Task.POSITION, motion=motion)
     return Touched(np.where(found.converged[:, None], found.q, q), names, found.converged)
-
-
-def _poses(actual: Robot, q: np.ndarray, motion: Motion | None) -> np.ndarray:
-    return tool_poses(actual, q, motion=None if motion is None else motion.at(q))

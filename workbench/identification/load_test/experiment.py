@@ -136,7 +136,7 @@ def read_plan(
     actual: Robot, plan: LoadTestPlan, *, instrument: Instrument, rng: np.random.Generator
 ) -> Dataset:
     """Readings of the inclinometers on an arm in the postures of a plan."""
-    return simulate(actual, plan.q, instrument=instrument, rng=rng, motion=Motion(plan.q, payload=plan.added))
+    return simulate(actual, Motion(plan.q, payload=plan.added), instrument=instrument, rng=rng)
 
 
 def tilting_of(robot: Robot, plan: LoadTestPlan, data: Dataset, *, instrument: Instrument) -> Tilting:
@@ -176,7 +176,7 @@ def pulled_joint(robot: Robot, known: Tilting, loads: SideLoads, data: Dataset) 
 
 def _pulled(actual: Robot, loads: SideLoads, tracker: Instrument, rng: np.random.Generator) -> Dataset:
     """Poses of the tool under the pulls, by a tracker that stands where it sees them all."""
-    data = simulate(actual, loads.q, instrument=tracker, rng=rng, motion=Motion(loads.q, wrench=loads.wrench))
+    data = simulate(actual, Motion(loads.q, wrench=loads.wrench), instrument=tracker, rng=rng)
     position, turn = tracker.deviations
     return replace(data, sigma=np.tile([position] * 3 + [turn or position] * 3, (len(loads.q), 1)))
 

@@ -6,6 +6,7 @@ from matplotlib.figure import Figure
 
 from workbench.arm import chain as chains
 from workbench.arm.kinematics.forward import joint_elements, tool_poses
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame, JointKind, Robot
 from workbench.identification.errors import RowErrors
 from workbench.identification.record import Identification
@@ -139,7 +140,7 @@ def _radius(arm: Robot, q: np.ndarray) -> np.ndarray:
     element = int(joint_elements(arm)[0])
     before = chains.frames(arm.chain, q, np.array([element - 1]))[:, 0]
     axis = before[:, :3, int(arm.chain.axes[element]) % 3]
-    arm_vector = tool_poses(arm, q)[:, :3, 3] - before[:, :3, 3]
+    arm_vector = tool_poses(arm, Motion(q))[:, :3, 3] - before[:, :3, 3]
     return np.linalg.norm(arm_vector - (arm_vector * axis).sum(1, keepdims=True) * axis, axis=1)
 
 

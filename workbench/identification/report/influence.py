@@ -4,6 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from workbench.arm.kinematics.influence import Influence, influence
+from workbench.arm.motion import Motion
 from workbench.identification.record import Identification
 from workbench.report.drawing import (
     COLOURS,
@@ -48,4 +49,4 @@ def influence_of_fit(result: Identification) -> Figure | None:
     names = tuple(name for name in fit.problem.names if name in own)
     if not names:
         return None
-    return influence_figure(influence(fit.calibrated.with_effects(), fit.problem.data.q, names=names))
+    return influence_figure(influence(fit.calibrated.with_effects(), Motion(fit.problem.data.q), names=names))

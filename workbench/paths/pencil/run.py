@@ -85,7 +85,7 @@ def draw_path(
         raise DataError(f"{trajectory.source}: an arm that draws needs time[s] and joints (q1[rad] …)")
     robot.check_joints(q, trajectory.source)
     here = robot.with_frames(base=Frame())
-    poses = tool_poses(here, q, motion=path_state(q, trajectory))
+    poses = tool_poses(here, path_state(q, trajectory))
     drawn = draw(poses, circle.centre, circle.along, circle.across)
     rng = np.random.default_rng(seed)
     image = scan(

@@ -17,6 +17,7 @@ from workbench.arm.inverse import solve as inverse
 from workbench.arm.inverse.branch import margins
 from workbench.arm.inverse.follow import follow_many
 from workbench.arm.kinematics.forward import sensitivity
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.plate.optimiser.blocks import SIDE, Blocks, Making, Places, places_of, tool_poses_at
 from workbench.plate.optimiser.capsules import ArmShape
@@ -172,7 +173,7 @@ class Setting:
 
     def rows(self, q: Float[np.ndarray, "rows n"], places: Places) -> Float[np.ndarray, "rows m p"]:
         """Whitened rows per scaled parameter and per unknown of the reading, for targets in postures."""
-        at, twists = sensitivity(self.robot, q, self.names)
+        at, twists = sensitivity(self.robot, Motion(q), self.names)
         jacobian, unknown = self.reading.rows(at, twists * self.scales, self.sigma(places))
         return np.concatenate([jacobian, unknown], axis=2)
 

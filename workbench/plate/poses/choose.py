@@ -19,6 +19,7 @@ from jaxtyping import Float
 
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.linearisation import linearise
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import Outcome, frozen
@@ -112,7 +113,7 @@ class PoseTask:
 
     def pairs(self, pool: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
         """Which candidates clash, and which may follow each other."""
-        places = in_base(self.robot, tool_poses(self.robot, pool))[:, :3, 3]
+        places = in_base(self.robot, tool_poses(self.robot, Motion(pool)))[:, :3, 3]
         return self.limits.clash(places), self.limits.follow(pool)
 
 

@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.kinematics.forward import sensitivity
+from workbench.arm.motion import Motion
 from workbench.arm.robot import JointKind, Robot
 from workbench.base.errors import OptionError
 
@@ -52,7 +53,7 @@ def circle_poses(robot: Robot, number: int, *, rng: np.random.Generator) -> Floa
 def levers(robot: Robot, q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows n"]:
     """Distance of the tool point from every joint's axis [m]: the length of its offset's velocity."""
     offsets = robot.joint_offsets
-    _, twists = sensitivity(robot, q, offsets)
+    _, twists = sensitivity(robot, Motion(q), offsets)
     return np.linalg.norm(twists[:, :3], axis=1)
 
 

@@ -19,6 +19,7 @@ from scipy.spatial.distance import cdist
 from workbench.arm.inverse import solve as inverse
 from workbench.arm.inverse.solve import Task
 from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
@@ -74,7 +75,7 @@ def largest_cube(robot: Robot, *, rng: np.random.Generator) -> Region:
     """
     low, high = robot.search_limits.T
     q = rng.uniform(low, high, (SAMPLES, robot.dof))
-    points = in_base(robot, tool_poses(robot, q))[:, :3, 3]
+    points = in_base(robot, tool_poses(robot, Motion(q)))[:, :3, 3]
     corner, side = points.min(axis=0), float(np.ptp(points, axis=0).max()) / VOXELS
     cells = np.floor((points - corner) / side).astype(np.int64)
     counts = np.zeros(cells.max(axis=0) + 1, np.int64)

@@ -15,6 +15,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from workbench.arm.kinematics.forward import geometric_jacobian, tool_poses
+from workbench.arm.motion import Motion
 from workbench.arm.robot import JointKind, Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import frozen
@@ -70,7 +71,7 @@ class PoseLimits:
 
     def admits(self, robot: Robot, q: Float[np.ndarray, "rows n"]) -> Bool[np.ndarray, " rows"]:
         """Which joint positions keep all that is asked of single poses."""
-        kept = self.inside(in_base(robot, tool_poses(robot, q)))
+        kept = self.inside(in_base(robot, tool_poses(robot, Motion(q))))
         kept[kept] = self._has_room(robot, q[kept])
         return kept
 
@@ -109,7 +110,7 @@ class PoseLimits:
 
     def keeps(self, robot: Robot, q: Float[np.ndarray, "rows n"]) -> Bool[np.ndarray, " rows"]:
         """Which rows of an ordered set keep all limits, with their neighbours and the others."""
-        poses = in_base(robot, tool_poses(robot, q))
+        poses = in_base(robot, tool_poses(robot, Motion(q)))
         near = self.clash(poses[:, :3, 3])
         np.fill_diagonal(near, False)
         kept = self.admits(robot, q) & ~near.any(1)
@@ -195,7 +196,7 @@ def _none_found(robot: Robot, limits: PoseLimits, found: int, tries: int) -> str
         )
     box = f"region {region.min.tolist()} to {region.max.tolist()} m"
     q = random_poses(robot, tries, rng=np.random.default_rng(0))
-    poses = in_base(robot, tool_poses(robot, q))
+    poses = in_base(robot, tool_poses(robot, Motion(q)))
     placed, turned = int(limits._in_region(poses).sum()), int(limits._in_cone(poses).sum())
     if limits.towards is None or not placed:
         return (

@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import DataError
@@ -41,7 +42,7 @@ def random_poses(
         )
 
     def inside(q: np.ndarray) -> np.ndarray:
-        return region.contains(in_base(robot, tool_poses(robot, q))[:, :3, 3])
+        return region.contains(in_base(robot, tool_poses(robot, Motion(q)))[:, :3, 3])
 
     return poses_that(robot, number, inside, rng=rng, complaint=complaint)
 

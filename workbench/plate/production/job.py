@@ -8,6 +8,7 @@ from jaxtyping import Bool, Float, Int
 
 from workbench.arm.kinematics.forward import geometric_jacobian, sensitivity
 from workbench.arm.linearisation import Linearisation, linearise
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import frozen
@@ -118,7 +119,7 @@ class Job:
     @cached_property
     def linearisation(self) -> Linearisation:
         """Of the targets at the nominal arm, as the identification sees them."""
-        _, twists = sensitivity(self.robot, self.q, self.names)
+        _, twists = sensitivity(self.robot, Motion(self.q), self.names)
         like = linearise(self.robot, self.q[:1], names=self.names)
         rows = (twists / self.sigma[:, :, None])[self.held]
         return Linearisation(
@@ -159,7 +160,7 @@ class Job:
             own = np.arange(len(self.q))
             spread[own, :, own] = steps @ np.swapaxes(steps, 1, 2)
             noise = noise + spread[self.held][:, self.held]
-        _, twists = sensitivity(self.robot, self.bank, self.names)
+        _, twists = sensitivity(self.robot, Motion(self.bank), self.names)
         off = twists @ (pull @ np.linalg.cholesky(noise))
         return np.stack([(off[:, :3] ** 2).sum((1, 2)), (off[:, 3:] ** 2).sum((1, 2))], -1)
 

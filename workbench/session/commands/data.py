@@ -12,6 +12,7 @@ from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.backlash import Backlash
 from workbench.arm.effects.joint_compliance import JointCompliance
 from workbench.arm.effects.joint_harmonic import JointHarmonic
+from workbench.arm.motion import Motion
 from workbench.arm.robot import JointKind, Robot
 from workbench.base.errors import DataError, OptionError, WorkbenchError
 from workbench.data.plausible import check_plausible
@@ -141,10 +142,10 @@ class MeasureVirtualArm(AbstractTask):
         instrument = self.instrument_in(session)
         progress(0.3, "measuring at the targets")
         used, near = postures(actual, session)
-        rows = simulate(actual, near, instrument=instrument, rng=rng)
+        rows = simulate(actual, Motion(near), instrument=instrument, rng=rng)
         progress(0.6, "measuring in the region")
         around = nearby_poses(robot, session.plate.region, CHECKS + self.more, rng=rng, measured=near)
-        seen = simulate(actual, around, instrument=instrument, rng=rng)
+        seen = simulate(actual, Motion(around), instrument=instrument, rng=rng)
         checks = seen.take(np.arange(CHECKS))
         rows = rows.joined(seen.take(np.arange(CHECKS, len(seen))))
         name = f"Virtual arm {self.seed}"

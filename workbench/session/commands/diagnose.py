@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import frozen
@@ -114,7 +115,7 @@ class TakeNextPoses(AbstractChange):
 
     def apply(self, session: Session) -> Session:
         q = np.asarray(_found(session).measure_next)
-        poses = se3.inverse(session.robot.base.pose) @ tool_poses(session.robot, q)
+        poses = se3.inverse(session.robot.base.pose) @ tool_poses(session.robot, Motion(q))
         new = tuple(
             Target(frozen(pose[:3, 3]), frozen(se3.matrix_to_rpy(pose[:3, :3])), q=frozen(row.copy()))
             for pose, row in zip(poses, q, strict=True)

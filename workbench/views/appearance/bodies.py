@@ -14,6 +14,7 @@ from workbench.arm import chain as chains
 from workbench.arm.chain import Element
 from workbench.arm.kinematics import skeleton
 from workbench.arm.kinematics.forward import joint_elements, link_frames
+from workbench.arm.motion import Motion
 from workbench.arm.robot import JointKind, Robot
 from workbench.base import se3
 from workbench.base.types import Matrix4
@@ -93,7 +94,7 @@ def file_bodies(robot: Robot) -> tuple[Body, ...]:
     from workbench.arm.meshes import link_meshes
 
     still = np.zeros(robot.dof)
-    links = link_frames(robot, still[None])[0]
+    links = link_frames(robot, Motion(still[None]))[0]
     into = se3.inverse(robot.base.pose @ body_frames(robot, still))
     moving = np.cumsum([0, *(joint.kind is not JointKind.FIXED for joint in robot.joints)])
     parts: list[list[Part]] = [[] for _ in range(robot.dof + 1)]

@@ -8,6 +8,7 @@ import numpy as np
 import viser
 
 from workbench.arm.kinematics.influence import Influence, first_order_influence
+from workbench.arm.motion import Motion
 from workbench.session.commands.arm import standing
 from workbench.session.state import Session
 from workbench.views.appearance.colours import SELECTED, css
@@ -50,7 +51,7 @@ class InfluencePanel(AbstractPanel):
         if session.drag is None or session.robot is not self._shown[0]:
             self._at_targets = _at_targets(session)
         self._shown = basis
-        here = first_order_influence(session.robot, q[None])
+        here = first_order_influence(session.robot, Motion(q[None]))
         self._html.content = block(
             heading("Motion of the tool here [mm]") + bars(here, self._at_targets or here) + _legend(),
             testid="influence",
@@ -60,7 +61,7 @@ class InfluencePanel(AbstractPanel):
 def _at_targets(session: Session) -> Influence | None:
     """At all targets in reach; not worked out anew at every step of a drag."""
     q = [state.q for state in session.states if state.reached]
-    return first_order_influence(session.robot, np.stack(q)) if q else None
+    return first_order_influence(session.robot, Motion(np.stack(q))) if q else None
 
 
 class _Bar(NamedTuple):

@@ -6,6 +6,7 @@ import numpy as np
 import viser
 
 from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
 from workbench.arm.robot import JointKind, Robot
 from workbench.base import se3
 from workbench.session.commands.arm import Jog, JogTo, standing
@@ -57,7 +58,7 @@ class JogPanel(AbstractPanel):
         for slider, value, joint in zip(self._sliders, q, session.robot.moving, strict=True):
             shown = 1e3 * value if joint.kind is JointKind.PRISMATIC else np.rad2deg(value)
             set_value(slider, float(np.clip(round(float(shown), 1), slider.min, slider.max)))
-        tool = se3.inverse(session.robot.base.pose) @ tool_poses(session.robot, q[None])[0]
+        tool = se3.inverse(session.robot.base.pose) @ tool_poses(session.robot, Motion(q[None]))[0]
         if q is not self._q or session.units is not self._units:  # what is being typed stays
             self._q, self._units = q, session.units
             self._xyz.show(tool[:3, 3], session.units)
