@@ -38,18 +38,29 @@ HOOKS = {
     "AbstractObservation.start",
     "AbstractObservation.seen",
     "AbstractObservation.each",
-    "AbstractEffect.components",
-    "AbstractEffect.growth",
-    "AbstractEffect.slope",
-    "AbstractEffect.ranges",
-    "AbstractEffect.mistake",
+    "AbstractLaw.loads",
+    "AbstractLaw.needs",
+    "AbstractLaw.names",
+    "AbstractLaw.units",
+    "AbstractLaw.elements",
+    "AbstractLaw.slope",
+    "AbstractLaw.growth",
+    "AbstractLaw.ranges",
+    "AbstractLaw.mistake",
+    "AbstractEffect.variant",
+    "AbstractEffect.offers",
+    "AbstractEffect.usual_joint",
+    "AbstractEffect.example",
+    "AbstractEffect.views",
+    "AbstractEffect.caveat",
     "AbstractCommand.key",
     "AbstractCommand.check",
     "AbstractChange.merged_with",
     "AbstractChange.recalled",
 }
-"""Methods that say `nothing` by default: most observations have no unknowns of their own, most effects feel
-no loads and have no settings, most commands can always be carried out and stand for themselves alone."""
+"""Methods that say `nothing` or what is usual by default: most observations have no unknowns of their own, most
+commands can always be carried out and stand for themselves alone; an effect says what sets it apart, so that
+a new one is a law and a sentence."""
 FILES = sorted(p for p in ROOT.rglob("*.py"))
 
 

@@ -28,7 +28,6 @@ from rich.console import Console
 from rich.table import Table
 
 from workbench.diagnosis.diagnose import diagnose
-from workbench.diagnosis.words import label
 
 DATA = TESTS.parents[1] / "shared" / "data"
 BOUNDS = {
@@ -94,7 +93,7 @@ def one(robot, train, held) -> Fold:
         after=1e3 * float(after.position.mean()),
         turned=tuple(float(np.rad2deg(rows.rotation.mean())) for rows in (before, after)),
         rows=(len(held), len(held) - len(after.position)),
-        effects=tuple(label(a.effect) for a in said.effects),
+        effects=tuple(a.effect.label for a in said.effects),
         verdict=str(said.verdict),
         joint_noise=None if said.joint_noise is None else 1e3 * said.joint_noise,
         seconds=seconds,

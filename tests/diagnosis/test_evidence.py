@@ -7,8 +7,8 @@ import pytest
 from scipy import linalg, stats
 from tables import BAND, EFFECTS, FOLDS, GEOMETRY, ROWS, Table
 
+from workbench.arm.effects import Candidate
 from workbench.arm.effects.local_joint_error import LocalJointError
-from workbench.diagnosis.candidate import NAMELESS, Candidate
 from workbench.diagnosis.evidence import (
     EVIDENT,
     Term,
@@ -129,7 +129,7 @@ def test_shapes_without_a_name_must_bring_more():
     )
     named = offer(left_by(table.grams, ()), SHRUNK)
     nameless = offer(left_by(grams, ()), Candidate(spline, SMOOTH))
-    assert nameless.gain == pytest.approx(named.gain - NAMELESS)
+    assert nameless.gain == pytest.approx(named.gain - LocalJointError.handicap)
 
 
 @pytest.mark.parametrize("loose", [1e-7, 1e-2])

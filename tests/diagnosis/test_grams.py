@@ -5,6 +5,7 @@ import pytest
 from arms import ARMS, make
 from problems import fitted, geometric, slopes
 
+from workbench.arm.effects import Candidate
 from workbench.arm.effects.backlash import Backlash
 from workbench.arm.effects.base_drift import BaseDrift
 from workbench.arm.effects.bearing_compliance import BearingCompliance
@@ -16,7 +17,6 @@ from workbench.arm.effects.joint_harmonic import JointHarmonic
 from workbench.arm.effects.link_flexure import LinkFlexure
 from workbench.arm.effects.local_joint_error import LocalJointError
 from workbench.arm.effects.thermal_growth import ThermalGrowth
-from workbench.diagnosis.candidate import Candidate
 from workbench.diagnosis.columns import carriers
 from workbench.diagnosis.evidence import Term
 from workbench.diagnosis.grams import compress

@@ -5,12 +5,12 @@ import pytest
 from arms import ARMS, make
 from problems import fitted, geometric
 
+from workbench.arm.effects import Candidate
 from workbench.arm.effects.joint_compliance import JointCompliance
 from workbench.arm.effects.joint_harmonic import JointHarmonic
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.diagnosis import refit as refits
-from workbench.diagnosis.candidate import Candidate
 from workbench.diagnosis.evidence import Term, grown
 from workbench.diagnosis.grams import compress
 from workbench.diagnosis.refit import (

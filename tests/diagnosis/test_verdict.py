@@ -15,7 +15,6 @@ from workbench.arm.robot_toml import read_toml
 from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.leftover import neighbours
 from workbench.diagnosis.record import Verdict
-from workbench.diagnosis.words import sentence
 from workbench.identification.problem import Noise
 from workbench.plate.virtual_measuring import measure_poses
 
@@ -101,7 +100,7 @@ def test_a_repeated_row_is_not_its_own_neighbour():
         (JointCoupling((1, 0), (1e-3,)), "Joint 2 moves along with joint 1: 0.001 mrad/mm of its travel"),
         (
             LocalJointError((0,), (-1e-3, 0.0, 1e-3), knots=(0.0, 0.1, 0.2), range=(0.0, 0.2)),
-            "up to 1 mm that fits",
+            "up to 1 mm that no other effect explains",
         ),
         (EncoderScale((1,), (-0.005,)), "Joint 2 turns 0.5 % too little"),
     ],
@@ -110,4 +109,4 @@ def test_sliding_joints_slide(tmp_path, effect, words):
     path = tmp_path / "column.toml"
     path.write_text(SLIDING)
     rows = Motion(np.column_stack([np.linspace(0.0, 0.2, 9), np.linspace(-1.0, 1.0, 9)]))
-    assert words in sentence(effect, read_toml(path).chain, rows)
+    assert words in effect.sentence(read_toml(path).chain, rows)

@@ -11,8 +11,7 @@ from workbench.arm.effects.gravity_sag import GravitySag
 from workbench.arm.motion import Motion
 from workbench.diagnosis.catalogue import catalogue
 from workbench.diagnosis.diagnose import diagnose
-from workbench.diagnosis.weights import expected_torques
-from workbench.diagnosis.words import sentence
+from workbench.diagnosis.next_poses import expected_torques
 
 TORQUE_NOISE = 0.05
 """Of measured joint torques [N m]."""
@@ -57,7 +56,7 @@ def test_a_varying_payload_weighs_the_compliance():
 def test_the_sentence_gives_angles_alone():
     sag = GravitySag((3,), (0.002, 0.001, 0.009), terms="4x 4y payload")
     case = make("payload", TUNING[1], "aria")
-    words = sentence(sag, case.robot.chain, Motion.of(case.data))
+    words = sag.sentence(case.robot.chain, Motion.of(case.data))
     assert words.startswith("Joint 4 gives way")
     assert "up to 2 mrad" in words
 

@@ -15,12 +15,8 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.chain import Axis, Chain, Element
-from workbench.arm.effects import (
-    AbstractEffect,
-    check_ranges,
-    drifting,
-    with_insertions,
-)
+from workbench.arm.effects import AbstractEffect, check_ranges
+from workbench.arm.effects.insertions import drifting, with_insertions
 from workbench.base import se3
 from workbench.base.errors import RobotError, ShapeError
 from workbench.base.types import (

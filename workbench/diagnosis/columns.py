@@ -12,7 +12,8 @@ from jaxtyping import Float
 
 from workbench.arm import chain as chains
 from workbench.arm.effects import AbstractEffect
-from workbench.arm.effects.effect import driven_names
+from workbench.arm.effects.axes import driven_names
+from workbench.arm.effects.law import NO_WRENCHES
 from workbench.arm.kinematics.link_frames import watched
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
@@ -20,8 +21,6 @@ from workbench.arm.statics.deflection import deflect
 from workbench.arm.statics.wrenches import motion_wrenches, own_axis
 from workbench.identification.blocks import Block
 from workbench.identification.problem import Problem
-
-NO_WRENCHES = np.zeros((0, 0, 6))
 
 
 def carriers(effects: Sequence[AbstractEffect]) -> tuple[AbstractEffect, ...]:

@@ -35,10 +35,8 @@ from workbench.diagnosis.verdict import (
     conclude,
     coverage,
     explains_little,
-    learned,
     undecided,
 )
-from workbench.diagnosis.words import sentence
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.identifier import OnStep
 from workbench.identification.errors import Errors, RowErrors
@@ -228,7 +226,7 @@ def _concluded(
         message=message,
         unshown=missing,
         measure_next=next_poses(fit.problem, fit.x, asked, rng=rng),
-        notes=(*notes, *learned(accepted, fit.problem.data)),
+        notes=(*notes, *(c for a in accepted if (c := a.effect.caveat(Motion.of(fit.problem.data))))),
         seconds=perf_counter() - began,
     )
     report(1.0, "done")
@@ -341,7 +339,7 @@ def _accepted(
                 before_mm=judge.mean_mm([*model[:place], *model[place + 1 :]]),
                 after_mm=whole,
                 alternatives=alternatives,
-                words=sentence(effect, fit.calibrated.chain, Motion.of(fit.problem.data)),
+                words=effect.sentence(fit.calibrated.chain, Motion.of(fit.problem.data)),
             )
         )
     return tuple(out)

@@ -20,7 +20,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy import linalg, special
 
-from workbench.diagnosis.candidate import Candidate
+from workbench.arm.effects import Candidate
 from workbench.diagnosis.grams import Grams
 
 UNSEEN = 1e-5
@@ -174,7 +174,7 @@ def _shrunk(left: Left, candidate: Candidate) -> Offer | None:
     best = int(np.argmax(gains))
     gain = float(gains[best])
     log_p = -max(gain, 0.0)  # of twice the gain, by the chi-squared distribution with two degrees of freedom
-    charged = gain - 0.5 * float(np.log(left.grams.count)) - candidate.handicap
+    charged = gain - 0.5 * float(np.log(left.grams.count)) - candidate.effect.handicap
     return Offer(Term(candidate, float(tried[best])), charged, log_p)
 
 

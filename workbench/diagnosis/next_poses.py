@@ -15,17 +15,21 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.effects import AbstractEffect
+from workbench.arm.effects.gravity_sag import sags
+from workbench.arm.effects.law import NO_WRENCHES
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
+from workbench.base.types import JointRows
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.columns import candidate_columns, carriers
-from workbench.diagnosis.weights import expected_torques
 from workbench.identification.problem import Problem
 from workbench.plate.optimiser.capsules import arm_shape
 
-POOL, MANY = 400, 100_000
-"""Poses to choose from; fewer where poses times unknowns would be more than this."""
+POOL = 400
+"""Poses to choose from …"""
+MANY = 100_000
+"""… or fewer, where poses times unknowns would be more than this."""
 WIDER = 0.1
 """Part of the measured box by which a pose may leave it."""
 CLEAR = 0.01
@@ -172,3 +176,22 @@ def _torques(data: Dataset, like: Dataset, q: np.ndarray, arm: Robot) -> np.ndar
     if arm.has_masses or data.torque is None or not np.isfinite(data.torque).all():
         return None
     return expected_torques(arm, Motion.of(data), Motion(q, payload=like.payload))
+
+
+def expected_torques(robot: Robot, measured: Motion, other: Motion) -> JointRows:
+    """Joint torques [N m] to expect in other rows: the weights that explain the measured ones best.
+
+    Torques are linear in the same products of mass and lever as the sag of joints (`gravity_sag.py`).
+
+    Args:
+        robot: The arm; the torques of sliding joints are their mean.
+        measured: Rows with all torques.
+        other: Rows without.
+    """
+    assert measured.torque is not None, "there is something to learn from"
+    out = np.tile(measured.torque.mean(0), (len(other), 1))
+    for sag in sags(robot, measured):
+        known, asked = (sag.law(robot.chain, m, NO_WRENCHES)[:, 0] for m in (measured, other))
+        joint = sag.joints[0]
+        out[:, joint] = asked @ np.linalg.lstsq(known, measured.torque[:, joint])[0]
+    return out

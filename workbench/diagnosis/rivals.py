@@ -43,9 +43,8 @@ def rivals_of(searched: Searched, term: Term) -> list[tuple[Model, Offer]]:
     best: dict[tuple, Offer] = {}
     for found in sorted((o for o in offers(left, others) if o.gain > least), key=lambda o: -o.gain):
         effect = found.term.candidate.effect
-        key = (str(effect.name), effect.joints)
-        if key != (str(term.candidate.effect.name), term.candidate.effect.joints):
-            best.setdefault(key, found)
+        if (effect.name, effect.joints) != (term.candidate.effect.name, term.candidate.effect.joints):
+            best.setdefault((effect.name, effect.joints), found)
     return [(rest, found) for found in list(best.values())[:LISTED]]
 
 
@@ -55,17 +54,16 @@ def ambiguous(accepted: tuple[Accepted, ...]) -> list[AbstractEffect]:
 
 
 def ranked(searched: Searched, mean_mm: Callable[[Model], float]) -> tuple[Ranked, ...]:
-    """What the candidates would bring to the geometry alone, the best first; one a kind, joint and order.
+    """What the candidates would bring to the geometry alone, the best first; one for each label.
 
     Args:
         searched: The search at the geometry alone.
         mean_mm: Error of the geometry with a model on the rows that judge [mm].
     """
     left = left_by(searched.grams, ())
-    best: dict[tuple, Offer] = {}
+    best: dict[str, Offer] = {}
     for found in sorted(offers(left, searched.offered.candidates), key=lambda o: -o.gain):
-        effect = found.term.candidate.effect
-        best.setdefault((str(effect.name), effect.joints, getattr(effect, "order", 0)), found)
+        best.setdefault(found.term.candidate.effect.label, found)
     return tuple(
         Ranked(
             o.term.candidate.effect,

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.diagnosis.candidate import Candidate
+from workbench.arm.effects import Candidate
 from workbench.diagnosis.evidence import (
     Left,
     Model,
@@ -147,7 +147,9 @@ def _one_exchange(grams: Grams, candidates: Sequence[Candidate], model: Model) -
         rest = drop(model, group)
         left = left_by(grams, rest)
         present = _worth(grams, rest, group)
-        others = [o for o in _offers(left, candidates) if len(group) == 1 or o.term.candidate.maps_joint]
+        others = [
+            o for o in _offers(left, candidates) if len(group) == 1 or o.term.candidate.effect.maps_joint
+        ]
         best = max(others, key=lambda o: o.gain, default=None)
         same = best is not None and len(group) == 1 and best.term.candidate is group[0].candidate
         if best is not None and not same and best.gain > present + BETTER:
@@ -160,8 +162,10 @@ def _one_exchange(grams: Grams, candidates: Sequence[Candidate], model: Model) -
 def _groups(model: Model) -> list[Model]:
     """Every term alone, and all maps of one joint where there are several."""
     groups: list[Model] = [(t,) for t in model]
-    for joints in {t.candidate.effect.joints for t in model if t.candidate.maps_joint}:
-        maps = tuple(t for t in model if t.candidate.maps_joint and t.candidate.effect.joints == joints)
+    for joints in {t.candidate.effect.joints for t in model if t.candidate.effect.maps_joint}:
+        maps = tuple(
+            t for t in model if t.candidate.effect.maps_joint and t.candidate.effect.joints == joints
+        )
         if len(maps) > 1:
             groups.append(maps)
     return groups

@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Bool, Int
 
+from workbench.arm.effects import Candidate
 from workbench.arm.motion import Motion
 from workbench.data.dataset import Dataset
-from workbench.diagnosis.candidate import Candidate
 from workbench.diagnosis.catalogue import Catalogue, catalogue
 from workbench.diagnosis.evidence import Model, rescaled, validated
 from workbench.diagnosis.grams import Grams, compress

@@ -17,12 +17,11 @@ from enum import StrEnum
 import numpy as np
 
 from workbench.arm.chain import Chain
-from workbench.arm.effects import AbstractEffect, Loads
-from workbench.arm.effects.effect import across, own
+from workbench.arm.effects import AbstractEffect, Candidate, Loads
+from workbench.arm.effects.axes import across, own
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.wrenches import motion_wrenches
-from workbench.diagnosis.candidate import Candidate
 from workbench.diagnosis.evidence import coefficients, curvature, left_by
 from workbench.diagnosis.stages import Searched
 

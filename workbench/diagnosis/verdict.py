@@ -5,14 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from workbench.arm.chain import Chain
-from workbench.arm.effects.effect import turns
-from workbench.arm.effects.joint_harmonic import JointHarmonic
+from workbench.arm.effects.axes import turns
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.evidence import Offer
 from workbench.diagnosis.leftover import JointNoise
 from workbench.diagnosis.record import Accepted, Verdict
 from workbench.diagnosis.rivals import ambiguous
-from workbench.diagnosis.words import label
 from workbench.identification.errors import Errors
 from workbench.identification.fit import Fit
 from workbench.identification.problem import Noise
@@ -22,8 +20,6 @@ NOISE_LIKE = 1.25
 """What is left may be this many times the noise that was known beforehand and still count as noise."""
 LITTLE, STILL = np.deg2rad(30.0), np.deg2rad(1.0)
 """A joint that turned less than this moved little; less than that, not at all [rad]."""
-FULL_TURN = np.deg2rad(340.0)
-"""A joint that turned this far was seen all round [rad]."""
 TOGETHER = 0.02
 """Part of the widest spread of poses below which a direction in joint space was not measured."""
 SPARE = 2.0
@@ -135,21 +131,6 @@ def freedoms(data: Dataset) -> int:
     return int((strength > TOGETHER * strength[0]).sum()) if span.max() > STILL else 0
 
 
-def learned(accepted: Sequence[Accepted], data: Dataset) -> list[str]:
-    """Sentences on bands of harmonics that were learned on a part of a turn."""
-    words = []
-    for effect in (a.effect for a in accepted):
-        if isinstance(effect, JointHarmonic) and len(effect.orders) > 1:
-            q = data.q[:, effect.joints[0]]
-            if np.ptp(q) < FULL_TURN:
-                low, high = np.rad2deg([q.min(), q.max()])
-                words.append(
-                    f"the harmonics of joint {effect.joints[0] + 1} were learned from {low:.0f}° to "
-                    f"{high:.0f}°; beyond, they fade out and say nothing"
-                )
-    return words
-
-
 def coverage(data: Dataset, chain: Chain) -> list[str]:
     """Sentences on what the rows leave out: joints that moved little, or all together; groups."""
     span = np.ptp(data.q, axis=0)
@@ -174,5 +155,5 @@ def _doubt(accepted: Sequence[Accepted]) -> str:
     pairs = [(a, r) for a in accepted for r in a.alternatives if r.effect in ambiguous((a,))]
     if not pairs:
         return ""
-    words = "; ".join(f"{label(a.effect)} from {label(r.effect)}" for a, r in pairs[:2])
+    words = "; ".join(f"{a.effect.label} from {r.effect.label}" for a, r in pairs[:2])
     return f" These rows can't tell {words}."

@@ -1,6 +1,5 @@
 """What drives a robot's effects, where the rows do not say it but let it be found out."""
 
-from workbench.arm.effects.backlash import Backlash
 from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_directions
@@ -11,5 +10,5 @@ def with_drivers(robot: Robot, data: Dataset) -> Dataset:
 
     Rows that have them, or no times, are as they were; an effect that still misses them says so.
     """
-    needed = any(isinstance(effect, Backlash) and effect.by == "motion" for effect in robot.effects)
+    needed = any("direction" in effect.needs for effect in robot.effects)
     return with_directions(data) if needed else data

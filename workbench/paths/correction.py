@@ -14,8 +14,6 @@ from enum import StrEnum
 import numpy as np
 from jaxtyping import Bool, Float
 
-from workbench.arm.effects.backlash import Backlash
-from workbench.arm.effects.clearance_tilt import ClearanceTilt
 from workbench.arm.inverse.bent_arm import rigid_targets, settle
 from workbench.arm.inverse.branch import margins
 from workbench.arm.inverse.damped_newton import WEIGHT, Refined, refine
@@ -203,8 +201,7 @@ def _refuse_unsettled(robot: Robot, after: Refined, time: Times) -> None:
 
 def _play(robot: Robot) -> float:
     """How far the tool may hang between the flanks of all plays, at most [m]."""
-    plays = [e for e in robot.effects if isinstance(e, (Backlash, ClearanceTilt))]
-    return 2.0 * robot.reach * sum(abs(c) for e in plays for c in e.coefficients)
+    return 2.0 * robot.reach * sum(abs(c) for e in robot.effects if e.has_play for c in e.coefficients)
 
 
 def _speeds(robot: Robot, state: Motion, most: float | None) -> np.ndarray | None:

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.effects.base_drift import BaseDrift
 from workbench.arm.inverse import solve as inverse
 from workbench.arm.inverse.branch import margins
 from workbench.arm.inverse.branches import quality
@@ -150,10 +149,9 @@ def _comparable(calibrated: Robot, nominal: Robot) -> tuple[Robot, Robot, list[s
             expected=calibrated.dof,
             found=nominal.dof,
         )
-    notes = []
-    effects = tuple(e for e in calibrated.effects if not isinstance(e, BaseDrift))
-    if len(effects) < len(calibrated.effects):
-        notes.append("base-drift is left out: the instrument creeps, not the arm")
+    effects = tuple(e for e in calibrated.effects if e.moves_arm)
+    apart = [e.name for e in calibrated.effects if not e.moves_arm]
+    notes = [f"{name} is left out: it moves the measuring frame, not the arm" for name in apart]
     here = Frame()
     actual = calibrated.with_effects(*effects).with_frames(base=here)
     return actual, nominal.with_frames(base=here, tool=calibrated.tool), notes

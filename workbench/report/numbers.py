@@ -37,3 +37,29 @@ def factor(before: float, after: float) -> str:
     if ratio > 0.95:
         return "unchanged"
     return f"{1.0 / ratio:.2g} times larger"
+
+
+READABLE = {
+    "rad": (1e3, "mrad"),
+    "m": (1e3, "mm"),
+    "1": (1e2, "%"),
+    "rad/(N*m)": (1e3, "mrad/(N·m)"),
+    "m/N": (1e6, "µm/N"),
+    "1/K": (1e6, "µm/(m·K)"),
+    "m/s": (3.6e6, "mm/h"),
+    "rad/s": (3.6e6, "mrad/h"),
+    "rad/m": (1.0, "mrad/mm"),
+    "m/rad": (1.0, "mm/mrad"),
+}
+"""Factor and name of the unit in which people read an effect's coefficient, by its SI unit."""
+
+
+def readable_unit(unit: str) -> tuple[float, str]:
+    """Factor and name of the unit in which people read a coefficient; an unknown SI unit stays as it is."""
+    return READABLE.get(unit, (1.0, unit))
+
+
+def readable(value: float, unit: str) -> str:
+    """A coefficient [SI] with three digits in the unit that people read."""
+    factor, name = readable_unit(unit)
+    return f"{factor * value:.3g} {name}"

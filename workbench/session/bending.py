@@ -6,8 +6,7 @@ from functools import lru_cache
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.effects import Insertion
-from workbench.arm.effects.effect import across_axes, driven
+from workbench.arm.effects.axes import Insertion, across_axes, driven
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import deflect

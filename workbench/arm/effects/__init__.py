@@ -4,40 +4,32 @@ from workbench.arm.effects.backlash import Backlash
 from workbench.arm.effects.base_drift import BaseDrift
 from workbench.arm.effects.bearing_compliance import BearingCompliance
 from workbench.arm.effects.clearance_tilt import ClearanceTilt
-from workbench.arm.effects.effect import (
-    AbstractEffect,
-    Insertion,
-    Loads,
-    check_ranges,
-    drifting,
-    with_insertions,
-)
+from workbench.arm.effects.effect import AbstractEffect, Candidate
 from workbench.arm.effects.encoder_scale import EncoderScale
 from workbench.arm.effects.gravity_sag import GravitySag
 from workbench.arm.effects.joint_compliance import JointCompliance
 from workbench.arm.effects.joint_coupling import JointCoupling
 from workbench.arm.effects.joint_harmonic import JointHarmonic
+from workbench.arm.effects.law import Loads, check_ranges
 from workbench.arm.effects.link_flexure import LinkFlexure
 from workbench.arm.effects.local_joint_error import LocalJointError
+from workbench.arm.effects.registry import Registry
 from workbench.arm.effects.thermal_growth import ThermalGrowth
 
-EFFECTS: dict[str, type[AbstractEffect]] = {
-    str(kind.name): kind
-    for kind in (
-        JointCompliance,
-        Backlash,
-        ClearanceTilt,
-        BearingCompliance,
-        JointHarmonic,
-        EncoderScale,
-        JointCoupling,
-        ThermalGrowth,
-        BaseDrift,
-        LinkFlexure,
-        GravitySag,
-        LocalJointError,
-    )
-}
+EFFECTS = Registry(
+    JointCompliance,
+    Backlash,
+    ClearanceTilt,
+    BearingCompliance,
+    JointHarmonic,
+    EncoderScale,
+    JointCoupling,
+    ThermalGrowth,
+    BaseDrift,
+    LinkFlexure,
+    GravitySag,
+    LocalJointError,
+)
 """The catalogue by the names of files."""
 
-__all__ = ["EFFECTS", "AbstractEffect", "Insertion", "Loads", "check_ranges", "drifting", "with_insertions"]
+__all__ = ["EFFECTS", "AbstractEffect", "Candidate", "Loads", "check_ranges"]

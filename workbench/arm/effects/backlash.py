@@ -12,15 +12,9 @@ from typing import final
 
 import numpy as np
 
-from workbench.arm.effects.effect import (
-    AbstractEffect,
-    Insertion,
-    Loads,
-    diagonal,
-    driven_names,
-    own,
-    turns,
-)
+from workbench.arm.effects.axes import diagonal, own
+from workbench.arm.effects.effect import AbstractEffect, offered
+from workbench.arm.effects.law import Loads
 
 CAUSES = ("moment", "motion")
 
@@ -36,22 +30,25 @@ class Backlash(AbstractEffect):
 
     by: str = "moment"
     name = "backlash"
-    insertion = Insertion.NONE
+    coefficient = "backlash"
+    has_play = True
 
     @property
     def loads(self):
         return Loads.NONE if self.by == "motion" else Loads.OWN
 
     @property
+    def needs(self):
+        return ("direction",) if self.by == "motion" else ()
+
+    @property
     def names(self):
         word = "backlash_by_motion" if self.by == "motion" else "backlash"
         return tuple(f"joint{j + 1}.{word}" for j in self.joints)
 
-    def units(self, chain):
-        return tuple("rad" if turns(chain, j) else "m" for j in self.joints)
-
-    def elements(self, chain):
-        return driven_names(chain, self.joints)
+    @property
+    def variant(self):
+        return "by motion" if self.by == "motion" else ""
 
     def law(self, chain, motion, wrenches):
         if self.by == "motion":
@@ -60,3 +57,17 @@ class Backlash(AbstractEffect):
 
     def mistake(self, chain):
         return None if self.by in CAUSES else f"has by = '{self.by}'; known are {' and '.join(CAUSES)}"
+
+    def sentence(self, chain, motion):
+        cause = "last motion" if self.by == "motion" else "load"
+        return f"{self.where} has play of {self.size(chain)} to either side; its {cause} decides which"
+
+    @classmethod
+    def offers(cls, arm, motion):
+        yield from offered([cls((j,)) for j in range(arm.dof)], arm, motion)
+        both_ways = [j for j in range(arm.dof) if motion.direction is None or np.ptp(motion.direction[:, j])]
+        yield from offered([cls((j,), by="motion") for j in both_ways or range(arm.dof)], arm, motion)
+
+    @classmethod
+    def example(cls, arm, joint, rng):
+        return cls((joint,), (1.0,), by="moment" if arm.has_masses else "motion")

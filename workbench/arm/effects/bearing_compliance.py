@@ -10,15 +10,9 @@ from typing import final
 
 import numpy as np
 
-from workbench.arm.effects.effect import (
-    AbstractEffect,
-    Insertion,
-    Loads,
-    across,
-    across_components,
-    inserted_names,
-    paired,
-)
+from workbench.arm.effects.axes import Insertion, across, paired
+from workbench.arm.effects.effect import AbstractEffect
+from workbench.arm.effects.law import Loads
 
 
 @final
@@ -30,21 +24,14 @@ class BearingCompliance(AbstractEffect):
     loads = Loads.ALL
     insertion = Insertion.TILT
 
-    @property
-    def names(self):
-        return tuple(f"joint{j + 1}.bearing_compliance" for j in self.joints)
-
     def units(self, chain):
         return ("rad/(N*m)",) * len(self.joints)
-
-    def elements(self, chain):
-        return inserted_names(chain, self.joints, self.insertion)
 
     def law(self, chain, motion, wrenches):
         return paired(-across(chain, self.joints, wrenches))
 
-    def components(self, chain):
-        return across_components(chain, self.joints)
-
     def slope(self, chain, motion, wrenches):
         return np.tile(-np.diag(np.repeat(self.coefficients, 2)), (len(motion), 1, 1))
+
+    def sentence(self, chain, motion):
+        return f"{self.where} tips over by {self.size(chain)} under the moment across its axis"

@@ -14,16 +14,9 @@ from typing import final
 
 import numpy as np
 
-from workbench.arm.effects.effect import (
-    AbstractEffect,
-    Insertion,
-    Loads,
-    across,
-    across_components,
-    blocks,
-    inserted_names,
-    paired,
-)
+from workbench.arm.effects.axes import Insertion, across, blocks, paired
+from workbench.arm.effects.effect import AbstractEffect
+from workbench.arm.effects.law import Loads
 
 
 @final
@@ -32,29 +25,21 @@ class ClearanceTilt(AbstractEffect):
     """One coefficient a joint."""
 
     name = "clearance-tilt"
+    coefficient = "clearance"
     loads = Loads.ALL
     insertion = Insertion.TILT
-
-    @property
-    def names(self):
-        return tuple(f"joint{j + 1}.clearance" for j in self.joints)
-
-    def units(self, chain):
-        return ("rad",) * len(self.joints)
-
-    def elements(self, chain):
-        return inserted_names(chain, self.joints, self.insertion)
+    has_play = True
 
     def law(self, chain, motion, wrenches):
         return paired(-_direction(across(chain, self.joints, wrenches))[0])
-
-    def components(self, chain):
-        return across_components(chain, self.joints)
 
     def slope(self, chain, motion, wrenches):
         direction, size = _direction(across(chain, self.joints, wrenches))
         turning = np.eye(2) - direction[..., :, None] * direction[..., None, :]
         return blocks(-turning / size[..., None] * np.array(self.coefficients)[:, None, None])
+
+    def sentence(self, chain, motion):
+        return f"{self.where} has a loose bearing: it tips over by {self.size(chain)} the way the load pushes"
 
 
 def _direction(moment: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -1,314 +1,226 @@
-"""Effects: increments of elementary values that grow linearly with a few coefficients.
+"""Effects: a law, and everything else that the package knows of it.
 
-    v_k = driver_k(q) + p_k + Σ_e c_e · φ_e,k(state)
-
-An effect names the elements k that it changes and gives its law φ of the state: joint positions, direction of
-motion, time, temperature (`Motion`), and the wrenches through the joints. What is not linear (the order of a
-harmonic, the knots of a spline) stands frozen in its record.
-
-Wrenches are those of `arm/statics/wrenches.py`: what holds the later link against its load. A joint gives
-way to the load, so that load effects carry a minus sign: a positive compliance sags.
+An effect's file holds its law (`law.py`), what a diagnosis should try (`offers`), a sentence for people, its
+pictures as numbers (`views.py`), an example to hide in a virtual arm, and flags. Whoever works with effects
+asks them; nobody else tells one from another.
 """
 
-from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
-from enum import IntEnum
+from abc import abstractmethod
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import ClassVar, Protocol, Self, runtime_checkable
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
-from workbench.arm.chain import Axis, Chain, Element
+from workbench.arm.chain import Chain
+from workbench.arm.effects.law import NO_WRENCHES, AbstractLaw, Loads
+from workbench.arm.effects.views import State, View, usual_views
 from workbench.arm.motion import Motion
-from workbench.base.errors import DataError, RobotError
+from workbench.report.numbers import readable
 
-Law = Float[np.ndarray, "rows e c"]
-Wrenches = Float[np.ndarray, "_ _ 6"]
-BASE = -1
-"""Link number of the base's elements."""
-ROUNDING = 1e-9
-"""How far outside its range a joint may be by rounding [rad or m]."""
-NO_COMPONENTS = np.zeros((0, 2), np.int64)
-NO_COMPONENTS.setflags(write=False)
+STILL = float(np.deg2rad(1.0))
+"""A joint [rad, or m] that moves less than this shows no error of its own."""
 
 
-class Loads(IntEnum):
-    """What an effect must know of the wrenches through the joints."""
+@runtime_checkable
+class Arm(Protocol):
+    """What an effect may ask of the arm that carries it: a `Robot`, which stands above effects."""
 
-    NONE = 0
-    OWN = 1
-    ALL = 2
+    @property
+    def chain(self) -> Chain:
+        """Base, arm and tool."""
 
+    @property
+    def dof(self) -> int:
+        """Number of joints."""
 
-class Insertion(IntEnum):
-    """Where an effect needs rotations that the geometry does not have.
+    @property
+    def gravity(self) -> Float[np.ndarray, "3"]:
+        """Acceleration in the base frame [m/s²]."""
 
-    Two across a joint's axis, right before (tilt) or after (bend) what it drives; or three behind the base's.
-    """
+    @property
+    def has_masses(self) -> bool:
+        """Whether the moments of its joints can be computed."""
 
-    NONE = 0
-    TILT = 1
-    BEND = 2
-    DRIFT = 3
-
-    def element(self, joint: int, axis: int) -> str:
-        """Name of the rotation of a joint's tilt or bend about one axis."""
-        return f"joint{joint + 1}.{self.name.lower()}_{'xyz'[axis]}"
+    @property
+    def search_limits(self) -> Float[np.ndarray, "n 2"]:
+        """Least and greatest position of every joint, all finite [rad or m]."""
 
 
 @dataclass(frozen=True)
-class AbstractEffect(ABC):
-    """One effect with its coefficients.
+class AbstractEffect(AbstractLaw):
+    """One effect with its coefficients. Only `name`, `law` and `sentence` have no default."""
 
-    Args:
-        joints: Columns of q that it belongs to, counted from 0; empty where it concerns the whole arm.
-        coefficients: Sizes in the order of `names`, SI; zeros if left empty.
-    """
-
-    joints: tuple[int, ...] = ()
-    coefficients: tuple[float, ...] = ()
-
-    def __post_init__(self):
-        object.__setattr__(self, "joints", tuple(int(j) for j in self.joints))
-        given = tuple(float(c) for c in self.coefficients)
-        object.__setattr__(self, "coefficients", given or (0.0,) * len(self.names))
-
-    @property
-    @abstractmethod
-    def name(self) -> str:
-        """Its name in files, such as `joint-compliance`."""
-
-    @property
-    @abstractmethod
-    def loads(self) -> Loads:
-        """What its law must know of the wrenches through the joints."""
-
-    @property
-    @abstractmethod
-    def insertion(self) -> Insertion:
-        """Rotations that its joints need beside those of the geometry."""
-
-    @property
-    @abstractmethod
-    def names(self) -> tuple[str, ...]:
-        """Names of its C coefficients, such as `joint3.compliance`."""
-
-    @property
-    def gives_way(self) -> bool:
-        """Whether its coefficients can't be negative, as nothing pushes back harder than it is loaded."""
-        return self.loads is not Loads.NONE
+    moves_arm: ClassVar[bool] = True
+    """Whether it is the arm that it moves, and not the instrument that looks at it."""
+    has_play: ClassVar[bool] = False
+    """Whether it leaps by its coefficients [rad or m] where its cause changes sign."""
+    handicap: ClassVar[float] = 0.0
+    """Log evidence that it must bring in a diagnosis beyond any other effect [nat]."""
+    typical_size: ClassVar[float | None] = None
+    """Usual greatest coefficient [SI]; None if a virtual arm should choose one that shows well."""
 
     @abstractmethod
-    def units(self, chain: Chain) -> tuple[str, ...]:
-        """Their units."""
-
-    @abstractmethod
-    def elements(self, chain: Chain) -> tuple[str, ...]:
-        """Names of the E elements that it changes."""
-
-    @abstractmethod
-    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Law:
-        """Increment of each element per unit of each coefficient [rad or m per unit].
+    def sentence(self, chain: Chain, motion: Motion) -> str:
+        """What it does with its coefficients, in plain English with readable units, without a full stop.
 
         Args:
-            chain: Base, arm and tool, with the constants in force.
-            motion: State of every row.
-            wrenches: Through every joint in its own axes [N, N m]; empty where `loads` asks for none.
+            chain: Of the arm.
+            motion: State of the measured rows.
         """
 
-    def components(self, chain: Chain) -> Int[np.ndarray, "m 2"]:
-        """Joint and place in [f; τ] of what its law varies smoothly with; none by default."""
-        return NO_COMPONENTS
-
-    def slope(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Float[np.ndarray, "rows e m"]:
-        """Derivative of Σ c φ in the M wrench components of `components`; arguments as in `law`."""
-        return np.zeros((len(motion), len(self.elements(chain)), len(self.components(chain))))
-
-    def growth(
-        self, chain: Chain, motion: Motion, wrenches: Wrenches, constants: Int[np.ndarray, " p"]
-    ) -> Float[np.ndarray, "rows e p"] | None:
-        """Derivative of Σ c φ in the constants of P elements at given wrenches; None where it is 0."""
-        return None
-
-    def sized(self, values: Mapping[str, float]) -> "AbstractEffect":
-        """The same effect with those of its coefficients that are named."""
-        if values.keys().isdisjoint(self.names):
-            return self
-        pairs = zip(self.names, self.coefficients, strict=True)
-        return replace(self, coefficients=tuple(float(values.get(name, c)) for name, c in pairs))
-
-    def ranges(self) -> dict[int, tuple[float, float]]:
-        """Least and greatest position of the joints within which alone it is known; none by default."""
-        return {}
-
-    def mistake(self, chain: Chain) -> str | None:
-        """What is wrong with its own settings, in a clause; None if nothing is."""
-        return None
-
-    def check(self, chain: Chain) -> None:
-        """Refuse an effect that the arm can't carry.
-
-        Raises:
-            RobotError: no such joint, a wrong number of coefficients, or settings without sense.
-        """
-        dof = chain.dof
-        wrong = self.mistake(chain)
-        if self.joints and not (min(self.joints) >= 0 and max(self.joints) < dof):
-            shown = next(j + 1 for j in self.joints if not 0 <= j < dof)
-            wrong = f"names joint {shown}, but the arm's joints are 1 … {dof}"
-        elif len(set(self.joints)) != len(self.joints):
-            wrong = f"names a joint twice in {[j + 1 for j in self.joints]}"
-        elif wrong is None and not self.names:
-            wrong = "needs joints to act on"
-        elif wrong is None and len(self.coefficients) != len(self.names):
-            need = f"{len(self.names)} ({', '.join(self.names)})"
-            wrong = f"has {len(self.coefficients)} coefficients but needs {need}"
-        elif wrong is None and not np.isfinite(self.coefficients).all():
-            wrong = "has a coefficient that is no finite number"
-        if wrong:
-            raise RobotError(f"effect '{self.name}' {wrong}")
+    @property
+    def variant(self) -> str:
+        """What tells it from others of its name at its joints, such as `order 2`; nothing by default."""
+        return ""
 
     @classmethod
-    def settings(cls) -> tuple[str, ...]:
-        """Names of what its record holds beside joints and coefficients."""
-        return tuple(f.name for f in fields(cls) if f.name not in ("joints", "coefficients"))
+    def offers(cls, arm: Arm, motion: Motion) -> "Iterator[Candidate | str]":
+        """What a diagnosis should try on an arm and its rows; sentences on what can't be tried, and why.
+
+        By default the effect alone at every joint, or once for the whole arm, where its loads and drivers
+        are known; at joints that moved, if it follows their position.
+        """
+        if cls.whole_arm:
+            return offered([cls()], arm, motion)
+        one = cls((0,))
+        joints = range(arm.dof) if one.loads or one.needs else moved_joints(motion)
+        return offered([cls((j,)) for j in joints], arm, motion)
+
+    @classmethod
+    def usual_joint(cls, dof: int) -> int:
+        """Joint of an example where none was chosen: the second by default."""
+        return min(1, dof - 1)
+
+    @classmethod
+    def example(cls, arm: Arm, joint: int, rng: np.random.Generator) -> Self:
+        """One to hide in a virtual arm, whose greatest coefficient is about 1; all are 1 by default.
+
+        Args:
+            arm: The arm.
+            joint: Counted from 0; of no meaning where it concerns the whole arm.
+            rng: Source of what nobody chose: phases, directions, shapes.
+        """
+        one = cls(() if cls.whole_arm else (joint,))
+        return replace(one, coefficients=(1.0,) * len(one.names))
+
+    def views(self, state: State) -> tuple[View, ...]:
+        """Every increment over what drives it; by default over what `loads`, `needs` or its joints name."""
+        return tuple(usual_views(self, state))
+
+    def caveat(self, motion: Motion) -> str | None:
+        """What to beware of when it was learned on some rows, one sentence; nothing by default."""
+        return None
+
+    @property
+    def label(self) -> str:
+        """Short, for tables: `joint-harmonic, joint 3, order 2`."""
+        joints = " by ".join(str(j + 1) for j in self.joints)
+        where = f"joint{'s' if len(self.joints) > 1 else ''} {joints}" if joints else ""
+        return ", ".join(part for part in (self.name, where, self.variant) if part)
+
+    @property
+    def where(self) -> str:
+        """`Joint 3` or `Joints 2, 3`, for the beginning of a sentence; `The arm` without joints."""
+        numbers = ", ".join(str(j + 1) for j in self.joints)
+        return f"Joint{'s' if len(self.joints) > 1 else ''} {numbers}" if numbers else "The arm"
+
+    def size(self, chain: Chain) -> str:
+        """Its largest coefficient in readable units."""
+        values = np.abs(self.coefficients)
+        largest = int(np.argmax(values))
+        return readable(float(values[largest]), self.units(chain)[largest])
+
+    def amplitude(self, chain: Chain, motion: Motion) -> str:
+        """Greatest deviation of its joint's error from the mean over some rows, for laws without loads."""
+        error = self.increments(chain, motion, NO_WRENCHES)[:, 0]
+        return readable(float(np.abs(error - error.mean()).max()), self.units(chain)[0])
 
 
-def check_ranges(
-    effects: Iterable[AbstractEffect],
-    chain: Chain,
-    q: Float[np.ndarray, "rows n"],
-    *,
-    rows: Int[np.ndarray, " rows"] | None = None,
-    source: str = "",
-) -> None:
-    """Refuse joint positions where an effect is not known.
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """An effect that a diagnosis tries, with what is known of its size beforehand.
 
     Args:
-        effects: What may have been learned on part of a joint's range.
-        chain: Of the arm.
-        q: Joint positions [rad or m].
-        rows: Their numbers for people; counted from 0 if None.
-        source: Where they came from, for the message.
+        effect: With zero coefficients.
+        covariance: Of its coefficients up to a common factor, where they are many and shrunk together; None
+            for a few free ones.
+    """
 
-    Raises:
-        DataError: names joint, position, range and row.
+    effect: AbstractEffect
+    covariance: Float[np.ndarray, "k k"] | None = None
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Names of its coefficients."""
+        return self.effect.names
+
+    @property
+    def shrunk(self) -> bool:
+        """Whether its coefficients share a variance that the data decide."""
+        return self.covariance is not None
+
+    @cached_property
+    def root(self) -> Float[np.ndarray, "k k"]:
+        """Lower root of the covariance."""
+        assert self.covariance is not None, "only shrunk candidates have one"
+        return np.linalg.cholesky(self.covariance)
+
+    def excludes(self, other: "Candidate") -> bool:
+        """Whether the two can't stand in one model: one holds the other, or a part of it."""
+        if set(self.names) & set(other.names):
+            return True
+        both_map = self.effect.maps_joint and other.effect.maps_joint
+        return both_map and self.effect.joints == other.effect.joints and (self.shrunk or other.shrunk)
+
+
+def offered(
+    effects: Iterable[AbstractEffect | Candidate], arm: Arm, motion: Motion
+) -> "Iterator[Candidate | str]":
+    """Those of some effects whose loads and drivers the rows know, and why the others can't be tried.
+
+    Nothing is said of effects whose columns the rows do not have.
     """
     for effect in effects:
-        for joint, (low, high) in effect.ranges().items():
-            outside = ~((q[:, joint] >= low - ROUNDING) & (q[:, joint] <= high + ROUNDING))
-            if outside.any():
-                row = int(np.argmax(outside))
-                unit, size = ("°", 180.0 / np.pi) if turns(chain, joint) else (" m", 1.0)
-                least, greatest, found = (f"{v * size:.4g}{unit}" for v in (low, high, q[row, joint]))
-                raise DataError(
-                    f"{source}{': ' if source else ''}effect '{effect.name}' of joint {joint + 1} is known "
-                    f"from {least} to {greatest} only, and row {row if rows is None else rows[row]} has the "
-                    f"joint at {found}; stay within, or learn it there too"
-                )
+        candidate = effect if isinstance(effect, Candidate) else Candidate(effect)
+        if all(driver in motion.drivers for driver in candidate.effect.needs):
+            yield _trouble(candidate.effect, arm, motion) or candidate
 
 
-def driven(chain: Chain, joint: int) -> Element:
-    """The (first) element that a joint drives."""
-    return chain.elements[chain.driven[joint]]
+def _trouble(effect: AbstractEffect, arm: Arm, motion: Motion) -> str | None:
+    """Why an effect whose columns are there can't be tried, one sentence; None if it can."""
+    for driver in effect.needs:
+        values = motion.drivers[driver]
+        if not np.isfinite(values).all():
+            return f"the {driver} is missing in some rows, so its effects were not tried"
+        if np.ptp(values) == 0.0:
+            return f"the {driver} is the same in all rows, so its effects were not tried"
+    if not effect.loads:
+        return None
+    if not knows_payload(motion):
+        return "the payload is missing in some rows, so effects of load were not tried; fill the column"
+    if arm.has_masses or (effect.loads is Loads.OWN and knows_torques(motion)):
+        return None
+    if knows_torques(motion):
+        return "the robot has no masses: only effects of the measured joint torques were tried"
+    return (
+        "the robot has no masses, so compliance, backlash by load and clearance were not tried; add mass and "
+        "com to its joints, or torque columns without gaps to the data"
+    )
 
 
-def driven_names(chain: Chain, joints: Iterable[int]) -> tuple[str, ...]:
-    """Names of the elements that some joints drive."""
-    return tuple(driven(chain, j).name for j in joints)
+def knows_payload(motion: Motion) -> bool:
+    """Whether no row lacks its payload; a table without that column has none."""
+    return motion.payload is None or bool(np.isfinite(motion.payload).all())
 
 
-def turns(chain: Chain, joint: int) -> bool:
-    """Whether a joint is a rotation; True for one that the arm has not, which is said elsewhere."""
-    return not 0 <= joint < chain.dof or Axis(driven(chain, joint).axis).turns
+def knows_torques(motion: Motion) -> bool:
+    """Whether every row has all joint torques."""
+    return motion.torque is not None and bool(np.isfinite(motion.torque).all())
 
 
-def own_components(chain: Chain, joints: Iterable[int]) -> Int[np.ndarray, "j 2"]:
-    """Joint and component of [f; τ] of the moment about (force along) each joint's own axis."""
-    return np.array([[j, (driven(chain, j).axis + 3) % 6] for j in joints], np.int64).reshape(-1, 2)
-
-
-def own(chain: Chain, joints: Sequence[int], wrenches: Wrenches) -> Float[np.ndarray, "rows j"]:
-    """Moment about (force along) each joint's own axis [N m or N]."""
-    return wrenches[:, *own_components(chain, joints).T]
-
-
-def across_axes(chain: Chain, joint: int) -> tuple[int, int]:
-    """The two axes across a joint's own, in cyclic order: y, z for x; z, x for y; x, y for z."""
-    axis = driven(chain, joint).axis % 3
-    return (axis + 1) % 3, (axis + 2) % 3
-
-
-def across_components(chain: Chain, joints: Iterable[int]) -> Int[np.ndarray, "j2 2"]:
-    """Joint and component of [f; τ] of the two moments across each joint's axis."""
-    found = [[j, 3 + axis] for j in joints for axis in across_axes(chain, j)]
-    return np.array(found, np.int64).reshape(-1, 2)
-
-
-def across(chain: Chain, joints: Sequence[int], wrenches: Wrenches) -> Float[np.ndarray, "rows j 2"]:
-    """Moments across each joint's axis [N m]."""
-    return wrenches[:, *across_components(chain, joints).T].reshape(len(wrenches), len(joints), 2)
-
-
-def inserted_names(chain: Chain, joints: Iterable[int], kind: Insertion) -> tuple[str, ...]:
-    """Names of the inserted rotations of some joints, two each."""
-    return tuple(kind.element(j, axis) for j in joints for axis in across_axes(chain, j))
-
-
-def diagonal(columns: Float[np.ndarray, "rows j"]) -> Float[np.ndarray, "rows j j"]:
-    """A law whose every coefficient changes one element of its own."""
-    return columns[:, :, None] * np.eye(columns.shape[1])
-
-
-def paired(columns: Float[np.ndarray, "rows j 2"]) -> Float[np.ndarray, "rows e j"]:
-    """A law whose every coefficient changes two elements of its own."""
-    rows, joints, _ = columns.shape
-    out = np.zeros((rows, joints, 2, joints))
-    for j in range(joints):
-        out[:, j, :, j] = columns[:, j]
-    return out.reshape(rows, 2 * joints, joints)
-
-
-def blocks(pairs: Float[np.ndarray, "rows j 2 2"]) -> Float[np.ndarray, "rows e e"]:
-    """Matrices with a block of two rows and columns for every joint."""
-    rows, joints = pairs.shape[:2]
-    out = np.zeros((rows, joints, 2, joints, 2))
-    for j in range(joints):
-        out[:, j, :, j] = pairs[:, j]
-    return out.reshape(rows, 2 * joints, 2 * joints)
-
-
-def drifting(base: tuple[Element, ...], effects: Iterable[AbstractEffect]) -> tuple[Element, ...]:
-    """The base's elements with three rotations of value 0 behind them where an effect turns the base.
-
-    They are not the base's own, whose values a calibration folds into the constant rotation before them.
-    """
-    if not any(e.insertion is Insertion.DRIFT for e in effects):
-        return base
-    names = ("roll", "pitch", "yaw")
-    return (*base, *(Element(Axis(i), f"base.drift_{n}", link=base[0].link) for i, n in enumerate(names)))
-
-
-def with_insertions(
-    elements: tuple[Element, ...], dof: int, effects: Iterable[AbstractEffect]
-) -> tuple[Element, ...]:
-    """The elements with the rotations of value 0 that effects turn, beside the elements that joints drive."""
-    wanted = {(e.insertion, j) for e in effects if e.insertion for j in e.joints}
-    if not wanted:
-        return elements
-    chain = Chain(elements, dof)
-    out: list[Element] = []
-    for place, element in enumerate(elements):
-        joint = element.joint
-        if joint is None or place != chain.driven[joint]:
-            out.append(element)
-            continue
-        sides: dict[Insertion, list[Element]] = {
-            kind: [
-                Element(Axis(axis), kind.element(joint, axis), link=element.link)
-                for axis in (across_axes(chain, joint) if (kind, joint) in wanted else ())
-            ]
-            for kind in (Insertion.TILT, Insertion.BEND)
-        }
-        out += [*sides[Insertion.TILT], element, *sides[Insertion.BEND]]
-    return tuple(out)
+def moved_joints(motion: Motion) -> list[int]:
+    """Joints whose position differs enough from row to row to show an error over it."""
+    return [j for j in range(motion.q.shape[1]) if np.ptp(motion.q[:, j]) > STILL]

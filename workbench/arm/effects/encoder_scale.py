@@ -6,13 +6,8 @@
 from dataclasses import dataclass
 from typing import final
 
-from workbench.arm.effects.effect import (
-    AbstractEffect,
-    Insertion,
-    Loads,
-    diagonal,
-    driven_names,
-)
+from workbench.arm.effects.axes import diagonal, turns
+from workbench.arm.effects.effect import AbstractEffect
 
 
 @final
@@ -21,18 +16,16 @@ class EncoderScale(AbstractEffect):
     """One coefficient a joint."""
 
     name = "encoder-scale"
-    loads = Loads.NONE
-    insertion = Insertion.NONE
-
-    @property
-    def names(self):
-        return tuple(f"joint{j + 1}.scale" for j in self.joints)
+    coefficient = "scale"
 
     def units(self, chain):
         return ("1",) * len(self.joints)
 
-    def elements(self, chain):
-        return driven_names(chain, self.joints)
-
     def law(self, chain, motion, wrenches):
         return diagonal(motion.q[:, list(self.joints)])
+
+    def sentence(self, chain, motion):
+        moves = "turns" if turns(chain, self.joints[0]) else "slides"
+        return (
+            f"{self.where} {moves} {self.size(chain)} too {'far' if self.coefficients[0] > 0 else 'little'}"
+        )

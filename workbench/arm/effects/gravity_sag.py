@@ -28,18 +28,21 @@ from jaxtyping import Float, Int
 
 from workbench.arm import chain as chains
 from workbench.arm.chain import Chain
+from workbench.arm.effects.axes import BASE, across_axes, turns
 from workbench.arm.effects.effect import (
-    BASE,
     AbstractEffect,
-    Insertion,
-    Loads,
-    across_axes,
-    driven_names,
-    turns,
+    Arm,
+    Candidate,
+    knows_payload,
+    knows_torques,
 )
+from workbench.arm.effects.views import error_of, view_of_element
 from workbench.arm.motion import Motion
 from workbench.base.types import JointRows
+from workbench.report.numbers import readable
 
+FEW = 2
+"""Terms up to which their sizes stay free; more are alike in kind and shrunk together."""
 PAYLOAD = "payload"
 TERM = re.compile(r"([1-9][0-9]*)([xyzm])")
 NO_CONSTANTS = np.zeros(0, np.int64)
@@ -74,8 +77,6 @@ class GravitySag(AbstractEffect):
     terms: str = ""
     gravity: tuple[float, ...] = (0.0, 0.0, -1.0)
     name = "gravity-sag"
-    loads = Loads.NONE
-    insertion = Insertion.NONE
 
     @property
     def names(self):
@@ -84,9 +85,6 @@ class GravitySag(AbstractEffect):
     def units(self, chain):
         units = {"m": "rad/m", "d": "rad/(kg*m)"}
         return tuple(units.get(term[-1], "rad") for term in self.terms.split())
-
-    def elements(self, chain):
-        return driven_names(chain, self.joints)
 
     def law(self, chain, motion, wrenches):
         seen = _see(self, chain, motion)
@@ -124,6 +122,35 @@ class GravitySag(AbstractEffect):
             return f"of joint {self.joints[0] + 1} has no term '{wrong[0]}'; use '{known}', or some of these"
         return None
 
+    def sentence(self, chain, motion):
+        pairs = zip(self._terms, np.abs(self.coefficients).tolist(), strict=True)
+        largest = readable(max((v for term, v in pairs if term[-1] in "xyz"), default=0.0), "rad")
+        products = f"products of compliance and weight up to {largest}"
+        return f"{self.where} gives way to the weight behind it, by {products}"
+
+    @classmethod
+    def offers(cls, arm, motion):
+        """At every joint that turns, where neither masses nor torques are known."""
+        is_known = arm.has_masses or knows_torques(motion)
+        if is_known or not knows_payload(motion) or not np.any(arm.gravity):
+            return
+        yield "gravity-sag was tried in their place: products of compliance and weight, joint by joint"
+        for effect in sags(arm, motion):
+            many = len(effect.names) > FEW
+            yield Candidate(effect, np.eye(len(effect.names)) if many else None)
+
+    @classmethod
+    def example(cls, arm, joint, rng):
+        terms = terms_of(arm.chain, joint)
+        return cls((joint,), tuple(rng.uniform(-1.0, 1.0, len(terms.split()))), terms=terms)
+
+    def views(self, state):
+        """The joint's error over what the weights behind it make of it, which takes many angles to say."""
+        joint = self.joints[0]
+        made = 1e3 * self.increments(state.chain, state.motion)[:, 0]
+        driver = f"sag of joint {joint + 1} by the weights behind it [mrad]"
+        return (view_of_element(self, state, 0, what=error_of(state, joint), driver=driver, x=made),)
+
     @property
     def _terms(self) -> list[str]:
         return self.terms.split()
@@ -139,6 +166,17 @@ class GravitySag(AbstractEffect):
             return term == PAYLOAD
         link = int(found[1]) - 1
         return self.joints[0] <= link < chain.dof and (found[2] != "m" or not turns(chain, link))
+
+
+def sags(arm: Arm, motion: Motion) -> list[GravitySag]:
+    """A sag of every turning joint, by its links and by a payload that varies; none where nothing weighs."""
+    if not np.any(arm.gravity):
+        return []
+    down = tuple((arm.gravity / np.linalg.norm(arm.gravity)).tolist())
+    load = motion.payload
+    varies = load is not None and bool(np.isfinite(load).all() and np.ptp(load) > 0.0)
+    turning = (j for j in range(arm.dof) if turns(arm.chain, j))
+    return [GravitySag((j,), terms=terms_of(arm.chain, j, payload=varies), gravity=down) for j in turning]
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,7 +207,7 @@ class _Seen:
 def _see(
     effect: GravitySag, chain: Chain, motion: Motion, constants: Int[np.ndarray, " p"] = NO_CONSTANTS
 ) -> _Seen:
-    """What an effect's terms and some elements look like in every row."""
+    """Frames, axes and lever arms of an effect's terms and of some elements, in every row."""
     joint, terms = int(chain.driven[effect.joints[0]]), effect._terms
     links = np.array([len(chain.elements) - 1 if t == PAYLOAD else chain.driven[_link(t)] for t in terms])
     at = _frames(chain, motion.q, np.concatenate([[joint], links, constants]))

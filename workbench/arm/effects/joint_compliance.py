@@ -8,16 +8,9 @@ from typing import final
 
 import numpy as np
 
-from workbench.arm.effects.effect import (
-    AbstractEffect,
-    Insertion,
-    Loads,
-    diagonal,
-    driven_names,
-    own,
-    own_components,
-    turns,
-)
+from workbench.arm.effects.axes import diagonal, own, turns
+from workbench.arm.effects.effect import AbstractEffect
+from workbench.arm.effects.law import Loads
 
 
 @final
@@ -26,24 +19,18 @@ class JointCompliance(AbstractEffect):
     """One coefficient a joint."""
 
     name = "joint-compliance"
+    coefficient = "compliance"
     loads = Loads.OWN
-    insertion = Insertion.NONE
-
-    @property
-    def names(self):
-        return tuple(f"joint{j + 1}.compliance" for j in self.joints)
 
     def units(self, chain):
         return tuple("rad/(N*m)" if turns(chain, j) else "m/N" for j in self.joints)
 
-    def elements(self, chain):
-        return driven_names(chain, self.joints)
-
     def law(self, chain, motion, wrenches):
         return diagonal(-own(chain, self.joints, wrenches))
 
-    def components(self, chain):
-        return own_components(chain, self.joints)
-
     def slope(self, chain, motion, wrenches):
         return np.tile(-np.diag(self.coefficients), (len(motion), 1, 1))
+
+    def sentence(self, chain, motion):
+        load = "moment about" if turns(chain, self.joints[0]) else "force along"
+        return f"{self.where} gives way by {self.size(chain)} under the {load} its axis"

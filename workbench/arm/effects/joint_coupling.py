@@ -6,13 +6,12 @@
 from dataclasses import dataclass
 from typing import final
 
-from workbench.arm.effects.effect import (
-    AbstractEffect,
-    Insertion,
-    Loads,
-    driven_names,
-    turns,
-)
+from workbench.arm.effects.axes import driven_names, turns
+from workbench.arm.effects.effect import AbstractEffect, moved_joints, offered
+from workbench.arm.effects.views import over_position
+
+WRIST = 3
+"""Number of last joints whose motors may be coupled with each other, neighbours or not."""
 
 
 @final
@@ -21,8 +20,6 @@ class JointCoupling(AbstractEffect):
     """One coefficient: of the first joint, by the second."""
 
     name = "joint-coupling"
-    loads = Loads.NONE
-    insertion = Insertion.NONE
 
     @property
     def names(self):
@@ -42,3 +39,31 @@ class JointCoupling(AbstractEffect):
         if len(self.joints) != 2:
             return f"has {len(self.joints)} joints but needs two: which one moves, and by which one"
         return None
+
+    def sentence(self, chain, motion):
+        moved, by = (j + 1 for j in self.joints)
+        way = "angle" if turns(chain, self.joints[1]) else "travel"
+        return f"Joint {moved} moves along with joint {by}: {self.size(chain)} of its {way}"
+
+    @classmethod
+    def offers(cls, arm, motion):
+        last = arm.dof - WRIST
+        pairs = (
+            cls((joint, other))
+            for joint in moved_joints(motion)
+            for other in range(arm.dof)
+            if other != joint and (abs(other - joint) == 1 or min(other, joint) >= last)
+        )
+        return offered(pairs, arm, motion)
+
+    @classmethod
+    def usual_joint(cls, dof):
+        return dof - 1
+
+    @classmethod
+    def example(cls, arm, joint, rng):
+        """By the joint before."""
+        return cls((joint, joint - 1 if joint else 1), (1.0,))
+
+    def views(self, state):
+        return (over_position(self, state, 0, self.joints[1]),)

@@ -11,13 +11,25 @@ from typing import final
 
 import numpy as np
 
-from workbench.arm.effects.effect import (
-    AbstractEffect,
-    Insertion,
-    Loads,
-    driven_names,
-    turns,
-)
+from workbench.arm.effects.axes import turns
+from workbench.arm.effects.effect import AbstractEffect, Candidate, moved_joints
+
+HIGHEST_ORDER = 64
+"""Orders beyond this are not looked for."""
+ROWS_PER_ORDER = 6
+"""Rows that a single order asks for; one of a band asks for twice as many."""
+LEAST_BAND = 16
+"""Lowest order up to which a band must reach."""
+HALF_TURN = np.pi
+"""A band asks for a joint that went through this [rad]: on less, a spline is the same and refuses beyond."""
+DECAYS = (0.0, 2.0, 4.0)
+"""Powers with which the variance of a band's orders may fall …"""
+LOW = 16.0
+"""… beyond this order."""
+FULL_TURN = np.deg2rad(340.0)
+"""A joint that turned this far was seen all round [rad]."""
+LARGEST = 3
+"""Orders of a band that its sentence names."""
 
 
 @final
@@ -31,8 +43,7 @@ class JointHarmonic(AbstractEffect):
 
     order: int | tuple[int, ...] = 1
     name = "joint-harmonic"
-    loads = Loads.NONE
-    insertion = Insertion.NONE
+    maps_joint = True
 
     @property
     def orders(self) -> tuple[int, ...]:
@@ -45,11 +56,10 @@ class JointHarmonic(AbstractEffect):
             f"joint{j + 1}.{word}{k}" for j in self.joints for k in self.orders for word in ("cos", "sin")
         )
 
-    def units(self, chain):
-        return ("rad",) * len(self.names)
-
-    def elements(self, chain):
-        return driven_names(chain, self.joints)
+    @property
+    def variant(self):
+        first, last = self.orders[0], self.orders[-1]
+        return f"order {first}" if len(self.orders) == 1 else f"orders {first}–{last}"
 
     def law(self, chain, motion, wrenches):
         rows, joints, orders = len(motion), len(self.joints), np.array(self.orders)
@@ -64,4 +74,59 @@ class JointHarmonic(AbstractEffect):
         if not (whole and self.orders and list(self.orders) == sorted(set(self.orders))):
             return f"has order = {self.order!r}; give a whole number from 1, or a list of increasing ones"
         slides = [j + 1 for j in self.joints if not turns(chain, j)]
-        return f"stands on joint {slides[0]}, which slides and has no turns" if slides else None
+        return f"needs joints that turn, but joint {slides[0]} slides" if slides else None
+
+    def sentence(self, chain, motion):
+        return f"{self.where} has an error of {self.amplitude(chain, motion)} that repeats {self._times()}"
+
+    def _times(self) -> str:
+        """How often a turn."""
+        if len(self.orders) == 1:
+            (k,) = self.orders
+            return {1: "once per turn", 2: "twice per turn"}.get(k, f"{k} times per turn")
+        pairs = np.array(self.coefficients).reshape(len(self.joints), len(self.orders), 2)
+        strength = np.hypot(pairs[..., 0], pairs[..., 1]).max(0)
+        largest = sorted(self.orders[i] for i in np.argsort(-strength)[:LARGEST])
+        return f"many times per turn, most at {', '.join(map(str, largest))}"
+
+    def caveat(self, motion):
+        """A band that was learned on a part of a turn fades out beyond."""
+        q = motion.q[:, self.joints[0]]
+        if len(self.orders) == 1 or np.ptp(q) >= FULL_TURN:
+            return None
+        low, high = np.rad2deg([q.min(), q.max()])
+        return (
+            f"the harmonics of joint {self.joints[0] + 1} were learned from {low:.0f}° to {high:.0f}°; "
+            "beyond, they fade out and predict nothing"
+        )
+
+    @classmethod
+    def offers(cls, arm, motion):
+        """Order by order, and a band of all orders that the rows can carry."""
+        for joint in moved_joints(motion):
+            if not turns(arm.chain, joint):
+                continue
+            highest = highest_order(motion.q[:, joint])
+            for order in range(1, highest + 1):
+                yield Candidate(cls((joint,), order=order))
+            band = min(highest, len(motion) // (2 * ROWS_PER_ORDER))
+            if band >= LEAST_BAND and np.ptp(motion.q[:, joint]) > HALF_TURN:
+                effect = cls((joint,), order=tuple(range(1, band + 1)))
+                orders = np.repeat(np.array(effect.orders), 2)
+                for decay in DECAYS:
+                    yield Candidate(effect, np.diag(1.0 / (1.0 + (orders / LOW) ** decay)))
+
+    @classmethod
+    def example(cls, arm, joint, rng):
+        phase = rng.uniform(0.0, 2.0 * np.pi)
+        return cls((joint,), (np.cos(phase), np.sin(phase)), order=2)
+
+
+def highest_order(q: np.ndarray) -> int:
+    """Highest harmonic that positions of a joint can carry: some rows, and some places, for each."""
+    return int(np.clip(places(q) // 2, 2, min(HIGHEST_ORDER, max(len(q) // ROWS_PER_ORDER, 2))))
+
+
+def places(q: np.ndarray) -> int:
+    """How many different positions [to a milliradian or millimetre] of a joint occur."""
+    return len(np.unique(np.round(q, 3)))

@@ -12,17 +12,10 @@ from typing import final
 
 import numpy as np
 
-from workbench.arm.effects.effect import (
-    AbstractEffect,
-    Insertion,
-    Loads,
-    across,
-    across_components,
-    blocks,
-    diagonal,
-    inserted_names,
-    turns,
-)
+from workbench.arm.effects.axes import Insertion, across, blocks, diagonal, turns
+from workbench.arm.effects.effect import AbstractEffect
+from workbench.arm.effects.law import Loads
+from workbench.arm.effects.views import view_of_element
 
 
 @final
@@ -41,15 +34,9 @@ class LinkFlexure(AbstractEffect):
     def units(self, chain):
         return ("rad/(N*m)",) * len(self.names)
 
-    def elements(self, chain):
-        return inserted_names(chain, self.joints, self.insertion)
-
     def law(self, chain, motion, wrenches):
         turned = self._turn(chain, motion) @ across(chain, self.joints, wrenches)[..., None]
         return diagonal(-turned.reshape(len(motion), -1))
-
-    def components(self, chain):
-        return across_components(chain, self.joints)
 
     def slope(self, chain, motion, wrenches):
         return blocks(-self._sizes() * self._turn(chain, motion))
@@ -60,6 +47,30 @@ class LinkFlexure(AbstractEffect):
         change = -self._sizes() * (quarter @ self._turn(chain, motion) @ moments)
         mine = np.array([turns(chain, j) * (constants == chain.driven[j]) for j in self.joints])
         return (change * mine[:, None]).reshape(len(motion), len(self.names), -1)
+
+    def sentence(self, chain, motion):
+        after = self.where[0].lower() + self.where[1:]
+        return f"The link after {after} bends by {self.size(chain)} under the moment that it carries"
+
+    @classmethod
+    def example(cls, arm, joint, rng):
+        return cls((joint,), (0.5, 1.0))
+
+    def views(self, state):
+        """Bending of a link about each of its two axes over the moment that it carries about them."""
+        laws = self.law(state.chain, state.motion, state.wrenches)
+        places = [(k, self.joints[k // 2] + 1, k % 2 + 1) for k in range(laws.shape[1])]
+        return tuple(
+            view_of_element(
+                self,
+                state,
+                k,
+                what=f"bending {axis} of the link after joint {joint} [mrad]",
+                driver=f"moment {axis} across the link after joint {joint} [N·m]",
+                x=-laws[:, k, k],
+            )
+            for k, joint, axis in places
+        )
 
     def _sizes(self) -> np.ndarray:
         """Coefficients (joints, 2, 1)."""

@@ -13,16 +13,22 @@ from typing import final
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from workbench.arm.effects.effect import (
-    AbstractEffect,
-    Insertion,
-    Loads,
-    check_ranges,
-    driven_names,
-    turns,
-)
+from workbench.arm.effects.axes import turns
+from workbench.arm.effects.effect import AbstractEffect, Candidate, moved_joints
+from workbench.arm.effects.joint_harmonic import places
+from workbench.arm.effects.law import check_ranges
 
 TURN = 2.0 * np.pi
+MOST_KNOTS = 40
+"""Most knots that a diagnosis tries."""
+FEWEST_KNOTS = 5
+"""Fewest knots that it tries."""
+ROWS_PER_KNOT = 4
+"""Rows that it asks for each knot, whose height is shrunk."""
+WIDTHS = (1.0, 2.0, 4.0)
+"""Correlation lengths that it tries, in knot distances."""
+EXAMPLE_KNOTS = 9
+"""Knots of an example, over the joint's limits."""
 
 
 @final
@@ -41,18 +47,12 @@ class LocalJointError(AbstractEffect):
     range: tuple[float, ...] = ()
     periodic: bool = False
     name = "local-joint-error"
-    loads = Loads.NONE
-    insertion = Insertion.NONE
+    maps_joint = True
+    handicap = 6.0
 
     @property
     def names(self):
         return tuple(f"joint{j + 1}.knot{k + 1}" for j in self.joints[:1] for k in range(len(self.knots)))
-
-    def units(self, chain):
-        return ("rad" if turns(chain, self.joints[0]) else "m",) * len(self.knots)
-
-    def elements(self, chain):
-        return driven_names(chain, self.joints)
 
     @property
     def limits(self) -> tuple[float, float]:
@@ -86,6 +86,32 @@ class LocalJointError(AbstractEffect):
         if not self.periodic and not (self.knots[0] <= low and high <= self.knots[-1]):
             return f"has the range {low:g} … {high:g} beyond its knots {self.knots[0]:g} … {self.knots[-1]:g}"
         return None
+
+    def sentence(self, chain, motion):
+        size = self.amplitude(chain, motion)
+        return f"{self.where} has a smooth error of up to {size} that no other effect explains"
+
+    @classmethod
+    def offers(cls, arm, motion):
+        """Splines of several widths over the positions that occur."""
+        for joint in moved_joints(motion):
+            q = motion.q[:, joint]
+            count = min(MOST_KNOTS, len(motion) // ROWS_PER_KNOT, places(q))
+            if count < FEWEST_KNOTS:
+                continue
+            low, high = float(q.min()), float(q.max())
+            effect = cls((joint,), knots=tuple(np.linspace(low, high, count).tolist()), range=(low, high))
+            distance = np.subtract.outer(np.arange(count), np.arange(count))
+            for width in WIDTHS:
+                covariance = np.exp(-0.5 * (distance / width) ** 2) + 1e-6 * np.eye(count)
+                yield Candidate(effect, covariance)
+
+    @classmethod
+    def example(cls, arm, joint, rng):
+        bumps = rng.uniform(-1.0, 1.0, EXAMPLE_KNOTS)
+        low, high = arm.search_limits[joint]
+        knots = np.linspace(low, high, EXAMPLE_KNOTS)
+        return cls((joint,), tuple(bumps / np.abs(bumps).max()), knots=tuple(knots))
 
 
 @lru_cache(maxsize=256)

@@ -6,18 +6,16 @@ A constant origin, as a URDF joint has one, grows through the three corrections 
 left out: it belongs to the floor.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
 
 from workbench.arm.chain import Axis, Chain
-from workbench.arm.effects.effect import (
-    BASE,
-    AbstractEffect,
-    Insertion,
-    Loads,
-)
+from workbench.arm.effects.axes import BASE
+from workbench.arm.effects.effect import AbstractEffect
+from workbench.arm.effects.views import DRIVERS, View, line_through
+from workbench.report.numbers import readable
 
 
 @final
@@ -31,12 +29,9 @@ class ThermalGrowth(AbstractEffect):
 
     reference: float = 20.0
     name = "thermal-growth"
-    loads = Loads.NONE
-    insertion = Insertion.NONE
-
-    @property
-    def names(self):
-        return ("arm.thermal_growth",)
+    needs = ("temperature",)
+    whole_arm = True
+    typical_size = 2.3e-5  # aluminium [1/K]
 
     def units(self, chain):
         return ("1/K",)
@@ -56,8 +51,26 @@ class ThermalGrowth(AbstractEffect):
         same = np.array(_lengths(chain))[:, None] == constants
         return self.coefficients[0] * self._warmer(motion)[:, None, None] * same
 
-    def mistake(self, chain):
-        return "concerns the whole arm; leave joints out" if self.joints else None
+    def sentence(self, chain, motion):
+        return f"The lengths grow with the temperature: {readable(self.coefficients[0], '1/K')}"
+
+    def views(self, state):
+        """Growth of all lengths together over the temperature."""
+        warm = state.motion.need("temperature", self.name)
+        warmer = replace(state.motion, temperature=np.full(len(warm), self.reference + 1.0))
+        law = self.coefficients[0] * (warm - self.reference)
+        return (
+            View(
+                what="growth of all lengths [µm/m]",
+                driver=DRIVERS["temperature"][0],
+                x=warm,
+                scale=1e6,
+                elements=self.elements(state.chain),
+                direction=self.law(state.chain, warmer, state.wrenches)[..., 0],
+                law=law,
+                curve=line_through(warm, law),
+            ),
+        )
 
     def _warmer(self, motion):
         return motion.need("temperature", self.name) - self.reference

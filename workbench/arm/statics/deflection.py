@@ -23,6 +23,7 @@ from numba import njit
 from workbench.arm import chain as chains
 from workbench.arm.chain import NO_SHIFT, WHOLE, Chain
 from workbench.arm.effects import AbstractEffect, Loads
+from workbench.arm.effects.law import NO_WRENCHES
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.load_derivatives import wrench_derivative
@@ -33,7 +34,6 @@ ROUNDS = 20
 """Rounds of the fixed point; an arm that is stiff enough to be called one needs five."""
 SETTLED = 1e-13
 """Change of a value [rad or m] below which the fixed point is reached."""
-NO_WRENCHES = np.zeros((0, 0, 6))
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,7 +23,7 @@ from jaxtyping import Float, Int
 from numba import njit
 
 from workbench.arm.chain import NO_SHIFT, _advance
-from workbench.arm.effects.effect import Insertion
+from workbench.arm.effects.axes import Insertion
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.errors import RobotError, ShapeError

@@ -9,13 +9,11 @@ the effects (loads, temperature, time, direction of motion) varies from row to r
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.effects import EFFECTS, AbstractEffect
-from workbench.arm.effects.gravity_sag import terms_of
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import shift_of
@@ -23,20 +21,16 @@ from workbench.base.errors import OptionError
 
 BEND = 1e-3
 """Largest bend of an element where no size is given [rad or m]."""
-ALUMINIUM = 2.3e-5
-"""Thermal growth of aluminium [1/K]."""
 SAMPLES = 120
 """Random joint positions at which the largest bend is sought."""
 LEAST = 1e-6
 """Largest law (a moment, an angle …) below which an effect can't be seen."""
-WITHOUT_JOINT = ("thermal-growth", "base-drift")
-"""Effects of the whole arm."""
-KNOTS = 9
-"""Knots of a local joint error, over the joint's limits."""
 PAUSE = 30.0
 """Time from one row to the next [s]."""
-WARM, SWING = 24.0, 5.0
-"""Mean and greatest deviation of the temperature [degC]."""
+WARM = 24.0
+"""Mean temperature [degC]."""
+SWING = 5.0
+"""Its greatest deviation [degC]."""
 PAYLOADS = (0.0, 0.05, 0.1)
 """Payloads, as shares of the arm's own mass."""
 
@@ -55,7 +49,7 @@ def hidden_effects(
         The effects with their coefficients, and a sentence on each.
 
     Raises:
-        OptionError: an unknown name, a joint or a size that is none, or an effect that nothing would show.
+        OptionError: an unknown name, no such joint, a wrong size, or an effect that would not show.
         RobotError: the arm can't carry the effect.
     """
     effects = tuple(e if isinstance(e, AbstractEffect) else _from_words(robot, e, rng) for e in wanted)
@@ -71,12 +65,12 @@ def varied_state(robot: Robot, q: Float[np.ndarray, "rows n"], *, rng: np.random
         if effect.loads and robot.has_masses:
             mass = sum(joint.mass or 0.0 for joint in robot.joints)
             drivers["payload"] = np.round(rng.choice(PAYLOADS, rows) * mass, 2)
-        if effect.name == "thermal-growth":
+        if "temperature" in effect.needs:
             turns = rng.uniform(1.3, 1.7) * np.arange(rows) / max(rows, 1) + rng.uniform()
             drivers["temperature"] = WARM + SWING * np.sin(2.0 * np.pi * turns)
-        if effect.name == "base-drift":
+        if "time" in effect.needs:
             drivers["time"] = PAUSE * np.arange(rows) + rng.uniform(0.0, 0.1 * PAUSE, rows)
-        if "motion" in (getattr(effect, name) for name in effect.settings()):
+        if "direction" in effect.needs:
             drivers["direction"] = rng.choice([-1.0, 1.0], q.shape)
     return Motion(q, **drivers)
 
@@ -86,54 +80,21 @@ def _from_words(robot: Robot, words: str, rng: np.random.Generator) -> AbstractE
     joint, _, size = rest.partition(":")
     if name not in EFFECTS:
         raise OptionError(f"there is no effect '{name}'; known are {', '.join(EFFECTS)}")
-    effect = _shaped(robot, name, _joint(robot, name, joint, words), rng)
+    effect = EFFECTS[name].example(robot, _joint(robot, name, joint, words), rng)
     robot.with_effects(effect)
     factor = _size(robot, effect, size, words, rng)
     return replace(effect, coefficients=tuple(factor * c for c in effect.coefficients))
 
 
-def _joint(robot: Robot, name: str, text: str, words: str) -> int | None:
-    """The joint, counted from 0: the second (of a coupling: the last) if none is said."""
-    if name in WITHOUT_JOINT:
-        if text:
-            raise OptionError(f"effect '{name}' concerns the whole arm; write {name}, or {name}::SIZE")
-        return None
+def _joint(robot: Robot, name: str, text: str, words: str) -> int:
+    """The joint, counted from 0: the effect's usual one if none is said."""
+    if EFFECTS[name].whole_arm and text:
+        raise OptionError(f"effect '{name}' concerns the whole arm; write {name}, or {name}::SIZE")
     if not text:
-        return robot.dof - 1 if name == "joint-coupling" else min(1, robot.dof - 1)
+        return EFFECTS[name].usual_joint(robot.dof)
     if not text.isdecimal() or not 1 <= int(text) <= robot.dof:
-        raise OptionError(f"effect '{words}': joint '{text}' is none of 1 … {robot.dof}")
+        raise OptionError(f"effect '{words}': joint must be 1 … {robot.dof}, got '{text}'")
     return int(text) - 1
-
-
-def _shaped(robot: Robot, name: str, joint: int | None, rng: np.random.Generator) -> AbstractEffect:
-    """The effect with the proportions of its coefficients, the greatest about 1."""
-    kind: Any = EFFECTS[name]  # whose settings differ
-    if joint is None:
-        shape = (1.0,) if name == "thermal-growth" else (*_unit(rng), *_unit(rng))
-        return kind((), shape)
-    if name == "joint-harmonic":
-        phase = rng.uniform(0.0, 2.0 * np.pi)
-        return kind((joint,), (np.cos(phase), np.sin(phase)), order=2)
-    if name == "joint-coupling":
-        return kind((joint, joint - 1 if joint else 1), (1.0,))
-    if name == "backlash":
-        return kind((joint,), (1.0,), by="moment" if robot.has_masses else "motion")
-    if name == "gravity-sag":
-        terms = terms_of(robot.chain, joint)
-        return kind((joint,), tuple(rng.uniform(-1.0, 1.0, len(terms.split()))), terms=terms)
-    if name == "link-flexure":
-        return kind((joint,), (0.5, 1.0))
-    if name == "local-joint-error":
-        low, high = robot.search_limits[joint]
-        knots = np.linspace(low, high, KNOTS)
-        bumps = rng.uniform(-1.0, 1.0, KNOTS)
-        return kind((joint,), tuple(bumps / np.abs(bumps).max()), knots=tuple(knots))
-    return kind((joint,), (1.0,))
-
-
-def _unit(rng: np.random.Generator) -> np.ndarray:
-    direction = rng.normal(size=3)
-    return direction / np.linalg.norm(direction)
 
 
 def _size(robot: Robot, effect: AbstractEffect, text: str, words: str, rng: np.random.Generator) -> float:
@@ -141,15 +102,17 @@ def _size(robot: Robot, effect: AbstractEffect, text: str, words: str, rng: np.r
     small = replace(effect, coefficients=tuple(1e-6 * c for c in effect.coefficients))
     bend = 1e6 * _bend(robot, small, rng)
     if bend < LEAST:
-        raise OptionError(f"effect '{words}': nothing drives it in that joint, so that it can't be seen")
+        raise OptionError(f"effect '{words}': nothing drives it at that joint, so it would not show")
     if not text:
-        return ALUMINIUM if effect.name == "thermal-growth" else BEND / bend
+        return effect.typical_size or BEND / bend
     try:
         size = float(text)
     except ValueError:
         size = np.nan
     if not np.isfinite(size) or size == 0.0:
-        raise OptionError(f"effect '{words}': size '{text}' is no number other than 0 (SI units)")
+        raise OptionError(
+            f"effect '{words}': the size must be a number other than 0 (SI units), got '{text}'"
+        )
     return size
 
 

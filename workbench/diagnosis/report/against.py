@@ -4,9 +4,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from workbench.arm.effects.views import View
 from workbench.diagnosis.record import Accepted
 from workbench.diagnosis.report.apparent import Rows
-from workbench.diagnosis.report.views import View, views
 from workbench.identification.report.error_plots import POINTS
 from workbench.report.drawing import (
     COLOURS,
@@ -28,7 +28,7 @@ DIM = 0.15
 
 def against_drivers(found: Accepted, rows: Rows) -> Figure:
     """Rows over the effect's driver: on the left with the effect taken out, on the right with it."""
-    shown = views(found.effect, rows)
+    shown = found.effect.views(rows.state)
     with look():
         figure = new_figure(10.0, 2.9 * len(shown) + 0.35)
         panels = figure.subplots(len(shown), 2, sharey="row", sharex="row", squeeze=False)

@@ -18,7 +18,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from workbench.arm import chain as chains
-from workbench.arm.chain import Chain
+from workbench.arm.effects.views import State
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import deflect
@@ -56,20 +56,15 @@ class Rows:
         """The final model."""
         return self.problems[0].robot
 
-    @property
-    def chain(self) -> Chain:
-        """Its chain, with the rotations that effects need."""
-        return self.robot.chain
-
     @cached_property
     def motion(self) -> Motion:
         """State of all rows."""
         return Motion.joined([Motion.of(p.data) for p in self.problems])
 
     @cached_property
-    def wrenches(self) -> Float[np.ndarray, "_ _ 6"]:
-        """Through every joint of the bent arm; empty if no effect needs them."""
-        return deflect(self.robot, self.motion).wrenches
+    def state(self) -> State:
+        """The bent arm in all rows, as views of effects ask for it."""
+        return State(self.robot.chain, self.motion, deflect(self.robot, self.motion).wrenches)
 
     @cached_property
     def held_out(self) -> Bool[np.ndarray, " rows"]:

@@ -6,7 +6,7 @@ import numpy as np
 
 from workbench.arm.chain import Chain
 from workbench.arm.effects import AbstractEffect
-from workbench.diagnosis.words import READABLE
+from workbench.report.numbers import readable_unit
 
 LISTED = 6
 """Most coefficients of one effect that are listed one by one."""
@@ -39,13 +39,13 @@ class Size:
 
 def sizes(effect: AbstractEffect, std: tuple[float, ...], chain: Chain) -> tuple[Size, ...]:
     """Every coefficient of an effect with its standard error, in readable units."""
+    units = [readable_unit(unit) for unit in effect.units(chain)]
     return tuple(
-        Size(name, value * READABLE.get(unit, (1.0, unit))[0], error * READABLE.get(unit, (1.0, unit))[0],
-             READABLE.get(unit, (1.0, unit))[1])
-        for name, value, error, unit in zip(
-            effect.names, effect.coefficients, std, effect.units(chain), strict=True
+        Size(name, value * factor, error * factor, unit)
+        for name, value, error, (factor, unit) in zip(
+            effect.names, effect.coefficients, std, units, strict=True
         )
-    )  # fmt: skip
+    )
 
 
 def lines(effect: AbstractEffect, std: tuple[float, ...], chain: Chain) -> tuple[tuple[str, str], ...]:

@@ -6,14 +6,13 @@ from pathlib import Path
 import numpy as np
 from markupsafe import Markup
 
-from workbench.arm.effects.effect import turns
+from workbench.arm.effects.axes import turns
 from workbench.base.folder import check_folder, write_folder
 from workbench.diagnosis.record import Diagnosis, Verdict, judged
 from workbench.diagnosis.report.coefficients import lines
 from workbench.diagnosis.report.json import diagnosis_json
 from workbench.diagnosis.report.pictures import pictures
 from workbench.diagnosis.report.table import alternatives, chance, outlier_words
-from workbench.diagnosis.words import label
 from workbench.identification.report.page import error_cards
 from workbench.report.drawing import Drawing, png, svg
 from workbench.report.html import page_template, themed
@@ -96,7 +95,7 @@ def render(result: Diagnosis, drawings: tuple[Drawing, ...]) -> str:
 def _effect(result: Diagnosis, place: int) -> dict[str, object]:
     found = result.effects[place]
     return {
-        "label": label(found.effect),
+        "label": found.effect.label,
         "words": found.words,
         "sizes": lines(found.effect, found.std, result.calibrated.chain),
         "before": short(found.before_mm),

@@ -6,7 +6,6 @@ from matplotlib.figure import Figure
 
 from workbench.arm.effects import AbstractEffect
 from workbench.diagnosis.record import Diagnosis, judged
-from workbench.diagnosis.words import label
 from workbench.report.drawing import (
     COLOURS,
     NOMINAL,
@@ -51,7 +50,7 @@ def _gains(axes: Axes, best, place, mine) -> None:
     for y, candidate in zip(place, best, strict=True):
         words = f" {candidate.gain:.1f}" + (f"  (p {_chance(candidate.p_value)})")
         axes.annotate(words, (max(candidate.gain, 0.0), y), va="center", fontsize=7)
-    axes.set_yticks(place, [label(r.effect) for r in best])
+    axes.set_yticks(place, [r.effect.label for r in best])
     axes.set_xlim(min(0.0, 1.1 * gains.min()), 1.3 * max(gains.max(), 1.0))
     axes.set_xlabel("log evidence that it brings to the geometry alone [nat]")
     grid(axes, "x")

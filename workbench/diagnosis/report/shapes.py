@@ -12,9 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from workbench.arm.effects import AbstractEffect
-from workbench.arm.effects.effect import turns
-from workbench.arm.effects.joint_harmonic import JointHarmonic
-from workbench.arm.effects.local_joint_error import LocalJointError
+from workbench.arm.effects.axes import turns
 from workbench.arm.motion import Motion
 from workbench.diagnosis.record import Diagnosis
 from workbench.report.drawing import (
@@ -35,7 +33,7 @@ def mapped(result: Diagnosis) -> dict[int, list[AbstractEffect]]:
     """Accepted errors of joints over their own position, by joint."""
     found: dict[int, list[AbstractEffect]] = {}
     for accepted in result.effects:
-        if isinstance(accepted.effect, JointHarmonic | LocalJointError):
+        if accepted.effect.maps_joint:
             for joint in accepted.effect.joints:
                 found.setdefault(joint, []).append(accepted.effect)
     return dict(sorted(found.items()))

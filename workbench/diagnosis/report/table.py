@@ -9,7 +9,7 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from workbench.arm.effects.effect import turns
+from workbench.arm.effects.axes import turns
 from workbench.diagnosis.record import (
     Accepted,
     Diagnosis,
@@ -17,7 +17,6 @@ from workbench.diagnosis.record import (
     judged,
 )
 from workbench.diagnosis.report.coefficients import lines
-from workbench.diagnosis.words import label
 from workbench.identification.report.table import (
     error_cells,
     error_columns,
@@ -89,7 +88,7 @@ def effects_table(result: Diagnosis) -> Table:
         sizes = lines(found.effect, found.std, result.calibrated.chain)
         words = "\n".join(f"{name.partition('.')[2] if '.' in name else name} {size}" for name, size in sizes)
         table.add_row(
-            label(found.effect), words, short(found.before_mm), short(found.after_mm), chance(found.p_value)
+            found.effect.label, words, short(found.before_mm), short(found.after_mm), chance(found.p_value)
         )
     return table
 
@@ -111,8 +110,8 @@ def _instead(found: Accepted, with_all: float) -> str:
         error = "" if rival.held_out_mm is None or not np.isfinite(rival.held_out_mm) else (
             f" ({short(rival.held_out_mm)} mm)"
         )  # fmt: skip
-        rivals.append(f"{label(rival.effect)}{error}")
-    return f"of {label(found.effect)} ({short(with_all)} mm in the end): {'; '.join(rivals)}"
+        rivals.append(f"{rival.effect.label}{error}")
+    return f"of {found.effect.label} ({short(with_all)} mm in the end): {'; '.join(rivals)}"
 
 
 def outlier_words(result: Diagnosis) -> str:

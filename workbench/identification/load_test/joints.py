@@ -24,12 +24,8 @@ from workbench.identification.algorithms.opt2 import Opt2
 from workbench.identification.fit import Fit
 from workbench.identification.problem import FrameFreedom, Noise, Problem
 
-KINDS: dict[type[AbstractEffect], str] = {
-    ClearanceTilt: "clearance",
-    Backlash: "backlash",
-    JointCompliance: "compliance",
-}
-"""The effects, and the names of their coefficients."""
+KINDS = {str(kind.coefficient): kind for kind in (ClearanceTilt, Backlash, JointCompliance)}
+"""The effects, by what their coefficients are called."""
 STEPS = 60
 """Greatest number of steps of a fit."""
 
@@ -68,7 +64,7 @@ class JointTilting:
 
     def only(self, asked: "JointTilting") -> "JointTilting":
         """The sizes that are finite in `asked`."""
-        sizes = {word: getattr(self, word) for word in KINDS.values() if np.isfinite(getattr(asked, word))}
+        sizes = {word: getattr(self, word) for word in KINDS if np.isfinite(getattr(asked, word))}
         return JointTilting(self.joint, **sizes)
 
     def joined(self, other: "JointTilting") -> "JointTilting":
@@ -103,7 +99,7 @@ class Tilting:
 def tilting_effects(joints: Sequence[JointTilting]) -> tuple[AbstractEffect, ...]:
     """The sizes of joints as effects of an arm; backlash follows the load."""
     out: list[AbstractEffect] = []
-    for kind, word in KINDS.items():
+    for word, kind in KINDS.items():
         sizes = {j.joint: getattr(j, word) for j in joints if np.isfinite(getattr(j, word))}
         if sizes:
             out.append(kind(tuple(sizes), tuple(sizes.values())))
@@ -166,6 +162,6 @@ def fit_tilting(
 
 def _found(joint: int, found: Mapping[str, tuple[float, float]]) -> JointTilting:
     """Sizes and standard errors of one joint."""
-    pairs = {word: found.get(f"joint{joint + 1}.{word}", (np.nan, np.nan)) for word in KINDS.values()}
+    pairs = {word: found.get(f"joint{joint + 1}.{word}", (np.nan, np.nan)) for word in KINDS}
     sizes = {word: pair[0] for word, pair in pairs.items()}
     return JointTilting(joint, **sizes, **{f"{word}_std": pair[1] for word, pair in pairs.items()})

@@ -10,7 +10,6 @@ from workbench.diagnosis.report.table import (
     heading,
     outlier_words,
 )
-from workbench.diagnosis.words import label
 from workbench.report.numbers import short
 
 
@@ -53,4 +52,4 @@ def _effect(accepted: Accepted, found: Diagnosis) -> str:
     sizes = lines(accepted.effect, accepted.std, found.calibrated.chain)
     coefficients = ", ".join(f"{name} {size}" for name, size in sizes)
     errors = f"{short(accepted.before_mm)} mm | {short(accepted.after_mm)} mm"
-    return f"| {label(accepted.effect)} | {coefficients} | {errors} | {chance(accepted.p_value)} |"
+    return f"| {accepted.effect.label} | {coefficients} | {errors} | {chance(accepted.p_value)} |"

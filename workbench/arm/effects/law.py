@@ -1,0 +1,232 @@
+"""Laws of effects: increments of elementary values that grow linearly with a few coefficients.
+
+    v_k = driver_k(q) + p_k + Σ_e c_e · φ_e,k(state)
+
+An effect names the elements k that it changes and gives its law φ of the state: joint positions, direction of
+motion, time, temperature (`Motion`), and the wrenches through the joints. What is not linear (the order of a
+harmonic, the knots of a spline) stands frozen in its record.
+
+Wrenches are those of `arm/statics/wrenches.py`: what holds the later link against its load. A joint gives way to
+the load, so that load effects carry a minus sign: a positive compliance sags.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, fields, replace
+from enum import IntEnum
+from typing import ClassVar, Self
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from workbench.arm.chain import Chain
+from workbench.arm.effects.axes import (
+    Insertion,
+    Wrenches,
+    across_components,
+    driven_names,
+    inserted_names,
+    own_components,
+    turns,
+)
+from workbench.arm.motion import Motion
+from workbench.base.errors import DataError, RobotError
+
+Law = Float[np.ndarray, "rows e c"]
+NO_WRENCHES = np.zeros((0, 0, 6))
+NO_WRENCHES.setflags(write=False)
+NO_COMPONENTS = np.zeros((0, 2), np.int64)
+NO_COMPONENTS.setflags(write=False)
+ROUNDING = 1e-9
+"""How far outside its range a joint may be by rounding [rad or m]."""
+
+
+class Loads(IntEnum):
+    """What an effect must know of the wrenches through the joints."""
+
+    NONE = 0
+    OWN = 1
+    ALL = 2
+
+
+@dataclass(frozen=True)
+class AbstractLaw(ABC):
+    """The physics of one effect. Only `name` and `law` have no default.
+
+    Args:
+        joints: Columns of q that it belongs to, counted from 0; empty where it concerns the whole arm.
+        coefficients: Sizes in the order of `names`, SI; zeros if left empty.
+    """
+
+    joints: tuple[int, ...] = ()
+    coefficients: tuple[float, ...] = ()
+
+    coefficient: ClassVar[str] = ""
+    """What follows the joint in the name of a coefficient; the effect's own name if empty."""
+    whole_arm: ClassVar[bool] = False
+    """Whether it concerns the whole arm, and has no joints."""
+    maps_joint: ClassVar[bool] = False
+    """Whether it is an error of each joint over that joint's own position, of which one is enough."""
+
+    def __post_init__(self):
+        object.__setattr__(self, "joints", tuple(int(j) for j in self.joints))
+        given = tuple(float(c) for c in self.coefficients)
+        object.__setattr__(self, "coefficients", given or (0.0,) * len(self.names))
+
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """Its name in files, such as `joint-compliance`."""
+
+    @abstractmethod
+    def law(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Law:
+        """Increment of each element per unit of each coefficient [rad or m per unit].
+
+        Args:
+            chain: Base, arm and tool, with the constants in force.
+            motion: State of every row.
+            wrenches: Through every joint in its own axes [N, N m]; empty where `loads` asks for none.
+        """
+
+    @property
+    def loads(self) -> Loads:
+        """What its law must know of the wrenches through the joints; nothing by default."""
+        return Loads.NONE
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """What of `Motion` its law can't do without, such as `temperature`; nothing but q by default."""
+        return ()
+
+    @property
+    def insertion(self) -> Insertion:
+        """Rotations that its joints need beside those of the geometry; none by default."""
+        return Insertion.NONE
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of its C coefficients, such as `joint3.compliance`; by default one a joint, or of the arm."""
+        word = self.coefficient or self.name.replace("-", "_")
+        return (f"arm.{word}",) if self.whole_arm else tuple(f"joint{j + 1}.{word}" for j in self.joints)
+
+    def units(self, chain: Chain) -> tuple[str, ...]:
+        """Their units; by default those of the increments, as if the law were a number."""
+        each = len(self.names) // max(len(self.joints), 1)
+        units = ["rad" if self.insertion or turns(chain, j) else "m" for j in self.joints or (-1,)]
+        return tuple(unit for unit in units for _ in range(each))
+
+    def elements(self, chain: Chain) -> tuple[str, ...]:
+        """Names of the E elements that it changes; by default its joints' own, or those that it inserts."""
+        if self.insertion:
+            return inserted_names(chain, self.joints, self.insertion)
+        return driven_names(chain, self.joints)
+
+    def components(self, chain: Chain) -> Int[np.ndarray, "m 2"]:
+        """Joint and place in [f; τ] of what its law varies smoothly with.
+
+        By default the moments that `loads` asks for if it has a slope, none if it has not.
+        """
+        if self.loads is Loads.NONE or type(self).slope is AbstractLaw.slope:
+            return NO_COMPONENTS
+        chosen = own_components if self.loads is Loads.OWN else across_components
+        return chosen(chain, self.joints)
+
+    def slope(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Float[np.ndarray, "rows e m"]:
+        """Derivative of Σ c φ in the M wrench components of `components`; arguments as in `law`."""
+        return np.zeros((len(motion), len(self.elements(chain)), len(self.components(chain))))
+
+    def growth(
+        self, chain: Chain, motion: Motion, wrenches: Wrenches, constants: Int[np.ndarray, " p"]
+    ) -> Float[np.ndarray, "rows e p"] | None:
+        """Derivative of Σ c φ in the constants of P elements at given wrenches; None where it is 0."""
+        return None
+
+    def ranges(self) -> dict[int, tuple[float, float]]:
+        """Least and greatest position of the joints within which alone it is known; none by default."""
+        return {}
+
+    def mistake(self, chain: Chain) -> str | None:
+        """What is wrong with its own settings, as a clause after its name; None if nothing is."""
+        return None
+
+    @property
+    def gives_way(self) -> bool:
+        """Whether its coefficients can't be negative, as nothing pushes back harder than it is loaded."""
+        return self.loads is not Loads.NONE
+
+    def increments(
+        self, chain: Chain, motion: Motion, wrenches: Wrenches = NO_WRENCHES
+    ) -> Float[np.ndarray, "rows e"]:
+        """What it adds to each of its elements in every row [rad or m]; arguments as in `law`."""
+        return self.law(chain, motion, wrenches) @ np.array(self.coefficients)
+
+    def sized(self, values: Mapping[str, float]) -> Self:
+        """The same effect with those of its coefficients that are named."""
+        if values.keys().isdisjoint(self.names):
+            return self
+        pairs = zip(self.names, self.coefficients, strict=True)
+        return replace(self, coefficients=tuple(float(values.get(name, c)) for name, c in pairs))
+
+    def check(self, chain: Chain) -> None:
+        """Refuse an effect that the arm can't carry.
+
+        Raises:
+            RobotError: no such joint, a wrong number of coefficients, or settings without sense.
+        """
+        dof = chain.dof
+        wrong = self.mistake(chain)
+        if self.whole_arm and self.joints:
+            wrong = "concerns the whole arm; leave joints out"
+        elif self.joints and not (min(self.joints) >= 0 and max(self.joints) < dof):
+            shown = next(j + 1 for j in self.joints if not 0 <= j < dof)
+            wrong = f"names joint {shown}, but the arm's joints are 1 … {dof}"
+        elif len(set(self.joints)) != len(self.joints):
+            wrong = f"names a joint twice in {[j + 1 for j in self.joints]}"
+        elif wrong is None and not self.names:
+            wrong = "needs joints to act on"
+        elif wrong is None and len(self.coefficients) != len(self.names):
+            need = f"{len(self.names)} ({', '.join(self.names)})"
+            wrong = f"has {len(self.coefficients)} coefficients but needs {need}"
+        elif wrong is None and not np.isfinite(self.coefficients).all():
+            wrong = "has a coefficient that is not a finite number"
+        if wrong:
+            raise RobotError(f"effect '{self.name}' {wrong}")
+
+    @classmethod
+    def settings(cls) -> tuple[str, ...]:
+        """Names of what its record holds beside joints and coefficients."""
+        return tuple(f.name for f in fields(cls) if f.name not in ("joints", "coefficients"))
+
+
+def check_ranges(
+    effects: Iterable[AbstractLaw],
+    chain: Chain,
+    q: Float[np.ndarray, "rows n"],
+    *,
+    rows: Int[np.ndarray, " rows"] | None = None,
+    source: str = "",
+) -> None:
+    """Refuse joint positions where an effect is not known.
+
+    Args:
+        effects: What may have been learned on part of a joint's range.
+        chain: Of the arm.
+        q: Joint positions [rad or m].
+        rows: Their numbers for people; counted from 0 if None.
+        source: Where they came from, for the message.
+
+    Raises:
+        DataError: names joint, position, range and row.
+    """
+    for effect in effects:
+        for joint, (low, high) in effect.ranges().items():
+            outside = ~((q[:, joint] >= low - ROUNDING) & (q[:, joint] <= high + ROUNDING))
+            if outside.any():
+                row = int(np.argmax(outside))
+                unit, size = ("°", 180.0 / np.pi) if turns(chain, joint) else (" m", 1.0)
+                least, greatest, found = (f"{v * size:.4g}{unit}" for v in (low, high, q[row, joint]))
+                raise DataError(
+                    f"{source}{': ' if source else ''}effect '{effect.name}' of joint {joint + 1} is known "
+                    f"from {least} to {greatest} only, and row {row if rows is None else rows[row]} has the "
+                    f"joint at {found}; stay within the range, or calibrate with rows there"
+                )

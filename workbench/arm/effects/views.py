@@ -1,0 +1,216 @@
+"""Pictures of effects as plain numbers: an increment over what drives it, and the law between the two.
+
+A report draws them with what the measured rows show of the same increment. Errors of joints are looked at one
+element at a time; a tilt whose direction the load decides, along that direction; changes of many elements at
+once, as one.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.chain import Chain
+from workbench.arm.effects.axes import Insertion, Wrenches, across, own, turns
+from workbench.arm.effects.law import AbstractLaw
+from workbench.arm.motion import Motion
+
+GRID = 1500
+"""Points of a curve over a joint's range."""
+DRIVERS = {"temperature": ("temperature [°C]", 1.0), "time": ("time [min]", 1.0 / 60.0)}
+"""Name and scale of drivers that have one value a row."""
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """Rows of a bent arm.
+
+    Args:
+        chain: With the rotations that its effects need.
+        motion: State of every row.
+        wrenches: Through every joint [N, N m]; empty if no effect asks for them.
+    """
+
+    chain: Chain
+    motion: Motion
+    wrenches: Wrenches
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """One increment of an effect over its driver.
+
+    Args:
+        what: What is seen, with its unit, such as `error of joint 3 [mrad]`.
+        driver: What drives it, with its unit.
+        x: The driver in every row, in that unit.
+        scale: What turns the increment's size [SI] into the unit.
+        elements: Elements of the chain that it changes.
+        direction: How much of each per unit of size [rad or m].
+        law: Size of the increment in every row as the effect has it [SI].
+        curve: Driver and size [SI] of a line through the law; NaN breaks it.
+        steps: Whether the driver has but a few values, such as a direction.
+    """
+
+    what: str
+    driver: str
+    x: Float[np.ndarray, " rows"]
+    scale: float
+    elements: tuple[str, ...]
+    direction: Float[np.ndarray, "rows e"]
+    law: Float[np.ndarray, " rows"]
+    curve: tuple[np.ndarray, np.ndarray]
+    steps: bool = False
+
+
+def view_of_element(
+    effect: AbstractLaw,
+    state: State,
+    place: int,
+    *,
+    what: str,
+    driver: str,
+    x: Float[np.ndarray, " rows"],
+    scale: float = 1e3,
+) -> View:
+    """The increment of one of an effect's elements over any driver.
+
+    Args:
+        effect: The effect.
+        state: The rows.
+        place: Which of its elements.
+        what: What is seen, with its unit.
+        driver: What drives it, with its unit.
+        x: The driver in every row.
+        scale: What turns the increment [SI] into the unit; milliradians or millimetres by default.
+    """
+    law = effect.increments(state.chain, state.motion, state.wrenches)
+    direction = np.zeros_like(law)
+    direction[:, place] = 1.0
+    return View(
+        what=what,
+        driver=driver,
+        x=x,
+        scale=scale,
+        elements=effect.elements(state.chain),
+        direction=direction,
+        law=law[:, place],
+        curve=line_through(x, law[:, place]),
+    )
+
+
+def line_through(x: np.ndarray, law: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The law as a line through the rows, broken where the driver changes its sign."""
+    order = np.argsort(x, kind="stable")
+    x, law = x[order], law[order]
+    leap = np.flatnonzero(np.diff(np.sign(x)) != 0) + 1
+    return np.insert(x, leap, np.nan), np.insert(law, leap, np.nan)
+
+
+def usual_views(effect: AbstractLaw, state: State) -> Iterator[View]:
+    """Every increment of an effect over the driver that its law asks for."""
+    chain, motion = state.chain, state.motion
+    by_joint = len(effect.elements(chain)) == len(effect.joints) > 0
+    if by_joint and "direction" in effect.needs:
+        yield from _over_direction(effect, state)
+    elif by_joint and effect.loads:
+        yield from _over_own_moment(effect, state)
+    elif effect.loads and effect.insertion is Insertion.TILT:
+        yield from _over_moment_across(effect, state)
+    elif found := [name for name in effect.needs if name in DRIVERS]:
+        words, size = DRIVERS[found[0]]
+        yield _together(effect, state, words, size * motion.need(found[0], effect.name))
+    elif by_joint:
+        for place, joint in enumerate(effect.joints):
+            yield over_position(effect, state, place, joint)
+    else:
+        size = np.linalg.norm(effect.increments(chain, motion, state.wrenches), axis=1)
+        yield _together(effect, state, f"what {effect.name} adds [mrad or mm]", 1e3 * size)
+
+
+def over_position(effect: AbstractLaw, state: State, place: int, over: int) -> View:
+    """The error of a joint over a joint's position; an error of that joint alone is drawn over its range."""
+    turning = turns(state.chain, over)
+    wide = float(np.rad2deg(1.0)) if turning else 1e3
+    q = state.motion.q[:, over]
+    view = view_of_element(
+        effect,
+        state,
+        place,
+        what=error_of(state, effect.joints[place]),
+        driver=f"{'angle' if turning else 'position'} of joint {over + 1} [{'°' if turning else 'mm'}]",
+        x=wide * q,
+    )
+    if not effect.maps_joint:
+        order = np.argsort(q, kind="stable")
+        return replace(view, curve=(view.x[order], view.law[order]))
+    grid = np.linspace(q.min(), q.max(), GRID)
+    motion = Motion(np.repeat(grid[:, None], state.chain.dof, axis=1))
+    return replace(view, curve=(wide * grid, effect.increments(state.chain, motion)[:, place]))
+
+
+def error_of(state: State, joint: int) -> str:
+    """Label of a joint's error."""
+    return f"error of joint {joint + 1} [{'mrad' if turns(state.chain, joint) else 'mm'}]"
+
+
+def _over_direction(effect: AbstractLaw, state: State) -> Iterator[View]:
+    direction = state.motion.need("direction", effect.name)
+    for place, joint in enumerate(effect.joints):
+        words = f"direction of the last motion of joint {joint + 1}"
+        view = view_of_element(
+            effect, state, place, what=error_of(state, joint), driver=words, x=direction[:, joint]
+        )
+        yield replace(view, steps=True)
+
+
+def _over_own_moment(effect: AbstractLaw, state: State) -> Iterator[View]:
+    for place, joint in enumerate(effect.joints):
+        turning = turns(state.chain, joint)
+        load, unit = ("moment about", "N·m") if turning else ("force along", "N")
+        yield view_of_element(
+            effect,
+            state,
+            place,
+            what=error_of(state, joint),
+            driver=f"{load} the axis of joint {joint + 1} [{unit}]",
+            x=own(state.chain, [joint], state.wrenches)[:, 0],
+        )
+
+
+def _over_moment_across(effect: AbstractLaw, state: State) -> Iterator[View]:
+    """Tilts over the moment across the axis, along the direction in which it pushes."""
+    law = effect.increments(state.chain, state.motion, state.wrenches)
+    for place, joint in enumerate(effect.joints):
+        moment = across(state.chain, [joint], state.wrenches)[:, 0]
+        size = np.linalg.norm(moment, axis=1)
+        direction = np.zeros_like(law)
+        direction[:, 2 * place : 2 * place + 2] = -moment / np.where(size > 0.0, size, 1.0)[:, None]
+        along = (law * direction).sum(1)
+        yield View(
+            what=f"tilt of joint {joint + 1}, the way the load pushes [mrad]",
+            driver=f"moment across the axis of joint {joint + 1} [N·m]",
+            x=size,
+            scale=1e3,
+            elements=effect.elements(state.chain),
+            direction=direction,
+            law=along,
+            curve=line_through(size, along),
+        )
+
+
+def _together(effect: AbstractLaw, state: State, driver: str, x: np.ndarray) -> View:
+    """All increments of a row as one, along the direction in which the effect moves them."""
+    law = effect.increments(state.chain, state.motion, state.wrenches)
+    size = np.linalg.norm(law, axis=1)
+    return View(
+        what=f"{effect.name} [mrad or mm]",
+        driver=driver,
+        x=x,
+        scale=1e3,
+        elements=effect.elements(state.chain),
+        direction=law / np.where(size > 0.0, size, 1.0)[:, None],
+        law=size,
+        curve=line_through(x, size),
+    )
