@@ -58,9 +58,9 @@ HOOKS = {
     "AbstractChange.merged_with",
     "AbstractChange.recalled",
 }
-"""Methods that say `nothing` or what is usual by default: most observations have no unknowns of their own, most
-commands can always be carried out and stand for themselves alone; an effect says what sets it apart, so that
-a new one is a law and a sentence."""
+"""Methods that say `nothing` or what is usual by default: most observations have no unknowns of their own,
+most commands can always be carried out and stand for themselves alone; an effect says what sets it apart, so
+that a new one is a law and a sentence."""
 FILES = sorted(p for p in ROOT.rglob("*.py"))
 
 

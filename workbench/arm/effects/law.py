@@ -6,8 +6,8 @@ An effect names the elements k that it changes and gives its law φ of the state
 motion, time, temperature (`Motion`), and the wrenches through the joints. What is not linear (the order of a
 harmonic, the knots of a spline) stands frozen in its record.
 
-Wrenches are those of `arm/statics/wrenches.py`: what holds the later link against its load. A joint gives way to
-the load, so that load effects carry a minus sign: a positive compliance sags.
+Wrenches are those of `arm/statics/wrenches.py`: what holds the later link against its load. A joint gives
+way to the load, so that load effects carry a minus sign: a positive compliance sags.
 """
 
 from abc import ABC, abstractmethod
