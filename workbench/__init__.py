@@ -17,7 +17,7 @@ _HOMES = {
     "workbench.arm.library": ("load_robot",),
     "workbench.arm.robot_toml": ("write_toml",),
     "workbench.arm.urdf": ("read_urdf", "write_urdf"),
-    "workbench.arm.kinematics.forward": ("tool_poses", "sensitivity", "sensitivity_blocks", "link_frames"),
+    "workbench.arm.kinematics.public": ("tool_poses", "sensitivity", "sensitivity_blocks", "link_frames"),
     "workbench.arm.inverse.solve": ("solve", "follow"),
     "workbench.data.dataset": ("Dataset",),
     "workbench.data.readers": ("read_measurements",),

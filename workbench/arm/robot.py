@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float
@@ -26,6 +27,11 @@ from workbench.base.types import (
     Vector3,
     frozen,
 )
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from workbench.arm.motion import Motion
 
 BASE, TOOL = -1, -2
 """Link numbers of the elements of the base and of the tool."""
@@ -330,6 +336,21 @@ class Robot:
         frames = self.session_frames(session)
         return self.with_frames(base=frames.base, tool=frames.tool)
 
+    def predict(self, at: "ArrayLike | Motion") -> np.ndarray:
+        """Pose of the tool in the measuring frame: (4, 4) at one pose, (rows, 4, 4) at several.
+
+        Args:
+            at: Joint positions of one pose or of several [rad or m], or a `Motion` that also says what drives
+                the effects.
+
+        Raises:
+            ShapeError: another number of joint positions than the robot has joints.
+            DataError: an effect lacks what drives it, such as a temperature.
+        """
+        from workbench.arm.kinematics.public import tool_poses  # which stands on this module
+
+        return tool_poses(self, at)
+
     def _check_effects(self, taken: set[str]) -> None:
         """Refuse effects that the arm can't carry, and names that stand for two things."""
         for effect in self.effects:
@@ -351,8 +372,8 @@ class Robot:
         if q.ndim != 2 or q.shape[1] != self.dof:
             found = q.shape[-1] if q.ndim else 0
             raise ShapeError(
-                f"{source}: rows have {found} joints, robot '{self.name}' has {self.dof}; "
-                "choose the robot that was measured",
+                f"{source}: rows of {found} numbers, but robot '{self.name}' has {self.dof} joints; give one "
+                "for each joint, or choose the robot that was measured",
                 expected=self.dof,
                 found=found,
             )

@@ -7,12 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float
+from numpy.typing import ArrayLike
 
 from workbench.arm.inverse.bent_arm import settle
 from workbench.arm.inverse.damped_newton import Task, refine
 from workbench.arm.inverse.reduced_arm import compile_arm
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
+from workbench.base.errors import ShapeError
 from workbench.base.types import frozen
 
 FOLLOW_STEPS = 40
@@ -48,8 +50,8 @@ class FollowedMany:
 
 def follow(
     robot: Robot,
-    pose: Float[np.ndarray, "4 4"],
-    q_start: Float[np.ndarray, " n"],
+    pose: ArrayLike,
+    q_start: ArrayLike,
     *,
     task: Task | None = None,
     motion: Motion | None = None,
@@ -58,18 +60,42 @@ def follow(
 
     Args:
         robot: Geometry with base and tool, n joints.
-        pose: Tool pose in the measuring frame [m]; trusted to be one.
+        pose: Tool pose in the measuring frame, a 4×4 matrix [m]; its rotation is trusted to be one.
         q_start: Where to start, as a rule the last solution [rad or m].
         task: What of the pose must be met; by default what so many joints can meet.
         motion: What drives a robot's effects beside q, one row; its own q is not looked at.
+
+    Raises:
+        ShapeError: the pose is no 4×4 matrix, or the start has another number of joints than the robot.
     """
-    many = follow_many(robot, pose[None], q_start[None], task=task, motion=motion)
+    start = np.asarray(q_start, float)
+    if start.shape != (robot.dof,):
+        raise ShapeError(
+            f"robot '{robot.name}' has {robot.dof} joints, got {start.size} joint positions to start from",
+            expected=robot.dof,
+            found=start.size,
+        )
+    many = follow_many(robot, as_pose(pose)[None], start[None], task=task, motion=motion)
     return Followed(
         frozen(many.q[0]),
         bool(many.converged[0]),
         float(many.position_error[0]),
         float(many.rotation_error[0]),
     )
+
+
+def as_pose(pose: ArrayLike) -> Float[np.ndarray, "4 4"]:
+    """One pose from whatever numbers are given.
+
+    Raises:
+        ShapeError: not a 4×4 matrix; carries the number of its columns.
+    """
+    matrix = np.asarray(pose, float)
+    if matrix.shape != (4, 4):
+        size = "×".join(map(str, matrix.shape)) or "a single number"
+        found = matrix.shape[-1] if matrix.ndim else 1
+        raise ShapeError(f"a pose is a 4×4 matrix, got {size}", expected=4, found=found)
+    return matrix
 
 
 def follow_many(

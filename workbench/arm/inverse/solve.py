@@ -11,6 +11,7 @@ branch keeps its turn: with an effect that does not repeat every turn, `follow` 
 
 import numpy as np
 from jaxtyping import Float
+from numpy.typing import ArrayLike
 
 from workbench.arm.inverse import unreachable
 from workbench.arm.inverse.bent_branches import bent_result
@@ -32,6 +33,7 @@ from workbench.arm.inverse.damped_newton import Task, refine
 from workbench.arm.inverse.follow import (
     Followed,
     FollowedMany,
+    as_pose,
     follow,
     follow_many,
 )
@@ -71,18 +73,18 @@ SPREAD_STARTS = 96
 
 def solve(
     robot: Robot,
-    pose: Float[np.ndarray, "4 4"],
+    pose: ArrayLike,
     *,
     task: Task | None = None,
     rng: np.random.Generator | None = None,
-    limits: Float[np.ndarray, "n 2"] | None = None,
+    limits: ArrayLike | None = None,
     motion: Motion | None = None,
 ) -> InverseResult:
     """Every way to reach a pose of the tool.
 
     Args:
         robot: Geometry with base and tool, n joints.
-        pose: Tool pose in the measuring frame [m].
+        pose: Tool pose in the measuring frame, a 4×4 matrix [m].
         task: What of it must be met; by default what so many joints can meet.
         rng: For the random starts that stand beside the algebraic ones; seeded with 0 if None.
         limits: Limits to use instead of the robot's [rad or m]; infinite ones to leave them aside. An effect
@@ -91,9 +93,9 @@ def solve(
 
     Raises:
         DataError: the pose is not finite or no rigid motion, or an effect misses what drives it.
-        ShapeError: limits have another number of joints than the robot.
+        ShapeError: the pose is no 4×4 matrix, or limits have another number of joints than the robot.
     """
-    return solve_many(robot, np.asarray(pose)[None], task=task, rng=rng, limits=limits, motion=motion)[0]
+    return solve_many(robot, as_pose(pose)[None], task=task, rng=rng, limits=limits, motion=motion)[0]
 
 
 def solve_many(
@@ -102,7 +104,7 @@ def solve_many(
     *,
     task: Task | None = None,
     rng: np.random.Generator | None = None,
-    limits: Float[np.ndarray, "n 2"] | None = None,
+    limits: ArrayLike | None = None,
     motion: Motion | None = None,
 ) -> list[InverseResult]:
     """`solve` for several poses at once, at less than half the time each; a row of `motion` a pose."""
@@ -145,16 +147,17 @@ def check_poses(poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, "rows
     return clean
 
 
-def _limits(robot: Robot, limits: np.ndarray | None) -> np.ndarray:
+def _limits(robot: Robot, limits: ArrayLike | None) -> np.ndarray:
     if limits is None:
         return robot.known_limits
+    limits = np.asarray(limits, float)
     if limits.shape != (robot.dof, 2):
         raise ShapeError(
             f"limits are for {len(limits)} joints, robot '{robot.name}' has {robot.dof}; give one pair each",
             expected=robot.dof,
             found=len(limits),
         )
-    return robot.narrowed(np.array(limits, float))
+    return robot.narrowed(limits)
 
 
 def _spread(

@@ -1,0 +1,76 @@
+"""Kinematics at the package's root: whatever a notebook has at hand, or one clear sentence."""
+
+import numpy as np
+import pytest
+
+import workbench as wb
+from workbench.arm.effects import EFFECTS
+from workbench.arm.motion import Motion
+from workbench.base.errors import DataError, OptionError, ShapeError
+
+ONE = [0, 1, -1, 0, 1, 0]
+
+
+@pytest.fixture(scope="module")
+def arm():
+    return wb.load_robot("aria")
+
+
+@pytest.mark.parametrize("given", [ONE, tuple(ONE), np.array(ONE), np.array(ONE, np.float32)], ids=type)
+def test_one_pose_gives_one_answer(arm, given):
+    rows = np.array([ONE], float)
+    assert np.array_equal(wb.tool_poses(arm, given), wb.tool_poses(arm, rows)[0])
+    assert np.array_equal(arm.predict(given), wb.tool_poses(arm, given))
+    assert np.array_equal(wb.link_frames(arm, given), wb.link_frames(arm, rows)[0])
+    for one, many in zip(wb.sensitivity(arm, given), wb.sensitivity(arm, rows), strict=True):
+        assert np.array_equal(one, many[0])
+    ((_, poses, twists),) = wb.sensitivity_blocks(arm, given, arm.default_free)
+    assert np.array_equal(poses[0], wb.tool_poses(arm, given))
+    assert twists.shape == (1, 6, len(arm.default_free))
+
+
+def test_several_poses_give_several(arm):
+    assert wb.tool_poses(arm, [ONE, ONE]).shape == arm.predict(np.array([ONE, ONE])).shape == (2, 4, 4)
+    assert wb.tool_poses(arm, np.zeros((0, 6))).shape == (0, 4, 4)
+    assert wb.tool_poses(arm, Motion(np.zeros((1, 6)))).shape == (1, 4, 4)
+
+
+@pytest.mark.parametrize(
+    "given", [np.zeros(5), [0.0] * 5, np.zeros((3, 5)), np.zeros((2, 2, 5))], ids=np.shape
+)
+@pytest.mark.parametrize("function", [wb.tool_poses, wb.link_frames, wb.sensitivity, wb.Robot.predict])
+def test_another_number_of_joints_is_refused_with_both_numbers(arm, function, given):
+    with pytest.raises(ShapeError) as caught:
+        function(arm, given)
+    assert (caught.value.expected, caught.value.found) == (6, 5)
+    assert "'ARIA' has 6 joints, got 5" in str(caught.value)
+
+
+@pytest.mark.parametrize("given", [["a"] * 6, [[0, 1], [2]], object()])
+def test_what_is_no_number_is_refused(arm, given):
+    with pytest.raises(OptionError, match="must be numbers"):
+        wb.tool_poses(arm, given)
+
+
+def test_poses_are_reached_from_lists(arm):
+    pose = wb.tool_poses(arm, ONE)
+    assert wb.solve(arm, pose.tolist()).reachable
+    found = wb.follow(arm, pose.tolist(), ONE)
+    assert found.converged
+    assert found.q == pytest.approx(ONE, abs=1e-9)
+    with pytest.raises(ShapeError) as caught:
+        wb.follow(arm, pose, [0.0] * 5)
+    assert (caught.value.expected, caught.value.found) == (6, 5)
+    for wrong in (pose[:3], pose[None], 1.0):
+        with pytest.raises(ShapeError, match="4×4"):
+            wb.solve(arm, wrong)
+        with pytest.raises(ShapeError, match="4×4"):
+            wb.follow(arm, wrong, ONE)
+
+
+def test_what_drives_an_effect_is_said_by_a_motion(arm):
+    grown = arm.with_effects(EFFECTS["thermal-growth"]((), (1e-4,)))
+    with pytest.raises(DataError, match="temperature"):
+        grown.predict(ONE)
+    warm = Motion(np.array([ONE], float), temperature=np.array([40.0]))
+    assert not np.allclose(grown.predict(warm)[0], arm.predict(ONE))
