@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from workbench.base.errors import WorkbenchError
 from workbench.data.readers import preview, read_measurements
-from workbench.data.readers.naming import parse_columns
+from workbench.data.readers.columns_option import parse_columns
 
 quick = settings(deadline=None, max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
 

@@ -7,7 +7,7 @@ from workbench.base import se3
 from workbench.base.errors import DataError, FileError
 from workbench.data.dataset import Dataset
 from workbench.data.observations.markers import marker_poses, synchronise
-from workbench.data.readers.markers import read_marker_rows
+from workbench.data.readers.read import read_marker_rows
 
 LAYOUT = np.array([[0.06, 0, 0], [0, 0.05, 0], [-0.05, 0, 0.01], [0, -0.06, 0.02]])
 

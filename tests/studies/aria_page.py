@@ -17,7 +17,7 @@ from studies.page import (
     findings_json,
     write_page,
 )
-from workbench.base.folder import check_folder
+from workbench.base.files import check_folder
 from workbench.plate.report.plates import cluster_json
 
 TITLE = "Kinematic calibration of a lightweight manipulator, done again"

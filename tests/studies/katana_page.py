@@ -27,7 +27,7 @@ from studies.page import (
     findings_json,
     write_page,
 )
-from workbench.base.folder import check_folder
+from workbench.base.files import check_folder
 
 TITLE = "Joint tilting and influence-based calibration of the Katana 450, done again"
 SOURCE = (

@@ -9,7 +9,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from studies.finding import Finding, Verdict
-from workbench.base.folder import write_folder
+from workbench.base.files import write_folder
 from workbench.report.drawing import png
 from workbench.report.html import page_template
 from workbench.report.json import json_text

@@ -57,7 +57,7 @@ def loading(
 
 def _write(found, out: Path) -> Path:
     """The folder of an experiment."""
-    from workbench.base.folder import write_folder
+    from workbench.base.files import write_folder
     from workbench.data.writer import measurements_csv
     from workbench.identification.load_test.report import load_test_figure, postures_csv
     from workbench.report.drawing import svg

@@ -95,7 +95,7 @@ def read_rows(path: Path, arm, columns: str | None, sheet: str | None, layout: s
 def with_markers(data, tool: Path | None, base: Path | None):
     """Rows whose markers have become poses of the tool in the robot's base frame (ARIA 5.1)."""
     from workbench.data.observations.markers import marker_poses, synchronise
-    from workbench.data.readers.markers import read_marker_rows
+    from workbench.data.readers.read import read_marker_rows
 
     if tool is not None:
         data, _ = marker_poses(data, read_marker_rows(tool, 1)[0])

@@ -2,7 +2,7 @@
 
 import csv
 import io
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from enum import StrEnum
 from pathlib import Path
 
@@ -26,13 +26,14 @@ class RotationForm(StrEnum):
 
 ENDINGS = (".csv", ".txt")
 """What a file of measurements may be called: the text is comma-separated."""
-_NAMES = {
-    RotationForm.QUATERNION: ("qw", "qx", "qy", "qz"),
-    RotationForm.MATRIX: tuple(f"r{i}{j}" for i in "123" for j in "123"),
-    RotationForm.ROTATION_VECTOR: ("rx[rad]", "ry[rad]", "rz[rad]"),
-    RotationForm.RPY: ("roll[rad]", "pitch[rad]", "yaw[rad]"),
-    RotationForm.ZXZ: ("zxz_phi[rad]", "zxz_theta[rad]", "zxz_psi[rad]"),
+_FORMS: dict[RotationForm, tuple[tuple[str, ...], Callable[[np.ndarray], np.ndarray]]] = {
+    RotationForm.QUATERNION: (("qw", "qx", "qy", "qz"), se3.matrix_to_quaternion),
+    RotationForm.MATRIX: (tuple(f"r{i}{j}" for i in "123" for j in "123"), lambda r: r.reshape(-1, 9)),
+    RotationForm.ROTATION_VECTOR: (("rx[rad]", "ry[rad]", "rz[rad]"), se3.matrix_to_rotvec),
+    RotationForm.RPY: (("roll[rad]", "pitch[rad]", "yaw[rad]"), se3.matrix_to_rpy),
+    RotationForm.ZXZ: (("zxz_phi[rad]", "zxz_theta[rad]", "zxz_psi[rad]"), se3.matrix_to_zxz),
 }
+"""Columns of each form, and what makes them of matrices."""
 _SIGMA = ("sigma_x[m]", "sigma_y[m]", "sigma_z[m]", "sigma_rx[rad]", "sigma_ry[rad]", "sigma_rz[rad]")
 _WRENCH = tuple(f"force_{a}[N]" for a in "xyz") + tuple(f"moment_{a}[N*m]" for a in "xyz")
 _LABELS = ("session", "group", "point", "anchor", "contact")
@@ -83,7 +84,7 @@ def _columns(dataset: Dataset, form: RotationForm, prismatic: Collection[int]) -
         yield f"q{j + 1}[{'m' if j in prismatic else 'rad'}]", dataset.q[:, j]
     yield from _stack(("x[m]", "y[m]", "z[m]"), dataset.position)
     if dataset.rotation is not None:
-        yield from _stack(_NAMES[form], _written(dataset.rotation, form))
+        yield from _rotation_columns(dataset.rotation, form)
     yield from _single("time[s]", dataset.time)
     yield from _single("temperature[degC]", dataset.temperature)
     yield from _single("payload[kg]", dataset.payload)
@@ -114,21 +115,14 @@ def _single(name: str, values: np.ndarray | None) -> Iterator[Column]:
         yield name, values
 
 
-def _written(rotation: np.ndarray, form: RotationForm) -> np.ndarray:
-    """Orientations in the form wanted, NaN where a row has none."""
-    if form is RotationForm.MATRIX:
-        return rotation.reshape(-1, 9)
+def _rotation_columns(rotation: np.ndarray, form: RotationForm) -> Iterator[Column]:
+    """Orientations in a form, NaN where a row has none."""
+    names, convert = _FORMS[form]
     whole = ~np.isnan(rotation).any((1, 2))
-    convert = {
-        RotationForm.QUATERNION: se3.matrix_to_quaternion,
-        RotationForm.ROTATION_VECTOR: se3.matrix_to_rotvec,
-        RotationForm.RPY: se3.matrix_to_rpy,
-        RotationForm.ZXZ: se3.matrix_to_zxz,
-    }[form]
-    result = np.full((len(rotation), len(_NAMES[form])), np.nan)
+    result = np.full((len(rotation), len(names)), np.nan)
     if whole.any():
         result[whole] = convert(rotation[whole])
-    return result
+    return _stack(names, result)
 
 
 def _cells(values: np.ndarray) -> list[str]:

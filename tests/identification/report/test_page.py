@@ -6,7 +6,7 @@ from html_page import Page
 
 from workbench.base import folder as folders
 from workbench.base.errors import FileError
-from workbench.base.folder import write_folder
+from workbench.base.files import write_folder
 from workbench.data.requirement import Requirement
 from workbench.identification.report.figures import NAMES
 from workbench.identification.report.page import write_report

@@ -1,27 +1,31 @@
-"""From columns in SI to a `Dataset`: joints, observations, labels, and every decision said."""
+"""From columns in SI to a `Dataset`: joints, observations, labels, and every decision in its notes.
 
-import re
+A row counts when one of its observations is whole: position (with orientation where the file has one), a
+marker, a distance with its anchor, a touched point, a socket, an inclinometer. A row with a gap is kept out,
+with its reason.
+"""
+
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from workbench.base.errors import DataError, FileError, ShapeError
+from workbench.base.words import counted
 from workbench.data.dataset import Dataset
 from workbench.data.plausible import repeated_rows
 from workbench.data.readers.fields import Fields
-from workbench.data.readers.observed import (
-    excluded_by_file,
-    gaps,
-    need_whole_joints,
-    refuse_incomplete,
-)
 from workbench.data.readers.orientation import read_orientation
-from workbench.data.readers.wording import counted
 
 _LABELS = ("anchor", "contact", "point", "session", "group")
 _NUMBERS = ("time", "temperature", "payload")
 _XYZ = ("x", "y", "z")
+_SIGMA = tuple(f"sigma_{axis}" for axis in ("x", "y", "z", "rx", "ry", "rz"))
+_WRENCH = tuple(f"{kind}_{axis}" for kind in ("force", "moment") for axis in "xyz")
+_TRUE = {"true", "1", "1.0", "yes", "y", "x", "wahr", "ja", "j"}
+_FALSE = {"", "false", "0", "0.0", "no", "n", "falsch", "nein"}
+
+Mask = Bool[np.ndarray, " rows"]
 
 
 def assemble(fields: Fields, *, joints: int | None) -> Dataset:
@@ -37,14 +41,13 @@ def assemble(fields: Fields, *, joints: int | None) -> Dataset:
         FileError: A value can't be what its column says.
     """
     q = joint_columns(fields, joints)
-    excluded = excluded_by_file(fields)
-    need_whole_joints(fields, q, excluded)
-    refuse_incomplete(fields, _XYZ)
-    position = _stacked(fields, _XYZ)
+    excluded = _excluded_by_file(fields)
+    _need_whole_joints(fields, q, excluded)
+    position = fields.stacked(_XYZ)
     rotation, notes = read_orientation(fields, usable=~excluded)
     markers, tilt = _markers(fields), _tilt(fields)
     observed = _observations(fields, position, rotation, markers, tilt)
-    reasons = gaps(fields, observed)
+    reasons = _gaps(fields, observed)
     found = np.array([bool(reason) for reason in reasons]) & ~excluded
     dataset = Dataset(
         q=q,
@@ -57,7 +60,7 @@ def assemble(fields: Fields, *, joints: int | None) -> Dataset:
         direction=_signs(fields, q.shape[1]),
         sigma=_sigma(fields),
         tilt=tilt,
-        wrench=_wrench(fields),
+        wrench=fields.stacked(_WRENCH, missing=0.0),
         exclude=excluded | found if "exclude" in fields.values or found.any() else None,
         reason=_reasons(fields, reasons, found),
         source=fields.source,
@@ -75,7 +78,7 @@ def joint_columns(fields: Fields, joints: int | None) -> Float[np.ndarray, "rows
         FileError: One is missing in between.
         ShapeError: The robot has another number of joints.
     """
-    numbers = sorted(int(key[1:]) for key in fields.values if re.fullmatch(r"q\d+", key))
+    numbers = fields.numbers(r"q(\d+)")
     if not numbers:
         raise DataError(f"{fields.source}: there are no joint columns: add q1[rad], q2[rad], …")
     lacking = sorted(set(range(1, numbers[-1] + 1)) - set(numbers))
@@ -94,7 +97,7 @@ def joint_columns(fields: Fields, joints: int | None) -> Float[np.ndarray, "rows
 
 
 def _observations(fields: Fields, position, rotation, markers, tilt) -> dict[str, np.ndarray]:
-    """Observations by name, as `gaps` wants them.
+    """Observations by name, as `_gaps` takes them.
 
     Raises:
         DataError: The file has none at all.
@@ -117,80 +120,52 @@ def _observations(fields: Fields, position, rotation, markers, tilt) -> dict[str
     return observed
 
 
-def _stacked(fields: Fields, keys: tuple[str, ...]) -> np.ndarray | None:
-    return np.stack([fields.values[key] for key in keys], axis=1) if keys[0] in fields.values else None
-
-
 def _markers(fields: Fields) -> np.ndarray | None:
     """Markers m1 … mK, (rows, K, 3)."""
-    numbers = sorted({int(m[1]) for key in fields.values if (m := re.fullmatch(r"m(\d+)[xyz]", key))})
-    if not numbers:
-        return None
+    numbers = fields.numbers(r"m(\d+)[xyz]")
     if numbers != list(range(1, len(numbers) + 1)):
         raise FileError("markers must be counted m1, m2, … without a gap", path=fields.source)
-    for i in numbers:
-        refuse_incomplete(fields, tuple(f"m{i}{axis}" for axis in "xyz"))
-    return np.stack([np.stack([fields.values[f"m{i}{a}"] for a in "xyz"], axis=1) for i in numbers], axis=1)
+    places = [fields.stacked([f"m{i}{axis}" for axis in "xyz"]) for i in numbers]
+    return np.stack([p for p in places if p is not None], axis=1) if places else None
 
 
 def _tilt(fields: Fields) -> dict[int, np.ndarray] | None:
-    links = sorted({int(m[1]) for key in fields.values if (m := re.fullmatch(r"tilt_[xy](\d+)", key))})
-    for link in links:
-        refuse_incomplete(fields, (f"tilt_x{link}", f"tilt_y{link}"))
-    tilt = {i: np.stack([fields.values[f"tilt_{axis}{i}"] for axis in "xy"], axis=1) for i in links}
-    return tilt or None
+    readings = {
+        link: fields.stacked((f"tilt_x{link}", f"tilt_y{link}")) for link in fields.numbers(r"tilt_[xy](\d+)")
+    }
+    return {link: values for link, values in readings.items() if values is not None} or None
 
 
 def _distance(fields: Fields) -> np.ndarray | None:
     values = fields.values.get("distance")
     if values is not None and (values < 0).any():
-        raise fields.error("a distance is negative", int(np.argmax(values < 0)), "distance")
+        raise fields.error("a distance must be at least 0", int(np.argmax(values < 0)), "distance")
     return values
 
 
 def _per_joint(fields: Fields, stem: str, joints: int) -> np.ndarray | None:
     """One value a joint; NaN for joints that have no column."""
-    numbers = [int(m[1]) for key in fields.values if (m := re.fullmatch(rf"{stem}(\d+)", key))]
-    if not numbers:
-        return None
-    if max(numbers) > joints or min(numbers) < 1:
-        wrong = max(numbers) if max(numbers) > joints else min(numbers)
-        raise FileError(f"there is {stem}{wrong}, but the joints are 1 … {joints}", path=fields.source)
-    blank = np.full(fields.rows, np.nan)
-    return np.stack([fields.values.get(f"{stem}{i}", blank) for i in range(1, joints + 1)], axis=1)
+    wrong = [i for i in fields.numbers(rf"{stem}(\d+)") if not 1 <= i <= joints]
+    if wrong:
+        raise FileError(f"joints are 1–{joints}, got {stem}{wrong[-1]}", path=fields.source)
+    return fields.stacked([f"{stem}{i}" for i in range(1, joints + 1)], missing=np.nan)
 
 
 def _signs(fields: Fields, joints: int) -> np.ndarray | None:
     values = _per_joint(fields, "direction", joints)
-    if values is not None:
-        wrong = np.argwhere(~np.isin(values, (-1.0, 0.0, 1.0)) & ~np.isnan(values))
-        if len(wrong):
-            row, joint = wrong[0]
-            raise fields.error(
-                f"a direction is -1, 0 or 1, not {values[row, joint]:g}", int(row), f"direction{joint + 1}"
-            )
+    if values is not None and len(wrong := np.argwhere(~np.isin(values, (-1, 0, 1)) & ~np.isnan(values))):
+        row, joint = wrong[0]
+        message = f"a direction must be -1, 0 or 1, got {values[row, joint]:g}"
+        raise fields.error(message, int(row), f"direction{joint + 1}")
     return values
 
 
 def _sigma(fields: Fields) -> np.ndarray | None:
-    keys = [f"sigma_{axis}" for axis in ("x", "y", "z", "rx", "ry", "rz")]
-    if not any(key in fields.values for key in keys):
-        return None
-    blank = np.full(fields.rows, np.nan)
-    sigma = np.stack([fields.values.get(key, blank) for key in keys], axis=1)
-    wrong = np.argwhere(sigma <= 0.0)
-    if len(wrong):
+    sigma = fields.stacked(_SIGMA, missing=np.nan)
+    if sigma is not None and len(wrong := np.argwhere(sigma <= 0.0)):
         row, axis = wrong[0]
-        raise fields.error("a standard deviation must be above zero", int(row), keys[axis])
+        raise fields.error("a standard deviation must be above 0", int(row), _SIGMA[axis])
     return sigma
-
-
-def _wrench(fields: Fields) -> np.ndarray | None:
-    """Force and moment at the tool, 0 where there is no column for it."""
-    keys = [f"{kind}_{axis}" for kind in ("force", "moment") for axis in "xyz"]
-    if not any(key in fields.values for key in keys):
-        return None
-    return np.stack([fields.values.get(key, np.zeros(fields.rows)) for key in keys], axis=1)
 
 
 def _plain(fields: Fields) -> dict[str, np.ndarray]:
@@ -199,6 +174,75 @@ def _plain(fields: Fields) -> dict[str, np.ndarray]:
     if "distance" in fields.values and "anchor" not in plain:
         plain["anchor"] = np.full(fields.rows, "anchor")
     return plain
+
+
+def _excluded_by_file(fields: Fields) -> Mask:
+    """Mask that the file itself keeps out.
+
+    Raises:
+        FileError: A cell is neither true nor false.
+    """
+    if "exclude" not in fields.values:
+        return np.zeros(fields.rows, bool)
+    words = [str(word).strip().lower() for word in fields.values["exclude"]]
+    for row, word in enumerate(words):
+        if word not in _TRUE | _FALSE:
+            raise fields.error(f"'{word}' is neither true nor false", row, "exclude")
+    return np.array([word in _TRUE for word in words], bool)
+
+
+def _gaps(fields: Fields, numbers: dict[str, np.ndarray]) -> list[str]:
+    """Why each row can't be used: '' for rows that can.
+
+    Args:
+        fields: Columns in SI.
+        numbers: Observations that hold numbers, each (rows, …), NaN where missing: 'position',
+            'orientation', 'marker 1', 'distance', 'tilt 2', …
+    """
+    blank = {name: np.isnan(v.reshape(fields.rows, -1)) for name, v in numbers.items()}
+    empty = {name: b.all(1) for name, b in blank.items()}
+    whole = {name: ~b.any(1) for name, b in blank.items()}
+    if "distance" in whole and "anchor" in fields.values:
+        whole["distance"] &= fields.values["anchor"] != ""
+    none = np.zeros(fields.rows, bool)
+    partial = {name: ~whole[name] & ~empty[name] for name in blank}
+    pose = [name for name in ("position", "orientation") if name in blank]
+    other = np.any([none, *(whole[name] for name in blank if name not in pose)], axis=0)
+    for key in ("contact", "point"):
+        if key in fields.values:
+            other |= fields.values[key] != ""
+    gone = np.any([none, *(empty[name] for name in pose)], axis=0) & ~other
+    unseen = ~other if not pose else none
+    reasons = [""] * fields.rows
+    for row in np.flatnonzero(np.any([gone, unseen, *partial.values()], axis=0)).tolist():
+        lost = [name for name in pose if empty[name][row]]
+        if parts := [name for name in blank if partial[name][row]]:
+            reasons[row] = f"lacks {', '.join(_blank_cells(name, numbers[name][row]) for name in parts)}"
+        else:
+            reasons[row] = f"lacks its {' and '.join(lost)}" if lost else "has no observation"
+    return reasons
+
+
+def _blank_cells(name: str, values: np.ndarray) -> str:
+    """What is blank in a row's observation."""
+    if name == "position":
+        return ", ".join(key for key, value in zip(_XYZ, values, strict=True) if np.isnan(value))
+    return "anchor" if name == "distance" else f"a part of its {name}"
+
+
+def _need_whole_joints(fields: Fields, q: np.ndarray, excluded: Mask) -> None:
+    """Raise when a row that is not kept out lacks a joint position.
+
+    Raises:
+        FileError: Names line and column.
+    """
+    rows, joints = np.nonzero(np.isnan(q) & ~excluded[:, None])
+    if len(rows):
+        raise fields.error(
+            "the joint position is missing: fill it in, delete the row, or set its 'exclude' to true",
+            int(rows[0]),
+            f"q{joints[0] + 1}",
+        )
 
 
 def _reasons(fields: Fields, reasons: list[str], found: np.ndarray) -> np.ndarray | None:

@@ -12,14 +12,14 @@ from workbench.base.units import (
     conversion,
     parse_heading,
 )
-from workbench.data.readers.table import Table
-from workbench.data.readers.vocabulary import (
+from workbench.base.words import listed, span
+from workbench.data.readers.headings import (
     is_commanded,
     meaning,
     quantities_of,
     split_ending,
 )
-from workbench.data.readers.wording import listed, span
+from workbench.data.readers.table import Table
 
 _JOINT = re.compile(r"q\d+")
 _NUMBER = quantities_of("qw")[0]

@@ -1,8 +1,14 @@
-"""Columns in SI, by their names of formats.md: what readers and layouts hand on to be made a `Dataset`."""
+"""Columns in SI by their names in formats.md, from cells of text: what readers and layouts pass on.
 
-from collections.abc import Mapping
+Whether '1,5' is a number is decided once for a file: decimal commas and decimal points in the same file, or
+commas that could as well group thousands, are refused.
+"""
+
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
+from enum import StrEnum
 
 import numpy as np
 from jaxtyping import Float
@@ -14,8 +20,20 @@ from workbench.data.readers.columns import (
     problems,
     understand,
 )
-from workbench.data.readers.numbers import Decimal, decimal_of, to_numbers
 from workbench.data.readers.table import Table
+
+MISSING = frozenset({"", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "?", "missing"})
+_COMMA = re.compile(r"[-+\u2212]?(\d+,\d*|,\d+)([eE][-+]?\d+)?")
+_POINT = re.compile(r"[-+\u2212]?(\d+\.\d*|\.\d+)([eE][-+]?\d+)?")
+_BOTH = re.compile(r"[-+\u2212]?\d[\d.,' ]*[.,]\d+[.,]\d+([eE][-+]?\d+)?")
+_THOUSANDS = re.compile(r"[-+\u2212]?[1-9]\d{0,2},\d{3}")
+
+
+class Decimal(StrEnum):
+    """What marks decimals in a file."""
+
+    POINT = "."
+    COMMA = ","
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -44,6 +62,31 @@ class Fields:
     def rows(self) -> int:
         """Number of rows."""
         return len(self.lines)
+
+    def stacked(
+        self, keys: Sequence[str], *, missing: float | None = None
+    ) -> Float[np.ndarray, "rows columns"] | None:
+        """Some columns side by side; None where the file has none of them.
+
+        Args:
+            keys: Their names.
+            missing: What stands for a column that is not there; None: all must be there, or none.
+
+        Raises:
+            FileError: Only some are there; names those that are missing.
+        """
+        absent = [key for key in keys if key not in self.values]
+        if len(absent) == len(keys):
+            return None
+        if absent and missing is None:
+            given, lacking = ", ".join(k for k in keys if k in self.values), ", ".join(absent)
+            raise FileError(f"{given} without {lacking}: add the column(s) {lacking}", path=self.source)
+        blank = np.full(self.rows, np.nan if missing is None else missing)
+        return np.stack([self.values.get(key, blank) for key in keys], axis=1)
+
+    def numbers(self, pattern: str) -> list[int]:
+        """Numbers of the columns whose names match a pattern with one group, such as `q(\\d+)`, in order."""
+        return sorted({int(m[1]) for key in self.values if (m := re.fullmatch(pattern, key))})
 
     def error(self, message: str, row: int, key: str | None = None) -> FileError:
         """An error that names the row's line and the column as the file calls it."""
@@ -102,19 +145,85 @@ def _seconds(table: Table, column: Column) -> np.ndarray:
         FileError: A cell is no date.
     """
     dates = []
-    for line, cell in zip(table.lines, table.columns[column.index], strict=True):
+    for row, cell in enumerate(table.columns[column.index]):
         try:
             dates.append(datetime.fromisoformat(cell))
         except ValueError:
-            raise FileError(
-                f"'{cell[:40]}' is not a date like 2020-07-14T16:39:04",
-                path=table.source,
-                line=line,
-                column=column.heading,
-            ) from None
+            wrong = f"'{cell[:40]}' is not a date like 2020-07-14T16:39:04"
+            raise table.error(wrong, column.index, row) from None
     try:
         return np.array([(date - dates[0]).total_seconds() for date in dates])
     except TypeError:
-        raise FileError(
-            "some dates have a time zone and some have none", path=table.source, column=column.heading
-        ) from None
+        raise table.error("some dates have a time zone and some have none", column.index) from None
+
+
+def decimal_of(table: Table, indices: Sequence[int]) -> Decimal:
+    """What marks decimals in the given columns.
+
+    Raises:
+        FileError: Both marks occur, or commas may group thousands.
+    """
+    cells = [table.columns[i] for i in indices]
+    if not any("," in "\t".join(column) for column in cells):
+        return Decimal.POINT
+    comma, point, both = (_first(table, indices, pattern) for pattern in (_COMMA, _POINT, _BOTH))
+    if both is not None:
+        text, *place = both
+        raise table.error(f"'{text}' groups thousands: save the table without thousands separators", *place)
+    if comma is None:
+        return Decimal.POINT
+    text, *place = comma
+    if point is not None:
+        raise table.error(
+            f"'{text}' has a decimal comma, but '{point[0]}' (line {table.lines[point[2]]}) a decimal point: "
+            "write all numbers in one way",
+            *place,
+        )
+    if all(_THOUSANDS.fullmatch(cell) for column in cells for cell in column if "," in cell):
+        raise table.error(
+            f"'{text}' may be a decimal comma or group thousands, and no other number decides it: "
+            "write the numbers with decimal points",
+            *place,
+        )
+    return Decimal.COMMA
+
+
+def _first(table: Table, indices: Sequence[int], pattern: re.Pattern[str]) -> tuple[str, int, int] | None:
+    """Text, column and row of the first cell of that form."""
+    cells = ((cell, i, row) for i in indices for row, cell in enumerate(table.columns[i]))
+    return min((c for c in cells if pattern.fullmatch(c[0])), key=lambda c: c[2], default=None)
+
+
+def to_numbers(table: Table, index: int, decimal: Decimal) -> Float[np.ndarray, " rows"]:
+    """One column as numbers; NaN where a cell is blank or says so.
+
+    Raises:
+        FileError: A cell is no number, or infinite.
+    """
+    cells: Sequence[str] = table.columns[index]
+    if decimal is Decimal.COMMA:
+        cells = [cell.replace(",", ".") for cell in cells]
+    try:
+        if "_" in "".join(cells):
+            raise ValueError
+        values = np.array([float(cell) for cell in cells], dtype=float)
+    except ValueError:
+        values = np.array([_number(table, index, row, cell) for row, cell in enumerate(cells)], dtype=float)
+    if np.isinf(values).any():
+        row = int(np.argmax(np.isinf(values)))
+        text = table.columns[index][row][:40]
+        raise table.error(f"'{text}' is infinite: correct it, or leave the cell blank", index, row)
+    return values
+
+
+def _number(table: Table, index: int, row: int, cell: str) -> float:
+    cell = cell.replace("\u2212", "-").replace("\u00a0", "").strip()
+    if cell.lower() in MISSING:
+        return np.nan
+    try:
+        if "_" not in cell:
+            return float(cell)
+    except ValueError:
+        pass
+    text = table.columns[index][row][:40]
+    raise table.error(f"'{text}' is not a number: correct it, or leave the cell blank", index, row)

@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 
 from workbench.base.errors import FileError, OptionError
-from workbench.data.readers.grid import Grid
-from workbench.data.readers.naming import (
+from workbench.data.readers.columns_option import (
     Item,
     Naming,
     Pair,
     group_keys,
 )
-from workbench.data.readers.vocabulary import meaning
+from workbench.data.readers.headings import meaning
+from workbench.data.readers.table import Grid
 
 _LABELS = ("U", "O", "S")
 

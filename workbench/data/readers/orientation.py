@@ -13,8 +13,8 @@ from jaxtyping import Bool, Float
 
 from workbench.base import se3
 from workbench.base.errors import FileError
+from workbench.data.readers.columns_option import GROUPS
 from workbench.data.readers.fields import Fields
-from workbench.data.readers.naming import GROUPS
 
 NORM_TOLERANCE = 0.02
 """Quaternions whose norm differs from 1 by more than this are refused."""
@@ -53,7 +53,6 @@ def read_orientation(
     forms = [form for form in FORMS if any(key in fields.values for key in form.keys)]
     result, notes = None, tuple[str, ...]()
     for form in forms:
-        _complete(form, fields)
         matrices, said = _matrices(form, fields, usable)
         notes += (f"orientation from {form.name}", *said) if result is None else said
         if result is None:
@@ -66,25 +65,10 @@ def read_orientation(
     return result, notes
 
 
-def orientation_keys(fields: Fields) -> list[str]:
-    """Columns of the file that write an orientation."""
-    return [key for form in FORMS for key in form.keys if key in fields.values]
-
-
-def _complete(form: Form, fields: Fields) -> None:
-    lacking = [key for key in form.keys if key not in fields.values]
-    if lacking:
-        given = [key for key in form.keys if key in fields.values]
-        raise FileError(
-            f"{', '.join(given)} without {', '.join(lacking)} is no orientation: add the column(s), "
-            f"or rename {', '.join(given)}",
-            path=fields.source,
-        )
-
-
 def _matrices(form: Form, fields: Fields, usable: Rows) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Matrices of the rows that have all values; checks of the rows that the file keeps out are let go."""
-    raw = np.stack([fields.values[key] for key in form.keys], axis=1)
+    """Matrices of the rows that have all values; rows that the file keeps out are not checked."""
+    raw = fields.stacked(form.keys)
+    assert raw is not None  # the form has a column
     full = ~np.isnan(raw).any(1)
     matrices = np.full((fields.rows, 3, 3), np.nan)
     rows = np.flatnonzero(full & usable)
@@ -117,16 +101,9 @@ def _agree(
         )
 
 
-def _from_rpy(raw: np.ndarray, fields: Fields, rows: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:
-    return se3.rpy_to_matrix(raw), ()
-
-
-def _from_zxz(raw: np.ndarray, fields: Fields, rows: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:
-    return se3.zxz_to_matrix(raw), ()
-
-
-def _from_rotvec(raw: np.ndarray, fields: Fields, rows: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:
-    return se3.rotvec_to_matrix(raw), ()
+def _simply(convert: Callable[[np.ndarray], np.ndarray]):
+    """A conversion of angles or vectors, which are always rotations."""
+    return lambda raw, fields, rows: (convert(raw), ())
 
 
 def _from_quaternion(raw: np.ndarray, fields: Fields, rows: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:
@@ -169,8 +146,8 @@ def _from_matrix(raw: np.ndarray, fields: Fields, rows: np.ndarray) -> tuple[np.
 FORMS = (
     Form("the matrix r11 … r33", GROUPS["matrix"], _from_matrix),
     Form("the quaternion qw, qx, qy, qz", ("qw", "qx", "qy", "qz"), _from_quaternion),
-    Form("the rotation vector rx, ry, rz", ("rx", "ry", "rz"), _from_rotvec),
-    Form("roll, pitch, yaw (R = Rz(yaw) Ry(pitch) Rx(roll))", GROUPS["rpy"], _from_rpy),
-    Form("ZXZ Euler angles (R = Rz(Φ) Rx(θ) Rz(Ψ))", GROUPS["zxz"], _from_zxz),
+    Form("the rotation vector rx, ry, rz", ("rx", "ry", "rz"), _simply(se3.rotvec_to_matrix)),
+    Form("roll, pitch, yaw (R = Rz(yaw) Ry(pitch) Rx(roll))", GROUPS["rpy"], _simply(se3.rpy_to_matrix)),
+    Form("ZXZ Euler angles (R = Rz(Φ) Rx(θ) Rz(Ψ))", GROUPS["zxz"], _simply(se3.zxz_to_matrix)),
 )
 """The most exact form first: it is the one that counts where a file gives several."""

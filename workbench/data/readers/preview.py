@@ -14,9 +14,9 @@ from workbench.data.readers.columns import (
     understand,
 )
 from workbench.data.readers.fields import Fields, convert
+from workbench.data.readers.headings import quantities_of
 from workbench.data.readers.read import folder_layout, read_table, table_layout
 from workbench.data.readers.table import Table
-from workbench.data.readers.vocabulary import quantities_of
 
 
 @dataclass(frozen=True)

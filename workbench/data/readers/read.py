@@ -2,26 +2,28 @@
 
 from pathlib import Path
 
+import numpy as np
+from jaxtyping import Float
+
 from workbench.base.errors import FileError, OptionError
+from workbench.base.words import listed
 from workbench.data.dataset import Dataset
 from workbench.data.readers import layouts
 from workbench.data.readers.assemble import assemble
-from workbench.data.readers.excel import read_excel
+from workbench.data.readers.columns_option import Naming, headings_in_order, parse_columns
 from workbench.data.readers.fields import Fields, fields_of
-from workbench.data.readers.grid import Grid
-from workbench.data.readers.kinds import Kind, kind_of, read_bytes
+from workbench.data.readers.file_kind import Kind, kind_of, read_bytes
 from workbench.data.readers.layouts.layout import AbstractFolderLayout, AbstractTableLayout
 from workbench.data.readers.matlab import read_matlab
-from workbench.data.readers.naming import Naming, headings_in_order, parse_columns
-from workbench.data.readers.parquet import read_parquet
 from workbench.data.readers.table import (
+    Grid,
     Table,
     with_headings,
     with_names,
     with_pairs,
 )
 from workbench.data.readers.text import read_text
-from workbench.data.readers.wording import listed
+from workbench.data.readers.workbooks import read_excel, read_parquet
 
 
 def read_measurements(
@@ -141,3 +143,29 @@ def _refuse_transform(grid: Grid) -> None:
         last = [cell.rstrip("0").rstrip(".,") or "0" for cell in grid.rows[3]]
         if last in (["0", "0", "0", "1"], ["-0", "0", "0", "1"]):
             raise FileError("this is a 4 x 4 transform, not a table of measurements", path=grid.source)
+
+
+def read_marker_rows(path: Path | str, rows: int) -> Float[np.ndarray, "rows markers 3"]:
+    """Where markers sit [m]: on the tool by design (one row), or on the base by design and as seen (two).
+
+    The columns are those of measurements, `m1x[mm] m1y[mm] m1z[mm] …`.
+
+    Raises:
+        FileError: another number of rows, fewer than three markers, or a gap.
+        WorkbenchError: as for measurements.
+    """
+    fields = read_fields(path, layout="plain")
+    if fields.rows != rows:
+        what = "one row, the markers on the tool" if rows == 1 else "two rows, as designed and as seen"
+        raise FileError(f"has {fields.rows} rows; give {what}", path=str(path))
+    count = sum(f"m{k + 1}x" in fields.values for k in range(len(fields.values)))
+    if count < 3:
+        raise FileError(f"names {count} markers (m1x[mm] …); a frame needs three", path=str(path))
+    try:
+        places = [[fields.values[f"m{k + 1}{axis}"] for axis in "xyz"] for k in range(count)]
+    except KeyError as missing:
+        raise FileError(f"has no column {missing}; markers are counted m1, m2, …", path=str(path)) from None
+    found = np.moveaxis(np.array(places, float), 2, 0)
+    if not np.isfinite(found).all():
+        raise FileError("has a blank cell; every marker's place is needed", path=str(path))
+    return found

@@ -1,16 +1,55 @@
-"""From a grid of cells to a table: which row holds the headings, which the units, where the data begin."""
+"""Cells of a file and the table they make: which row holds headings, which units, where the data begin."""
 
 import re
 from dataclasses import dataclass, field, replace
+from enum import StrEnum
 
 from workbench.base.errors import FileError, OptionError
 from workbench.base.units import is_unit, parse_heading
-from workbench.data.readers.grid import Grid, Separator
-from workbench.data.readers.naming import Item, Naming
-from workbench.data.readers.vocabulary import is_known, meaning
-from workbench.data.readers.wording import listed
+from workbench.base.words import listed
+from workbench.data.readers.columns_option import Item, Naming
+from workbench.data.readers.headings import is_known, meaning
 
 NUMBER = re.compile(r"[-+\u2212]?(\d+([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?|[-+]?(nan|inf)", re.IGNORECASE)
+
+
+class Separator(StrEnum):
+    """What stands between two fields of a text file."""
+
+    TAB = "\t"
+    SEMICOLON = ";"
+    COMMA = ","
+    BLANKS = " "
+
+    @property
+    def words(self) -> str:
+        """The separator, as people say it."""
+        return {"\t": "tabs", ";": "semicolons", ",": "commas", " ": "blanks"}[self.value]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Grid:
+    """Cells as they stand in the file.
+
+    Args:
+        source: Path of the file, for messages.
+        rows: Cells of each row, stripped; rows may differ in length.
+        lines: Line (or spreadsheet row) of each row, counted from 1.
+        separator: What parts the fields; None where the format itself does (xlsx, parquet, mat).
+        comments: Comment lines before the first row, without their '#'.
+        notes: Decisions taken so far.
+    """
+
+    source: str
+    rows: list[list[str]]
+    lines: list[int]
+    separator: Separator | None = None
+    comments: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    def error(self, message: str, row: int | None = None) -> FileError:
+        """An error that names the file, and the line of a row."""
+        return FileError(message, path=self.source, line=None if row is None else self.lines[row])
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -42,6 +81,12 @@ class Table:
         """Number of data rows."""
         return len(self.lines)
 
+    def error(self, message: str, index: int | None = None, row: int | None = None) -> FileError:
+        """An error that names the file, the column at an index, and the line of a data row."""
+        line = None if row is None else self.lines[row]
+        column = None if index is None else self.headings[index]
+        return FileError(message, path=self.source, line=line, column=column)
+
 
 def recognised_headings(grid: Grid) -> int:
     """How many columns the best heading row of a grid names; a lone one is chance, and counts as none."""
@@ -59,29 +104,25 @@ def with_headings(grid: Grid) -> Table:
     if start == 0 and (named := _commented_headings(grid)) is not None:
         return named
     if start == 0:
-        raise FileError(
+        raise grid.error(
             f"the file has no header: name its {len(grid.rows[0])} columns, e.g. "
             "columns='q1[deg],…,x[mm],y[mm],z[mm]' (--columns); '-' leaves one out",
-            path=grid.source,
-            line=grid.lines[0],
+            0,
         )
     head = max(range(start), key=lambda i: (_known(grid.rows[i]), i))
     if not _known(grid.rows[head]):
         if start == len(grid.rows) > 1:
-            raise FileError(
-                "no row of numbers is in it: this is not a table of measurements", path=grid.source
-            )
-        raise FileError(
+            raise grid.error("it has no row of numbers: this is not a table of measurements")
+        raise grid.error(
             f"none of the headings {listed(grid.rows[head])} is known: name the columns q1[rad], …, x[m], "
             "y[m], z[m], or say what they are with columns='q1[deg]=…' (--columns)",
-            path=grid.source,
-            line=grid.lines[head],
+            head,
         )
     return _below(grid, head=head, start=start)
 
 
 def with_names(grid: Grid, names: tuple[str, ...]) -> Table:
-    """The table with column names that the caller gives; heading rows of the file are passed over.
+    """The table with column names that the caller gives; heading rows of the file are skipped.
 
     Raises:
         FileError: The rows have another number of fields than names.
@@ -89,7 +130,7 @@ def with_names(grid: Grid, names: tuple[str, ...]) -> Table:
     start = _first_data_row(grid.rows)
     notes: tuple[str, ...] = (f"the columns are named by the caller: {', '.join(names)}",)
     if start:
-        notes += (f"{start} row(s) above the data are passed over, as the caller names the columns",)
+        notes += (f"{start} row(s) above the data are skipped, as the caller names the columns",)
     return _table(grid, start, names, ("",) * len(names), None, notes)
 
 
@@ -105,9 +146,9 @@ def _below(grid: Grid, *, head: int, start: int) -> Table:
         notes = (f"units are taken from line {grid.lines[body]}, below the headings",)
         body += 1
     if head:
-        notes += (f"{head} row(s) above the headings (line {grid.lines[head]}) are passed over",)
+        notes += (f"{head} row(s) above the headings (line {grid.lines[head]}) are skipped",)
     if body < start < len(grid.rows) and not _is_data_like(grid.rows[body], len(headings)):
-        notes += (f"{start - body} row(s) between headings and data are passed over",)
+        notes += (f"{start - body} row(s) between headings and data are skipped",)
         body = start
     return _table(grid, body, tuple(headings), units[: len(headings)], grid.lines[head], notes)
 
@@ -127,11 +168,7 @@ def _table(
     """
     width, rows = len(headings), grid.rows[start:]
     _refuse_torn_numbers(grid, start, width)
-    even = []
-    for row, line in zip(rows, grid.lines[start:], strict=True):
-        if len(row) != width:
-            row = _fitted(row, width, grid, line)
-        even.append(row)
+    even = [row if len(row) == width else _fitted(grid, i, width) for i, row in enumerate(rows, start)]
     columns = tuple(zip(*even, strict=True)) if even else ((),) * width
     return Table(
         source=grid.source,
@@ -145,20 +182,20 @@ def _table(
     )
 
 
-def _fitted(row: list[str], width: int, grid: Grid, line: int) -> list[str]:
+def _fitted(grid: Grid, index: int, width: int) -> list[str]:
     """A row cut or filled to the width where only empty cells are at stake.
 
     Raises:
         FileError: It really has another length.
     """
+    row = grid.rows[index]
     if len(row) < width and grid.separator is None:
         return _padded(row, width)  # spreadsheets leave trailing cells out
     if len(row) > width and not any(row[width:]):
         return row[:width]
-    raise FileError(
+    raise grid.error(
         f"this row has {len(row)} fields where {width} are named: add or remove fields, or delete the row",
-        path=grid.source,
-        line=line,
+        index,
     )
 
 
@@ -172,11 +209,10 @@ def _refuse_torn_numbers(grid: Grid, start: int, width: int) -> None:
     if grid.separator is not Separator.COMMA or not rows:
         return
     if all(any(row[width:]) and not any("." in cell for cell in row) for row in rows[:50]):
-        raise FileError(
-            f"commas part the fields and seem to mark decimals too ({width} names, {len(rows[0])} fields): "
-            "save the table with semicolons between the fields, or with decimal points",
-            path=grid.source,
-            line=grid.lines[start],
+        raise grid.error(
+            f"commas separate the fields and seem to mark decimals too ({width} names, {len(rows[0])} "
+            "fields): save the table with semicolons between the fields, or with decimal points",
+            start,
         )
 
 
@@ -227,7 +263,7 @@ def _padded(row: list[str], width: int) -> list[str]:
 
 
 def with_pairs(grid: Grid, naming: Naming) -> Grid:
-    """The grid with the headings that the caller's pairs replace; other columns of that meaning are let go.
+    """The grid with the headings that the caller's pairs replace; other columns of that meaning are dropped.
 
     Raises:
         OptionError: There is no column of that name, or its meaning is none that is known.

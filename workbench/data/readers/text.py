@@ -5,8 +5,8 @@ import re
 from pathlib import Path
 
 from workbench.base.errors import FileError
-from workbench.data.readers.grid import Grid, Separator
-from workbench.data.readers.kinds import refuse_other_text
+from workbench.data.readers.file_kind import TABLE
+from workbench.data.readers.table import NUMBER, Grid, Separator
 
 _BOMS = (
     (b"\xef\xbb\xbf", "utf-8-sig"),
@@ -15,9 +15,10 @@ _BOMS = (
     (b"\xff\xfe", "utf-16"),
     (b"\xfe\xff", "utf-16"),
 )
-_NUMBER = re.compile(r"[-+\u2212]?(\d+([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?")
 _TWO_NUMBERS = re.compile(r"\d\s+[-+\u2212.\d]")
+_TOML = re.compile(r"^\s*(\[\[?[\w.\"' -]+\]\]?\s*(#.*)?$|[\w-]+\s*=\s*[\"\[{\d.+-])", re.MULTILINE)
 _SAMPLE = 200
+"""Lines by which the separator is recognised."""
 
 
 def read_text(data: bytes, path: Path) -> Grid:
@@ -35,7 +36,7 @@ def read_text(data: bytes, path: Path) -> Grid:
     rows, places = _fields(lines, numbers, separator, path)
     notes = [f"text in {encoding}"] if encoding not in ("utf-8", "utf-8-sig") else []
     if separator is not Separator.COMMA:
-        notes.append(f"fields are parted by {separator.words}")
+        notes.append(f"fields are separated by {separator.words}")
     return Grid(
         source=str(path), rows=rows, lines=places, separator=separator, comments=comments, notes=tuple(notes)
     )
@@ -92,6 +93,34 @@ def _significant(text: str) -> tuple[list[str], list[int], tuple[str, ...]]:
     return lines, numbers, tuple(comments)
 
 
+def refuse_other_text(text: str, path: Path) -> None:
+    """Raise when a text is plainly another format (XML, URDF, JSON, TOML), or not a text at all.
+
+    Raises:
+        FileError: Says which format it is.
+    """
+    start = text.lstrip()[:4000]
+    found = None
+    if start.startswith("<"):
+        urdf = "this is a robot description (URDF): give it as --robot"
+        found = urdf if "<robot" in start else "this is an XML or HTML file"
+    elif start.startswith(("{", "[{")) and ":" in start:
+        found = "this is JSON, not a table"
+    elif _is_toml(text, path):
+        found = "this is a TOML file, a robot or a plate: give it as --robot or --plate"
+    elif any(ord(c) < 9 for c in start):
+        found = "this is a binary file of an unknown kind"
+    if found is not None:
+        raise FileError(f"{found}; {TABLE}", path=str(path))
+
+
+def _is_toml(text: str, path: Path) -> bool:
+    """Whether most lines are TOML's tables and assignments."""
+    lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")][:40]
+    hits = sum(bool(_TOML.match(line)) for line in lines)
+    return hits >= max(1, 0.6 * len(lines)) or (path.suffix.lower() == ".toml" and hits > 0)
+
+
 def separator_of(lines: list[str]) -> Separator:
     """The separator that most lines carry: tab, semicolon, comma, else blanks.
 
@@ -113,7 +142,7 @@ def separator_of(lines: list[str]) -> Separator:
 def _commas_are_decimal(lines: list[str]) -> bool:
     """Whether parting at blanks gives numbers, and parting at commas gives two numbers in a field."""
     torn = sum(any(_TWO_NUMBERS.search(part) for part in line.split(",")) for line in lines)
-    whole = sum(all(_NUMBER.fullmatch(part) for part in line.split()) for line in lines)
+    whole = sum(all(NUMBER.fullmatch(part) for part in line.split()) for line in lines)
     return 2 * torn > len(lines) and 2 * whole > len(lines)
 
 
@@ -134,6 +163,6 @@ def _fields(
             start = reader.line_num
     except csv.Error as error:
         raise FileError(
-            f"the fields can't be parted ({error})", path=str(path), line=numbers[start]
+            f"the fields can't be separated ({error})", path=str(path), line=numbers[start]
         ) from None
     return rows, places

@@ -9,7 +9,6 @@ from jaxtyping import Float
 from workbench.base.errors import DataError
 from workbench.base.types import frozen
 from workbench.data.readers.assemble import joint_columns
-from workbench.data.readers.observed import refuse_incomplete
 from workbench.data.readers.orientation import read_orientation
 from workbench.data.readers.read import read_fields
 
@@ -52,11 +51,9 @@ def read_trajectory(
     for key, values in fields.values.items():
         if values.dtype.kind == "f" and (blank := np.isnan(values)).any():
             raise fields.error("the cell is blank: a trajectory has no gaps", int(np.argmax(blank)), key)
-    refuse_incomplete(fields, ("x", "y", "z"))
-    has_joints = any(key[0] == "q" and key[1:].isdigit() for key in fields.values)
-    q = joint_columns(fields, joints) if has_joints else None
+    position = fields.stacked(("x", "y", "z"))
+    q = joint_columns(fields, joints) if fields.numbers(r"q(\d+)") else None
     rotation, notes = read_orientation(fields, usable=np.ones(fields.rows, bool))
-    position = np.stack([fields.values[a] for a in "xyz"], axis=1) if "x" in fields.values else None
     if q is None and position is None:
         raise DataError(
             f"{fields.source}: a trajectory needs joints (q1[rad] …) or positions (x[m], y[m], z[m])"

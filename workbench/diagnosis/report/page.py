@@ -7,7 +7,7 @@ import numpy as np
 from markupsafe import Markup
 
 from workbench.arm.effects.axes import turns
-from workbench.base.folder import check_folder, write_folder
+from workbench.base.files import check_folder, write_folder
 from workbench.diagnosis.record import Diagnosis, Verdict, judged
 from workbench.diagnosis.report.coefficients import lines
 from workbench.diagnosis.report.json import diagnosis_json

@@ -12,7 +12,7 @@ import numpy as np
 from markupsafe import Markup
 
 from workbench.arm.robot import Robot
-from workbench.base.folder import check_folder, write_folder
+from workbench.base.files import check_folder, write_folder
 from workbench.data.dataset import Dataset
 from workbench.data.prediction import row_components
 from workbench.data.requirement import Requirement, RequirementCheck

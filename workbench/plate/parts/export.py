@@ -16,7 +16,7 @@ import numpy as np
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import OptionError
-from workbench.base.folder import check_folder, write_folder
+from workbench.base.files import check_folder, write_folder
 from workbench.plate.parts.drawing import dxf
 from workbench.plate.parts.fixture import Stock, fixture_of
 from workbench.plate.parts.parts import Fixture

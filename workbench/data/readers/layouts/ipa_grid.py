@@ -10,7 +10,6 @@ from typing import final
 import numpy as np
 
 from workbench.base import se3
-from workbench.base.errors import FileError
 from workbench.base.units import Quantity
 from workbench.data.readers.fields import Fields
 from workbench.data.readers.layouts.layout import AbstractTableLayout, Picker
@@ -88,13 +87,12 @@ def _seconds(table: Table, stamps: tuple[str, ...]) -> np.ndarray:
         FileError: A stamp is none.
     """
     times = []
-    for line, stamp in zip(table.lines, stamps, strict=True):
+    for row, stamp in enumerate(stamps):
         try:
             times.append(datetime.strptime(stamp, "%Y%m%d%H%M%S"))
         except ValueError:
-            raise FileError(
-                f"'{stamp}' is not a time YYYYMMDDhhmmss", path=table.source, line=line, column="Timestamp"
-            ) from None
+            index = table.headings.index("Timestamp")
+            raise table.error(f"'{stamp}' is not a time YYYYMMDDhhmmss", index, row) from None
     return np.array([(time - times[0]).total_seconds() for time in times])
 
 

@@ -7,8 +7,7 @@ import numpy as np
 
 from workbench.base.errors import FileError
 from workbench.base.units import Quantity, to_si
-from workbench.data.readers.fields import Fields
-from workbench.data.readers.numbers import Decimal, decimal_of, to_numbers
+from workbench.data.readers.fields import Decimal, Fields, decimal_of, to_numbers
 from workbench.data.readers.table import Table
 
 

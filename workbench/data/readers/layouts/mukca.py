@@ -12,10 +12,9 @@ from typing import final
 import numpy as np
 
 from workbench.base.errors import FileError
-from workbench.data.readers.fields import Fields
-from workbench.data.readers.kinds import read_bytes
+from workbench.data.readers.fields import Decimal, Fields, to_numbers
+from workbench.data.readers.file_kind import read_bytes
 from workbench.data.readers.layouts.layout import AbstractFolderLayout
-from workbench.data.readers.numbers import Decimal, to_numbers
 from workbench.data.readers.table import Table, with_names
 from workbench.data.readers.text import read_text
 

@@ -1,14 +1,14 @@
-"""Excel sheets (.xlsx): every sheet as a grid of text, the choice of sheet is made by its headings."""
+"""Tables of other programs as cells of text: Excel (.xlsx, the sheet chosen by its headings) and parquet."""
 
 import warnings
+from dataclasses import replace
 from datetime import date, datetime, time
 from io import BytesIO
 from pathlib import Path
 
-from workbench.base.errors import FileError, OptionError
-from workbench.data.readers.grid import Grid
-from workbench.data.readers.table import recognised_headings
-from workbench.data.readers.wording import listed
+from workbench.base.errors import FileError, MissingExtraError, OptionError
+from workbench.base.words import listed
+from workbench.data.readers.table import Grid, recognised_headings
 
 
 def read_excel(data: bytes, path: Path, *, sheet: str | None) -> Grid:
@@ -31,20 +31,19 @@ def read_excel(data: bytes, path: Path, *, sheet: str | None) -> Grid:
     filled = [name for name, grid in grids.items() if grid.rows]
     if not filled:
         raise FileError("all sheets are empty: a header row and rows are needed", path=str(path))
-    suiting = [name for name in filled if recognised_headings(grids[name])]
-    if len(suiting) > 1:
+    found = [name for name in filled if recognised_headings(grids[name])]
+    if len(found) > 1:
         raise FileError(
-            f"the sheets {listed(suiting)} all look like measurements: say which, e.g. sheet='{suiting[0]}'",
+            f"the sheets {listed(found)} all look like measurements: say which, e.g. sheet='{found[0]}'",
             path=str(path),
         )
-    return _named(grids, suiting[0] if suiting else filled[0])
+    return _named(grids, found[0] if found else filled[0])
 
 
 def _named(grids: dict[str, Grid], name: str) -> Grid:
-    grid = grids[name]
     others = len(grids) - 1
-    notes = (f"read from sheet '{name}'" + (f"; {others} other not read" if others else ""),)
-    return Grid(source=grid.source, rows=grid.rows, lines=grid.lines, notes=notes)
+    note = f"read from sheet '{name}'" + (f"; {others} other not read" if others else "")
+    return replace(grids[name], notes=(note,))
 
 
 def _sheets(data: bytes, path: Path) -> dict[str, Grid]:
@@ -71,6 +70,27 @@ def _grid(sheet, path: Path) -> Grid:
             rows.append(cells)
             lines.append(number)
     return Grid(source=str(path), rows=rows, lines=lines)
+
+
+def read_parquet(data: bytes, path: Path) -> Grid:
+    """Columns of a parquet file as cells of text, under a row of headings.
+
+    Raises:
+        MissingExtraError: pyarrow is not installed.
+        FileError: The file is broken.
+    """
+    try:
+        from pyarrow import ArrowException
+        from pyarrow.parquet import read_table
+    except ImportError:
+        raise MissingExtraError("reading parquet files", extra="parquet") from None
+    try:
+        table = read_table(BytesIO(data))
+    except (ArrowException, OSError) as error:
+        raise FileError(f"this parquet file can't be read ({type(error).__name__})", path=str(path)) from None
+    columns = [[_text(value) for value in column.to_pylist()] for column in table.columns]
+    rows = [list(table.column_names), *(list(row) for row in zip(*columns, strict=True))]
+    return Grid(source=str(path), rows=rows, lines=list(range(len(rows))))
 
 
 def _text(value) -> str:

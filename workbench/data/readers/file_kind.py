@@ -1,6 +1,5 @@
-"""What sort of file it is, by its first bytes: read, or refused with a sentence that says what it is."""
+"""The kind of a file by its first bytes: read, or refused with a sentence that says what it is."""
 
-import re
 from enum import StrEnum
 from pathlib import Path
 
@@ -8,7 +7,7 @@ from workbench.base.errors import FileError
 
 
 class Kind(StrEnum):
-    """The sorts of files that are read."""
+    """The kinds of files that are read."""
 
     TEXT = "text table"
     EXCEL = "xlsx"
@@ -16,7 +15,8 @@ class Kind(StrEnum):
     MATLAB = "MATLAB v5"
 
 
-_TABLE = "write the measurements as CSV, TSV, xlsx, parquet or MATLAB v5"
+TABLE = "write the measurements as CSV, TSV, xlsx, parquet or MATLAB v5"
+"""What to do about a file that is no table."""
 _REFUSED: tuple[tuple[bytes, str], ...] = (
     (b"\x89PNG", "this is a PNG picture, not a table"),
     (b"\xff\xd8\xff", "this is a JPEG picture, not a table"),
@@ -31,7 +31,6 @@ _REFUSED: tuple[tuple[bytes, str], ...] = (
     (b"MATLAB 7.3", "this is a MATLAB 7.3 file: save it with -v7"),
     (b"\x7fELF", "this is a program, not a table"),
 )
-_TOML = re.compile(r"^\s*(\[\[?[\w.\"' -]+\]\]?\s*(#.*)?$|[\w-]+\s*=\s*[\"\[{\d.+-])", re.MULTILINE)
 
 
 def read_bytes(path: Path) -> bytes:
@@ -54,10 +53,10 @@ def read_bytes(path: Path) -> bytes:
 
 
 def kind_of(data: bytes, path: Path) -> Kind:
-    """The sort of file that these bytes are.
+    """The kind of file that these bytes are.
 
     Raises:
-        FileError: It is none that holds measurements; says which it is.
+        FileError: It is of a kind without measurements; names it.
     """
     if data.startswith(b"PK\x03\x04"):
         return _zip_kind(data, path)
@@ -65,44 +64,10 @@ def kind_of(data: bytes, path: Path) -> Kind:
         return Kind.PARQUET
     for magic, sentence in _REFUSED:
         if data.startswith(magic):
-            raise FileError(
-                f"{sentence}; {_TABLE}" if "not a table" in sentence else sentence, path=str(path)
-            )
+            raise FileError(f"{sentence}; {TABLE}" if "not a table" in sentence else sentence, path=str(path))
     if data.startswith(b"MATLAB 5.0 MAT-file") or path.suffix.lower() == ".mat":
         return Kind.MATLAB
     return Kind.TEXT
-
-
-def refuse_other_text(text: str, path: Path) -> None:
-    """Raise when a text is plainly another format (XML, URDF, JSON, TOML), or not a text at all.
-
-    Raises:
-        FileError: Says which format it is.
-    """
-    start = text.lstrip()[:4000]
-    found = None
-    if start.startswith("<"):
-        robot = "<robot" in start
-        found = (
-            "this is a robot description (URDF): give it as --robot"
-            if robot
-            else "this is an XML or HTML file"
-        )
-    elif start.startswith(("{", "[{")) and ":" in start:
-        found = "this is JSON, not a table"
-    elif _is_toml(text, path):
-        found = "this is a TOML file, a robot or a plate: give it as --robot or --plate"
-    elif any(ord(c) < 9 for c in start):
-        found = "this is a binary file of an unknown kind"
-    if found is not None:
-        raise FileError(f"{found}; {_TABLE}", path=str(path))
-
-
-def _is_toml(text: str, path: Path) -> bool:
-    """Whether most lines are TOML's tables and assignments."""
-    lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")][:40]
-    hits = sum(bool(_TOML.match(line)) for line in lines)
-    return hits >= max(1, 0.6 * len(lines)) or (path.suffix.lower() == ".toml" and hits > 0)
 
 
 def _zip_kind(data: bytes, path: Path) -> Kind:
@@ -111,4 +76,4 @@ def _zip_kind(data: bytes, path: Path) -> Kind:
         return Kind.EXCEL
     if b"opendocument.spreadsheet" in data[:200]:
         raise FileError("this is an OpenDocument table (.ods): save it as .xlsx or CSV", path=str(path))
-    raise FileError(f"this is a zip archive: unpack it first; {_TABLE}", path=str(path))
+    raise FileError(f"this is a zip archive: unpack it first; {TABLE}", path=str(path))

@@ -1,4 +1,4 @@
-"""Small helpers that put columns and rows into words."""
+"""Lists and numbers in sentences."""
 
 from collections.abc import Sequence
 
