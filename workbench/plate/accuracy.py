@@ -20,6 +20,7 @@ Loan, Matrix Computations (4th ed.), §2.1.4 (Sherman–Morrison–Woodbury).
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -84,7 +85,7 @@ def predicted_error(
         robot: Geometry at which the poses are linearised.
         q_region: Joint positions of poses that matter [rad or m], see `plate.region_poses`.
     """
-    _, twists = sensitivity(robot, Motion(q_region), linearisation.names)
+    twists = _twists(robot, q_region, linearisation.names)
     covariance = twists @ linearisation.covariance @ twists.transpose(0, 2, 1)
     blind = np.abs(twists * linearisation.weights @ linearisation.unidentifiable)
     position, position_means = _norms(covariance[:, :3, :3], blind[:, :3])
@@ -119,7 +120,7 @@ def position_weight(
         names: The identified parameters.
         weights: Scaling of the parameters, as in `Linearisation.weights`, where C is of scaled ones.
     """
-    _, twists = sensitivity(robot, Motion(q_region), names)
+    twists = _twists(robot, q_region, names)
     moves = twists[:, :3].reshape(-1, len(names)) * (1.0 if weights is None else weights)
     return moves.T @ moves / len(q_region)
 
@@ -159,3 +160,30 @@ def _rise(rows: np.ndarray, covariance: np.ndarray, weight: np.ndarray) -> float
         return np.inf
     turned = gain @ vectors
     return float(((turned * (weight @ turned)).sum(0) / values).sum())
+
+
+def _twists(
+    robot: Robot, q: Float[np.ndarray, "rows n"], names: tuple[str, ...]
+) -> Float[np.ndarray, "rows 6 p"]:
+    """Sensitivity at poses that matter; kept, since a drag asks for the same poses again and again."""
+    if q.flags.writeable:
+        return sensitivity(robot, Motion(q), names)[1]
+    return _kept_twists(robot, _Unchanging(q), names)
+
+
+class _Unchanging:
+    """A read-only array as a key: equal to itself alone."""
+
+    def __init__(self, array: np.ndarray):
+        self.array = array
+
+    def __hash__(self) -> int:
+        return id(self.array)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Unchanging) and other.array is self.array
+
+
+@lru_cache(maxsize=4)
+def _kept_twists(robot: Robot, q: _Unchanging, names: tuple[str, ...]) -> Float[np.ndarray, "rows 6 p"]:
+    return frozen(sensitivity(robot, Motion(q.array), names)[1])

@@ -1,15 +1,14 @@
 """The browser as a view of the session: the scene and the panels, drawn together."""
 
-from collections.abc import Sequence
-
 import viser
 
 from workbench.session.state import Session
 from workbench.session.view import AbstractView
 from workbench.session.worker import Worker
+from workbench.views.page.html import MUTED, block, text
 from workbench.views.page.icons import icons_at_once
 from workbench.views.page.panels.arm import ArmPanel
-from workbench.views.page.panels.arrange import ArrangePanel
+from workbench.views.page.panels.arrange import ArrangePanel, TablePanel
 from workbench.views.page.panels.bending import BendingPanel
 from workbench.views.page.panels.captured import CapturedPanel
 from workbench.views.page.panels.choices import ChoicesPanel
@@ -23,7 +22,7 @@ from workbench.views.page.panels.header import Header
 from workbench.views.page.panels.history import HistoryPanel
 from workbench.views.page.panels.index import IndexPanel
 from workbench.views.page.panels.influence import InfluencePanel
-from workbench.views.page.panels.jog import JogPanel
+from workbench.views.page.panels.jog import JogPanel, ToolPanel
 from workbench.views.page.panels.look import LookPanel
 from workbench.views.page.panels.noise import NoisePanel
 from workbench.views.page.panels.panel import AbstractPanel
@@ -35,6 +34,25 @@ from workbench.views.page.scene.gizmo import Gizmo
 from workbench.views.page.scene.scene import Scene
 
 PANEL_WIDTH = 470
+TABS: dict[str, tuple[type[AbstractPanel], ...]] = {
+    "Plate": (
+        TargetsPanel,
+        IndexPanel,
+        HistoryPanel,
+        InfluencePanel,
+        ArrangePanel,
+        TablePanel,
+        ProductionPanel,
+        NoisePanel,
+    ),
+    "Region": (RegionPanel,),
+    "Measure": (DataPanel, GuidedPanel),
+    "Identify": (FitPanel, ChoicesPanel),
+    "Diagnose": (DiagnosePanel,),
+    "Compare": (ComparePanel, TrackPanel, BendingPanel),
+    "More": (ArmPanel, JogPanel, ToolPanel, CapturedPanel, FilesPanel, LookPanel),
+}
+"""Every panel, by its tab."""
 
 
 class BrowserView(AbstractView):
@@ -53,7 +71,7 @@ class BrowserView(AbstractView):
             self._scene = Scene(server, worker, session)
             self._panels = _build_panels(server, worker, link)
             for panel in self._panels:
-                panel.show(session)
+                panel.update(session)
 
     @property
     def gizmo(self) -> Gizmo:
@@ -64,51 +82,29 @@ class BrowserView(AbstractView):
         with self._server.atomic():
             self._scene.show(session)
             for panel in self._panels:
-                panel.show(session)
+                panel.update(session)
 
     def close(self) -> None:
         """The server is closed by its owner."""
 
 
-def _build_panels(server: viser.ViserServer, worker: Worker, link: str) -> Sequence[AbstractPanel]:
+def _build_panels(server: viser.ViserServer, worker: Worker, link: str) -> list[AbstractPanel]:
     gui = server.gui
     gui.main_panel.dock_right()
     gui.main_panel.set_width(PANEL_WIDTH)
-    header = Header(worker)
-    header.build(server)
-    panels: list[AbstractPanel] = [header]
+    panels: list[AbstractPanel] = [Header(worker)]
+    panels[0].build(server)
     tabs = gui.add_tab_group()
-    for title, contents in (
-        (
-            "Plate",
-            (
-                TargetsPanel(worker),
-                IndexPanel(),
-                HistoryPanel(),
-                InfluencePanel(),
-                ArrangePanel(worker),
-                ProductionPanel(worker),
-                NoisePanel(worker),
-            ),
-        ),
-        ("Region", (RegionPanel(worker),)),
-        ("Measure", (DataPanel(worker), GuidedPanel(worker))),
-        ("Identify", (FitPanel(worker), ChoicesPanel(worker))),
-        ("Diagnose", (DiagnosePanel(worker),)),
-        ("Compare", (ComparePanel(worker), TrackPanel(worker), BendingPanel(worker))),
-        (
-            "More",
-            (
-                ArmPanel(worker),
-                JogPanel(worker),
-                CapturedPanel(worker),
-                FilesPanel(worker, link),
-                LookPanel(worker),
-            ),
-        ),
-    ):
+    for title, kinds in TABS.items():
         with tabs.add_tab(title):
-            for panel in contents:
-                panel.build(server)
-                panels.append(panel)
+            for kind in kinds:
+                panels.append(kind(worker))
+                panels[-1].build(server)
+            if link and FilesPanel in kinds:
+                gui.add_html(_link(link))
     return panels
+
+
+def _link(address: str) -> str:
+    words = f'Link to this session: <a href="{text(address)}">{text(address)}</a>'
+    return block(words, testid="link", style=f"color:{MUTED};overflow-wrap:anywhere")

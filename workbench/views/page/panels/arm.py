@@ -1,5 +1,7 @@
 """Which arm, from the list or from a file, and what is known of it."""
 
+from typing import Any
+
 import numpy as np
 import viser
 
@@ -8,7 +10,6 @@ from workbench.arm.robot import JointKind, Robot
 from workbench.session.commands.arm import LARGEST_MODEL, ChooseRobot, LoadModel
 from workbench.session.commands.messages import Tell
 from workbench.session.state import Session
-from workbench.session.worker import Worker
 from workbench.views.page.html import (
     block,
     heading,
@@ -20,10 +21,6 @@ from workbench.views.page.panels.panel import AbstractPanel, on_press
 
 class ArmPanel(AbstractPanel):
     """Choosing begins anew with another arm."""
-
-    def __init__(self, worker: Worker):
-        self._worker = worker
-        self._shown: Robot | None = None
 
     def build(self, server: viser.ViserServer) -> None:
         gui = server.gui
@@ -60,11 +57,11 @@ class ArmPanel(AbstractPanel):
 
         self._facts = gui.add_html("")
 
+    def parts(self, session: Session) -> tuple[Any, ...]:
+        return session.robot, session.job is None
+
     def show(self, session: Session) -> None:
         self._change.disabled = session.job is not None
-        if session.robot is self._shown:
-            return
-        self._shown = session.robot
         self._facts.content = block(facts(session.robot), testid="arm", style="margin:6px 0")
 
 

@@ -1,6 +1,7 @@
 """Arranging targets: another number, snapping, patterns, the whole table typed or pasted."""
 
 from functools import partial
+from typing import Any
 
 import numpy as np
 import viser
@@ -13,9 +14,9 @@ from workbench.session.commands.edit import MixBranches, RenumberTarget
 from workbench.session.commands.messages import Tell
 from workbench.session.commands.plate import ClusterTargets, ImprovePlate
 from workbench.session.state import Session, Units
-from workbench.session.worker import Worker
 from workbench.views.page.panels.coordinates import NAMES, SIZES, Quantity
 from workbench.views.page.panels.panel import (
+    AFTERWARDS,
     AbstractPanel,
     on_choice,
     on_press,
@@ -28,10 +29,6 @@ SEPARATORS = str.maketrans({",": " ", ";": " ", "\t": " ", "−": "-"})
 
 class ArrangePanel(AbstractPanel):
     """What moves several targets at once, or one with precision."""
-
-    def __init__(self, worker: Worker):
-        self._worker = worker
-        self._shown: tuple[Plate, Units] | None = None
 
     def build(self, server: viser.ViserServer) -> None:
         gui = server.gui
@@ -62,20 +59,15 @@ class ArrangePanel(AbstractPanel):
             self._build_snap(gui)
         with gui.add_folder("Pattern", expand_by_default=False):
             self._build_pattern(gui)
-        with gui.add_folder("Coordinates of all targets", expand_by_default=False):
-            self._build_table(gui)
+
+    def parts(self, session: Session) -> tuple[Any, ...]:
+        return session.selected, len(session.plate), session.job is None
 
     def show(self, session: Session) -> None:
         set_value(self._number, session.selected + 1)
         for button in (self._improve, self._cluster):
             button.disabled = session.job is not None
         self._number.max = len(session.plate)
-        basis = (session.plate, session.units)
-        if basis != self._shown and session.drag is None:
-            self._shown = basis
-            length, angle = (NAMES[session.units, quantity] for quantity in Quantity)
-            self._table.label = f"x y z [{length}] r p y [{angle}]"
-            set_value(self._table, table_of(*basis))
 
     def _build_snap(self, gui: viser.GuiApi) -> None:
         on_choice(
@@ -125,22 +117,6 @@ class ArrangePanel(AbstractPanel):
         )
         on_press(lay, self._lay_out)
 
-    def _build_table(self, gui: viser.GuiApi) -> None:
-        self._table = gui.add_text(
-            "x y z [mm] r p y [°]",
-            "",
-            multiline=True,
-            hint="One line a target: x y z, then roll, pitch, yaw. Type, or paste from a spreadsheet; more "
-            "lines are more targets.",
-        )
-        apply = gui.add_button(
-            "Apply the coordinates",
-            icon=viser.Icon.CHECK,
-            color="gray",
-            hint="Put the targets where the table says; Undo brings them back.",
-        )
-        on_press(apply, self._apply_table)
-
     def _snap(self, to: str) -> None:
         self._worker.submit(SnapTarget(self._worker.session.selected, to))
 
@@ -158,7 +134,40 @@ class ArrangePanel(AbstractPanel):
         name = KINDS[self._pattern.value]
         self._worker.submit(ApplyPattern(name, int(self._count.value), (x, y, z), radius, tilts))
 
-    def _apply_table(self) -> None:
+
+class TablePanel(AbstractPanel):
+    """The coordinates of all targets, to be typed or pasted."""
+
+    pause = AFTERWARDS
+    keeps_typed = True
+
+    def build(self, server: viser.ViserServer) -> None:
+        gui = server.gui
+        with gui.add_folder("Coordinates of all targets", expand_by_default=False):
+            self._table = gui.add_text(
+                "x y z [mm] r p y [°]",
+                "",
+                multiline=True,
+                hint="One line per target: x y z, then roll, pitch, yaw. Type, or paste from a spreadsheet; "
+                "extra lines add targets.",
+            )
+            apply = gui.add_button(
+                "Apply the coordinates",
+                icon=viser.Icon.CHECK,
+                color="gray",
+                hint="Move the targets to these coordinates; Undo reverts this.",
+            )
+        on_press(apply, self._apply)
+
+    def parts(self, session: Session) -> tuple[Any, ...]:
+        return session.plate, session.units
+
+    def show(self, session: Session) -> None:
+        length, angle = (NAMES[session.units, quantity] for quantity in Quantity)
+        self._table.label = f"x y z [{length}] r p y [{angle}]"
+        set_value(self._table, table_of(session.plate, session.units))
+
+    def _apply(self) -> None:
         try:
             session = self._worker.session
             rows = rows_of(self._table.value, session.plate, session.units)

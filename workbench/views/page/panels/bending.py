@@ -1,6 +1,7 @@
 """How much the arm gives way where it stands, and how strongly that is drawn."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import viser
@@ -10,7 +11,6 @@ from workbench.session.bending import Bending, bend, bending_robot
 from workbench.session.commands.arm import standing
 from workbench.session.commands.compare import GREATEST_EXAGGERATION, LEAST_EXAGGERATION, SetOverlay
 from workbench.session.state import Session
-from workbench.session.worker import Worker
 from workbench.views.appearance.colours import BENT, css
 from workbench.views.page.html import (
     MUTED,
@@ -29,10 +29,6 @@ NOTHING = (
 
 class BendingPanel(AbstractPanel):
     """A switch, a factor, and a line a joint."""
-
-    def __init__(self, worker: Worker):
-        self._worker = worker
-        self._shown: tuple = ()
 
     def build(self, server: viser.ViserServer) -> None:
         gui, overlay = server.gui, self._worker.session.overlay
@@ -54,15 +50,16 @@ class BendingPanel(AbstractPanel):
         for control in (self._bent, self._times):
             on_change(control, self._set)
 
+    def parts(self, session: Session) -> tuple[Any, ...]:
+        robot = bending_robot(session)
+        return robot, session.overlay, None if robot is None else standing(session)
+
     def show(self, session: Session) -> None:
         robot, q = bending_robot(session), standing(session)
         set_value(self._bent, session.overlay.bent)
         set_value(self._times, int(session.overlay.bending))
         for control in (self._bent, self._times):
             control.disabled = robot is None
-        if self._shown and robot is self._shown[0] and q is self._shown[1]:
-            return
-        self._shown = (robot, q)
         if robot is None:
             self._table.content = block(NOTHING, testid="bending", style=f"color:{MUTED};margin:4px 0")
             return

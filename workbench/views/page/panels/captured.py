@@ -1,5 +1,7 @@
 """Poses that are kept while jogging, before and after calibration."""
 
+from typing import Any
+
 import numpy as np
 import viser
 
@@ -7,7 +9,6 @@ from workbench.session.captured import Captured, captured
 from workbench.session.commands.arm import CapturePose, ForgetPoses
 from workbench.session.export import captured_csv
 from workbench.session.state import Session
-from workbench.session.worker import Worker
 from workbench.views.page.html import (
     MUTED,
     block,
@@ -23,10 +24,6 @@ LISTED = 12
 
 class CapturedPanel(AbstractPanel):
     """A button that keeps, a table, a file."""
-
-    def __init__(self, worker: Worker):
-        self._worker = worker
-        self._shown: tuple[object, ...] = ()
 
     def build(self, server: viser.ViserServer) -> None:
         gui = server.gui
@@ -56,11 +53,10 @@ class CapturedPanel(AbstractPanel):
         on_press(self._forget, lambda: self._worker.submit(ForgetPoses()))
         self._file.on_click(lambda event: save(event, self._worker, captured_csv))
 
+    def parts(self, session: Session) -> tuple[Any, ...]:
+        return session.captured, session.identification, session.fit, session.robot
+
     def show(self, session: Session) -> None:
-        basis = (session.captured, session.identification, session.fit, session.robot)
-        if len(self._shown) == len(basis) and all(a is b for a, b in zip(basis, self._shown, strict=True)):
-            return
-        self._shown = basis
         self._table.content = _content(captured(session))
         for button in (self._file, self._forget):
             button.visible = bool(session.captured)

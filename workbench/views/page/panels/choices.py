@@ -2,6 +2,7 @@
 
 import re
 from functools import partial
+from typing import Any
 
 import viser
 
@@ -22,7 +23,7 @@ class ChoicesPanel(AbstractPanel):
     """Two closed folders; the parameters' boxes are made anew for another arm."""
 
     def __init__(self, worker: Worker):
-        self._worker = worker
+        super().__init__(worker)
         self._robot: Robot | None = None
         self._boxes: dict[str, viser.GuiCheckboxHandle] = {}
 
@@ -42,6 +43,9 @@ class ChoicesPanel(AbstractPanel):
                 "Free all", color="gray", hint="Let every parameter be identified again."
             )
             on_press(everything, self._free_all)
+
+    def parts(self, session: Session) -> tuple[Any, ...]:
+        return session.robot, session.loaded is None, session.left_out, session.fixed
 
     def show(self, session: Session) -> None:
         if session.robot is not self._robot:

@@ -1,6 +1,7 @@
 """Comparing: step through the measured poses, choose what is laid over the scene."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import viser
@@ -9,7 +10,6 @@ from workbench.session.commands.compare import GREATEST_EXAGGERATION, LEAST_EXAG
 from workbench.session.commands.identify import LeaveRowsOut
 from workbench.session.comparison import Comparison
 from workbench.session.state import Session
-from workbench.session.worker import Worker
 from workbench.views.appearance.colours import (
     ARROW_AFTER,
     ARROW_BEFORE,
@@ -44,9 +44,6 @@ SWITCHES = {
 
 class ComparePanel(AbstractPanel):
     """Scrubber, switches, errors at the pose."""
-
-    def __init__(self, worker: Worker):
-        self._worker = worker
 
     def build(self, server: viser.ViserServer) -> None:
         gui = server.gui
@@ -86,6 +83,17 @@ class ComparePanel(AbstractPanel):
         everything.on_click(self._look_at_all)
         self._look = everything
         self._legend = gui.add_html(_legend())
+
+    def parts(self, session: Session) -> tuple[Any, ...]:
+        return (
+            session.comparison,
+            session.overlay,
+            session.row,
+            session.loaded,
+            session.left_out,
+            session.identification,
+            session.track is None,
+        )
 
     def show(self, session: Session) -> None:
         comparison, overlay = session.comparison, session.overlay

@@ -1,5 +1,7 @@
 """Measurements: from a file, or from a virtual arm."""
 
+from typing import Any
+
 import viser
 
 from workbench.session.commands.data import (
@@ -31,10 +33,6 @@ NOTES = 8
 
 class DataPanel(AbstractPanel):
     """Two ways to measurements, and what was understood of them."""
-
-    def __init__(self, worker: Worker):
-        self._worker = worker
-        self._shown: object = ...
 
     def build(self, server: viser.ViserServer) -> None:
         gui = server.gui
@@ -93,10 +91,10 @@ class DataPanel(AbstractPanel):
         on_press(self._forget, lambda: self._worker.submit(ForgetData()))
         on_press_upload(self._upload, self._worker)
 
+    def parts(self, session: Session) -> tuple[Any, ...]:
+        return (session.loaded,)
+
     def show(self, session: Session) -> None:
-        if session.loaded is self._shown:
-            return
-        self._shown = session.loaded
         self._preview.content = _nothing() if session.loaded is None else _preview(session.loaded)
         self._forget.visible = session.loaded is not None
 

@@ -1,5 +1,7 @@
 """What the model lacks: the verdict, before and after, the candidates, and where to measure next."""
 
+from typing import Any
+
 import numpy as np
 import viser
 
@@ -7,7 +9,6 @@ from workbench.arm.effects import AbstractEffect
 from workbench.diagnosis.record import Diagnosis, Verdict, judged
 from workbench.session.commands.diagnose import AddEffects, Diagnose, TakeNextPoses
 from workbench.session.state import Session
-from workbench.session.worker import Worker
 from workbench.views.appearance.colours import (
     AFTER,
     BEFORE,
@@ -37,10 +38,6 @@ MOST_ROWS = 300
 class DiagnosePanel(AbstractPanel):
     """Search, add, measure on."""
 
-    def __init__(self, worker: Worker):
-        self._worker = worker
-        self._shown: object = ...
-
     def build(self, server: viser.ViserServer) -> None:
         gui = server.gui
         self._start = gui.add_button(
@@ -69,16 +66,15 @@ class DiagnosePanel(AbstractPanel):
         )
         on_press(self._next, lambda: self._worker.submit(TakeNextPoses()))
 
+    def parts(self, session: Session) -> tuple[Any, ...]:
+        return session.diagnosis, session.accepted, session.loaded, session.job is None
+
     def show(self, session: Session) -> None:
-        found: Diagnosis | None = session.diagnosis
+        found = session.diagnosis
         self._start.disabled = session.loaded is None or session.job is not None
         is_new = found is not None and bool(found.effects) and not session.accepted
         self._add.visible = is_new
         self._next.visible = found is not None and len(found.measure_next) > 0
-        shown = (found, session.accepted, session.loaded)
-        if shown == self._shown:
-            return
-        self._shown = shown
         self._verdict.content = _nothing(session) if found is None else _verdict(found, session)
         self._details.content = "" if found is None else _details(found)
 

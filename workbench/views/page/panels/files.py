@@ -1,6 +1,7 @@
 """Saving what the session holds."""
 
 from collections.abc import Callable
+from typing import Any
 
 import viser
 
@@ -17,7 +18,6 @@ from workbench.session.export import (
 )
 from workbench.session.state import Session
 from workbench.session.worker import Worker
-from workbench.views.page.html import MUTED, block, text
 from workbench.views.page.panels.panel import AbstractPanel
 
 PICTURE = (1200, 1920)
@@ -25,10 +25,7 @@ PICTURE = (1200, 1920)
 
 
 class FilesPanel(AbstractPanel):
-    """One button a file; those that have nothing to save yet are off. Below, a link to the session."""
-
-    def __init__(self, worker: Worker, link: str = ""):
-        self._worker, self._link = worker, link
+    """One button a file; those that have nothing to save yet are off."""
 
     def build(self, server: viser.ViserServer) -> None:
         gui = server.gui
@@ -64,10 +61,9 @@ class FilesPanel(AbstractPanel):
                 hint="The scene as you see it, without the panel.",
             )
             picture.on_click(self._picture)
-            if self._link:
-                address = text(self._link)
-                words = f'Link to this session: <a href="{address}">{address}</a>'
-                gui.add_html(block(words, testid="link", style=f"color:{MUTED};overflow-wrap:anywhere"))
+
+    def parts(self, session: Session) -> tuple[Any, ...]:
+        return session.loaded is None, session.identification is None
 
     def show(self, session: Session) -> None:
         for button in self._needs_data:

@@ -1,5 +1,7 @@
 """Identification: start it, read its numbers, save the calibrated arm."""
 
+from typing import Any
+
 import numpy as np
 import viser
 
@@ -9,7 +11,6 @@ from workbench.session.commands.compare import ShowFit
 from workbench.session.commands.identify import Identify
 from workbench.session.export import calibrated_toml
 from workbench.session.state import Session
-from workbench.session.worker import Worker
 from workbench.views.appearance.colours import OUT_OF_REACH, css
 from workbench.views.page.html import (
     CAREFUL,
@@ -47,10 +48,6 @@ FRAMES = {
 
 class FitPanel(AbstractPanel):
     """Algorithms side by side on the same rows."""
-
-    def __init__(self, worker: Worker):
-        self._worker = worker
-        self._shown: object = ...
 
     def build(self, server: viser.ViserServer) -> None:
         gui = server.gui
@@ -105,21 +102,14 @@ class FitPanel(AbstractPanel):
         self._parameters = gui.add_html("", visible=False)
         self._remarks = gui.add_html("", visible=False)
 
+    def parts(self, session: Session) -> tuple[Any, ...]:
+        return session.identification, session.fit, session.loaded, session.job is None
+
     def show(self, session: Session) -> None:
         self._start.disabled = session.loaded is None or session.job is not None
-        shown = (session.identification, session.fit, session.loaded, session.job is None)
-        if shown == self._shown:
-            return
-        self._shown = shown
         found = session.identification
-        shown_parts = (
-            self._requirement,
-            self._errors_of,
-            self._figure,
-            self._parameters,
-            self._remarks,
-        )
-        for part in (self._fit, self._save, *shown_parts):
+        results = (self._requirement, self._errors_of, self._figure, self._parameters, self._remarks)
+        for part in (self._fit, self._save, *results):
             part.visible = found is not None
         self._errors.content = _nothing(session) if found is None else _errors(session)
         if found is not None:

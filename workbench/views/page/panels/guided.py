@@ -1,5 +1,7 @@
 """Guided measuring: the current target, how far off the arm is, and the rows stored so far."""
 
+from typing import Any
+
 import numpy as np
 import viser
 
@@ -17,7 +19,6 @@ from workbench.session.commands.measure import (
 )
 from workbench.session.guided import Measuring
 from workbench.session.state import Session, Source
-from workbench.session.worker import Worker
 from workbench.views.page.html import (
     BAD,
     CAREFUL,
@@ -42,10 +43,6 @@ STILL_MOVES = "moves"
 
 class GuidedPanel(AbstractPanel):
     """A real arm that is connected, or a virtual one, goes from target to target; rows are stored by hand."""
-
-    def __init__(self, worker: Worker):
-        self._worker = worker
-        self._shown: object = ...
 
     def build(self, server: viser.ViserServer) -> None:
         gui = server.gui
@@ -126,6 +123,9 @@ class GuidedPanel(AbstractPanel):
             "Stop measuring", EndMeasuring, icon.X, "End here and drop the rows that were stored."
         )
 
+    def parts(self, session: Session) -> tuple[Any, ...]:
+        return session.measuring, session.source
+
     def show(self, session: Session) -> None:
         measuring, source = session.measuring, session.source
         self._source.content = _source(source)
@@ -134,9 +134,6 @@ class GuidedPanel(AbstractPanel):
         if source is not None:
             set_value(self._follow, source.is_followed)
             self._live.disabled = not source.is_open
-        if measuring is self._shown:
-            return
-        self._shown = measuring
         self._seed.visible = self._begin.visible = measuring is None
         for button in (self._drive, self._store, self._again, self._next, self._use, self._stop):
             button.visible = measuring is not None

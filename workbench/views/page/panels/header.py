@@ -1,5 +1,7 @@
 """Above the tabs: what to do next, the last message, and the long work under way."""
 
+from typing import Any
+
 import viser
 
 from workbench.session.commands.messages import Dismiss, SetCaption
@@ -9,7 +11,6 @@ from workbench.session.state import (
     Session,
     Severity,
 )
-from workbench.session.worker import Worker
 from workbench.views.page.html import (
     LINE,
     MUTED,
@@ -27,10 +28,6 @@ TINTS = {
 
 class Header(AbstractPanel):
     """Always visible."""
-
-    def __init__(self, worker: Worker):
-        self._worker = worker
-        self._label = ""
 
     def build(self, server: viser.ViserServer) -> None:
         gui = self._gui = server.gui
@@ -60,11 +57,11 @@ class Header(AbstractPanel):
         )
         on_press(self._cancel, self._worker.cancel)
 
+    def parts(self, session: Session) -> tuple[Any, ...]:
+        return _label(session), next_step(session), session.messages, session.chore, session.job
+
     def show(self, session: Session) -> None:
-        label = f"{session.robot.name} · {session.plate.name}"
-        if label != self._label:
-            self._label = label
-            self._gui.set_panel_label(label)
+        self._gui.set_panel_label(_label(session))
         self._hint.content = _hint(session)
         self._stop.visible = bool(session.caption)
         newest = session.messages[-1] if session.messages else None
@@ -80,6 +77,10 @@ class Header(AbstractPanel):
             words = text(job.title) + (f": {text(job.text)}" if job.text else " …")
             self._work.content = block(words, testid="job", style="margin-top:4px")
             set_value(self._bar, 100.0 * min(max(job.fraction, 0.02), 1.0))
+
+
+def _label(session: Session) -> str:
+    return f"{session.robot.name} · {session.plate.name}"
 
 
 def next_step(session: Session) -> str:

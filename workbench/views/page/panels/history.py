@@ -1,5 +1,7 @@
 """How the last steps changed the plate: the predicted error after each."""
 
+from typing import Any
+
 import numpy as np
 import viser
 
@@ -23,16 +25,13 @@ SHOWN = 40
 class HistoryPanel(AbstractPanel):
     """A small plot; the best step is marked."""
 
-    def __init__(self) -> None:
-        self._shown: object = None
-
     def build(self, server: viser.ViserServer) -> None:
         self._html = server.gui.add_html("")
 
+    def parts(self, session: Session) -> tuple[Any, ...]:
+        return (session.history,)
+
     def show(self, session: Session) -> None:
-        if session.history is self._shown:
-            return
-        self._shown = session.history
         scores = session.history[-SHOWN:]
         self._html.content = block(_plot(scores), testid="history") if len(scores) > 1 else ""
 

@@ -1,5 +1,7 @@
 """The live numbers: what measurements at these targets would tell about the arm."""
 
+from typing import Any
+
 import numpy as np
 import viser
 
@@ -25,6 +27,9 @@ class IndexPanel(AbstractPanel):
 
     def build(self, server: viser.ViserServer) -> None:
         self._html = server.gui.add_html("")
+
+    def parts(self, session: Session) -> tuple[Any, ...]:
+        return session.score, session.first_score, session.states, session.selected
 
     def show(self, session: Session) -> None:
         now, first = session.score, session.first_score

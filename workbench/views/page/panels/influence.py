@@ -1,16 +1,17 @@
 """How far an error of each constant would move the tool where the arm stands now (Katana §3.5)."""
 
 import re
-import time
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import viser
 
 from workbench.arm.kinematics.influence import Influence, first_order_influence
 from workbench.arm.motion import Motion
+from workbench.arm.robot import Robot
 from workbench.session.commands.arm import standing
 from workbench.session.state import Session
+from workbench.session.worker import Worker
 from workbench.views.appearance.colours import SELECTED, css
 from workbench.views.page.html import (
     LINE,
@@ -23,35 +24,30 @@ from workbench.views.page.html import (
 from workbench.views.page.panels.panel import AbstractPanel
 
 WIDTH, HEIGHT, FOOT = 340, 76, 26
-LIVE = 0.2
-"""Least time between two pictures in the course of a drag [s]."""
 SYMBOLS = {"theta": "θ", "alpha": "α", "beta": "β", "roll": "r", "pitch": "p", "yaw": "w"}
 
 
 class InfluencePanel(AbstractPanel):
     """A bar a constant for the present pose, a line for the range over the targets in reach."""
 
-    def __init__(self) -> None:
-        self._shown: tuple = ()
-        self._drawn_at = 0.0
+    pause = 0.2
+
+    def __init__(self, worker: Worker):
+        super().__init__(worker)
+        self._robot: Robot | None = None
         self._at_targets: Influence | None = None
 
     def build(self, server: viser.ViserServer) -> None:
         with server.gui.add_folder("Influence of each constant", expand_by_default=False):
             self._html = server.gui.add_html("")
 
+    def parts(self, session: Session) -> tuple[Any, ...]:
+        return session.robot, standing(session), session.states
+
     def show(self, session: Session) -> None:
-        q = standing(session)
-        basis = (session.robot, q, session.states)
-        if len(self._shown) == 3 and all(a is b for a, b in zip(basis, self._shown, strict=True)):
-            return
-        if session.drag is not None and time.monotonic() - self._drawn_at < LIVE:
-            return
-        self._drawn_at = time.monotonic()
-        if session.drag is None or session.robot is not self._shown[0]:
-            self._at_targets = _at_targets(session)
-        self._shown = basis
-        here = first_order_influence(session.robot, Motion(q[None]))
+        if session.drag is None or session.robot is not self._robot:
+            self._robot, self._at_targets = session.robot, _at_targets(session)
+        here = first_order_influence(session.robot, Motion(standing(session)[None]))
         self._html.content = block(
             heading("Motion of the tool here [mm]") + bars(here, self._at_targets or here) + _legend(),
             testid="influence",

@@ -1,6 +1,7 @@
 """Moving the arm by hand: a slider for each joint, and a pose to go to."""
 
 from functools import partial
+from typing import Any
 
 import numpy as np
 import viser
@@ -10,13 +11,13 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import JointKind, Robot
 from workbench.base import se3
 from workbench.session.commands.arm import Jog, JogTo, standing
-from workbench.session.state import Session, Units
+from workbench.session.state import Session
 from workbench.session.worker import Worker
 from workbench.views.page.panels.coordinates import Coordinates, Quantity
 from workbench.views.page.panels.panel import (
+    AFTERWARDS,
     AbstractPanel,
     on_change,
-    on_press,
     set_value,
 )
 
@@ -24,45 +25,26 @@ from workbench.views.page.panels.panel import (
 class JogPanel(AbstractPanel):
     """The sliders follow the arm, whatever moves it; made anew for another arm."""
 
+    pause = AFTERWARDS
+
     def __init__(self, worker: Worker):
-        self._worker = worker
+        super().__init__(worker)
         self._robot: Robot | None = None
-        self._q: np.ndarray | None = None
-        self._units: Units | None = None
         self._sliders: list[viser.GuiSliderHandle] = []
 
     def build(self, server: viser.ViserServer) -> None:
-        gui = self._gui = server.gui
-        self._folder = gui.add_folder("Joints")
-        with gui.add_folder("Tool"):
-            self._xyz = Coordinates(
-                gui, "Position", Quantity.LENGTH, hint="Where the tool is, or is to go, from the base."
-            )
-            self._rpy = Coordinates(
-                gui, "Angles", Quantity.ANGLE, hint="Roll, pitch and yaw that it has, or is to have."
-            )
-            go = gui.add_button(
-                "Go to this pose",
-                icon=viser.Icon.ARROW_RIGHT,
-                color="gray",
-                hint="Bring the tool there by the solution next to where the arm stands.",
-            )
-            on_press(go, self._go)
+        self._gui = server.gui
+        self._folder = server.gui.add_folder("Joints")
+
+    def parts(self, session: Session) -> tuple[Any, ...]:
+        return session.robot, standing(session)
 
     def show(self, session: Session) -> None:
         if session.robot is not self._robot:
             self._rebuild(session.robot)
-        elif session.drag is not None:
-            return  # many controls: they follow when the target is let go
-        q = standing(session)
-        for slider, value, joint in zip(self._sliders, q, session.robot.moving, strict=True):
+        for slider, value, joint in zip(self._sliders, standing(session), session.robot.moving, strict=True):
             shown = 1e3 * value if joint.kind is JointKind.PRISMATIC else np.rad2deg(value)
             set_value(slider, float(np.clip(round(float(shown), 1), slider.min, slider.max)))
-        tool = se3.inverse(session.robot.base.pose) @ tool_poses(session.robot, Motion(q[None]))[0]
-        if q is not self._q or session.units is not self._units:  # what is being typed stays
-            self._q, self._units = q, session.units
-            self._xyz.show(tool[:3, 3], session.units)
-            self._rpy.show(se3.matrix_to_rpy(tool[:3, :3]), session.units)
 
     def _rebuild(self, robot: Robot) -> None:
         self._robot = robot
@@ -95,5 +77,35 @@ class JogPanel(AbstractPanel):
         q[moved] = float(np.clip(value, *session.robot.search_limits[moved]))
         self._worker.submit(Jog(tuple(q.tolist())))
 
-    def _go(self) -> None:
-        self._worker.submit(JogTo(self._xyz.typed, self._rpy.typed))
+
+class ToolPanel(AbstractPanel):
+    """Where the tool is, and a pose for it to go to."""
+
+    pause = AFTERWARDS
+    keeps_typed = True
+
+    def build(self, server: viser.ViserServer) -> None:
+        gui = server.gui
+        with gui.add_folder("Tool"):
+            self._xyz = Coordinates(
+                gui, "Position", Quantity.LENGTH, hint="Where the tool is, or is to go, from the base."
+            )
+            self._rpy = Coordinates(
+                gui, "Angles", Quantity.ANGLE, hint="Roll, pitch and yaw that it has, or is to have."
+            )
+            self.button(
+                gui,
+                "Go to this pose",
+                lambda: JogTo(self._xyz.typed, self._rpy.typed),
+                viser.Icon.ARROW_RIGHT,
+                "Move the tool there by the inverse-kinematics solution nearest to the present posture.",
+            )
+
+    def parts(self, session: Session) -> tuple[Any, ...]:
+        return session.robot, standing(session), session.units
+
+    def show(self, session: Session) -> None:
+        tool = tool_poses(session.robot, Motion(standing(session)[None]))[0]
+        tool = se3.inverse(session.robot.base.pose) @ tool
+        self._xyz.show(tool[:3, 3], session.units)
+        self._rpy.show(se3.matrix_to_rpy(tool[:3, :3]), session.units)

@@ -1,5 +1,7 @@
 """Light or dark, the sheet of help, and keys."""
 
+from typing import Any
+
 import viser
 
 from workbench.session.command import AbstractCommand
@@ -45,7 +47,7 @@ class LookPanel(AbstractPanel):
     """How the page looks, and how one works with it."""
 
     def __init__(self, worker: Worker):
-        self._worker = worker
+        super().__init__(worker)
         self._is_dark: bool | None = None
 
     def build(self, server: viser.ViserServer) -> None:
@@ -67,6 +69,9 @@ class LookPanel(AbstractPanel):
             )
             button.on_click(self._help)
         self._keys(gui)
+
+    def parts(self, session: Session) -> tuple[Any, ...]:
+        return session.is_dark, session.units
 
     def show(self, session: Session) -> None:
         set_value(self._dark, session.is_dark)

@@ -1,19 +1,17 @@
 """The instrument's noise: for the predicted errors, and for virtual measurements."""
 
+from typing import Any
+
 import numpy as np
 import viser
 
 from workbench.session.commands.plate import SetNoise
 from workbench.session.state import Session
-from workbench.session.worker import Worker
 from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value
 
 
 class NoisePanel(AbstractPanel):
     """Two numbers."""
-
-    def __init__(self, worker: Worker):
-        self._worker = worker
 
     def build(self, server: viser.ViserServer) -> None:
         with server.gui.add_folder("Instrument"):
@@ -35,6 +33,9 @@ class NoisePanel(AbstractPanel):
             )
         for field in (self._position, self._rotation):
             on_change(field, self._set)
+
+    def parts(self, session: Session) -> tuple[Any, ...]:
+        return (session.noise,)
 
     def show(self, session: Session) -> None:
         set_value(self._position, round(1e3 * session.noise.position, 6))

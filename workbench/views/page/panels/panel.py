@@ -1,24 +1,81 @@
-"""What a panel is."""
+"""What a panel is, and what panels share. Which of them have to be drawn again is decided here, for all."""
 
+import math
+import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from typing import Any
+from typing import Any, ClassVar
 
 import viser
 
+from workbench.session.command import AbstractCommand
 from workbench.session.state import Session
+from workbench.session.worker import Worker
+
+AFTERWARDS = math.inf
+"""The `pause` of a panel that waits until a drag is over."""
 
 
 class AbstractPanel(ABC):
-    """Controls on the page. `build` makes them once; afterwards only `show` changes them."""
+    """Controls on the page: `build` makes them once; afterwards only `show` changes them.
+
+    Args:
+        worker: What takes the commands.
+    """
+
+    pause: ClassVar[float] = 0.0
+    """Least time between two drawings in the course of a drag [s]."""
+    keeps_typed: ClassVar[bool] = False
+    """Whether controls stay as they are when a message comes. It may be a refusal: all others then go back to
+    what the session has."""
+
+    def __init__(self, worker: Worker):
+        self._worker = worker
+        self._parts: tuple[Any, ...] = ()
+        self._drawn = -math.inf
 
     @abstractmethod
     def build(self, server: viser.ViserServer) -> None:
         """Make the controls in the present container; their callbacks only send commands."""
 
     @abstractmethod
+    def parts(self, session: Session) -> tuple[Any, ...]:
+        """What the controls depend on: plain values, and objects that a command replaces to change them."""
+
+    @abstractmethod
     def show(self, session: Session) -> None:
         """Bring the controls in line with this snapshot."""
+
+    def update(self, session: Session) -> None:
+        """Show this snapshot, if anything is new in it."""
+        if session.drag is not None and time.monotonic() - self._drawn < self.pause:
+            return
+        parts = (0 if self.keeps_typed else session.message_count, *self.parts(session))
+        if len(parts) == len(self._parts) and all(map(is_same, parts, self._parts)):
+            return
+        self._parts, self._drawn = parts, time.monotonic()
+        self.show(session)
+
+    def button(
+        self,
+        gui: viser.GuiApi,
+        label: str,
+        command: Callable[[], AbstractCommand],
+        icon: viser.IconName,
+        hint: str,
+        *,
+        main: bool = False,
+        visible: bool = True,
+    ) -> viser.GuiButtonHandle:
+        """A button that sends a command; coloured if it is the main one of its panel."""
+        made = gui.add_button(label, icon=icon, hint=hint, color=None if main else "gray", visible=visible)
+        on_press(made, lambda: self._worker.submit(command()))
+        return made
+
+
+def is_same(a: Any, b: Any) -> bool:
+    """Whether two parts of a session are one object, or equal plain values."""
+    return a is b or (isinstance(a, str | int | float | frozenset) and type(a) is type(b) and a == b)
 
 
 def set_value(control: Any, value: Any) -> None:

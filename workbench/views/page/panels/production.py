@@ -1,11 +1,12 @@
 """The yield of the present plate: how many virtual arms of a production it makes good enough."""
 
+from typing import Any
+
 import viser
 
 from workbench.plate.report.design import yield_sentence
 from workbench.session.commands.plate import MOST_ARMS, TryPlate
 from workbench.session.state import Session
-from workbench.session.worker import Worker
 from workbench.views.page.html import (
     MUTED,
     block,
@@ -17,9 +18,6 @@ from workbench.views.page.panels.panel import AbstractPanel, on_press
 
 class ProductionPanel(AbstractPanel):
     """A number of arms, a button, and one sentence."""
-
-    def __init__(self, worker: Worker):
-        self._worker = worker
 
     def build(self, server: viser.ViserServer) -> None:
         gui = server.gui
@@ -42,6 +40,9 @@ class ProductionPanel(AbstractPanel):
             on_press(self._try, lambda: self._worker.submit(TryPlate(int(self._arms.value))))
             self._result = gui.add_html("")
 
+    def parts(self, session: Session) -> tuple[Any, ...]:
+        return session.job is None, session.trial, _is_outdated(session)
+
     def show(self, session: Session) -> None:
         self._try.disabled = session.job is not None
         self._result.content = result(session)
@@ -54,7 +55,12 @@ def result(session: Session) -> str:
         words = "Not tried yet."
         return block(words, testid="yield", style=f"color:{MUTED};margin:4px 0")
     content = heading("Yield") + f"<div>{text(yield_sentence(trial.found))}.</div>"
-    if trial.plate is not session.plate or trial.noise != session.noise:
+    if _is_outdated(session):
         words = "The plate or the instrument has changed since; try again."
         content += f'<div style="color:{MUTED}">{words}</div>'
     return block(content, testid="yield", style="margin:4px 0")
+
+
+def _is_outdated(session: Session) -> bool:
+    trial = session.trial
+    return trial is not None and (trial.plate is not session.plate or trial.noise != session.noise)

@@ -1,6 +1,7 @@
 """The region that matters: its size, its cubes, what colours them, and the numbers of a clicked one."""
 
 from dataclasses import replace
+from typing import Any
 
 import viser
 
@@ -16,7 +17,6 @@ from workbench.session.cubes import (
     values,
 )
 from workbench.session.state import CubeView, Field, Session
-from workbench.session.worker import Worker
 from workbench.views.appearance.colours import SCALE, css
 from workbench.views.page.html import (
     MUTED,
@@ -55,8 +55,7 @@ CUTS = {"all layers": None, "one layer of x": 0, "one layer of y": 1, "one layer
 class RegionPanel(AbstractPanel):
     """Cuboid and cubes."""
 
-    def __init__(self, worker: Worker):
-        self._worker = worker
+    pause = 0.25
 
     def build(self, server: viser.ViserServer) -> None:
         gui = server.gui
@@ -87,6 +86,11 @@ class RegionPanel(AbstractPanel):
         on_press(self._move, self._move_there)
         with gui.add_folder("Cuboid"):
             self._build_cuboid(gui)
+
+    def parts(self, session: Session) -> tuple[Any, ...]:
+        score = session.score if session.cube_view.field is Field.PREDICTED else None
+        colours = session.cubes, session.comparison, session.trial, score
+        return session.cube_view, session.plate.region, session.units, bool(session.chore), *colours
 
     def show(self, session: Session) -> None:
         view, region = session.cube_view, session.plate.region

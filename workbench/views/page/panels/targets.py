@@ -1,5 +1,7 @@
 """The selected target: its place, state, branch and lock; steps back and forth."""
 
+from typing import Any
+
 import numpy as np
 import viser
 
@@ -8,7 +10,6 @@ from workbench.session.commands.drag import MoveTarget, SelectTarget
 from workbench.session.commands.edit import AddTarget, ChooseBranch, CopyTarget, DeleteTarget, LockTarget
 from workbench.session.commands.undo import Redo, ResetTargets, RestoreBest, Undo
 from workbench.session.state import Session, TargetState
-from workbench.session.worker import Worker
 from workbench.views.appearance.colours import (
     BLOCKED,
     OUT_OF_REACH,
@@ -35,9 +36,6 @@ LEFT_TO_PROGRAM = "left to the program"
 
 class TargetsPanel(AbstractPanel):
     """Place and state of the selected target."""
-
-    def __init__(self, worker: Worker):
-        self._worker = worker
 
     def build(self, server: viser.ViserServer) -> None:
         gui = server.gui
@@ -74,6 +72,16 @@ class TargetsPanel(AbstractPanel):
         )
         on_change(self._locked, lambda: self._worker.submit(LockTarget(self._number, self._locked.value)))
         self._build_buttons(gui)
+
+    def parts(self, session: Session) -> tuple[Any, ...]:
+        return (
+            session.plate,
+            session.selected,
+            session.states[session.selected],
+            session.branches,
+            session.branches_of,
+            session.units,
+        )
 
     def show(self, session: Session) -> None:
         i = session.selected

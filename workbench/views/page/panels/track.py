@@ -1,5 +1,7 @@
 """Trajectories: plan one, play it on both arms, and read how far off the tool is along it."""
 
+from typing import Any
+
 import numpy as np
 import viser
 
@@ -20,7 +22,6 @@ from workbench.session.track import (
     Track,
     erring_robot,
 )
-from workbench.session.worker import Worker
 from workbench.views.appearance.colours import SCALE, css
 from workbench.views.page.html import (
     MUTED,
@@ -45,10 +46,6 @@ LEAST_SHOWN = 1e-3
 
 class TrackPanel(AbstractPanel):
     """Plan, play, pause, leave; the errors as numbers and as a curve over time."""
-
-    def __init__(self, worker: Worker):
-        self._worker = worker
-        self._shown: tuple = ()
 
     def build(self, server: viser.ViserServer) -> None:
         gui = server.gui
@@ -114,6 +111,19 @@ class TrackPanel(AbstractPanel):
             "gray",
         )
 
+    def parts(self, session: Session) -> tuple[Any, ...]:
+        is_free = session.job is None and session.measuring is None
+        times = session.overlay.exaggeration
+        return (
+            session.track,
+            session.play,
+            session.focus,
+            erring_robot(session),
+            session.job is None,
+            is_free,
+            times,
+        )
+
     def show(self, session: Session) -> None:
         track, is_there = session.track, session.track is not None
         self._plan.disabled = session.job is not None
@@ -126,10 +136,8 @@ class TrackPanel(AbstractPanel):
         self._pause.visible = session.is_playing
         self._leave.visible = is_there and session.focus is Focus.TRACK
         set_value(self._pace, round(session.play.pace, 1))
-        basis = (track, session.overlay.exaggeration)
-        if basis != self._shown:
-            self._shown = basis
-            self._result.content = nothing() if track is None else result(track, basis[1])
+        times = session.overlay.exaggeration
+        self._result.content = nothing() if track is None else result(track, times)
 
     def _ask(self) -> None:
         duration = float(self._duration.value)
