@@ -7,6 +7,8 @@ from workbench.arm.kinematics.forward import sensitivity
 from workbench.arm.library import load_robot
 from workbench.arm.linearisation import linearise
 from workbench.arm.motion import Motion
+from workbench.base.types import frozen
+from workbench.plate import accuracy
 from workbench.plate.accuracy import position_weight, predicted_error
 from workbench.plate.criterion import index_criterion, region_criterion
 from workbench.plate.indices import INDICES
@@ -37,6 +39,20 @@ def test_against_sampled_parameters(aria, q):
     assert np.allclose(angles.mean(0), error.rotation_means, rtol=0.04)
     assert error.position_mean < error.position_rms
     assert error.rotation_mean < error.rotation_rms
+
+
+def test_the_region_is_linearised_once_for_all_moves_of_a_drag(aria, q, monkeypatch):
+    asked = []
+    monkeypatch.setattr(accuracy, "sensitivity", lambda *args: asked.append(1) or sensitivity(*args))
+    region = frozen(q[10:].copy())
+    fresh = predicted_error(linearise(aria, q[:10]), aria, q[10:])
+    for move in range(3):
+        linearisation = linearise(aria, q[:10] + 0.01 * move)
+        error = predicted_error(linearisation, aria, region)
+        position_weight(aria, region, linearisation.names)
+        if not move:
+            assert np.array_equal(error.position, fresh.position)
+    assert len(asked) == 2  # for the fresh array, and once for the region that stays
 
 
 def test_trace_with_the_weight_is_the_mean_square(aria, q):

@@ -6,17 +6,19 @@ from time import sleep
 
 import numpy as np
 import pytest
+from viser._assignable_props_api import AssignablePropsBase
 
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.library import load_robot
 from workbench.arm.motion import Motion
 from workbench.base.errors import OptionError
 from workbench.data.readers import read_measurements
+from workbench.identification.identify import ALGORITHMS
 from workbench.plate.plate_toml import read_plate
 from workbench.session.commands.arm import ChooseRobot, standing
-from workbench.session.commands.compare import SetUnits
+from workbench.session.commands.compare import SetUnits, ShowFit
 from workbench.session.commands.data import MeasureVirtualArm
-from workbench.session.commands.drag import SelectTarget
+from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.messages import Tell
 from workbench.session.commands.track import PlanTrack, PlayTrack, SetPace
@@ -28,7 +30,7 @@ from workbench.session.export import (
     plate_toml,
     report_zip,
 )
-from workbench.session.state import Focus, Units
+from workbench.session.state import Focus, Severity, Units
 from workbench.views.appearance.bodies import body_frames
 from workbench.views.page import html
 from workbench.views.page.panels.arrange import rows_of, table_of
@@ -204,3 +206,58 @@ def test_a_few_poses_tell_whether_the_robot_as_opened_still_holds(app):
     mean = 1e3 * np.linalg.norm(rows.measured - rows.nominal[:, :3, 3], axis=1).mean()
     readout = next(p for p in app.view._panels if isinstance(p, ComparePanel))._readout.content
     assert f"{html.number(mean)} mm" in readout
+
+
+def control(app, label):
+    """The control of this label."""
+    handles = app.server.gui._gui_input_handle_from_uuid.values()
+    return next(c for c in handles if getattr(c, "label", "") == label)
+
+
+def test_every_algorithm_can_be_chosen_on_the_page(app):
+    assert all(control(app, algorithm.title).hint for algorithm in ALGORITHMS.values())
+    for command in (MeasureVirtualArm(2), Identify(("influence", "opt2"))):
+        app.worker.submit(command)
+        assert app.worker.wait(60.0)
+    assert tuple(control(app, "Shown fit").options) == ("INFLUENCE", "OPT2")
+    app.worker.submit(ShowFit("influence"))
+    assert app.worker.wait(60.0)
+    assert control(app, "Shown fit").value == "INFLUENCE"
+
+
+def test_a_move_sets_only_what_it_changes(app, monkeypatch):
+    """Of the panels, the selected target and its indices are drawn at every move; the others wait."""
+    assigned = []
+    real = AssignablePropsBase.__setattr__
+    session = GrabTarget(0, 1).apply(app.worker.session)
+    x, y, z = session.plate.targets[0].xyz
+    for panel in app.view._panels:
+        panel.update(session)
+
+    def count(handle, name, value):
+        assigned.append((type(handle).__name__, name))
+        real(handle, name, value)
+
+    monkeypatch.setattr(AssignablePropsBase, "__setattr__", count)
+    for k in range(1, 6):
+        session = MoveTarget(0, (x, y, z + 1e-3 * k), (-2.6, 0.0, 0.0), 1).apply(session)
+        for panel in app.view._panels:
+            panel.update(session)
+    assert len(assigned) <= 5 * 15
+    monkeypatch.undo()
+    jog = control(app, "Joint 2 [°]")
+    before = jog.value
+    app.view.draw(DropTarget(1).apply(session))
+    assert jog.value != before
+
+
+def test_a_refused_entry_goes_back_and_a_typed_table_stays(app):
+    place, table = control(app, "Position [mm]"), control(app, "x y z [mm] r p y [°]")
+    before = place.value
+    place.value, table.value = (1e6, 0.0, 0.0), "1 2 3"
+    targets = next(p for p in app.view._panels if isinstance(p, TargetsPanel))
+    targets._typed()
+    assert app.worker.wait(60.0)
+    assert app.worker.session.messages[-1].severity is Severity.ERROR
+    assert place.value == before
+    assert table.value == "1 2 3"

@@ -54,6 +54,8 @@ class AbstractIdentifier(ABC):
     """As in files and commands."""
     title: ClassVar[str]
     """As in tables and figures."""
+    summary: ClassVar[str]
+    """What it does, in one sentence for whoever chooses it."""
 
     @abstractmethod
     def search(self, problem: Problem, *, on_step: OnStep | None = None) -> Search:

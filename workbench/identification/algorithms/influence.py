@@ -63,6 +63,7 @@ class InfluenceBased(AbstractIdentifier):
     limit: int = 500
     name = "influence"
     title = "INFLUENCE"
+    summary = "Mean of each pose's own correction, weighted by how far a parameter moves the tool there."
 
     def search(self, problem: Problem, *, on_step: OnStep | None = None) -> Search:
         x = problem.start.copy()

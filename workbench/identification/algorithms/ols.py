@@ -37,6 +37,7 @@ class Ols(AbstractIdentifier):
     halvings: int = 12
     name = "ols"
     title = "OLS"
+    summary = "Gauss–Newton steps of least length (ordinary least squares): fast, exact near the nominal arm."
 
     def search(self, problem: Problem, *, on_step: OnStep | None = None) -> Search:
         x = problem.start.copy()

@@ -37,6 +37,7 @@ class Opt1(AbstractIdentifier):
     limit: int = 2000
     name = "opt1"
     title = "OPT1"
+    summary = "Bounded minimisation of the summed squares: keeps every parameter near its nominal value."
 
     def search(self, problem: Problem, *, on_step: OnStep | None = None) -> Search:
         start = problem.start

@@ -41,6 +41,7 @@ class Opt2(AbstractIdentifier):
     damping: float = 1e-8
     name = "opt2"
     title = "OPT2"
+    summary = "Levenberg–Marquardt least squares: converges from farther away."
 
     def search(
         self, problem: Problem, *, on_step: OnStep | None = None, begin: Float[np.ndarray, " p"] | None = None

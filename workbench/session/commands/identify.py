@@ -2,9 +2,11 @@
 
 from collections.abc import Hashable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from workbench.base.errors import DataError, OptionError
+from workbench.identification.identify import ALGORITHMS, USUAL, identify
+from workbench.identification.record import Identification
 from workbench.session.command import (
     AbstractChange,
     AbstractTask,
@@ -15,10 +17,6 @@ from workbench.session.commands.compare import with_fit
 from workbench.session.comparison import exaggeration_for
 from workbench.session.state import Focus, Session, Severity
 
-if TYPE_CHECKING:
-    from workbench.identification.record import Identification
-
-ALGORITHMS = ("ols", "opt1", "opt2")
 PREFERRED = ("opt2", "ols", "opt1")
 """Whose robot is shown first: chosen beforehand, so that held-out rows take no part in it."""
 
@@ -36,7 +34,7 @@ class Identify(AbstractTask):
 
     title = "Identify the parameters"
 
-    algorithms: tuple[str, ...] = ALGORITHMS
+    algorithms: tuple[str, ...] = USUAL
     held_out: float = 0.2
     frames: str = "auto"
     seed: int = 0
@@ -45,15 +43,14 @@ class Identify(AbstractTask):
         if session.loaded is None:
             raise DataError("there are no measurements yet; load a file or measure a virtual arm first")
         if not self.algorithms or set(self.algorithms) - set(ALGORITHMS):
-            raise OptionError("choose at least one of the algorithms OLS, OPT1 and OPT2")
+            titles = ", ".join(algorithm.title for algorithm in ALGORITHMS.values())
+            raise OptionError(f"choose at least one algorithm of {titles}")
         if not set(session.robot.default_free) - session.fixed:
-            raise OptionError("every parameter is held; tick at least one of them to be identified")
+            raise OptionError("no parameter is free; tick at least one under Free parameters")
         if not 0.0 <= self.held_out < 1.0:
-            raise OptionError(f"{self.held_out:.0%} of the rows can't be held out; give 0 to 90 %")
+            raise OptionError(f"the held-out share must be 0 to 99 %, got {self.held_out:.0%}")
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
-        from workbench.identification.identify import identify
-
         loaded = session.loaded
         assert loaded is not None
         robot, added = session.robot, session.accepted
@@ -84,7 +81,7 @@ class Identify(AbstractTask):
         return session.tell(Severity.INFO, _summary(found, fit))
 
 
-def _summary(found: "Identification", fit: str) -> str:
+def _summary(found: Identification, fit: str) -> str:
     """Before and after in one sentence, on held-out rows where there are any."""
     before, after = found.nominal, found.runs[fit]
     kind = "held-out" if after.held_out else "fitted"
@@ -93,7 +90,7 @@ def _summary(found: "Identification", fit: str) -> str:
     assert new is not None
     return (
         f"mean error on {kind} poses: {old.position_mm.mean:.3g} mm with the nominal arm, "
-        f"{new.position_mm.mean:.3g} mm with the calibrated one ({fit.upper()})"
+        f"{new.position_mm.mean:.3g} mm with the calibrated one ({ALGORITHMS[fit].title})"
     )
 
 

@@ -7,6 +7,7 @@ import viser
 
 from workbench.data.requirement import Requirement
 from workbench.identification.error_columns import columns_of
+from workbench.identification.identify import ALGORITHMS, USUAL
 from workbench.session.commands.compare import ShowFit
 from workbench.session.commands.identify import Identify
 from workbench.session.export import calibrated_toml
@@ -33,12 +34,7 @@ from workbench.views.page.panels.panel import (
 )
 
 POSITION, ORIENTATION = "Position [mm]", "Orientation [°]"
-TITLES = {"ols": "OLS", "opt1": "OPT1", "opt2": "OPT2"}
-HINTS = {
-    "ols": "Gauss–Newton steps of least length (ordinary least squares): fast, exact near the nominal arm.",
-    "opt1": "Bounded minimisation of the summed squares: keeps every parameter near its nominal value.",
-    "opt2": "Levenberg–Marquardt least squares: converges from farther away.",
-}
+TITLES = {name: algorithm.title for name, algorithm in ALGORITHMS.items()}
 FRAMES = {
     "Decide from the data": "auto",
     "Shared by all sessions": "shared",
@@ -59,7 +55,8 @@ class FitPanel(AbstractPanel):
         on_press(self._start, self._identify)
         with gui.add_folder("Options", expand_by_default=False):
             self._chosen = {
-                name: gui.add_checkbox(TITLES[name], True, hint=hint) for name, hint in HINTS.items()
+                name: gui.add_checkbox(algorithm.title, name in USUAL, hint=algorithm.summary)
+                for name, algorithm in ALGORITHMS.items()
             }
             self._held_out = gui.add_slider(
                 "Held out [%]",
@@ -82,7 +79,8 @@ class FitPanel(AbstractPanel):
             visible=False,
             hint="Whose parameters and arm are shown and saved.",
         )
-        on_change(self._fit, lambda: self._worker.submit(ShowFit(self._fit.value.lower())))
+        names = {title: name for name, title in TITLES.items()}
+        on_change(self._fit, lambda: self._worker.submit(ShowFit(names[self._fit.value])))
         self._save = gui.add_button(
             "Save calibrated robot (TOML)",
             icon=viser.Icon.DOWNLOAD,
