@@ -22,6 +22,14 @@ def shared_data() -> Path:
     return folder
 
 
+@pytest.fixture(scope="session")
+def aria():
+    """The built-in arm of the ARIA paper."""
+    from workbench.arm.library import load_robot
+
+    return load_robot("aria")
+
+
 @pytest.fixture
 def run(monkeypatch, capfd, tmp_path):
     """Run a command in this process, as the installed one is run: exit status, output, errors."""

@@ -2,6 +2,7 @@
 
 import os
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -15,64 +16,63 @@ def block(mark):
     return re.search(rf"<!-- {mark} -->\n```\w+\n(.*?)```", README, re.DOTALL).group(1)
 
 
-def environment():
-    return os.environ | {"PYTHONPATH": str(ROOT), "COLUMNS": "80"}
+def process(*words, folder):
+    """Python with some words, in a process of its own."""
+    environment = os.environ | {"PYTHONPATH": str(ROOT), "COLUMNS": "80"}
+    return subprocess.run(
+        [sys.executable, *words], cwd=folder, env=environment, capture_output=True, text=True, check=False
+    )
 
 
-def run_lines(lines, folder):
-    """Every line as it is typed, in a folder."""
+def run_lines(run, lines):
+    """Every line as it is typed, each in this process."""
     for line in lines:
-        done = subprocess.run(
-            [sys.executable, "-m", *line.split("#")[0].split()],
-            cwd=folder,
-            env=environment(),
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        assert done.returncode == 0, (line, done.stderr)
+        program, *words = shlex.split(line, comments=True)
+        assert program == "workbench"
+        status, _, err = run(*words)
+        assert status == 0, (line, err)
 
 
-def test_the_commands(tmp_path):
+def test_the_commands(run, tmp_path):
     lines = [line for line in block("try").splitlines() if line.startswith("workbench ")]
     assert len(lines) == 6
-    run_lines(lines, tmp_path)
+    run_lines(run, lines)
     assert (tmp_path / "report" / "report.html").is_file()
     assert (tmp_path / "calibrated.urdf").is_file()
 
 
-def test_the_diagnosis(tmp_path):
+def test_the_diagnosis(run, tmp_path):
     lines = block("diagnose").splitlines()
     assert len(lines) == 3
-    run_lines(lines, tmp_path)
+    run_lines(run, lines)
     assert 'name = "joint-compliance"' in (tmp_path / "soft.toml").read_text()
     assert (tmp_path / "diagnosis" / "diagnosis.html").is_file()
 
 
-def test_the_pencil(tmp_path):
+def test_the_pencil(run, tmp_path):
     lines = block("pencil").splitlines()
     assert len(lines) == 4
-    run_lines(lines, tmp_path)
+    run_lines(run, lines)
     assert (tmp_path / "sheet.png").is_file()
     assert (tmp_path / "errors.png").is_file()
 
 
-def test_the_recordings(tmp_path):
+def test_the_recordings(run, tmp_path):
     (tmp_path / "recordings").symlink_to(ROOT / "recordings")
-    run_lines(block("recordings").splitlines(), tmp_path)
+    run_lines(run, block("recordings").splitlines())
     assert (tmp_path / "session.html").is_file()
     assert (tmp_path / "sample.rrd").is_file()
 
 
+def test_a_command_in_a_process_of_its_own(tmp_path):
+    line = next(line for line in block("try").splitlines() if line.startswith("workbench simulate"))
+    done = process("-m", *shlex.split(line, comments=True), folder=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert (tmp_path / "plate.csv").is_file()
+
+
 def test_the_python(tmp_path):
-    done = subprocess.run(
-        [sys.executable, "-c", block("python")],
-        cwd=tmp_path,
-        env=environment(),
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = process("-c", block("python"), folder=tmp_path)
     assert done.returncode == 0, done.stderr
     title, error = done.stdout.split()[:2]
     assert title in ("OLS", "OPT1", "OPT2")

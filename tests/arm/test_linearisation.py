@@ -10,11 +10,6 @@ from workbench.arm.motion import Motion
 from workbench.base.errors import OptionError, ShapeError
 
 
-@pytest.fixture(scope="module")
-def aria():
-    return load_robot("aria")
-
-
 @pytest.fixture
 def q(aria, rng=None):
     low, high = aria.search_limits.T

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from workbench.arm.effects import EFFECTS
-from workbench.arm.library import load_robot
 from workbench.arm.statics.deflection import shift_of
 from workbench.base.errors import OptionError
 from workbench.data.simulation.hidden_effects import (
@@ -14,11 +13,6 @@ from workbench.data.simulation.hidden_effects import (
 )
 from workbench.identification.evaluate import evaluate
 from workbench.plate.virtual_measuring import measure_poses
-
-
-@pytest.fixture(scope="module")
-def aria():
-    return load_robot("aria")
 
 
 @pytest.mark.parametrize("name", EFFECTS)

@@ -25,11 +25,6 @@ def rng(seed=0):
 
 
 @pytest.fixture(scope="module")
-def aria():
-    return load_robot("aria")
-
-
-@pytest.fixture(scope="module")
 def targets():
     angles = 2 * np.pi * np.arange(10) / 10
     places = np.stack([0.316 + 0.25 * np.cos(angles), 0.354 + 0.25 * np.sin(angles), np.full(10, 0.235)], -1)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from workbench.base import se3
+from workbench.plate.branches import plate_solutions
 from workbench.plate.parts.fixture import fixture_of
 from workbench.plate.plate import Kind, Plate, Target
 from workbench.plate.plate_toml import load_plate
@@ -55,10 +56,22 @@ def mixed():
 
 
 @pytest.fixture(scope="session", params=["table2", "mixed"])
-def plate(request, mixed):
-    return mixed if request.param == "mixed" else load_plate("table2")
+def made_plate(request, plate, mixed):
+    return mixed if request.param == "mixed" else plate
 
 
 @pytest.fixture(scope="session")
-def fixture(plate):
-    return fixture_of(plate)
+def fixture(made_plate):
+    return fixture_of(made_plate)
+
+
+@pytest.fixture(scope="session")
+def plate():
+    """Table 2 of the ARIA paper."""
+    return load_plate("table2")
+
+
+@pytest.fixture(scope="session")
+def solutions(aria, plate):
+    """All branches of its targets."""
+    return plate_solutions(aria, plate)

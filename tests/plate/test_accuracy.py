@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from workbench.arm.kinematics.forward import sensitivity
-from workbench.arm.library import load_robot
 from workbench.arm.linearisation import linearise
 from workbench.arm.motion import Motion
 from workbench.base.types import frozen
@@ -12,11 +11,6 @@ from workbench.plate import accuracy
 from workbench.plate.accuracy import position_weight, predicted_error
 from workbench.plate.criterion import index_criterion, region_criterion
 from workbench.plate.indices import INDICES
-
-
-@pytest.fixture(scope="module")
-def aria():
-    return load_robot("aria")
 
 
 @pytest.fixture(scope="module")

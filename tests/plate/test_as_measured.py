@@ -20,25 +20,25 @@ def write(tmp_path, text, name="cmm.csv"):
     return path
 
 
-def test_targets_round_trip(plate, tmp_path):
-    measured = read_measured_targets(write(tmp_path, targets_csv(plate)))
-    assert measured.numbers == tuple(range(1, len(plate) + 1))
-    assert np.allclose(measured.poses, plate.poses, atol=1e-13)
-    back = as_measured(plate, measured)
-    assert np.allclose(back.poses, plate.poses, atol=1e-13)
-    assert [t.kind for t in back.targets] == [t.kind for t in plate.targets]
-    assert back.branches == plate.branches
-    assert back.region is plate.region
+def test_targets_round_trip(made_plate, tmp_path):
+    measured = read_measured_targets(write(tmp_path, targets_csv(made_plate)))
+    assert measured.numbers == tuple(range(1, len(made_plate) + 1))
+    assert np.allclose(measured.poses, made_plate.poses, atol=1e-13)
+    back = as_measured(made_plate, measured)
+    assert np.allclose(back.poses, made_plate.poses, atol=1e-13)
+    assert [t.kind for t in back.targets] == [t.kind for t in made_plate.targets]
+    assert back.branches == made_plate.branches
+    assert back.region is made_plate.region
 
 
-def test_holes_and_blocks_are_listed(plate, fixture):
+def test_holes_and_blocks_are_listed(made_plate, fixture):
     holes = list(csv.DictReader(io.StringIO(holes_csv(fixture))))
     assert len(holes) == len(fixture.slab.bores)
     corner = 0.5e3 * fixture.slab.size[:2]
     for row, bore in zip(holes, fixture.slab.bores, strict=True):
         place = np.array([float(row["x[mm]"]), float(row["y[mm]"])]) - corner
         assert np.allclose(place, 1e3 * bore.mouth[:2], atol=1e-4)
-    local = se3.inverse(plate.pose) @ plate.poses
+    local = se3.inverse(made_plate.pose) @ made_plate.poses
     for row, pose in zip(csv.DictReader(io.StringIO(blocks_csv(fixture))), local, strict=True):
         tilt, turn = np.deg2rad([float(row["tilt[deg]"]), float(row["turn[deg]"])])
         normal = [np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), np.cos(tilt)]
@@ -65,9 +65,9 @@ def test_a_machine_of_another_country(tmp_path):
     assert "1, 3, 4, 5, 6, 8, 9, 10 were not measured" in text
 
 
-def test_any_plate_option_takes_the_list_alone(tmp_path, plate):
-    found = load_plate(write(tmp_path, targets_csv(plate)))
-    assert np.allclose(found.poses, plate.poses, atol=1e-13)
+def test_any_plate_option_takes_the_list_alone(tmp_path, made_plate):
+    found = load_plate(write(tmp_path, targets_csv(made_plate)))
+    assert np.allclose(found.poses, made_plate.poses, atol=1e-13)
     assert found.region.contains(found.poses[:, :3, 3]).all()
     assert "bounding box" in found.notes[0]
     points = "target,x[mm],y[mm],z[mm]\n2,0,0,100\n1,50,0,100\n"

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.library import load_robot
 from workbench.arm.linearisation import linearise
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame
@@ -16,7 +15,6 @@ from workbench.plate.accuracy import predicted_error
 from workbench.plate.branches import choose_branches, plate_solutions, single_branches
 from workbench.plate.indices import INDICES
 from workbench.plate.plate import Kind, Target
-from workbench.plate.plate_toml import load_plate
 from workbench.plate.poses.sampling import in_base
 from workbench.plate.region import Region
 from workbench.plate.region_poses import _turns, nearby_poses, region_poses
@@ -24,21 +22,6 @@ from workbench.plate.region_poses import _turns, nearby_poses, region_poses
 
 def rng(seed=0):
     return np.random.default_rng(seed)
-
-
-@pytest.fixture(scope="module")
-def aria():
-    return load_robot("aria")
-
-
-@pytest.fixture(scope="module")
-def plate():
-    return load_plate("table2")
-
-
-@pytest.fixture(scope="module")
-def solutions(aria, plate):
-    return plate_solutions(aria, plate)
 
 
 @pytest.fixture(scope="module")

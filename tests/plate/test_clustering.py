@@ -6,14 +6,13 @@ import numpy as np
 import pytest
 
 from workbench.arm.kinematics.forward import sensitivity, tool_poses
-from workbench.arm.library import load_robot
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame
 from workbench.base.errors import DataError, OptionError
-from workbench.plate.branches import plate_solutions, single_branches
+from workbench.plate.branches import single_branches
 from workbench.plate.clustering import cluster_region
 from workbench.plate.indices import INDICES
-from workbench.plate.plate_toml import load_plate, read_plate, write_plate
+from workbench.plate.plate_toml import read_plate, write_plate
 from workbench.plate.poses.limits import PoseLimits, folded, sample_poses
 from workbench.plate.region import Region
 from workbench.plate.verbs import cluster_region as cluster
@@ -31,16 +30,6 @@ def ratio(robot, q):
     whole = np.linalg.svd(blocks.reshape(-1, blocks.shape[2]), compute_uv=False)
     each = np.linalg.svd(blocks, compute_uv=False)
     return whole[-1] / whole[0], each[:, -1] / each[:, 0], int((whole > 1e-9 * whole[0]).sum())
-
-
-@pytest.fixture(scope="module")
-def aria():
-    return load_robot("aria")
-
-
-@pytest.fixture(scope="module")
-def plate():
-    return load_plate("table2")
 
 
 @pytest.fixture(scope="module")
@@ -63,8 +52,8 @@ def test_ten_poses_of_equal_o_in_ten_cubes_with_full_rank(aria, plate, found):
     assert ((best.q >= low) & (best.q <= high)).all()
 
 
-def test_better_than_table_2_with_any_one_branch(aria, plate, found):
-    alike = single_branches(plate_solutions(aria, plate)).values()
+def test_better_than_table_2_with_any_one_branch(aria, solutions, found):
+    alike = single_branches(solutions).values()
     assert found.best.stacked >= max(ratio(aria, q)[0] for q in alike)
     assert found.best.value >= found.plain.value
 

@@ -37,11 +37,6 @@ def rng(seed=0):
 
 
 @pytest.fixture(scope="module")
-def aria():
-    return load_robot("aria")
-
-
-@pytest.fixture(scope="module")
 def plate():
     turned = replace(load_plate("table2"), rpy=np.array([0.05, -0.1, 0.4]))
     return turned

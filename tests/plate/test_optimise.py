@@ -7,18 +7,16 @@ import pytest
 
 from workbench.arm.inverse import solve as inverse
 from workbench.arm.kinematics.forward import link_frames, sensitivity, tool_poses
-from workbench.arm.library import load_robot
 from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import Outcome
-from workbench.plate.branches import choose_branches, plate_solutions
+from workbench.plate.branches import choose_branches
 from workbench.plate.optimiser.blocks import Blocks, BlockStyle, Making, block_corners, places_of
 from workbench.plate.optimiser.constraints import Constraints
 from workbench.plate.optimiser.optimise import Postures, Wish, optimise_plate
 from workbench.plate.parts.fixture import fixture_of
 from workbench.plate.plate import Kind
-from workbench.plate.plate_toml import load_plate
 from workbench.plate.readings import Look, Reading
 from workbench.plate.region_poses import plate_region_poses
 
@@ -36,23 +34,13 @@ SEAT = Reading(name="seat", kind=Kind.SEAT, look=whole, sigma=SIGMA)
 
 
 @pytest.fixture(scope="module")
-def aria():
-    return load_robot("aria")
-
-
-@pytest.fixture(scope="module")
-def plate():
-    return load_plate("table2")
-
-
-@pytest.fixture(scope="module")
 def goal(aria, plate):
     return plate_region_poses(aria, plate)
 
 
 @pytest.fixture(scope="module")
-def table2(aria, plate, goal):
-    return choose_branches(aria, plate, plate_solutions(aria, plate), goal=goal, rng=rng())
+def table2(aria, plate, solutions, goal):
+    return choose_branches(aria, plate, solutions, goal=goal, rng=rng())
 
 
 @pytest.fixture(scope="module")

@@ -25,9 +25,9 @@ def test_table_2_is_two_shapes():
     assert np.allclose([b.height for b in fixture.blocks], 0.05)
 
 
-def test_what_the_blocks_hold_is_the_target(plate, fixture):
+def test_what_the_blocks_hold_is_the_target(made_plate, fixture):
     """Seat and index pin, the ball's centre, and the probe's tip, rebuilt from the bores alone."""
-    for block, target in zip(fixture.blocks, plate.targets, strict=True):
+    for block, target in zip(fixture.blocks, made_plate.targets, strict=True):
         frame = fixture.pose @ block.pose
         if target.kind is Kind.SEAT:
             (seat,), (index,) = bores(block, Purpose.SEAT), bores(block, Purpose.INDEX)

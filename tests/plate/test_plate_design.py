@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from workbench.arm.kinematics.forward import sensitivity, tool_poses
-from workbench.arm.library import load_robot
 from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.errors import OptionError
@@ -25,16 +24,6 @@ WAYS = {
     "point": lambda pose, nominal, anchors: pose[:3, 3],
     "ball-bar": lambda pose, nominal, anchors: np.linalg.norm(pose[:3, 3] - anchors, axis=1),
 }
-
-
-@pytest.fixture(scope="module")
-def aria():
-    return load_robot("aria")
-
-
-@pytest.fixture(scope="module")
-def plate():
-    return load_plate("table2")
 
 
 def moved(pose, twist):

@@ -5,16 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from workbench.arm.library import load_robot
 from workbench.base.errors import OptionError
 from workbench.plate.parts.export import Format, export_plate, formats_named
 from workbench.plate.plate_toml import load_plate
 from workbench.plate.verbs import score_plate
-
-
-@pytest.fixture(scope="module")
-def aria():
-    return load_robot("aria")
 
 
 def test_every_format_is_written(tmp_path, aria):

@@ -5,12 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from workbench.arm.library import load_robot
 from workbench.arm.linearisation import linearise
 from workbench.base.errors import DataError
 from workbench.plate.freedom import identified_names, visible, visible_basis
 from workbench.plate.plate import Kind, Target
-from workbench.plate.plate_toml import load_plate
 from workbench.plate.score import score_plate
 
 # theta, d, a, alpha, beta of ARIA Table 1; beta of joint 2 is free instead of d, as axes 2 and 3 are parallel
@@ -59,16 +57,6 @@ def jacobian(q, step=1e-6):
         spin = half[:3, :3] @ forward(q)[:3, :3].T
         columns.append([*half[:3, 3], spin[2, 1], spin[0, 2], spin[1, 0]])
     return np.array(columns).T
-
-
-@pytest.fixture(scope="module")
-def aria():
-    return load_robot("aria")
-
-
-@pytest.fixture(scope="module")
-def plate():
-    return load_plate("table2")
 
 
 @pytest.fixture(scope="module")

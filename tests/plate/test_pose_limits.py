@@ -8,29 +8,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.library import load_robot
 from workbench.arm.motion import Motion
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import Outcome
 from workbench.plate.freedom import identified_names, visible_basis
 from workbench.plate.indices import I
-from workbench.plate.plate_toml import load_plate
 from workbench.plate.poses.choose import Method, informative_poses
 from workbench.plate.poses.gradient import PoseClimb
 from workbench.plate.poses.limits import PoseLimits, sample_poses, walks
 from workbench.plate.poses.measuring_order import measuring_order, travels
 from workbench.plate.poses.sampling import random_poses
 from workbench.plate.region_poses import plate_region_poses
-
-
-@pytest.fixture(scope="module")
-def aria():
-    return load_robot("aria")
-
-
-@pytest.fixture(scope="module")
-def plate():
-    return load_plate("table2")
 
 
 def rng(seed=0):

@@ -19,11 +19,6 @@ from workbench.plate.region import Region
 BOX = Region(min=np.array([0.05, 0.10, 0.15]), max=np.array([0.60, 0.60, 0.45]))
 
 
-@pytest.fixture(scope="module")
-def aria():
-    return load_robot("aria")
-
-
 def within(robot, q) -> bool:
     low, high = robot.search_limits.T
     return bool((q >= low).all() and (q <= high).all())

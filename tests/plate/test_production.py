@@ -22,9 +22,8 @@ from workbench.data.simulation.simulate import virtual_arm
 from workbench.identification.algorithms.ols import Ols
 from workbench.identification.blocks import Noise
 from workbench.identification.problem import Problem
-from workbench.plate.branches import choose_branches, plate_solutions
+from workbench.plate.branches import choose_branches
 from workbench.plate.plate import Kind
-from workbench.plate.plate_toml import load_plate
 from workbench.plate.production.arms import try_arms
 from workbench.plate.production.job import Errors, Job, held_by
 from workbench.plate.production.reach_targets import bring, other_ways
@@ -45,21 +44,9 @@ SEED = np.random.SeedSequence(7)
 
 
 @pytest.fixture(scope="module")
-def aria():
-    return load_robot("aria")
-
-
-@pytest.fixture(scope="module")
-def plate():
-    return load_plate("table2")
-
-
-@pytest.fixture(scope="module")
-def job(aria, plate):
+def job(aria, plate, solutions):
     goal = plate_region_poses(aria, plate)
-    q = choose_branches(
-        aria, plate, plate_solutions(aria, plate), goal=goal, rng=np.random.default_rng(0), starts=2
-    ).q
+    q = choose_branches(aria, plate, solutions, goal=goal, rng=np.random.default_rng(0), starts=2).q
     bank = plate_region_poses(aria, plate, 80)
     return Job(
         robot=aria,

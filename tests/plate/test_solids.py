@@ -58,10 +58,10 @@ def test_holes_are_where_the_bores_are(fixture):
             assert solid.contains([inner, beside]).tolist() == [False, True]
 
 
-def test_three_mf_holds_every_part_in_its_place(plate, fixture):
+def test_three_mf_holds_every_part_in_its_place(made_plate, fixture):
     scene = trimesh.load(io.BytesIO(three_mf(fixture)), file_type="3mf")
     assert scene.units == "millimeter"
-    assert set(scene.geometry) == {"plate", *(f"block {i + 1}" for i in range(len(plate)))}
+    assert set(scene.geometry) == {"plate", *(f"block {i + 1}" for i in range(len(made_plate)))}
     for name, mesh in scene.geometry.items():
         assert mesh.is_watertight, name
         part = fixture.slab if name == "plate" else fixture.blocks[int(name.split()[1]) - 1]

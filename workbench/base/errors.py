@@ -54,5 +54,5 @@ class MissingExtraError(WorkbenchError):
     """An optional library is needed; carries the extra that installs it."""
 
     def __init__(self, what: str, *, extra: str):
-        super().__init__(f"{what} needs an optional library: pip install 'workbench[{extra}]'")
+        super().__init__(f"{what} needs an optional library: pip install -e '.[{extra}]' in the checkout")
         self.extra = extra
