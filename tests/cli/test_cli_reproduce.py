@@ -2,6 +2,8 @@
 
 import json
 
+import pytest
+
 
 def test_reproduce_aria(run, tmp_path):
     status, out, _ = run("reproduce", "aria", "--arms", "1", "--json", "aria.json")
@@ -10,6 +12,7 @@ def test_reproduce_aria(run, tmp_path):
     assert json.loads((tmp_path / "aria.json").read_text())["work"] == "aria"
 
 
+@pytest.mark.slow
 def test_reproduce_katana(run, tmp_path):
     status, out, _ = run(
         "reproduce", "katana", "--arms", "2", "--weighed", "2", "--diagnosed", "1", "--json", "katana.json"

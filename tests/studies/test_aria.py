@@ -24,6 +24,7 @@ def finding(found, where, words):
     return next(f for f in found.findings if f.where == where and words in f.what)
 
 
+@pytest.mark.slow
 def test_what_must_agree_agrees(found):
     for where, words in (
         ("Table 1", "nominal"),
@@ -45,6 +46,7 @@ def test_what_must_agree_agrees(found):
         assert finding(found, where, words).verdict is Verdict.AGREES, (where, words)
 
 
+@pytest.mark.slow
 def test_what_differs_or_can_not_be_given_has_a_reason(found):
     others = [f for f in found.findings if f.verdict is not Verdict.AGREES]
     assert all(f.reason for f in others)
@@ -53,6 +55,7 @@ def test_what_differs_or_can_not_be_given_has_a_reason(found):
     assert finding(found, "Fig. 11", "position").verdict is Verdict.NONE
 
 
+@pytest.mark.slow
 def test_without_noise_every_arm_is_found_again(found):
     for comparison in found.exact:
         assert comparison.reached == 1
@@ -61,6 +64,7 @@ def test_without_noise_every_arm_is_found_again(found):
         assert comparison.region[:, 0].min() > 5e-3
 
 
+@pytest.mark.slow
 def test_with_noise_the_ways_of_measuring_part_at_poses_that_were_not_measured(found):
     """One branch for all of Table 2 leaves several times the error of clustering or of mixed branches."""
     _, clustering, one_branch, mixed = (np.median(c.region[:, 1]) for c in found.noisy)
@@ -72,6 +76,7 @@ def test_with_noise_the_ways_of_measuring_part_at_poses_that_were_not_measured(f
         assert len(comparison.example) == len(TITLES)
 
 
+@pytest.mark.slow
 def test_the_page_holds_every_picture_and_finding(found, tmp_path):
     page = write_aria(found, tmp_path / "aria")
     text = page.read_text(encoding="utf-8")
@@ -88,6 +93,7 @@ def test_the_page_holds_every_picture_and_finding(found, tmp_path):
     assert content["comparison"] == json.loads(json_text(aria_json(found)))["comparison"]
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_arms(found):
     way = found.noisy[0].acquisition
     judges = Judges(way.q, way.q)

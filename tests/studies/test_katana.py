@@ -37,6 +37,7 @@ def finding(found, where, words):
     return next(f for f in found.findings if f.where == where and words in f.what)
 
 
+@pytest.mark.slow
 def test_what_must_agree_agrees(found):
     for where, words in (
         ("Table 4.5", "conventional / with tilting"),
@@ -47,6 +48,7 @@ def test_what_must_agree_agrees(found):
         assert finding(found, where, words).verdict is Verdict.AGREES, (where, words)
 
 
+@pytest.mark.slow
 def test_printed_numbers_that_can_not_stand_together_are_named(found):
     for where, words in (
         ("Table 3.4", "simultaneous: mean |ΔP| at least"),
@@ -61,10 +63,12 @@ def test_printed_numbers_that_can_not_stand_together_are_named(found):
     assert np.array_equal(printed.TABLE_3_4[4:], printed.TABLE_4_5[2, 4:])
 
 
+@pytest.mark.slow
 def test_every_difference_has_a_reason(found):
     assert all(f.reason for f in found.findings if f.verdict is not Verdict.AGREES)
 
 
+@pytest.mark.slow
 def test_errors_are_of_the_thesis_size(found):
     """Without tilting 0.33 to 0.38 mm, of which tilting leaves at most a third more than the printed 0.12."""
     medians = np.median(found.once.held_out, axis=0)
@@ -76,6 +80,7 @@ def test_errors_are_of_the_thesis_size(found):
     assert found.twice.held_out[:, CONVENTIONAL].min() > 1.5 * medians[CONVENTIONAL]
 
 
+@pytest.mark.slow
 def test_arms_that_begin_as_badly_as_the_thesis_s_come_as_far(found):
     medians = np.median(found.as_bad.held_out, axis=0)
     assert 0.9 < medians[BEFORE] < 1.6
@@ -86,6 +91,7 @@ def test_arms_that_begin_as_badly_as_the_thesis_s_come_as_far(found):
     assert finding(found, "Table 4.6", "with tilting, ten points, arms that begin").printed == "8.9"
 
 
+@pytest.mark.slow
 def test_diagnosis_leaves_less_than_the_thesis(found):
     """From the same poses alone, on rows that took no part: the remainder has a shape that is found."""
     count = len(found.diagnosed.held_out)
@@ -95,6 +101,7 @@ def test_diagnosis_leaves_less_than_the_thesis(found):
     assert finding(found, "Table 4.5", "diagnose").verdict is Verdict.AGREES
 
 
+@pytest.mark.slow
 def test_without_a_remainder_little_is_left():
     """A joint whose play hangs on a feeble moment may still be taken for lying on the other side."""
     study = katana_study(arms=2, remainder=0.0)
@@ -113,6 +120,7 @@ def test_differences_by_hand():
     assert np.allclose(differences(pose, moved), [[3.0, 4.0, 0.0, 5.0, 0.3, 0.0, 0.0]], atol=1e-9)
 
 
+@pytest.mark.slow
 def test_an_arm_is_the_same_however_many_there_are(found):
     again = katana_study(arms=2)
     assert np.array_equal(again.held_out, found.once.held_out[:2])
@@ -121,6 +129,7 @@ def test_an_arm_is_the_same_however_many_there_are(found):
     assert len(stopped.held_out) == 1
 
 
+@pytest.mark.slow
 def test_the_page_holds_every_picture_and_finding(found, tmp_path):
     page = write_katana(found, tmp_path / "katana")
     text = page.read_text(encoding="utf-8")
@@ -145,6 +154,7 @@ def test_no_spread():
         reproduce_katana(arms=1)
 
 
+@pytest.mark.slow
 def test_joints_are_found_again_from_inclinometers(found):
     """Clearance and backlash of joints 2 to 5 within 5 %, stiffness within 10 % with 2 kg added."""
     errors = np.abs(found.experiments.errors)[:, 1:]

@@ -29,6 +29,7 @@ def study():
     return tracking_study(arms=3, seed=2)
 
 
+@pytest.mark.slow
 def test_the_paths_are_those_of_the_thesis(study):
     """The circle passes its four points; lines are straight; all begin and end at rest."""
     for point in POINTS:
@@ -40,6 +41,7 @@ def test_the_paths_are_those_of_the_thesis(study):
     assert all(np.abs(path.motion.velocity[[0, -1]]).max() < 1e-9 for path in study.paths)
 
 
+@pytest.mark.slow
 def test_tilting_first_reduces_more_than_the_thesis(study):
     mean = study.mean
     assert mean.shape == (3, len(STEPS), len(PATHS))
@@ -49,6 +51,7 @@ def test_tilting_first_reduces_more_than_the_thesis(study):
     assert (study.worse[:, TILTING, CIRCLE] < 0.05).all()
 
 
+@pytest.mark.slow
 def test_one_trajectory_does_not_teach_another_posture_but_the_workspace_does(study):
     far = study.mean[:, :, LINE_FAR]
     assert (far[:, OURS] < far[:, TILTING]).all()
@@ -56,6 +59,7 @@ def test_one_trajectory_does_not_teach_another_posture_but_the_workspace_does(st
     assert np.median(far[:, BEFORE] / far[:, OURS]) > 2.0
 
 
+@pytest.mark.slow
 def test_tilting_alone_costs_some_tenths(study):
     """Half of 0.06° at 0.3 m and more, and the 0.06 mm or so of 5 N m on 4000 to 5000 N m/°."""
     stiff, tilted = study.alone
@@ -64,6 +68,7 @@ def test_tilting_alone_costs_some_tenths(study):
     assert EACH_WAY == 0.5
 
 
+@pytest.mark.slow
 def test_what_is_missed_is_a_distance(study):
     """A stiff and tight arm that misses its path by what its last link is too long, and by nothing else."""
     longer = NOMINAL.copy()
@@ -80,6 +85,7 @@ def test_what_is_missed_is_a_distance(study):
         np.testing.assert_allclose(missed(arm, drawing_katana(), path.q, path.poses), wanted, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_findings_have_reasons_and_pictures_are_drawn(study):
     findings = tracking_findings(study)
     assert all(f.reason for f in findings if f.verdict is not Verdict.AGREES)
