@@ -110,23 +110,19 @@ def line_through(x: np.ndarray, law: np.ndarray) -> tuple[np.ndarray, np.ndarray
 
 def usual_views(effect: AbstractLaw, state: State) -> Iterator[View]:
     """Every increment of an effect over the driver that its law asks for."""
-    chain, motion = state.chain, state.motion
-    by_joint = len(effect.elements(chain)) == len(effect.joints) > 0
-    if by_joint and "direction" in effect.needs:
-        yield from _over_direction(effect, state)
-    elif by_joint and effect.loads:
-        yield from _over_own_moment(effect, state)
-    elif effect.loads and effect.insertion is Insertion.TILT:
+    if effect.loads and effect.insertion is Insertion.TILT:
         yield from _over_moment_across(effect, state)
-    elif found := [name for name in effect.needs if name in DRIVERS]:
-        words, size = DRIVERS[found[0]]
-        yield _together(effect, state, words, size * motion.need(found[0], effect.name))
-    elif by_joint:
+    elif len(effect.elements(state.chain)) == len(effect.joints) > 0:
         for place, joint in enumerate(effect.joints):
-            yield over_position(effect, state, place, joint)
+            if not (effect.loads or effect.needs):
+                yield over_position(effect, state, place, joint)
+                continue
+            words, x = _driver(effect, state, joint)
+            what = error_of(state, joint)
+            view = view_of_element(effect, state, place, what=what, driver=words, x=x)
+            yield replace(view, steps="direction" in effect.needs)
     else:
-        size = np.linalg.norm(effect.increments(chain, motion, state.wrenches), axis=1)
-        yield _together(effect, state, f"what {effect.name} adds [mrad or mm]", 1e3 * size)
+        yield _together(effect, state)
 
 
 def over_position(effect: AbstractLaw, state: State, place: int, over: int) -> View:
@@ -155,28 +151,18 @@ def error_of(state: State, joint: int) -> str:
     return f"error of joint {joint + 1} [{'mrad' if turns(state.chain, joint) else 'mm'}]"
 
 
-def _over_direction(effect: AbstractLaw, state: State) -> Iterator[View]:
-    direction = state.motion.need("direction", effect.name)
-    for place, joint in enumerate(effect.joints):
-        words = f"direction of the last motion of joint {joint + 1}"
-        view = view_of_element(
-            effect, state, place, what=error_of(state, joint), driver=words, x=direction[:, joint]
-        )
-        yield replace(view, steps=True)
-
-
-def _over_own_moment(effect: AbstractLaw, state: State) -> Iterator[View]:
-    for place, joint in enumerate(effect.joints):
-        turning = turns(state.chain, joint)
-        load, unit = ("moment about", "N·m") if turning else ("force along", "N")
-        yield view_of_element(
-            effect,
-            state,
-            place,
-            what=error_of(state, joint),
-            driver=f"{load} the axis of joint {joint + 1} [{unit}]",
-            x=own(state.chain, [joint], state.wrenches)[:, 0],
-        )
+def _driver(effect: AbstractLaw, state: State, joint: int) -> tuple[str, np.ndarray]:
+    """What drives the error of a joint, with its unit, and its value in every row."""
+    for name in effect.needs:
+        if name == "direction":
+            words = f"direction of the last motion of joint {joint + 1}"
+            return words, state.motion.need(name, effect.name)[:, joint]
+        if name in DRIVERS:
+            words, size = DRIVERS[name]
+            return words, size * state.motion.need(name, effect.name)
+    load, unit = ("moment about", "N·m") if turns(state.chain, joint) else ("force along", "N")
+    words = f"{load} the axis of joint {joint + 1} [{unit}]"
+    return words, own(state.chain, [joint], state.wrenches)[:, 0]
 
 
 def _over_moment_across(effect: AbstractLaw, state: State) -> Iterator[View]:
@@ -200,10 +186,13 @@ def _over_moment_across(effect: AbstractLaw, state: State) -> Iterator[View]:
         )
 
 
-def _together(effect: AbstractLaw, state: State, driver: str, x: np.ndarray) -> View:
+def _together(effect: AbstractLaw, state: State) -> View:
     """All increments of a row as one, along the direction in which the effect moves them."""
     law = effect.increments(state.chain, state.motion, state.wrenches)
     size = np.linalg.norm(law, axis=1)
+    driver, x = f"what {effect.name} adds [mrad or mm]", 1e3 * size
+    if DRIVERS.keys() & set(effect.needs):
+        driver, x = _driver(effect, state, 0)
     return View(
         what=f"{effect.name} [mrad or mm]",
         driver=driver,
