@@ -13,7 +13,7 @@ from rerun.chunk import RrdReader
 
 import workbench.arm.effects.registry as registry
 from workbench.arm.effects import EFFECTS, AbstractEffect, Loads
-from workbench.arm.effects.axes import diagonal, own
+from workbench.arm.effects.axes import diagonal, driven_names, own
 from workbench.arm.effects.views import State
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.library import load_robot
@@ -91,12 +91,34 @@ class Shrink(AbstractEffect):
         return f"the arm shrinks by {self.size(chain)}"
 
 
+@final
+@dataclass(frozen=True)
+class Slump(AbstractEffect):
+    """Joints 2 and 3 give way together; of the whole arm, and by loads."""
+
+    name = "slump"
+    whole_arm = True
+    loads = Loads.OWN
+
+    def elements(self, chain):
+        return driven_names(chain, (1, 2))
+
+    def law(self, chain, motion, wrenches):
+        return -(own(chain, (1, 2), wrenches)[:, :, None] ** 3)
+
+    def sentence(self, chain, motion):
+        return f"The arm slumps by {self.size(chain)}"
+
+
+KINDS = (GearSag, WarmJoint, Shrink, Slump)
+
+
 @pytest.fixture(scope="module", autouse=True)
 def registered():
-    for kind in (GearSag, WarmJoint, Shrink):
+    for kind in KINDS:
         EFFECTS.register(kind)
     yield
-    for kind in (GearSag, WarmJoint, Shrink):
+    for kind in KINDS:
         EFFECTS.remove(kind.name)
 
 

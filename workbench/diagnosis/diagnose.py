@@ -30,7 +30,7 @@ from workbench.diagnosis.stages import (
     geometry_first,
     rounds,
 )
-from workbench.diagnosis.undetectable import hidden_variance, spoken, unshown
+from workbench.diagnosis.undetectable import describe, hidden_variance, undetectable
 from workbench.diagnosis.verdict import (
     conclude,
     coverage,
@@ -41,7 +41,7 @@ from workbench.identification import noise as noises
 from workbench.identification.algorithms.identifier import OnStep
 from workbench.identification.errors import Errors, RowErrors
 from workbench.identification.frames import Sessions
-from workbench.identification.known_range import spoken_of
+from workbench.identification.known_range import in_known_range
 from workbench.identification.preparation import (
     Cancel,
     Prepared,
@@ -177,7 +177,7 @@ def _concluded(
     fit = last.stage.fitted.fit
     judge = Trial(ready, search.rounds[0])
     is_short = search.short is not None
-    missing = () if is_short else unshown(last, fit.calibrated, Motion.of(fit.problem.data))
+    missing = () if is_short else undetectable(last, fit.calibrated, Motion.of(fit.problem.data))
     accepted = _accepted(search.rounds, judge, hidden_variance(last, missing))
     shaky = joint_noise(fit)
     floor = noises.stated(ready.problem) or noise or noises.from_repeats(ready.problem.data)
@@ -197,7 +197,7 @@ def _concluded(
     if search.short is not None:
         verdict, message = Verdict.NONE, search.short
     elif missing and any(a.effect.loads for a in accepted):
-        message = f"{message} {spoken(missing)}"
+        message = f"{message} {describe(missing)}"
     report(0.9, "choosing poses to measure next")
     asked = [e.effect for e in accepted] + ambiguous(accepted)
     seen = [] if is_short else coverage(fit.problem.data, robot.chain)
@@ -224,7 +224,7 @@ def _concluded(
         joint_noise=None if shaky is None else shaky.sigma,
         verdict=verdict,
         message=message,
-        unshown=missing,
+        undetectable=missing,
         measure_next=next_poses(fit.problem, fit.x, asked, rng=rng),
         notes=(*notes, *(c for a in accepted if (c := a.effect.caveat(Motion.of(fit.problem.data))))),
         seconds=perf_counter() - began,
@@ -266,13 +266,13 @@ def _validated(ready: Prepared, stage: Stage) -> _Judged:
     fit = stage.fitted.fit
     arm = fit.calibrated
     found = {p.name: v for p, v in zip(fit.parameters, fit.x.tolist(), strict=True) if p.is_instrument}
-    spoken = spoken_of(arm, ready.held)
-    judge = replace(ready, problem=fit.problem, held=ready.held.take(spoken))
+    known = in_known_range(arm, ready.held)
+    judge = replace(ready, problem=fit.problem, held=ready.held.take(known))
     train, held = judge.errors(arm, found)
     notes = []
-    if not spoken.all():
+    if not known.all():
         notes.append(
-            f"{int((~spoken).sum())} held-out rows lie outside the joint range on which a joint's error was "
+            f"{int((~known).sum())} held-out rows lie outside the joint range on which a joint's error was "
             "learned; they are not judged"
         )
     return _Judged(Validation(Errors.of(train), held.summary), (train, held), notes)
@@ -294,7 +294,7 @@ class Trial:
         grams = self._first.grams
         model = grown(grams, as_candidates(tuple(terms), self._first))
         arm = robot_with(self._first.stage.fitted, grams, model)
-        judge = replace(self._ready, held=self._data.take(spoken_of(arm, self._data)))
+        judge = replace(self._ready, held=self._data.take(in_known_range(arm, self._data)))
         rows = judge.errors(arm, self._found)[1]
         return 1e3 * float(rows.position.mean()) if len(rows.position) else float("nan")
 

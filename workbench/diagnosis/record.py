@@ -10,7 +10,7 @@ from jaxtyping import Float
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
-from workbench.diagnosis.undetectable import Unshown
+from workbench.diagnosis.undetectable import Undetectable
 from workbench.identification.errors import Errors, RowErrors
 from workbench.identification.fit import Fit
 from workbench.identification.problem import Noise
@@ -99,7 +99,7 @@ class Diagnosis:
             no such noise.
         verdict: What the rows allow to be said.
         message: The verdict in one sentence.
-        unshown: Effects of load that the rows can't show.
+        undetectable: Effects of load that the rows can't show.
         measure_next: Joint positions of poses to measure next [rad or m].
         notes: Decisions, and what could not be tried, one sentence each.
         seconds: Time it took.
@@ -126,7 +126,7 @@ class Diagnosis:
     joint_noise: float | None
     verdict: Verdict
     message: str
-    unshown: tuple[Unshown, ...]
+    undetectable: tuple[Undetectable, ...]
     measure_next: Float[np.ndarray, "_ n"]
     notes: tuple[str, ...]
     seconds: float

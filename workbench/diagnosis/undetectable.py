@@ -1,4 +1,4 @@
-"""Effects of load that the rows can't show, and what these may hide in the sizes of those that were found.
+"""Effects of load that the rows can't show, and how much they may bias the sizes of those that were found.
 
 Beside an accepted model, whose columns are A, the coefficient c of another effect with the column a would be
 found to be ĉ with the standard error
@@ -25,13 +25,14 @@ from workbench.arm.statics.wrenches import motion_wrenches
 from workbench.diagnosis.evidence import coefficients, curvature, left_by
 from workbench.diagnosis.stages import Searched
 
-SURE, PART = 6.0, 0.5
-"""Standard errors that an effect must have to be found for certain, by evidence and by all folds; asked of
-one that is this part of the largest that was found."""
-OWN_WAY = 0.01
-"""Share of a column's square beside the model's below which the model does the same."""
+SURE = 6.0
+"""Standard errors of size that an effect needs to be found for certain, by evidence and by all folds …"""
+PART = 0.5
+"""… if its size is this part of the largest that was found."""
+DISTINCT = 0.01
+"""Share of a column's square that the model leaves, below which the model has the same consequences."""
 IDLE = 0.01
-"""Root mean square of a moment, by the greatest of the arm, below which nothing loads the joint that way."""
+"""Root mean square of a moment, by the arm's greatest, below which it does not load the joint."""
 
 
 class Reason(StrEnum):
@@ -43,7 +44,7 @@ class Reason(StrEnum):
 
 
 @dataclass(frozen=True, eq=False)
-class Unshown:
+class Undetectable:
     """An effect that the rows can't show.
 
     Args:
@@ -59,7 +60,7 @@ class Unshown:
     size: float = 0.0
 
 
-def unshown(searched: Searched, robot: Robot, motion: Motion) -> tuple[Unshown, ...]:
+def undetectable(searched: Searched, robot: Robot, motion: Motion) -> tuple[Undetectable, ...]:
     """Effects of load that may be there and would not have been found.
 
     Args:
@@ -78,20 +79,20 @@ def unshown(searched: Searched, robot: Robot, motion: Motion) -> tuple[Unshown, 
         std = float(noise / (np.sqrt(alone) * scale)) if alone > 0.0 else np.inf
         size = sizes.like(candidate.effect, robot.chain)
         if candidate.names[0] in idle:
-            out.append(Unshown(candidate.effect, Reason.UNLOADED, np.inf))
+            out.append(Undetectable(candidate.effect, Reason.UNLOADED, np.inf))
         elif SURE * std > PART * size > 0.0:
-            reason = Reason.COVERED if alone < OWN_WAY * whole else Reason.FAINT
+            reason = Reason.COVERED if alone < DISTINCT * whole else Reason.FAINT
             weight = size**2 / (size**2 + std**2)
             found = left.inner[column, -1] / (alone * scale) if weight > 0.0 else 0.0
             expected = np.sqrt((weight * found) ** 2 + size**2 * (1.0 - weight))
-            out.append(Unshown(candidate.effect, reason, std, float(expected)))
+            out.append(Undetectable(candidate.effect, reason, std, float(expected)))
     return tuple(out)
 
 
-def hidden_variance(searched: Searched, missing: Sequence[Unshown]) -> dict[str, float]:
+def hidden_variance(searched: Searched, missing: Sequence[Undetectable]) -> dict[str, float]:
     """What effects that are lost in the noise may add to the variance of the found coefficients [SI²].
 
-    Those that do the same as the rest of the model are not counted: they stand in its place or not at all.
+    Those that can't be distinguished from the rest of the model are not counted.
     """
     grams, model = searched.grams, searched.found.model
     names = [n for t in model for n in t.candidate.names]
@@ -109,7 +110,7 @@ def hidden_variance(searched: Searched, missing: Sequence[Unshown]) -> dict[str,
     return total
 
 
-def spoken(missing: Sequence[Unshown]) -> str:
+def describe(missing: Sequence[Undetectable]) -> str:
     """One sentence on what the rows can't show; empty if there is nothing."""
     groups: dict[tuple[Reason, tuple[int, ...]], list[str]] = {}
     joints: dict[tuple[Reason, str], list[int]] = {}
@@ -125,12 +126,12 @@ def spoken(missing: Sequence[Unshown]) -> str:
 
 
 def _asked(searched: Searched) -> list[Candidate]:
-    """Candidates of load with one coefficient that stand beside the model."""
+    """Candidates of load at one joint, with one coefficient, that are not in the model."""
     taken = {n for t in searched.found.model for n in t.candidate.names}
     return [
         c
         for c in searched.offered.candidates
-        if c.effect.loads is not Loads.NONE and len(c.names) == 1 and not taken & set(c.names)
+        if c.effect.loads and len(c.effect.joints) == len(c.names) == 1 and not taken & set(c.names)
     ]
 
 
@@ -147,7 +148,7 @@ class _Sizes:
         kinds: dict[str, float] = {}
         units: dict[str, float] = {}
         for effect in (t.candidate.effect for t in searched.found.model):
-            if effect.loads is not Loads.NONE:
+            if effect.loads:
                 for name, unit in zip(effect.names, effect.units(chain), strict=True):
                     kinds[effect.name] = max(kinds.get(effect.name, 0.0), abs(found[name]))
                     units[unit] = max(units.get(unit, 0.0), abs(found[name]))

@@ -1,4 +1,4 @@
-"""Rows of which a model can speak: some effects are known only where they were learned."""
+"""Rows within the range of a model: some effects are known only where they were learned."""
 
 import numpy as np
 from jaxtyping import Bool
@@ -7,7 +7,7 @@ from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
 
 
-def spoken_of(robot: Robot, data: Dataset) -> Bool[np.ndarray, " rows"]:
+def in_known_range(robot: Robot, data: Dataset) -> Bool[np.ndarray, " rows"]:
     """Rows within the joint ranges of all effects of the arm."""
     keep = np.ones(len(data), bool)
     for effect in robot.effects:

@@ -18,7 +18,11 @@ from workbench.arm.motion import Motion
 
 GRID = 1500
 """Points of a curve over a joint's range."""
-DRIVERS = {"temperature": ("temperature [°C]", 1.0), "time": ("time [min]", 1.0 / 60.0)}
+DRIVERS = {
+    "temperature": ("temperature [°C]", 1.0),
+    "time": ("time [min]", 1.0 / 60.0),
+    "payload": ("payload [kg]", 1.0),
+}
 """Name and scale of drivers that have one value a row."""
 
 
@@ -114,7 +118,7 @@ def usual_views(effect: AbstractLaw, state: State) -> Iterator[View]:
         yield from _over_moment_across(effect, state)
     elif len(effect.elements(state.chain)) == len(effect.joints) > 0:
         for place, joint in enumerate(effect.joints):
-            if not (effect.loads or effect.needs):
+            if not (effect.loads or {"direction", *DRIVERS} & set(effect.needs)):
                 yield over_position(effect, state, place, joint)
                 continue
             words, x = _driver(effect, state, joint)

@@ -25,7 +25,7 @@ from workbench.arm.statics.deflection import deflect
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.record import Diagnosis
 from workbench.identification.errors import instrument_places
-from workbench.identification.known_range import spoken_of
+from workbench.identification.known_range import in_known_range
 from workbench.identification.problem import Problem
 
 
@@ -96,7 +96,7 @@ class Rows:
 def judged_rows(result: Diagnosis) -> Dataset:
     """Held-out rows whose session was fitted, within the joint ranges that the model speaks of."""
     held, fitted = result.held_out_data, result.after_fit.problem
-    keep = spoken_of(result.calibrated, held)
+    keep = in_known_range(result.calibrated, held)
     if held.session is not None and fitted.frames.base_per_session:
         keep &= np.isin(held.session, fitted.data.sessions)
     return held.take(keep)

@@ -4,7 +4,7 @@ import numpy as np
 
 from workbench.arm.effects import AbstractEffect
 from workbench.diagnosis.record import Accepted, Diagnosis, Ranked
-from workbench.diagnosis.undetectable import Unshown
+from workbench.diagnosis.undetectable import Undetectable
 from workbench.identification.report.json import validation_json
 from workbench.report.json import Json, plain
 
@@ -31,7 +31,7 @@ def diagnosis_json(result: Diagnosis) -> Json:
             "noise": _noise(result.noise),
             "noise_floor": None if result.floor is None else _noise(result.floor),
             "joint_noise_deg": None if result.joint_noise is None else np.rad2deg(result.joint_noise),
-            "not_identifiable": [_unshown(u, result) for u in result.unshown],
+            "not_identifiable": [_undetectable(u, result) for u in result.undetectable],
             "verdict": str(result.verdict),
             "message": result.message,
             "measure_next": result.measure_next,
@@ -72,7 +72,7 @@ def _accepted(found: Accepted, result: Diagnosis) -> Json:
     }
 
 
-def _unshown(missing: Unshown, result: Diagnosis) -> Json:
+def _undetectable(missing: Undetectable, result: Diagnosis) -> Json:
     """An effect that the rows can't show; `std` is null where nothing loads it."""
     return {
         **_effect(missing.effect),
