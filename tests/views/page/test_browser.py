@@ -36,7 +36,7 @@ def test_drag_changes_numbers_and_arm(app, look, tmp_path):
     page = screen.page
     assert "Drag an arrow" in screen.text("hint")
     screen.shoot("plate")
-    before = {"own": screen.text("own"), "O2": screen.text("O2"), "arm": screen.node("/arm/body2")}
+    before = {"own": screen.text("own"), "O2": screen.text("O2"), "arm": screen.node("/arm/nominal/body2")}
     start = np.array(app.worker.session.plate.targets[0].xyz)
 
     at, metre = screen.grab(0)
@@ -60,14 +60,14 @@ def test_drag_changes_numbers_and_arm(app, look, tmp_path):
     assert app.worker.session.drag is None
     assert screen.text("own") != before["own"]
     assert screen.text("O2") != before["O2"]
-    assert not np.allclose(screen.node("/arm/body2"), before["arm"], atol=1e-3)
+    assert not np.allclose(screen.node("/arm/nominal/body2"), before["arm"], atol=1e-3)
     report = {"median_ms": round(statistics.median(latency), 1), "max_ms": round(max(latency), 1)}
     (Path(os.environ.get("WORKBENCH_PICTURES", tmp_path)) / "latency.json").write_text(json.dumps(report))
     assert statistics.median(latency) < 5000  # only against a freeze: the machine may be shared
 
     screen.press("Undo")
     screen.wait_text("own", before["own"])
-    assert np.allclose(screen.node("/arm/body2"), before["arm"], atol=1e-6)
+    assert np.allclose(screen.node("/arm/nominal/body2"), before["arm"], atol=1e-6)
 
 
 def test_out_of_reach_says_why_and_typing_brings_it_back(app, look):
@@ -122,7 +122,7 @@ def test_file_identify_overlay_save(app, look, tmp_path):
     assert found.runs["opt2"].held_out.position_mm.mean < 0.05 * found.nominal.held_out.position_mm.mean
     screen.tab("Compare")
     screen.wait_text("row", "Calibrated")
-    assert screen.node("/calibrated/body3")
+    assert screen.node("/arm/calibrated/body3")
     slider = page.get_by_role("slider").first
     slider.focus()
     slider.press("ArrowRight")

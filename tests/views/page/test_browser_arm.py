@@ -61,10 +61,12 @@ def test_another_arm_is_chosen_jogged_and_the_page_made_dark(app, look, tmp_path
     screen.choose("Robot", "katana450-tilting")
     screen.press("Change to this robot")
     screen.wait_text("arm", "Katana 450, tilting")
-    screen.page.wait_for_function("() => window.__viserMutable.nodePoseData['/bent/body5'] !== undefined")
+    screen.page.wait_for_function("() => window.__viserMutable.nodePoseData['/arm/bent/body5'] !== undefined")
     for i, frame in enumerate(body_frames(app.worker.session.robot, standing(app.worker.session))):
-        screen.wait_node(f"/arm/body{i}", frame[:3, 3])
-    assert not np.allclose(screen.node("/bent/body5")[:3], screen.node("/arm/body5")[:3], atol=5e-3)
+        screen.wait_node(f"/arm/nominal/body{i}", frame[:3, 3])
+    assert not np.allclose(
+        screen.node("/arm/bent/body5")[:3], screen.node("/arm/nominal/body5")[:3], atol=5e-3
+    )
     screen.shoot("katana")
     screen.tab("Compare")
     screen.wait_text("bending", "Joint 5")
@@ -87,7 +89,7 @@ def test_another_arm_is_chosen_jogged_and_the_page_made_dark(app, look, tmp_path
     paused = app.worker.session
     assert 0.0 < paused.play.at < 10.0
     for i, frame in enumerate(body_frames(paused.robot, standing(paused))):
-        screen.wait_node(f"/arm/body{i}", frame[:3, 3])
+        screen.wait_node(f"/arm/nominal/body{i}", frame[:3, 3])
     screen.press("Back to the target")
     screen.tab("Plate")
     screen.page.get_by_text("Influence of each constant").click()

@@ -24,12 +24,12 @@ def test_a_target_is_measured_by_hand(app, look):
     screen.shoot("guided-begin")
     store = screen.page.get_by_role("button", name="Store", exact=True)
     assert store.is_disabled()
-    at_first = screen.node("/arm/body3")
+    at_first = screen.node("/arm/nominal/body3")
     screen.press("Drive the virtual arm there")
     screen.wait_text("standing", "Moves")
     screen.shoot("guided-moves")
     screen.wait_text("standing", "Stands still")
-    assert screen.node("/arm/body3") != at_first
+    assert screen.node("/arm/nominal/body3") != at_first
     assert float(screen.text("off_mm").split()[0]) < 3.0
     assert float(screen.text("off_deg").rstrip("°")) < 0.5
     screen.page.wait_for_function("b => !b.disabled", arg=store.element_handle())
@@ -63,7 +63,7 @@ def follow_and_measure_a_real_arm(app, screen):
     screen.until(lambda session: session.jogged is not None and np.allclose(session.jogged, q))
     frame = body_frames(app.worker.session.robot, q)[-1]
     screen.page.wait_for_function(
-        "p => Math.abs(window.__viserMutable.nodePoseData['/arm/body6'].position[0] - p) < 1e-5",
+        "p => Math.abs(window.__viserMutable.nodePoseData['/arm/nominal/body6'].position[0] - p) < 1e-5",
         arg=float(frame[0, 3]),
     )
     screen.wait_text("hint", "as the real one does")

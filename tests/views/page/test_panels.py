@@ -138,8 +138,10 @@ def test_another_robot_rebuilds_scene_and_panels(app):
     labels = [getattr(c, "label", "") for c in app.server.gui._gui_input_handle_from_uuid.values()]
     assert "Joint 7 [°]" in labels
     names = list(app.server.scene._handle_from_node_name)
-    assert "/arm/body7" in names
-    assert sum(name.startswith("/targets/") for name in names) == len(app.worker.session.plate)
+    assert "/arm/nominal/body7" in names
+    assert sum(name.startswith("/plate/targets/") and name.endswith("/number") for name in names) == len(
+        app.worker.session.plate
+    )
 
 
 def test_a_trajectory_is_played_to_its_end_and_stops_for_anything_else(app):
@@ -153,7 +155,7 @@ def test_a_trajectory_is_played_to_its_end_and_stops_for_anything_else(app):
     session = app.worker.session
     assert session.play.at == session.track.duration
     assert np.array_equal(standing(session), session.track.q[-1])
-    arm = app.server.scene._handle_from_node_name["/arm/body6"]
+    arm = app.server.scene._handle_from_node_name["/arm/nominal/body6"]
     assert np.allclose(arm.position, body_frames(session.robot, session.track.q[-1])[-1, :3, 3], atol=1e-9)
 
     for command in (SetPace(0.1), PlayTrack(), SelectTarget(4)):

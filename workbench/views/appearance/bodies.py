@@ -6,6 +6,7 @@ a cylinder marks each axis. All parts of a link move with the frame right after 
 
 import itertools
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float
@@ -17,7 +18,6 @@ from workbench.arm.kinematics.forward import joint_elements, link_frames
 from workbench.arm.motion import Motion
 from workbench.arm.robot import JointKind, Robot
 from workbench.base import se3
-from workbench.base.types import Matrix4
 from workbench.views.appearance.colours import (
     FOOT,
     JOINT,
@@ -51,7 +51,7 @@ class Body:
 
     parts: tuple[Part, ...]
 
-    @property
+    @cached_property
     def solid(self) -> Solid | None:
         """All parts as one; None where there is nothing to see."""
         return merged([p.solid for p in self.parts]) if self.parts else None
@@ -172,8 +172,3 @@ def _foot(robot: Robot, way: Float[np.ndarray, "points 3"], radius: float) -> Bo
     if post:
         parts.append(Part(merged([*post, *(ball(radius, p) for p in way[1:])]), LINK))
     return Body(tuple(parts))
-
-
-def tool_pose(robot: Robot, q: Float[np.ndarray, " n"]) -> Matrix4:
-    """Pose of the tool in the frame of the robot's base."""
-    return se3.inverse(robot.base.pose) @ chains.poses(robot.chain, q[None])[0]

@@ -3,8 +3,6 @@
 import numpy as np
 from jaxtyping import Float, UInt8
 
-from workbench.session.state import TargetState
-
 LINK = (233, 237, 242)
 JOINT = (92, 112, 146)
 FOOT = (92, 112, 146)
@@ -33,7 +31,6 @@ ARROW_BEFORE = (168, 26, 170)
 ARROW_AFTER = (8, 130, 170)
 MARK = (250, 204, 21)
 
-
 BRANCH = (100, 116, 139)
 FITTED = (37, 99, 235)
 HELD_OUT = (245, 158, 11)
@@ -42,6 +39,7 @@ NO_VALUE = (176, 184, 196)
 UNBOUNDED = (110, 20, 40)
 SCALE = np.array([(199, 54, 66), (236, 146, 60), (240, 214, 104), (112, 190, 122), (20, 130, 110)], float)
 """From bad to good."""
+GAMMA = 2.2
 
 
 def scale_colours(shares: Float[np.ndarray, " n"]) -> UInt8[np.ndarray, "n 3"]:
@@ -55,10 +53,6 @@ def css(colour: tuple[int, int, int]) -> str:
     return "#{:02x}{:02x}{:02x}".format(*colour)
 
 
-def target_colour(state: TargetState, *, selected: bool) -> tuple[int, int, int]:
-    """Colour of a target by its state; trouble shows even where it is selected."""
-    if not state.reached:
-        return OUT_OF_REACH
-    if not state.clear:
-        return BLOCKED
-    return SELECTED if selected else REACHED
+def linear(colours: UInt8[np.ndarray, "n 3"]) -> UInt8[np.ndarray, "n 3"]:
+    """Colours of points and faces for viser, whose pages take them for linear ones."""
+    return np.round(255.0 * (colours / 255.0) ** GAMMA).astype(np.uint8)

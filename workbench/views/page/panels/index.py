@@ -7,7 +7,8 @@ import viser
 
 from workbench.plate.indices import INDICES
 from workbench.session.state import Score, Session
-from workbench.views.appearance.colours import OUT_OF_REACH, css, target_colour
+from workbench.views.appearance.colours import OUT_OF_REACH, css
+from workbench.views.drawables.plate import target_colour
 from workbench.views.page.html import (
     MUTED,
     block,

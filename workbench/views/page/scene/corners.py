@@ -1,28 +1,23 @@
-"""The region's outline, and two handles on its corners."""
+"""Two handles on the corners of the region."""
 
 import numpy as np
 import viser
 
-from workbench.base import se3
 from workbench.plate.region import Region
 from workbench.session.commands.region import SetRegion, corner
 from workbench.session.state import Session
 from workbench.session.worker import Worker
-from workbench.views.appearance.colours import REGION
-from workbench.views.appearance.shapes import cuboid_edges
-from workbench.views.page.scene.nodes import put
-from workbench.views.page.scene.part import AbstractPart
+from workbench.views.page.scene.node import put
 
 THINNEST = 0.02
 """Corners keep this distance along every axis [m]."""
 
 
-class Corners(AbstractPart):
+class Corners:
     """Corners are dragged along the axes; the cuboid keeps its sense, whatever the hand does."""
 
     def __init__(self, server: viser.ViserServer, worker: Worker, session: Session):
-        self._server, self._worker = server, worker
-        self._region: Region | None = None
+        self._worker = worker
         self._dragged: int | None = None
         self._handles = [
             server.scene.add_transform_controls(
@@ -41,20 +36,12 @@ class Corners(AbstractPart):
         self.show(session)
 
     def show(self, session: Session) -> None:
+        """Follow the region."""
         region = session.plate.region
         for which, handle in enumerate(self._handles):
             handle.visible = session.cube_view.corners
             if which != self._dragged:
-                put(handle, se3.pose(np.eye(3), (region.min, region.max)[which]))
-        if region is not self._region:
-            self._region = region
-            self._server.scene.add_line_segments(
-                "/region",
-                cuboid_edges(region.min, region.max),
-                colors=REGION,
-                thickness=1.6,
-                thickness_units="screen",
-            )
+                put(handle, (region.min, region.max)[which])
 
     def _listen(self, which: int, handle: viser.TransformControlsHandle) -> None:
         @handle.on_update
@@ -68,7 +55,7 @@ class Corners(AbstractPart):
                     self._submit(dragged(self._worker.session.plate.region, which, place), step=False)
             else:
                 self._dragged = None
-                put(handle, se3.pose(np.eye(3), np.array(event.target.position) + 1e-3))
+                put(handle, np.array(event.target.position) + 1e-3)
                 self.show(self._worker.session)
 
     def _submit(self, region: Region, *, step: bool) -> None:

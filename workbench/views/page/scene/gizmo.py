@@ -9,18 +9,16 @@ import numpy as np
 import viser
 
 from workbench.base import se3
-from workbench.base.types import Matrix4
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget
 from workbench.session.state import Focus, Session
 from workbench.session.worker import Worker
-from workbench.views.page.scene.nodes import put
-from workbench.views.page.scene.part import AbstractPart
+from workbench.views.page.scene.node import put
 
 ARROWS, RINGS = "arrows", "rings"
 NUDGE = 1e-3
 
 
-class Gizmo(AbstractPart):
+class Gizmo:
     """Both handles of the selected target."""
 
     def __init__(self, server: viser.ViserServer, worker: Worker, session: Session):
@@ -50,15 +48,20 @@ class Gizmo(AbstractPart):
         self.show(session)
 
     def show(self, session: Session) -> None:
+        """Follow the selected target."""
         self._session = session
         for kind, handle in self.handles.items():
             handle.visible = session.focus is Focus.TARGET and not _locked(session)
             if self._dragged is None or self._dragged[0] != kind:
-                put(handle, self._pose(kind))
+                self._put(kind)
 
-    def _pose(self, kind: str) -> Matrix4:
+    def _put(self, kind: str, *, off: float = 0.0) -> None:
+        """Put a handle at the target, or a little off in place [m] and angle [rad]."""
         target = self._session.plate.targets[self._session.selected]
-        return se3.pose(np.eye(3), target.xyz) if kind == ARROWS else target.pose
+        turned = target.pose[:3, :3]
+        if off:
+            turned = turned @ se3.rotvec_to_matrix(np.full(3, off))
+        put(self.handles[kind], target.xyz + off, turned if kind == RINGS else None)
 
     def _listen(self, kind: str, handle: viser.TransformControlsHandle) -> None:
         @handle.on_update
@@ -91,13 +94,9 @@ class Gizmo(AbstractPart):
 
     def _put_back(self, kind: str, *, nudge: bool) -> None:
         """Undo what a page did that does not hold the target."""
-        pose = self._pose(kind)
         if nudge:
-            off = pose.copy()
-            off[:3, 3] += NUDGE
-            off[:3, :3] = off[:3, :3] @ se3.rotvec_to_matrix(np.full(3, NUDGE))
-            put(self.handles[kind], off)
-        put(self.handles[kind], pose)
+            self._put(kind, off=NUDGE)
+        self._put(kind)
 
     def left(self, client: viser.ClientHandle) -> None:
         """A page has gone: whatever it held is let go."""

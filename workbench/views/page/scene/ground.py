@@ -13,10 +13,9 @@ from workbench.views.appearance.colours import (
     SKY,
     SKY_DARK,
 )
-from workbench.views.page.scene.part import AbstractPart
 
 
-class Ground(AbstractPart):
+class Ground:
     """Set up for arms of this size; only light and dark change it."""
 
     def __init__(self, server: viser.ViserServer, session: Session):
@@ -36,6 +35,7 @@ class Ground(AbstractPart):
         self.show(session)
 
     def show(self, session: Session) -> None:
+        """Draw sky and grid, light or dark."""
         if session.is_dark is self._is_dark:
             return
         self._is_dark = session.is_dark

@@ -5,8 +5,9 @@ import rerun as rr
 
 from workbench.plate.plate import Plate
 from workbench.session.commands.drag import DropTarget, MoveTarget
-from workbench.views.appearance.colours import PLATE, REACHED, target_colour
+from workbench.views.appearance.colours import PLATE, REACHED
 from workbench.views.appearance.shapes import SIDE, box, target_block
+from workbench.views.drawables.plate import target_colour
 from workbench.views.recording.canvas import Canvas
 from workbench.views.recording.entities.entity import AbstractEntity, Moment
 from workbench.views.recording.shapes import mesh

@@ -1,0 +1,38 @@
+"""What page and recordings draw of a session, said once: a subject a file, for every sink alike.
+
+| path | what |
+|---|---|
+| `arm/nominal`, `arm/calibrated` | the arms |
+| `arm/bent`, `arm/branch/N` | as its effects bend it; in the other branches that reach the selected target |
+| `plate/solid`, `plate/targets/N`, `…/number` | fixture, targets |
+| `region/outline`, `region/cubes` | the region that matters and its cube field |
+| `measured`, `errors/nominal`, `errors/calibrated` | measured positions, exaggerated errors |
+| `row/frames`, `row/mark` | measured orientations, the measured position that is looked at |
+| `track/wanted`, `track/reached` | the planned trajectory, and where the tool goes |
+| `track/arm`, `track/mark`, `track/trail/N` | the arm that errs on its way, and what it left behind |
+"""
+
+from collections.abc import Iterator
+
+from workbench.session.state import Session
+from workbench.views.drawables.arms import arms, bent_arm, branches
+from workbench.views.drawables.item import Item
+from workbench.views.drawables.measured import looked_at, measured
+from workbench.views.drawables.plate import plate
+from workbench.views.drawables.region import region
+from workbench.views.drawables.track import on_its_way, track
+
+SUBJECTS = (arms, plate, region, measured, track)
+"""What page and recordings show."""
+
+
+def on_page(session: Session) -> Iterator[Item]:
+    """Everything that the page shows."""
+    for subject in (*SUBJECTS, branches, looked_at, bent_arm, on_its_way):
+        yield from subject(session)
+
+
+def in_motion(session: Session) -> Iterator[Item]:
+    """What moves while a trajectory is played."""
+    for subject in (arms, bent_arm, on_its_way):
+        yield from subject(session)

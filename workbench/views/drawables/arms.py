@@ -1,0 +1,92 @@
+"""The arms: nominal, calibrated, bent by its effects, and in the other branches of the selected target."""
+
+from collections.abc import Iterator
+from functools import lru_cache
+
+import numpy as np
+
+from workbench.arm.robot import Robot
+from workbench.session.bending import bend, bending_robot
+from workbench.session.commands.arm import standing
+from workbench.session.state import Field, Focus, Session
+from workbench.views.appearance.bodies import Body, body_frames, generated_bodies, make_bodies
+from workbench.views.appearance.colours import BENT, BRANCH, GHOST
+from workbench.views.drawables.drawable import Arm
+from workbench.views.drawables.item import Item
+
+SHELL = 1.09
+"""How much thicker a ghost is, so that it encloses the arm that it is compared with."""
+MOST_BRANCHES = 8
+"""Arms of so many branches are drawn at most."""
+SAME = 1e-6
+"""Joint positions this near are one posture [rad or m]."""
+
+
+def arms(session: Session) -> Iterator[Item]:
+    """The nominal arm where it stands, and the calibrated one about it."""
+    q, overlay = standing(session), session.overlay
+    is_shown = overlay.nominal or session.focus is not Focus.ROW
+    yield Item("arm/nominal", nominal_arm, (session.robot, q), shown=is_shown)
+    if session.identification is not None:
+        is_shown = overlay.calibrated and session.focus in (Focus.ROW, Focus.JOG)
+        robot = session.identification.runs[session.fit].calibrated
+        yield Item("arm/calibrated", calibrated_arm, (robot, q), shown=is_shown)
+
+
+def bent_arm(session: Session) -> Iterator[Item]:
+    """The arm as its effects bend it, exaggerated, over the one that stands straight."""
+    robot, overlay = bending_robot(session), session.overlay
+    if robot is not None:
+        inputs = robot, standing(session), overlay.bending
+        yield Item("arm/bent", _bent, inputs, shown=overlay.bent)
+
+
+def branches(session: Session) -> Iterator[Item]:
+    """Faint arms in the other branches; not during a drag, nor among cubes."""
+    is_shown = (
+        session.focus is Focus.TARGET
+        and session.drag is None
+        and session.overlay.ghosts
+        and session.cube_view.field is Field.NONE
+        and session.branches_of is session.plate.targets[session.selected]
+    )
+    now = session.states[session.selected].q
+    others = [b.q for b in session.branches if np.abs(b.q - now).max() > SAME] if is_shown else []
+    for i in range(MOST_BRANCHES):
+        q = others[i] if i < len(others) else None
+        yield Item(f"arm/branch/{i + 1}", _branch, (session.robot, q), shown=q is not None)
+
+
+def nominal_arm(robot: Robot, q: np.ndarray) -> Arm:
+    """An arm in its own colours."""
+    return Arm(bodies=_bodies(robot), frames=body_frames(robot, q))
+
+
+def calibrated_arm(robot: Robot, q: np.ndarray) -> Arm:
+    """A shell about the nominal arm."""
+    return Arm(bodies=_bodies(robot, swell=SHELL), frames=body_frames(robot, q), ghost=GHOST, opacity=0.3)
+
+
+def erring_arm(robot: Robot, q: np.ndarray) -> Arm:
+    """The shell that follows a trajectory, drawn from its geometry alone and without a foot."""
+    bodies = _bodies(robot, swell=SHELL, is_plain=True, has_foot=False)
+    return Arm(bodies=bodies, frames=body_frames(robot, q), ghost=GHOST, opacity=0.3)
+
+
+def _bent(robot: Robot, q: np.ndarray, bending: float) -> Arm:
+    frames = body_frames(robot, q, shift=bending * bend(robot, q).shift)
+    return Arm(bodies=_bodies(robot, has_foot=False), frames=frames, ghost=BENT, opacity=0.42)
+
+
+def _branch(robot: Robot, q: np.ndarray) -> Arm:
+    bodies = _bodies(robot, swell=0.9, is_plain=True)
+    return Arm(bodies=bodies, frames=body_frames(robot, q), ghost=BRANCH, opacity=0.13)
+
+
+@lru_cache(maxsize=16)
+def _bodies(
+    robot: Robot, *, swell: float = 1.0, is_plain: bool = False, has_foot: bool = True
+) -> tuple[Body, ...]:
+    """Bodies to draw, also of an arm with meshes from its geometry alone (`is_plain`), or without a foot."""
+    foot, *others = (generated_bodies if is_plain else make_bodies)(robot, swell=swell)
+    return (foot if has_foot else Body(()), *others)

@@ -1,0 +1,121 @@
+"""What can be drawn: plain data in the frame of the robot's base, lengths in metres, colours 0 to 255."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Bool, Float, UInt8
+
+from workbench.base.types import Matrix4, Vector3
+from workbench.plate.region import Region
+from workbench.views.appearance.bodies import Body
+from workbench.views.appearance.shapes import Solid
+
+Colour = tuple[int, int, int]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Mesh:
+    """A solid of one colour.
+
+    Args:
+        flat: Whether its triangles are flat, not parts of a round body.
+        pose: Where it is; None for a solid that is in the base's frame.
+        number: What a click on it tells; None: nothing.
+    """
+
+    solid: Solid
+    colour: Colour
+    opacity: float = 1.0
+    flat: bool = False
+    pose: Matrix4 | None = None
+    number: int | None = None
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Arm:
+    """The bodies of an arm, in their own colours or as a translucent ghost."""
+
+    bodies: tuple[Body, ...]
+    frames: Float[np.ndarray, "bodies 4 4"]
+    ghost: Colour | None = None
+    opacity: float = 1.0
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Points:
+    """Balls.
+
+    Args:
+        numbers: What a click on each tells.
+    """
+
+    places: Float[np.ndarray, "points 3"]
+    colours: UInt8[np.ndarray, "points 3"]
+    radius: float
+    numbers: np.ndarray
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Arrows:
+    """Arrows of one colour."""
+
+    starts: Float[np.ndarray, "arrows 3"]
+    ends: Float[np.ndarray, "arrows 3"]
+    colour: Colour
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Line:
+    """A line through places.
+
+    Args:
+        colours: Of each place.
+        pixels: Its width on the page.
+    """
+
+    places: Float[np.ndarray, "places 3"]
+    colours: UInt8[np.ndarray, "places 3"]
+    pixels: float
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Cuboid:
+    """The edges of a cuboid along the axes."""
+
+    low: Vector3
+    high: Vector3
+    colour: Colour
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Cubes:
+    """Cubes of a region.
+
+    Args:
+        shown: Which are drawn.
+        known: Which have a number; the others are grey.
+        colours: Of each cube, shown or not.
+        picked: The one that was clicked.
+    """
+
+    region: Region
+    shown: Bool[np.ndarray, " cubes"]
+    known: Bool[np.ndarray, " cubes"]
+    colours: UInt8[np.ndarray, "cubes 3"]
+    picked: int | None
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Axes:
+    """Frames, each as three short axes."""
+
+    places: Float[np.ndarray, "frames 3"]
+    rotations: Float[np.ndarray, "frames 3 3"] = field(repr=False)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Label:
+    """Words above a place."""
+
+    text: str
+    place: Vector3

@@ -1,0 +1,46 @@
+"""The fixture: its solid, and the numbered target blocks."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from workbench.base.types import Matrix4, Vector3
+from workbench.plate.plate import Target
+from workbench.session.state import Session, TargetState
+from workbench.views.appearance.colours import BLOCKED, OUT_OF_REACH, PLATE, REACHED, SELECTED
+from workbench.views.appearance.shapes import SIDE, box, target_block
+from workbench.views.drawables.drawable import Colour, Label, Mesh
+from workbench.views.drawables.item import Item
+
+
+def plate(session: Session) -> Iterator[Item]:
+    """Blocks are green where reached, blue where selected, amber where blocked, red where out of reach."""
+    fixture = session.plate
+    if fixture.size is not None:
+        yield Item("plate/solid", _solid, (fixture.size, fixture.pose))
+    for i, (target, state) in enumerate(zip(fixture.targets, session.states, strict=True)):
+        path, colour = f"plate/targets/{i + 1}", target_colour(state, selected=i == session.selected)
+        yield Item(path, _block, (i, target, fixture.pose, colour))
+        yield Item(f"{path}/number", _number, (i, target))
+
+
+def _solid(size: Vector3, pose: Matrix4) -> Mesh:
+    return Mesh(solid=box(size), colour=PLATE, flat=True, pose=pose)
+
+
+def _block(i: int, target: Target, plate: Matrix4, colour: Colour) -> Mesh:
+    return Mesh(solid=target_block(target.pose, plate), colour=colour, flat=True, number=i)
+
+
+def _number(i: int, target: Target) -> Label:
+    text = f"{i + 1} (locked)" if target.locked else f"{i + 1}"
+    return Label(text=text, place=target.xyz + np.array([0.0, 0.0, 0.75 * SIDE]))
+
+
+def target_colour(state: TargetState, *, selected: bool) -> tuple[int, int, int]:
+    """Colour of a target by its state; trouble shows even where it is selected."""
+    if not state.reached:
+        return OUT_OF_REACH
+    if not state.clear:
+        return BLOCKED
+    return SELECTED if selected else REACHED

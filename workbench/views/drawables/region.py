@@ -1,0 +1,52 @@
+"""The region that matters: its outline, and its cubes coloured by the chosen field."""
+
+from collections.abc import Iterator
+from functools import partial
+
+import numpy as np
+
+from workbench.plate.region import Region
+from workbench.session.cubes import LARGER_IS_BETTER, CubeValues, seen, values
+from workbench.session.state import Field, Session
+from workbench.views.appearance.colours import NO_VALUE, REGION, UNBOUNDED, scale_colours
+from workbench.views.drawables.drawable import Cubes, Cuboid
+from workbench.views.drawables.item import Item
+
+
+def region(session: Session) -> Iterator[Item]:
+    """Cubes may wait during a drag: their numbers change with every step, and those in the panel go first."""
+    view, cuboid = session.cube_view, session.plate.region
+    yield Item("region/outline", _outline, (cuboid,))
+    if view.field is not Field.NONE:
+        score = session.score if view.field is Field.PREDICTED else None
+        inputs = view, cuboid, session.cubes, session.comparison, session.trial, score
+        is_dragged = session.drag is not None
+        yield Item("region/cubes", partial(_cubes, session), inputs, can_wait=is_dragged)
+
+
+def _outline(region: Region) -> Cuboid:
+    return Cuboid(low=region.min, high=region.max, colour=REGION)
+
+
+def _cubes(session: Session, *_: object) -> Cubes | None:
+    """What `values` and `seen` read of the session are the item's inputs."""
+    view, numbers = session.cube_view, values(session)
+    shown = np.zeros(0) if numbers is None else seen(session, view, numbers)
+    if numbers is None or not shown.any():
+        return None
+    return Cubes(
+        region=session.plate.region,
+        shown=shown,
+        known=~np.isnan(numbers.numbers),
+        colours=_colours(view.field, numbers),
+        picked=view.picked,
+    )
+
+
+def _colours(field: Field, numbers: CubeValues) -> np.ndarray:
+    """Colour of every cube: from bad to good; grey where there is no number, dark red where unbounded."""
+    shares = np.nan_to_num(numbers.shares)
+    colours = scale_colours(shares if field in LARGER_IS_BETTER else 1.0 - shares)
+    colours[np.isnan(numbers.numbers)] = NO_VALUE
+    colours[np.isinf(numbers.numbers)] = UNBOUNDED
+    return colours

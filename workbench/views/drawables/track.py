@@ -1,0 +1,68 @@
+"""A trajectory: the planned way, where the tool goes, and the arm on its way with the trail of errors."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from jaxtyping import Float, Int, UInt8
+
+from workbench.session.state import Focus, Session
+from workbench.session.track import Track
+from workbench.views.appearance.colours import ARROW_AFTER, REGION, scale_colours
+from workbench.views.drawables.arms import erring_arm
+from workbench.views.drawables.drawable import Colour, Line
+from workbench.views.drawables.item import Item
+from workbench.views.drawables.measured import mark
+
+PIECES = 48
+"""Parts in which the trail grows."""
+LEAST = 1e-6
+"""Errors below this are none [m]."""
+
+
+def track(session: Session) -> Iterator[Item]:
+    """The planned way, and where the tool that errs goes, exactly where they are."""
+    planned = session.track
+    if planned is not None:
+        is_shown = session.focus is Focus.TRACK
+        yield Item("track/wanted", _line, (planned.wanted, REGION), shown=is_shown)
+        yield Item("track/reached", _line, (planned.reached, ARROW_AFTER), shown=False)
+
+
+def on_its_way(session: Session) -> Iterator[Item]:
+    """The erring arm, the wanted place, and the trail up to it, its errors exaggerated."""
+    planned, at = session.track, session.play.at
+    if planned is None:
+        return
+    is_shown = session.focus is Focus.TRACK
+    if planned.actual is not None:
+        is_seen = is_shown and session.overlay.calibrated
+        yield Item("track/arm", erring_arm, (planned.actual, planned.at(at)), shown=is_seen)
+    place = np.array([np.interp(at, planned.time, c) for c in planned.wanted.T])
+    yield Item("track/mark", mark, (0.008, place), shown=is_shown)
+    row, begin = np.interp(at, planned.time, np.arange(len(planned.time))), 0
+    for i, end in enumerate(piece_ends(len(planned.time) - 1).tolist()):
+        inputs = planned, session.overlay.exaggeration, begin, end
+        yield Item(f"track/trail/{i}", _trail, inputs, shown=is_shown and end <= row + 1e-9)
+        begin = end
+
+
+def _line(places: np.ndarray, colour: Colour) -> Line:
+    return Line(places=places, colours=np.array([colour], np.uint8), pixels=1.5)
+
+
+def _trail(track: Track, times: float, begin: int, end: int) -> Line:
+    piece = slice(begin, end + 1)
+    places = track.wanted + times * (track.reached - track.wanted)
+    return Line(places=places[piece], colours=trail_colours(track.errors)[piece], pixels=5.0)
+
+
+def trail_colours(errors: Float[np.ndarray, " rows"]) -> UInt8[np.ndarray, "rows 3"]:
+    """Colours of the trail: from good where the error is least to bad where it is greatest."""
+    low, high = float(errors.min()), float(errors.max())
+    shares = 1.0 - (errors - low) / max(high - low, LEAST) if high > LEAST else np.ones(len(errors))
+    return scale_colours(shares)
+
+
+def piece_ends(segments: int) -> Int[np.ndarray, " pieces"]:
+    """Segments after which the pieces of a trail end."""
+    return np.unique(np.linspace(0, segments, PIECES + 1).round().astype(int))[1:]

@@ -1,0 +1,227 @@
+"""The page as a sink: a viser node for every drawable, of which only what has changed is sent.
+
+viser compares every pose with the one that it has, which takes longer than all else here: poses are set only
+where they differ. Nothing has a shadow: computers without a graphics card are to keep pace.
+"""
+
+import itertools
+import math
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import viser
+
+from workbench.base import se3
+from workbench.views.appearance.bodies import Body
+from workbench.views.appearance.colours import linear
+from workbench.views.appearance.shapes import ball, cuboid_edges
+from workbench.views.drawables.drawable import Arm, Arrows, Axes, Cubes, Cuboid, Label, Line, Mesh, Points
+from workbench.views.drawables.item import AbstractSink, Item, differences, is_same
+from workbench.views.page.scene.cubes import add_cubes
+from workbench.views.page.scene.node import Click, Node, put, unsettle
+
+REDRAWN = 0.25
+"""Least time between two drawings of what can wait [s]."""
+
+
+class PageSink(AbstractSink):
+    """Draws what is shown; what is hidden is made, or changed, when it is shown again.
+
+    Args:
+        server: Where.
+        on_click: Told path and number of what was clicked.
+    """
+
+    def __init__(self, server: viser.ViserServer, on_click: Callable[[str, int], None]):
+        super().__init__()
+        self._server, self._on_click = server, on_click
+        self._nodes: dict[str, Node] = {}
+        self._hidden: set[str] = set()
+        self._drawn_at: dict[str, float] = {}
+        self._count = itertools.count(1)
+
+    def puts_off(self, item: Item) -> bool:
+        since = time.monotonic() - self._drawn_at.get(item.path, -math.inf)
+        return not item.shown or (item.can_wait and since < REDRAWN)
+
+    def show(self, item: Item) -> None:
+        if item.shown is (item.path in self._hidden):
+            self._nodes[item.path].root.visible = item.shown
+            self._hidden ^= {item.path}
+
+    def change(self, item: Item, old: Any, new: Any) -> None:
+        self._drawn_at[item.path] = time.monotonic()
+        if old is not None:
+            if self._nodes[item.path].change(old, new):
+                self.show(item)
+                return
+            self.remove(item.path)
+        name = f"/{item.path}"
+        if isinstance(
+            new, Points | Cubes
+        ):  # under one name, a page would go on with the old numbers of instances
+            name += f"/{next(self._count)}"
+        self._nodes[item.path] = ADD[type(new)](
+            self._server, name, new, lambda number: self._on_click(item.path, number)
+        )
+
+    def remove(self, path: str) -> None:
+        self._nodes.pop(path).root.remove()
+        self._hidden.discard(path)
+
+
+def _add_mesh(server: viser.ViserServer, name: str, mesh: Mesh, click: Click) -> Node:
+    node = server.scene.add_mesh_simple(
+        name,
+        mesh.solid.vertices,
+        mesh.solid.faces,
+        color=mesh.colour,
+        flat_shading=mesh.flat,
+        opacity=None if mesh.opacity == 1.0 else mesh.opacity,
+        cast_shadow=False,
+        receive_shadow=False,
+    )
+    if mesh.pose is not None:
+        unsettle(node)
+        put(node, mesh.pose[:3, 3], mesh.pose[:3, :3])
+    if (number := mesh.number) is not None:
+
+        @node.on_click
+        async def _(event: viser.SceneNodePointerEvent) -> None:
+            click(number)
+
+    def change(old: Mesh, new: Mesh) -> bool:
+        changed = differences(old, new)
+        if changed - {"solid", "colour", "pose"} or not is_same(old.solid.faces, new.solid.faces):
+            return False
+        if "solid" in changed and not is_same(old.solid.vertices, new.solid.vertices):
+            node.vertices = new.solid.vertices
+        if "colour" in changed:
+            node.color = new.colour
+        if "pose" in changed and new.pose is not None:
+            put(node, new.pose[:3, 3], new.pose[:3, :3])
+        return True
+
+    return Node(node, change)
+
+
+def _add_arm(server: viser.ViserServer, name: str, arm: Arm, click: Click) -> Node:
+    """A frame for every body."""
+    root = server.scene.add_frame(name, show_axes=False)
+    bodies = [server.scene.add_frame(f"{name}/body{i}", show_axes=False) for i in range(len(arm.bodies))]
+    for node, body in zip(bodies, arm.bodies, strict=True):
+        unsettle(node)
+        for j, part in enumerate(_parts(arm, body)):
+            _add_mesh(server, f"{node.name}/part{j}", part, click)
+
+    def move(old: np.ndarray, new: np.ndarray) -> None:
+        """Only bodies that are elsewhere."""
+        moved = np.flatnonzero((old[:, :3, 3] != new[:, :3, 3]).any(axis=1))
+        turned = np.flatnonzero((old[:, :3, :3] != new[:, :3, :3]).any(axis=(1, 2)))
+        for i in moved:
+            bodies[i].position = new[i, :3, 3]
+        for i, wxyz in zip(turned, se3.matrix_to_quaternion(new[turned, :3, :3]), strict=True):
+            bodies[i].wxyz = wxyz
+
+    def change(old: Arm, new: Arm) -> bool:
+        if differences(old, new) - {"frames"}:
+            return False
+        move(old.frames, new.frames)
+        return True
+
+    move(np.full_like(arm.frames, np.nan), arm.frames)
+    return Node(root, change)
+
+
+def _parts(arm: Arm, body: Body) -> list[Mesh]:
+    """A translucent body is one solid, so that nothing shines through inside."""
+    if arm.ghost is None:
+        return [Mesh(solid=part.solid, colour=part.colour) for part in body.parts]
+    return [] if body.solid is None else [Mesh(solid=body.solid, colour=arm.ghost, opacity=arm.opacity)]
+
+
+def _add_points(server: viser.ViserServer, name: str, points: Points, click: Click) -> Node:
+    solid = ball(points.radius, np.zeros(3))
+    node = server.scene.add_batched_meshes_simple(
+        name,
+        solid.vertices,
+        solid.faces,
+        batched_wxyzs=np.tile([1.0, 0.0, 0.0, 0.0], (len(points.places), 1)),
+        batched_positions=points.places,
+        batched_colors=linear(points.colours),
+        lod="off",
+        cast_shadow=False,
+        receive_shadow=False,
+    )
+
+    @node.on_click
+    async def _(event: viser.SceneNodePointerEvent) -> None:
+        if event.instance_index is not None:
+            click(int(points.numbers[event.instance_index]))
+
+    return Node(node)
+
+
+def _add_arrows(server: viser.ViserServer, name: str, arrows: Arrows, click: Click) -> Node:
+    ends = np.stack([arrows.starts, arrows.ends], 1)
+    return Node(
+        server.scene.add_arrows(
+            name, ends, colors=arrows.colour, shaft_radius=0.0018, head_radius=0.0045, head_length=0.012
+        )
+    )
+
+
+def _add_line(server: viser.ViserServer, name: str, line: Line, click: Click) -> Node:
+    one = line.colours[0]
+    each = linear(line.colours)
+    colours = one if len(line.colours) == 1 else np.stack([each[:-1], each[1:]], axis=1)
+    ends = np.stack([line.places[:-1], line.places[1:]], axis=1)
+    return _segments(server, name, ends, colours, line.pixels)
+
+
+def _add_cuboid(server: viser.ViserServer, name: str, cuboid: Cuboid, click: Click) -> Node:
+    return _segments(server, name, cuboid_edges(cuboid.low, cuboid.high), np.array(cuboid.colour), 1.6)
+
+
+def _segments(
+    server: viser.ViserServer, name: str, ends: np.ndarray, colours: np.ndarray, pixels: float
+) -> Node:
+    """Segments as wide as so many pixels, from near and far."""
+    add = server.scene.add_line_segments
+    return Node(add(name, ends, colors=colours, thickness=pixels, thickness_units="screen"))
+
+
+def _add_axes(server: viser.ViserServer, name: str, axes: Axes, click: Click) -> Node:
+    turns = se3.matrix_to_quaternion(axes.rotations)
+    return Node(
+        server.scene.add_batched_axes(name, turns, axes.places, axes_length=0.035, axes_radius=0.0016)
+    )
+
+
+def _add_label(server: viser.ViserServer, name: str, label: Label, click: Click) -> Node:
+    node = server.scene.add_label(
+        name, label.text, position=label.place, anchor="bottom-center", font_screen_scale=0.85
+    )
+
+    def change(old: Label, new: Label) -> bool:
+        node.position = new.place
+        if new.text != old.text:
+            node.text = new.text
+        return True
+
+    return Node(node, change)
+
+
+ADD: dict[type, Callable[[viser.ViserServer, str, Any, Click], Node]] = {
+    Mesh: _add_mesh,
+    Arm: _add_arm,
+    Points: _add_points,
+    Arrows: _add_arrows,
+    Line: _add_line,
+    Cuboid: _add_cuboid,
+    Axes: _add_axes,
+    Label: _add_label,
+    Cubes: add_cubes,
+}
