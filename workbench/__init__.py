@@ -3,8 +3,9 @@
     import workbench as wb
 
     arm = wb.load_robot("ur10")
-    fit = wb.identify(arm, wb.read_measurements("measured.csv"))
-    wb.write_toml(fit.best.calibrated, "calibrated.toml")
+    data = wb.read_measurements("ur10.csv")
+    fit = wb.identify(arm, data, held_out=0.2)
+    fit.robot.save("calibrated.toml")
 
 Names are imported when they are first used, so that importing the package costs nothing.
 """
@@ -13,7 +14,7 @@ from importlib import import_module
 
 _HOMES = {
     "workbench.base.errors": ("WorkbenchError",),
-    "workbench.arm.robot": ("Robot",),
+    "workbench.arm.robot": ("Robot", "Frame"),
     "workbench.arm.library": ("load_robot",),
     "workbench.arm.robot_toml": ("write_toml",),
     "workbench.arm.urdf": ("read_urdf", "write_urdf"),
@@ -22,15 +23,30 @@ _HOMES = {
     "workbench.data.dataset": ("Dataset",),
     "workbench.data.readers": ("read_measurements",),
     "workbench.data.writer": ("write_measurements",),
+    "workbench.plate.plate": ("Plate", "Target"),
+    "workbench.plate.region": ("Region",),
     "workbench.plate.parts.as_measured": ("load_plate",),
+    "workbench.plate.plate_toml": ("write_plate",),
     "workbench.plate.poses.run": ("choose_poses",),
     "workbench.plate.virtual_measuring": ("measure_plate", "measure_poses"),
-    "workbench.identification.record": ("Identification",),
+    "workbench.plate.verbs": ("score_plate as score",),
+    "workbench.plate.score": ("PlateScore",),
+    "workbench.plate.design": ("optimise_plate", "try_plate"),
+    "workbench.plate.optimiser.result": ("PlateDesign",),
+    "workbench.identification.record": ("Identification", "Evaluation"),
     "workbench.identification.evaluate": ("evaluate",),
     "workbench.identification.identify": ("identify",),
+    "workbench.identification.problem": ("Noise",),
+    "workbench.diagnosis.record": ("Diagnosis",),
     "workbench.diagnosis.diagnose": ("diagnose",),
+    "workbench.paths.compensate": ("compensate_trajectory as compensate",),
+    "workbench.views.page.show": ("show",),
 }
-_HOME = {name: home for home, names in _HOMES.items() for name in names}
+_HOME = {
+    entry.rpartition(" as ")[2]: (home, entry.partition(" as ")[0])
+    for home, entries in _HOMES.items()
+    for entry in entries
+}
 
 __all__ = sorted(_HOME)
 
@@ -38,7 +54,8 @@ __all__ = sorted(_HOME)
 def __getattr__(name: str):
     if name not in _HOME:
         raise AttributeError(f"module 'workbench' has no attribute '{name}'")
-    return getattr(import_module(_HOME[name]), name)
+    home, own = _HOME[name]
+    return getattr(import_module(home), own)
 
 
 def __dir__() -> list[str]:

@@ -4,8 +4,8 @@ from functools import cache
 from pathlib import Path
 
 from workbench.arm.robot import Robot
-from workbench.arm.robot_toml import read_toml
-from workbench.base.errors import FileError
+from workbench.arm.robot_toml import read_toml, write_toml
+from workbench.base.errors import FileError, OptionError
 
 PACKAGE = Path(__file__).resolve().parent.parent
 
@@ -42,3 +42,28 @@ def load_robot(source: Path | str, *, tip: str | None = None) -> Robot:
             path=str(source),
         )
     return read_toml(path)
+
+
+def save_robot(robot: Robot, path: Path | str) -> Path:
+    """Write a robot as the ending of the file says: `.toml`, or `.urdf` for an arm without effects.
+
+    Raises:
+        OptionError: another ending, or effects, which a URDF has no place for.
+    """
+    path = check_robot_file(path, effects=bool(robot.effects))
+    if path.suffix.lower() == ".toml":
+        return write_toml(robot, path)
+    from workbench.arm.urdf import write_urdf
+
+    return write_urdf(robot, path)
+
+
+def check_robot_file(path: Path | str, *, effects: bool = False) -> Path:
+    """A file that a robot can be written to; `effects` says whether it may carry some."""
+    path = Path(path)
+    ending = path.suffix.lower()
+    if ending not in (".toml", ".urdf"):
+        raise OptionError(f"{path}: a robot is saved as .toml or .urdf, got '{path.suffix}'")
+    if effects and ending == ".urdf":
+        raise OptionError(f"{path}: a URDF has no place for effects; save the arm as .toml")
+    return path

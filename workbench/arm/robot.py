@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from jaxtyping import Float
@@ -143,7 +143,7 @@ class SessionFrames:
     tool: Frame
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class Robot:
     """A serial arm: geometry, joints, base and tool.
 
@@ -184,6 +184,46 @@ class Robot:
             raise RobotError(f"robot '{self.name}' has two elements called '{double}'; rename one")
         if self.effects:
             self._check_effects(set(names))
+
+    @classmethod
+    def from_dh(
+        cls, table: Any, convention: str = "dh", *, name: str = "robot", limits: Any | None = None
+    ) -> "Robot":
+        """The arm of a Denavit–Hartenberg table, its base and tool to be decided from the data.
+
+        Args:
+            table: A row for each joint: `theta, d, a, alpha` (and `beta`) [rad, m] in this order, whatever
+                the convention; or a mapping with these names, `type`, `limits` … as in a robot's TOML file;
+                or a data frame with such columns.
+            convention: `dh`, `hayati`, `craig`, `craig-hayati` or `three-rotation`.
+            name: For people.
+            limits: Least and greatest position of each moving joint [rad or m].
+
+        Raises:
+            FileError, RobotError: the table is no robot; says which entry.
+        """
+        from workbench.arm.robot_toml import robot_from_rows
+
+        return robot_from_rows(table, convention, name=name, limits=limits)
+
+    @classmethod
+    def from_urdf(cls, path: Path | str, *, tip: str | None = None) -> "Robot":
+        """The longest chain of a URDF, or the one that ends in the link `tip`."""
+        from workbench.arm.urdf import read_urdf
+
+        return read_urdf(path, tip=tip)
+
+    def save(self, path: Path | str) -> Path:
+        """Write the robot as the ending says: `.toml`, or `.urdf` for an arm without effects."""
+        from workbench.arm.library import save_robot
+
+        return save_robot(self, path)
+
+    def __repr__(self) -> str:
+        words = f"{self.dof} joints, {self.convention}, {len(self.default_free)} constants to identify"
+        if self.effects:
+            words += f", effects: {', '.join(str(e.name) for e in self.effects)}"
+        return f"<Robot {self.name}: {words}>"
 
     @cached_property
     def chain(self) -> Chain:

@@ -1,5 +1,6 @@
 """Robots as TOML files: the tables of `formats.md`, read with one clear sentence for each mistake."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, final
@@ -105,6 +106,35 @@ def read_toml(path: Path | str) -> Robot:
     reader = _Reader(path)
     data = reader.load()
     return robot_from_table(data, reader)
+
+
+def robot_from_rows(table: Any, convention: str, *, name: str = "robot", limits: Any | None = None) -> Robot:
+    """A robot from a joint table as it stands in a data sheet; see `Robot.from_dh`."""
+    reader = _Reader(f"the table of robot '{name}'")
+    rows = table.to_dict("records") if hasattr(table, "to_dict") else list(table)
+    if not rows:
+        raise RobotError(f"{reader.path} has no rows; give one for each joint")
+    joints = [_joint_table(row, i, reader) for i, row in enumerate(rows)]
+    if limits is not None:
+        pairs = np.asarray(limits, float)
+        moving = [joint for joint in joints if joint.get("type") != JointKind.FIXED]
+        if pairs.shape != (len(moving), 2):
+            wanted = f"{len(moving)} x 2"
+            raise RobotError(f"limits must be {wanted}, got {' x '.join(map(str, pairs.shape))}")
+        for joint, pair in zip(moving, pairs.tolist(), strict=True):
+            if np.isfinite(pair).all():
+                joint["limits"] = pair
+    return robot_from_table({"name": name, "convention": convention, "joint": joints}, reader)
+
+
+def _joint_table(row: Any, number: int, reader: _Reader) -> dict[str, Any]:
+    """One joint as a table: names with values, or four or five numbers."""
+    if isinstance(row, Mapping):
+        return {key: value.item() if isinstance(value, np.generic) else value for key, value in row.items()}
+    values = np.asarray(row, float).ravel().tolist()
+    if len(values) not in (4, 5):
+        raise reader.fail(f"joint {number + 1} has {len(values)} numbers; give theta, d, a, alpha (and beta)")
+    return dict(zip(CONSTANTS, values, strict=False))
 
 
 def robot_from_table(data: dict[str, Any], reader: _Reader) -> Robot:

@@ -5,7 +5,6 @@ the user ends with one sentence on standard error and exit status 1; nothing is 
 """
 
 import contextlib
-import os
 import signal
 import sys
 from pathlib import Path
@@ -44,8 +43,6 @@ app = typer.Typer(
 
 def main() -> None:
     """Entry point of the `workbench` command; alone it opens the app on ARIA and its ten-target plate."""
-    # Our matrices are small: a second thread of linear algebra costs more than it brings.
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         app(sys.argv[1:] or ["serve"])
     except WorkbenchError as error:

@@ -4,28 +4,43 @@ A `Dataset` is plain SI data: joint positions and what an instrument saw, one ro
 that a file does not have are None; single values that a row lacks are NaN (numbers) or "" (labels).
 """
 
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import KW_ONLY, dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from workbench.base.errors import ShapeError
+from workbench.base.errors import DataError, ShapeError
 from workbench.base.types import frozen
 
 Labels = np.ndarray  # one string a row
+LABELS = {"anchor", "contact", "point", "session", "group", "reason"}
+NOT_PER_ROW = {"tilt", "source", "notes"}
+SHOWN = (
+    *("position", "rotation", "markers", "distance", "contact", "point", "tilt"),
+    *("session", "time", "temperature", "payload", "torque", "direction", "wrench", "sigma"),
+)
+"""Columns that are named where a table is printed."""
+UNNUMBERED = frozen(np.zeros(0, np.int64))
+"""Stands for row numbers that nobody gave."""
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+def _unnumbered() -> np.ndarray:
+    return UNNUMBERED
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Dataset:
     """Rows of joint positions and observations, in SI and in the measuring frame.
 
+    Lists are welcome wherever arrays are meant.
+
     Args:
         q: Joint positions [rad or m], as the controller reported them; never wrapped.
-        row: Data row of the file, counted from 0, before anything was left out.
         position: Measured position of the tool point [m]; NaN where a row has none.
         rotation: Measured orientation of the tool, as rotation matrices.
+        row: Data row of the file, counted from 0, before anything was left out; 0, 1, … if not given.
         markers: Measured positions of the markers on the tool [m]; NaN where one was hidden.
         distance: Measured distance of the tool point from the row's anchor [m].
         anchor: Name of that anchor.
@@ -48,9 +63,10 @@ class Dataset:
     """
 
     q: Float[np.ndarray, "rows n"]
-    row: Int[np.ndarray, " rows"]
     position: Float[np.ndarray, "rows 3"] | None = None
     rotation: Float[np.ndarray, "rows 3 3"] | None = None
+    _: KW_ONLY
+    row: Int[np.ndarray, " rows"] = field(default_factory=_unnumbered)
     markers: Float[np.ndarray, "rows markers 3"] | None = None
     distance: Float[np.ndarray, " rows"] | None = None
     anchor: Labels | None = None
@@ -74,14 +90,45 @@ class Dataset:
     def __post_init__(self):
         for f in fields(self):
             value = getattr(self, f.name)
-            if isinstance(value, np.ndarray):
-                if len(value) != len(self.q):
-                    raise ShapeError(
-                        f"{self.source}: '{f.name}' has {len(value)} rows, the joint positions {len(self.q)}",
-                        expected=len(self.q),
-                        found=len(value),
-                    )
-                object.__setattr__(self, f.name, frozen(value))
+            if value is None or f.name in NOT_PER_ROW:
+                continue
+            array = self._array(f.name, value)
+            if len(array) != len(self.q):
+                raise ShapeError(
+                    f"{self.source}: '{f.name}' has {len(array)} rows, the joint positions {len(self.q)}",
+                    expected=len(self.q),
+                    found=len(array),
+                )
+            object.__setattr__(self, f.name, frozen(array))
+
+    def _array(self, name: str, value: Any) -> np.ndarray:
+        """A column as the array that it is meant to be.
+
+        Raises:
+            ShapeError: rows of another length than the quantity has.
+            DataError: something that is no number.
+        """
+        if name == "row" and value is UNNUMBERED:
+            return np.arange(len(self.q))
+        if name in LABELS or name in ("row", "exclude"):
+            return np.asarray(value)
+        try:
+            array = np.asarray(value, float)
+        except (TypeError, ValueError):
+            raise DataError(f"{self.source}: '{name}' must be numbers, one row a measurement") from None
+        shape = {"q": (0,), "position": (3,), "rotation": (3, 3)}.get(name)
+        if shape and (array.ndim != len(shape) + 1 or (shape[0] and array.shape[1:] != shape)):
+            wanted = " x ".join(["rows", *(str(n or "joints") for n in shape)])
+            raise ShapeError(
+                f"{self.source}: '{name}' must be {wanted}, got {' x '.join(map(str, array.shape))}",
+                expected=len(shape) + 1,
+                found=array.ndim,
+            )
+        return array
+
+    def __repr__(self) -> str:
+        seen = [name for name in SHOWN if getattr(self, name) is not None]
+        return f"<Dataset {self.source}: {len(self)} rows of {self.joints} joints; {', '.join(seen)}>"
 
     def __len__(self) -> int:
         return len(self.q)

@@ -9,6 +9,7 @@ import numpy as np
 
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
+from workbench.base.threads import one_thread
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_directions
 from workbench.diagnosis.evidence import Term, grown
@@ -59,6 +60,7 @@ apart before anything is fitted."""
 TRIES = 3
 
 
+@one_thread()
 def diagnose(
     robot: Robot,
     data: Dataset,
@@ -203,7 +205,7 @@ def _concluded(
     seen = [] if is_short else coverage(fit.problem.data, robot.chain)
     notes = (*ready.notes, *last.offered.notes, *seen, *search.after.notes)
     result = Diagnosis(
-        robot=robot,
+        nominal_robot=robot,
         data=ready.data,
         train_rows=ready.train_rows,
         held_out_rows=ready.held_out_rows,

@@ -3,18 +3,22 @@
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
+from typing import final
 
 import numpy as np
 from jaxtyping import Float
+from matplotlib.figure import Figure
+from rich.console import RenderableType
 
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.undetectable import Undetectable
-from workbench.identification.errors import Errors, RowErrors
+from workbench.identification.errors import RowErrors
 from workbench.identification.fit import Fit
 from workbench.identification.problem import Noise
-from workbench.identification.record import Validation
+from workbench.identification.record import BeforeAfter, Validation, judged
+from workbench.report.shown import AbstractShown
 
 
 class Verdict(StrEnum):
@@ -72,12 +76,13 @@ class Accepted:
     words: str
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Diagnosis:
+@final
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class Diagnosis(AbstractShown):
     """A whole diagnosis.
 
     Args:
-        robot: The nominal arm as it was given.
+        nominal_robot: The arm as it was given.
         data: All rows.
         train_rows: Rows that were fitted, indices into data, outliers among them.
         held_out_rows: Rows that were held out of them.
@@ -105,7 +110,7 @@ class Diagnosis:
         seconds: Time it took.
     """
 
-    robot: Robot
+    nominal_robot: Robot
     data: Dataset
     train_rows: np.ndarray
     held_out_rows: np.ndarray
@@ -136,7 +141,27 @@ class Diagnosis:
         """The arm with the identified geometry and the accepted effects."""
         return self.after_fit.calibrated
 
+    @property
+    def robot(self) -> Robot:
+        """The same, by the name that every result has for its arm."""
+        return self.calibrated
 
-def judged(validation: Validation) -> Errors:
-    """Errors on the held-out rows; on the fitted ones where none were held out."""
-    return validation.held_out or validation.train
+    @property
+    def error(self) -> BeforeAfter:
+        """Errors of the geometry alone and with the accepted effects."""
+        return BeforeAfter(judged(self.before), judged(self.after))
+
+    def summary(self) -> RenderableType:
+        from workbench.diagnosis.report.table import summary
+
+        return summary(self)
+
+    def plot(self, name: str = "") -> Figure:
+        """One of the report's figures: `ranking`, `errors`, `effect-1`, `shapes`, `arrows`.
+
+        Without a name: the ranking; the errors where nothing was ranked.
+        """
+        from workbench.diagnosis.report.pictures import pictures
+        from workbench.report.drawing import draw
+
+        return draw(pictures(self), name or ("ranking" if self.ranking else "errors"))

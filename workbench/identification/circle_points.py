@@ -16,6 +16,7 @@ from workbench.arm import chain as chains
 from workbench.arm.robot import Robot
 from workbench.base.circles import fit_circle
 from workbench.base.errors import DataError
+from workbench.base.threads import one_thread
 from workbench.base.types import Vector3, frozen
 from workbench.data.dataset import Dataset
 
@@ -52,6 +53,7 @@ class CircleAxis:
     distance: float
 
 
+@one_thread()
 def circle_axes(robot: Robot, data: Dataset) -> tuple[CircleAxis, ...]:
     """The axes of all joints that have a circle in the data, in the order of the joints.
 

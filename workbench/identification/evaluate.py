@@ -2,6 +2,7 @@
 
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError
+from workbench.base.threads import one_thread
 from workbench.data.dataset import Dataset
 from workbench.data.plausible import check_plausible
 from workbench.identification.drivers import with_drivers
@@ -10,6 +11,7 @@ from workbench.identification.frames import choose_frames
 from workbench.identification.record import Evaluation
 
 
+@one_thread()
 def evaluate(robot: Robot, data: Dataset, *, fit_frames: bool = False) -> Evaluation:
     """Errors of a given model; nothing is fitted, or only base and tool.
 

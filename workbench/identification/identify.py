@@ -8,6 +8,7 @@ import numpy as np
 
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
+from workbench.base.threads import one_thread
 from workbench.base.types import Outcome
 from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.identifier import AbstractIdentifier
@@ -39,6 +40,7 @@ REWEIGHTINGS = 10
 """Rounds of a robust loss."""
 
 
+@one_thread()
 def identify(
     robot: Robot,
     data: Dataset,
@@ -119,7 +121,7 @@ def identify(
     nominal = ready.nominal_rows
     report(1.0, "done")
     return Identification(
-        robot=robot,
+        nominal_robot=robot,
         aligned=ready.aligned,
         data=ready.data,
         train_rows=ready.train_rows,

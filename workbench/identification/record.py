@@ -2,8 +2,11 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple, final
 
 import numpy as np
+from matplotlib.figure import Figure
+from rich.console import RenderableType
 
 from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
@@ -16,6 +19,7 @@ from workbench.identification.expected import (
 )
 from workbench.identification.fit import Fit
 from workbench.identification.problem import FrameFreedom, Noise
+from workbench.report.shown import AbstractShown
 
 HARDLY_BETTER, FAR_FROM_GOOD, COARSE = 0.7, 0.01, 1.0
 """What is left of the nominal error, of the reach, and in mm, from which on a fit is suspicious."""
@@ -29,6 +33,20 @@ class Validation:
 
     train: Errors
     held_out: Errors | None
+
+
+class BeforeAfter(NamedTuple):
+    """Errors of the nominal and of the calibrated arm, on held-out rows where there are any."""
+
+    before: Errors
+    after: Errors
+
+    def __repr__(self) -> str:
+        words = f"position {self.before.position_mm.mean:.3g} → {self.after.position_mm.mean:.3g} mm"
+        if self.before.orientation_deg is not None and self.after.orientation_deg is not None:
+            turned = (self.before.orientation_deg.mean, self.after.orientation_deg.mean)
+            words += f", orientation {turned[0]:.3g} → {turned[1]:.3g}°"
+        return f"mean error: {words}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,12 +73,13 @@ class Run:
         return self.fit.calibrated
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Identification:
+@final
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class Identification(AbstractShown):
     """A whole run: what was used, decided, found, and how good it is.
 
     Args:
-        robot: The nominal arm as it was given.
+        nominal_robot: The arm as it was given.
         aligned: The nominal arm with the best base and tool wherever those are free.
         data: All rows.
         train_rows: Rows that were fitted, indices into data.
@@ -75,7 +94,7 @@ class Identification:
         runs: One per algorithm, by name.
     """
 
-    robot: Robot
+    nominal_robot: Robot
     aligned: Robot
     data: Dataset
     train_rows: np.ndarray
@@ -97,6 +116,16 @@ class Identification:
         equal = [run for run in runs if run.fit.history[-1] <= least * (1.0 + ALIKE) + ALIKE]
         return min(equal, key=lambda run: (not run.fit.outcome.ok, run.fit.iterations))
 
+    @property
+    def robot(self) -> Robot:
+        """The calibrated arm of the best run."""
+        return self.best.calibrated
+
+    @property
+    def error(self) -> BeforeAfter:
+        """Errors before and after, of the best run."""
+        return BeforeAfter(judged(self.nominal), judged(self.best))
+
     @cached_property
     def transfer(self) -> Transfer:
         """Expected errors of the best run near the measured poses, and anywhere within the limits."""
@@ -113,7 +142,7 @@ class Identification:
         searches = (w for run in self.runs.values() for w in run.fit.warnings)
         found = [*searches, *_cautions(self.best.fit)]
         before, after = self.nominal.train.position_mm.rms, self.best.train.position_mm.rms
-        too_much = FAR_FROM_GOOD * 1e3 * self.robot.reach
+        too_much = FAR_FROM_GOOD * 1e3 * self.nominal_robot.reach
         if after > max(min(HARDLY_BETTER * before, too_much), COARSE):
             found.append(
                 f"the geometry explains little: {after:.1f} of {before:.1f} mm are left; are robot, frames "
@@ -125,9 +154,22 @@ class Identification:
                 found.append(transfer_words(self.transfer, turned))
         return tuple(found)
 
+    def summary(self) -> RenderableType:
+        from workbench.identification.report.table import identification_tables
 
-@dataclass(frozen=True, eq=False)
-class Evaluation:
+        return identification_tables(self, parameters=False)
+
+    def plot(self, name: str = "before-after") -> Figure:
+        """One of the report's figures: `before-after`, `residuals`, `error-where`, `corrections` …"""
+        from workbench.identification.report.figures import pictures
+        from workbench.report.drawing import draw
+
+        return draw(pictures(self), name)
+
+
+@final
+@dataclass(frozen=True, eq=False, repr=False)
+class Evaluation(AbstractShown):
     """Errors of a given model on data.
 
     Args:
@@ -146,6 +188,23 @@ class Evaluation:
     def errors(self) -> Errors:
         """Their summary."""
         return Errors.of(self.rows)
+
+    def summary(self) -> RenderableType:
+        from workbench.identification.report.table import evaluation_tables
+
+        return evaluation_tables(self)
+
+    def plot(self) -> Figure:
+        """Error of every row."""
+        from workbench.identification.report.error_plots import errors_of_rows
+        from workbench.report.drawing import on_white
+
+        return on_white(errors_of_rows(self))
+
+
+def judged(errors: Validation | Run) -> Errors:
+    """Errors on the held-out rows; on the fitted ones where none were held out."""
+    return errors.held_out or errors.train
 
 
 def _cautions(fit: Fit) -> tuple[str, ...]:

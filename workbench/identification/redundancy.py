@@ -21,6 +21,7 @@ from workbench.arm.kinematics.forward import sensitivity
 from workbench.arm.motion import Motion
 from workbench.arm.parameters import Parameter
 from workbench.arm.robot import FRAME_PARTS, JointKind, Robot
+from workbench.base.threads import one_thread
 from workbench.identification.linear import factorise
 from workbench.plate.poses.sampling import random_poses
 
@@ -52,6 +53,7 @@ class Redundancy:
         return len(self.independent)
 
 
+@one_thread()
 def redundancy(
     robot: Robot, names: tuple[str, ...] | None = None, *, frames: bool = False, points: bool = False
 ) -> Redundancy:

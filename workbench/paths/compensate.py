@@ -9,6 +9,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import JointKind, Robot
 from workbench.base import se3
 from workbench.base.errors import OptionError
+from workbench.base.threads import one_thread
 from workbench.base.types import JointRows
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_directions
@@ -22,6 +23,7 @@ LEAST_MOVING = 6
 """Rows from which velocities and accelerations can be told."""
 
 
+@one_thread()
 def compensate_trajectory(
     calibrated: Robot,
     trajectory: Trajectory,

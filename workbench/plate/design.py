@@ -10,12 +10,15 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
+from workbench.base.errors import DataError
+from workbench.base.threads import one_thread
 from workbench.data.requirement import Requirement
 from workbench.data.simulation.simulate import ANGLE_ERROR, LENGTH_ERROR
 from workbench.plate.branches import choose_branches, plate_solutions
 from workbench.plate.freedom import identified_names
 from workbench.plate.optimiser import optimise
 from workbench.plate.optimiser.blocks import Making
+from workbench.plate.optimiser.constraints import Constraints
 from workbench.plate.optimiser.optimise import Wish
 from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.plate import Plate
@@ -30,10 +33,13 @@ JUDGED_POSES = 500
 """Poses of the tool in the region, in all their branches, at which arms are judged."""
 IN_THE_AIR = (0.05, 0.35)
 """Heights above the plate of targets that need no block [m]."""
+NARROW = Constraints(clearance=0.005, spacing=0.06, retreat=0.025)
+"""Margins for an arm that has no room for the usual ones."""
 DOWN = np.diag([1.0, -1.0, -1.0])
 """Orientation of a tool that points straight down."""
 
 
+@one_thread()
 def optimise_plate(
     robot: Robot,
     plate: Plate,
@@ -48,12 +54,13 @@ def optimise_plate(
     progress: Callable[[float], None] | None = None,
     cancel: Callable[[], bool] | None = None,
 ) -> PlateDesign:
-    """The plate with the least predicted error in its region; see `plate.optimiser.optimise`.
+    """The plate with the least predicted error in its region.
 
     Args:
         robot: Nominal arm with limits.
         plate: Where the plate lies, how large it is, its region; its targets are one of the starts.
-        wish: Number of targets, branches, blocks, constraints, tolerances.
+        wish: Number of targets, branches, blocks, constraints, tolerances; the usual ones if None, with
+            narrower margins (and a note) where the usual margins leave no plate.
         reading: What is read at a target: seat, socket, point, contacts or ball-bar.
         sigma: Standard deviations of one visit [m], [rad]; those of the reading if None.
         visits: How often each target is visited.
@@ -69,17 +76,34 @@ def optimise_plate(
     """
     if isinstance(reading, str):
         reading = reading_named(reading, robot, plate, sigma=sigma, visits=visits)
-    return optimise.optimise_plate(
-        robot,
-        plate,
-        reading=reading,
-        goal=goal_poses(robot, plate),
-        rng=np.random.default_rng(seed),
-        wish=wish,
-        names=identified_names(robot, base=base, tool=tool),
-        progress=progress,
-        cancel=cancel,
-    )
+
+    def search(wish: Wish) -> PlateDesign:
+        return optimise.optimise_plate(
+            robot,
+            plate,
+            reading=reading,
+            goal=goal,
+            rng=np.random.default_rng(seed),
+            wish=wish,
+            names=names,
+            progress=progress,
+            cancel=cancel,
+        )
+
+    goal, names = goal_poses(robot, plate), identified_names(robot, base=base, tool=tool)
+    if wish is not None:
+        return search(wish)
+    try:
+        return search(Wish())
+    except DataError as error:
+        design = search(Wish(constraints=NARROW))
+        return replace(
+            design,
+            notes=(
+                f"{error}; kept: 5 mm clear, targets 60 mm apart, 25 mm of retreat",
+                *design.notes,
+            ),
+        )
 
 
 def goal_poses(robot: Robot, plate: Plate) -> np.ndarray:
@@ -90,6 +114,7 @@ def goal_poses(robot: Robot, plate: Plate) -> np.ndarray:
     return region_poses(robot, plate.region, PLATE_POSES, rng=rng, towards=down, cone=PLATE_CONE)
 
 
+@one_thread()
 def try_plate(
     robot: Robot,
     plate: Plate,

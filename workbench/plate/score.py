@@ -6,9 +6,12 @@ the mix that makes the predicted error smallest), and in the best single branch 
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import final
 
 import numpy as np
 from jaxtyping import Float
+from matplotlib.figure import Figure
+from rich.console import RenderableType
 
 from workbench.arm.linearisation import Linearisation
 from workbench.arm.robot import Robot
@@ -21,6 +24,7 @@ from workbench.plate.placement import check_place
 from workbench.plate.plate import Plate
 from workbench.plate.readings import SIGMA_POSITION, SIGMA_ROTATION, linearise_targets
 from workbench.plate.region_poses import plate_region_poses
+from workbench.report.shown import AbstractShown
 
 STARTS = 20
 """Random mixes of branches that are improved."""
@@ -57,8 +61,9 @@ class SetScore:
     error: PredictedError
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class PlateScore:
+@final
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class PlateScore(AbstractShown):
     """A plate's score.
 
     Args:
@@ -80,6 +85,17 @@ class PlateScore:
     length: float
     region_rows: int
     outcome: Outcome
+
+    def summary(self) -> RenderableType:
+        from workbench.plate.report.plates import score_tables
+
+        return score_tables(self)
+
+    def plot(self) -> Figure:
+        """What each target tells, and where the calibrated arm will miss."""
+        from workbench.plate.report.figures import score_figure
+
+        return score_figure(self)
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,6 +10,7 @@ from jaxtyping import Float
 from workbench.arm.linearisation import linearise
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
+from workbench.base.threads import one_thread
 from workbench.plate import clustering
 from workbench.plate import score as plate_score
 from workbench.plate.clustering import Clustering
@@ -25,6 +26,7 @@ ERROR = "I"
 """Name of the index that is the predicted error over the region."""
 
 
+@one_thread()
 def score_plate(
     robot: Robot,
     plate: Plate,
@@ -37,7 +39,7 @@ def score_plate(
     progress: Callable[[float], None] | None = None,
     cancel: Callable[[], bool] | None = None,
 ) -> PlateScore:
-    """What a plate tells about an arm; see `plate.score.score_plate`.
+    """What a plate tells about an arm, target by target and as a set.
 
     Args:
         robot: Nominal arm.
@@ -63,6 +65,7 @@ def score_plate(
     )
 
 
+@one_thread()
 def score_plates(
     robot: Robot,
     plates: Sequence[Plate],
@@ -119,6 +122,7 @@ def _part(report: Callable[[float], None], done: int, of: int, part: float) -> N
     report((done + part) / of)
 
 
+@one_thread()
 def cluster_region(
     robot: Robot,
     region: Region,

@@ -10,6 +10,7 @@ from workbench.arm.effects import AbstractEffect
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import OptionError
+from workbench.base.threads import one_thread
 from workbench.data.dataset import Dataset
 from workbench.data.live.sample import Sample
 from workbench.data.simulation.driver import Pace, drive
@@ -34,6 +35,7 @@ DESIGNED = "designed"
 """Name of the choice of branches that spreads them for the smallest predicted error."""
 
 
+@one_thread()
 def measure_poses(
     robot: Robot,
     number: int,
@@ -77,6 +79,7 @@ def measure_poses(
     return actual, replace(rows, source=note, notes=(*rows.notes, *notes))
 
 
+@one_thread()
 def measure_plate(
     robot: Robot,
     plate: Plate,

@@ -9,7 +9,7 @@ import io
 import re
 import threading
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -17,6 +17,8 @@ from typing import Any, Literal
 import matplotlib
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+
+from workbench.base.errors import OptionError
 
 INK = "#1b2129"
 """Stands for the page's text colour; replaced when the picture is written."""
@@ -86,9 +88,54 @@ def look() -> Iterator[None]:
         yield
 
 
+@dataclass(frozen=True)
+class Picture:
+    """A picture that is still to be drawn.
+
+    Args:
+        name: File name without ending.
+        title: For its heading.
+        caption: What it shows and how to read it.
+        draw: Draws it; None if the result has nothing for it.
+    """
+
+    name: str
+    title: str
+    caption: str
+    draw: Callable[[], Figure | None]
+
+
+def draw(pictures: Sequence[Picture], name: str) -> Figure:
+    """One of several pictures, on paper of its own.
+
+    Raises:
+        OptionError: no picture has that name, or the result has nothing for it.
+    """
+    known = {picture.name: picture for picture in pictures}
+    if name not in known:
+        raise OptionError(f"there is no picture '{name}'; choose from {', '.join(known)}")
+    figure = known[name].draw()
+    if figure is None:
+        raise OptionError(f"this result has nothing to draw as '{name}'; choose from {', '.join(known)}")
+    return on_white(figure)
+
+
+class _Drawing(Figure):
+    """A figure that a notebook shows by itself, since none of ours goes through pyplot."""
+
+    def _repr_png_(self) -> bytes:
+        return png(self)
+
+
 def new_figure(width: float, height: float) -> Figure:
     """An empty figure of this many inches."""
-    return Figure(figsize=(width, height), layout="constrained")
+    return _Drawing(figsize=(width, height), layout="constrained")
+
+
+def on_white(figure: Figure) -> Figure:
+    """The figure on paper of its own, for a notebook or a file, dark or light."""
+    figure.set_facecolor("white")
+    return figure
 
 
 def grid(axes: Axes, which: Literal["both", "x", "y"] = "y") -> None:

@@ -1,6 +1,8 @@
 """From a file to a `Dataset`: kind, grid, table or layout, fields, dataset; each step has its own file."""
 
+from os import PathLike
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -23,21 +25,22 @@ from workbench.data.readers.table import (
     with_pairs,
 )
 from workbench.data.readers.text import read_text
-from workbench.data.readers.workbooks import read_excel, read_parquet
+from workbench.data.readers.workbooks import read_excel, read_frame, read_parquet
 
 
 def read_measurements(
-    path: Path | str,
+    source: Any,
     *,
     columns: str | None = None,
     joints: int | None = None,
     layout: str | None = None,
     sheet: str | None = None,
 ) -> Dataset:
-    """Measurements of a file in SI, with every decision in `notes`.
+    """Measurements of a file or a data frame in SI, with every decision in `notes`.
 
     Args:
-        path: CSV, TSV, text, xlsx, parquet or MATLAB v5 file; or a folder, for a layout that takes one.
+        source: CSV, TSV, text, xlsx, parquet or MATLAB v5 file; a folder, for a layout that takes one; or a
+            pandas or polars frame whose columns have headings like those of a file (`q1[deg]`, `x[mm]` …).
         columns: What the columns are, for files whose headings do not say; see `naming`.
         joints: Number of joints of the robot; None: as many as the file names.
         layout: Name of the file's layout; None: recognised by its headings.
@@ -51,17 +54,20 @@ def read_measurements(
         OptionError: An option does not fit the file.
         MissingExtraError: An optional library is needed.
     """
-    return assemble(read_fields(path, columns=columns, layout=layout, sheet=sheet), joints=joints)
+    return assemble(read_fields(source, columns=columns, layout=layout, sheet=sheet), joints=joints)
 
 
 def read_fields(
-    path: Path | str, *, columns: str | None = None, layout: str | None = None, sheet: str | None = None
+    source: Any, *, columns: str | None = None, layout: str | None = None, sheet: str | None = None
 ) -> Fields:
     """All columns of a file in SI, whatever they are; options and errors as `read_measurements`."""
-    path = Path(path)
-    if (folder := folder_layout(path, columns=columns, layout=layout)) is not None:
-        return folder.read(path)
-    table = read_table(path, columns=columns, sheet=sheet)
+    if not isinstance(source, str | PathLike):
+        table = _named(read_frame(source), None if columns is None else parse_columns(columns))
+    else:
+        path = Path(source)
+        if (folder := folder_layout(path, columns=columns, layout=layout)) is not None:
+            return folder.read(path)
+        table = read_table(path, columns=columns, sheet=sheet)
     special = table_layout(table, columns=columns, layout=layout)
     return fields_of(table) if special is None else special.read(table)
 

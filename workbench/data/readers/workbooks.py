@@ -1,10 +1,11 @@
-"""Tables of other programs as cells of text: Excel (.xlsx, the sheet chosen by its headings) and parquet."""
+"""Tables of other programs as cells of text: Excel (.xlsx, the sheet chosen by its headings), parquet, data frames."""
 
 import warnings
 from dataclasses import replace
 from datetime import date, datetime, time
 from io import BytesIO
 from pathlib import Path
+from typing import Any
 
 from workbench.base.errors import FileError, MissingExtraError, OptionError
 from workbench.base.words import listed
@@ -88,14 +89,36 @@ def read_parquet(data: bytes, path: Path) -> Grid:
         table = read_table(BytesIO(data))
     except (ArrowException, OSError) as error:
         raise FileError(f"this parquet file can't be read ({type(error).__name__})", path=str(path)) from None
-    columns = [[_text(value) for value in column.to_pylist()] for column in table.columns]
-    rows = [list(table.column_names), *(list(row) for row in zip(*columns, strict=True))]
-    return Grid(source=str(path), rows=rows, lines=list(range(len(rows))))
+    columns = [column.to_pylist() for column in table.columns]
+    return _grid(list(table.column_names), columns, source=str(path))
+
+
+def read_frame(frame: Any) -> Grid:
+    """Columns of a pandas or polars frame, known by what they can do; neither library is needed.
+
+    Raises:
+        OptionError: this is no frame.
+    """
+    try:
+        names = list(frame.columns)
+        columns = [frame[name].to_list() for name in names]
+    except (AttributeError, KeyError, TypeError):
+        raise OptionError(
+            f"measurements come from a file or a pandas or polars frame, not from {type(frame).__name__}"
+        ) from None
+    return _grid([str(name) for name in names], columns, source="frame")
+
+
+def _grid(names: list[str], columns: list[list], *, source: str) -> Grid:
+    """Columns of values as cells of text under a row of headings."""
+    cells = [[_text(value) for value in column] for column in columns]
+    rows = [names, *(list(row) for row in zip(*cells, strict=True))]
+    return Grid(source=source, rows=rows, lines=list(range(len(rows))))
 
 
 def _text(value) -> str:
     """A cell as text, numbers to full precision."""
-    if value is None:
+    if value is None or value != value:  # NaN, NaT
         return ""
     if isinstance(value, float):
         return repr(int(value)) if value.is_integer() and abs(value) < 1e15 else repr(value)

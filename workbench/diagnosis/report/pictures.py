@@ -1,10 +1,6 @@
 """Every picture of a diagnosis, with what it shows and how to read it."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
-
-from matplotlib.figure import Figure
 
 from workbench.diagnosis.record import Diagnosis
 from workbench.diagnosis.report.against import against_drivers
@@ -13,6 +9,7 @@ from workbench.diagnosis.report.arrows import arrows
 from workbench.diagnosis.report.errors import errors
 from workbench.diagnosis.report.ranking import ranking
 from workbench.diagnosis.report.shapes import shapes
+from workbench.report.drawing import Picture
 
 DRAWN = 12
 """Most effects that are drawn over their drivers, those first that bring most."""
@@ -21,23 +18,6 @@ OF_AN_EFFECT = (
     "residuals). Left: with this effect left out; the line is the law that was found. Right: what remains "
     "with it. Squares: means of neighbouring rows."
 )
-
-
-@dataclass(frozen=True)
-class Picture:
-    """A picture that is still to be drawn.
-
-    Args:
-        name: File name without ending.
-        title: For its heading.
-        caption: What it shows and how to read it.
-        draw: Draws it; None if the result has nothing for it.
-    """
-
-    name: str
-    title: str
-    caption: str
-    draw: Callable[[], Figure | None]
 
 
 def pictures(result: Diagnosis) -> tuple[Picture, ...]:

@@ -27,6 +27,8 @@ from workbench.report.tables import line, new_table
 STYLES = {Verdict.EXPLAINED: "bold green", Verdict.NONE: "bold", Verdict.PARTLY: "bold yellow"}
 NAMED = 15
 """Most outliers that are named."""
+RANKED = 5
+"""Candidates that a summary shows."""
 
 
 def diagnosis_tables(result: Diagnosis) -> RenderableType:
@@ -47,6 +49,37 @@ def diagnosis_tables(result: Diagnosis) -> RenderableType:
         parts.append(next_table(result))
     parts += [line("note", words) for words in result.notes]
     return Group(*parts)
+
+
+def summary(result: Diagnosis) -> RenderableType:
+    """The verdict, errors before and after, and what each candidate would have brought."""
+    parts: list[RenderableType] = [Text(heading(result), style="bold")]
+    parts.append(Text(f"{result.verdict}: {result.message}", style=STYLES.get(result.verdict, "bold red")))
+    parts.append(errors_table(result))
+    if result.ranking:
+        parts.append(ranking_table(result))
+    return Group(*parts, *(line("alternatives", words) for words in alternatives(result)))
+
+
+def ranking_table(result: Diagnosis) -> Table:
+    """The candidates that would have brought most to the geometry alone."""
+    added = {(found.effect.name, found.effect.names) for found in result.effects}
+    table = plain_table("What each candidate would bring to the geometry alone")
+    table.add_column("effect", overflow="fold")
+    for name in ("gain\n[nat]", "mean\n[mm]", "chance"):
+        table.add_column(escape(name), justify="right", no_wrap=True)
+    table.add_column("", no_wrap=True)
+    for candidate in result.ranking[:RANKED]:
+        mean = "–" if candidate.held_out_mm is None else short(candidate.held_out_mm)
+        is_added = (candidate.effect.name, candidate.effect.names) in added
+        table.add_row(
+            label(candidate.effect),
+            f"{candidate.gain:.1f}".replace("-", "−"),
+            mean,
+            chance(candidate.p_value),
+            "added" if is_added else "",
+        )
+    return table
 
 
 def heading(result: Diagnosis) -> str:

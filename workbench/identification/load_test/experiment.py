@@ -15,6 +15,7 @@ import numpy as np
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
+from workbench.base.threads import one_thread
 from workbench.data.dataset import Dataset
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument
 from workbench.data.simulation.simulate import simulate, virtual_arm
@@ -80,6 +81,7 @@ class LoadTest:
         return tuple(j.joined(pulled[j.joint]) if j.joint in pulled else j for j in self.tilting.joints)
 
 
+@one_thread()
 def run_load_test(
     robot: Robot,
     *,

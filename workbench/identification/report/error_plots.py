@@ -9,7 +9,7 @@ from workbench.arm.kinematics.forward import joint_elements, tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame, JointKind, Robot
 from workbench.identification.errors import RowErrors
-from workbench.identification.record import Identification
+from workbench.identification.record import Evaluation, Identification
 from workbench.report.drawing import (
     COLOURS,
     INK,
@@ -46,6 +46,25 @@ def before_after(result: Identification, place: np.ndarray) -> Figure:
             axes.set_xlim(0.0, len(place) + 1.0)
         panels[-1].set_xlabel("row, in order of measuring")
         panels[0].legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4, markerscale=1.4)
+    return figure
+
+
+def errors_of_rows(result: Evaluation) -> Figure:
+    """Error of every row of an evaluation, in the order of the data."""
+    kinds = [
+        (1e3 * result.rows.position, "position", "mm"),
+        (np.rad2deg(result.rows.rotation), "rotation", "°"),
+    ]
+    shown = [kind for kind in kinds if np.isfinite(kind[0]).any()]
+    with look():
+        figure = new_figure(10.0, 2.5 * len(shown))
+        panels = figure.subplots(len(shown), 1, sharex=True, squeeze=False)[:, 0]
+        for axes, (values, name, unit) in zip(panels, shown, strict=True):
+            axes.plot(result.row_numbers, values, "o", ms=3, color=COLOURS[0], mew=0)
+            axes.set_ylabel(f"{name} error [{unit}]")
+            axes.set_ylim(0.0, None)
+            grid(axes)
+        panels[-1].set_xlabel("data row")
     return figure
 
 

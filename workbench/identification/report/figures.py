@@ -4,9 +4,9 @@ The paper's arrays of error plots are in `error_grid`; `all_figures` makes every
 """
 
 from collections.abc import Callable
+from functools import cache, partial
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from workbench.data.requirement import Requirement
 from workbench.identification.error_columns import columns_of, order_of_measuring
@@ -20,7 +20,7 @@ from workbench.identification.report.error_plots import (
     residual_histogram,
 )
 from workbench.identification.report.influence import influence_of_fit
-from workbench.report.drawing import Drawing, svg
+from workbench.report.drawing import Drawing, Picture, svg
 
 NAMES = (
     *("errors-position", "errors-orientation", "before-after", "residuals", "error-where", "corrections"),
@@ -42,9 +42,23 @@ def all_figures(
         requirement: Whose limits are drawn; eq. (3) with the paper's numbers if None.
         progress: Called with the title of each picture.
     """
+    drawings = []
+    for picture in pictures(result, requirement=requirement):
+        if progress is not None:
+            progress(picture.title)
+        figure = picture.draw()
+        if figure is not None:
+            content = svg(figure, picture.name)
+            drawings.append(Drawing(picture.name, picture.title, picture.caption, content))
+    return tuple(drawings)
+
+
+def pictures(result: Identification, *, requirement: Requirement | None = None) -> tuple[Picture, ...]:
+    """Every picture that the result might fill; arguments as of `all_figures`."""
     requirement = requirement or Requirement()
     best, rows = result.best, len(result.train_rows) + len(result.held_out_data)
-    columns, place = columns_of(result), order_of_measuring(result)
+    place = order_of_measuring(result)
+    columns = cache(partial(columns_of, result))
     limits = (1e3 * requirement.per_axis, float(np.rad2deg(requirement.angle)))
     over = (
         "sorted by size, as there are too many to draw one by one"
@@ -58,35 +72,27 @@ def all_figures(
     )
     thin = f" {POINTS} of {rows} rows are drawn, evenly chosen." if rows > POINTS else ""
     best_title = best.fit.title
-    wanted: list[tuple[str, str, str, Callable[[], Figure | None]]] = [
-        (NAMES[0], "Position errors, axis by axis", array,
-         lambda: error_grid(columns, place, rotation=False, limit=limits[0])),
-        (NAMES[1], "Orientation errors, axis by axis", array,
-         lambda: error_grid(columns, place, rotation=True, limit=limits[1])),
-        (NAMES[2], "Before and after, row by row",
+    return (
+        Picture(NAMES[0], "Position errors, axis by axis", array,
+         lambda: error_grid(columns(), place, rotation=False, limit=limits[0])),
+        Picture(NAMES[1], "Orientation errors, axis by axis", array,
+         lambda: error_grid(columns(), place, rotation=True, limit=limits[1])),
+        Picture(NAMES[2], "Before and after, row by row",
          f"Nominal arm (grey; base and tool fitted where free) and {best_title} (blue; held-out rows in the "
          "colour of the text). Circled: rows that stand out." + thin, lambda: before_after(result, place)),
-        (NAMES[3], "What is left, against the noise",
+        Picture(NAMES[3], "What is left, against the noise",
          f"Residual components of {best_title} on the fitted rows, and the normal distribution of the noise "
          "that weighed them. Wider or lopsided residuals mean that something is missing from the model.",
          lambda: residual_histogram(result)),
-        (NAMES[4], "Where the error is left",
+        Picture(NAMES[4], "Where the error is left",
          f"Error of {best_title} against the distance from the first axis and against every joint; the line "
          "is the running median. A trend means that something is missing from the model there." + thin,
          lambda: error_where(result)),
-        (NAMES[5], "Corrections of the arm",
+        Picture(NAMES[5], "Corrections of the arm",
          "Identification minus nominal in standard errors, one standard error either way; on the right the "
          "same in mm and mrad. Within the band (two standard errors) a correction may be chance.",
          lambda: corrections(best)),
-        (NAMES[6], "Influence of each constant",
+        Picture(NAMES[6], "Influence of each constant",
          "How far the tool moves at the fitted poses when an angle deviates by 0.05° or a length by 0.1 mm, "
          "one constant at a time.", lambda: influence_of_fit(result)),
-    ]  # fmt: skip
-    drawings = []
-    for name, title, caption, draw in wanted:
-        if progress is not None:
-            progress(title)
-        figure = draw()
-        if figure is not None:
-            drawings.append(Drawing(name, title, caption, svg(figure, name)))
-    return tuple(drawings)
+    )  # fmt: skip

@@ -82,7 +82,7 @@ def controller_use(result: Identification) -> Use:
     """Numbers for the controller from the best fit, over the joint positions that were measured."""
     q = np.concatenate([result.data.q[result.train_rows], result.held_out_data.q])
     chosen = np.unique(np.linspace(0, len(q) - 1, min(len(q), ROWS)).round().astype(int))
-    return use_of(result.best.fit.calibrated, result.robot, q=q[chosen], session=result.data.sessions[0])
+    return use_of(result.robot, result.nominal_robot, q=q[chosen], session=result.data.sessions[0])
 
 
 def use_of(

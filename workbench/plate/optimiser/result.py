@@ -1,9 +1,12 @@
 """What a plate optimiser hands back: the plate, what it is worth, and the margins that it keeps."""
 
 from dataclasses import dataclass, field, replace
+from typing import final
 
 import numpy as np
 from jaxtyping import Float
+from matplotlib.figure import Figure
+from rich.console import RenderableType
 
 from workbench.arm.inverse import solve as inverse
 from workbench.arm.inverse.branch import margins
@@ -14,12 +17,14 @@ from workbench.plate.optimiser.blocks import Places
 from workbench.plate.optimiser.candidates import Candidates, Neighbours, Setting
 from workbench.plate.plate import Plate, Target
 from workbench.plate.readings import linearise_reading
+from workbench.report.shown import AbstractShown
 
 NOTHING = frozen(np.zeros(0))
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class PlateDesign:
+@final
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class PlateDesign(AbstractShown):
     """A plate that was designed.
 
     Args:
@@ -54,6 +59,17 @@ class PlateDesign:
     def gain(self) -> float:
         """How many times smaller the predicted error is than the given plate's."""
         return self.start_cost / self.cost
+
+    def summary(self) -> RenderableType:
+        from workbench.plate.report.design import design_tables
+
+        return design_tables(self)
+
+    def plot(self) -> Figure:
+        """The plate from above, and how the predicted error fell in the search."""
+        from workbench.plate.report.figures import design_figure
+
+        return design_figure(self)
 
 
 def set_error(

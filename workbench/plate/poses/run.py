@@ -14,6 +14,7 @@ from rich.text import Text
 from workbench.arm.robot import JointKind, Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.files import write_text
+from workbench.base.threads import one_thread
 from workbench.data.readers import read_trajectory
 from workbench.plate.freedom import identified_names
 from workbench.plate.poses.choose import Method, PoseSet, informative_poses
@@ -21,6 +22,7 @@ from workbench.plate.poses.limits import PoseLimits
 from workbench.plate.region_poses import PLATE_POSES, region_poses
 
 
+@one_thread()
 def choose_poses(
     robot: Robot,
     number: int,

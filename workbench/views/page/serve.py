@@ -18,6 +18,7 @@ import viser
 
 from workbench.base.errors import OptionError
 from workbench.base.files import read_bytes
+from workbench.base.threads import one_thread
 from workbench.views.page.html import block
 from workbench.views.page.local_server import local_server, page_address, stop_server
 
@@ -60,7 +61,7 @@ def serve(
     stop = threading.Event()
     before = signal.signal(signal.SIGINT, _stopped_by_interrupt(stop))
     names: list[str] = []  # of the session on the page, once there is one
-    server = _bound(host, port, lambda: names[0] if names else "")
+    server = bound(host, port, lambda: names[0] if names else "")
     end: Callable[[], None] = partial(stop_server, server)
     try:
         waiting = server.gui.add_html(block("Working out how the arm reaches the targets …"))
@@ -69,13 +70,15 @@ def serve(
             from workbench.session.journal.folder import unrecorded
             from workbench.views.page.app import App
 
-            begun = (begin or unrecorded)(robot, plate)
+            with one_thread():
+                begun = (begin or unrecorded)(robot, plate)
             waiting.remove()
             names.append(begun.name)
             pace = 1.0 if demo else None
             app = App(robot, plate, begun=begun, data=first, server=server, demo=pace, source=source)
             end = app.close
-        stop.wait()
+        with one_thread():
+            stop.wait()
     except KeyboardInterrupt:
         pass
     finally:
@@ -97,7 +100,8 @@ def _nothing_let_go() -> Iterator[None]:
         gc.enable()
 
 
-def _bound(host: str, port: int | None, shown: Callable[[], str]) -> viser.ViserServer:
+def bound(host: str, port: int | None, shown: Callable[[], str] = str) -> viser.ViserServer:
+    """A server at a port; at the usual one, or any free one where that is taken, if None."""
     bind = partial(local_server, host=host, shown=shown)
     if port is not None:
         return bind(port=port)

@@ -1,0 +1,118 @@
+"""The page from Python: on exactly one robot, its measurements and a plate, beside a notebook or script."""
+
+import webbrowser
+from html import escape
+from typing import final
+
+from workbench.arm.robot import Robot
+from workbench.base.errors import OptionError
+from workbench.data.dataset import Dataset
+from workbench.data.plausible import check_plausible
+from workbench.plate.plate import Plate
+from workbench.session.commands.data import with_data
+from workbench.session.default_plate import suited_plate
+from workbench.session.file_facts import observed
+from workbench.session.journal.folder import Begun
+from workbench.session.start import start
+from workbench.session.state import Loaded, Session
+from workbench.views.page.app import App
+from workbench.views.page.serve import bound
+
+
+@final
+class Page:
+    """A page that is being served; it ends with `stop`, with a `with` block, or with the program."""
+
+    def __init__(self, app: App):
+        self._app: App | None = app
+        self.url = app.url
+
+    @property
+    def session(self) -> Session:
+        """What the page shows now.
+
+        Raises:
+            OptionError: the page was stopped.
+        """
+        if self._app is None:
+            raise OptionError("the page was stopped; call show again")
+        return self._app.worker.session
+
+    def stop(self) -> None:
+        """Stop serving; a second call does nothing."""
+        app, self._app = self._app, None
+        if app is not None:
+            app.close()
+
+    def wait(self) -> None:
+        """Serve until interrupted (Ctrl-C), as a script wants."""
+        from threading import Event
+
+        try:
+            Event().wait()
+        except KeyboardInterrupt:
+            pass
+        finally:
+            self.stop()
+
+    def __enter__(self) -> "Page":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.stop()
+
+    def __repr__(self) -> str:
+        return f"<Page {self.url}>" if self._app is not None else "<Page, stopped>"
+
+    def _repr_html_(self) -> str:
+        url = escape(self.url)
+        return f'<a href="{url}" target="_blank">{url}</a>' if self._app is not None else escape(repr(self))
+
+
+def show(
+    robot: Robot,
+    data: Dataset | None = None,
+    plate: Plate | None = None,
+    *,
+    port: int | None = None,
+    open_browser: bool = True,
+    block: bool = False,
+) -> Page:
+    """Open the page on a robot, its measurements and a plate; nothing is recorded.
+
+    Only this machine can reach it.
+
+    Args:
+        robot: The arm, nominal or calibrated.
+        data: Its measurements; none if None.
+        plate: A plate; a circle of targets in front of the arm if None.
+        port: Port; 8090, or any free one where that is taken, if None.
+        open_browser: Whether to open the page in the user's browser.
+        block: Whether to serve until Ctrl-C before returning, as a script that ends here wants.
+
+    Returns:
+        The page, with its `url` and `stop()`.
+
+    Raises:
+        OptionError: the port is taken, or the plate has no targets.
+        ShapeError: the measurements are of an arm with another number of joints.
+        DataError: measurements that this arm can't have made.
+    """
+    loaded = None if data is None else _loaded(robot, data)
+    session = start(robot, suited_plate(robot) if plate is None else plate)
+    if loaded is not None:
+        session = with_data(session, loaded)
+    page = Page(App(robot, session.plate, begun=Begun(session), server=bound("127.0.0.1", port)))
+    if open_browser:
+        webbrowser.open(page.url)
+    if block:
+        page.wait()
+    return page
+
+
+def _loaded(robot: Robot, data: Dataset) -> Loaded:
+    """Measurements as the page keeps them."""
+    robot.check_joints(data.q, data.source)
+    data = check_plausible(data, robot.limits, robot.reach)
+    facts = (("Rows", str(len(data))), ("Joints", str(data.joints)), ("Measured", observed(data)))
+    return Loaded(data, data.source, facts, data.notes)
