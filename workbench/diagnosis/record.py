@@ -3,11 +3,10 @@
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
-from typing import final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 from jaxtyping import Float
-from matplotlib.figure import Figure
 from rich.console import RenderableType
 
 from workbench.arm.effects import AbstractEffect
@@ -19,6 +18,9 @@ from workbench.identification.fit import Fit
 from workbench.identification.problem import Noise
 from workbench.identification.record import BeforeAfter, Validation, judged
 from workbench.report.shown import AbstractShown
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 class Verdict(StrEnum):
@@ -156,7 +158,7 @@ class Diagnosis(AbstractShown):
 
         return summary(self)
 
-    def plot(self, name: str = "") -> Figure:
+    def plot(self, name: str = "") -> "Figure":
         """One of the report's figures: `ranking`, `errors`, `effect-1`, `shapes`, `arrows`.
 
         Without a name: the ranking; the errors where nothing was ranked.

@@ -2,10 +2,9 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple, final
+from typing import TYPE_CHECKING, NamedTuple, final
 
 import numpy as np
-from matplotlib.figure import Figure
 from rich.console import RenderableType
 
 from workbench.arm.robot import Robot
@@ -20,6 +19,9 @@ from workbench.identification.expected import (
 from workbench.identification.fit import Fit
 from workbench.identification.problem import FrameFreedom, Noise
 from workbench.report.shown import AbstractShown
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 HARDLY_BETTER, FAR_FROM_GOOD, COARSE = 0.7, 0.01, 1.0
 """What is left of the nominal error, of the reach, and in mm, from which on a fit is suspicious."""
@@ -159,7 +161,7 @@ class Identification(AbstractShown):
 
         return identification_tables(self, parameters=False)
 
-    def plot(self, name: str = "before-after") -> Figure:
+    def plot(self, name: str = "before-after") -> "Figure":
         """One of the report's figures: `before-after`, `residuals`, `error-where`, `corrections` …"""
         from workbench.identification.report.figures import pictures
         from workbench.report.drawing import draw
@@ -194,7 +196,7 @@ class Evaluation(AbstractShown):
 
         return evaluation_tables(self)
 
-    def plot(self) -> Figure:
+    def plot(self) -> "Figure":
         """Error of every row."""
         from workbench.identification.report.error_plots import errors_of_rows
         from workbench.report.drawing import on_white

@@ -6,11 +6,10 @@ the mix that makes the predicted error smallest), and in the best single branch 
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 from jaxtyping import Float
-from matplotlib.figure import Figure
 from rich.console import RenderableType
 
 from workbench.arm.linearisation import Linearisation
@@ -25,6 +24,9 @@ from workbench.plate.plate import Plate
 from workbench.plate.readings import SIGMA_POSITION, SIGMA_ROTATION, linearise_targets
 from workbench.plate.region_poses import plate_region_poses
 from workbench.report.shown import AbstractShown
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 STARTS = 20
 """Random mixes of branches that are improved."""
@@ -91,7 +93,7 @@ class PlateScore(AbstractShown):
 
         return score_tables(self)
 
-    def plot(self) -> Figure:
+    def plot(self) -> "Figure":
         """What each target tells, and where the calibrated arm will miss."""
         from workbench.plate.report.figures import score_figure
 

@@ -64,11 +64,8 @@ def summary(result: Diagnosis) -> RenderableType:
 def ranking_table(result: Diagnosis) -> Table:
     """The candidates that would have brought most to the geometry alone."""
     added = {(found.effect.name, found.effect.names) for found in result.effects}
-    table = plain_table("What each candidate would bring to the geometry alone")
-    table.add_column("effect", overflow="fold")
-    for name in ("gain\n[nat]", "mean\n[mm]", "chance"):
-        table.add_column(escape(name), justify="right", no_wrap=True)
-    table.add_column("", no_wrap=True)
+    headings = ("gain\n[nat]", "mean\n[mm]", "chance", "")
+    table = new_table("What each candidate would bring to the geometry alone", "effect", *headings)
     for candidate in result.ranking[:RANKED]:
         mean = "–" if candidate.held_out_mm is None else short(candidate.held_out_mm)
         is_added = (candidate.effect.name, candidate.effect.names) in added

@@ -1,11 +1,10 @@
 """What a plate optimiser hands back: the plate, what it is worth, and the margins that it keeps."""
 
 from dataclasses import dataclass, field, replace
-from typing import final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 from jaxtyping import Float
-from matplotlib.figure import Figure
 from rich.console import RenderableType
 
 from workbench.arm.inverse import solve as inverse
@@ -18,6 +17,9 @@ from workbench.plate.optimiser.candidates import Candidates, Neighbours, Setting
 from workbench.plate.plate import Plate, Target
 from workbench.plate.readings import linearise_reading
 from workbench.report.shown import AbstractShown
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 NOTHING = frozen(np.zeros(0))
 
@@ -65,7 +67,7 @@ class PlateDesign(AbstractShown):
 
         return design_tables(self)
 
-    def plot(self) -> Figure:
+    def plot(self) -> "Figure":
         """The plate from above, and how the predicted error fell in the search."""
         from workbench.plate.report.figures import design_figure
 

@@ -1,0 +1,244 @@
+"""What a notebook calls at the root, and how the answers look."""
+
+import subprocess
+import sys
+import threading
+
+import numpy as np
+import pytest
+
+import workbench as wb
+from workbench.base import threads
+from workbench.base.errors import DataError, FileError, OptionError, RobotError, ShapeError
+
+TABLE = [
+    [0.0, 0.1, 0.0, np.pi / 2],
+    [0.0, 0.0, 0.5, 0.0],
+    [0.0, 0.0, 0.4, 0.0],
+    [0.0, 0.1, 0.0, np.pi / 2],
+    [0.0, 0.1, 0.0, -np.pi / 2],
+    [0.0, 0.1, 0.0, 0.0],
+]
+LIMITS = [[-3.0, 3.0]] * 6
+
+
+@pytest.fixture(scope="module")
+def rows():
+    """40 poses of a virtual ARIA."""
+    return wb.measure_poses(wb.load_robot("aria"), 40, seed=1)[1]
+
+
+@pytest.fixture(scope="module")
+def fit(rows):
+    """ARIA, identified from them."""
+    return wb.identify(wb.load_robot("aria"), rows)
+
+
+@pytest.fixture
+def unchecked(request):
+    """Skips where arguments are checked against their annotations, which name arrays and no lists."""
+    if request.config.getoption("--jaxtyping-packages", None):
+        pytest.skip("annotations are checked in this run")
+
+
+def test_importing_the_package_loads_nothing():
+    code = (
+        "import sys, workbench as wb; assert 'show' in dir(wb); "
+        "print([n for n in ('numpy', 'scipy', 'viser', 'matplotlib', 'rich') if n in sys.modules])"
+    )
+    assert subprocess.check_output([sys.executable, "-c", code], text=True).strip() == "[]"
+
+
+# -- results --------------------------------------------------------------------------------------
+
+
+def test_an_identification_prints_as_a_small_table(fit):
+    """It printed 235 000 characters."""
+    text = str(fit)
+    assert len(text) < 2000
+    assert "nominal" in text
+    assert "OPT2" in text
+    assert fit._repr_html_().count("<tr>") == 1 + 2 * 4
+
+
+def test_short_paths_lead_to_the_arm_and_its_errors(fit):
+    assert fit.robot is fit.best.calibrated
+    assert fit.nominal_robot.name == "ARIA"
+    assert fit.error.before == fit.nominal.held_out
+    assert fit.error.after == fit.best.held_out
+    assert str(fit.error).startswith("mean error: position 4")
+
+
+def test_an_evaluation_prints_and_is_drawn(fit, rows):
+    found = wb.evaluate(fit.robot, rows)
+    assert "40" in str(found)
+    assert found.plot()._repr_png_().startswith(b"\x89PNG")
+
+
+def test_pictures_are_chosen_by_name(fit):
+    assert fit.plot("corrections").axes
+    with pytest.raises(OptionError, match="before-after"):
+        fit.plot("nothing")
+
+
+def test_markup_in_a_name_is_only_text(rows):
+    from dataclasses import replace
+
+    found = wb.evaluate(replace(wb.load_robot("aria"), name="<b>[red]x"), rows)
+    assert "&lt;b&gt;[red]x" in found._repr_html_()
+    assert "<b>[red]x" in str(found)
+
+
+# -- robots ---------------------------------------------------------------------------------------
+
+
+def test_an_arm_from_a_table_is_the_arm_of_a_file(tmp_path):
+    arm = wb.Robot.from_dh(TABLE, name="mine", limits=LIMITS)
+    again = wb.load_robot(arm.save(tmp_path / "arm.toml"))
+    q = np.array([[0.1, -0.5, 0.8, 0.3, 0.2, -1.0]])
+    np.testing.assert_allclose(wb.tool_poses(again, q), wb.tool_poses(arm, q), atol=1e-15)
+    urdf = wb.Robot.from_urdf(arm.save(tmp_path / "arm.urdf"))
+    np.testing.assert_allclose(wb.tool_poses(urdf, q), wb.tool_poses(arm, q), atol=1e-12)
+    assert arm.limits.tolist() == LIMITS
+    assert repr(arm) == "<Robot mine: 6 joints, dh, 24 constants to identify>"
+
+
+def test_rows_may_be_named_and_of_another_convention():
+    named = [dict(zip(("theta", "d", "a", "alpha"), row, strict=True)) for row in TABLE]
+    named[2]["type"] = "prismatic"
+    arm = wb.Robot.from_dh(named, "craig")
+    assert arm.convention == "craig"
+    assert arm.moving[2].kind == "prismatic"
+
+
+@pytest.mark.parametrize(
+    ("make", "error", "words"),
+    [
+        (lambda: wb.Robot.from_dh([[0.0, 1.0]]), FileError, "joint 1 has 2 numbers"),
+        (lambda: wb.Robot.from_dh([]), RobotError, "has no rows"),
+        (lambda: wb.Robot.from_dh(TABLE, "other"), FileError, "known are hayati"),
+        (lambda: wb.Robot.from_dh(TABLE, limits=[[0, 1]]), RobotError, "limits must be 6 x 2, got 1 x 2"),
+        (lambda: wb.load_robot("aria").save("arm.step"), OptionError, ".toml or .urdf, got '.step'"),
+    ],
+)
+def test_bad_robots_are_refused(make, error, words):
+    with pytest.raises(error, match=words.replace(".", r"\.")):
+        make()
+
+
+# -- measurements ---------------------------------------------------------------------------------
+
+
+def test_arrays_make_a_dataset_that_numbers_its_rows(rows, fit):
+    data = wb.Dataset(rows.q, rows.position, rows.rotation)
+    assert data.row.tolist() == list(range(40))
+    assert data.take(np.array([3, 5])).row.tolist() == [3, 5]
+    found = wb.identify(wb.load_robot("aria"), data)
+    assert found.error.after.position_mm.mean == pytest.approx(fit.error.after.position_mm.mean, rel=0.1)
+    assert repr(data) == "<Dataset data: 40 rows of 6 joints; position, rotation>"
+
+
+@pytest.mark.usefixtures("unchecked")
+def test_lists_and_whole_numbers_are_welcome(rows):
+    data = wb.Dataset(rows.q.tolist(), rows.position.tolist(), rows.rotation.tolist(), time=[*range(40)])
+    assert data.time.dtype == float
+    np.testing.assert_array_equal(data.q, rows.q)
+    for values, error in (
+        (([1, 2, 3],), ShapeError),
+        (([[1, 2]], [[1, 2]]), ShapeError),
+        (([[1, "a"]],), DataError),
+        (([[1, 2], [2, 3]], [[1, 2, 3]]), ShapeError),
+    ):
+        with pytest.raises(error):
+            wb.Dataset(*values)
+
+
+class Column(list):
+    """A column of a frame."""
+
+    def to_list(self) -> list:
+        return list(self)
+
+
+class Frame(dict):
+    """As much of a pandas or polars frame as is used."""
+
+    @property
+    def columns(self) -> list[str]:
+        return list(self)
+
+
+def frame_of(path) -> dict[str, list]:
+    """A written file's columns."""
+    head, *lines = [line.split(",") for line in path.read_text().splitlines() if not line.startswith("#")]
+    return {
+        name: [float(cell) for cell in column]
+        for name, column in zip(head, zip(*lines, strict=True), strict=True)
+    }
+
+
+@pytest.mark.parametrize("library", ["stand-in", "pandas", "polars"])
+def test_a_frame_is_read_by_its_columns_with_units(library, rows, tmp_path):
+    path = wb.write_measurements(rows, tmp_path / "rows.csv")
+    columns = frame_of(path)
+    if library == "stand-in":
+        frame = Frame({name: Column(values) for name, values in columns.items()})
+    else:
+        frame = pytest.importorskip(library).DataFrame(columns)
+    read, wanted = wb.read_measurements(frame), wb.read_measurements(path)
+    np.testing.assert_array_equal(read.q, wanted.q)
+    np.testing.assert_array_equal(read.position, wanted.position)
+    np.testing.assert_array_equal(read.rotation, wanted.rotation)
+    assert len(read) == 40
+
+
+def test_what_is_no_frame_is_refused():
+    with pytest.raises(OptionError, match="file or a pandas or polars frame, not from float"):
+        wb.read_measurements(3.0)
+
+
+# -- threads --------------------------------------------------------------------------------------
+
+
+def test_calls_in_several_threads_share_one_limit(monkeypatch):
+    """The limit is the process's: the first call sets it, only the last one lifts it."""
+    events: list[str] = []
+
+    class Limits:
+        def __init__(self, number: int, user_api: str):
+            events.append(f"{number} {user_api}")
+
+        def restore_original_limits(self) -> None:
+            events.append("lifted")
+
+    monkeypatch.setattr(threads, "threadpool_limits", Limits)
+    inside, leave = threading.Event(), threading.Event()
+
+    @threads.one_thread()
+    def work() -> None:
+        inside.set()
+        leave.wait(10)
+
+    other = threading.Thread(target=work)
+    other.start()
+    inside.wait(10)
+    with threads.one_thread():
+        pass
+    assert events == ["1 blas"]
+    leave.set()
+    other.join()
+    assert events == ["1 blas", "lifted"]
+
+
+def test_a_fit_limits_the_threads_of_linear_algebra(rows):
+    control = pytest.importorskip("threadpoolctl")
+    seen: list[int] = []
+
+    def look(part: float, text: str) -> None:
+        seen.extend(pool["num_threads"] for pool in control.threadpool_info() if pool["user_api"] == "blas")
+
+    before = control.threadpool_info()
+    with control.threadpool_limits(2, user_api="blas"):
+        wb.identify(wb.load_robot("aria"), rows, algorithms=("ols",), progress=look)
+    assert set(seen) == {1}
+    assert control.threadpool_info() == before
