@@ -9,6 +9,7 @@ from pathlib import Path
 import matplotlib.figure
 import pytest
 
+pytestmark = pytest.mark.slow
 NOTEBOOK = Path(__file__).parent / "notebooks" / "first_steps.ipynb"
 LARGEST = 5000
 """Characters of an answer in a terminal; a table fits a screen."""

@@ -1,4 +1,4 @@
-"""Tables of other programs as cells of text: Excel (.xlsx, the sheet chosen by its headings), parquet, data frames."""
+"""Tables of other programs as cells of text: Excel (sheet chosen by its headings), parquet, data frames."""
 
 import warnings
 from dataclasses import replace
@@ -90,7 +90,7 @@ def read_parquet(data: bytes, path: Path) -> Grid:
     except (ArrowException, OSError) as error:
         raise FileError(f"this parquet file can't be read ({type(error).__name__})", path=str(path)) from None
     columns = [column.to_pylist() for column in table.columns]
-    return _grid(list(table.column_names), columns, source=str(path))
+    return _typed_grid(list(table.column_names), columns, source=str(path))
 
 
 def read_frame(frame: Any) -> Grid:
@@ -106,10 +106,10 @@ def read_frame(frame: Any) -> Grid:
         raise OptionError(
             f"measurements come from a file or a pandas or polars frame, not from {type(frame).__name__}"
         ) from None
-    return _grid([str(name) for name in names], columns, source="frame")
+    return _typed_grid([str(name) for name in names], columns, source="frame")
 
 
-def _grid(names: list[str], columns: list[list], *, source: str) -> Grid:
+def _typed_grid(names: list[str], columns: list[list], *, source: str) -> Grid:
     """Columns of values as cells of text under a row of headings."""
     cells = [[_text(value) for value in column] for column in columns]
     rows = [names, *(list(row) for row in zip(*cells, strict=True))]

@@ -70,7 +70,7 @@ def ranking_table(result: Diagnosis) -> Table:
         mean = "–" if candidate.held_out_mm is None else short(candidate.held_out_mm)
         is_added = (candidate.effect.name, candidate.effect.names) in added
         table.add_row(
-            label(candidate.effect),
+            candidate.effect.label,
             f"{candidate.gain:.1f}".replace("-", "−"),
             mean,
             chance(candidate.p_value),
