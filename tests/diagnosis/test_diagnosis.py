@@ -150,7 +150,7 @@ def test_the_terminal_tells_it_all(diagnosed, width):
     assert max(map(len, text.getvalue().splitlines())) <= width
     for words in ("explained:", "geometry", "with effects", "joint-compliance,"):
         assert words in shown
-    assert f"set apart: data row {WRONG}," in shown
+    assert f"outliers: data row {WRONG}:" in shown
     assert "Measure next" in shown
     assert "…" not in shown.replace(" …", "")
 

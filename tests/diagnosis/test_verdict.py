@@ -50,13 +50,13 @@ def test_what_is_left_is_compared_with_the_noise_that_rows_state(soft):
     assert found.verdict is Verdict.EXPLAINED
     doubted = diagnose(robot, replace(rows, sigma=rows.sigma / 3.0))
     assert doubted.verdict is Verdict.PARTLY
-    assert "times the noise known beforehand" in doubted.message
+    assert "times what the known noise" in doubted.message
 
 
 def test_noise_that_was_given_too_large_is_not_agreed_with(soft):
     robot, rows = soft
     found = diagnose(robot, replace(rows, sigma=None), noise=Noise(1e-3, 1e-2))
-    assert "is less than the noise known beforehand (1 mm per axis)" in found.message
+    assert "is less than the known noise (1 mm per axis)" in found.message
 
 
 def test_rows_of_one_group_are_cross_validated_one_by_one(soft):
@@ -72,7 +72,7 @@ def test_no_effect_is_added_where_the_geometry_explains_little(soft):
     away = np.repeat([[0.0, 0.0, 0.0], [0.0, 0.2, 0.0]], len(rows) // 2, axis=0)
     found = diagnose(robot, replace(rows, position=rows.position + away, sigma=None))
     assert found.verdict is Verdict.UNEXPLAINED
-    assert "Nothing is said of effects" in found.message
+    assert "No effects were added" in found.message
     assert found.effects == ()
     assert found.calibrated.effects == ()
 

@@ -74,7 +74,7 @@ def test_the_same_seed_gives_the_same_diagnosis():
     assert (one.held_out_rows == same.held_out_rows).all()
     assert one.message == same.message
     assert one.verdict is Verdict.EXPLAINED
-    assert "takes the error from" in one.message
+    assert "reduces the error from" in one.message
     assert "twice per turn" in one.message
 
 

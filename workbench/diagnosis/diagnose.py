@@ -54,10 +54,12 @@ from workbench.identification.problem import Noise
 from workbench.identification.record import Validation
 from workbench.plate.region import Region
 
-GROSS, GROSS_PART = 10.0, 0.02
-"""Rows off by this many times the median of the aligned nominal arm, and by this part of the reach, are set
-apart before anything is fitted."""
+GROSS = 10.0
+"""Rows off by this many times the median of the aligned nominal arm …"""
+GROSS_PART = 0.02
+"""… and by this part of the reach are set apart before anything is fitted."""
 TRIES = 3
+"""Most rounds of setting such rows apart."""
 
 
 @one_thread()
@@ -235,7 +237,7 @@ def _concluded(
     return result
 
 
-_GROSS_REASON = "stands out by far"
+_GROSS_REASON = "gross outlier"
 
 
 def _prepared(robot: Robot, data: Dataset, exclude: dict[int, str], **options) -> tuple[Prepared, np.ndarray]:
@@ -273,10 +275,9 @@ def _validated(ready: Prepared, stage: Stage) -> _Judged:
     train, held = judge.errors(arm, found)
     notes = []
     if not known.all():
-        notes.append(
-            f"{int((~known).sum())} held-out rows lie outside the joint range on which a joint's error was "
-            "learned; they are not judged"
-        )
+        count = int((~known).sum())
+        rows = "1 held-out row was" if count == 1 else f"{count} held-out rows were"
+        notes.append(f"{rows} not used: outside the joint range over which a local joint error is known")
     return _Judged(Validation(Errors.of(train), held.summary), (train, held), notes)
 
 

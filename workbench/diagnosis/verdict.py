@@ -6,6 +6,7 @@ import numpy as np
 
 from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import turns
+from workbench.arm.effects.effect import STILL
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.evidence import Offer
 from workbench.diagnosis.leftover import JointNoise
@@ -18,8 +19,8 @@ from workbench.identification.record import COARSE, FAR_FROM_GOOD, HARDLY_BETTER
 
 NOISE_LIKE = 1.25
 """What is left may be this many times the noise that was known beforehand and still count as noise."""
-LITTLE, STILL = np.deg2rad(30.0), np.deg2rad(1.0)
-"""A joint that turned less than this moved little; less than that, not at all [rad]."""
+LITTLE = np.deg2rad(30.0)
+"""A joint that turned less than this moved little [rad]; less than `STILL`, not at all."""
 TOGETHER = 0.02
 """Part of the widest spread of poses below which a direction in joint space was not measured."""
 SPARE = 2.0
@@ -57,30 +58,31 @@ def conclude(
     if explains_little(nominal, after, reach):
         return Verdict.UNEXPLAINED, _lost(accepted, nominal, after)
     more = structure or bool(distrusted)
-    rest = f"{left:.3g} mm, shows no structure and is taken for noise"
+    rest = "shows no structure, so it is taken to be noise"
     if floor is not None:
         ratio = noise.position / floor.position
         more = ratio > NOISE_LIKE
-        known = f"the noise known beforehand ({1e3 * floor.position:.2g} mm per axis)"
+        known = f"the known noise ({1e3 * floor.position:.2g} mm per axis)"
         agrees = "agrees with" if ratio * NOISE_LIKE > 1.0 else "is less than"
-        rest = f"{left:.3g} mm, {f'is {ratio:.1f} times' if more else agrees} {known}"
+        rest = f"is {ratio:.1f} times what {known} explains" if more else f"{agrees} {known}"
     elif more:
-        rest = f"{left:.3g} mm, still has structure that no effect of the catalogue explains"
+        rest = "has structure that no known effect explains"
     if joint_noise is not None:
         rest += (
-            f"; it lies along the joints, as noise of {1e3 * joint_noise.sigma:.2g} mrad in the joint "
-            f"readings would ({100 * joint_noise.share:.0f} % of it)"
+            f"; noise of {1e3 * joint_noise.sigma:.2g} mrad in the joint readings would explain "
+            f"{100 * joint_noise.share:.0f} % of it"
         )
+    rest = f"the remaining error of {left:.3g} mm {rest}"
     if not accepted:
         verdict = Verdict.UNEXPLAINED if more else Verdict.NONE
-        return verdict, f"No effect beside the geometry shows; what is left, {rest}."
+        return verdict, f"No effect was found beside the geometry; {rest}."
     verdict = Verdict.PARTLY if more else Verdict.EXPLAINED
     names = " ".join(f"{a.words}." for a in accepted[:3])
     if len(accepted) > 3:
         names += f" {len(accepted) - 3} more effects are listed."
-    fall = f"takes the error from {before.position_mm.mean:.3g} to {left:.3g} mm"
+    fall = f"reduces the error from {before.position_mm.mean:.3g} to {left:.3g} mm"
     subject = "Adding it" if len(accepted) == 1 else "Adding these"
-    return verdict, f"{names} {subject} {fall}; what is left, {rest}.{_doubt(accepted)}"
+    return verdict, f"{names} {subject} {fall}; {rest}.{_doubt(accepted)}"
 
 
 def explains_little(nominal: Errors, found: Errors, reach: float) -> bool:
@@ -97,10 +99,10 @@ def explains_little(nominal: Errors, found: Errors, reach: float) -> bool:
 
 def _lost(accepted: Sequence[Accepted], nominal: Errors, after: Errors) -> str:
     """A sentence where not even the geometry explains much."""
-    end = "What was added means little before that is settled" if accepted else "Nothing is said of effects"
+    end = "The effects that were added mean little until then" if accepted else "No effects were added"
     return (
-        f"The geometry explains little: {after.position_mm.rms:.3g} of {nominal.position_mm.rms:.3g} mm are "
-        f"left. Are robot, units, frames and sessions the right ones? {end}."
+        f"The geometry explains little: {after.position_mm.rms:.3g} of {nominal.position_mm.rms:.3g} mm "
+        f"remain. Check the robot, the units, the frames and the sessions. {end}."
     )
 
 
@@ -109,22 +111,22 @@ def undecided(fit: Fit) -> str | None:
     unknowns, data = len(fit.problem.names), fit.problem.data
     if 2 * freedoms(data) < data.joints:
         return (
-            f"The {len(data)} rows lie in one family of poses ({freedoms(data)} of {data.joints} freedoms), "
-            "which can't tell effects from the geometry, so none was looked for; measure poses spread over "
-            "all joints."
+            f"The {len(data)} poses vary in only {freedoms(data)} of {data.joints} independent directions of "
+            "joint space, too few to tell effects from the geometry, so none were looked for; measure poses "
+            "spread over all joints."
         )
     if fit.problem.count >= (1.0 + SPARE) * unknowns:
         return None
     per_row = fit.problem.count / max(len(fit.problem.data), 1)
     missing = int((1.0 + SPARE) * unknowns / per_row) + 1 - len(fit.problem.data)
     return (
-        f"{len(fit.problem.data)} rows for {unknowns} unknowns can't tell effects from the geometry, so none "
-        f"was looked for; measure about {missing} more poses, spread over all joints."
+        f"{len(fit.problem.data)} rows for {unknowns} unknowns are too few to tell effects from the "
+        f"geometry, so none were looked for; measure about {missing} more poses, spread over all joints."
     )
 
 
 def freedoms(data: Dataset) -> int:
-    """Number of directions in joint space along which the poses are spread."""
+    """Number of independent directions in joint space in which the poses vary."""
     span = np.ptp(data.q, axis=0)
     spread = (data.q - data.q.mean(0)) / np.maximum(span, STILL)
     strength = np.linalg.svd(spread, compute_uv=False)
@@ -136,16 +138,16 @@ def coverage(data: Dataset, chain: Chain) -> list[str]:
     span = np.ptp(data.q, axis=0)
     little = [j for j in range(data.joints) if turns(chain, j) and STILL < span[j] < LITTLE]
     notes = [
-        f"joint {j + 1} moved over {np.rad2deg(span[j]):.0f}° only: nothing is said of it beyond"
+        f"joint {j + 1} moved over only {np.rad2deg(span[j]):.0f}°; beyond, nothing is known of it"
         for j in little
     ]
     if data.group is not None and len(set(data.group.tolist())) == 1:
-        notes.append("all fitted rows are of one group, so effects were cross-validated row by row")
+        notes.append("all fitted rows belong to one group, so effects were cross-validated row by row")
     together = freedoms(data)
     if together < int((span > STILL).sum()):
         notes.append(
-            f"the joints moved together, in a family of poses with {together} instead of {data.joints} "
-            "freedoms: what is found holds there, and effects of different joints can hardly be told apart"
+            f"the joints moved together, in {together} instead of {data.joints} independent directions: the "
+            "result holds for such poses, and effects of different joints can hardly be told apart"
         )
     return notes
 

@@ -122,6 +122,11 @@ class AbstractEffect(AbstractLaw):
         return ", ".join(part for part in (self.name, where, self.variant) if part)
 
     @property
+    def phrase(self) -> str:
+        """Within a sentence: `joint-compliance at joint 2`."""
+        return f"{self.name} at {self.where.lower()}" if self.joints else self.name
+
+    @property
     def where(self) -> str:
         """`Joint 3` or `Joints 2, 3`, for the beginning of a sentence; `The arm` without joints."""
         numbers = ", ".join(str(j + 1) for j in self.joints)

@@ -49,8 +49,7 @@ class LinkFlexure(AbstractEffect):
         return (change * mine[:, None]).reshape(len(motion), len(self.names), -1)
 
     def sentence(self, chain, motion):
-        after = self.where[0].lower() + self.where[1:]
-        return f"The link after {after} bends by {self.size(chain)} under the moment that it carries"
+        return f"The link after {self.where.lower()} bends by {self.size(chain)} under the moment that it carries"
 
     @classmethod
     def example(cls, arm, joint, rng):

@@ -106,19 +106,17 @@ def _effect(result: Diagnosis, place: int) -> dict[str, object]:
 
 def _facts(result: Diagnosis) -> list[tuple[str, str]]:
     fitted = len(result.after_fit.problem.data)
-    rows = (
-        f"{fitted} fitted, {len(result.held_out_data)} held out, {len(result.outliers)} set apart as outliers"
-    )
+    rows = f"{fitted} fitted, {len(result.held_out_data)} held out, {len(result.outliers)} outliers"
     facts = [
         ("Robot", f"{result.robot.name} ({result.robot.convention}, {result.robot.dof} joints)"),
         ("Measurements", result.data.source),
         ("Rows", f"{rows}, {len(result.excluded)} excluded"),
-        ("What is left", f"{_noise_words(result.noise)} per axis"),
+        ("Remaining error", f"{_noise_words(result.noise)} per axis"),
     ]
     if result.floor is not None:
-        facts.append(("Noise that was known", f"{_noise_words(result.floor)} per axis"))
+        facts.append(("Known noise", f"{_noise_words(result.floor)} per axis"))
     if result.joint_noise is not None:
-        words = f"{np.rad2deg(result.joint_noise):.2g}° would explain what is left"
+        words = f"{np.rad2deg(result.joint_noise):.2g}° would explain the remaining error"
         facts.append(("Noise of joint readings", words))
     return facts
 

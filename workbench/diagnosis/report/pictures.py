@@ -34,23 +34,23 @@ def pictures(result: Diagnosis) -> tuple[Picture, ...]:
             "ranking",
             "What each candidate would bring",
             "Log evidence of each effect when it is added to the geometry alone, and the probability p that "
-            "chance brings as much. Similar effects rank high together; only what the rows ask for beside "
-            "the others was added.",
+            "chance brings as much. Similar effects rank high together; only those that the rows ask for "
+            "beside the others were added.",
             partial(ranking, result),
         ),
         *_of_effects(result),
         Picture(
             "shapes",
             "Errors of joints over their position",
-            "What the effects of each joint add up to; the mean over the rows, which is the joint's zero, is "
-            "taken out. Band: two standard errors either way. Ticks: where rows were measured.",
+            "Sum of the effects of each joint, less its mean over the rows, which is the joint's zero. Band: "
+            "two standard errors either way. Ticks: measured positions.",
             partial(shapes, result),
         ),
         Picture(
             "arrows",
             "Residuals in space",
             "Measured minus predicted position at the measured points, much exaggerated, in the measuring "
-            "frame; both sides have the same scale. Neighbours that agree mean that something is missing.",
+            "frame; both sides have the same scale. Neighbours that agree point to a missing effect.",
             partial(arrows, result),
         ),
     )

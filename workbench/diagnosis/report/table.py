@@ -1,4 +1,4 @@
-"""A diagnosis in the terminal: errors, what was added, the verdict, rivals, outliers, what to measure next.
+"""A diagnosis in the terminal: verdict, errors, effects, alternatives, outliers, what to measure next.
 
 rich.print(diagnosis_tables(result))
 """
@@ -39,12 +39,12 @@ def diagnosis_tables(result: Diagnosis) -> RenderableType:
     if result.effects:
         parts.append(effects_table(result))
         parts += [line("effect", found.words) for found in result.effects]
-    parts += [line("instead", words) for words in alternatives(result)]
+    parts += [Text(words, style="dim") for words in alternatives(result)]
     if len(result.outliers):
-        parts.append(line("set apart", outlier_words(result)))
+        parts.append(line("outliers", outlier_words(result)))
     if result.joint_noise is not None:
-        words = f"{np.rad2deg(result.joint_noise):.2g}° would explain what is left"
-        parts.append(line("joint readings", words))
+        words = f"{np.rad2deg(result.joint_noise):.2g}° would explain the remaining error"
+        parts.append(line("noise of joint readings", words))
     if len(result.measure_next):
         parts.append(next_table(result))
     parts += [line("note", words) for words in result.notes]
@@ -84,7 +84,7 @@ def heading(result: Diagnosis) -> str:
     fitted = len(result.after_fit.problem.data)
     rows = f"{fitted} rows fitted, {len(result.held_out_data)} held out"
     if len(result.outliers):
-        rows += f", {len(result.outliers)} set apart"
+        rows += f", {len(result.outliers)} outliers"
     if result.excluded:
         rows += f", {len(result.excluded)} excluded"
     return f"{result.robot.name}: {rows}"
@@ -129,7 +129,7 @@ def chance(p: float) -> str:
 
 
 def alternatives(result: Diagnosis) -> list[str]:
-    """What would do nearly as well in the place of each effect, one sentence each."""
+    """Effects that would do nearly as well in the place of each one, a line each."""
     with_all = judged(result.after).position_mm.mean
     return [_instead(found, with_all) for found in result.effects if found.alternatives]
 
@@ -141,14 +141,15 @@ def _instead(found: Accepted, with_all: float) -> str:
             f" ({short(rival.held_out_mm)} mm)"
         )  # fmt: skip
         rivals.append(f"{rival.effect.label}{error}")
-    return f"of {found.effect.label} ({short(with_all)} mm in the end): {'; '.join(rivals)}"
+    return f"Alternatives to {found.effect.phrase} ({short(with_all)} mm): {'; '.join(rivals)}"
 
 
 def outlier_words(result: Diagnosis) -> str:
-    """Which rows were set apart."""
+    """Which rows were set apart, and what to do."""
     rows = sorted(result.data.row[result.outliers].tolist())
     shown = ", ".join(map(str, rows[:NAMED])) + (" …" if len(rows) > NAMED else "")
-    return f"data row{'s' if len(rows) > 1 else ''} {shown}, which no arm explains; measure again or exclude"
+    subject, it = (f"data rows {shown}", "them") if len(rows) > 1 else (f"data row {shown}", "it")
+    return f"{subject}: no model of the arm explains {it}; measure {it} again, or exclude {it}"
 
 
 def next_table(result: Diagnosis) -> Table:

@@ -38,11 +38,11 @@ def model_errors(found: Diagnosis) -> Iterator[tuple[str, str]]:
 
 
 def remarks(found: Diagnosis) -> Iterator[str]:
-    """What was added, what else could be meant, what was set apart, what to measure next."""
+    """What was added, alternatives, outliers, what to measure next."""
     yield from (accepted.words for accepted in found.effects)
-    yield from (f"instead {words}" for words in alternatives(found))
+    yield from alternatives(found)
     if len(found.outliers):
-        yield f"set apart: {outlier_words(found)}"
+        yield f"outliers: {outlier_words(found)}"
     if len(found.measure_next):
         yield f"{len(found.measure_next)} poses are proposed to be measured next"
     yield from (f"note: {words}" for words in found.notes)

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 import viser
 
-from workbench.arm.effects import AbstractEffect
 from workbench.diagnosis.record import Diagnosis, Verdict, judged
+from workbench.diagnosis.report.table import outlier_words
 from workbench.session.commands.diagnose import AddEffects, Diagnose, TakeNextPoses
 from workbench.session.state import Session
 from workbench.views.appearance.colours import (
@@ -121,7 +121,7 @@ def _bars(found: Diagnosis) -> str:
 def _details(found: Diagnosis) -> str:
     return block(
         _accepted(found)
-        + heading("What is left, row by row [mm]")
+        + heading("Error row by row [mm]")
         + _residuals(found)
         + _ranking(found)
         + _notes(found),
@@ -133,7 +133,7 @@ def _details(found: Diagnosis) -> str:
 def _accepted(found: Diagnosis) -> str:
     lines = []
     for accepted in found.effects:
-        others = ", ".join(named(r.effect) for r in accepted.alternatives[:2])
+        others = ", ".join(r.effect.label for r in accepted.alternatives[:2])
         more = f'<div style="color:{MUTED}">Nearly as good: {text(others)}</div>' if others else ""
         chance = "below 10⁻³⁰⁰" if accepted.p_value == 0 else f"{accepted.p_value:.1e}"
         lines.append(
@@ -164,7 +164,7 @@ def _ranking(found: Diagnosis) -> str:
     rows = []
     for ranked in found.ranking[:CANDIDATES]:
         left = "–" if ranked.held_out_mm is None else number(ranked.held_out_mm)
-        rows.append((text(named(ranked.effect)), number(ranked.gain), *((left,) if tried else ())))
+        rows.append((text(ranked.effect.label), number(ranked.gain), *((left,) if tried else ())))
     head = heading("Candidates by what they bring to the geometry alone")
     columns = ("", "evidence [nat]", *(("then left [mm]",) if tried else ()))
     return head + table(columns, rows, testid="ranking") if rows else ""
@@ -173,19 +173,10 @@ def _ranking(found: Diagnosis) -> str:
 def _notes(found: Diagnosis) -> str:
     words = list(found.notes)
     if len(found.outliers):
-        words.insert(0, f"rows set apart as outliers: {', '.join(map(str, found.outliers.tolist()))}")
+        words.insert(0, f"outliers: {outlier_words(found)}")
     lines = "".join(f"<li>{text(note)}</li>" for note in words)
     return (
         heading("Decisions") + f'<ul style="margin:0;padding-left:16px;color:{MUTED}">{lines}</ul>'
         if lines
         else ""
     )
-
-
-def named(effect: AbstractEffect) -> str:
-    """An effect as people say it."""
-    name = str(effect.name).replace("-", " ")
-    if not effect.joints:
-        return name
-    joints = ", ".join(str(j + 1) for j in effect.joints)
-    return f"{name}, joint{'s' if len(effect.joints) > 1 else ''} {joints}"
