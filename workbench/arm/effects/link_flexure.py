@@ -49,7 +49,8 @@ class LinkFlexure(AbstractEffect):
         return (change * mine[:, None]).reshape(len(motion), len(self.names), -1)
 
     def sentence(self, chain, motion):
-        return f"The link after {self.where.lower()} bends by {self.size(chain)} under the moment that it carries"
+        link = f"link after {self.where.lower()}"
+        return f"The {link} bends by {self.size(chain)} under the moment that it carries"
 
     @classmethod
     def example(cls, arm, joint, rng):
