@@ -1,10 +1,10 @@
 """Size and cost of a checkout.  Run: python tests/benchmarks/house.py [--tree PATH]
 
-Prints lines, files and wings (top-level packages), the time of an import, how many files of the package a drag
-step and a diagnosis run through, and the time of `identify` from Python and by the command. It knows the layout
-with wings and the one before it, so that two checkouts can be compared. Every number comes from a process of its
-own; times are the median of `--repeats`: seconds, and the processor's in brackets, which other programs on the
-machine do not lengthen.
+Prints lines, files and wings (top-level packages), the time of an import, how many files of the package a
+drag step and a diagnosis run through, and the time of `identify` from Python and by the command. It knows the
+layout with wings and the one before it, so that two checkouts can be compared. Every number comes from a
+process of its own; times are the median of `--repeats`: seconds, and in brackets the processor's, which other
+programs on the machine do not lengthen.
 """
 
 import argparse

@@ -58,12 +58,6 @@ def test_rows_without_any_position_are_not_judged():
     assert np.isnan(check.share_per_axis).all()
 
 
-def test_the_tip_adds_both_errors():
-    components = rows([[3.0, 0.0, 4.0], [0.0, 0.0, 0.0]], [[0.0, 60.0, 0.0], [NAN] * 3])
-    tip = Requirement().tip_error(components)
-    assert tip == pytest.approx([5e-3 + 0.2, 0.0])  # a chord over 60° is as long as the radius
-
-
 @pytest.mark.parametrize("changes", [{"radius": 0.0}, {"insertion": -1.0}, {"per_axis": 3e-3}])
 def test_impossible_requirements(changes):
     with pytest.raises(OptionError):

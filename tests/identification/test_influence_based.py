@@ -11,7 +11,7 @@ from workbench.arm.motion import Motion
 from workbench.base.types import Outcome
 from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.identifier import AbstractIdentifier
-from workbench.identification.algorithms.influence import InfluenceBased, pose_weights, small_steps
+from workbench.identification.algorithms.influence import RCOND, InfluenceBased, pose_weights
 from workbench.identification.algorithms.ols import Ols
 from workbench.identification.problem import Noise, Problem
 
@@ -46,6 +46,22 @@ def missed(problem, actual, x):
     return np.linalg.norm(
         tool_poses(found, Motion(q))[:, :3, 3] - tool_poses(actual, Motion(q))[:, :3, 3], axis=1
     ).mean()
+
+
+def small_steps(jacobian, residual, weights, *, factor=0.1, resolution=1e-5, limit=10_000):
+    """The thesis's own steps at one pose, eqs. (3.7), (3.8); their limit is what `InfluenceBased` takes.
+
+    `factor` is C, below one; `resolution` the length of ΔP at which the steps end, in its own unit.
+    """
+    answer, left = np.zeros(jacobian.shape[1]), residual.copy()
+    inverse = np.linalg.pinv(jacobian, rcond=RCOND)
+    for _ in range(limit):
+        if np.linalg.norm(left) <= resolution:
+            break
+        step = weights * (factor * (inverse @ left))
+        answer += step
+        left -= jacobian @ step
+    return answer
 
 
 @pytest.mark.parametrize("factor", [0.05, 0.5])

@@ -9,8 +9,8 @@ from workbench.arm.motion import Motion
 from workbench.base.types import frozen
 from workbench.plate import accuracy
 from workbench.plate.accuracy import position_weight, predicted_error
-from workbench.plate.criterion import index_criterion, region_criterion
-from workbench.plate.indices import INDICES
+from workbench.plate.criterion import criterion_of
+from workbench.plate.indices import INDICES, I
 
 
 @pytest.fixture(scope="module")
@@ -54,10 +54,10 @@ def test_trace_with_the_weight_is_the_mean_square(aria, q):
     weight = position_weight(aria, q[10:], linearisation.names)
     error = predicted_error(linearisation, aria, q[10:])
     assert np.sqrt(np.trace(weight @ linearisation.covariance)) == pytest.approx(error.position_rms)
-    criterion = region_criterion(aria, q[10:], linearisation.names, linearisation.weights)
+    criterion = criterion_of(I(position_weight(aria, q[10:], linearisation.names, linearisation.weights)), 10)
     gram = (linearisation.scaled.T @ linearisation.scaled)[None]
     assert criterion(gram)[0] == pytest.approx(error.position_rms, rel=1e-6)
-    cost = index_criterion(INDICES["O4"], 10)(gram)[0]
+    cost = criterion_of(INDICES["O4"], 10)(gram)[0]
     assert cost == pytest.approx(-INDICES["O4"].value(linearisation), rel=1e-6)
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from workbench.base.errors import OptionError
 from workbench.base.types import Outcome
-from workbench.plate.criterion import index_criterion
+from workbench.plate.criterion import criterion_of
 from workbench.plate.indices import INDICES
 from workbench.plate.poses.d_optimal import (
     add,
@@ -40,7 +40,7 @@ def o1(some):
 def test_slots_with_their_own_options_reach_the_exhaustive_optimum(name):
     options = grams(blocks())
     allowed = np.repeat(np.eye(4, dtype=bool), 2, axis=1)  # four slots, two options each
-    criterion = index_criterion(INDICES[name], 4)
+    criterion = criterion_of(INDICES[name], 4)
     starts = np.array([[0, 2, 4, 6], [1, 3, 5, 7], [0, 3, 4, 7]])
     found = exchange(options, allowed, criterion, starts=starts)
     best = min(criterion(options[list(c)].sum(0)[None])[0] for c in product((0, 1), (2, 3), (4, 5), (6, 7)))
@@ -53,7 +53,7 @@ def test_slots_with_their_own_options_reach_the_exhaustive_optimum(name):
 def test_distinct_locked_and_cancelled():
     options = grams(blocks())
     allowed = np.ones((3, 8), bool)
-    criterion = index_criterion(INDICES["O1"], 3)
+    criterion = criterion_of(INDICES["O1"], 3)
     start = np.array([[0, 1, 2]])
     assert len(set(exchange(options, allowed, criterion, starts=start, distinct=True).choice)) == 3
     locked = np.array([True, False, True])

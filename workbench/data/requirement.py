@@ -69,14 +69,6 @@ class Requirement:
         """The two limits for people."""
         return f"{1e3 * self.per_axis:.3g} mm per axis and {np.rad2deg(self.angle):.2f}°"
 
-    def tip_error(self, components: RowComponents) -> Float[np.ndarray, " rows"]:
-        """Greatest error that the tip can have in each row [m]; the tool's own where only it was measured.
-
-        Errors of position and orientation add in the worst direction: ‖Δp‖ + 2 l_max sin(‖Δφ‖/2).
-        """
-        turned = np.nan_to_num(np.linalg.norm(components.rotation, axis=1))
-        return np.linalg.norm(components.position, axis=1) + 2.0 * self.insertion * np.sin(0.5 * turned)
-
     def check(self, components: RowComponents) -> "RequirementCheck":
         """Judge every row that has a measured point.
 

@@ -75,30 +75,6 @@ class RegionCriterion(AbstractCriterion):
         return -inverse @ self.weight @ inverse / (2.0 * np.sqrt((inverse * self.weight).sum()))
 
 
-def index_criterion(index: AbstractSetIndex, measurements: int) -> IndexCriterion:
-    """Minus the index of sets of so many measurements."""
-    return IndexCriterion(index, measurements)
-
-
-def region_criterion(
-    robot: Robot,
-    q_region: Float[np.ndarray, "rows n"],
-    names: tuple[str, ...],
-    weights: Float[np.ndarray, " p"],
-    basis: Float[np.ndarray, "p r"] | None = None,
-) -> RegionCriterion:
-    """Root mean square predicted position error over poses that matter [m]: I-optimality.
-
-    Args:
-        robot: Geometry at which the poses are linearised.
-        q_region: Joint positions of those poses [rad or m].
-        names: The identified parameters.
-        weights: Scaling of the parameters, as in `Linearisation.weights`.
-        basis: Combinations of scaled parameters that the Gram matrices are of, see `plate.freedom`.
-    """
-    return RegionCriterion(visible_weight(position_weight(robot, q_region, names, weights), basis))
-
-
 def goal_index(
     goal: Float[np.ndarray, "rows n"] | str,
     robot: Robot,

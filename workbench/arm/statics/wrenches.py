@@ -179,11 +179,6 @@ def own_axis(robot: Robot) -> Int[np.ndarray, " n"]:
     return out
 
 
-def holding(wrenches: Float[np.ndarray, "rows n 6"], robot: Robot) -> JointRows:
-    """Torque or force of every drive [N m or N], from the wrenches through its joint."""
-    return wrenches[:, np.arange(robot.dof), own_axis(robot)]
-
-
 def _check_rows(found: int, expected: int, source: str) -> None:
     if found != expected:
         raise ShapeError(

@@ -40,7 +40,6 @@ SAME_GROUPS = {
 _ORIENTATIONS = {"row": "row", "rows": "row", "column": "column", "columns": "column", "col": "column"}
 _ITEM = re.compile(r"(?P<name>[^\[\]]*)(?:\[(?P<inner>[^\[\]]*)\])?")
 _DOTS = ("…", "...", "..")
-SKIPPED = "-"
 
 
 @dataclass(frozen=True)

@@ -124,33 +124,3 @@ def pose_weights(moves: Float[np.ndarray, "rows m p"]) -> Float[np.ndarray, "row
     """k of each pose: how far each deviation moves it, as a share of the greatest (Katana §3.6)."""
     lengths = np.linalg.norm(moves, axis=1)
     return lengths / np.maximum(lengths.max(axis=1, keepdims=True), 1e-300)
-
-
-def small_steps(
-    jacobian: Float[np.ndarray, "m p"],
-    residual: Float[np.ndarray, " m"],
-    weights: Float[np.ndarray, " p"],
-    *,
-    factor: float = 0.1,
-    resolution: float = 1e-5,
-    limit: int = 10_000,
-) -> Float[np.ndarray, " p"]:
-    """The thesis's own steps at one pose, eqs. (3.7), (3.8); their limit is what `InfluenceBased` takes.
-
-    Args:
-        jacobian: J of one pose.
-        residual: ΔP.
-        weights: k.
-        factor: C, below one.
-        resolution: Length of ΔP at which the steps end, in its own unit.
-        limit: Greatest number of steps.
-    """
-    answer, left = np.zeros(jacobian.shape[1]), residual.copy()
-    inverse = np.linalg.pinv(jacobian, rcond=RCOND)
-    for _ in range(limit):
-        if np.linalg.norm(left) <= resolution:
-            break
-        step = weights * (factor * (inverse @ left))
-        answer += step
-        left -= jacobian @ step
-    return answer

@@ -5,13 +5,11 @@ Functions return what `rich` can print:
     rich.print(identification_tables(result))
 """
 
-import numpy as np
 from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.table import Table, box
 from rich.text import Text
 
-from workbench.data.requirement import RequirementCheck
 from workbench.identification.controller import ControllerNumbers
 from workbench.identification.errors import Errors
 from workbench.identification.fit import Fit
@@ -113,26 +111,6 @@ def parameters_tables(fit: Fit) -> RenderableType:
         parts.append(table)
     parts += [Text(f"{mark} {LEGEND[mark]}", style="dim") for mark in content.marks]
     return Group(*parts)
-
-
-def requirement_table(check: RequirementCheck) -> RenderableType:
-    """Eq. (3) of the paper: each limit, the worst entry, the share of rows that keeps it."""
-    requirement = check.requirement
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, title=f"Required: {requirement.words}")
-    for name in ("error", "limit", "worst", "rows within"):
-        table.add_column(name, justify="left" if name == "error" else "right", no_wrap=True)
-    for k, (worst, share) in enumerate(zip(check.worst, check.share_per_axis, strict=True)):
-        if not np.isfinite(worst):
-            continue
-        scale, unit = (1e3, " mm") if k < 3 else (float(np.rad2deg(1.0)), "°")
-        limit = (requirement.per_axis if k < 3 else requirement.angle) * scale
-        style = "" if share == 1.0 else "red"
-        name = f"{'position' if k < 3 else 'rotation'} {AXES[k % 3]}"
-        table.add_row(
-            name, f"{limit:.2f}{unit}", f"{short(worst * scale)}{unit}", f"{share:.1%}", style=style
-        )
-    verdict = "passed" if check.ok else "not passed"
-    return Group(table, Text(f"{verdict}: {check.share:.1%} of the rows keep every limit"))
 
 
 def use_tables(

@@ -130,29 +130,6 @@ def block_step(block: Block, name: str) -> bytes:
     return _step_file(_solid(outline, 2.0 * half, block.bores), name)
 
 
-def step_volume(content: bytes) -> float:
-    """Volume of the solids in a STEP file [m³].
-
-    Raises:
-        FileError: it holds none.
-    """
-    _require_step()
-    from OCP.BRepGProp import BRepGProp
-    from OCP.GProp import GProp_GProps
-    from OCP.IFSelect import IFSelect_RetDone
-    from OCP.STEPControl import STEPControl_Reader
-
-    with tempfile.TemporaryDirectory(prefix="workbench-") as folder:
-        path = Path(folder) / "part.step"
-        path.write_bytes(content)
-        reader = STEPControl_Reader()
-        if reader.ReadFile(str(path)) != IFSelect_RetDone or not reader.TransferRoots():
-            raise FileError("holds no solid that can be read; export it again", path="STEP file")
-        properties = GProp_GProps()
-        BRepGProp.VolumeProperties_s(reader.OneShape(), properties)
-    return float(properties.Mass()) / MM**3
-
-
 def _solid(outline: list[tuple[float, float]], width: float, bores: tuple[Bore, ...]) -> Any:
     """A prism along y over an outline in (x, z), less its bores [mm]."""
     _require_step()
