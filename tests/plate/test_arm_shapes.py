@@ -23,7 +23,7 @@ from workbench.plate.optimiser.shapes import block_hulls, plate_hull
 from workbench.plate.plate_toml import load_plate
 
 NAMES = ("base", "shoulder", "upperarm", "forearm", "wrist1", "wrist2", "wrist3")
-SPACING = 0.006
+SPACING = 0.008
 """Farthest that a point of a link is from one of its samples [m]."""
 
 
@@ -62,7 +62,7 @@ def samples(folder, ur5, q):
     clouds = []
     for body, name in enumerate(NAMES):
         mesh = trimesh.load(folder / "meshes" / "ur5" / "collision" / f"{name}.stl", force="mesh")
-        points = np.concatenate([mesh.vertices, trimesh.sample.sample_surface_even(mesh, 12_000, seed=1)[0]])
+        points = np.concatenate([mesh.vertices, trimesh.sample.sample_surface_even(mesh, 6_000, seed=1)[0]])
         clouds.append(se3.apply(frames[:, None, body + 1], points))
     return clouds
 
@@ -91,12 +91,13 @@ def test_meshes_are_as_far_from_the_plate_as_their_samples_say(arm, q, samples, 
 
 def test_links_are_as_far_apart_as_their_samples_say(arm, q, samples):
     placements = arm.placements(q)
-    for pair in arm.pairs:
-        found = replace(arm, pairs=pair[None]).own_distances(placements, far=5.0)
-        one, other = (samples[arm.bodies[i]] for i in pair)
-        for row in range(len(q)):
-            sampled = cKDTree(one[row]).query(other[row])[0].min()
-            assert sampled - 2.0 * SPACING <= found[row] <= sampled + 1e-9
+    for row in range(len(q)):
+        trees = [cKDTree(cloud[row]) for cloud in samples]
+        for i, j in arm.pairs:
+            pair = replace(arm, pairs=np.array([[i, j]]))
+            found = pair.own_distances(placements[row : row + 1], far=5.0)[0]
+            sampled = trees[i].query(samples[j][row])[0].min()
+            assert sampled - 2.0 * SPACING <= found <= sampled + 1e-9
 
 
 def test_meshes_are_as_low_as_their_lowest_sample(arm, q, samples):
@@ -104,9 +105,9 @@ def test_meshes_are_as_low_as_their_lowest_sample(arm, q, samples):
     assert np.allclose(lowest, np.stack([cloud[..., 2].min(1) for cloud in samples], axis=1), atol=1e-6)
 
 
-def test_what_only_tells_whether_the_clearance_is_kept_agrees_with_the_distances(arm, ur5, plate):
+def test_what_only_tells_whether_the_clearance_is_kept_agrees_with_the_distances(arm, plate):
     placements = arm.placements(rng(3).uniform(-3.0, 3.0, (300, 6)))
-    every, hulls = np.ones(len(arm.pieces), bool), block_hulls(plate, plate.poses[:1])
+    every, hulls = np.ones(len(arm.pieces), bool), [plate_hull(plate)]
     for measure in (arm.own_distances, lambda *a, **k: arm.hull_distances(*a, hulls, checked=every, **k)):
         exact = measure(placements)
         quick = measure(placements, far=0.0101, least=0.01)
