@@ -3,13 +3,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from workbench.arm.effects import EFFECTS
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.library import load_robot
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame, SessionFrames
 from workbench.base import se3
 from workbench.data.dataset import Dataset
-from workbench.data.prediction import row_components
+from workbench.data.prediction import predict, row_components
 from workbench.identification.errors import row_errors
 
 
@@ -64,3 +65,33 @@ def test_sessions_have_their_own_frames(robot):
 def test_distances_have_no_components(robot):
     data = Dataset(q=np.zeros((2, 6)), row=np.arange(2), distance=np.ones(2), anchor=np.array(["A", "A"]))
     assert np.isnan(row_components(robot, data).position).all()
+
+
+def test_what_drives_the_effects_is_taken_from_every_row(robot):
+    """A payload bends the arm row by row; errors stand on the same prediction."""
+    rng = np.random.default_rng(5)
+    bent = robot.with_effects(EFFECTS["joint-compliance"]((1,), (3e-4,)))
+    q, payload = rng.uniform(-1.0, 1.0, (6, 6)), np.array([0.0, 1.0, 2.0, 0.0, 1.0, 2.0])
+    poses = tool_poses(bent, Motion(q, payload=payload))
+    names = np.array(["a", "b"] * 3)
+    data = Dataset(q=q, row=np.arange(6), position=poses[:, :3, 3], payload=payload, session=names)
+    assert predict(bent, data) == pytest.approx(poses, abs=1e-15)
+    assert row_errors(bent, data).position == pytest.approx(np.zeros(6), abs=1e-12)
+    assert row_errors(bent, replace(data, payload=None)).position[payload == 0] == pytest.approx(
+        0.0, abs=1e-12
+    )
+    assert (row_errors(bent, replace(data, payload=None)).position[payload > 0] > 1e-5).all()
+
+
+def test_joined_rows_keep_every_column_of_both(robot):
+    rows = Dataset(
+        q=np.zeros((2, 6)), row=np.array([3, 5]), position=np.ones((2, 3)), temperature=np.array([20.0, 30.0])
+    )
+    other = Dataset(
+        q=np.ones((1, 6)), row=np.array([0]), position=np.zeros((1, 3)), session=np.array(["late"])
+    )
+    both = rows.joined(other)
+    assert both.row.tolist() == [3, 5, 6]
+    assert both.session.tolist() == ["", "", "late"]
+    assert both.temperature == pytest.approx([20.0, 30.0, np.nan], nan_ok=True)
+    assert both.position[2] == pytest.approx(np.zeros(3))

@@ -14,7 +14,10 @@ from workbench.base.errors import DataError, OptionError
 from workbench.data.dataset import Dataset
 from workbench.data.observations import OBSERVATIONS
 from workbench.data.observations.tilt import reading
+from workbench.diagnosis.diagnose import diagnose
+from workbench.identification.identify import identify
 from workbench.identification.problem import FrameFreedom, Noise, Problem
+from workbench.plate.virtual_measuring import measure_poses
 
 ROWS = 12
 
@@ -161,3 +164,20 @@ def test_robot_at_moves_arm_and_session_frames():
     again = Problem.build(moved, data, free=())
     np.testing.assert_allclose(again.physical(again.residual(again.start)), direct, atol=1e-12)
     assert [s.name for s in moved.sessions] == ["front", "left"]
+
+
+def test_few_problems_are_set_up(monkeypatch):
+    """What needs no search is predicted without one: counts, errors of a model, its rivals in a diagnosis."""
+    robot, build, count = load_robot("aria"), Problem.build.__func__, [0]
+
+    def counted(cls, *args, **options):
+        count[0] += 1
+        return build(cls, *args, **options)
+
+    _, data = measure_poses(robot, 60, effects=("joint-compliance:2",), seed=1)
+    monkeypatch.setattr(Problem, "build", classmethod(counted))
+    identify(robot, data, algorithms=["opt2"])
+    assert count[0] <= 5
+    count[0] = 0
+    diagnose(robot, data)
+    assert count[0] <= 15

@@ -2,35 +2,19 @@
 
 import numpy as np
 import pytest
+from driven_effects import DRIVEN, driven_file
 
-from workbench.arm.effects.backlash import Backlash
-from workbench.arm.library import load_robot
 from workbench.data.readers import read_measurements
-from workbench.data.writer import write_measurements
 from workbench.identification.evaluate import evaluate
-from workbench.plate.virtual_measuring import measure_poses
 from workbench.session.commands.data import LoadData
 from workbench.session.commands.diagnose import AddEffects, Diagnose
 from workbench.session.commands.identify import Identify
 from workbench.session.journal.numbers import numbers_of
 
-HIDDEN = {
-    "temperature": ("thermal-growth::3e-4", 3),
-    "time": ("base-drift", 3),
-    "payload": ("joint-compliance:2:3e-4", 4),
-    "direction": (Backlash((1,), (1.5e-3,), by="motion"), 3),
-}
-"""An effect that is driven by each column, and the seed of arm, poses and noise."""
 
-
-@pytest.fixture(scope="module", params=HIDDEN)
+@pytest.fixture(scope="module", params=DRIVEN)
 def measured(request, tmp_path_factory):
-    """A file of 90 poses of an arm with the effect, and the effect's name."""
-    effect, seed = HIDDEN[request.param]
-    _, rows = measure_poses(load_robot("aria"), 90, instrument="tracker-6d", effects=(effect,), seed=seed)
-    path = write_measurements(rows, tmp_path_factory.mktemp("driven") / f"{request.param}.csv")
-    assert getattr(rows, request.param) is not None
-    return path, effect.split(":")[0] if isinstance(effect, str) else effect.name
+    return driven_file(request.param, tmp_path_factory.mktemp("driven"))
 
 
 def test_what_was_found_is_added_and_compared_as_evaluate_does(measured, do):

@@ -289,7 +289,7 @@ class Trial:
         own = {p.name: v for p, v in zip(fitted.problem.parameters, fitted.fit.x, strict=True)}
         self._found = {p.name: float(own[p.name]) for p in fitted.problem.parameters if p.is_instrument}
         self._first = first
-        self._ready = replace(ready, problem=fitted.problem)
+        self._ready = ready
         self._data = ready.held if len(ready.held) else fitted.problem.data
 
     def mean_mm(self, terms: Sequence[Term]) -> float:
@@ -297,8 +297,7 @@ class Trial:
         grams = self._first.grams
         model = grown(grams, as_candidates(tuple(terms), self._first))
         arm = robot_with(self._first.stage.fitted, grams, model)
-        judge = replace(self._ready, held=self._data.take(in_known_range(arm, self._data)))
-        rows = judge.errors(arm, self._found)[1]
+        rows = self._ready.errors_on(self._data.take(in_known_range(arm, self._data)), arm, self._found)
         return 1e3 * float(rows.position.mean()) if len(rows.position) else float("nan")
 
 

@@ -227,7 +227,9 @@ def as_candidates(model: Model, searched: Searched) -> Model:
 
 def _key(candidate: Candidate) -> str:
     """What tells candidates of different rounds apart."""
-    shape = "" if candidate.covariance is None else f"{candidate.covariance[[0, -1], [1, -1]]}"
+    shape = ""
+    if candidate.covariance is not None:
+        shape = " ".join(f"{c:.8g}" for c in candidate.covariance[[0, -1], [1, -1]].tolist())
     return f"{candidate.effect.name} {candidate.names} {shape}"
 
 

@@ -1,16 +1,16 @@
 """Position and orientation errors of a model on measured rows, and their summary."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from workbench.arm.robot import Robot
 from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
-from workbench.data.observations import Channel
+from workbench.data.observations import AbstractObservation, Channel
 from workbench.data.prediction import predict
 from workbench.identification.algorithms.opt2 import Opt2
 from workbench.identification.blocks import observed_kinds
@@ -80,20 +80,38 @@ def row_errors(robot: Robot, data: Dataset, *, known: Mapping[str, float] | None
     robot.check_ranges(data.q, data.row, data.source)
     places = instrument_places(robot, data, known=known)
     square, components = np.zeros((2, len(data))), np.zeros((2, len(data)))  # of positions, of rotations
-    for kind, rows in observed_kinds(data):
-        mine = data.take(rows)
-        for observation in kind.each(mine):
-            poses = predict(robot, mine, link=observation.link)
-            unknown = np.array([places[name] for name in observation.unknowns], float)
-            residual = observation.see(poses, unknown).residual
-            seen = np.broadcast_to(observation.seen, residual.shape)
-            turns = np.array([channel is Channel.ROTATION for channel in observation.channels])
-            for i, chosen in enumerate((~turns, turns)):
-                square[i, rows] += (np.where(seen, residual, 0.0)[:, chosen] ** 2).sum(1)
-                components[i, rows] += seen[:, chosen].sum(1)
+    for observation, rows in observations(data):
+        poses = predict(robot, _chosen(data, rows), link=observation.link)
+        unknown = np.array([places[name] for name in observation.unknowns], float)
+        residual = observation.see(poses, unknown).residual
+        seen = np.broadcast_to(observation.seen, residual.shape)
+        turns = np.array([channel is Channel.ROTATION for channel in observation.channels])
+        for i, chosen in enumerate((~turns, turns)):
+            square[i, rows] += (np.where(seen, residual, 0.0)[:, chosen] ** 2).sum(1)
+            components[i, rows] += seen[:, chosen].sum(1)
     points = np.maximum(components[0] / 3.0, 1.0)
     rotation = np.where(components[1] > 0.0, np.sqrt(square[1]), np.nan)
     return RowErrors(frozen(np.sqrt(square[0] / points)), frozen(rotation))
+
+
+def observations(data: Dataset) -> Iterator[tuple[AbstractObservation, Int[np.ndarray, " _"]]]:
+    """Every observation of the rows, with the numbers of those that it saw."""
+    for kind, rows in observed_kinds(data):
+        for observation in kind.each(_chosen(data, rows)):
+            yield observation, rows
+
+
+def count_measured(data: Dataset) -> int:
+    """How many numbers were measured; the markers that were hidden give none."""
+    return sum(
+        int(np.broadcast_to(observation.seen, (len(rows), len(observation.channels))).sum())
+        for observation, rows in observations(data)
+    )
+
+
+def _chosen(data: Dataset, rows: np.ndarray) -> Dataset:
+    """Rows by number, without a copy where it is all of them."""
+    return data if len(rows) == len(data) else data.take(rows)
 
 
 def instrument_places(
@@ -101,8 +119,7 @@ def instrument_places(
 ) -> dict[str, float]:
     """Places of anchors, contacts or markers [m]: the known ones; the others as they suit a model best."""
     known = dict(known or {})
-    kinds = [(kind, data.take(rows)) for kind, rows in observed_kinds(data)]
-    if all(name in known for kind, rows in kinds for name in kind.of(rows).unknowns):
+    if all(name in known for observation, _ in observations(data) for name in observation.unknowns):
         return known
     problem = Problem.build(robot, data, free=(), known=known)
     found = Opt2(limit=60).search(problem).x

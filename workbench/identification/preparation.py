@@ -72,8 +72,14 @@ class Prepared:
             robot: The model.
             instrument: Places of anchors, contacts or markers that were found with it [m].
         """
-        known = {**self.places, **instrument}
-        return _errors(robot, self.problem.data, known), _errors(self._at_home(robot), self.held, known)
+        fitted, held = self.problem.data, self.held
+        return self.errors_on(fitted, robot, instrument), self.errors_on(held, robot, instrument)
+
+    def errors_on(self, rows: Dataset, robot: Robot, instrument: Mapping[str, float]) -> RowErrors:
+        """Errors of a model on some of the fitted or held-out rows; arguments as of `errors`."""
+        if not len(rows):
+            return RowErrors(np.zeros(0), np.zeros(0))
+        return row_errors(self._at_home(robot, rows), rows, known={**self.places, **instrument})
 
     @cached_property
     def nominal_rows(self) -> tuple[RowErrors, RowErrors]:
@@ -89,11 +95,12 @@ class Prepared:
         turned = bool(self.problem.component_channels.any())
         return noise if turned else noise._replace(rotation=np.nan)
 
-    def _at_home(self, robot: Robot) -> Robot:
-        """The robot with bases for sessions that took no part in the fit, from their own rows."""
-        if not self.strangers:
+    def _at_home(self, robot: Robot, rows: Dataset) -> Robot:
+        """The robot with bases for sessions that took no part in the fit, from those of the rows."""
+        new = [name for name in rows.sessions if name in self.strangers]
+        if not new:
             return robot
-        rows = self.held.take(np.isin(np.asarray(self.held.session), self.strangers))
+        rows = rows.take(np.isin(np.asarray(rows.session), new))
         freedom = FrameFreedom(visible_parts(rows)[0], base_per_session=True)
         own = align(replace(robot, sessions=()), rows, freedom)
         return replace(robot, sessions=(*robot.sessions, *own.sessions))
@@ -269,9 +276,3 @@ def _noise_words(noise: Noise, turned: bool) -> str:
 def on_step(cancel: Cancel | None):
     """What a search asks after every step."""
     return None if cancel is None else lambda iteration, cost: cancel()
-
-
-def _errors(robot: Robot, data: Dataset, known: Mapping[str, float]) -> RowErrors:
-    if not len(data):
-        return RowErrors(np.zeros(0), np.zeros(0))
-    return row_errors(robot, data, known=known or None)

@@ -11,8 +11,8 @@ from workbench.base.errors import DataError, OptionError
 from workbench.data.dataset import Dataset
 from workbench.data.observations import OBSERVATIONS, ContactObservation, PlaneObservation
 from workbench.data.observations.distance import DistanceObservation
+from workbench.identification.errors import count_measured
 from workbench.identification.holdout import split, split_sessions
-from workbench.identification.problem import Problem
 from workbench.plate.region import Region
 
 Excluded = list[tuple[int, str]]
@@ -76,11 +76,11 @@ def divide(used: Dataset, held_out: float | Dataset | tuple[str, ...], seed: int
 def check_enough(robot: Robot, data: Dataset, free: Sequence[str] | None) -> None:
     """Refuse a fit of more parameters than measured numbers."""
     count = len(robot.default_free if free is None else free)
-    problem = Problem.build(robot, data, free=())
-    if problem.count < count:
-        need = int(np.ceil(count / (problem.count / len(data))))
+    measured = count_measured(data)
+    if measured < count:
+        need = int(np.ceil(count / (measured / len(data))))
         raise DataError(
-            f"{data.source}: {len(data)} rows give {problem.count} numbers for {count} parameters of the "
+            f"{data.source}: {len(data)} rows give {measured} numbers for {count} parameters of the "
             f"arm; measure at least {need} poses, hold fewer out, or free fewer parameters"
         )
 
