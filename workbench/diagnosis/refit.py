@@ -30,8 +30,10 @@ LARGE = 10_000_000
 """Numbers of a Jacobian from which on it is not formed any more."""
 SHORTER = (1.0, 0.3, 0.1)
 """Parts of a step that are tried."""
-CHORDS, PROMISE = 6, 1e-3
-"""Steps with one and the same curvature; they end when one promises less than this many standard errors."""
+CHORDS = 6
+"""Most steps with one and the same curvature."""
+PROMISE = 1e-3
+"""They end when a step promises less than this many standard errors."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,8 +25,10 @@ MENTIONED = 0.5
 """Part of an effect's evidence that a rival must have to be mentioned …"""
 FAR = 100.0
 """… and how far below the effect's it may lie at most."""
-RANKED, TRIED = 40, 12
-"""Candidates in the ranking; and how many of them are tried out on the rows that judge."""
+RANKED = 40
+"""Candidates in the ranking."""
+TRIED = 12
+"""How many of them are tried out on the rows that judge."""
 
 
 def rivals_of(searched: Searched, term: Term) -> list[tuple[Model, Offer]]:

@@ -30,8 +30,10 @@ ROUNDS = 40
 """Most effects of one arm."""
 EXCHANGES = 6
 """Rounds of exchange after each entry."""
-FEW, MANY = 3, 8
-"""Effects up to which exchanges are tried after every entry; and once nothing enters."""
+FEW = 3
+"""Effects up to which exchanges are tried after every entry …"""
+MANY = 8
+"""… and up to which they are tried once nothing enters."""
 WORTH = 0.005
 """Part of a fold's square that an effect must explain when the fold took no part in its fit."""
 BETTER = 0.5

@@ -29,8 +29,10 @@ from workbench.diagnosis.search import search as search_effects
 from workbench.identification.algorithms.identifier import OnStep
 from workbench.identification.problem import Problem
 
-ROUNDS, FEW_ROUNDS = 5, 2
-"""Most searches for effects; fewer for large problems."""
+ROUNDS = 5
+"""Most searches for effects …"""
+FEW_ROUNDS = 2
+"""… and of large problems."""
 SETTLINGS = 3
 """Most rounds of outliers after one fit."""
 FOLDS = 5

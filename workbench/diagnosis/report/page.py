@@ -9,18 +9,19 @@ from markupsafe import Markup
 from workbench.arm.effects.axes import turns
 from workbench.base.files import check_folder, write_folder
 from workbench.diagnosis.record import Diagnosis, Verdict, judged
-from workbench.diagnosis.report.coefficients import lines
 from workbench.diagnosis.report.json import diagnosis_json
 from workbench.diagnosis.report.pictures import pictures
-from workbench.diagnosis.report.table import alternatives, chance, outlier_words
+from workbench.diagnosis.report.table import alternatives, chance, lines, outlier_words
 from workbench.identification.report.page import error_cards
 from workbench.report.drawing import Drawing, png, svg
 from workbench.report.html import page_template, themed
 from workbench.report.json import json_text
 from workbench.report.numbers import short
 
-PAGE, RESULT, PICTURES = "diagnosis.html", "diagnosis.json", "diagnosis-"
-"""Names of the page and of the result, and what every picture's name begins with."""
+PAGE = "diagnosis.html"
+RESULT = "diagnosis.json"
+PICTURES = "diagnosis-"
+"""What the name of every picture begins with."""
 
 Progress = Callable[[float, str], None]
 

@@ -3,12 +3,10 @@
 from functools import partial
 
 from workbench.diagnosis.record import Diagnosis
-from workbench.diagnosis.report.against import against_drivers
 from workbench.diagnosis.report.apparent import Rows
-from workbench.diagnosis.report.arrows import arrows
-from workbench.diagnosis.report.errors import errors
+from workbench.diagnosis.report.effect_pictures import against_drivers, shapes
+from workbench.diagnosis.report.error_pictures import arrows, errors
 from workbench.diagnosis.report.ranking import ranking
-from workbench.diagnosis.report.shapes import shapes
 from workbench.report.drawing import Picture
 
 DRAWN = 12

@@ -3,43 +3,38 @@
 rich.print(diagnosis_tables(result))
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
+from workbench.arm.chain import Chain
+from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.axes import turns
-from workbench.diagnosis.record import (
-    Accepted,
-    Diagnosis,
-    Verdict,
-    judged,
-)
-from workbench.diagnosis.report.coefficients import lines
-from workbench.identification.report.table import (
-    error_cells,
-    error_columns,
-)
-from workbench.report.numbers import short
+from workbench.diagnosis.record import Accepted, Diagnosis, Verdict, judged
+from workbench.identification.report.table import error_cells, error_columns
+from workbench.report.numbers import readable_unit, short
 from workbench.report.tables import line, new_table
 
 STYLES = {Verdict.EXPLAINED: "bold green", Verdict.NONE: "bold", Verdict.PARTLY: "bold yellow"}
 NAMED = 15
 """Most outliers that are named."""
+LISTED = 6
+"""Most coefficients of one effect that are listed one by one."""
 RANKED = 5
 """Candidates that a summary shows."""
 
 
 def diagnosis_tables(result: Diagnosis) -> RenderableType:
     """Everything that a diagnosis found, the verdict first."""
-    parts: list[RenderableType] = [Text(heading(result), style="bold")]
-    parts.append(Text(f"{result.verdict}: {result.message}", style=STYLES.get(result.verdict, "bold red")))
-    parts.append(errors_table(result))
+    parts = _beginning(result)
     if result.effects:
         parts.append(effects_table(result))
         parts += [line("effect", found.words) for found in result.effects]
-    parts += [Text(words, style="dim") for words in alternatives(result)]
+    parts += _alternatives(result)
     if len(result.outliers):
         parts.append(line("outliers", outlier_words(result)))
     if result.joint_noise is not None:
@@ -53,12 +48,18 @@ def diagnosis_tables(result: Diagnosis) -> RenderableType:
 
 def summary(result: Diagnosis) -> RenderableType:
     """The verdict, errors before and after, and what each candidate would have brought."""
-    parts: list[RenderableType] = [Text(heading(result), style="bold")]
-    parts.append(Text(f"{result.verdict}: {result.message}", style=STYLES.get(result.verdict, "bold red")))
-    parts.append(errors_table(result))
-    if result.ranking:
-        parts.append(ranking_table(result))
-    return Group(*parts, *(line("alternatives", words) for words in alternatives(result)))
+    ranking = [ranking_table(result)] if result.ranking else []
+    return Group(*_beginning(result), *ranking, *_alternatives(result))
+
+
+def _beginning(result: Diagnosis) -> list[RenderableType]:
+    """Robot and rows, the verdict, errors before and after."""
+    verdict = Text(f"{result.verdict}: {result.message}", style=STYLES.get(result.verdict, "bold red"))
+    return [Text(heading(result), style="bold"), verdict, errors_table(result)]
+
+
+def _alternatives(result: Diagnosis) -> list[Text]:
+    return [Text(words, style="dim") for words in alternatives(result)]
 
 
 def ranking_table(result: Diagnosis) -> Table:
@@ -164,3 +165,48 @@ def next_table(result: Diagnosis) -> Table:
         cells = [f"{np.rad2deg(v) if turn else 1e3 * v:.1f}" for v, turn in zip(q, turning, strict=True)]
         table.add_row(str(k + 1), *(c.replace("-", "−") for c in cells))
     return table
+
+
+@dataclass(frozen=True)
+class Size:
+    """One coefficient.
+
+    Args:
+        name: Such as `joint3.compliance`.
+        value: In the unit.
+        std: Standard error, likewise.
+        unit: For people.
+    """
+
+    name: str
+    value: float
+    std: float
+    unit: str
+
+    @property
+    def words(self) -> str:
+        """Such as `0.0412 ± 0.0003 mrad/(N·m)`: two digits of the standard error."""
+        if not np.isfinite(self.std) or self.std <= 0.0:
+            return f"{self.value:.3g} {self.unit}".replace("-", "−")
+        digits = int(np.clip(1 - np.floor(np.log10(self.std)), 0, 9))
+        return f"{self.value:.{digits}f} ± {self.std:.{digits}f} {self.unit}".replace("-", "−")
+
+
+def sizes(effect: AbstractEffect, std: tuple[float, ...], chain: Chain) -> tuple[Size, ...]:
+    """Every coefficient of an effect with its standard error, in readable units."""
+    units = [readable_unit(unit) for unit in effect.units(chain)]
+    return tuple(
+        Size(name, value * factor, error * factor, unit)
+        for name, value, error, (factor, unit) in zip(
+            effect.names, effect.coefficients, std, units, strict=True
+        )
+    )
+
+
+def lines(effect: AbstractEffect, std: tuple[float, ...], chain: Chain) -> tuple[tuple[str, str], ...]:
+    """Names and values for a table; of many coefficients only the one that is surely largest."""
+    found = sizes(effect, std, chain)
+    if len(found) <= LISTED:
+        return tuple((size.name, size.words) for size in found)
+    largest = max(found, key=lambda size: abs(size.value) - size.std)
+    return ((f"{len(found)} coefficients, largest {largest.name}", largest.words),)

@@ -3,11 +3,11 @@
 from collections.abc import Iterator
 
 from workbench.diagnosis.record import Accepted, Diagnosis, judged
-from workbench.diagnosis.report.coefficients import lines
 from workbench.diagnosis.report.table import (
     alternatives,
     chance,
     heading,
+    lines,
     outlier_words,
 )
 from workbench.report.numbers import short
