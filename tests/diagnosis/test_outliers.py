@@ -5,7 +5,7 @@ import pytest
 from arms import ARMS, MISSEATED, make
 from problems import fitted, geometric
 
-from workbench.diagnosis.outliers import robust_fit, standing_out
+from workbench.diagnosis.outliers import find_outliers, robust_fit
 from workbench.diagnosis.stages import geometry_first
 
 
@@ -38,7 +38,7 @@ def test_a_robust_fit_is_near_that_of_the_good_rows_alone():
     bad, good = (np.abs((x - clean.fit.x) / clean.fit.std).max() for x in (pulled, robust))
     assert good < 4.0
     assert bad > 10 * good
-    found = standing_out(problem, robust, np.ones(120, bool))
+    found = find_outliers(problem, robust, np.ones(120, bool))
     assert set(off) == set(np.flatnonzero(found))
 
 
@@ -49,7 +49,7 @@ def test_rows_that_were_not_fitted_are_judged_with_their_own_spread():
     keep = np.ones(120, bool)
     keep[:20] = False
     few = fitted(case, rows=np.flatnonzero(keep))
-    assert not standing_out(stage.problem, few.fit.x, keep, few.fit.factor).any()
+    assert not find_outliers(stage.problem, few.fit.x, keep, few.fit.factor).any()
 
 
 def test_clean_rows_are_called_wrong_no_more_often_than_stated():
@@ -57,5 +57,5 @@ def test_clean_rows_are_called_wrong_no_more_often_than_stated():
     accused = 0
     for seed in range(20):
         stage = fitted(make("none", 100 + seed, "three-parallel", poses=60))
-        accused += standing_out(stage.problem, stage.fit.x, np.ones(60, bool), stage.fit.factor).sum()
+        accused += find_outliers(stage.problem, stage.fit.x, np.ones(60, bool), stage.fit.factor).sum()
     assert accused <= 1

@@ -15,41 +15,18 @@ from workbench.data.directions import with_directions
 from workbench.diagnosis.evidence import Term, grown
 from workbench.diagnosis.leftover import joint_noise, structured
 from workbench.diagnosis.next_poses import next_poses
-from workbench.diagnosis.record import (
-    Accepted,
-    Diagnosis,
-    Ranked,
-    Verdict,
-    judged,
-)
+from workbench.diagnosis.record import Accepted, Diagnosis, Ranked, Verdict, judged
 from workbench.diagnosis.refit import robot_with
 from workbench.diagnosis.rivals import ambiguous, ranked, rivals_of
-from workbench.diagnosis.stages import (
-    Searched,
-    Stage,
-    as_candidates,
-    geometry_first,
-    rounds,
-)
+from workbench.diagnosis.stages import Searched, Stage, as_candidates, geometry_first, rounds
 from workbench.diagnosis.undetectable import describe, hidden_variance, undetectable
-from workbench.diagnosis.verdict import (
-    conclude,
-    coverage,
-    explains_little,
-    undecided,
-)
+from workbench.diagnosis.verdict import conclude, coverage, explains_little, too_few_rows
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.identifier import OnStep
 from workbench.identification.errors import Errors, RowErrors
 from workbench.identification.frames import Sessions
 from workbench.identification.known_range import in_known_range
-from workbench.identification.preparation import (
-    Cancel,
-    Prepared,
-    Progress,
-    on_step,
-    prepare,
-)
+from workbench.identification.preparation import Cancel, Prepared, Progress, on_step, prepare
 from workbench.identification.problem import Noise
 from workbench.identification.record import Validation
 from workbench.plate.region import Region
@@ -155,7 +132,7 @@ def _search(
     steps: dict[str, Any] = {"known": ready.places, "on_step": on_step}
     report(0.3, "fitting the geometry, setting outliers apart")
     first = geometry_first(ready.problem, **steps)
-    short = undecided(first.fitted.fit)
+    short = too_few_rows(first.fitted.fit)
     found = rounds(first, rng, search=short is None, tell=lambda text: report(0.5, text), **steps)
     report(0.8, "judging what was found")
     nominal = _nominal(ready)

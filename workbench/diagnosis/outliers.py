@@ -45,7 +45,7 @@ def robust_fit(problem: Problem, x: Float[np.ndarray, " p"]) -> Float[np.ndarray
     return x
 
 
-def standing_out(
+def find_outliers(
     problem: Problem,
     x: Float[np.ndarray, " p"],
     fitted: Bool[np.ndarray, " rows"],

@@ -10,13 +10,7 @@ from workbench.arm.effects import AbstractEffect
 from workbench.arm.robot import Robot
 from workbench.base.types import Outcome
 from workbench.data.dataset import Dataset
-from workbench.diagnosis.evidence import (
-    Model,
-    coefficients,
-    curvature,
-    precision_of,
-    solve,
-)
+from workbench.diagnosis.evidence import Model, coefficients, curvature, precision_of, solve
 from workbench.diagnosis.grams import Grams
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.identifier import OnStep, Search, ended

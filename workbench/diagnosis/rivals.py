@@ -5,15 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from workbench.arm.effects import AbstractEffect
-from workbench.diagnosis.evidence import (
-    Model,
-    Offer,
-    Term,
-    drop,
-    left_by,
-    offer,
-    offers,
-)
+from workbench.diagnosis.evidence import Model, Offer, Term, drop, left_by, offer, offers
 from workbench.diagnosis.record import Accepted, Ranked
 from workbench.diagnosis.stages import Searched
 

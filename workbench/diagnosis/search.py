@@ -12,16 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.arm.effects import Candidate
-from workbench.diagnosis.evidence import (
-    Left,
-    Model,
-    Offer,
-    drop,
-    left_by,
-    offer,
-    offers,
-    validated,
-)
+from workbench.diagnosis.evidence import Left, Model, Offer, drop, left_by, offer, offers, validated
 from workbench.diagnosis.grams import Grams
 
 ALPHA = 0.002
@@ -85,10 +76,10 @@ def search(
             break
         else:
             settled, model = True, _improved(grams, candidates, model)
-    return judged(grams, model, distrusted)
+    return as_found(grams, model, distrusted)
 
 
-def judged(grams: Grams, model: Model, distrusted: Sequence[Offer] = ()) -> Found:
+def as_found(grams: Grams, model: Model, distrusted: Sequence[Offer] = ()) -> Found:
     """A model as what a search found."""
     return Found(model, tuple(_own_offer(grams, model, k) for k in range(len(model))), tuple(distrusted))
 

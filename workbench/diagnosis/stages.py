@@ -16,15 +16,9 @@ from workbench.data.dataset import Dataset
 from workbench.diagnosis.catalogue import Catalogue, catalogue
 from workbench.diagnosis.evidence import Model, rescaled, validated
 from workbench.diagnosis.grams import Grams, compress
-from workbench.diagnosis.outliers import robust_fit, standing_out
-from workbench.diagnosis.refit import (
-    Fitted,
-    large,
-    linear_answer,
-    refit,
-    with_own_noise,
-)
-from workbench.diagnosis.search import WORTH, Found, judged
+from workbench.diagnosis.outliers import find_outliers, robust_fit
+from workbench.diagnosis.refit import Fitted, large, linear_answer, refit, with_own_noise
+from workbench.diagnosis.search import WORTH, Found, as_found
 from workbench.diagnosis.search import search as search_effects
 from workbench.identification.algorithms.identifier import OnStep
 from workbench.identification.problem import Problem
@@ -88,7 +82,7 @@ def geometry_first(
     rows = problem.data
     fitted = refit(problem, None, (), known=known, on_step=on_step)
     everything = np.ones(len(rows), bool)
-    out = standing_out(fitted.problem, robust_fit(fitted.problem, fitted.fit.x), everything)
+    out = find_outliers(fitted.problem, robust_fit(fitted.problem, fitted.fit.x), everything)
     stage = Stage(rows, ~out, problem, fitted)
     return _settle(_fit(stage, None, (), known, on_step), None, known, on_step)
 
@@ -142,7 +136,7 @@ def rounds(
 def _as_fitted(searched: Searched) -> Searched:
     """The search with the fitted model in place of what it found."""
     fitted = _among(searched.stage.fitted.model, searched.offered.candidates)
-    return replace(searched, found=judged(searched.grams, fitted, searched.found.distrusted))
+    return replace(searched, found=as_found(searched.grams, fitted, searched.found.distrusted))
 
 
 def _better(searched: Searched) -> bool:
@@ -175,7 +169,7 @@ def _search(stage: Stage, fold: np.ndarray, on_step: OnStep | None) -> Searched:
 def _unsearched(stage: Stage, fold: np.ndarray) -> Searched:
     """A stage at which nothing was tried."""
     grams = compress(stage.fitted.problem, stage.fitted.fit.x, [], fold[stage.keep])
-    return Searched(stage, Catalogue((), ()), grams, judged(grams, ()))
+    return Searched(stage, Catalogue((), ()), grams, as_found(grams, ()))
 
 
 def _fit(stage: Stage, grams: Grams | None, model: Model, known, on_step) -> Stage:
@@ -192,7 +186,7 @@ def _settle(stage: Stage, grams: Grams | None, known, on_step) -> Stage:
     """Set outliers apart until the rows stand still, then weigh by what the fit leaves."""
     for _ in range(1 if large(stage.fitted.problem) else SETTLINGS):
         whole = _on_all_rows(stage, known)
-        keep = ~standing_out(whole, stage.fitted.fit.x, stage.keep, stage.fitted.fit.factor)
+        keep = ~find_outliers(whole, stage.fitted.fit.x, stage.keep, stage.fitted.fit.factor)
         if (keep == stage.keep).all():
             break
         stage = _fit(replace(stage, keep=keep), grams, stage.fitted.model, known, on_step)

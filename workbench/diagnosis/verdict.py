@@ -106,7 +106,7 @@ def _lost(accepted: Sequence[Accepted], nominal: Errors, after: Errors) -> str:
     )
 
 
-def undecided(fit: Fit) -> str | None:
+def too_few_rows(fit: Fit) -> str | None:
     """A sentence where the rows are too few to tell effects from the geometry, with how many are missing."""
     unknowns, data = len(fit.problem.names), fit.problem.data
     if 2 * freedoms(data) < data.joints:

@@ -23,12 +23,7 @@ from workbench.base.errors import DataError, OptionError
 from workbench.base.types import Vector3
 from workbench.data.dataset import Dataset
 from workbench.data.simulation.instruments import Instrument, Observes
-from workbench.data.simulation.readings import (
-    read_poses,
-    read_tilts,
-    three_anchors,
-    unseen,
-)
+from workbench.data.simulation.readings import read_poses, read_tilts, three_anchors, unseen
 from workbench.data.simulation.surfaces import three_planes, touch_balls, touch_planes
 
 AUTO, MIXED = "auto", "mixed"
