@@ -19,7 +19,7 @@ from workbench.session.commands.arm import ChooseRobot
 from workbench.session.commands.compare import SetOverlay
 from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.identify import Identify
-from workbench.session.default_plate import suited_plate
+from workbench.session.start import suited_plate
 from workbench.session.state import Severity
 from workbench.views.appearance.bodies import body_frames
 

@@ -22,8 +22,8 @@ from workbench.session.commands.measure import (
 )
 from workbench.session.journal import Ending
 from workbench.session.journal.codec import decode, encode
+from workbench.session.live import VirtualDriver
 from workbench.session.state import Focus, Severity
-from workbench.session.steering import VirtualDriver
 
 STILL = np.linspace(0.0, 0.6, 13)
 

@@ -49,7 +49,7 @@ def open_session(
 
     if plate is not None or robot.startswith("aria"):
         return Opening(load_robot(robot), load_plate(plate or "table2"), begin)
-    from workbench.session.default_plate import suited_plate
+    from workbench.session.start import suited_plate
 
     arm = load_robot(robot)
     return Opening(arm, suited_plate(arm), begin)

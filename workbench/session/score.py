@@ -1,15 +1,23 @@
-"""The score of a set of targets: how well measurements there would determine the robot's parameters."""
+"""The score of a set of targets: how well measurements there would determine the robot's parameters.
+
+Errors are predicted for poses of the region, which `draw_region` draws.
+"""
 
 import numpy as np
 from jaxtyping import Float
 
+from workbench.arm.inverse.damped_newton import Task
 from workbench.arm.linearisation import Linearisation, linearise
 from workbench.arm.robot import Robot
+from workbench.base.errors import DataError
 from workbench.base.types import frozen
 from workbench.plate.accuracy import position_weight, predicted_error, rise_without_each
 from workbench.plate.freedom import identified_names
 from workbench.plate.indices import INDICES, O, evaluate
 from workbench.plate.plate import Kind, Plate
+from workbench.plate.poses.sampling import random_poses
+from workbench.plate.region import Region
+from workbench.plate.region_poses import region_poses
 from workbench.session.state import Noise, Score, TargetState
 
 WORST = 3
@@ -75,3 +83,19 @@ def worst_determined(linearisation: Linearisation) -> tuple[tuple[str, float, st
     errors = np.where(open_, np.inf, errors)
     worst = np.argsort(-errors / linearisation.weights, kind="stable")[:WORST]
     return tuple((linearisation.names[i], float(errors[i]), linearisation.units[i]) for i in worst)
+
+
+REGION_POSES = 24
+"""Places in the region, in all branches of each, for which the error is predicted."""
+RANDOM_POSES = 150
+"""Random postures with the tool in the region instead, for arms that few random poses suit."""
+
+
+def draw_region(robot: Robot, region: Region, rng: np.random.Generator) -> Float[np.ndarray, "poses n"]:
+    """Poses that matter: any place in the region, any orientation, any branch; none if out of reach."""
+    try:
+        if robot.dof < int(Task.POSE):
+            return frozen(random_poses(robot, RANDOM_POSES, rng=rng, region=region))
+        return frozen(region_poses(robot, region, REGION_POSES, rng=rng))
+    except DataError:
+        return frozen(np.zeros((0, robot.dof)))

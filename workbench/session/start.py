@@ -1,15 +1,29 @@
-"""The beginning of a session: a robot, a plate, and what follows from the two."""
+"""The beginning of a session: a robot, a plate, and what follows from the two.
+
+An arm without a plate of its own gets a circle of ten targets, sized by its reach as Table 2 is. An arm with
+fewer than six joints can't take any orientation: each of its targets is turned about the vertical until the
+arm meets it well clear of limits and plate, and then has the orientation that the tool has there.
+"""
+
+from dataclasses import replace
 
 import numpy as np
+from jaxtyping import Float
 
-from workbench.arm.inverse.damped_newton import Task
+from workbench.arm.inverse.branch import Branch
+from workbench.arm.inverse.solve import Task, solve_many
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.kinematics.skeleton import height_above_floor
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
+from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.base.types import frozen
-from workbench.plate.plate import Plate
-from workbench.session.reach import place_all
-from workbench.session.region import draw_region
-from workbench.session.score import score
+from workbench.plate.patterns import pattern
+from workbench.plate.plate import Kind, Plate, Target
+from workbench.plate.region import Region
+from workbench.session.reach import is_clear, place_all
+from workbench.session.score import draw_region, score
 from workbench.session.state import Noise, Session
 from workbench.session.target_steps import commit_step
 
@@ -51,3 +65,49 @@ def start(robot: Robot, plate: Plate, *, noise: Noise | None = None, seed: int =
             noise=noise,
         )
     )
+
+
+TARGETS = 10
+ROOM = 0.14
+"""Least radius of the circle [m]: its blocks stand side by side."""
+TURNS = 6
+"""Turns about the vertical that are tried at a place."""
+
+
+def suited_plate(robot: Robot) -> Plate:
+    """The circle before an arm; above the floor that it stands on."""
+    reach = robot.reach
+    centre = np.array([0.45, 0.0, 0.25]) * reach - [0.0, 0.0, height_above_floor(robot)]
+    half = np.array([0.2, 0.24, 0.12]) * reach
+    radius = max(0.16 * reach, ROOM)
+    side = 2.0 * radius + 0.1 * reach
+    plate = Plate(
+        name="Circle",
+        targets=pattern("circle", TARGETS, centre=centre, radius=radius),
+        region=Region(min=centre - half * [1, 1, 0.5], max=centre + 1.5 * half, cube=float(0.05 * reach)),
+        xyz=frozen(centre - [0.0, 0.0, 0.05]),
+        size=frozen(np.array([side, side, 0.012])),
+    )
+    if robot.dof >= int(Task.POSE):
+        return plate
+    straight = robot.with_effects()
+    return replace(plate, targets=tuple(_met(straight, plate, target) for target in plate.targets))
+
+
+def _met(robot: Robot, plate: Plate, target: Target) -> Target:
+    """The target with an orientation that the arm has there; a socket where it can't hold any."""
+    kind = Kind.SEAT if Task.default(robot.dof) is Task.POSITION_AXIS else Kind.SOCKET
+    turns = se3.rotvec_to_matrix(np.linspace(0.0, 2.0 * np.pi, TURNS, endpoint=False)[:, None] * [0, 0, 1])
+    poses = robot.base.pose @ se3.pose(turns @ target.pose[:3, :3], np.tile(target.xyz, (TURNS, 1)))
+    ways = [way for result in solve_many(robot, poses) for way in result.within_limits]
+    if not ways:
+        return replace(target, kind=Kind.SOCKET)
+    tool = se3.inverse(robot.base.pose) @ tool_poses(robot, Motion(_best(robot, plate, ways)[None]))[0]
+    return replace(target, rpy=frozen(se3.matrix_to_rpy(tool[:3, :3])), kind=kind)
+
+
+def _best(robot: Robot, plate: Plate, ways: list[Branch]) -> Float[np.ndarray, " n"]:
+    """Joint positions farthest from the limits, of those that keep clear of the plate where some do."""
+    clear = is_clear(robot, plate, np.stack([way.q for way in ways]))
+    among = [way for way, is_free in zip(ways, clear, strict=True) if is_free] or ways
+    return max(among, key=lambda way: way.margin).q

@@ -6,8 +6,7 @@ import numpy as np
 
 from workbench.base.errors import OptionError
 from workbench.plate.plate import Plate
-from workbench.session.clearance import first_hit
-from workbench.session.reach import branches_to
+from workbench.session.reach import branches_to, first_hit
 from workbench.session.score import score
 from workbench.session.state import (
     UNDO_STEPS,

@@ -10,7 +10,7 @@ from workbench.arm.library import load_robot
 from workbench.arm.meshes import link_meshes
 from workbench.plate.plate_toml import read_plate
 from workbench.session.commands.arm import standing
-from workbench.session.default_plate import suited_plate
+from workbench.session.start import suited_plate
 from workbench.session.track import KATANA
 from workbench.views.appearance.bodies import body_frames
 from workbench.views.page.app import App

@@ -21,8 +21,7 @@ from workbench.session.command import (
     Progress,
 )
 from workbench.session.commands.data import safe_name
-from workbench.session.default_plate import suited_plate
-from workbench.session.start import start
+from workbench.session.start import start, suited_plate
 from workbench.session.state import Focus, Session, Severity
 
 LARGEST_MODEL = 2 * 1024 * 1024

@@ -32,10 +32,10 @@ from workbench.session.command import (
 from workbench.session.commands.data import (
     MOST_SEED,
     instrument_of,
+    observed,
     postures,
     with_data,
 )
-from workbench.session.file_facts import observed
 from workbench.session.guided import Measuring, Ride, VirtualArm
 from workbench.session.state import (
     Focus,

@@ -18,7 +18,7 @@ from workbench.session.command import (
     Progress,
 )
 from workbench.session.cubes import values
-from workbench.session.region import draw_region
+from workbench.session.score import draw_region
 from workbench.session.state import CubeView, Field, Session
 from workbench.session.target_steps import begin_step, rescore
 

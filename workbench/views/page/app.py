@@ -10,8 +10,7 @@ from workbench.session.commands.data import LoadData
 from workbench.session.commands.measure import TellSource
 from workbench.session.commands.region import CHORES
 from workbench.session.journal.folder import Begun, unrecorded
-from workbench.session.live import LiveSource
-from workbench.session.steering import VirtualDriver
+from workbench.session.live import LiveSource, VirtualDriver
 from workbench.session.worker import Worker
 from workbench.views.page.demo import Demo
 from workbench.views.page.local_server import (

@@ -1,16 +1,21 @@
 """The browser as a view of the session: the scene and the panels, drawn together."""
 
+import contextlib
+import zipfile
+from collections.abc import Iterator
+from types import SimpleNamespace
+from unittest import mock
+
 import viser
+from viser import _icons
 
 from workbench.session.state import Session
 from workbench.session.view import AbstractView
 from workbench.session.worker import Worker
 from workbench.views.page.html import MUTED, block, text
-from workbench.views.page.icons import icons_at_once
 from workbench.views.page.panels.arm import ArmPanel
 from workbench.views.page.panels.arrange import ArrangePanel, TablePanel
 from workbench.views.page.panels.bending import BendingPanel
-from workbench.views.page.panels.captured import CapturedPanel
 from workbench.views.page.panels.choices import ChoicesPanel
 from workbench.views.page.panels.compare import ComparePanel
 from workbench.views.page.panels.data import DataPanel
@@ -22,11 +27,10 @@ from workbench.views.page.panels.header import Header
 from workbench.views.page.panels.history import HistoryPanel
 from workbench.views.page.panels.index import IndexPanel
 from workbench.views.page.panels.influence import InfluencePanel
-from workbench.views.page.panels.jog import JogPanel, ToolPanel
+from workbench.views.page.panels.jog import CapturedPanel, JogPanel, ToolPanel
 from workbench.views.page.panels.look import LookPanel
-from workbench.views.page.panels.noise import NoisePanel
 from workbench.views.page.panels.panel import AbstractPanel
-from workbench.views.page.panels.production import ProductionPanel
+from workbench.views.page.panels.production import NoisePanel, ProductionPanel
 from workbench.views.page.panels.region import RegionPanel
 from workbench.views.page.panels.targets import TargetsPanel
 from workbench.views.page.panels.track import TrackPanel
@@ -108,3 +112,12 @@ def _build_panels(server: viser.ViserServer, worker: Worker, link: str) -> list[
 def _link(address: str) -> str:
     words = f'Link to this session: <a href="{text(address)}">{text(address)}</a>'
     return block(words, testid="link", style=f"color:{MUTED};overflow-wrap:anywhere")
+
+
+@contextlib.contextmanager
+def icons_at_once() -> Iterator[None]:
+    """Buttons made within this find the archive open; viser opens it anew for every icon, 25 ms each."""
+    with zipfile.ZipFile(_icons.ICONS_DIR / "tabler-icons.zip") as archive:
+        opened = SimpleNamespace(ZipFile=lambda path: contextlib.nullcontext(archive))
+        with mock.patch.object(_icons, "zipfile", opened):
+            yield
