@@ -21,7 +21,7 @@ def test_another_robot_gets_a_plate_that_it_reaches(do):
     assert session.robot.name == load_robot("katana450").name
     assert session.score.reached == 10
     assert session.plate.name == "Circle"
-    assert "10 targets in reach" in session.messages[-1].text
+    assert "10 of 10 targets reached" in session.messages[-1].text
     assert do(ChooseRobot("panda")).robot.dof == 7
 
 

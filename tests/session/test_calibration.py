@@ -109,7 +109,7 @@ def test_a_bad_file_is_one_sentence_without_our_folders(do, first, name, content
     assert message.severity is Severity.ERROR
     assert name in message.text
     assert "/tmp" not in message.text
-    assert "stands as it was" not in message.text
+    assert "is unchanged" not in message.text
     assert session.loaded is None
 
 

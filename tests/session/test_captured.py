@@ -46,5 +46,5 @@ def test_they_are_saved_with_units(do):
 
 def test_nothing_kept_is_said(do):
     session = do(ForgetPoses())
-    assert "no kept poses" in session.messages[-1].text
+    assert "no poses have been kept" in session.messages[-1].text
     assert do(Jog(ONE), CapturePose(), ForgetPoses()).captured == ()

@@ -71,7 +71,7 @@ def captured_csv(session: Session) -> File:
         DataError: there are none.
     """
     if not session.captured:
-        raise DataError("there are no kept poses to save; keep some first")
+        raise DataError("no poses have been kept; press Keep this pose first")
     return f"{_stem(session.robot.name)}-poses.csv", captured_table(session).encode()
 
 
@@ -107,7 +107,7 @@ def fixture_zip(session: Session) -> File:
 
 def _calibrated(session: Session) -> Robot:
     if session.identification is None:
-        raise DataError("nothing has been identified yet; measure or load, then identify first")
+        raise DataError("nothing has been identified yet; press Identify first")
     return session.identification.runs[session.fit].calibrated
 
 

@@ -1,4 +1,4 @@
-"""Arms that move by themselves and send samples: a live source, and the virtual arm of a guided measurement."""
+"""Arms that send samples: a live source, and the virtual arm of a guided measurement."""
 
 import threading
 import time
@@ -136,7 +136,7 @@ class LiveSource(AbstractView):
         """Whether it is of an arm with so many joints; said once where it is not."""
         joints = self._worker.session.robot.dof
         if len(sample.q) != joints:
-            words = f"the arm at {self._name} has {len(sample.q)} joints, the robot here {joints}"
+            words = f"the arm at {self._name} has {len(sample.q)} joints, but the robot here has {joints}"
             self._say(f"{words}; choose the robot that is connected")
             return False
         return True

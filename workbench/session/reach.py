@@ -130,7 +130,7 @@ def _state(
     nearest = result.nearest
     missing = (nearest.position_error, nearest.rotation_error)
     others = len(result.within_limits)
-    reason = result.reason or f"the chosen branch '{branch}' does not get here, {others} others do"
+    reason = result.reason or f"the chosen branch '{branch}' does not reach it; {others} others do"
     return TargetState(frozen(nearest.q), False, reason=reason, missing=missing)
 
 

@@ -409,7 +409,7 @@ class Session:
     def check_target(self, number: int) -> None:
         """Refuse a target that is not there."""
         if not 0 <= number < len(self.plate):
-            raise OptionError(f"there is no target {number + 1}; the plate has 1 to {len(self.plate)}")
+            raise OptionError(f"target must be 1 to {len(self.plate)}, got {number + 1}")
 
     def tell(self, severity: Severity, text: str) -> "Session":
         """The session with one more message."""

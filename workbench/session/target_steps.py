@@ -21,7 +21,7 @@ from workbench.session.state import (
 def check_free(session: Session) -> None:
     """Refuse while somebody drags."""
     if session.drag is not None:
-        raise OptionError(f"target {session.drag.target + 1} is being dragged; wait until it is let go")
+        raise OptionError(f"target {session.drag.target + 1} is being dragged; wait until it is released")
 
 
 def check_unlocked(session: Session, number: int) -> None:

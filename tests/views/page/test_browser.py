@@ -49,7 +49,7 @@ def test_drag_changes_numbers_and_arm(app, look, tmp_path):
         moved, drawn = page.evaluate("n => [window.__moves[n[0]], window.__shown[n[1]]]", shown)
         latency.append(drawn - moved)
         page.wait_for_timeout(70)
-    screen.wait_text("hint", "Let go")
+    screen.wait_text("hint", "Release")
     screen.shoot("dragging")
     page.mouse.up()
     screen.wait_text("hint", "Is the plate good")
@@ -176,7 +176,7 @@ def test_who_drags_holds_the_target(app, look):
     first, second = look(), look()
     at, metre = first.grab(0)
     first.page.mouse.move(*(at - 0.03 * metre), steps=4)
-    second.wait_text("hint", "Let go")
+    second.wait_text("hint", "Release")
     first.page.wait_for_timeout(400)
     held = first.until(lambda session: session.drag is not None)
 

@@ -34,7 +34,7 @@ def test_the_demo_plays_to_its_end_and_the_numbers_fall(app, look):
     screen.wait_text("verdict", "part of the model")
     screen.shoot("diagnosed")
     number = len(session.plate)
-    screen.press("Make the next poses targets")
+    screen.press("Add the suggested poses as targets")
     screen.tab("Plate")
     screen.wait_text("rank", f"{number + len(found.measure_next)} targets")
     screen.shoot("next")

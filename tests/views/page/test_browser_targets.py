@@ -39,7 +39,7 @@ def test_targets_are_edited_with_buttons_tables_and_keys(app, look):
     session = screen.until(lambda session: len(session.plate) == 8)
     assert session.plate.targets[0].xyz == pytest.approx([0.5, 0.34, 0.24])
     page.get_by_text("Pattern", exact=True).first.click()
-    screen.press("Lay the targets out")
+    screen.press("Apply the pattern")
     session = screen.until(lambda session: len(session.plate) == 10)
     assert np.abs(session.plate.poses - first.poses).max() < 1e-3
 

@@ -121,7 +121,7 @@ def test_what_needs_data_is_off_until_there_are_some(app):
         handles = app.server.gui._gui_input_handle_from_uuid.values()
         return next(c.disabled for c in handles if getattr(c, "label", "") == label)
 
-    labels = ("Measurements (CSV)", "Report (ZIP)", "Identify", "Pose", "Leave this row out")
+    labels = ("Measurements (CSV)", "Report (ZIP)", "Identify", "Pose", "Exclude this row")
     assert all(is_off(label) for label in labels)
     assert not is_off("Plate (TOML)")
     app.worker.submit(MeasureVirtualArm(2))

@@ -108,7 +108,7 @@ class Jog(AbstractChange):
         session.robot.check_joints(np.array([self.q]))
         for i, (value, (low, high)) in enumerate(zip(self.q, limits, strict=True)):
             if not (np.isfinite(value) and low - 1e-6 <= value <= high + 1e-6):
-                raise OptionError(f"joint {i + 1} can't stand at {value:.4g}; it has {low:.4g} to {high:.4g}")
+                raise OptionError(f"joint {i + 1} must be {low:.4g} to {high:.4g}, got {value:.4g}")
 
     def apply(self, session: Session) -> Session:
         return replace(session, jogged=frozen(np.array(self.q)), focus=Focus.JOG)
@@ -123,7 +123,7 @@ class JogTo(AbstractChange):
         rpy: Its roll, pitch, yaw [rad].
     """
 
-    title = "Bring the tool to a pose"
+    title = "Move the tool to a pose"
     key = "jog"
 
     xyz: tuple[float, float, float]
@@ -131,7 +131,7 @@ class JogTo(AbstractChange):
 
     def check(self, session: Session) -> None:
         if not np.isfinite((*self.xyz, *self.rpy)).all():
-            raise OptionError("the tool can't be brought to a pose that is not of finite numbers")
+            raise OptionError("the pose must be finite numbers")
 
     def apply(self, session: Session) -> Session:
         pose = se3.pose(se3.rpy_to_matrix(np.array(self.rpy)), np.array(self.xyz))
@@ -142,7 +142,7 @@ class JogTo(AbstractChange):
         return session.tell(
             Severity.WARNING,
             f"the arm stops {1e3 * found.position_error:.1f} mm and "
-            f"{np.rad2deg(found.rotation_error):.1f}° short of that pose; choose a nearer one",
+            f"{np.rad2deg(found.rotation_error):.1f}° short of that pose; choose one within reach",
         )
 
 
@@ -167,13 +167,14 @@ def begin_with(robot: Robot, session: Session) -> Session:
 
 def _begun(session: Session, begun: Session) -> Session:
     begun = replace(begun, message_count=session.message_count, revision=session.revision, job=session.job)
-    words = f"{begun.robot.name} on the plate '{begun.plate.name}': {begun.score.reached} targets in reach"
+    reached = f"{begun.score.reached} of {len(begun.plate)} targets reached"
+    words = f"{begun.robot.name} on the plate '{begun.plate.name}': {reached}"
     return begun.tell(Severity.INFO, words)
 
 
 def _check_quiet(session: Session) -> None:
     if session.drag is not None:
-        raise OptionError("somebody drags a target at present; wait until it is let go")
+        raise OptionError("a target is being dragged; wait until it is released")
 
 
 MOST_CAPTURED = 200
@@ -188,7 +189,7 @@ class CapturePose(AbstractChange):
 
     def check(self, session: Session) -> None:
         if len(session.captured) >= MOST_CAPTURED:
-            raise OptionError(f"{MOST_CAPTURED} poses are kept already; save and forget them first")
+            raise OptionError(f"at most {MOST_CAPTURED} poses can be kept; save them, then clear the list")
 
     def apply(self, session: Session) -> Session:
         return replace(session, captured=(*session.captured, tuple(standing(session).tolist())))
@@ -198,12 +199,12 @@ class CapturePose(AbstractChange):
 class ForgetPoses(AbstractChange):
     """Forget all kept poses."""
 
-    title = "Forget the kept poses"
+    title = "Clear the kept poses"
     key = "forget poses"
 
     def check(self, session: Session) -> None:
         if not session.captured:
-            raise OptionError("there are no kept poses to forget")
+            raise OptionError("no poses have been kept")
 
     def apply(self, session: Session) -> Session:
         return replace(session, captured=())

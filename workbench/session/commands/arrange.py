@@ -45,7 +45,7 @@ class SnapTarget(AbstractChange):
         check_unlocked(session, self.target)
         check_free(session)
         if self.to not in list(Snap):
-            raise OptionError(f"targets snap to plate, grid or cube, not to '{self.to}'")
+            raise OptionError(f"targets snap to plate, grid or cube, got '{self.to}'")
 
     def apply(self, session: Session) -> Session:
         target = session.plate.targets[self.target]
@@ -65,15 +65,15 @@ class PlaceTargets(AbstractChange):
 
     @property
     def title(self) -> str:
-        return f"Type the coordinates of {len(self.rows)} targets"
+        return f"Set the coordinates of {len(self.rows)} targets"
 
     def check(self, session: Session) -> None:
         check_free(session)
         if not 1 <= len(self.rows) <= MOST_TARGETS:
-            raise OptionError(f"the table has {len(self.rows)} targets; give 1 to {MOST_TARGETS}")
+            raise OptionError(f"the table must have 1 to {MOST_TARGETS} targets, got {len(self.rows)}")
         for i, row in enumerate(self.rows):
             if len(row) != 6:
-                raise OptionError(f"line {i + 1} has {len(row)} numbers; give x y z roll pitch yaw")
+                raise OptionError(f"line {i + 1} must have 6 numbers (x y z roll pitch yaw), got {len(row)}")
             check_place(i, row[:3], row[3:])
         for i, target in enumerate(session.plate.targets):
             if target.locked and (i >= len(self.rows) or not _same(target, self.rows[i])):
@@ -94,7 +94,7 @@ class PlaceTargets(AbstractChange):
 
 @dataclass(frozen=True)
 class ApplyPattern(AbstractChange):
-    """Lay the targets out in a pattern (ARIA §4.3); locked targets stay, and count.
+    """Apply the pattern in a pattern (ARIA §4.3); locked targets stay, and count.
 
     Args:
         name: circle, line, grid or spiral.

@@ -40,8 +40,8 @@ class ShowFit(AbstractChange):
     def check(self, session: Session) -> None:
         fits = {} if session.identification is None else session.identification.runs
         if self.algorithm not in fits:
-            known = ", ".join(name.upper() for name in fits) or "none so far"
-            raise OptionError(f"there is no fit by {self.algorithm.upper()}; identified: {known}")
+            known = ", ".join(name.upper() for name in fits) or "none yet"
+            raise OptionError(f"no fit by {self.algorithm.upper()} (available: {known})")
 
     def apply(self, session: Session) -> Session:
         return with_fit(session, self.algorithm)
@@ -62,8 +62,8 @@ class ShowRow(AbstractChange):
     def check(self, session: Session) -> None:
         rows = 0 if session.comparison is None else len(session.comparison)
         if not 0 <= self.row < rows:
-            have = f"there are 1 to {rows}" if rows else "no measurements are loaded"
-            raise OptionError(f"there is no measured pose {self.row + 1}: {have}")
+            have = f"must be 1 to {rows}" if rows else "no measurements are loaded"
+            raise OptionError(f"no measured pose {self.row + 1}: {have}")
 
     def apply(self, session: Session) -> Session:
         return replace(session, row=self.row, focus=Focus.ROW)
@@ -81,10 +81,8 @@ class SetOverlay(AbstractChange):
     def check(self, session: Session) -> None:
         for what, times in (("errors", self.overlay.exaggeration), ("bending", self.overlay.bending)):
             if not LEAST_EXAGGERATION <= times <= GREATEST_EXAGGERATION:
-                raise OptionError(
-                    f"{what} can be exaggerated {LEAST_EXAGGERATION:g} to {GREATEST_EXAGGERATION:g} times, "
-                    f"not {times:g}"
-                )
+                limits = f"{LEAST_EXAGGERATION:g} to {GREATEST_EXAGGERATION:g}"
+                raise OptionError(f"the exaggeration of {what} must be {limits}, got {times:g}")
 
     def apply(self, session: Session) -> Session:
         return replace(session, overlay=self.overlay)

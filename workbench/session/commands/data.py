@@ -74,8 +74,8 @@ class LoadData(AbstractTask):
             raise DataError(f"{safe_name(self.name)} is empty; choose a file with measurements")
         if len(self.content) > LARGEST_FILE:
             raise DataError(
-                f"{safe_name(self.name)} has {len(self.content) / 2**20:.0f} MiB, the page takes up to "
-                f"{LARGEST_FILE / 2**20:.0f}; use the command 'workbench identify' for larger files"
+                f"{safe_name(self.name)} has {len(self.content) / 2**20:.0f} MiB, but the page accepts up to "
+                f"{LARGEST_FILE / 2**20:.0f} MiB; use 'workbench identify' for larger files"
             )
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
@@ -124,14 +124,14 @@ class MeasureVirtualArm(AbstractTask):
 
     def check(self, session: Session) -> None:
         if not 0 <= self.seed <= MOST_SEED:
-            raise OptionError(f"seed {self.seed} can't be used; give a whole number from 0 to {MOST_SEED}")
+            raise OptionError(f"the seed must be 0 to {MOST_SEED}, got {self.seed}")
         if not 0 <= self.more <= MOST_MORE:
-            raise OptionError(f"{self.more} more poses can't be measured; give 0 to {MOST_MORE}")
+            raise OptionError(f"the number of extra poses must be 0 to {MOST_MORE}, got {self.more}")
         if self.instrument and self.instrument not in VIRTUAL_INSTRUMENTS:
             known = ", ".join(VIRTUAL_INSTRUMENTS)
-            raise OptionError(f"'{self.instrument}' can't measure here; choose one of {known}")
+            raise OptionError(f"unknown instrument '{self.instrument}'; choose one of {known}")
         if not any(state.reached for state in session.states):
-            raise DataError("the arm reaches no target; drag at least a few targets into its reach")
+            raise DataError("the arm reaches none of the targets; drag some within reach")
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
         rng = np.random.default_rng(self.seed)
@@ -239,10 +239,10 @@ def _virtual_facts(targets: int, session: Session, command: MeasureVirtualArm) -
     hidden = "hidden errors up to 5 mm and 5° per constant"
     more = f", and {command.more} poses of the region" if command.more else ""
     return (
-        ("Arm", hidden + (", and an effect that is no geometry" if command.surprise else "")),
+        ("Arm", hidden + (", and an effect beyond geometry" if command.surprise else "")),
         ("Measured at", f"{targets} targets{more}" + (f"; {left_out} left out" if left_out else "")),
         ("Kept for checking", f"{CHECKS} poses of the region near the targets"),
-        ("Instrument", command.instrument_in(session).note or "the seats themselves"),
+        ("Instrument", command.instrument_in(session).note or "the plate's seats"),
         ("Noise", f"{position * 1e3:.3g} mm" + (f", {np.rad2deg(rotation):.3g}°" if rotation else "")),
     )
 
@@ -289,7 +289,7 @@ def facts_of(dataset: Dataset, understood: Preview) -> tuple[tuple[str, str], ..
     """Pairs of a heading and what was understood."""
     kept_out = int((~dataset.included).sum())
     facts = [
-        ("Rows", f"{len(dataset)}" + (f", of which {kept_out} are kept out" if kept_out else "")),
+        ("Rows", f"{len(dataset)}" + (f", {kept_out} of them excluded" if kept_out else "")),
         ("Joints", f"{dataset.joints}"),
         ("Measured", observed(dataset)),
         ("Columns", _columns(understood)),
@@ -297,7 +297,7 @@ def facts_of(dataset: Dataset, understood: Preview) -> tuple[tuple[str, str], ..
     if len(dataset.sessions) > 1:
         facts.append(("Sessions", ", ".join(dataset.sessions)))
     if understood.groups > 1:
-        facts.append(("Groups", f"{understood.groups}, held out whole"))
+        facts.append(("Groups", f"{understood.groups}, each held out as a whole"))
     if understood.layout != "plain":
         facts.append(("Layout", understood.layout))
     return tuple(facts)

@@ -39,7 +39,7 @@ class Diagnose(AbstractTask):
         seed: Of the held-out rows and the folds.
     """
 
-    title = "Find what the model lacks"
+    title = "Diagnose"
 
     held_out: float = 0.2
     seed: int = 0
@@ -50,8 +50,8 @@ class Diagnose(AbstractTask):
         rows = len(session.loaded.dataset) - len(session.left_out)
         if rows < LEAST_ROWS:
             raise DataError(
-                f"{rows} rows can't tell one effect from another; measure at least {LEAST_ROWS} "
-                "(a virtual arm: 'More poses' in the Measure tab)"
+                f"a diagnosis needs at least {LEAST_ROWS} rows, got {rows} "
+                "(for a virtual arm, raise 'More poses' in the Measure tab)"
             )
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
@@ -74,7 +74,7 @@ class Diagnose(AbstractTask):
     def finish(self, session: Session, result: Any) -> Session:
         loaded, found = result
         if session.loaded is not loaded:
-            raise DataError("the measurements were replaced meanwhile; diagnose again")
+            raise DataError("the measurements have changed since; diagnose again")
         return replace(session, diagnosis=found).tell(Severity.INFO, found.message)
 
 
@@ -82,11 +82,11 @@ class Diagnose(AbstractTask):
 class AddEffects(AbstractTask):
     """Add what the diagnosis found to the model, and identify it together with the geometry."""
 
-    title = "Add what was found to the model"
+    title = "Add the effects to the model"
 
     def check(self, session: Session) -> None:
         if not _found(session).effects:
-            raise DataError("the diagnosis found no effect, so there is nothing to add")
+            raise DataError("the diagnosis found no effect to add")
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
         found = _found(session)
@@ -103,15 +103,15 @@ class AddEffects(AbstractTask):
 class TakeNextPoses(AbstractChange):
     """Make the poses that the diagnosis wants to be measured next new targets of the plate."""
 
-    title = "Make the next poses targets"
+    title = "Add the suggested poses as targets"
 
     def check(self, session: Session) -> None:
         check_free(session)
         wanted = len(_found(session).measure_next)
         if not wanted:
-            raise DataError("the diagnosis asks for no further poses")
+            raise DataError("the diagnosis suggests no further poses")
         if wanted + len(session.plate) > MOST_TARGETS:
-            raise OptionError(f"a plate has {MOST_TARGETS} targets at most; delete some first")
+            raise OptionError(f"a plate can have at most {MOST_TARGETS} targets; delete some first")
 
     def apply(self, session: Session) -> Session:
         q = np.asarray(_found(session).measure_next)
@@ -125,5 +125,5 @@ class TakeNextPoses(AbstractChange):
 
 def _found(session: Session) -> "Diagnosis":
     if session.diagnosis is None:
-        raise DataError("nothing has been diagnosed yet; press Diagnose first")
+        raise DataError("no diagnosis yet; press Diagnose first")
     return session.diagnosis

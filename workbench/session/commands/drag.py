@@ -209,9 +209,9 @@ class DropTarget(AbstractChange):
 def check_place(number: int, xyz: tuple[float, ...], rpy: tuple[float, ...]) -> None:
     """Refuse a place that is not finite, or absurdly far away."""
     if not np.isfinite((*xyz, *rpy)).all():
-        raise OptionError(f"target {number + 1} can't be put at a place that is not a finite number")
+        raise OptionError(f"the coordinates of target {number + 1} must be finite numbers")
     if max(abs(v) for v in xyz) > FARTHEST:
         raise OptionError(
-            f"target {number + 1} would be {max(abs(v) for v in xyz):.3g} m away; "
-            f"keep it within {FARTHEST:g} m of the base"
+            f"target {number + 1} would be {max(abs(v) for v in xyz):.3g} m from the base; "
+            f"the limit is {FARTHEST:g} m"
         )

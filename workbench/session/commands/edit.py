@@ -95,7 +95,7 @@ class RenumberTarget(AbstractChange):
 
     @property
     def title(self) -> str:
-        return f"Make target {self.target + 1} number {self.place + 1}"
+        return f"Renumber target {self.target + 1} to {self.place + 1}"
 
     def check(self, session: Session) -> None:
         session.check_target(self.target)
@@ -138,7 +138,7 @@ class LockTarget(AbstractChange):
 
 def _check_room(session: Session) -> None:
     if len(session.plate) >= MOST_TARGETS:
-        raise OptionError(f"a plate has {MOST_TARGETS} targets at most; delete one first")
+        raise OptionError(f"a plate can have at most {MOST_TARGETS} targets; delete one first")
 
 
 def _with_new(session: Session, model: Target, xyz: Vector3) -> Session:

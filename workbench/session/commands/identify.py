@@ -72,7 +72,7 @@ class Identify(AbstractTask):
     def finish(self, session: Session, result: Any) -> Session:
         loaded, found = result
         if session.loaded is not loaded:
-            raise DataError("the measurements were replaced meanwhile; identify again")
+            raise DataError("the measurements have changed since; identify again")
         fit = next(name for name in (*PREFERRED, *found.runs) if name in found.runs)
         session = with_fit(replace(session, identification=found, row=0, focus=Focus.ROW), fit)
         assert session.comparison is not None
@@ -108,16 +108,16 @@ class LeaveRowsOut(AbstractChange):
 
     @property
     def title(self) -> str:
-        return f"Leave {len(self.rows)} rows out"
+        return f"Exclude {len(self.rows)} rows"
 
     def check(self, session: Session) -> None:
         if session.loaded is None:
-            raise DataError("there are no measurements yet, so no row can be left out")
+            raise DataError("there are no measurements yet; load a file or measure a virtual arm first")
         known = set(session.loaded.dataset.row.tolist())
         if unknown := sorted(set(self.rows) - known):
-            raise OptionError(f"there is no row {unknown[0]}; rows are {min(known)} to {max(known)}")
+            raise OptionError(f"row numbers must be {min(known)} to {max(known)}, got {unknown[0]}")
         if not known - set(self.rows):
-            raise OptionError("every row would be left out; keep some to fit")
+            raise OptionError("at least one row must be kept")
 
     def apply(self, session: Session) -> Session:
         return replace(session, left_out=frozenset(self.rows))
@@ -137,7 +137,7 @@ class HoldParameter(AbstractChange):
 
     @property
     def title(self) -> str:
-        return f"{'Hold' if self.held else 'Free'} {self.name}"
+        return f"{'Fix' if self.held else 'Free'} {self.name}"
 
     @property
     def key(self) -> Hashable | None:
@@ -145,7 +145,7 @@ class HoldParameter(AbstractChange):
 
     def check(self, session: Session) -> None:
         if self.name not in session.robot.default_free:
-            raise OptionError(f"'{self.name}' is no free parameter of {session.robot.name}")
+            raise OptionError(f"{session.robot.name} has no free parameter '{self.name}'")
 
     def apply(self, session: Session) -> Session:
         names = {self.name}

@@ -66,11 +66,11 @@ class BeginMeasuring(AbstractTask):
 
     def check(self, session: Session) -> None:
         if not 0 <= self.seed <= MOST_SEED:
-            raise OptionError(f"seed {self.seed} can't be used; give a whole number from 0 to {MOST_SEED}")
+            raise OptionError(f"the seed must be 0 to {MOST_SEED}, got {self.seed}")
         if session.measuring is not None:
-            raise OptionError("a measurement is under way; use its rows, or stop it first")
+            raise OptionError("a guided measurement is running; use its rows or stop it first")
         if not any(state.reached for state in session.states):
-            raise DataError("the arm reaches no target; drag at least a few targets into its reach")
+            raise DataError("the arm reaches none of the targets; drag some within reach")
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
         rng = np.random.default_rng(self.seed)
@@ -100,7 +100,7 @@ class DriveArm(AbstractChange):
 
     def check(self, session: Session) -> None:
         if _under_way(session).virtual is None:
-            raise OptionError("this arm is a real one; bring it to its target with its own controller")
+            raise OptionError("this arm is real; move it to the target with its own controller")
 
     def apply(self, session: Session) -> Session:
         measuring = _under_way(session)
@@ -148,7 +148,7 @@ class TakeSample(AbstractChange):
         session.robot.check_joints(np.array([self.q]))
         numbers = (self.time, *self.q, *(self.xyz or ()), *(self.quat or (1.0,)))
         if not np.isfinite(numbers).all() or not any(self.quat or (1.0,)):
-            raise DataError("a sample is not of finite numbers; it is left out")
+            raise DataError("a sample with numbers that are not finite was dropped")
 
     def apply(self, session: Session) -> Session:
         if session.measuring is not None:
@@ -190,11 +190,11 @@ class StoreRow(AbstractChange):
 class TakeAgain(AbstractChange):
     """Drop the current target's row, or else the one that was stored last; its target is current again."""
 
-    title = "Take a row again"
+    title = "Retake a row"
 
     def check(self, session: Session) -> None:
         if not _under_way(session).acquisition.rows:
-            raise DataError("there is no row to take again; store one first")
+            raise DataError("there is no row to retake; store one first")
 
     def apply(self, session: Session) -> Session:
         return _asked(session, Acquisition.again)
@@ -204,7 +204,7 @@ class TakeAgain(AbstractChange):
 class NextWanted(AbstractChange):
     """Want the next target, or the one before; what is stored stays until it is stored anew."""
 
-    title = "Go on to another target"
+    title = "Go to another target"
 
     by: int = 1
 
@@ -224,7 +224,7 @@ class UseRows(AbstractChange):
 
     def check(self, session: Session) -> None:
         if not _under_way(session).acquisition.rows:
-            raise DataError("no row is stored yet; drive the arm to a target and store its row")
+            raise DataError("no row has been stored yet; drive the arm to a target and store a row")
 
     def apply(self, session: Session) -> Session:
         measuring = _under_way(session)
@@ -240,7 +240,7 @@ class UseRows(AbstractChange):
         actual = None if arm is None else arm.actual
         loaded = Loaded(rows, name, facts, rows.notes, virtual=arm is not None, actual=actual)
         session = with_data(replace(session, measuring=None), loaded)
-        return session.tell(Severity.INFO, f"{len(rows)} measured rows are taken over")
+        return session.tell(Severity.INFO, f"{len(rows)} measured rows are now the session's data")
 
 
 @dataclass(frozen=True)
@@ -259,7 +259,7 @@ class EndMeasuring(AbstractChange):
 
 def _under_way(session: Session) -> Measuring:
     if session.measuring is None:
-        raise OptionError("nothing is being measured; begin a guided measurement first")
+        raise OptionError("no guided measurement is running; begin one first")
     return session.measuring
 
 
@@ -317,7 +317,7 @@ class TellSource(AbstractChange):
             session = replace(session, measuring=replace(session.measuring, acquisition=acquisition))
         if self.is_open:
             return session
-        words = f"the live source {self.name} has ended; start it again, and the page with --source"
+        words = f"the live source {self.name} has ended; restart it, then the page with --source"
         return session.tell(Severity.WARNING, words)
 
 
@@ -353,9 +353,9 @@ class MeasureLive(AbstractChange):
 
     def check(self, session: Session) -> None:
         if not _source(session).is_open:
-            raise OptionError("the live source has ended; start it again, and the page with --source")
+            raise OptionError("the live source has ended; restart it, then the page with --source")
         if session.measuring is not None:
-            raise OptionError("a measurement is under way; use its rows, or stop it first")
+            raise OptionError("a guided measurement is running; use its rows or stop it first")
 
     def apply(self, session: Session) -> Session:
         numbers = list(range(len(session.plate)))
@@ -365,5 +365,5 @@ class MeasureLive(AbstractChange):
 
 def _source(session: Session) -> Source:
     if session.source is None:
-        raise OptionError("no arm is connected; start with workbench serve --source HOST:PORT")
+        raise OptionError("no arm is connected; start the page with workbench serve --source HOST:PORT")
     return session.source

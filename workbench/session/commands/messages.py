@@ -23,7 +23,7 @@ class Tell(AbstractChange):
 class Dismiss(AbstractChange):
     """Put the messages away."""
 
-    title = "Put messages away"
+    title = "Dismiss the messages"
     key = "dismiss"
 
     def apply(self, session: Session) -> Session:

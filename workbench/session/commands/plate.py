@@ -39,7 +39,7 @@ class ClusterTargets(AbstractTask):
         check_free(session)
         most = min(MOST_TARGETS, session.plate.region.cubes)
         if not 2 <= self.number <= most:
-            raise OptionError(f"{self.number} poses in different cubes can't be searched; give 2 to {most}")
+            raise OptionError(f"the number of poses must be 2 to {most}, got {self.number}")
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
         from workbench.plate.verbs import cluster_region
@@ -58,7 +58,7 @@ class ClusterTargets(AbstractTask):
     def finish(self, session: Session, result: Any) -> Session:
         check_free(session)
         session = place_targets(session, result)
-        return session.tell(Severity.INFO, f"{len(result)} poses of equal index are the targets now")
+        return session.tell(Severity.INFO, f"the targets are now {len(result)} poses of equal index")
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class ImprovePlate(AbstractTask):
         check_free(session)
         locked = [i + 1 for i, target in enumerate(session.plate.targets) if target.locked]
         if locked:
-            raise OptionError(f"the search places all targets anew; unlock target {locked[0]} first")
+            raise OptionError(f"the search moves all targets; unlock target {locked[0]} first")
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
         from workbench.plate.design import optimise_plate
@@ -97,7 +97,7 @@ class ImprovePlate(AbstractTask):
         check_free(session)
         better = place_targets(session, result)
         if not is_better(better.score, session.score):
-            return session.tell(Severity.INFO, "the search found nothing better than the present plate")
+            return session.tell(Severity.INFO, "the search found no better plate")
         before, now = 1e3 * session.score.position, 1e3 * better.score.position
         return better.tell(Severity.INFO, f"predicted error in the region: {before:.3g} → {now:.3g} mm")
 
@@ -124,7 +124,7 @@ class TryPlate(AbstractTask):
 
     def check(self, session: Session) -> None:
         if not 1 <= self.arms <= MOST_ARMS:
-            raise OptionError(f"{self.arms} virtual arms can't be tried here; give 1 to {MOST_ARMS}")
+            raise OptionError(f"the number of virtual arms must be 1 to {MOST_ARMS}, got {self.arms}")
         missed = [i + 1 for i, state in enumerate(session.states) if not state.reached]
         if missed:
             raise OptionError(f"target {missed[0]} is out of reach; move it, then try the plate")
@@ -140,7 +140,7 @@ class TryPlate(AbstractTask):
             arms=self.arms,
             sigma=(noise.position, noise.rotation),
             seed=self.seed,
-            progress=lambda share: progress(share, "making, calibrating and judging arms"),
+            progress=lambda share: progress(share, "building, calibrating and checking arms"),
             cancel=cancel,
         )
         return Trial(plate, noise, found)
@@ -177,7 +177,7 @@ class SetNoise(AbstractChange):
         ):
             if not 0.0 < value <= largest:
                 raise OptionError(
-                    f"the instrument's {what} noise is {value:g}; give one above 0, up to {largest:.3g}"
+                    f"the instrument's {what} noise must be above 0 and at most {largest:.3g}, got {value:g}"
                 )
 
     def apply(self, session: Session) -> Session:

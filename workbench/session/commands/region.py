@@ -61,7 +61,9 @@ class SetRegion(AbstractChange):
             raise OptionError(f"the region must stay within {FARTHEST:g} m of the base")
         cubes = self.region().cubes
         if cubes > MOST_CUBES:
-            raise OptionError(f"this gives {cubes} cubes; {MOST_CUBES} can be shown: make the cubes larger")
+            raise OptionError(
+                f"the region would have {cubes} cubes; the limit is {MOST_CUBES}: make the cubes larger"
+            )
 
     def apply(self, session: Session) -> Session:
         if self.step:
@@ -91,7 +93,7 @@ class ShowCubes(AbstractChange):
             raise DataError("there are no measurements yet; load a file or measure a virtual arm first")
         if self.view.field is Field.YIELD and values(replace(session, cube_view=self.view)) is None:
             raise DataError(
-                "no virtual arms were tried in this region; try the plate under Yield in the Plate tab"
+                "no yield is known for this region; press Try this plate under Yield in the Plate tab"
             )
 
     def apply(self, session: Session) -> Session:
@@ -102,7 +104,7 @@ class ShowCubes(AbstractChange):
 class SampleRegion(AbstractChore):
     """Draw the poses of the region for which errors are predicted."""
 
-    title = "Drawing poses in the region"
+    title = "Sampling poses in the region"
 
     least: Corner
     greatest: Corner
@@ -132,7 +134,7 @@ class MapCubes(AbstractChore):
 
     is_redone = True
 
-    title = "Looking at every cube of the region"
+    title = "Computing the cubes of the region"
 
     least: Corner
     greatest: Corner
@@ -153,7 +155,7 @@ class MapCubes(AbstractChore):
             session.plate.region,
             session.plate.poses[:ORIENTATIONS, :3, :3],
             names=identified_names(session.robot),
-            progress=lambda share: progress(share, "reaching for every cube"),
+            progress=lambda share: progress(share, "solving for every cube"),
             cancel=cancel,
         )
         if found is None:

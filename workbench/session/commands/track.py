@@ -54,23 +54,23 @@ class PlanTrack(AbstractTask):
     def check(self, session: Session) -> None:
         check_free(session)
         if self.kind not in (CIRCLE, LINE):
-            raise OptionError(f"there is no trajectory '{self.kind}'; choose {CIRCLE} or {LINE}")
+            raise OptionError(f"the trajectory must be {CIRCLE} or {LINE}, got '{self.kind}'")
         if not LEAST_TIME <= self.duration <= GREATEST_TIME:
             raise OptionError(
-                f"a trajectory can't take {self.duration:g} s; give {LEAST_TIME:g} to {GREATEST_TIME:g}"
+                f"a trajectory must last {LEAST_TIME:g} to {GREATEST_TIME:g} s, got {self.duration:g}"
             )
         if self.is_corrected and erring_robot(session) is None:
-            raise OptionError("nothing is known that could correct a trajectory; identify the arm first")
+            raise OptionError("there is no calibrated arm to correct with; identify it first")
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
-        progress(0.2, "looking for joint positions along it")
+        progress(0.2, "solving for joint positions along it")
         track = make_track(session, self.kind, duration=self.duration, is_corrected=self.is_corrected)
         return session.robot, track
 
     def finish(self, session: Session, result: Any) -> Session:
         robot, track = result
         if session.robot is not robot:
-            raise OptionError("another arm was chosen meanwhile; plan again")
+            raise OptionError("the arm has changed since; plan again")
         session = replace(session, track=track, play=Play(pace=session.play.pace))
         if session.drag is None:
             session = replace(session, focus=Focus.TRACK)
@@ -132,7 +132,7 @@ class PlaceTrack(AbstractChange):
     def check(self, session: Session) -> None:
         duration = _planned(session).duration
         if not 0.0 <= self.at <= duration:
-            raise OptionError(f"the trajectory has no moment at {self.at:g} s; it takes {duration:g} s")
+            raise OptionError(f"the time must be 0 to {duration:g} s, got {self.at:g}")
 
     def apply(self, session: Session) -> Session:
         return replace(session, play=Play(at=self.at, pace=session.play.pace))
@@ -166,11 +166,11 @@ class SetPace(AbstractChange):
 
     @property
     def title(self) -> str:
-        return f"Play at {self.pace:g} times the pace"
+        return f"Play at {self.pace:g}× speed"
 
     def check(self, session: Session) -> None:
         if not SLOWEST <= self.pace <= FASTEST:
-            raise OptionError(f"a pace of {self.pace:g} can't be played; give {SLOWEST:g} to {FASTEST:g}")
+            raise OptionError(f"the speed must be {SLOWEST:g} to {FASTEST:g}, got {self.pace:g}")
 
     def apply(self, session: Session) -> Session:
         return replace(session, play=replace(session.play, pace=self.pace))
@@ -182,7 +182,7 @@ def _running(play: Play, at: float) -> Play:
 
 def _planned(session: Session) -> Track:
     if session.track is None:
-        raise OptionError("no trajectory is planned yet; choose one and plan it first")
+        raise OptionError("no trajectory has been planned yet; plan one first")
     return session.track
 
 
@@ -192,8 +192,6 @@ def _summary(track: Track) -> str:
         return f"the {track.kind} is planned; identify the arm to see its error along it"
     now = f"{1e3 * np.mean(track.errors):.3g} mm"
     if not track.is_corrected:
-        return f"along the {track.kind} the arm is off by {now} in the mean"
+        return f"mean error along the {track.kind}: {now}"
     before = f"{1e3 * np.mean(track.before):.3g} mm"
-    return (
-        f"along the {track.kind} the corrected arm is off by {now} in the mean, {before} without correction"
-    )
+    return f"mean error along the {track.kind}: {now} corrected, {before} uncorrected"

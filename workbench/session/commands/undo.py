@@ -24,7 +24,7 @@ class Undo(AbstractChange):
 
     def apply(self, session: Session) -> Session:
         if not session.done:
-            return session.tell(Severity.INFO, "there is nothing to undo: no target has been moved")
+            return session.tell(Severity.INFO, "nothing to undo")
         step = session.done[-1]
         undone = (*session.undone, Step(session.plate, session.states))
         return go_to_step(replace(session, done=session.done[:-1], undone=undone), step)
@@ -41,7 +41,7 @@ class Redo(AbstractChange):
 
     def apply(self, session: Session) -> Session:
         if not session.undone:
-            return session.tell(Severity.INFO, "there is nothing to redo: no move has been undone")
+            return session.tell(Severity.INFO, "nothing to redo")
         step = session.undone[-1]
         done = (*session.done, Step(session.plate, session.states))
         return go_to_step(replace(session, undone=session.undone[:-1], done=done), step)
@@ -59,7 +59,7 @@ class ResetTargets(AbstractChange):
     def apply(self, session: Session) -> Session:
         first = session.first_plate
         if session.plate is first:
-            return session.tell(Severity.INFO, f"the targets already stand as in '{first.name}'")
+            return session.tell(Severity.INFO, f"the targets are already as in '{first.name}'")
         return go_to_step(begin_step(session), Step(first, session.first_states))
 
 
@@ -67,7 +67,7 @@ class ResetTargets(AbstractChange):
 class RestoreBest(AbstractChange):
     """Put the plate back to where it was best so far; can be undone."""
 
-    title = "Back to the best so far"
+    title = "Back to the best plate so far"
 
     def check(self, session: Session) -> None:
         check_free(session)

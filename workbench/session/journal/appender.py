@@ -119,7 +119,7 @@ def _lock(folder: Path) -> int:
         owner = os.read(lock, 20).decode(errors="replace").strip()
         os.close(lock)
         raise OptionError(
-            f"{folder} is being recorded by process {owner or 'unknown'}; end that one first, or branch off "
+            f"{folder} is being recorded by process {owner or 'unknown'}; stop that one, or branch off "
             "with --step"
         ) from None
     os.ftruncate(lock, 0)

@@ -74,7 +74,7 @@ class Replayed:
             same = "all the same"
             return f"{same} to the last digit" if self.rounding == 0.0 else f"{same} to {self.rounding:.0e}"
         return (
-            f"{len(self.differences)} differ, {worst.name} after step {worst.step} the most: "
+            f"{len(self.differences)} values differ, most of all {worst.name} after step {worst.step}: "
             f"{worst.then} then, {worst.now} now"
         )
 

@@ -121,7 +121,7 @@ def resume(recording: Recording, session: Session) -> Begun:
     try:
         file = Appender(folder / JOURNAL, length=recording.length)
     except OSError as error:
-        trouble = f"what is done from here on is not recorded: {_why(error, folder)}"
+        trouble = f"from here on the session is not recorded: {_why(error, folder)}"
         return Begun(session, (Logbook(None, trouble=trouble),), None, recording.entries, trouble)
     return Begun(session, (Logbook(file),), folder, recording.entries)
 
@@ -146,7 +146,7 @@ def branch(recording: Recording, session: Session, *, root: Path = ROOT) -> Begu
         write_text(folder / JOURNAL, "".join(f"{line}\n" for line in lines))
         file = Appender(folder / JOURNAL, length=(folder / JOURNAL).stat().st_size)
     except (OSError, WorkbenchError) as error:
-        trouble = f"what is done from here on is not recorded: {_why(error, folder or root)}"
+        trouble = f"from here on the session is not recorded: {_why(error, folder or root)}"
         return Begun(session, (Logbook(None, trouble=trouble),), None, recording.entries, trouble)
     return Begun(session, (Logbook(file),), folder, recording.entries)
 
@@ -168,7 +168,7 @@ def _make(folder: Path | None, root: Path, robot: str) -> Path:
     """A folder that was not there, or one that is empty."""
     if folder is not None:
         if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-            raise OptionError(f"{folder} is there already and holds no session; give a new folder")
+            raise OptionError(f"{folder} already exists and holds no session; give a new folder")
         folder.mkdir(parents=True, exist_ok=True)
         return folder
     stem = f"{_now():%Y-%m-%d-%H%M%S}-{re.sub(r'[^a-z0-9]+', '-', robot.lower()).strip('-') or 'robot'}"
@@ -182,7 +182,7 @@ def _make(folder: Path | None, root: Path, robot: str) -> Path:
                 raise
         else:
             return made
-    raise OptionError(f"{root} is full of recordings of this second; try again")
+    raise OptionError(f"{root} already has 999 recordings of this second; try again")
 
 
 def _version() -> str:
@@ -199,7 +199,7 @@ def _now() -> datetime:
 def _why(error: Exception, place: Path) -> str:
     if isinstance(error, OSError):
         return (
-            f"{place.resolve()} can't be written ({error.strerror}); start in a folder that can, or give one "
+            f"{place.resolve()} can't be written ({error.strerror}); start in a writable folder, or give one "
             "with --session"
         )
     return str(error)

@@ -74,8 +74,8 @@ class Logbook(AbstractKeeper):
         if not self._trouble:
             why = (error.strerror if isinstance(error, OSError) else None) or str(error)
             self._trouble = (
-                f"nothing can be recorded at present ({why}); the session goes on, and once there is room "
-                "what is missing is written"
+                f"the session can't be recorded at present ({why}); it goes on, and what is missing is "
+                "written once there is room"
             )
             self._say(self._trouble)
 

@@ -96,9 +96,7 @@ class Recording:
             OptionError: it has fewer.
         """
         if not 0 <= step <= len(self.lines):
-            raise OptionError(
-                f"{self.folder} has steps 0 to {len(self.lines)}, no step {step}; give one of these"
-            )
+            raise OptionError(f"step must be 0 to {len(self.lines)} in {self.folder}, got {step}")
         return replace(self, lines=self.lines[:step])
 
 
@@ -119,11 +117,11 @@ def read_recording(folder: Path | str, *, to: int | None = None) -> Recording:
         content = path.read_bytes()
     except OSError:
         raise FileError(
-            f"holds no {JOURNAL}; give a folder that 'workbench serve' has recorded", path=str(folder)
+            f"has no {JOURNAL}; give a folder recorded by 'workbench serve'", path=str(folder)
         ) from None
     *whole, rest = content.split(b"\n")
     if not whole:
-        raise FileError("has no whole line; this recording was stopped before it began", path=str(path))
+        raise FileError("has no complete line; the recording was stopped before it began", path=str(path))
     header = _header(whole[0], path)
     wanted = whole[1:] if to is None else whole[1 : max(to, 0) + 1]
     lines = tuple(_line(text, number, path) for number, text in enumerate(wanted, start=1))
@@ -140,7 +138,7 @@ def _header(text: bytes, path: Path) -> dict[str, Any]:
         name, _, number = header["schema"].partition("/")
         kind = int(number)
     except (ValueError, KeyError, TypeError, AttributeError):
-        raise FileError("its first line names no schema; this is no journal", path=str(path)) from None
+        raise FileError("is not a journal: its first line names no schema", path=str(path)) from None
     if name != NAME or kind > NUMBER:
         raise FileError(
             f"has the schema {header['schema']}, and this version reads {SCHEMA}; install a newer workbench",

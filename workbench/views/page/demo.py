@@ -28,7 +28,7 @@ CLIENT = 1_000_000
 SEED, POSES = 5, 70
 STEPS = 45
 """Places of one drag."""
-END = "That is the whole way: design, measure, identify, diagnose. The page is yours."
+END = "That is the whole workflow: design, measure, identify, diagnose. Over to you."
 
 
 @dataclass(frozen=True)
@@ -114,12 +114,12 @@ def story(session: Callable[[], Session]) -> Iterator[Scene]:
         seconds=8.0,
     )
     yield Scene(
-        "A target is dragged; the arm follows, and the numbers say at once what the place is worth.",
+        "A target is dragged; the arm follows, and the numbers show at once what the position is worth.",
         drag(session(), 0, np.array([-0.10, -0.14, 0.08])),
         seconds=9.0,
     )
     yield Scene(
-        "The cubes show the error to expect everywhere in the region. They follow the drag as well.",
+        "The cubes show the predicted error throughout the region. They follow the drag too.",
         (ShowCubes(CubeView(field=Field.PREDICTED)),),
         seconds=6.0,
     )
@@ -128,19 +128,21 @@ def story(session: Callable[[], Session]) -> Iterator[Scene]:
         "Back to the best plate so far, with one button.", (RestoreBest(), ShowCubes(CubeView())), seconds=6.0
     )
     yield Scene(
-        "A virtual arm with hidden manufacturing errors is measured, and with something else that geometry "
+        "A virtual arm with hidden manufacturing errors is measured, plus one effect that geometry "
         "can't explain.",
         (MeasureVirtualArm(SEED, surprise=True, more=POSES),),
         seconds=7.0,
     )
     yield Scene("Three algorithms identify its parameters …", (Identify(),), seconds=8.0)
     yield Scene(
-        "The solid arm is nominal, the amber one calibrated; arrows show what is wrong, exaggerated.",
+        "The solid arm is nominal, the amber one calibrated; arrows show the errors, exaggerated.",
         tuple(ShowRow(row) for row in range(0, 40, 4)),
         seconds=12.0,
     )
     yield Scene(
-        "What is left is not geometry. The diagnosis looks for the cause …", (Diagnose(),), seconds=8.0
+        "The remaining error is not geometric. The diagnosis looks for the cause …",
+        (Diagnose(),),
+        seconds=8.0,
     )
     found = session().diagnosis
     if found is not None and found.effects:

@@ -28,13 +28,13 @@ class ArmPanel(AbstractPanel):
             "Robot",
             list(built_in_robots()),
             initial_value="aria",
-            hint="The arms that come with the program.",
+            hint="The built-in arms.",
         )
         self._change = gui.add_button(
             "Change to this robot",
             icon=viser.Icon.ROBOT,
             color="gray",
-            hint="Begin anew with this arm; the plate stays if the arm reaches at least half of it.",
+            hint="Start over with this arm; the plate is kept if the arm reaches at least half of it.",
         )
         on_press(self._change, lambda: self._worker.submit(ChooseRobot(self._choice.value)))
         upload = gui.add_upload_button(
@@ -50,7 +50,7 @@ class ArmPanel(AbstractPanel):
             file = event.target.value
             if len(file.content) > LARGEST_MODEL:
                 size = len(file.content) / 2**20
-                words = f"{file.name[-80:]} has {size:.0f} MiB; a robot or plate is no larger than 2 MiB"
+                words = f"{file.name[-80:]} has {size:.0f} MiB; a robot or plate file may have at most 2 MiB"
                 self._worker.submit(Tell(words))
                 return
             self._worker.submit(LoadModel(file.name, bytes(file.content)))
@@ -72,13 +72,13 @@ def facts(robot: Robot) -> str:
     limited = int(np.isfinite(robot.limits).all(1).sum())
     items = [
         ("Name", robot.name),
-        ("Joints", f"{robot.dof}" + (f", of which {slides} slide" if slides else "")),
+        ("Joints", f"{robot.dof}" + (f", {slides} of them sliding" if slides else "")),
         ("Limits", f"of {limited} joints"),
-        ("Reach", f"{1e3 * robot.reach:.0f} mm stretched"),
+        ("Reach", f"{1e3 * robot.reach:.0f} mm outstretched"),
         ("Convention", robot.convention),
         ("Free parameters", f"{len(robot.default_free)}"),
         ("Masses", masses),
     ]
     notes = "".join(f"<li>{text(note)}</li>" for note in robot.notes)
-    more = heading("Decisions") + f'<ul style="margin:0;padding-left:16px">{notes}</ul>' if notes else ""
+    more = heading("Notes") + f'<ul style="margin:0;padding-left:16px">{notes}</ul>' if notes else ""
     return pairs(items) + more

@@ -36,15 +36,15 @@ class ArrangePanel(AbstractPanel):
             "Best mix of branches",
             icon=viser.Icon.ARROWS_SHUFFLE,
             color="gray",
-            hint="Choose the branches together so that the predicted error is least; branches chosen by "
-            "hand stay.",
+            hint="Choose the branches together for the least predicted error; branches chosen by "
+            "hand are kept.",
         )
         on_press(mix, lambda: self._worker.submit(MixBranches()))
         self._improve = gui.add_button(
             "Improve this plate",
             icon=viser.Icon.SPARKLES,
             hint="Let the program place all targets for the least predicted error in the region, reachable "
-            "and free of collisions. Runs beside your work; Cancel stops it, Undo brings the old plate back.",
+            "and free of collisions. Runs in the background; Cancel stops it, Undo restores the old plate.",
         )
         on_press(self._improve, self._improve_plate)
         self._cluster = gui.add_button(
@@ -52,7 +52,7 @@ class ArrangePanel(AbstractPanel):
             icon=viser.Icon.SEARCH,
             color="gray",
             hint="Workspace clustering: replace the targets by as many poses with equal index O in mutually "
-            "different cubes of the region, the best such set. Takes some seconds; Undo brings them back.",
+            "different cubes of the region, the best such set. Takes a few seconds; Undo reverts this.",
         )
         on_press(self._cluster, self._search)
         with gui.add_folder("Snap and number", expand_by_default=False):
@@ -85,7 +85,7 @@ class ArrangePanel(AbstractPanel):
             min=1,
             max=MOST_TARGETS,
             step=1,
-            hint="The place of the selected target in the order of measuring.",
+            hint="Position of the selected target in the measuring order.",
         )
 
         @self._number.on_update
@@ -96,24 +96,24 @@ class ArrangePanel(AbstractPanel):
 
     def _build_pattern(self, gui: viser.GuiApi) -> None:
         self._pattern = gui.add_dropdown(
-            "Pattern", list(KINDS), hint="How the targets are laid out. The circle is the paper's Table 2."
+            "Pattern", list(KINDS), hint="Layout of the targets. The circle is the paper's Table 2."
         )
         self._count = gui.add_number(
-            "Targets", 10, min=1, max=MOST_TARGETS, step=1, hint="How many targets there will be."
+            "Targets", 10, min=1, max=MOST_TARGETS, step=1, hint="Number of targets."
         )
         self._centre = gui.add_vector3(
-            "Centre [mm]", (316.0, 354.0, 235.0), step=1.0, hint="Middle of the pattern, from the base."
+            "Centre [mm]", (316.0, 354.0, 235.0), step=1.0, hint="Centre of the pattern in the base frame."
         )
         self._radius = gui.add_number(
-            "Half width [mm]", 250.0, min=1.0, max=5000.0, step=1.0, hint="Radius, or half the edge."
+            "Half width [mm]", 250.0, min=1.0, max=5000.0, step=1.0, hint="Radius, or half the side."
         )
         self._tilts = gui.add_vector2(
-            "Tilts [°]", (-150.0, -160.0), step=1.0, hint="Roll angles given to the targets in turn."
+            "Tilts [°]", (-150.0, -160.0), step=1.0, hint="Roll angles, assigned to the targets in turn."
         )
         lay = gui.add_button(
-            "Lay the targets out",
+            "Apply the pattern",
             icon=viser.Icon.GRID_DOTS,
-            hint="Replace all targets that are not locked by this pattern; Undo brings them back.",
+            hint="Replace all unlocked targets by this pattern; Undo reverts this.",
         )
         on_press(lay, self._lay_out)
 

@@ -22,8 +22,8 @@ from workbench.views.page.html import (
 from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value
 
 NOTHING = (
-    "The model of this arm is geometry alone, so that it does not bend. Choose katana450-tilting in the More "
-    "tab, open a robot with [[effect]] tables, or add what a diagnosis finds."
+    "The model of this arm has no effects, so it does not bend. Choose katana450-tilting in the More "
+    "tab, open a robot with [[effect]] tables, or add the effects of a diagnosis."
 )
 
 
@@ -32,7 +32,7 @@ class BendingPanel(AbstractPanel):
 
     def build(self, server: viser.ViserServer) -> None:
         gui, overlay = server.gui, self._worker.session.overlay
-        with gui.add_folder("Bent by its loads"):
+        with gui.add_folder("Bending under load"):
             self._bent = gui.add_checkbox(
                 "Bent arm",
                 overlay.bent,
@@ -44,7 +44,7 @@ class BendingPanel(AbstractPanel):
                 int(GREATEST_EXAGGERATION),
                 1,
                 int(overlay.bending),
-                hint="How many times more than in truth the violet arm is bent.",
+                hint="Exaggeration of the violet arm's bending.",
             )
             self._table = gui.add_html("")
         for control in (self._bent, self._times):

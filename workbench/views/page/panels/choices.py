@@ -29,19 +29,17 @@ class ChoicesPanel(AbstractPanel):
 
     def build(self, server: viser.ViserServer) -> None:
         gui = self._gui = server.gui
-        with gui.add_folder("Rows left out", expand_by_default=False):
+        with gui.add_folder("Excluded rows", expand_by_default=False):
             self._rows = gui.add_text(
                 "Rows",
                 "",
                 hint="Numbers of data rows that are not fitted, such as 3, 17, 20-24. In the Compare tab a "
-                "row can be left out while looking at it.",
+                "row can be excluded while you look at it.",
             )
             on_change(self._rows, self._leave_out)
         self._folder = gui.add_folder("Free parameters", expand_by_default=False)
         with self._folder:
-            everything = gui.add_button(
-                "Free all", color="gray", hint="Let every parameter be identified again."
-            )
+            everything = gui.add_button("Free all", color="gray", hint="Tick all parameters.")
             on_press(everything, self._free_all)
 
     def parts(self, session: Session) -> tuple[Any, ...]:
@@ -62,7 +60,7 @@ class ChoicesPanel(AbstractPanel):
         with self._folder:
             self._boxes = {
                 name: self._gui.add_checkbox(
-                    name, True, hint="Ticked: identified. Not ticked: held at its nominal value."
+                    name, True, hint="Ticked: identified. Not ticked: fixed at its nominal value."
                 )
                 for name in robot.default_free
             }
@@ -80,7 +78,9 @@ class ChoicesPanel(AbstractPanel):
         try:
             rows = read_rows(self._rows.value)
         except ValueError:
-            self._worker.submit(Tell(f"'{self._rows.value[:40]}' are no row numbers; give e.g. 3, 17, 20-24"))
+            self._worker.submit(
+                Tell(f"'{self._rows.value[:40]}' is not a list of row numbers; give e.g. 3, 17, 20-24")
+            )
             return
         self._worker.submit(LeaveRowsOut(rows))
 

@@ -34,7 +34,7 @@ SWITCHES = {
     "ghosts": ("Other branches", "Show faint arms in the other postures that reach the selected target."),
     "nominal": ("Nominal arm", "Show the solid arm at the measured joint positions."),
     "calibrated": ("Calibrated arm", "Show the amber arm, with the identified parameters."),
-    "frames": ("Frames", "Show where the instrument saw the tool."),
+    "frames": ("Frames", "Show the measured poses."),
     "arrows": (
         "Error arrows",
         "From measured to predicted places: violet nominal, cyan calibrated.",
@@ -53,9 +53,9 @@ class ComparePanel(AbstractPanel):
         on_change(self._row, lambda: self._worker.submit(ShowRow(int(self._row.value) - 1)))
         self._readout = gui.add_html("")
         self._leave = gui.add_checkbox(
-            "Leave this row out",
+            "Exclude this row",
             False,
-            hint="Keep this row out of the next identification, because something went wrong with it.",
+            hint="Leave this row out of the next identification, because something went wrong with it.",
         )
         on_change(self._leave, self._leave_out)
         overlay = self._worker.session.overlay
@@ -70,7 +70,7 @@ class ComparePanel(AbstractPanel):
                 int(GREATEST_EXAGGERATION),
                 1,
                 int(overlay.exaggeration),
-                hint="How many times longer than in truth the error arrows are drawn.",
+                hint="Exaggeration of the error arrows.",
             )
         for control in (*self._switches.values(), self._times):
             on_change(control, self._set)
@@ -78,7 +78,7 @@ class ComparePanel(AbstractPanel):
             "Look at all measurements",
             icon=viser.Icon.FOCUS_2,
             color="gray",
-            hint="Move your view so that the robot and all measured places are in the picture.",
+            hint="Move the camera to show the robot and all measured positions.",
         )
         everything.on_click(self._look_at_all)
         self._look = everything
@@ -150,7 +150,7 @@ def _readout(session: Session) -> str:
         return block(f"{head}{_as_opened(comparison, row)}", testid="row", style="margin:6px 0")
     before, after = comparison.errors(row)
     if np.isnan(before):
-        words = "No position was measured here, so there is nothing to draw."
+        words = "No position was measured here."
         return block(f"{head} · {kind}<br>{words}", testid="row", style="margin:6px 0")
     rows = [
         (badge("Nominal", css(ARROW_BEFORE)), f"{number(1e3 * before)} mm"),
@@ -174,11 +174,11 @@ def _as_opened(comparison: Comparison, row: int) -> str:
         ("largest", f"{number(float(np.nanmax(errors)))} mm"),
     ]
     words = (
-        "Nothing is fitted. If this is the arm's calibrated robot, a few poses tell whether the calibration "
-        "still holds; otherwise identify first to compare."
+        "Nothing has been identified yet. If this robot is already calibrated, a few poses tell whether "
+        "the calibration is still valid; otherwise identify it first."
     )
     return (
-        table(("Error of the robot as it was opened", ""), rows)
+        table(("Error of the robot as opened", ""), rows)
         + f'<div style="color:{MUTED};margin-top:4px">{words}</div>'
     )
 
@@ -186,7 +186,7 @@ def _as_opened(comparison: Comparison, row: int) -> str:
 def _legend() -> str:
     return block(
         f"{badge('Fitted', css(FITTED))} &nbsp; {badge('Held out', css(HELD_OUT))} &nbsp; "
-        f"{badge('Left out', css(LEFT_OUT))}<br>{badge('Calibrated arm', css(GHOST))}"
+        f"{badge('Excluded', css(LEFT_OUT))}<br>{badge('Calibrated arm', css(GHOST))}"
         f'<div style="color:{MUTED}">Arrows start where the tool was '
         "measured and point to where the model expects it.</div>",
         style="margin:6px 0 10px",

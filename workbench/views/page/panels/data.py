@@ -26,7 +26,7 @@ from workbench.views.page.html import (
 from workbench.views.page.panels.panel import AbstractPanel, on_press
 
 FILES = ".csv,.tsv,.txt,.xlsx,.parquet,.mat"
-SEAT = "seats of the plate"
+SEAT = "plate seats"
 NOTES = 8
 """Notes shown before the rest is counted."""
 
@@ -51,13 +51,13 @@ class DataPanel(AbstractPanel):
                 min=0,
                 max=999_999,
                 step=1,
-                hint="Another number is another arm with other hidden errors.",
+                hint="Each number gives an arm with other hidden errors.",
             )
             self._surprise = gui.add_checkbox(
                 "Surprise me",
                 False,
                 hint="Hide an effect that geometry can't explain (play, compliance or a bent gear) in one "
-                "joint, to see what an identification then leaves.",
+                "joint, to see which errors remain after an identification.",
             )
             self._more = gui.add_number(
                 "More poses",
@@ -65,19 +65,19 @@ class DataPanel(AbstractPanel):
                 min=0,
                 max=MOST_MORE,
                 step=10,
-                hint="Poses in the region that are measured for fitting besides the targets.",
+                hint="Poses in the region to measure for fitting, besides the targets.",
             )
             self._instrument = gui.add_dropdown(
                 "Instrument",
                 (SEAT, *VIRTUAL_INSTRUMENTS),
                 hint="What measures. The seats have the noise that is set in the Plate tab; every other "
-                "instrument has its own, and sees poses or points alone.",
+                "instrument has its own, and sees poses or points only.",
             )
             measure = gui.add_button(
                 "Measure a virtual arm",
                 icon=viser.Icon.ROBOT,
                 hint="Make an arm with hidden manufacturing errors (up to 5 mm and 5°) and measure it at "
-                "the targets as they stand.",
+                "the targets.",
             )
         self._preview = gui.add_html("")
         self._forget = gui.add_button(
@@ -85,7 +85,7 @@ class DataPanel(AbstractPanel):
             color="gray",
             icon=viser.Icon.TRASH,
             visible=False,
-            hint="Take the measurements and what was identified from them off the page.",
+            hint="Remove the measurements and everything identified from them.",
         )
         on_press(measure, lambda: self._measure())
         on_press(self._forget, lambda: self._worker.submit(ForgetData()))
@@ -113,14 +113,16 @@ def on_press_upload(button: viser.GuiUploadButtonHandle, worker: Worker) -> None
         file = event.target.value
         if len(file.content) > LARGEST_FILE:
             size, most = len(file.content) / 2**20, LARGEST_FILE // 2**20
-            worker.submit(Tell(f"{file.name[-80:]} has {size:.0f} MiB, the page takes up to {most} MiB"))
+            worker.submit(
+                Tell(f"{file.name[-80:]} has {size:.0f} MiB, but the page accepts up to {most} MiB")
+            )
             return
         worker.submit(LoadData(file.name, bytes(file.content)))
 
 
 def _nothing() -> str:
     return block(
-        "No measurements yet. Load a file of a real arm, or measure a virtual one to try the rest.",
+        "No measurements yet. Load a file of a real arm, or measure a virtual arm.",
         testid="preview",
         style=f"color:{MUTED};margin:8px 0",
     )
@@ -131,7 +133,7 @@ def _preview(loaded: Loaded) -> str:
     more = len(loaded.notes) - NOTES
     if more > 0:
         notes += f"<li>… and {more} more</li>"
-    decisions = heading("Decisions of the reader") + f'<ul style="margin:0;padding-left:16px">{notes}</ul>'
+    decisions = heading("Notes on reading") + f'<ul style="margin:0;padding-left:16px">{notes}</ul>'
     return block(
         f'<div style="font-weight:600;overflow-wrap:anywhere">{text(loaded.name)}</div>'
         + pairs(loaded.facts)

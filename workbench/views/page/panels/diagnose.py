@@ -43,26 +43,26 @@ class DiagnosePanel(AbstractPanel):
         self._start = gui.add_button(
             "Diagnose",
             icon=viser.Icon.STETHOSCOPE,
-            hint="Fit the geometry, look at what is left, and find the physical effect that explains it. "
+            hint="Fit the geometry, and find the physical effect that explains the remaining errors. "
             "Needs at least 20 rows.",
         )
         on_press(self._start, lambda: self._worker.submit(Diagnose()))
         self._verdict = gui.add_html("")
         self._add = gui.add_button(
-            "Add what was found to the model",
+            "Add the effects to the model",
             icon=viser.Icon.PLUS,
             visible=False,
             hint="Identify these effects together with the geometry; Identify, Compare and the saved robot "
-            "then have them.",
+            "then include them.",
         )
         on_press(self._add, lambda: self._worker.submit(AddEffects()))
         self._details = gui.add_html("")
         self._next = gui.add_button(
-            "Make the next poses targets",
+            "Add the suggested poses as targets",
             icon=viser.Icon.TARGET,
             color="gray",
             visible=False,
-            hint="Add the poses at which a measurement would tell most about what was found to the plate.",
+            hint="Add to the plate the poses where a measurement would tell most about these effects.",
         )
         on_press(self._next, lambda: self._worker.submit(TakeNextPoses()))
 
@@ -82,9 +82,9 @@ class DiagnosePanel(AbstractPanel):
 def _nothing(session: Session) -> str:
     words = (
         "Needs measurements: load a file or measure a virtual arm in the Measure tab (with 'Surprise me' and "
-        "more poses there is something to be found)."
+        "more poses there is an effect to find)."
         if session.loaded is None
-        else "Ready. Press Diagnose to see what geometry can't explain."
+        else "Ready. Press Diagnose to find what geometry can't explain."
     )
     return block(words, testid="verdict", style=f"color:{MUTED};margin:6px 0")
 
@@ -92,7 +92,7 @@ def _nothing(session: Session) -> str:
 def _verdict(found: Diagnosis, session: Session) -> str:
     good = found.verdict in (Verdict.NONE, Verdict.EXPLAINED)
     mark = badge(found.verdict[:1].upper() + found.verdict[1:], GOOD if good else css(OUT_OF_REACH))
-    added = f'<div style="color:{GOOD}">It is part of the model now.</div>' if session.accepted else ""
+    added = f'<div style="color:{GOOD}">Now part of the model.</div>' if session.accepted else ""
     return block(f"{mark}<div>{text(found.message)}</div>{added}{_bars(found)}", testid="verdict")
 
 
@@ -121,7 +121,7 @@ def _bars(found: Diagnosis) -> str:
 def _details(found: Diagnosis) -> str:
     return block(
         _accepted(found)
-        + heading("Error row by row [mm]")
+        + heading("Remaining error, row by row [mm]")
         + _residuals(found)
         + _ranking(found)
         + _notes(found),
@@ -165,8 +165,8 @@ def _ranking(found: Diagnosis) -> str:
     for ranked in found.ranking[:CANDIDATES]:
         left = "–" if ranked.held_out_mm is None else number(ranked.held_out_mm)
         rows.append((text(ranked.effect.label), number(ranked.gain), *((left,) if tried else ())))
-    head = heading("Candidates by what they bring to the geometry alone")
-    columns = ("", "evidence [nat]", *(("then left [mm]",) if tried else ()))
+    head = heading("Candidates, each added to the geometry alone")
+    columns = ("", "evidence [nat]", *(("error with it [mm]",) if tried else ()))
     return head + table(columns, rows, testid="ranking") if rows else ""
 
 
@@ -176,7 +176,7 @@ def _notes(found: Diagnosis) -> str:
         words.insert(0, f"outliers: {outlier_words(found)}")
     lines = "".join(f"<li>{text(note)}</li>" for note in words)
     return (
-        heading("Decisions") + f'<ul style="margin:0;padding-left:16px;color:{MUTED}">{lines}</ul>'
+        heading("Notes") + f'<ul style="margin:0;padding-left:16px;color:{MUTED}">{lines}</ul>'
         if lines
         else ""
     )

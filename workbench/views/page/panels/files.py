@@ -36,29 +36,36 @@ class FilesPanel(AbstractPanel):
                 "Plate to make (ZIP)",
                 fixture_zip,
                 "Solids as STL and 3MF, the drawing as DXF, lists of holes and blocks, and the sheet for the "
-                "workshop. Takes some seconds.",
+                "workshop. Takes a few seconds.",
             )
             self._needs_data = [
-                self._button(
-                    gui, "Measurements (CSV)", measurements_csv, "The rows, one a line, with units."
-                ),
+                self._button(gui, "Measurements (CSV)", measurements_csv, "One row per line, with units."),
             ]
             self._needs_fit = [
                 self._button(
-                    gui, "Calibrated robot (TOML)", calibrated_toml, "For the commands, and for next time."
+                    gui,
+                    "Calibrated robot (TOML)",
+                    calibrated_toml,
+                    "For the command line, and for the next session.",
                 ),
                 self._button(
-                    gui, "Calibrated robot (URDF)", calibrated_urdf, "For other programs; without effects."
+                    gui,
+                    "Calibrated robot (URDF)",
+                    calibrated_urdf,
+                    "For other programs; effects are left out.",
                 ),
                 self._button(
-                    gui, "Report (ZIP)", report_zip, "Tables and figures of the identification as a page."
+                    gui,
+                    "Report (ZIP)",
+                    report_zip,
+                    "Tables and figures of the identification as an HTML page.",
                 ),
             ]
             picture = gui.add_button(
                 "Picture of the scene (PNG)",
                 icon=viser.Icon.CAMERA,
                 color="gray",
-                hint="The scene as you see it, without the panel.",
+                hint="The scene as shown, without the panel.",
             )
             picture.on_click(self._picture)
 

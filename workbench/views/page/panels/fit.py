@@ -38,7 +38,7 @@ TITLES = {name: algorithm.title for name, algorithm in ALGORITHMS.items()}
 FRAMES = {
     "Decide from the data": "auto",
     "Shared by all sessions": "shared",
-    "Own for each session": "per-session",
+    "Separate for each session": "per-session",
 }
 
 
@@ -64,20 +64,20 @@ class FitPanel(AbstractPanel):
                 50,
                 5,
                 20,
-                hint="Share of the rows that no algorithm sees; the error there is the honest one. "
-                "A virtual arm brings its own checking poses instead.",
+                hint="Share of the rows kept from the fit; the error there is the one to trust. "
+                "A virtual arm has checking poses of its own instead.",
             )
             self._frames = gui.add_dropdown(
                 "Base and tool",
                 list(FRAMES),
-                hint="Whether sessions of measurements share one placement of base and tool.",
+                hint="Whether all measurement sessions share the same base and tool frames.",
             )
         self._errors = gui.add_html("")
         self._fit = gui.add_dropdown(
             "Shown fit",
             list(TITLES.values()),
             visible=False,
-            hint="Whose parameters and arm are shown and saved.",
+            hint="The fit whose parameters and arm are shown and saved.",
         )
         names = {title: name for name, title in TITLES.items()}
         on_change(self._fit, lambda: self._worker.submit(ShowFit(names[self._fit.value])))
@@ -85,7 +85,7 @@ class FitPanel(AbstractPanel):
             "Save calibrated robot (TOML)",
             icon=viser.Icon.DOWNLOAD,
             visible=False,
-            hint="Download the robot with the shown fit's parameters, for the commands and for next time.",
+            hint="Download the robot with the parameters of the shown fit.",
         )
         self._save.on_click(lambda event: save(event, self._worker, calibrated_toml))
         self._requirement = gui.add_html("", visible=False)
@@ -93,7 +93,7 @@ class FitPanel(AbstractPanel):
             "Errors of",
             (POSITION, ORIENTATION),
             visible=False,
-            hint="What the plots below show, axis by axis; rest the mouse on a stem to see its row.",
+            hint="Errors plotted below, axis by axis; hover over a stem to see its row.",
         )
         on_change(self._errors_of, self._draw_figure)
         self._figure = gui.add_html("", visible=False)
@@ -189,9 +189,9 @@ def _remarks(session: Session) -> str:
     return "".join(
         _list(head, items, colour)
         for head, items, colour in (
-            ("Can't be told apart with these poses; kept next to nominal", found.unidentifiable, CAREFUL),
+            ("Not identifiable from these poses; kept near nominal", found.unidentifiable, CAREFUL),
             ("Warnings", found.warnings, CAREFUL),
-            ("Decisions", found.notes, MUTED),
+            ("Notes", found.notes, MUTED),
         )
     )
 

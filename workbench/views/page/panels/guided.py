@@ -52,14 +52,14 @@ class GuidedPanel(AbstractPanel):
                 "Follow the arm",
                 True,
                 visible=False,
-                hint="Let the arm in the scene stand as the real one does.",
+                hint="Move the arm in the scene with the real one.",
             )
             on_change(self._follow, lambda: self._worker.submit(FollowSource(bool(self._follow.value))))
             self._live = gui.add_button(
                 "Measure the real arm",
                 icon=viser.Icon.PLUG_CONNECTED,
                 visible=False,
-                hint="Bring the connected arm to each target, wait until it stands still, store the row.",
+                hint="Move the connected arm to each target, wait until it is still, store the row.",
             )
             on_press(self._live, lambda: self._worker.submit(MeasureLive()))
             self._seed = gui.add_number(
@@ -68,14 +68,14 @@ class GuidedPanel(AbstractPanel):
                 min=0,
                 max=999_999,
                 step=1,
-                hint="Seed of the virtual arm: another number is another arm with other hidden errors.",
+                hint="Seed of the virtual arm: each number gives an arm with other hidden errors.",
             )
             self._begin = gui.add_button(
                 "Begin measuring",
                 icon=viser.Icon.TARGET,
                 color="gray",
-                hint="Measure a virtual arm as one measures a real one: drive it to each target, wait until "
-                "it stands still, store the row.",
+                hint="Measure a virtual arm as you would a real one: drive it to each target, wait until "
+                "it is still, store the row.",
             )
             self._status = gui.add_html("")
             self._build_steps(gui)
@@ -94,25 +94,23 @@ class GuidedPanel(AbstractPanel):
             "Drive the virtual arm there",
             DriveArm,
             icon.ROBOT,
-            "Send the arm to the current target, as near as an operator would steer it.",
+            "Drive to the current target, as accurately as an operator would.",
             None,
         )
         self._store = button(
             "Store",
             StoreRow,
             icon.CHECK,
-            "Keep joint positions and measured pose as this target's row; the arm must stand still.",
+            "Keep joint positions and measured pose as this target's row; the arm must be still.",
             None,
         )
         self._again = button(
-            "Take again",
+            "Retake",
             TakeAgain,
             icon.ROTATE,
             "Drop the row of the current target, or else the one stored last, and measure it once more.",
         )
-        self._next = button(
-            "Next target", NextWanted, icon.ARROW_RIGHT, "Leave this target for later and go on to the next."
-        )
+        self._next = button("Next target", NextWanted, icon.ARROW_RIGHT, "Skip this target for now.")
         self._use = button(
             "Use the rows",
             UseRows,
@@ -150,7 +148,7 @@ class GuidedPanel(AbstractPanel):
 def _source(source: Source | None) -> str:
     """Where the real arm's joints come from, and whether they still do."""
     if source is None:
-        words = "A real arm is followed and measured here with workbench serve --source HOST:PORT."
+        words = "To follow and measure a real arm, start with workbench serve --source HOST:PORT."
         return block(words, testid="source", style=f"color:{MUTED};margin:2px 0 6px")
     if not source.is_open:
         light = badge("Ended", BAD)
@@ -172,7 +170,7 @@ def _status(status: Status, measuring: Measuring) -> str:
     words = f'<div style="color:{MUTED};margin-top:6px">{text(_sentence(status.message))}</div>'
     return block(
         f'<div data-testid="progress">{stored} of {count} rows stored</div>{bar}'
-        f'<div style="font-weight:600">Wanted: target {measuring.target + 1}</div>'
+        f'<div style="font-weight:600">Current: target {measuring.target + 1}</div>'
         + _place(status)
         + _deviation(status)
         + _light(status.standing)
@@ -206,7 +204,7 @@ def _deviation(status: Status) -> str:
 
 def _light(standing: Standing | None) -> str:
     if standing is None:
-        return badge("No sample yet: drive the arm", MUTED)
+        return badge("No sample yet: move the arm", MUTED)
     words = STILL_MOVES if standing is Standing.MOVING else str(standing)
     return f'<span data-testid="standing">{badge(_sentence(words), LIGHTS[standing])}</span>'
 

@@ -37,12 +37,12 @@ class Header(AbstractPanel):
             color="gray",
             visible=False,
             icon=viser.Icon.PLAYER_STOP,
-            hint="End the demo here and go on yourself; touching anything else does the same.",
+            hint="End the demo here; any other input ends it too.",
         )
         on_press(self._stop, lambda: self._worker.submit(SetCaption("")))
         self._message = gui.add_html("", visible=False)
         self._dismiss = gui.add_button(
-            "Dismiss", color="gray", visible=False, icon=viser.Icon.X, hint="Put this message away."
+            "Dismiss", color="gray", visible=False, icon=viser.Icon.X, hint="Dismiss this message."
         )
         on_press(self._dismiss, lambda: self._worker.submit(Dismiss()))
         self._chore = gui.add_html("", visible=False)
@@ -53,7 +53,7 @@ class Header(AbstractPanel):
             color="gray",
             visible=False,
             icon=viser.Icon.PLAYER_STOP,
-            hint="Stop the computation; everything stays as it is.",
+            hint="Stop the computation; nothing is changed.",
         )
         on_press(self._cancel, self._worker.cancel)
 
@@ -88,21 +88,19 @@ def next_step(session: Session) -> str:
     if session.caption:
         return f'<span data-testid="caption" style="font-size:15px">{text(session.caption)}</span>'
     if session.job is not None:
-        return "You can go on working meanwhile."
+        return "You can keep working in the meantime."
     if session.drag is not None:
-        return "Watch the arm and the numbers. Let go to keep the place; <b>Undo</b> takes it back."
+        return "Watch the arm and the numbers. Release to keep this position; <b>Undo</b> reverts it."
     if session.measuring is not None:
-        return (
-            "<b>Measure</b>: drive the arm to the wanted target, wait until it stands still, store the row."
-        )
+        return "<b>Measure</b>: drive the arm to the current target, wait until it is still, store the row."
     if session.source is not None and session.source.is_followed and session.focus is Focus.JOG:
         return (
-            "The arm stands as the real one does. In <b>Measure</b>, take its rows target by target, or "
-            "untick <b>Follow the arm</b> to go on with the plate."
+            "The arm follows the real one. In <b>Measure</b>, store its rows target by target, or "
+            "untick <b>Follow the arm</b> to return to the plate."
         )
     if session.focus is Focus.TRACK:
         return (
-            "The solid arm goes as it was taught, the amber one as the calibrated arm does. <b>Play</b> and "
+            "The solid arm moves as commanded, the amber one as the calibrated arm does. <b>Play</b> and "
             "<b>Pause</b> are in <b>Compare</b>."
         )
     if session.identification is not None and session.focus is Focus.ROW:
@@ -111,11 +109,10 @@ def next_step(session: Session) -> str:
             "calibrated. <b>Identify</b> has the numbers and saves the result."
         )
     if session.loaded is not None and session.identification is None:
-        return "The measurements are in. Next: open <b>Identify</b> and press the button there."
+        return "The measurements are loaded. Next: open <b>Identify</b> and press Identify."
     if session.done:
         return (
-            "Is the plate good? In <b>Measure</b>, let a virtual arm be measured on it, or load real "
-            "measurements."
+            "Happy with the plate? In <b>Measure</b>, measure a virtual arm on it, or load real measurements."
         )
     return (
         "<b>Drag an arrow</b> to move the blue target, <b>a ring</b> to turn it; the arm follows. "

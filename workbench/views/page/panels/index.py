@@ -40,7 +40,7 @@ class IndexPanel(AbstractPanel):
             + heading("Index O of each target")
             + _bars(session)
             + _worst(now)
-            + heading("Observability of the whole set, larger is better")
+            + heading("Observability of all targets (larger is better)")
             + _indices(now, first)
             + _rank(now),
             testid="index",
@@ -96,7 +96,7 @@ def _loss(rise: float) -> str:
     """What would be lost without the selected target."""
     if np.isnan(rise):
         return ""
-    words = "parameters could not be told apart" if np.isinf(rise) else f"{100 * rise:+.0f} % error"
+    words = "parameters would be undetermined" if np.isinf(rise) else f"{100 * rise:+.0f} % error"
     return f' · without it <span data-testid="loss">{words}</span>'
 
 
@@ -124,12 +124,12 @@ def _indices(now: Score, first: Score) -> str:
         label = f'<span title="{text(index.meaning)} — {text(index.source)}">{text(name)}</span>'
         value = f'<span data-testid="{text(name)}">{number(now.indices[name], 4)}</span>'
         rows.append((label, value, change(now.indices[name], first.indices[name], larger_is_better=True)))
-    return table(("Index", "now", "against start"), rows)
+    return table(("Index", "now", "change"), rows)
 
 
 def _rank(now: Score) -> str:
     missing = now.parameters - now.rank
     words = f"Rank {now.rank} of {now.parameters} · condition {number(now.condition)} · {now.reached} targets"
     colour = MUTED if missing == 0 else css(OUT_OF_REACH)
-    more = f"<br>{missing} combinations of parameters can't be told apart." if missing else ""
+    more = f"<br>{missing} parameter combinations are undetermined." if missing else ""
     return f'<div data-testid="rank" style="color:{colour};margin-top:4px">{words}{more}</div>'

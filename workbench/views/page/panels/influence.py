@@ -117,5 +117,5 @@ def short_name(name: str) -> tuple[str, str]:
 def _legend() -> str:
     return (
         f'<div style="color:{MUTED}">For an error of 0.05° of an angle, or 0.1 mm of a length. Lines: the '
-        "range over the targets in reach. Rest the mouse on a bar for its numbers.</div>"
+        "range over the targets in reach. Hover over a bar for its numbers.</div>"
     )

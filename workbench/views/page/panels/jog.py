@@ -72,7 +72,7 @@ class JogPanel(AbstractPanel):
                     float(np.ceil(10 * high) / 10),
                     0.1,
                     float(np.clip(0.0, low, high)),
-                    hint="Turn this joint by hand; the nominal and the calibrated arm follow.",
+                    hint="Move this joint; the nominal and the calibrated arm follow.",
                 )
                 on_change(slider, partial(self._jog, i))
                 self._sliders.append(slider)
@@ -98,10 +98,16 @@ class ToolPanel(AbstractPanel):
         gui = server.gui
         with gui.add_folder("Tool"):
             self._xyz = Coordinates(
-                gui, "Position", Quantity.LENGTH, hint="Where the tool is, or is to go, from the base."
+                gui,
+                "Position",
+                Quantity.LENGTH,
+                hint="Position of the tool in the base frame; type where it should go.",
             )
             self._rpy = Coordinates(
-                gui, "Angles", Quantity.ANGLE, hint="Roll, pitch and yaw that it has, or is to have."
+                gui,
+                "Angles",
+                Quantity.ANGLE,
+                hint="Roll, pitch and yaw of the tool; type what they should be.",
             )
             self.button(
                 gui,
@@ -135,7 +141,7 @@ class CapturedPanel(AbstractPanel):
                 "Keep this pose",
                 icon=viser.Icon.PLUS,
                 color="gray",
-                hint="Note the joints as the arm stands, and where its tool is by either model.",
+                hint="Store the joint positions, and the tool pose by either model.",
             )
             self._table = gui.add_html("")
             self._file = gui.add_button(
@@ -143,14 +149,14 @@ class CapturedPanel(AbstractPanel):
                 icon=viser.Icon.DOWNLOAD,
                 color="gray",
                 visible=False,
-                hint="Joints, and the tool's pose by the nominal and the calibrated arm, one line a pose.",
+                hint="Joint positions and the tool poses of both arms, one pose per line.",
             )
             self._forget = gui.add_button(
-                "Forget the kept poses",
+                "Clear the kept poses",
                 icon=viser.Icon.TRASH,
                 color="gray",
                 visible=False,
-                hint="Take them off the list.",
+                hint="Empty the list.",
             )
         on_press(keep, lambda: self._worker.submit(CapturePose()))
         on_press(self._forget, lambda: self._worker.submit(ForgetPoses()))
@@ -167,7 +173,7 @@ class CapturedPanel(AbstractPanel):
 
 def _content(poses: Captured) -> str:
     if not len(poses.q):
-        words = "Keep poses before and after a calibration to see where the arm really goes."
+        words = "Keep some poses, before and after a calibration, to compare where the arm goes."
         return block(words, testid="captured", style=f"color:{MUTED}")
     places = poses.nominal if poses.calibrated is None else poses.calibrated
     rows = [
@@ -175,6 +181,6 @@ def _content(poses: Captured) -> str:
         for i in np.arange(len(poses.q))[-LISTED:]
     ]
     model = "nominal arm" if poses.calibrated is None else "calibrated arm"
-    note = f"Tool of the {model}; last column: how far the calibrated arm is from the nominal one."
-    body = table(("", "x [mm]", "y [mm]", "z [mm]", "apart [mm]"), rows)
+    note = f"Tool of the {model}; last column: distance between calibrated and nominal tool."
+    body = table(("", "x [mm]", "y [mm]", "z [mm]", "distance [mm]"), rows)
     return block(f'{body}<div style="color:{MUTED};margin-top:4px">{note}</div>', testid="captured")

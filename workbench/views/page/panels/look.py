@@ -24,7 +24,7 @@ MOUSE = (
     ("Click a block", "selects its target"),
     ("Click a cube", "shows its numbers (Region)"),
     ("Click a measured point", "brings the arm there (Compare)"),
-    ("Drag elsewhere", "turns the view; right button shifts it, wheel zooms"),
+    ("Drag elsewhere", "rotates the view; the right button pans, the wheel zooms"),
 )
 KEYS = (
     ("Ctrl Z", "undo"),
@@ -36,10 +36,10 @@ KEYS = (
 ORDER = (
     ("1 Plate", "drag targets until the predicted error is small enough"),
     ("2 Measure", "load the rows of a real arm, or try a virtual one"),
-    ("3 Identify", "fit the parameters; the held-out error is the honest one"),
-    ("4 Diagnose", "find the physical effect that geometry lacks, and add it"),
-    ("5 Compare", "see what is left, pose by pose and along a trajectory"),
-    ("6 More", "another arm, jogging, and files to take away"),
+    ("3 Identify", "fit the parameters; the held-out error is the one to trust"),
+    ("4 Diagnose", "find the physical effect that the model lacks, and add it"),
+    ("5 Compare", "see the remaining errors, pose by pose and along a trajectory"),
+    ("6 More", "other arms, jogging, and files to save"),
 )
 
 
@@ -53,19 +53,19 @@ class LookPanel(AbstractPanel):
     def build(self, server: viser.ViserServer) -> None:
         self._gui = gui = server.gui
         with gui.add_folder("Page"):
-            self._dark = gui.add_checkbox("Dark", False, hint="Dark colours, for dim rooms.")
+            self._dark = gui.add_checkbox("Dark", False, hint="Dark colours.")
             on_change(self._dark, lambda: self._worker.submit(SetDark(bool(self._dark.value))))
             self._units = gui.add_dropdown(
                 "Coordinates",
                 [str(units) for units in Units],
-                hint="What places and angles are shown and typed in.",
+                hint="Units of positions and angles, shown and typed.",
             )
             on_change(self._units, lambda: self._worker.submit(SetUnits(Units(self._units.value))))
             button = gui.add_button(
                 "Help and keys",
                 icon=viser.Icon.HELP,
                 color="gray",
-                hint="How one works with this page, and which keys do what.",
+                hint="How to use this page, and its keyboard shortcuts.",
             )
             button.on_click(self._help)
         self._keys(gui)
@@ -103,10 +103,10 @@ class LookPanel(AbstractPanel):
     def _help(self, event: viser.GuiEvent) -> None:
         if event.client is None:
             return
-        modal = event.client.gui.add_modal("How this page works")
+        modal = event.client.gui.add_modal("How to use this page")
         with modal:
             event.client.gui.add_html(help_sheet())
-            close = event.client.gui.add_button("Close", color="gray", hint="Back to the page.")
+            close = event.client.gui.add_button("Close", color="gray", hint="Close this sheet.")
             close.on_click(lambda _: modal.close())
 
 
@@ -114,5 +114,5 @@ def help_sheet() -> str:
     """The sheet in HTML."""
     parts = (("In this order", ORDER), ("Mouse", MOUSE), ("Keys", KEYS))
     lines = "".join(heading(title) + pairs(rows) for title, rows in parts)
-    words = "Every control explains itself when the mouse rests on it."
+    words = "Hover over a control for an explanation."
     return block(f'{lines}<div style="color:{MUTED};margin-top:8px">{words}</div>', testid="help")

@@ -29,14 +29,14 @@ class ProductionPanel(AbstractPanel):
                 min=1,
                 max=MOST_ARMS,
                 step=1,
-                hint="How many arms with random manufacturing errors are calibrated on this plate. More arms "
+                hint="Number of arms with random manufacturing errors to calibrate on this plate. More arms "
                 "give a narrower interval and take longer.",
             )
             self._try = gui.add_button(
                 "Try this plate",
                 icon=viser.Icon.CHART_BAR,
                 hint="The share of arms that meet eq. (3) everywhere in the region, and which error matters "
-                "most. Runs beside your work, for a minute or so; Cancel stops it.",
+                "most. Takes about a minute in the background; Cancel stops it.",
             )
             on_press(self._try, lambda: self._worker.submit(TryPlate(int(self._arms.value))))
             self._result = gui.add_html("")

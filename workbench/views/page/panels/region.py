@@ -42,12 +42,12 @@ FIELDS = {
 }
 MEANINGS = {
     Field.NONE: "Choose what colours the cubes of the region.",
-    Field.REACH: "Share of the targets' orientations in which the arm reaches the middle of the cube.",
-    Field.INDEX: "Highest index O of a pose in the middle of the cube, in the targets' orientations.",
+    Field.REACH: "Share of the targets' orientations in which the arm reaches the centre of the cube.",
+    Field.INDEX: "Highest index O of a pose at the centre of the cube, in the targets' orientations.",
     Field.PREDICTED: "Error to expect after a calibration on the present targets, in the cube's posture of "
     "highest index.",
-    Field.MEASURED: "Mean error of the measured poses in the cube: of the calibrated arm once there is one.",
-    Field.YIELD: "Root mean square error of the virtual arms that were tried: Yield in the Plate tab.",
+    Field.MEASURED: "Mean error of the measured poses in the cube, of the calibrated arm if there is one.",
+    Field.YIELD: "Root mean square error of the virtual arms of the yield (Plate tab).",
 }
 CUTS = {"all layers": None, "one layer of x": 0, "one layer of y": 1, "one layer of z": 2}
 
@@ -81,7 +81,7 @@ class RegionPanel(AbstractPanel):
             icon=viser.Icon.ARROW_MOVE_RIGHT,
             color="gray",
             visible=False,
-            hint="Put the selected target into the middle of the clicked cube.",
+            hint="Move the selected target to the centre of the clicked cube.",
         )
         on_press(self._move, self._move_there)
         with gui.add_folder("Cuboid"):
@@ -114,10 +114,10 @@ class RegionPanel(AbstractPanel):
 
     def _build_cuboid(self, gui: viser.GuiApi) -> None:
         self._least = Coordinates(
-            gui, "From", Quantity.LENGTH, hint="Corner of the region with the least coordinates."
+            gui, "From", Quantity.LENGTH, hint="Corner of the region with the smallest coordinates."
         )
         self._greatest = Coordinates(
-            gui, "To", Quantity.LENGTH, hint="Corner of the region with the greatest coordinates."
+            gui, "To", Quantity.LENGTH, hint="Corner of the region with the largest coordinates."
         )
         self._cube = gui.add_slider(
             "Cube [mm]", 10, 200, 1, 50, hint="Side L of the cubes that the region is divided into."
@@ -162,7 +162,7 @@ def legend(view: CubeView, numbers: CubeValues | None, *, is_working: bool) -> s
     if view.field is Field.NONE:
         return block(meaning, testid="legend", style="margin:4px 0")
     if numbers is None:
-        words = "Working it out …" if is_working else "Nothing to show."
+        words = "Computing …" if is_working else "Nothing to show."
         return block(f"{meaning}<div>{words}</div>", testid="legend", style="margin:4px 0")
     colours = SCALE if view.field in LARGER_IS_BETTER else SCALE[::-1]
     stops = ",".join(css((int(r), int(g), int(b))) for r, g, b in colours)
@@ -173,7 +173,7 @@ def legend(view: CubeView, numbers: CubeValues | None, *, is_working: bool) -> s
         f'{meaning}<div style="height:10px;border-radius:3px;margin-top:5px;'
         f'background:linear-gradient(90deg,{stops})"></div>'
         f'<div style="display:flex;justify-content:space-between"><span>{ends[0]}</span>'
-        f'<span>{ends[1]}</span></div><div style="color:{MUTED}">Grey: no number there.</div>',
+        f'<span>{ends[1]}</span></div><div style="color:{MUTED}">Grey: no value.</div>',
         testid="legend",
         style="margin:4px 0",
     )
@@ -188,7 +188,7 @@ def picked(session: Session, numbers: CubeValues | None) -> str:
         words = "Click a cube to see its numbers."
         return block(words, testid="cube", style=f"color:{MUTED};margin:4px 0")
     i = view.picked
-    items = [("Middle", ", ".join(f"{1e3 * v:.0f}" for v in region.centres[i]) + " mm")]
+    items = [("Centre", ", ".join(f"{1e3 * v:.0f}" for v in region.centres[i]) + " mm")]
     if cubes is not None and cubes.region is region:
         items.append(("Reached in", f"{cubes.reached[i]} of {cubes.tried} orientations"))
         items.append(("Best index O", number(cubes.index[i])))

@@ -31,7 +31,7 @@ from workbench.views.page.panels.panel import (
     set_value,
 )
 
-LEFT_TO_PROGRAM = "left to the program"
+LEFT_TO_PROGRAM = "automatic"
 
 
 class TargetsPanel(AbstractPanel):
@@ -62,14 +62,12 @@ class TargetsPanel(AbstractPanel):
         self._branch = gui.add_dropdown(
             "Branch",
             [LEFT_TO_PROGRAM],
-            hint="Which solution of the inverse kinematics the arm takes; the faint arms show the others. It "
-            "decides the accuracy as much as the place does.",
+            hint="Which inverse-kinematics solution the arm takes; the faint arms show the others. It "
+            "matters to the accuracy as much as the position does.",
         )
         on_change(self._branch, self._choose_branch)
         self._state = gui.add_html("")
-        self._locked = gui.add_checkbox(
-            "Locked", False, hint="Keep this target where it is, whatever moves the others."
-        )
+        self._locked = gui.add_checkbox("Locked", False, hint="Keep this target fixed when others are moved.")
         on_change(self._locked, lambda: self._worker.submit(LockTarget(self._number, self._locked.value)))
         self._build_buttons(gui)
 
@@ -120,8 +118,8 @@ class TargetsPanel(AbstractPanel):
             gui.add_button_group(
                 "Steps",
                 ("Undo", "Redo", "Best", "Reset"),
-                hint="Take the last step back, make it again, go back to the best plate so far (least "
-                "predicted error), or to the plate as it was loaded.",
+                hint="Undo or redo the last step, go back to the best plate so far (least "
+                "predicted error), or to the plate as loaded.",
             ),
             {
                 "Undo": lambda: submit(Undo()),
@@ -155,7 +153,7 @@ def _state(state: TargetState) -> str:
         f"The arm stops {1e3 * distance:.1f} mm and {np.rad2deg(angle):.1f}° short of it. Drag the target "
         "back, or press Undo."
         if distance > 1e-6 or angle > 1e-6
-        else "Choose another branch, or leave the choice to the program."
+        else "Choose another branch, or set the branch to automatic."
     )
     return (
         badge("Out of reach", css(OUT_OF_REACH))

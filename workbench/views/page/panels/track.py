@@ -41,7 +41,7 @@ KINDS = {"Circle": CIRCLE, "Straight line": LINE}
 WIDTH, HEIGHT = 340, 60
 QUICKEST = 5.0
 LEAST_SHOWN = 1e-3
-"""Errors below this are not told apart [mm]."""
+"""Errors below this are not told distance [mm]."""
 
 
 class TrackPanel(AbstractPanel):
@@ -51,37 +51,37 @@ class TrackPanel(AbstractPanel):
         gui = server.gui
         with gui.add_folder("Trajectory"):
             self._kind = gui.add_dropdown(
-                "Path", list(KINDS), hint="What the tool is led along: a circle or a line in the region."
+                "Path", list(KINDS), hint="Path of the tool: a circle or a line in the region."
             )
             self._duration = gui.add_number(
-                "Lasts [s]",
+                "Duration [s]",
                 10.0,
                 min=LEAST_TIME,
                 max=GREATEST_TIME,
                 step=1.0,
-                hint="Time from rest at the beginning to rest at the end.",
+                hint="Time from start to end, at rest at both.",
             )
             self._corrected = gui.add_checkbox(
                 "Corrected",
                 False,
-                hint="Correct the joint positions with the calibrated arm, so that its tool takes the wanted "
-                "places.",
+                hint="Correct the joint positions with the calibrated arm, so that its tool follows the "
+                "path.",
             )
             self._plan = gui.add_button(
                 "Plan it",
                 icon=viser.Icon.ROUTE,
                 color="gray",
-                hint="Work out joint positions along the path as the nominal arm's controller does.",
+                hint="Compute joint positions along the path as the nominal arm's controller does.",
             )
             on_press(self._plan, self._ask)
             self._pace = gui.add_slider(
-                "Pace ×",
+                "Speed ×",
                 SLOWEST,
                 QUICKEST,
                 0.1,
                 1.0,
                 visible=False,
-                hint="How many times faster than its own time it is played.",
+                hint="Playback speed.",
             )
             on_change(self._pace, lambda: self._worker.submit(SetPace(float(self._pace.value))))
             self._build_buttons(gui)
@@ -98,16 +98,14 @@ class TrackPanel(AbstractPanel):
             "Play",
             PlayTrack,
             icon.PLAYER_PLAY,
-            "Move the arms along it; anything else that you do pauses it.",
+            "Move the arms along the path; any other input pauses.",
         )
-        self._pause = button(
-            "Pause", PauseTrack, icon.PLAYER_PAUSE, "Stop where the arms are; Play goes on from there."
-        )
+        self._pause = button("Pause", PauseTrack, icon.PLAYER_PAUSE, "Stop here; Play continues.")
         self._leave = button(
             "Back to the target",
             LeaveTrack,
             icon.PLAYER_STOP,
-            "Stop, and let the arm stand at the selected target again.",
+            "Stop, and return the arm to the selected target.",
             "gray",
         )
 
@@ -147,7 +145,7 @@ class TrackPanel(AbstractPanel):
 
 def nothing() -> str:
     """Before a plan."""
-    words = "Plan a path, then play it. After an identification both arms go along it and the error shows."
+    words = "Plan a path, then play it. After an identification both arms follow it and the error is shown."
     return block(words, testid="track", style=f"color:{MUTED};margin:4px 0")
 
 
@@ -164,7 +162,7 @@ def result(track: Track, times: float) -> str:
         before = (
             f"{number(1e3 * float(track.before.mean()))} mm, largest {number(1e3 * track.before.max())} mm"
         )
-        rows.append(("not corrected", before))
+        rows.append(("uncorrected", before))
     content = pairs(rows) + _curve(track.time, errors) + _scale(errors, times) + tail
     return block(content, testid="track", style="margin:4px 0")
 
@@ -194,5 +192,5 @@ def _scale(errors: np.ndarray, times: float) -> str:
         '</div><div style="display:flex;justify-content:space-between">'
         f"<span>{_millimetres(errors.min())}</span><span>{_millimetres(errors.max())}</span></div>"
         f'<div style="color:{MUTED}">The trail shows where the amber arm\'s tool goes, its error '
-        f"{'in true size' if times == 1 else f'drawn {times:g} times'}; Errors × above changes that.</div>"
+        f"{'to scale' if times == 1 else f'exaggerated {times:g} times'}; Errors × above changes that.</div>"
     )
