@@ -104,7 +104,7 @@ def test_the_recording_is_the_journal(whole):
         (e.command, e.ending, e.basis) for e in journal
     ]
     assert recording.lines[-1].entry.ending is Ending.REFUSED
-    assert "OLS, OPT1 and OPT2" in recording.lines[-1].says[-1]
+    assert "OLS, OPT1, OPT2, INFLUENCE" in recording.lines[-1].says[-1]
     assert sorted(p.name for p in (folder / "inputs").iterdir() if p.suffix == ".csv")
     times = [e.at for e in recording.entries]
     assert times == sorted(times)

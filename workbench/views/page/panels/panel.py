@@ -11,6 +11,7 @@ import viser
 from workbench.session.command import AbstractCommand
 from workbench.session.state import Session
 from workbench.session.worker import Worker
+from workbench.views.drawables.item import is_same
 
 AFTERWARDS = math.inf
 """The `pause` of a panel that waits until a drag is over."""
@@ -71,11 +72,6 @@ class AbstractPanel(ABC):
         made = gui.add_button(label, icon=icon, hint=hint, color=None if main else "gray", visible=visible)
         on_press(made, lambda: self._worker.submit(command()))
         return made
-
-
-def is_same(a: Any, b: Any) -> bool:
-    """Whether two parts of a session are one object, or equal plain values."""
-    return a is b or (isinstance(a, str | int | float | frozenset) and type(a) is type(b) and a == b)
 
 
 def set_value(control: Any, value: Any) -> None:
