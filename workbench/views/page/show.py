@@ -10,10 +10,9 @@ from workbench.data.dataset import Dataset
 from workbench.data.plausible import check_plausible
 from workbench.plate.plate import Plate
 from workbench.session.commands.data import with_data
-from workbench.session.default_plate import suited_plate
 from workbench.session.file_facts import observed
 from workbench.session.journal.folder import Begun
-from workbench.session.start import start
+from workbench.session.start import start, suited_plate
 from workbench.session.state import Loaded, Session
 from workbench.views.page.app import App
 from workbench.views.page.serve import bound
