@@ -9,8 +9,7 @@ from workbench.base.errors import OptionError
 from workbench.data.dataset import Dataset
 from workbench.data.plausible import check_plausible
 from workbench.plate.plate import Plate
-from workbench.session.commands.data import with_data
-from workbench.session.file_facts import observed
+from workbench.session.commands.data import observed, with_data
 from workbench.session.journal.folder import Begun
 from workbench.session.start import start, suited_plate
 from workbench.session.state import Loaded, Session
