@@ -301,7 +301,6 @@ def test_two_forms_that_disagree(file):
     ("column", "value"),
     [
         ("direction1", "2"),
-        ("sigma_x[mm]", "0"),
         ("sigma_x[mm]", "-1"),
         ("exclude", "maybe"),
         ("distance[m]", "-1"),

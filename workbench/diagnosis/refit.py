@@ -112,10 +112,8 @@ def linear_answer(fitted: Fitted, grams: Grams, model: Model) -> dict[str, float
 
 
 def with_own_noise(fitted: Fitted, problem: Problem) -> Problem:
-    """The geometric problem, weighed by what a fit leaves; as it is where rows bring their own noise."""
-    if noises.given_by_rows(problem) is noises.Given.ALL:
-        return problem
-    left = noises.of_residual(fitted.problem, fitted.fit.x, fitted.fit.factor)
+    """The geometric problem, weighed by what a fit leaves on top of what rows state."""
+    left = noises.beyond_stated(fitted.problem, fitted.fit.x, fitted.fit.factor)
     return problem if left is None else problem.with_noise(left)
 
 

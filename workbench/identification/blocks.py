@@ -23,6 +23,8 @@ from workbench.data.dataset import Dataset
 from workbench.data.observations import OBSERVATIONS, AbstractObservation, Channel
 from workbench.data.prediction import predict
 
+SMALLEST = 1e-9
+"""Least standard deviation of a component [m or rad]."""
 PIECE = 1024
 """Rows that are evaluated at once: their twists stay in the processor's cache."""
 
@@ -33,6 +35,9 @@ class Noise(NamedTuple):
     Args:
         position: Of a position or a distance [m].
         rotation: Of an orientation about each axis [rad].
+
+    A row's own sigma is the instrument's repeatability. These come on top of it, since what the model lacks
+    scatters as well; they are all there is where a row brings none.
     """
 
     position: float = 1e-4
@@ -217,7 +222,7 @@ def build_blocks(robot, data, kinds, names, effects, frames, noise, index, value
         names: Constants of the arm that are unknown.
         effects: Coefficients of its effects that are unknown.
         frames: What of base and tool is unknown.
-        noise: Standard deviations where a row brings none.
+        noise: Standard deviations on top of the rows' own.
         index: Place of every unknown in x.
         values: First guesses and known values of the instruments' unknowns.
     """
@@ -272,20 +277,29 @@ def pieces(data: Dataset, kinds, in_session) -> Iterator[tuple[AbstractObservati
 
 
 def inverse_sigma_of(data: Dataset, observation: AbstractObservation, noise: Noise) -> np.ndarray:
-    """Reciprocal standard deviation of every residual component; a row's own where it brings one."""
-    rotation = np.array([c is Channel.ROTATION for c in observation.channels])
-    sigma = np.where(rotation, noise.rotation, noise.position) * np.ones((len(data), 1))
-    if data.sigma is not None:
-        own = own_sigma(data.sigma, rotation)
-        sigma = np.where(np.isfinite(own), own, sigma)
+    """Reciprocal standard deviation of every residual component: a row's own one, and the noise on top."""
+    on_top = np.where(_rotations(observation), noise.rotation, noise.position)
+    sigma = np.maximum(np.hypot(own_sigma_of(data, observation), on_top), SMALLEST)
     return np.where(observation.seen, 1.0 / sigma, 0.0)
 
 
-def own_sigma(sigma: np.ndarray, rotation: np.ndarray) -> np.ndarray:
-    """The rows' own standard deviations of every component: axis by axis, a distance's from all three."""
+def own_sigma_of(data: Dataset, observation: AbstractObservation) -> np.ndarray:
+    """The rows' own standard deviations of every component, 0 where they bring none.
+
+    Positions go axis by axis, a distance has the mean of all three.
+    """
+    rotation = _rotations(observation)
+    if data.sigma is None:
+        return np.zeros((len(data), len(rotation)))
+    sigma = np.nan_to_num(data.sigma, nan=0.0)
     positions = int((~rotation).sum())
     if positions == 1:
         return np.sqrt((sigma[:, :3] ** 2).mean(1))[:, None]
     place = np.cumsum(~rotation) - 1
     columns = [3 + i - positions if turned else place[i] % 3 for i, turned in enumerate(rotation)]
     return sigma[:, columns]
+
+
+def _rotations(observation: AbstractObservation) -> np.ndarray:
+    """Whether each component of an observation is one of orientation."""
+    return np.array([channel is Channel.ROTATION for channel in observation.channels])

@@ -1,13 +1,25 @@
-"""Standard deviations of the measurements: as given, from repeated rows, or from what a fit leaves."""
+"""Standard deviations of the measurements: as given, from repeated rows, or from what a fit leaves.
+
+What a row states of itself is the instrument's repeatability, never the whole error. What is left beyond it,
+mostly what the model lacks, is one more variance s² per channel, so that every component has
+
+    sigma² = sigma_row² + s²
+
+with the s that makes the residuals r of a fit most likely, its p parameters taken off the N components:
+
+    max_s  −½ Σ log(sigma_row² + s²) − ½ N/(N−p) Σ r² / (sigma_row² + s²)
+
+Rows that state nothing have sigma_row = 0, and s is then the root mean square of what is left.
+"""
 
 from enum import Enum
 
 import numpy as np
 from jaxtyping import Float
+from scipy import optimize
 
 from workbench.base import se3
 from workbench.data.dataset import Dataset
-from workbench.identification.algorithms.identifier import Search
 from workbench.identification.linear import Factor, factorise_pieces
 from workbench.identification.problem import Noise, Problem
 
@@ -15,6 +27,8 @@ SAME_JOINTS = 1e-7
 """Rows whose joints agree within this [rad or m] are repeats."""
 ENOUGH_REPEATS = 8
 """Degrees of freedom that repeats must have to be believed."""
+LEAST_PART = 1e-3
+"""Part of what is left below which s counts as 0 where all rows state their own."""
 SMALLEST = Noise(1e-8, 1e-8)
 """Below this a fit leaves only rounding, and the stated values are kept."""
 
@@ -29,10 +43,7 @@ class Given(Enum):
 
 def given_by_rows(problem: Problem) -> Given:
     """Whether every component that was measured has its own standard deviation."""
-    if problem.data.sigma is None:
-        return Given.NONE
-    told = problem.with_noise(Noise(np.inf, np.inf)).inverse_sigma > 0.0
-    live = problem.inverse_sigma > 0.0
+    told, live = problem.own_sigma > 0.0, problem.inverse_sigma > 0.0
     return Given.ALL if told[live].all() else Given.SOME if told.any() else Given.NONE
 
 
@@ -44,9 +55,9 @@ def stated(problem: Problem) -> Noise | None:
     live, turned = problem.inverse_sigma > 0.0, problem.component_channels
     if given_by_rows(problem) is not Given.ALL or not (live & ~turned).any():
         return None
-    straight, angles = (problem.inverse_sigma[live & mine] ** -2.0 for mine in (~turned, turned))
-    rotation = np.sqrt(angles.mean()) if len(angles) else np.nan
-    return Noise(float(np.sqrt(straight.mean())), float(rotation))
+    straight, angles = (problem.own_sigma[live & mine] for mine in (~turned, turned))
+    rotation = np.sqrt((angles**2).mean()) if len(angles) else np.nan
+    return Noise(float(np.sqrt((straight**2).mean())), float(rotation))
 
 
 def from_repeats(data: Dataset) -> Noise | None:
@@ -75,29 +86,67 @@ def from_repeats(data: Dataset) -> Noise | None:
     return Noise(*np.sqrt(squares / freedom))
 
 
-def from_fit(problem: Problem, search: Search) -> Noise | None:
-    """Root mean square of what a search leaves, per channel; None where that is rounding."""
-    return of_residual(problem, search.x)
-
-
 def of_residual(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor | None = None) -> Noise | None:
     """Root mean square of what is left at x, per channel; None where that is rounding or nothing is left.
 
     The share of the rows that went into the parameters is the trace of the hat matrix, so that what a prior
     already knew costs nothing.
     """
-    free = problem.count - effective_parameters(problem, factor_at(problem, x) if factor is None else factor)
-    if free < 1.0:
+    share = _spare_share(problem, x, factor)
+    if share is None:
         return None
     components = problem.physical(problem.residual(x))
-    live = problem.inverse_sigma > 0.0
-    turned, straight = problem.component_channels & live, ~problem.component_channels & live
-    share = max(free / problem.count, 0.02)
+    straight, turned = _channels(problem)
     position = np.sqrt((components[straight] ** 2).mean() / share) if straight.any() else np.nan
     rotation = np.sqrt((components[turned] ** 2).mean() / share) if turned.any() else problem.noise.rotation
     if position < SMALLEST.position or rotation < SMALLEST.rotation:
         return None
     return Noise(float(position), float(rotation))
+
+
+def beyond_stated(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor | None = None) -> Noise | None:
+    """The s of every channel at x: what is left beyond what the rows state; None where that is unknown.
+
+    That of rows which state nothing is the root mean square of what is left (`of_residual`).
+    """
+    share = _spare_share(problem, x, factor)
+    if share is None or not (problem.own_sigma > 0.0).any():
+        return of_residual(problem, x, factor)
+    square = problem.physical(problem.residual(x)) ** 2 / share
+    found = [
+        _most_likely(square[mine], problem.own_sigma[mine] ** 2) if mine.any() else old
+        for mine, old in zip(_channels(problem), problem.noise, strict=True)
+    ]
+    return Noise(*found)
+
+
+def _most_likely(square: Float[np.ndarray, " n"], own: Float[np.ndarray, " n"]) -> float:
+    """The s for which squared residuals with variances own + s² are most likely; 0 if own explain them."""
+
+    def cost(log_s: float) -> float:
+        variance = own + np.exp(2.0 * log_s)
+        return float((np.log(variance) + square / variance).sum())
+
+    largest = max(float(square.mean()), 1e-300)
+    tried = 0.5 * np.log(largest) + np.linspace(np.log(LEAST_PART), np.log(2.0), 40)
+    costs = [cost(t) for t in tried]
+    best = int(np.argmin(costs))
+    if best == 0 and (own > 0.0).all():
+        return 0.0
+    low, high = tried[max(best - 1, 0)], tried[min(best + 1, len(tried) - 1)]
+    return float(np.exp(optimize.minimize_scalar(cost, bounds=(low, high), method="bounded").x))
+
+
+def _channels(problem: Problem) -> tuple[np.ndarray, np.ndarray]:
+    """Components of position and of rotation that were measured."""
+    live, turned = problem.inverse_sigma > 0.0, problem.component_channels
+    return live & ~turned, live & turned
+
+
+def _spare_share(problem: Problem, x: np.ndarray, factor: Factor | None) -> float | None:
+    """Share of the components that did not go into parameters; None where none is left."""
+    free = problem.count - effective_parameters(problem, factor_at(problem, x) if factor is None else factor)
+    return None if free < 1.0 else max(free / problem.count, 0.02)
 
 
 def factor_at(problem: Problem, x: Float[np.ndarray, " p"]) -> Factor:

@@ -243,29 +243,30 @@ def _with_noise(problem: Problem, noise: Noise | None, cancel: Cancel | None) ->
     """The problem whitened by the noise that was given, that repeats show, or that a fit leaves."""
     own = noises.given_by_rows(problem)
     turned = bool(problem.component_channels.any())
-    if own is noises.Given.ALL:
-        return problem, "noise as given row by row in the file"
-    rest = ", where a row brings none of its own" if own is noises.Given.SOME else ""
+    on_top = ", on top of what rows state" if own is not noises.Given.NONE else ""
     if noise is not None:
-        return problem, f"noise as given: {_noise_words(noise, turned)}{rest}"
-    repeats = noises.from_repeats(problem.data)
+        return problem.with_noise(noise), f"noise as given: {_noise_words(noise, turned)}{on_top}"
+    repeats = noises.from_repeats(problem.data) if own is noises.Given.NONE else None
     if repeats is not None:
-        return problem.with_noise(
-            repeats
-        ), f"noise from repeated poses: {_noise_words(repeats, turned)}{rest}"
-    for _ in range(2):
+        return problem.with_noise(repeats), f"noise from repeated poses: {_noise_words(repeats, turned)}"
+    for _ in range(2 if own is noises.Given.NONE else 5):
         search = Opt2(limit=60).search(problem, on_step=on_step(cancel))
-        left = noises.from_fit(problem, search)
+        left = noises.beyond_stated(problem, search.x)
         if left is None:
-            return (
-                problem,
-                f"the fit leaves nothing to tell noise from; weights: {_noise_words(problem.noise, turned)}",
-            )
-        change = np.abs(np.log(np.array(left) / np.array(problem.noise))).max()
+            words = _noise_words(problem.noise, turned)
+            return problem, f"the fit leaves no residual to estimate the noise from; assuming {words}{on_top}"
+        settled = np.allclose(left, problem.noise, rtol=0.2, atol=0.0)
         problem = problem.with_noise(left)
-        if change < 0.2:
+        if settled:
             break
-    return problem, f"noise from what the fit leaves: {_noise_words(problem.noise, turned)}{rest}"
+    if own is noises.Given.ALL and problem.noise == Noise(0.0, 0.0 if turned else problem.noise.rotation):
+        return problem, "noise as the file states it row by row"
+    words = _noise_words(problem.noise, turned)
+    if own is noises.Given.NONE:
+        return problem, f"noise from what the fit leaves: {words}"
+    floor = noises.stated(problem)
+    said = f" ({_noise_words(floor, turned)})" if floor is not None else ""
+    return problem, f"noise as the file states it row by row{said}, and {words} more that the fit leaves"
 
 
 def _noise_words(noise: Noise, turned: bool) -> str:

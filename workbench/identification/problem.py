@@ -36,6 +36,7 @@ from workbench.identification.blocks import (
     instrument_start,
     inverse_sigma_of,
     observed_kinds,
+    own_sigma_of,
 )
 
 
@@ -59,7 +60,7 @@ class Problem:
         robot: Nominal arm with the frames from which the search begins.
         data: Rows that are used.
         parameters: The unknowns.
-        noise: Standard deviations where a row brings none of its own.
+        noise: Standard deviations on top of those that rows bring themselves.
         frames: What of base and tool is unknown.
         bounded: Unknowns whose bounds the user gave.
         prior: Whitening matrix W of prior knowledge: W (x − centre) joins the residuals.
@@ -98,7 +99,7 @@ class Problem:
             data: Rows to use, all of them.
             free: Constants of the arm that are unknown; the robot's default ones if None.
             frames: What of base and tool is unknown; nothing if None.
-            noise: Standard deviations [m], [rad] where a row brings none.
+            noise: Standard deviations [m], [rad] on top of those that rows bring themselves.
             bounds: Least and greatest value by name, for bounded algorithms.
             known: Values of instrument unknowns that are known, such as `anchor[A].x` [m].
             effects: Coefficients of the robot's effects that are unknown, such as `joint3.compliance`; the
@@ -209,6 +210,12 @@ class Problem:
     def inverse_sigma(self) -> Float[np.ndarray, " m"]:
         """Reciprocal standard deviation of each residual component [1/m or 1/rad]."""
         return frozen(np.concatenate([b.inverse_sigma.ravel() for b in self.blocks]))
+
+    @cached_property
+    def own_sigma(self) -> Float[np.ndarray, " m"]:
+        """Standard deviation of each residual component that its row brings itself [m or rad]; 0 for none."""
+        own = [own_sigma_of(self.data.take(b.rows), b.observation) for b in self.blocks]
+        return frozen(np.concatenate([o.ravel() for o in own]))
 
     def evaluate(self, x: Float[np.ndarray, " p"]) -> Evaluation:
         """Whitened residual and Jacobian."""

@@ -46,6 +46,7 @@ def assemble(fields: Fields, *, joints: int | None) -> Dataset:
     position = fields.stacked(_XYZ)
     rotation, notes = read_orientation(fields, usable=~excluded)
     markers, tilt = _markers(fields), _tilt(fields)
+    sigma, rounded = _sigma(fields)
     observed = _observations(fields, position, rotation, markers, tilt)
     reasons = _gaps(fields, observed)
     found = np.array([bool(reason) for reason in reasons]) & ~excluded
@@ -58,13 +59,17 @@ def assemble(fields: Fields, *, joints: int | None) -> Dataset:
         distance=_distance(fields),
         torque=_per_joint(fields, "torque", q.shape[1]),
         direction=_signs(fields, q.shape[1]),
-        sigma=_sigma(fields),
+        sigma=sigma,
         tilt=tilt,
         wrench=fields.stacked(_WRENCH, missing=0.0),
         exclude=excluded | found if "exclude" in fields.values or found.any() else None,
         reason=_reasons(fields, reasons, found),
         source=fields.source,
-        notes=fields.notes + notes + _excluded_notes(fields, excluded, found, reasons) + _label_notes(fields),
+        notes=fields.notes
+        + notes
+        + rounded
+        + _excluded_notes(fields, excluded, found, reasons)
+        + _label_notes(fields),
         **_plain(fields),
     )
     return replace(dataset, notes=dataset.notes + _repeats(dataset, fields))
@@ -160,12 +165,24 @@ def _signs(fields: Fields, joints: int) -> np.ndarray | None:
     return values
 
 
-def _sigma(fields: Fields) -> np.ndarray | None:
+def _sigma(fields: Fields) -> tuple[np.ndarray | None, tuple[str, ...]]:
+    """Standard deviations; a 0 is one that was rounded, and taken as half of the smallest stated one."""
     sigma = fields.stacked(_SIGMA, missing=np.nan)
-    if sigma is not None and len(wrong := np.argwhere(sigma <= 0.0)):
+    if sigma is None:
+        return None, ()
+    if len(wrong := np.argwhere(sigma < 0.0)):
         row, axis = wrong[0]
-        raise fields.error("a standard deviation must be above 0", int(row), _SIGMA[axis])
-    return sigma
+        raise fields.error("a standard deviation must not be negative", int(row), _SIGMA[axis])
+    rounded, sigma, notes = sigma == 0.0, sigma.copy(), []
+    for kind, axes in (("position", slice(0, 3)), ("orientation", slice(3, 6))):
+        stated = sigma[:, axes]
+        if (count := int(rounded[:, axes].any(1).sum())) == 0:
+            continue
+        known = stated[stated > 0.0]
+        stated[stated == 0.0] = 0.5 * known.min() if len(known) else np.nan
+        taken = "half of the smallest stated one" if len(known) else "not stated"
+        notes.append(f"{count} rows state a {kind} sigma of 0; it was rounded, taken as {taken}")
+    return sigma, tuple(notes)
 
 
 def _plain(fields: Fields) -> dict[str, np.ndarray]:

@@ -1,0 +1,102 @@
+"""What rows state of their noise is the instrument's repeatability; what the model lacks comes on top."""
+
+from dataclasses import replace
+
+import generator
+import numpy as np
+import pytest
+
+from workbench.arm.library import load_robot
+from workbench.data.dataset import Dataset
+from workbench.data.readers import read_measurements
+from workbench.identification.evaluate import evaluate
+from workbench.identification.identify import identify
+
+SIGMA = 5e-5, 2e-4
+"""What the arm is measured with, and what a few rows claim is a thousandth of it [m, rad]."""
+
+
+@pytest.fixture(scope="module")
+def rows():
+    """An arm that sags, of which its geometry knows nothing; 100 rows, and noise-free ones."""
+    rng = np.random.default_rng(5)
+    nominal = generator.aria()
+    arm = nominal.perturbed(rng, 1e-3, 3e-3)
+    q = arm.random(rng, 160)
+    sag = arm.sag(q, compliance=5e-5)
+    position, rotation = arm.measure(q, rng, *SIGMA, sag)
+    return Dataset(q=q, row=np.arange(160), position=position, rotation=rotation)
+
+
+def fitted(data):
+    return identify(load_robot("aria"), data, held_out=0.25, algorithms=("opt2",))
+
+
+def claimed(data, position, rotation):
+    sigma = np.empty((len(data), 6))
+    sigma[:, :3], sigma[:, 3:] = np.reshape(position, (-1, 1)), np.reshape(rotation, (-1, 1))
+    return replace(data, sigma=sigma)
+
+
+def test_a_few_rows_that_claim_to_be_exact_do_not_carry_the_fit(rows):
+    claims = np.full(160, SIGMA[0])
+    claims[::10] = 1e-3 * SIGMA[0]
+    plain, told = fitted(rows), fitted(claimed(rows, claims, SIGMA[1]))
+    assert told.best.held_out.position_mm.mean < 1.05 * plain.best.held_out.position_mm.mean
+    assert told.best.held_out.orientation_deg.mean < 1.05 * plain.best.held_out.orientation_deg.mean
+    assert any("as the file states it row by row" in note for note in told.notes)
+
+
+def test_positions_that_claim_too_much_do_not_give_orientation_away(rows):
+    plain, told = fitted(rows), fitted(claimed(rows, 1e-3 * SIGMA[0], SIGMA[1]))
+    assert told.best.held_out.orientation_deg.mean < 1.05 * plain.best.held_out.orientation_deg.mean
+
+
+def test_what_is_left_beyond_the_stated_noise_is_found():
+    rng = np.random.default_rng(6)
+    arm = generator.aria().perturbed(rng, 1e-3, 3e-3)
+    q = arm.random(rng, 300)
+    own = SIGMA[0] * np.exp(rng.uniform(-1.5, 1.5, 300))
+    position, rotation = arm.measure(q, rng, 0.0, SIGMA[1])
+    scatter = np.hypot(own, 1e-4)[:, None]
+    data = Dataset(
+        q=q,
+        row=np.arange(300),
+        position=position + scatter * rng.standard_normal((300, 3)),
+        rotation=rotation,
+    )
+    found = fitted(claimed(data, own, SIGMA[1])).noise
+    assert found.position == pytest.approx(1e-4, rel=0.12)
+    assert found.rotation < 0.5 * SIGMA[1]
+
+
+def test_true_statements_stand(rows):
+    rng = np.random.default_rng(7)
+    arm = generator.aria().perturbed(rng, 1e-3, 3e-3)
+    q = arm.random(rng, 160)
+    position, rotation = arm.measure(q, rng, *SIGMA)
+    data = Dataset(q=q, row=np.arange(160), position=position, rotation=rotation)
+    run = fitted(claimed(data, *SIGMA))
+    assert run.best.fit.variance_factor == pytest.approx(1.0, abs=0.2)
+    assert run.noise.position < 0.5 * SIGMA[0]
+
+
+def test_a_sigma_of_zero_is_rounding(tmp_path, rows):
+    path = tmp_path / "rounded.csv"
+    head = ",".join(
+        [*(f"q{i}[rad]" for i in range(1, 7)), "x[m]", "y[m]", "z[m]", *(f"sigma_{a}[mm]" for a in "xyz")]
+    )
+    sigma = np.where(np.arange(160) % 4, 0.01, 0.0)
+    lines = [
+        ",".join(repr(float(v)) for v in (*q, *p, s, s, s))
+        for q, p, s in zip(rows.q, rows.position, sigma, strict=True)
+    ]
+    path.write_text("\n".join([head, *lines]))
+    data = read_measurements(path)
+    assert any("40 rows state a position sigma of 0" in note for note in data.notes)
+    assert data.sigma[0, 0] == pytest.approx(5e-6)
+    assert (
+        fitted(data).best.held_out.position_mm.mean
+        < 1.05 * fitted(replace(data, sigma=None)).best.held_out.position_mm.mean
+    )
+    assert evaluate(load_robot("aria"), data).errors.position_mm.mean > 0.0
