@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from rerun.chunk import RrdReader
 
-import workbench.arm.effects.registry as registry
+import workbench.base.registry as registry
 from workbench.arm.effects import EFFECTS, AbstractEffect, Loads
 from workbench.arm.effects.axes import diagonal, driven_names, own
 from workbench.arm.effects.views import State
@@ -34,6 +34,7 @@ from workbench.session.journal.entry import Ending, Entry
 from workbench.views.recording.start import recorder
 
 SIZE = 4e-4
+GROUP = "workbench.effects"
 SENTENCE = "Joint 2 winds up by"
 
 
@@ -242,14 +243,17 @@ def test_a_saved_arm_comes_back(tmp_path):
 
 def test_the_registry_takes_entries_and_replaces_none(monkeypatch):
     assert EFFECTS.register(GearSag) is GearSag
-    with pytest.raises(OptionError, match="'backlash' already"):
+    with pytest.raises(OptionError, match="'backlash' is taken"):
         EFFECTS.register(dataclass(frozen=True)(type("Other", (GearSag,), {"name": "backlash"})))
     with pytest.raises(OptionError, match=r"AbstractEffect lacks law, name, sentence"):
         EFFECTS.register(AbstractEffect)
-    point = EntryPoint("gear-sag", f"{__name__}:GearSag", registry.GROUP)
-    monkeypatch.setattr(registry, "entry_points", lambda group: [point] if group == registry.GROUP else [])
-    assert dict(registry.Registry(WarmJoint)) == {"warm-joint": WarmJoint, "gear-sag": GearSag}
-    assert "gear-sag" in registry.Registry()
+    point = EntryPoint("gear-sag", f"{__name__}:GearSag", GROUP)
+    monkeypatch.setattr(registry, "entry_points", lambda group: [point] if group == GROUP else [])
+    assert dict(registry.Registry("effect", WarmJoint, group=GROUP)) == {
+        "warm-joint": WarmJoint,
+        "gear-sag": GearSag,
+    }
+    assert "gear-sag" in registry.Registry("effect", group=GROUP)
 
 
 def test_measured_rows_know_their_drivers(folder, found):

@@ -20,7 +20,7 @@ from workbench.data.dataset import Dataset
 from workbench.data.prediction import RowComponents, row_components
 from workbench.data.simulation.instruments import Instrument
 from workbench.data.simulation.simulate import simulate, simulate_targets, virtual_arm
-from workbench.identification.identify import ALGORITHMS
+from workbench.identification.algorithms import ALGORITHMS
 from workbench.identification.problem import Noise, Problem
 
 THREE = tuple(ALGORITHMS[name] for name in ("ols", "opt1", "opt2"))

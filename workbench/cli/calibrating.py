@@ -25,6 +25,7 @@ from workbench.cli.options import (
     SheetOption,
     ToolMarkersOption,
     bounds_of,
+    check_converged,
     check_robot_file,
     check_writable,
     held_out_of,
@@ -77,7 +78,8 @@ def identify(
 ) -> None:
     """Identify the arm's geometry from measurements, and report its error on held-out rows."""
     from workbench.arm.library import load_robot
-    from workbench.identification.identify import ALGORITHMS, identify
+    from workbench.identification.algorithms import ALGORITHMS
+    from workbench.identification.identify import identify
     from workbench.identification.report import json as reports
     from workbench.identification.report import table
     from workbench.identification.report.prior import read_prior
@@ -116,8 +118,7 @@ def identify(
         from workbench.identification.report.page import write_report
 
         say(f"report: {write_report(run, report)}")
-    if not run.best.fit.outcome.ok:
-        raise typer.Exit(2)
+    check_converged(run.best.fit)
 
 
 def evaluate(

@@ -1,7 +1,5 @@
 """The command that finds what the model of an arm lacks."""
 
-import typer
-
 from workbench.cli.options import (
     BaseMarkersOption,
     ColumnsOption,
@@ -20,6 +18,7 @@ from workbench.cli.options import (
     SeedOption,
     SheetOption,
     ToolMarkersOption,
+    check_converged,
     check_robot_file,
     check_writable,
     held_out_of,
@@ -88,5 +87,4 @@ def diagnose(
         from workbench.diagnosis.report.page import write_diagnosis
 
         say(f"report: {write_diagnosis(run, report)}")
-    if not run.after_fit.outcome.ok:
-        raise typer.Exit(2)
+    check_converged(run.after_fit)

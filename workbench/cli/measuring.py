@@ -16,6 +16,7 @@ from workbench.cli.options import (
     SeedOption,
     UnknownOption,
     check_writable,
+    fail,
     orientations_of,
     progress_bar,
     region_of,
@@ -221,7 +222,7 @@ def capture(
         )
     say(f"{len(done.data)} of {len(fixture)} targets, {taken.source}: {out}")
     if not done.complete and not done.by_hand:
-        raise typer.Exit(2)
+        fail(f"the source ended before all targets were measured: {len(done.data)} of {len(fixture)}")
 
 
 def drive(

@@ -1,9 +1,10 @@
 """Options that several commands share, and the words of the others turned into values."""
 
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NoReturn
 
 import typer
 
@@ -211,23 +212,29 @@ def check_writable(*files: Path | None, folder: Path | None = None) -> None:
 
 def save_robot(arm, path: Path) -> Path:
     """Write a robot in the form that the file's ending asks for."""
-    from workbench.arm.robot_toml import write_toml
-
-    if path.suffix.lower() == ".urdf":
-        from workbench.arm.urdf import write_urdf
-
-        if arm.sessions:
-            say(f"note: a URDF has one base; those of {len(arm.sessions)} sessions are left out of {path}")
-        return write_urdf(arm, path)
-    return write_toml(arm, path)
+    if path.suffix.lower() == ".urdf" and arm.sessions:
+        say(f"note: a URDF has one base; those of {len(arm.sessions)} sessions are left out of {path}")
+    return arm.save(path)
 
 
 def check_robot_file(path: Path | None, *, effects: bool = False) -> None:
     """Refuse an ending that no robot file has (or none with effects), before the work begins."""
-    if effects and path is not None and path.suffix.lower() == ".urdf":
-        raise OptionError(f"{path}: a URDF has no place for effects; save the arm as .toml")
-    if path is not None and path.suffix.lower() not in (".toml", ".urdf"):
-        raise OptionError(f"{path}: a robot is written as .toml or .urdf; choose one of these endings")
+    from workbench.arm.library import check_robot_file as check
+
+    if path is not None:
+        check(path, effects=effects)
+
+
+def fail(sentence: str) -> NoReturn:
+    """End with exit status 2 and the reason on standard error: there is a result, but not a good one."""
+    print(f"workbench: {sentence}", file=sys.stderr)
+    raise typer.Exit(2)
+
+
+def check_converged(fit) -> None:
+    """End with status 2 where a fit's search did not end at an optimum."""
+    if not fit.outcome.ok:
+        fail(f"the fit ({fit.title}) did not converge: {fit.outcome}; its best answer was kept")
 
 
 def say(text: str) -> None:

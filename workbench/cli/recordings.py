@@ -9,6 +9,7 @@ from workbench.base.errors import OptionError
 from workbench.cli.options import (
     JsonOption,
     check_writable,
+    fail,
     progress_bar,
     say,
     show,
@@ -90,4 +91,4 @@ def replay(
 
         say(f"report: {write_page(found, replayed, report)}")
     if replayed.differences:
-        raise typer.Exit(2)
+        fail(f"the replay differs from the recording: {replayed.words}")

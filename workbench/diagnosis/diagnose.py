@@ -23,13 +23,12 @@ from workbench.diagnosis.undetectable import describe, hidden_variance, undetect
 from workbench.diagnosis.verdict import conclude, coverage, explains_little, too_few_rows
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.identifier import OnStep
+from workbench.identification.choices import FitChoices, with_choices
 from workbench.identification.errors import Errors, RowErrors
-from workbench.identification.frames import Sessions
 from workbench.identification.known_range import in_known_range
 from workbench.identification.preparation import Cancel, Prepared, Progress, on_step, prepare
 from workbench.identification.problem import Noise
 from workbench.identification.record import Validation
-from workbench.plate.region import Region
 
 GROSS = 10.0
 """Rows off by this many times the median of the aligned nominal arm …"""
@@ -39,19 +38,13 @@ TRIES = 3
 """Most rounds of setting such rows apart."""
 
 
+@with_choices
 @one_thread()
 def diagnose(
     robot: Robot,
     data: Dataset,
+    choices: FitChoices,
     *,
-    held_out: float | Dataset | tuple[str, ...] = 0.2,
-    frames: Sessions | str = Sessions.AUTO,
-    free: Sequence[str] | None = None,
-    exclude: Mapping[int, str] | None = None,
-    region: Region | None = None,
-    noise: Noise | None = None,
-    known: Mapping[str, float] | None = None,
-    seed: int = 0,
     progress: Progress | None = None,
     cancel: Cancel | None = None,
 ) -> Diagnosis:
@@ -60,14 +53,7 @@ def diagnose(
     Args:
         robot: Nominal arm; effects that it carries already act as they are.
         data: Measurements, with whatever may drive an effect.
-        held_out: Share of rows to hold out, rows of another file, or names of sessions; they choose nothing.
-        frames: Whether sessions share base and tool, have their own, or the data decide.
-        free: Constants of the geometry; the robot's default ones if None.
-        exclude: Rows to keep out, with the reason.
-        region: Keep only rows whose nominal tool position lies in this cuboid of the robot's base frame.
-        noise: Standard deviations [m], [rad]; from repeats or the fit if None.
-        known: Known places of anchors or contacts [m], such as `anchor[A].x`.
-        seed: Chooses the held-out rows and the folds.
+        choices: Rows and frames of the fit; its fields may be given as keywords, such as `held_out=0.2`.
         progress: Called with the part done and what is being done.
         cancel: Asked often; True ends the search with what it has.
 
@@ -80,20 +66,13 @@ def diagnose(
     ready, gross = _prepared(
         robot,
         with_directions(data),
-        dict(exclude or {}),
-        held_out=with_directions(held_out) if isinstance(held_out, Dataset) else held_out,
-        frames=frames,
-        free=free,
-        region=region,
-        noise=noise,
-        known=known,
-        seed=seed,
+        _with_directions(choices),
         progress=lambda part, text: report(0.3 * part, text),
         cancel=cancel,
     )
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(choices.seed)
     search = _search(robot, ready, rng, report, on_step(cancel))
-    return _concluded(robot, ready, search, noise, rng, report, gross=gross, began=began)
+    return _concluded(robot, ready, search, choices.noise, rng, report, gross=gross, began=began)
 
 
 class _Judged(NamedTuple):
@@ -217,10 +196,18 @@ def _concluded(
 _GROSS_REASON = "gross outlier"
 
 
-def _prepared(robot: Robot, data: Dataset, exclude: dict[int, str], **options) -> tuple[Prepared, np.ndarray]:
+def _with_directions(choices: FitChoices) -> FitChoices:
+    """The choices with directions of motion in held-out rows of another file."""
+    rows = choices.held_out
+    return replace(choices, held_out=with_directions(rows)) if isinstance(rows, Dataset) else choices
+
+
+def _prepared(
+    robot: Robot, data: Dataset, choices: FitChoices, *, progress: Progress, cancel: Cancel | None
+) -> tuple[Prepared, np.ndarray]:
     """Rows and frames; rows that no error of an arm explains bend even these and are set apart."""
     gross: list[int] = []
-    ready = prepare(robot, data, exclude=exclude, **options)
+    ready = prepare(robot, data, choices, progress=progress, cancel=cancel)
     for _ in range(TRIES):
         fitted, held = (rows.position for rows in ready.nominal_rows)
         limit = max(GROSS * float(np.median(fitted)), GROSS_PART * robot.reach)
@@ -231,8 +218,9 @@ def _prepared(robot: Robot, data: Dataset, exclude: dict[int, str], **options) -
         if not len(found):
             break
         gross += found.tolist()
-        exclude |= dict.fromkeys(ready.data.row[found].tolist(), _GROSS_REASON)
-        ready = prepare(robot, data, exclude=exclude, **options)
+        apart = dict.fromkeys(ready.data.row[found].tolist(), _GROSS_REASON)
+        choices = replace(choices, exclude={**choices.exclude, **apart})
+        ready = prepare(robot, data, choices, progress=progress, cancel=cancel)
     return ready, np.array(gross, np.int64)
 
 

@@ -149,7 +149,8 @@ def _chord(problem: Problem, x: np.ndarray, grams: Grams, model: Model, on_step:
             if new < cost:
                 break
         else:
-            return Search(x, ended(-float(step @ (into.T @ gradient)), history), tuple(history))
+            promised = -float(step @ (into.T @ gradient))
+            return Search(x, ended(promised, history, problem.count), tuple(history))
         x, cost, gradient = x + shorter * (into @ step), new, slope
         history.append(cost)
     return Search(x, Outcome.CONVERGED, tuple(history))

@@ -11,53 +11,36 @@ from workbench.base.errors import OptionError
 from workbench.base.threads import one_thread
 from workbench.base.types import Outcome
 from workbench.data.dataset import Dataset
-from workbench.identification.algorithms.identifier import AbstractIdentifier
-from workbench.identification.algorithms.influence import InfluenceBased
-from workbench.identification.algorithms.ols import Ols
-from workbench.identification.algorithms.opt1 import Opt1
-from workbench.identification.algorithms.opt2 import Opt2
+from workbench.identification.algorithms import ALGORITHMS, USUAL, AbstractIdentifier
 from workbench.identification.algorithms.robust import Loss, row_weights
+from workbench.identification.choices import FitChoices, option, with_choices
 from workbench.identification.errors import Errors
 from workbench.identification.fit import Fit
-from workbench.identification.frames import Sessions
 from workbench.identification.preparation import (
     Cancel,
     Progress,
     on_step,
-    option,
     prepare,
 )
 from workbench.identification.prior import Prior
-from workbench.identification.problem import Noise
 from workbench.identification.record import Identification, Run, Validation
-from workbench.plate.region import Region
 
-ALGORITHMS: dict[str, AbstractIdentifier] = {a.name: a for a in (Ols(), Opt1(), Opt2(), InfluenceBased())}
-"""The identification algorithms by name; a new one is one more file and one more entry."""
-USUAL = ("ols", "opt1", "opt2")
-"""The paper's three, which run where nothing else is said."""
 REWEIGHTINGS = 10
 """Rounds of a robust loss."""
 
 
+@with_choices
 @one_thread()
 def identify(
     robot: Robot,
     data: Dataset,
+    choices: FitChoices,
     *,
     algorithms: Sequence[str] = USUAL,
-    held_out: float | Dataset | tuple[str, ...] = 0.2,
-    frames: Sessions | str = Sessions.AUTO,
-    free: Sequence[str] | None = None,
-    exclude: Mapping[int, str] | None = None,
-    region: Region | None = None,
     bounds: Mapping[str, tuple[float, float]] | None = None,
-    noise: Noise | None = None,
     loss: Loss | str = Loss.SQUARES,
     prior: Prior | None = None,
-    known: Mapping[str, float] | None = None,
     effects: Sequence[str] = (),
-    seed: int = 0,
     progress: Progress | None = None,
     cancel: Cancel | None = None,
 ) -> Identification:
@@ -66,19 +49,12 @@ def identify(
     Args:
         robot: Nominal arm; its frames say whether they are fixed, free, or decided from the data.
         data: Measurements.
+        choices: Rows and frames of the fit; its fields may be given as keywords, such as `held_out=0.2`.
         algorithms: Names from `ALGORITHMS`.
-        held_out: Share of rows to hold out, rows of another file, or names of sessions.
-        frames: Whether sessions share base and tool, have their own, or the data decide.
-        free: Constants to identify; the robot's default ones if None.
-        exclude: Rows to keep out, with the reason.
-        region: Keep only rows whose nominal tool position lies in this cuboid of the robot's base frame.
         bounds: Least and greatest value by name, for OPT1.
-        noise: Standard deviations [m], [rad]; from repeats or the fit if None.
         loss: Squares, or a robust loss by rows.
         prior: What an older calibration knows of the arm's constants.
-        known: Known places of anchors or contacts [m], such as `anchor[A].x`.
         effects: Coefficients of the robot's effects to identify with the rest; the others stay as they are.
-        seed: Chooses the held-out rows.
         progress: Called with the part done and what is being done.
         cancel: Asked often; True ends the run with what it has.
 
@@ -92,17 +68,10 @@ def identify(
     ready = prepare(
         robot,
         data,
-        held_out=held_out,
-        frames=frames,
-        free=free,
-        exclude=exclude,
-        region=region,
+        choices,
         bounds=bounds,
-        noise=noise,
         prior=prior,
-        known=known,
         effects=effects,
-        seed=seed,
         progress=lambda part, text: report(0.4 * part, text),
         cancel=cancel,
     )

@@ -13,6 +13,7 @@ from workbench.data.plausible import check_plausible
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.opt2 import Opt2
 from workbench.identification.alignment import align
+from workbench.identification.choices import FitChoices
 from workbench.identification.drivers import with_drivers
 from workbench.identification.errors import RowErrors, instrument_places, row_errors
 from workbench.identification.frames import (
@@ -109,18 +110,11 @@ class Prepared:
 def prepare(
     robot: Robot,
     data: Dataset,
+    choices: FitChoices,
     *,
-    held_out: float | Dataset | tuple[str, ...] = 0.2,
-    frames: Sessions | str = Sessions.AUTO,
-    free: Sequence[str] | None = None,
-    exclude: Mapping[int, str] | None = None,
-    region: Region | None = None,
     bounds: Mapping[str, tuple[float, float]] | None = None,
-    noise: Noise | None = None,
     prior: Prior | None = None,
-    known: Mapping[str, float] | None = None,
     effects: Sequence[str] = (),
-    seed: int = 0,
     progress: Progress | None = None,
     cancel: Cancel | None = None,
 ) -> Prepared:
@@ -132,18 +126,18 @@ def prepare(
     """
     report = progress or (lambda part, text: None)
     robot.check_joints(data.q, data.source)
-    sessions = option(Sessions, frames, "frames")
+    held_out, noise, places = choices.held_out, choices.noise, dict(choices.known)
+    sessions = Sessions(choices.frames)
     report(0.0, "checking the rows")
     data = with_drivers(robot, check_plausible(data, robot.limits, robot.reach))
     notes = [*data.notes, *unused_observations(data)]
-    rows, excluded = choose_rows(robot, data, exclude or {}, region)
+    rows, excluded = choose_rows(robot, data, choices.exclude, choices.region)
     used = data.take(rows)
-    train, held = divide(used, held_out, seed)
+    train, held = divide(used, held_out, choices.seed)
     fitted, held_data = used.take(train), used.take(held)
     if isinstance(held_out, Dataset):
-        held_data = _other_rows(robot, held_out, region)
-    names = tuple(robot.default_free if free is None else free)
-    places = dict(known or {})
+        held_data = _other_rows(robot, held_out, choices.region)
+    names = tuple(robot.default_free if choices.free is None else choices.free)
     if (length := held_scale(robot, fitted, names, places)) is not None:
         names = tuple(name for name in names if name != length)
         notes.append(f"contacts show no scale: {length} is held at its nominal value")
@@ -198,14 +192,6 @@ def prepare(
         strangers=strangers,
         notes=tuple(notes),
     )
-
-
-def option(kind, value, what: str):
-    """A member of an enumeration by its word."""
-    try:
-        return kind(value)
-    except ValueError:
-        raise OptionError(f"{what} can't be '{value}'; choose from {', '.join(kind)}") from None
 
 
 def _other_rows(robot: Robot, data: Dataset, region: Region | None) -> Dataset:

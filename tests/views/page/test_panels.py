@@ -13,7 +13,7 @@ from workbench.arm.library import load_robot
 from workbench.arm.motion import Motion
 from workbench.base.errors import OptionError
 from workbench.data.readers import read_measurements
-from workbench.identification.identify import ALGORITHMS
+from workbench.identification.algorithms import ALGORITHMS
 from workbench.plate.plate_toml import read_plate
 from workbench.session.commands.arm import ChooseRobot, standing
 from workbench.session.commands.compare import SetUnits, ShowFit

@@ -13,10 +13,11 @@ from workbench.arm.effects.joint_harmonic import JointHarmonic
 from workbench.arm.effects.law import Loads, check_ranges
 from workbench.arm.effects.link_flexure import LinkFlexure
 from workbench.arm.effects.local_joint_error import LocalJointError
-from workbench.arm.effects.registry import Registry
 from workbench.arm.effects.thermal_growth import ThermalGrowth
+from workbench.base.registry import Registry
 
-EFFECTS = Registry(
+EFFECTS: Registry[type[AbstractEffect]] = Registry(
+    "effect",
     JointCompliance,
     Backlash,
     ClearanceTilt,
@@ -29,6 +30,7 @@ EFFECTS = Registry(
     LinkFlexure,
     GravitySag,
     LocalJointError,
+    group="workbench.effects",
 )
 """The catalogue by the names of files."""
 

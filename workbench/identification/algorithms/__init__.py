@@ -1,1 +1,17 @@
-"""The identification algorithms, one file each."""
+"""The identification algorithms: one file each, and one line here; `ALGORITHMS.register` adds others."""
+
+from workbench.base.registry import Registry
+from workbench.identification.algorithms.identifier import AbstractIdentifier
+from workbench.identification.algorithms.influence import InfluenceBased
+from workbench.identification.algorithms.ols import Ols
+from workbench.identification.algorithms.opt1 import Opt1
+from workbench.identification.algorithms.opt2 import Opt2
+
+ALGORITHMS: Registry[AbstractIdentifier] = Registry(
+    "algorithm", Ols(), Opt1(), Opt2(), InfluenceBased(), group="workbench.algorithms"
+)
+"""The identification algorithms by their names in files and commands."""
+USUAL = ("ols", "opt1", "opt2")
+"""The paper's three, which run where nothing else is said."""
+
+__all__ = ["ALGORITHMS", "USUAL", "AbstractIdentifier"]

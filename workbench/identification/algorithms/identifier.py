@@ -21,6 +21,9 @@ OnStep = Callable[[int, float], bool]
 
 STEP_TOLERANCE = 1e-4
 """A step that promises to move the answer by less than this many standard errors ends the search."""
+NOISE_FLOOR = 0.1
+"""A search without a step downhill whose next step promises fewer standard errors than this is at the noise
+floor: no rows of this noise tell the answer from the optimum."""
 ROUNDING = 1e-8
 """Relative decrease that can't be told from rounding once no step reduces the error any further."""
 RESIDUAL_FLOOR = 1e-10
@@ -71,14 +74,17 @@ def settled(factor: Factor, decrease: float, size: int) -> bool:
     return decrease <= max(STEP_TOLERANCE**2 * variance, RESIDUAL_FLOOR**2 * size)
 
 
-def ended(promised: float, history: list[float]) -> Outcome:
-    """Outcome of a search that found no step downhill: rounding at the bottom, or stuck above it.
+def ended(promised: float, history: list[float], size: int) -> Outcome:
+    """Outcome of a search that found no step downhill: at the floor of noise or rounding, or stuck above.
 
     Args:
         promised: Decrease of |r|² that the linear model still promises.
         history: Cost ½|r|² so far.
+        size: Number of measured components.
     """
-    at_bottom = promised <= ROUNDING * 2.0 * history[-1] or history[-1] <= ROUNDING**2 * history[0]
+    residual_square = 2.0 * history[-1]
+    floor = max(NOISE_FLOOR**2 * residual_square / max(size, 1), ROUNDING * residual_square)
+    at_bottom = promised <= floor or history[-1] <= ROUNDING**2 * history[0]
     return Outcome.CONVERGED if at_bottom else Outcome.STALLED
 
 

@@ -59,7 +59,7 @@ class Ols(AbstractIdentifier):
                     break
                 step = step / 2
             else:
-                return Search(x, ended(factor.predicted_decrease(), history), tuple(history))
+                return Search(x, ended(factor.predicted_decrease(), history, problem.count), tuple(history))
             x, at = x + step, trial
             history.append(cost)
         return Search(x, Outcome.ITERATION_LIMIT, tuple(history))

@@ -14,7 +14,8 @@ import numpy as np
 from scipy.optimize import Bounds, minimize
 
 from workbench.base.types import Outcome
-from workbench.identification.algorithms.identifier import AbstractIdentifier, OnStep, Search
+from workbench.identification.algorithms.identifier import AbstractIdentifier, OnStep, Search, ended
+from workbench.identification.linear import factorise
 from workbench.identification.problem import Problem
 
 ROUNDING = 1e-15
@@ -80,6 +81,10 @@ class Opt1(AbstractIdentifier):
         x = np.clip(best, lower, upper)
         if answer.success:
             outcome = Outcome.CONVERGED
+        elif answer.nit >= self.limit:
+            outcome = Outcome.ITERATION_LIMIT
         else:
-            outcome = Outcome.ITERATION_LIMIT if answer.nit >= self.limit else Outcome.STALLED
+            at = problem.evaluate(x)
+            factor = factorise(at.jacobian, at.residual, problem.units)
+            outcome = ended(factor.predicted_decrease(), [*history, least], problem.count)
         return Search(x, outcome, tuple(history))

@@ -70,7 +70,7 @@ class Opt2(AbstractIdentifier):
                     break
                 damping, growth = damping * growth, growth * 2.0
             else:
-                return Search(x, ended(factor.predicted_decrease(), history), tuple(history))
+                return Search(x, ended(factor.predicted_decrease(), history, problem.count), tuple(history))
             damping *= max(1.0 / 3.0, 1.0 - (2.0 * gain - 1.0) ** 3) if gain < 0.9 else 0.1
             x = x + step
             at = problem.evaluate(x)

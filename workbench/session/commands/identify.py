@@ -5,7 +5,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from workbench.base.errors import DataError, OptionError
-from workbench.identification.identify import ALGORITHMS, USUAL, identify
+from workbench.identification.algorithms import ALGORITHMS, USUAL
+from workbench.identification.identify import identify
 from workbench.identification.record import Identification
 from workbench.session.command import (
     AbstractChange,

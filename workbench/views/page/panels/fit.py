@@ -6,8 +6,8 @@ import numpy as np
 import viser
 
 from workbench.data.requirement import Requirement
+from workbench.identification.algorithms import ALGORITHMS, USUAL
 from workbench.identification.error_columns import columns_of
-from workbench.identification.identify import ALGORITHMS, USUAL
 from workbench.session.commands.compare import ShowFit
 from workbench.session.commands.identify import Identify
 from workbench.session.export import calibrated_toml

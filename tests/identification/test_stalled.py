@@ -1,0 +1,105 @@
+"""A search that finds no step downhill: a success at the noise floor, else said on standard error."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import workbench as wb
+from workbench.base.errors import OptionError
+from workbench.base.types import Outcome
+from workbench.identification.algorithms import ALGORITHMS
+from workbench.identification.algorithms.identifier import AbstractIdentifier, Search
+from workbench.identification.algorithms.ols import Ols
+from workbench.identification.algorithms.opt2 import Opt2
+
+NOISE = np.random.default_rng(0).standard_normal(60)
+
+
+class Kink:
+    """One unknown with a kink at the start: the slope promises a descent that no step keeps.
+
+    Args:
+        promise: Standard errors by which the answer would move.
+    """
+
+    def __init__(self, promise: float):
+        self.promise = promise
+        self.start, self.units, self.count = np.zeros(1), np.ones(1), 1 + len(NOISE)
+
+    def residual(self, x):
+        return np.array([self.promise + abs(x[0]), *NOISE])
+
+    def evaluate(self, x):
+        jacobian = np.zeros((self.count, 1))
+        jacobian[0] = 10.0
+        return SimpleNamespace(residual=self.residual(x), jacobian=jacobian)
+
+
+@pytest.mark.parametrize("algorithm", [Ols(), Opt2()])
+@pytest.mark.parametrize(("promise", "outcome"), [(0.05, Outcome.CONVERGED), (3.0, Outcome.STALLED)])
+def test_a_search_that_stalls_at_the_noise_floor_has_converged(algorithm, promise, outcome):
+    assert algorithm.search(Kink(promise)).outcome is outcome
+
+
+@pytest.fixture
+def measured(run):
+    """A file of 30 poses in the folder where commands run."""
+    assert run("simulate", "--robot", "aria", "--poses", 30, "--out", "d.csv")[0] == 0
+    return "d.csv"
+
+
+@pytest.mark.parametrize("command", [("identify", "--algorithm", "ols,opt2"), ("diagnose",)])
+def test_a_fit_that_did_not_converge_says_so_on_standard_error(command, run, measured, monkeypatch):
+    """It ended with status 2 and not a word."""
+    for kind in (Ols, Opt2):
+        search = kind.search
+
+        def stalled(self, problem, *, search=search, **options):
+            found = search(self, problem, **options)
+            return Search(found.x, Outcome.STALLED, found.history)
+
+        monkeypatch.setattr(kind, "search", stalled)
+    status, out, err = run(command[0], measured, "--robot", "aria", *command[1:])
+    assert status == 2
+    assert "held out" in out
+    (line,) = err.strip().splitlines()
+    assert line.startswith("workbench: the fit (")
+    assert "did not converge: stalled" in line
+
+
+def test_an_algorithm_from_elsewhere_is_chosen_by_name(run, measured):
+    class Mine(AbstractIdentifier):
+        name, title, summary = "mine", "Mine", "Ordinary least squares under another name."
+
+        def search(self, problem, *, on_step=None):
+            return Ols().search(problem, on_step=on_step)
+
+    ALGORITHMS.register(Mine())
+    try:
+        fit = wb.identify(wb.load_robot("aria"), wb.read_measurements(measured), algorithms=("mine",))
+        assert list(fit.runs) == ["mine"]
+        assert run("identify", measured, "--robot", "aria", "--algorithm", "mine")[0] == 0
+        with pytest.raises(OptionError, match="'mine' is taken"):
+            ALGORITHMS.register(Mine())
+    finally:
+        ALGORITHMS.remove("mine")
+    with pytest.raises(OptionError, match="ols, opt1, opt2, influence"):
+        wb.identify(wb.load_robot("aria"), wb.read_measurements(measured), algorithms=("mine",))
+
+
+def test_choices_are_one_record_or_keywords(measured):
+    from inspect import signature
+
+    from workbench.identification.choices import FitChoices
+
+    arm, data = wb.load_robot("aria"), wb.read_measurements(measured)
+    choices = FitChoices(held_out=0.0, exclude={3: "a bump"})
+    fit = wb.identify(arm, data, choices, algorithms=("ols",), seed=5)
+    assert fit.excluded == ((3, "a bump"),)
+    assert len(fit.train_rows) == 29
+    assert {"held_out", "frames", "algorithms", "cancel"} <= set(signature(wb.identify).parameters)
+    with pytest.raises(TypeError, match="'held'"):
+        wb.diagnose(arm, data, held=0.3)
+    with pytest.raises(OptionError, match="auto"):
+        wb.identify(arm, data, frames="some")
