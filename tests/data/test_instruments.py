@@ -15,15 +15,15 @@ from workbench.data.simulation.instruments import (
     Instrument,
     Observes,
 )
-from workbench.data.simulation.sight import (
+from workbench.data.simulation.readings import (
     SIDES,
     Sight,
     lost,
     mounting,
     station,
+    three_planes,
 )
 from workbench.data.simulation.simulate import simulate, simulate_targets, virtual_arm
-from workbench.data.simulation.surfaces import three_planes
 from workbench.data.writer import write_measurements
 from workbench.identification.identify import identify
 from workbench.plate.virtual_measuring import measure_poses

@@ -204,7 +204,7 @@ def test_bad_targets_and_branches(aria, targets):
         simulate_targets(aria, targets + 5.0 * _up(), instrument=ideal, rng=rng())
     with pytest.raises(DataError, match="target 1 has no branch 'sideways'"):
         simulate_targets(aria, targets, instrument=ideal, rng=rng(), branch="sideways")
-    with pytest.raises(OptionError, match="2 branches were named for 10 targets"):
+    with pytest.raises(OptionError, match="10 targets need as many branches, got 2"):
         simulate_targets(aria, targets, instrument=ideal, rng=rng(), branch=["auto", "auto"])
 
 
@@ -214,7 +214,7 @@ def test_instruments():
     assert instrument_named("plate").sigma_rotation == pytest.approx(np.deg2rad(0.02))
     mine = Instrument(name="mine", observes=Observes.POINT, sigma_position=1e-3)
     assert instrument_named("mine", {**INSTRUMENTS, "mine": mine}) is mine
-    with pytest.raises(OptionError, match="negative"):
+    with pytest.raises(OptionError, match="at least 0"):
         Instrument(name="x", observes=Observes.POINT, sigma_position=-1.0)
     with pytest.raises(OptionError, match="sigma_rotation"):
         Instrument(name="x", observes=Observes.POSE, sigma_position=1.0)

@@ -8,8 +8,8 @@ from scipy.integrate import trapezoid
 from workbench.arm.robot_toml import read_toml
 from workbench.base.errors import DataError, OptionError
 from workbench.paths.curves import circle_through, line, smooth_shares
-from workbench.paths.make import planned_moments, taught_circle
 from workbench.paths.planning import plan
+from workbench.paths.trajectories import planned_moments, taught_circle
 
 THESIS = 1e-3 * np.array(
     [[100, -300, 139.2893], [0, -370.7107, 210], [-100, -300, 139.2893], [0, -229.2893, 68.5786]]

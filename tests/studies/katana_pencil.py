@@ -29,11 +29,11 @@ from workbench.base import se3
 from workbench.base.types import JointRows, Poses, Positions
 from workbench.paths.correction import Method, compensate
 from workbench.paths.curves import Circle, circle_through
-from workbench.paths.make import taught_circle
 from workbench.paths.path import command_joints
 from workbench.paths.pencil.reading import plotted_errors, plotted_profile
 from workbench.paths.pencil.sheet import draw, scan
 from workbench.paths.planning import Planned, plan
+from workbench.paths.trajectories import taught_circle
 from workbench.report.drawing import (
     COLOURS,
     NOMINAL,

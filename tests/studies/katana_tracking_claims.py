@@ -13,7 +13,7 @@ from studies.page import Picture, drawn
 from workbench.arm.motion import Motion
 from workbench.arm.statics.moments import JointMoments, joint_moments
 from workbench.paths.planning import Planned
-from workbench.paths.report.motion import draw_moments, draw_motion
+from workbench.paths.report import draw_moments, draw_motion
 from workbench.report.drawing import (
     COLOURS,
     INK,

@@ -43,8 +43,8 @@ def compensate(
     """Correct a joint trajectory with a calibrated robot, its effects included."""
     from workbench.arm.library import load_robot
     from workbench.data.readers.trajectory import read_trajectory
-    from workbench.paths.compensate import compensate_trajectory, write_trajectory
-    from workbench.paths.report.compensation import compensation_json, compensation_table
+    from workbench.paths.report import compensation_json, compensation_table
+    from workbench.paths.trajectories import compensate_trajectory, write_trajectory
     from workbench.report.json import write_json
 
     arm = load_robot(robot)

@@ -58,7 +58,7 @@ def circle(
 
     from workbench.arm.library import load_robot
     from workbench.paths.curves import circle_through
-    from workbench.paths.make import read_taught, taught_circle
+    from workbench.paths.trajectories import read_taught, taught_circle
 
     if (taught is None) == (not through):
         raise OptionError("a circle needs --through, three times or more, or --taught with a file of joints")
@@ -94,9 +94,9 @@ def line(
 def _make(arm, curve, out, duration, rows, axis, max_speed, picture, json) -> None:
     """Plan, show and write."""
     from workbench.base.files import write_bytes
-    from workbench.paths.make import planned_moments, write_plan
     from workbench.paths.planning import plan
-    from workbench.paths.report.motion import path_json, path_picture, path_table
+    from workbench.paths.report import path_json, path_picture, path_table
+    from workbench.paths.trajectories import planned_moments, write_plan
     from workbench.report.json import write_json
 
     if picture is not None and picture.suffix.lower() != ".png":

@@ -33,7 +33,7 @@ def sheet(
     dpi: DotsOption = 300.0,
 ) -> None:
     """The sheet to print: a red circle, marks at its quarters, a long one where the path begins."""
-    from workbench.paths.pencil.run import write_sheet
+    from workbench.paths.pencil.check import write_sheet
 
     check_writable(out)
     say(f"sheet: {write_sheet(_radius(radius), _png(out), dpi=_dots(dpi))}")
@@ -51,7 +51,7 @@ def draw(
     """A virtual arm draws the circle: its scan and the readings."""
     from workbench.arm.library import load_robot
     from workbench.data.readers import read_trajectory
-    from workbench.paths.pencil.run import draw_path
+    from workbench.paths.pencil.check import draw_path
 
     arm = load_robot(robot)
     rows = read_trajectory(trajectory, joints=arm.dof)
@@ -75,19 +75,17 @@ def errors(
     """Errors along a drawn circle: outside and inside from the scan, above and below from the readings."""
     from workbench.base.files import write_bytes
     from workbench.data.readers import read_trajectory
-    from workbench.paths.pencil.report import plotted_json, plotted_picture, plotted_table
-    from workbench.paths.pencil.run import read_drawing
+    from workbench.paths.pencil.check import plotted_json, plotted_picture, plotted_table, read_drawing
     from workbench.report.json import write_json
 
     check_writable(None if picture is None else _png(picture), json)
     rows = None if path is None else read_trajectory(path)
     found = read_drawing(scan, _radius(radius), trajectory=rows, readings=readings)
-    parts = (found.profile, found.errors)
-    show(plotted_table(*parts))
+    show(plotted_table(found))
     if picture is not None:
-        say(f"picture: {write_bytes(picture, plotted_picture(*parts, found.time))}")
+        say(f"picture: {write_bytes(picture, plotted_picture(found))}")
     if json is not None:
-        say(f"result: {write_json(json, plotted_json(*parts, found.time))}")
+        say(f"result: {write_json(json, plotted_json(found))}")
 
 
 def _radius(text: str) -> float:
@@ -96,17 +94,17 @@ def _radius(text: str) -> float:
 
     radius = parse_quantity(text, Quantity.LENGTH)
     if not 0.0 < radius < 1.0:
-        raise OptionError(f"--radius must lie between 0 and 1 m, not '{text}'")
+        raise OptionError(f"--radius must be between 0 and 1 m, got '{text}'")
     return radius
 
 
 def _dots(dpi: float) -> float:
     if not 50.0 <= dpi <= 1200.0:
-        raise OptionError(f"--dpi must lie between 50 and 1200, not {dpi:g}")
+        raise OptionError(f"--dpi must be 50–1200, got {dpi:g}")
     return dpi
 
 
 def _png(path: Path) -> Path:
     if path.suffix.lower() != ".png":
-        raise OptionError(f"{path}: a picture is written as .png; choose this ending")
+        raise OptionError(f"a picture must be a .png file, got {path}")
     return path

@@ -31,9 +31,8 @@ from workbench.base.types import (
     Vector3,
     frozen,
 )
-from workbench.paths.checks import refuse_fast, refuse_singular
 from workbench.paths.curves import Curve, smooth_shares
-from workbench.paths.path import Commanded, command_joints, command_poses
+from workbench.paths.path import Commanded, command_joints, command_poses, refuse_fast, refuse_singular
 from workbench.paths.tool_direction import hold_nearly
 
 DOWN = np.array([0.0, 0.0, -1.0])

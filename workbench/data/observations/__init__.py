@@ -1,10 +1,9 @@
 """What an instrument can see: one file per observation, all with the same three answers."""
 
-from workbench.data.observations.contact import ContactObservation
+from workbench.data.observations.contact import ContactObservation, PlaneObservation
 from workbench.data.observations.distance import DistanceObservation
 from workbench.data.observations.markers import MarkerObservation
 from workbench.data.observations.observation import AbstractObservation, Channel, Seen
-from workbench.data.observations.plane import PlaneObservation
 from workbench.data.observations.point import PointObservation
 from workbench.data.observations.pose import PoseObservation
 from workbench.data.observations.tilt import TiltObservation

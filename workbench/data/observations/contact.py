@@ -1,17 +1,31 @@
-"""Repeated contact of the tool point with points that stay where they are, wherever that is."""
+"""Repeated contact of the tool point with points or planes that stay where they are, wherever that is.
+
+A contact whose name begins with `plane` is one with a plane, any other one with a point. A plane is named by
+its foot f, the point of it that is nearest to a reference point r: f has three coordinates in metres and no
+singular orientation.
+
+    with a point    residual = c − p̂,      c the point
+    with a plane    residual = |f − r| − n·(p̂ − r),      n = (f − r)/|f − r|
+
+Where the base stands can't be seen, and with a single point neither can the arm's scale.
+
+Source: derived here; contact planes of this kind in Ikits & Hollerbach, IEEE ICRA 1997.
+"""
 
 from dataclasses import dataclass
 from typing import final
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float
 
 from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
-from workbench.data.observations.observation import AbstractObservation, Channel, Seen
+from workbench.data.observations.observation import AbstractPlaceObservation, Channel, Seen
 
 PLANE = "plane"
 """How the name of a contact with a plane begins."""
+REFERENCE = frozen(np.array([-1.0, -1.0, -1.0]))
+"""r in the measuring frame [m]; planes through it have no foot, and none that an arm touches goes there."""
 
 
 def touches_plane(contact: np.ndarray) -> Bool[np.ndarray, " rows"]:
@@ -21,16 +35,10 @@ def touches_plane(contact: np.ndarray) -> Bool[np.ndarray, " rows"]:
 
 @final
 @dataclass(frozen=True, eq=False)
-class ContactObservation(AbstractObservation):
-    """Residual c − p̂ with the touched point's unknown place c in the measuring frame.
+class ContactObservation(AbstractPlaceObservation):
+    """Contact of the tool point with points."""
 
-    Where the base stands can't be seen, and with a single point neither can the arm's scale.
-    """
-
-    contact: Int[np.ndarray, " rows"]
-    names: tuple[str, ...]
-    sees_base = False
-
+    word = "contact"
     unused_words = "contacts"
 
     @property
@@ -45,20 +53,53 @@ class ContactObservation(AbstractObservation):
 
     @classmethod
     def of(cls, data: Dataset) -> "ContactObservation":
-        names, index = np.unique(np.asarray(data.contact), return_inverse=True)
-        return cls(frozen(index.astype(np.int64)), tuple(names.tolist()))
-
-    @property
-    def unknowns(self) -> tuple[str, ...]:
-        return tuple(f"contact[{name}].{axis}" for name in self.names for axis in "xyz")
+        return cls(*cls.numbered(np.asarray(data.contact)))
 
     def start(self, poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, " u"]:
-        return np.concatenate([poses[self.contact == k, :3, 3].mean(0) for k in range(len(self.names))])
+        return np.concatenate([poses[self.place == k, :3, 3].mean(0) for k in range(len(self.names))])
 
     def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Seen:
-        rows = np.arange(len(poses))
-        residual = unknown.reshape(-1, 3)[self.contact] - poses[:, :3, 3]
-        by_twist = np.concatenate([np.eye(3), np.zeros((3, 3))], axis=1) * np.ones((len(poses), 1, 1))
-        by_unknown = np.zeros((len(poses), 3, len(self.names), 3))
-        by_unknown[rows, :, self.contact] = -np.eye(3)
-        return Seen(residual, by_twist, by_unknown.reshape(len(poses), 3, -1))
+        each = np.ones((len(poses), 1, 1))
+        residual = unknown.reshape(-1, 3)[self.place] - poses[:, :3, 3]
+        by_twist = np.concatenate([np.eye(3), np.zeros((3, 3))], axis=1) * each
+        return Seen(residual, by_twist, self.by_place(-np.eye(3) * each))
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class PlaneObservation(AbstractPlaceObservation):
+    """Contact of the tool point with planes, whose feet are unknown."""
+
+    word = "contact"
+    unused_words = "contacts with planes"
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        return (Channel.POSITION,)
+
+    @classmethod
+    def applies(cls, data: Dataset) -> Bool[np.ndarray, " rows"]:
+        return np.zeros(len(data), bool) if data.contact is None else touches_plane(data.contact)
+
+    @classmethod
+    def of(cls, data: Dataset) -> "PlaneObservation":
+        return cls(*cls.numbered(np.asarray(data.contact)))
+
+    def start(self, poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, " u"]:
+        feet = []
+        for k in range(len(self.names)):
+            points = poses[self.place == k, :3, 3] - REFERENCE
+            middle = points.mean(axis=0)
+            normal = np.linalg.svd(points - middle)[2][-1]
+            feet.append(REFERENCE + normal * (normal @ middle))
+        return np.concatenate(feet)
+
+    def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Seen:
+        foot = unknown.reshape(-1, 3)[self.place] - REFERENCE
+        length = np.maximum(np.linalg.norm(foot, axis=1), 1e-12)
+        normal = foot / length[:, None]
+        tip = poses[:, :3, 3] - REFERENCE
+        height = (normal * tip).sum(axis=1)
+        by_twist = np.concatenate([normal, np.zeros_like(normal)], axis=1)[:, None]
+        by_foot = (tip - height[:, None] * normal) / length[:, None] - normal
+        return Seen((length - height)[:, None], by_twist, self.by_place(by_foot[:, None]))

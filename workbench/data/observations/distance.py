@@ -4,23 +4,19 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float
 
-from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
-from workbench.data.observations.observation import AbstractObservation, Channel, Seen
+from workbench.data.observations.observation import AbstractPlaceObservation, Channel, Seen
 
 
 @final
 @dataclass(frozen=True, eq=False)
-class DistanceObservation(AbstractObservation):
+class DistanceObservation(AbstractPlaceObservation):
     """Residual l − |p̂ − c| with the anchor's unknown place c in the measuring frame."""
 
     distance: Float[np.ndarray, " rows"]
-    anchor: Int[np.ndarray, " rows"]
-    names: tuple[str, ...]
-    sees_base = False
-
+    word = "anchor"
     unused_words = "distances"
 
     @property
@@ -34,28 +30,20 @@ class DistanceObservation(AbstractObservation):
     @classmethod
     def of(cls, data: Dataset) -> "DistanceObservation":
         labels = np.full(len(data), "anchor") if data.anchor is None else data.anchor
-        names, index = np.unique(labels, return_inverse=True)
-        return cls(np.asarray(data.distance), frozen(index.astype(np.int64)), tuple(names.tolist()))
-
-    @property
-    def unknowns(self) -> tuple[str, ...]:
-        return tuple(f"anchor[{name}].{axis}" for name in self.names for axis in "xyz")
+        return cls(*cls.numbered(labels), np.asarray(data.distance))
 
     def start(self, poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, " u"]:
         guess = np.zeros((len(self.names), 3))
         for k in range(len(self.names)):
-            mine = self.anchor == k
+            mine = self.place == k
             p = poses[mine, :3, 3]
             matrix = np.column_stack([2 * p, np.ones(len(p))])
             guess[k] = np.linalg.lstsq(matrix, (p**2).sum(1) - self.distance[mine] ** 2, rcond=1e-9)[0][:3]
         return guess.ravel()
 
     def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Seen:
-        from_anchor = poses[:, :3, 3] - unknown.reshape(-1, 3)[self.anchor]
+        from_anchor = poses[:, :3, 3] - unknown.reshape(-1, 3)[self.place]
         length = np.maximum(np.linalg.norm(from_anchor, axis=1), 1e-12)
         direction = from_anchor / length[:, None]
-        rows = np.arange(len(poses))
-        by_unknown = np.zeros((len(poses), 1, len(self.names), 3))
-        by_unknown[rows, 0, self.anchor] = -direction
         by_twist = np.concatenate([direction, np.zeros_like(direction)], axis=1)[:, None]
-        return Seen((self.distance - length)[:, None], by_twist, by_unknown.reshape(len(poses), 1, -1))
+        return Seen((self.distance - length)[:, None], by_twist, self.by_place(-direction[:, None]))

@@ -6,12 +6,14 @@ the identification Jacobian is `by_twist @ twists` for the robot's constants and
 """
 
 from abc import ABC, abstractmethod
+from dataclasses import dataclass
 from enum import StrEnum
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
+from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
 
 
@@ -88,3 +90,36 @@ class AbstractObservation(ABC):
     @abstractmethod
     def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Seen:
         """Residuals and derivatives at predicted tool poses."""
+
+
+@dataclass(frozen=True, eq=False)
+class AbstractPlaceObservation(AbstractObservation):
+    """Rows that share places by name, each place three unknown coordinates in the measuring frame.
+
+    Args:
+        place: Number of each row's place.
+        names: Names of the places.
+    """
+
+    place: Int[np.ndarray, " rows"]
+    names: tuple[str, ...]
+    sees_base = False
+    word: ClassVar[str]
+    """What a place is called in the names of its unknowns."""
+
+    @property
+    def unknowns(self) -> tuple[str, ...]:
+        return tuple(f"{self.word}[{name}].{axis}" for name in self.names for axis in "xyz")
+
+    @classmethod
+    def numbered(cls, labels: np.ndarray) -> tuple[Int[np.ndarray, " rows"], tuple[str, ...]]:
+        """Number of each row's place, and the places' names."""
+        names, index = np.unique(np.asarray(labels), return_inverse=True)
+        return frozen(index.astype(np.int64)), tuple(names.tolist())
+
+    def by_place(self, derivative: Float[np.ndarray, "rows m 3"]) -> Float[np.ndarray, "rows m u"]:
+        """Changes per coordinate of a row's own place, as changes per unknown."""
+        rows, m = derivative.shape[:2]
+        out = np.zeros((rows, m, len(self.names), 3))
+        out[np.arange(rows), :, self.place] = derivative
+        return out.reshape(rows, m, -1)

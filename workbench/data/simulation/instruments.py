@@ -20,7 +20,6 @@ from jaxtyping import Float
 from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.base.types import Vector3, frozen
-from workbench.data.simulation.sight import Sight
 
 
 class Observes(StrEnum):
@@ -39,6 +38,22 @@ class Observes(StrEnum):
     """Contact of the tip with planes at unknown places."""
     TILT = "tilt"
     """Where up is, seen from every moving link."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sight:
+    """Limits of sight.
+
+    Args:
+        near: Least distance [m].
+        far: Greatest distance [m].
+        cone: Greatest angle between the line of sight and the direction that the target looks in [rad]; None
+            for targets that are seen from all sides or turned to the instrument.
+    """
+
+    near: float = 0.0
+    far: float = np.inf
+    cone: float | None = None
 
 
 FOUR_MARKERS = frozen(
@@ -85,11 +100,11 @@ class Instrument:
 
     def __post_init__(self):
         if self.sigma_position < 0 or (self.sigma_rotation or 0.0) < 0:
-            raise OptionError(f"instrument '{self.name}' has a negative standard deviation; give 0 or more")
+            raise OptionError(f"instrument '{self.name}': standard deviations must be at least 0")
         if self.observes is Observes.POSE and self.sigma_rotation is None:
             raise OptionError(f"instrument '{self.name}' sees poses; give its sigma_rotation too")
         if self.samples < 1:
-            raise OptionError(f"instrument '{self.name}' averages {self.samples} readings; give 1 or more")
+            raise OptionError(f"instrument '{self.name}': samples must be at least 1, got {self.samples}")
 
     @cached_property
     def deviations(self) -> tuple[float, float | None]:

@@ -1,39 +1,68 @@
-"""What an instrument reads when the tool is at given poses: columns of a dataset, with the noise in them."""
+"""What instruments read of an arm: columns of a dataset with noise in them, and why some poses show nothing.
+
+A reflector that is fixed to the tool is seen while the line of sight comes in within a cone about the
+direction that it looks in; the thesis lost its laser tracker's beam beyond 45° (Katana §3.3). Optical systems
+have a nearest and a farthest distance.
+
+A probe touches balls and planes at fixed places. A ball is touched all around, which gives its centre in the
+tool's frame: as good as a contact of the tool point with that centre. A plane is touched along the shortest
+line from where the tip is, off by the probe's noise along its normal. The arm touches both in the posture
+next to the one that it had.
+"""
 
 from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
-from workbench.arm.kinematics.forward import link_frames
+from workbench.arm.inverse import solve as inverse
+from workbench.arm.inverse.solve import Task
+from workbench.arm.kinematics.forward import link_frames, tool_poses
 from workbench.arm.kinematics.link_frames import level_axes
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.types import Vector3
+from workbench.base.types import Vector3, frozen
 from workbench.data.observations.tilt import reading, seen_from
-from workbench.data.simulation.instruments import Instrument, Observes
-from workbench.data.simulation.sight import lost, station
+from workbench.data.simulation.instruments import Instrument, Observes, Sight
 
 ANCHOR_CIRCLE = 0.6
 """Radius of the circle of three anchors about the base where none are given, as a share of the reach."""
+FLOOR = 0.1
+"""Height of the touched floor over the base where no planes are given, as a share of the reach."""
+WALLS = 0.45
+"""Distance of the touched walls from the base, likewise."""
+CLEARANCE = 2.2
+"""How far beyond the arm's reach an instrument stands along the base's x axis by default [m]."""
+HEIGHT = 1.0
+"""How high over the base it stands by default [m]."""
+SIDES = frozen(np.concatenate([np.eye(3), -np.eye(3)]))
+"""Directions of the tool frame into which a target may be mounted to look."""
+SIDE_NAMES = ("+x", "+y", "+z", "−x", "−y", "−z")
 
 
-def read_poses(
+def read(
     instrument: Instrument,
+    actual: Robot,
+    motion: Motion,
     poses: Float[np.ndarray, "rows 4 4"],
     rng: np.random.Generator,
     anchors: Mapping[str, Vector3],
-) -> dict[str, np.ndarray]:
-    """The columns that the instrument fills when the tool is at the poses.
+) -> dict[str, Any]:
+    """The columns of a dataset that an instrument fills.
 
     Args:
-        instrument: One that needs nothing but the tool's pose.
+        instrument: One that touches nothing.
+        actual: The arm.
+        motion: Its state.
         poses: Of the tool, in the measuring frame.
         rng: Source of the noise.
         anchors: Places that distances are measured from [m].
     """
     rows, (sigma, turn) = len(poses), instrument.deviations
+    if instrument.observes is Observes.TILT:
+        return {"tilt": _tilts(instrument, actual, motion, rng)}
     if instrument.observes in (Observes.MARKERS, Observes.RIGID_BODY):
         return _markers(instrument, poses, rng)
     if instrument.observes is Observes.DISTANCE:
@@ -46,28 +75,6 @@ def read_poses(
         turns = se3.rotvec_to_matrix(rng.normal(0.0, turn or 0.0, (rows, 3)))
         columns["rotation"] = turns @ poses[:, :3, :3]
     return columns
-
-
-def read_tilts(
-    instrument: Instrument,
-    actual: Robot,
-    motion: Motion,
-    rng: np.random.Generator,
-) -> dict[int, Float[np.ndarray, "rows 2"]]:
-    """Readings of an inclinometer on every moving link [rad], by link from 1; see `observations/tilt.py`.
-
-    The noise turns what it sees as upwards about the two axes across that.
-    """
-    moving = [i for i, joint in enumerate(actual.joints) if joint.kind != "fixed"]
-    frames = link_frames(actual, motion)
-    level = level_axes(actual.gravity) @ actual.base.rotation.T
-    _, turn = instrument.deviations
-    out = {}
-    for number, joint in enumerate(moving, start=1):
-        up = seen_from(level @ frames[:, 1 + joint, :3, :3])
-        seen = up + np.cross(rng.normal(0.0, turn or 0.0, up.shape), up)
-        out[number] = reading(seen / np.linalg.norm(seen, axis=1, keepdims=True))
-    return out
 
 
 def unseen(
@@ -90,6 +97,138 @@ def three_anchors(robot: Robot) -> dict[str, Vector3]:
     angles = 2.0 * np.pi * np.arange(3) / 3.0
     circle = ANCHOR_CIRCLE * robot.reach * np.stack([np.cos(angles), np.sin(angles), np.zeros(3)], -1)
     return dict(zip("ABC", circle @ robot.base.rotation.T + robot.base.xyz, strict=True))
+
+
+class PlaneSurface(NamedTuple):
+    """A plane n·p = d in the measuring frame.
+
+    Args:
+        normal: Unit normal n.
+        offset: d [m].
+    """
+
+    normal: Vector3
+    offset: float
+
+
+class Touched(NamedTuple):
+    """How a probe touches surfaces.
+
+    Args:
+        q: Joint positions in contact [rad or m]; where it can't be reached, as they were.
+        names: Surface of each row.
+        reached: Whether the contact was made.
+    """
+
+    q: Float[np.ndarray, "rows n"]
+    names: np.ndarray
+    reached: Bool[np.ndarray, " rows"]
+
+
+def three_planes(robot: Robot) -> dict[str, PlaneSurface]:
+    """A floor and two walls about the base, named `plane floor`, `plane side` and `plane front`."""
+    rotation, origin = robot.base.rotation, robot.base.xyz
+    distances = robot.reach * np.array([WALLS, WALLS, FLOOR])
+    names = ("plane front", "plane side", "plane floor")
+    return {
+        name: PlaneSurface(rotation[:, i], float(rotation[:, i] @ origin + distances[i]))
+        for i, name in enumerate(names)
+    }
+
+
+def touch(
+    instrument: Instrument,
+    actual: Robot,
+    motion: Motion,
+    rng: np.random.Generator,
+    anchors: Mapping[str, Vector3],
+) -> Touched:
+    """Touch balls at the anchors, or three planes, one after the other.
+
+    Args:
+        instrument: The probe; its noise is that of a ball's centre or along a plane's normal.
+        actual: The arm.
+        motion: Joint positions from which it comes, and what drives the arm's effects.
+        rng: Source of the noise.
+        anchors: Centres of the balls by name [m].
+    """
+    sigma, turn_taking = instrument.deviations[0], np.arange(len(motion))
+    poses = tool_poses(actual, motion)
+    if instrument.observes is Observes.SPHERE:
+        names = np.array(list(anchors))[turn_taking % len(anchors)]
+        centres = np.stack([anchors[name] for name in names])
+        tips, names = centres + rng.normal(0.0, sigma, centres.shape), np.char.add("ball ", names)
+    else:
+        planes = three_planes(actual)
+        names = np.array(list(planes))[turn_taking % len(planes)]
+        normals = np.stack([planes[name].normal for name in names])
+        offsets = np.array([planes[name].offset for name in names]) + rng.normal(0.0, sigma, len(motion))
+        gaps = offsets - (normals * poses[:, :3, 3]).sum(axis=1)
+        tips = poses[:, :3, 3] + gaps[:, None] * normals
+    targets = se3.pose(poses[:, :3, :3], tips)
+    found = inverse.follow_many(actual, targets, motion.q, task=Task.POSITION, motion=motion)
+    return Touched(np.where(found.converged[:, None], found.q, motion.q), names, found.converged)
+
+
+def station(robot: Robot) -> Vector3:
+    """Where an instrument stands in the measuring frame if nothing else is said [m]."""
+    return robot.base.pose[:3, :3] @ np.array([CLEARANCE + robot.reach, 0.0, HEIGHT]) + robot.base.xyz
+
+
+def mounting(sight: Sight, poses: Float[np.ndarray, "rows 4 4"], place: Vector3) -> int:
+    """The side of the tool, as in `SIDES`, on which a target is seen in most poses."""
+    return int(np.argmax((_angles(poses, place) <= (sight.cone or np.pi)).sum(axis=0)))
+
+
+def lost(sight: Sight, poses: Float[np.ndarray, "rows 4 4"], place: Vector3) -> tuple[np.ndarray, str]:
+    """Why each pose is not seen, "" where it is, and how the target was mounted.
+
+    Args:
+        sight: Limits of the instrument.
+        poses: Of the tool, in the measuring frame.
+        place: Where the instrument stands in it [m].
+    """
+    reasons = np.full(len(poses), "", dtype="<U80")
+    away = np.linalg.norm(poses[:, :3, 3] - place, axis=1)
+    for i in np.flatnonzero((away < sight.near) | (away > sight.far)):
+        reasons[i] = f"{away[i]:.2f} m from the instrument, which sees {sight.near:g} to {sight.far:g} m"
+    if sight.cone is None or not len(poses):
+        return reasons, ""
+    side = mounting(sight, poses, place)
+    angles = np.rad2deg(_angles(poses, place)[:, side])
+    limit = float(np.rad2deg(sight.cone))
+    for i in np.flatnonzero((angles > limit) & (reasons == "")):
+        reasons[i] = f"{angles[i]:.0f}° off the line of sight, more than {limit:.0f}°"
+    return reasons, f"the target looks along {SIDE_NAMES[side]} of the tool, where most poses are seen"
+
+
+def _angles(poses: Float[np.ndarray, "rows 4 4"], place: Vector3) -> Float[np.ndarray, "rows sides"]:
+    """Angle between the line of sight and each side of the tool."""
+    towards = place - poses[:, :3, 3]
+    towards = towards / np.maximum(np.linalg.norm(towards, axis=1, keepdims=True), 1e-12)
+    return np.arccos(np.clip(np.einsum("rij,sj,ri->rs", poses[:, :3, :3], SIDES, towards), -1.0, 1.0))
+
+
+def _tilts(
+    instrument: Instrument,
+    actual: Robot,
+    motion: Motion,
+    rng: np.random.Generator,
+) -> dict[int, Float[np.ndarray, "rows 2"]]:
+    """Readings of an inclinometer on every moving link [rad], by link from 1; see `observations/tilt.py`.
+
+    The noise turns what it sees as upwards about the two axes across that.
+    """
+    moving = [i for i, joint in enumerate(actual.joints) if joint.kind != "fixed"]
+    frames = link_frames(actual, motion)
+    level = level_axes(actual.gravity) @ actual.base.rotation.T
+    _, turn = instrument.deviations
+    out = {}
+    for number, joint in enumerate(moving, start=1):
+        up = seen_from(level @ frames[:, 1 + joint, :3, :3])
+        seen = up + np.cross(rng.normal(0.0, turn or 0.0, up.shape), up)
+        out[number] = reading(seen / np.linalg.norm(seen, axis=1, keepdims=True))
+    return out
 
 
 def _markers(instrument: Instrument, poses: np.ndarray, rng: np.random.Generator) -> dict[str, np.ndarray]:

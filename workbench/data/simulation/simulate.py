@@ -23,8 +23,7 @@ from workbench.base.errors import DataError, OptionError
 from workbench.base.types import Vector3
 from workbench.data.dataset import Dataset
 from workbench.data.simulation.instruments import Instrument, Observes
-from workbench.data.simulation.readings import read_poses, read_tilts, three_anchors, unseen
-from workbench.data.simulation.surfaces import three_planes, touch_balls, touch_planes
+from workbench.data.simulation.readings import read, three_anchors, touch, unseen
 
 AUTO, MIXED = "auto", "mixed"
 LENGTH_ERROR = 5e-3
@@ -93,28 +92,14 @@ def simulate(
             "orientations at each point"
         )
     anchors = three_anchors(actual) if anchors is None else anchors
-    if instrument.observes in (Observes.SPHERE, Observes.PLANE):
-        return _touching(actual, motion, instrument, rng, joint_noise, anchors)
-    poses = tool_poses(actual, motion)
-    seen: dict[str, Any]
-    if instrument.observes is Observes.TILT:
-        seen = {"tilt": read_tilts(instrument, actual, motion, rng)}
-    else:
-        seen = read_poses(instrument, poses, rng, anchors)
-    return _dataset(actual, motion, instrument, rng, joint_noise, poses, seen)
-
-
-def _touching(actual, motion, instrument, rng, joint_noise, anchors) -> Dataset:
-    """Rows of a probe that goes to balls or planes from each joint position."""
-    sigma, _ = instrument.deviations
-    if instrument.observes is Observes.SPHERE:
-        balls = {f"ball {name}": place for name, place in anchors.items()}
-        touched = touch_balls(actual, motion, balls, sigma=sigma, rng=rng)
-    else:
-        touched = touch_planes(actual, motion, three_planes(actual), sigma=sigma, rng=rng)
+    if instrument.observes not in (Observes.SPHERE, Observes.PLANE):
+        poses = tool_poses(actual, motion)
+        seen = read(instrument, actual, motion, poses, rng, anchors)
+        return _dataset(actual, motion, instrument, rng, joint_noise, poses, seen)
+    touched = touch(instrument, actual, motion, rng, anchors)
     motion = motion.at(touched.q)
-    poses, seen = tool_poses(actual, motion), {"contact": touched.names}
-    rows = _dataset(actual, motion, instrument, rng, joint_noise, poses, seen)
+    poses = tool_poses(actual, motion)
+    rows = _dataset(actual, motion, instrument, rng, joint_noise, poses, {"contact": touched.names})
     return without(rows, np.where(touched.reached, "", "out of the arm's reach"))
 
 
@@ -171,13 +156,10 @@ def simulate_targets(
         q, notes = _follow(actual, imposed, near, motion)
     state = Motion(q) if motion is None else motion.at(q)
     anchors = three_anchors(actual) if anchors is None else anchors
-    seen: dict[str, Any]
     if instrument.observes is Observes.CONTACT:
-        seen = {"contact": _points(targets[:, :3, 3])}
-    elif instrument.observes is Observes.TILT:
-        seen = {"tilt": read_tilts(instrument, actual, state, rng)}
+        seen: dict[str, Any] = {"contact": _points(targets[:, :3, 3])}
     else:
-        seen = read_poses(instrument, imposed, rng, anchors)
+        seen = read(instrument, actual, state, imposed, rng, anchors)
     return _dataset(actual, state, instrument, rng, joint_noise, imposed, seen, notes)
 
 
@@ -250,7 +232,7 @@ def _follow(
             raise DataError(f"target {row + 1} is not reachable within limits: {result.reason}")
         q[row] = other.q
         notes.append(
-            f"target {row + 1}: the wanted branch is outside this arm's limits; measured in '{other.name}'"
+            f"target {row + 1}: the chosen branch is outside this arm's limits; measured in '{other.name}'"
         )
     return q, tuple(notes)
 
@@ -263,17 +245,17 @@ def _in_branches(
         if not result.reachable:
             raise DataError(f"target {number} is not reachable within limits: {result.reason}")
         solutions.append({b.name: b for b in result.within_limits})
-    wanted = [branch] * len(solutions) if isinstance(branch, str) else list(branch)
-    if len(wanted) != len(solutions):
-        raise OptionError(f"{len(wanted)} branches were named for {len(solutions)} targets; name each")
-    if MIXED in wanted:
+    names = [branch] * len(solutions) if isinstance(branch, str) else list(branch)
+    if len(names) != len(solutions):
+        raise OptionError(f"{len(solutions)} targets need as many branches, got {len(names)}")
+    if MIXED in names:
         spread = _mixed(solutions)
-        wanted = [s if w == MIXED else w for s, w in zip(spread, wanted, strict=True)]
+        names = [s if n == MIXED else n for s, n in zip(spread, names, strict=True)]
     common = _roomiest(solutions)
     return np.stack(
         [
             _named(target, common if name == AUTO else name, i)
-            for i, (target, name) in enumerate(zip(solutions, wanted, strict=True), start=1)
+            for i, (target, name) in enumerate(zip(solutions, names, strict=True), start=1)
         ]
     )
 

@@ -1,6 +1,6 @@
-"""A planned trajectory for people and for machines: joints over time, torques and moments across the axes.
+"""Planned and corrected trajectories as tables, figures and JSON (`workbench.path/1`, `…compensation/1`).
 
-Counterparts of Katana figs. 5.7 to 5.9; the schema is `workbench.path/1`.
+Joints over time, torques, and moments across the axes are drawn as in Katana figs. 5.7 to 5.9.
 """
 
 import numpy as np
@@ -8,12 +8,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 from matplotlib.lines import Line2D
 from rich.console import Group, RenderableType
-from rich.markup import escape
-from rich.table import Table, box
 from rich.text import Text
 
 from workbench.arm.robot import JointKind
 from workbench.arm.statics.moments import JointMoments
+from workbench.identification.errors import Spread
+from workbench.paths.correction import Compensation, PathErrors
 from workbench.paths.planning import Planned
 from workbench.report.drawing import (
     COLOURS,
@@ -26,8 +26,10 @@ from workbench.report.drawing import (
 )
 from workbench.report.json import Json, plain
 from workbench.report.numbers import short
+from workbench.report.tables import line, new_table
 
 PATH = "workbench.path/1"
+COMPENSATION = "workbench.compensation/1"
 
 
 def path_json(planned: Planned, moments: JointMoments | None) -> Json:
@@ -52,16 +54,14 @@ def path_json(planned: Planned, moments: JointMoments | None) -> Json:
 
 def path_table(planned: Planned, moments: JointMoments | None) -> RenderableType:
     """Range, greatest speed and greatest loads of every joint, and what was decided."""
-    table = Table(box=box.SIMPLE_HEAD, title_justify="left")
-    for heading in ("joint", "from", "to", "fastest [/s]", "torque [N m]", "across [N m]"):
-        table.add_column(escape(heading), justify="right")
+    table = new_table("", "joint", "from", "to", "fastest [/s]", "torque [N m]", "across [N m]")
     speed = np.abs(np.asarray(planned.motion.velocity)).max(axis=0)
     for j, joint in enumerate(planned.robot.moving):
         size, unit = (1.0, " m") if joint.kind is JointKind.PRISMATIC else (180.0 / np.pi, "°")
         numbers = size * np.array([planned.q[:, j].min(), planned.q[:, j].max(), speed[j]])
         loads = ("–", "–") if moments is None else _greatest(moments, j)
         table.add_row(str(j + 1), *(f"{v:.2f}{unit}" for v in numbers), *loads)
-    notes = [Text(f"note: {note}") for note in planned.notes]
+    notes = [line("note", note) for note in planned.notes]
     head = f"{planned.robot.name}: {len(planned.time)} rows, {planned.time[-1]:g} s"
     return Group(Text(head, style="bold"), table, *notes)
 
@@ -124,3 +124,47 @@ def _colour(joint: int) -> str:
 
 def _style(joint: int) -> str:
     return "-" if joint <= len(COLOURS) else "--"
+
+
+def compensation_json(found: Compensation) -> Json:
+    """The result as plain data; rows count from 0, errors are those that the calibrated model predicts."""
+    time = found.motion.time
+    columns = {
+        "row": np.arange(len(found.q)),
+        "time": [None] * len(found.q) if time is None else time,
+        "before_mm": 1e3 * found.before.position,
+        "after_mm": 1e3 * found.after.position,
+        "kept": found.kept,
+    }
+    return plain(
+        {
+            "schema": COMPENSATION,
+            "robot": found.commanded.calibrated.name,
+            "method": str(found.method),
+            "task": found.commanded.task.name.lower(),
+            "effects": [e.name for e in found.commanded.calibrated.effects],
+            "before": _errors(found.before),
+            "after": _errors(found.after),
+            "largest_correction": np.abs(found.q - found.commanded.q).max(0),
+            "greatest_speed": found.speed,
+            "rows": [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)],
+            "notes": list(found.notes),
+        }
+    )
+
+
+def compensation_table(found: Compensation) -> RenderableType:
+    """Predicted errors before and after, and what was decided."""
+    table = new_table("", "predicted error", "mean [mm]", "max [mm]", "mean [°]", "max [°]")
+    for words, errors in (("as commanded", found.before), (f"corrected ({found.method})", found.after)):
+        position, turn = Spread.of(1e3 * errors.position), Spread.of(np.rad2deg(errors.rotation))
+        table.add_row(words, *(short(v) for v in (position.mean, position.max, turn.mean, turn.max)))
+    notes = [line("note", note) for note in found.notes]
+    return Group(Text(f"{found.commanded.calibrated.name}: {len(found.q)} rows", style="bold"), table, *notes)
+
+
+def _errors(errors: PathErrors) -> Json:
+    return {
+        "position_mm": Spread.of(1e3 * errors.position)._asdict(),
+        "orientation_deg": Spread.of(np.rad2deg(errors.rotation))._asdict(),
+    }

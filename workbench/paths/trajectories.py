@@ -1,23 +1,28 @@
-"""A trajectory from its file to corrected joints in another: what `workbench compensate` runs."""
+"""Trajectories from file to file: corrected (`workbench compensate`) and planned (`workbench path`)."""
 
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from jaxtyping import Float
 
+from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.robot import JointKind, Robot
+from workbench.arm.robot import Frame, JointKind, Robot
+from workbench.arm.statics.moments import JointMoments, joint_moments
 from workbench.base import se3
-from workbench.base.errors import OptionError
+from workbench.base.errors import DataError, OptionError
 from workbench.base.threads import one_thread
 from workbench.base.types import JointRows
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_directions
+from workbench.data.readers import read_trajectory
 from workbench.data.readers.trajectory import Trajectory
 from workbench.data.writer import write_measurements
 from workbench.paths.correction import Compensation, Method, compensate
+from workbench.paths.curves import Circle, circle_through
 from workbench.paths.path import Commanded, command_joints, command_poses
-from workbench.paths.planning import derivatives
+from workbench.paths.planning import Planned, derivatives
 
 LEAST_MOVING = 6
 """Rows from which velocities and accelerations can be told."""
@@ -71,8 +76,7 @@ def write_trajectory(found: Compensation, path: Path | str) -> Path:
     """Write the corrected joints as a table with units, `time[s]` where the trajectory has it."""
     robot = found.commanded.calibrated
     rows = Dataset(q=found.q, row=np.arange(len(found.q)), time=found.motion.time)
-    sliding = [i for i, joint in enumerate(robot.moving) if joint.kind is JointKind.PRISMATIC]
-    return write_measurements(rows, path, prismatic=sliding)
+    return write_measurements(rows, path, prismatic=_sliding(robot))
 
 
 def _commanded(
@@ -132,3 +136,48 @@ def path_state(
         payload=constant(payload, trajectory.payload),
         temperature=constant(temperature, trajectory.temperature),
     )
+
+
+def _sliding(robot: Robot) -> list[int]:
+    """Joints whose positions are lengths."""
+    return [i for i, joint in enumerate(robot.moving) if joint.kind is JointKind.PRISMATIC]
+
+
+def planned_moments(planned: Planned) -> JointMoments | None:
+    """Torques, and moments across the axes, along a trajectory; None where the arm has no masses."""
+    return joint_moments(planned.robot, planned.motion) if planned.robot.has_masses else None
+
+
+def taught_circle(robot: Robot, q: Float[np.ndarray, "points n"]) -> Circle:
+    """The circle through the points that a controller believes to be at where it was led by hand (§5.5.2).
+
+    Args:
+        robot: The arm as its controller computes it.
+        q: Joint positions at three points of the circle or more [rad or m].
+    """
+    believed = robot.with_effects().with_frames(base=Frame())
+    return circle_through(tool_poses(believed, Motion(q))[:, :3, 3])
+
+
+def read_taught(path: Path, robot: Robot) -> Float[np.ndarray, "points n"]:
+    """Joint positions of taught points.
+
+    Raises:
+        DataError: the file has no joints.
+    """
+    q = read_trajectory(path, joints=robot.dof).q
+    if q is None:
+        raise DataError(f"{path}: taught points need joints (q1[rad] …)")
+    return q
+
+
+def write_plan(planned: Planned, path: Path | str) -> Path:
+    """Write a trajectory as a table with units: time, joints, and the poses that they mean."""
+    rows = Dataset(
+        q=planned.q,
+        row=np.arange(len(planned.q)),
+        position=planned.poses[:, :3, 3],
+        rotation=planned.poses[:, :3, :3],
+        time=planned.time,
+    )
+    return write_measurements(rows, path, prismatic=_sliding(planned.robot))

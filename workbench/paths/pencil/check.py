@@ -1,4 +1,4 @@
-"""The low-cost check of a path from end to end: drawn by an arm, scanned, read (Katana §5.5.2)."""
+"""The low-cost check of a path from end to end: drawn by an arm, scanned, read, reported (Katana §5.5.2)."""
 
 import io
 from dataclasses import dataclass
@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 from PIL import Image as Pictures
+from rich.console import Group, RenderableType
+from rich.text import Text
 
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.robot import Frame, Robot
@@ -17,7 +19,7 @@ from workbench.data.dataset import Dataset
 from workbench.data.readers import Trajectory
 from workbench.data.readers.read import read_fields
 from workbench.data.writer import write_measurements
-from workbench.paths.compensate import path_state
+from workbench.identification.errors import Spread
 from workbench.paths.curves import Circle, circle_through
 from workbench.paths.pencil.reading import (
     PlottedErrors,
@@ -33,9 +35,17 @@ from workbench.paths.pencil.sheet import (
     scan,
     sheet,
 )
+from workbench.paths.trajectories import path_state
+from workbench.report.drawing import COLOURS, INK, grid, look, new_figure, png
+from workbench.report.json import Json, plain
+from workbench.report.numbers import short
+from workbench.report.tables import new_table
 
-TURNED, SHIFTED = float(np.deg2rad(3.0)), 1e-3
-"""How a simulated sheet may lie on the scanner [rad], [m]."""
+PLOTTED = "workbench.plotted/1"
+TURNED = float(np.deg2rad(3.0))
+"""Greatest turn of a simulated sheet on the scanner [rad]."""
+SHIFTED = 1e-3
+"""Greatest shift of it [m]."""
 NOT_ROUND = 1e-3
 """Distance of a trajectory from a circle from which on it is none, as a share of the radius."""
 
@@ -197,3 +207,58 @@ def _write(image: Image, path: Path | str, dpi: float) -> Path:
     buffer = io.BytesIO()
     Pictures.fromarray(image).save(buffer, format="PNG", dpi=(dpi, dpi))
     return write_bytes(path, buffer.getvalue())
+
+
+def plotted_json(found: Plotted) -> Json:
+    """The reading as plain data; null where nothing was drawn."""
+    profile, errors = found.profile, found.errors
+    return plain(
+        {
+            "schema": PLOTTED,
+            "dot_mm": 1e3 * profile.scale,
+            "oval": profile.oval,
+            "angle_deg": np.rad2deg(profile.angle),
+            "out_mm": 1e3 * profile.out,
+            "time": found.time,
+            "errors_mm": None if errors is None else 1e3 * errors.vector,
+        }
+    )
+
+
+def plotted_table(found: Plotted) -> RenderableType:
+    """Mean, rms and greatest of what was read."""
+    profile, errors = found.profile, found.errors
+    table = new_table("", "from the path", "mean [mm]", "rms [mm]", "max [mm]")
+    rows = [("drawn line, outside", profile.out)]
+    if errors is not None:
+        rows += [("tool, outside", errors.out), ("tool, above", errors.above), ("tool", errors.distance)]
+    for words, values in rows:
+        spread = Spread.of(1e3 * np.abs(values[np.isfinite(values)]))
+        table.add_row(words, *(short(v) for v in (spread.mean, spread.rms, spread.max)))
+    missing = f"{100 * (1.0 - profile.drawn.mean()):.0f} % of the circle was not drawn"
+    return Group(table, Text(f"one dot is {1e3 * profile.scale:.4f} mm; {missing}"))
+
+
+def plotted_picture(found: Plotted) -> bytes:
+    """The line around the circle, and errors over time, as a PNG file."""
+    profile, errors, time = found.profile, found.errors, found.time
+    with look():
+        figure = new_figure(9.0 if errors is not None else 5.0, 3.2)
+        panels = figure.subplots(1, 1 if errors is None else 2, squeeze=False)[0]
+        panels[0].plot(np.rad2deg(profile.angle), 1e3 * profile.out, color=COLOURS[0])
+        panels[0].axhline(0.0, color=INK, lw=0.6)
+        panels[0].set_xticks(range(0, 361, 90))
+        panels[0].set_xlabel("angle from the mark of the beginning, counter-clockwise [°]")
+        panels[0].set_ylabel("drawn outside the circle [mm]")
+        if errors is not None and time is not None:
+            for words, values, colour in zip(
+                ("outside", "above"), (errors.out, errors.above), COLOURS, strict=False
+            ):
+                panels[1].plot(time, 1e3 * values, color=colour, label=words)
+            panels[1].axhline(0.0, color=INK, lw=0.6)
+            panels[1].set_xlabel("time [s]")
+            panels[1].set_ylabel("error of the tool [mm]")
+            panels[1].legend()
+        for axes in panels:
+            grid(axes)
+    return png(figure)

@@ -1,1 +1,0 @@
-"""Planned and corrected trajectories as tables, figures and JSON."""
