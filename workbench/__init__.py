@@ -39,7 +39,7 @@ _HOMES = {
     "workbench.identification.problem": ("Noise",),
     "workbench.diagnosis.record": ("Diagnosis",),
     "workbench.diagnosis.diagnose": ("diagnose",),
-    "workbench.paths.compensate": ("compensate_trajectory as compensate",),
+    "workbench.paths.trajectories": ("compensate_trajectory as compensate",),
     "workbench.views.page.show": ("show",),
 }
 _HOME = {
