@@ -41,7 +41,7 @@ def test_nothing_is_found_where_nothing_is_hidden():
         said = diagnose(case.robot, case.data, held_out=0.0)
         assert said.effects == ()
         assert said.verdict is Verdict.NONE
-        assert said.message.startswith("No effect beside the geometry shows")
+        assert said.message.startswith("No effect was found beside the geometry")
         assert said.noise.position == pytest.approx(case.sigma[0], rel=0.15)
         assert error_of(said.calibrated, case) < 0.5
 

@@ -9,7 +9,7 @@ from abc import abstractmethod
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import ClassVar, Protocol, Self, runtime_checkable
+from typing import ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
@@ -95,7 +95,7 @@ class AbstractEffect(AbstractLaw):
         return min(1, dof - 1)
 
     @classmethod
-    def example(cls, arm: Arm, joint: int, rng: np.random.Generator) -> Self:
+    def example(cls, arm: Arm, joint: int, rng: np.random.Generator) -> "AbstractEffect":
         """One to hide in a virtual arm, whose greatest coefficient is about 1; all are 1 by default.
 
         Args:

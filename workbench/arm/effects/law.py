@@ -14,7 +14,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, replace
 from enum import IntEnum
-from typing import ClassVar, Self
+from typing import ClassVar, TypeVar
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -33,6 +33,7 @@ from workbench.arm.motion import Motion
 from workbench.base.errors import DataError, RobotError
 
 Law = Float[np.ndarray, "rows e c"]
+Same = TypeVar("Same", bound="AbstractLaw")
 NO_WRENCHES = np.zeros((0, 0, 6))
 NO_WRENCHES.setflags(write=False)
 NO_COMPONENTS = np.zeros((0, 2), np.int64)
@@ -160,7 +161,7 @@ class AbstractLaw(ABC):
         """What it adds to each of its elements in every row [rad or m]; arguments as in `law`."""
         return self.law(chain, motion, wrenches) @ np.array(self.coefficients)
 
-    def sized(self, values: Mapping[str, float]) -> Self:
+    def sized(self: Same, values: Mapping[str, float]) -> Same:
         """The same effect with those of its coefficients that are named."""
         if values.keys().isdisjoint(self.names):
             return self
