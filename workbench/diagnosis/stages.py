@@ -190,13 +190,11 @@ def _settle(stage: Stage, grams: Grams | None, known, on_step) -> Stage:
         if (keep == stage.keep).all():
             break
         stage = _fit(replace(stage, keep=keep), grams, stage.fitted.model, known, on_step)
-    old, stage = (
-        stage.geometric.noise,
-        replace(stage, geometric=with_own_noise(stage.fitted, stage.geometric)),
-    )
+    before = stage.geometric.typical_variance
+    stage = replace(stage, geometric=with_own_noise(stage.fitted, stage.geometric))
     if large(stage.fitted.problem):
         return stage
-    model = rescaled(stage.fitted.model, (old.position / stage.geometric.noise.position) ** 2)
+    model = rescaled(stage.fitted.model, before / stage.geometric.typical_variance)
     return _fit(stage, grams, model, known, on_step)
 
 

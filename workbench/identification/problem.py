@@ -212,6 +212,13 @@ class Problem:
         return frozen(np.concatenate([b.inverse_sigma.ravel() for b in self.blocks]))
 
     @cached_property
+    def typical_variance(self) -> float:
+        """Median variance of the measured position components, or of all if no positions were measured."""
+        live = self.inverse_sigma > 0.0
+        positions = live & ~self.component_channels
+        return float(np.median(self.inverse_sigma[positions if positions.any() else live] ** -2.0))
+
+    @cached_property
     def own_sigma(self) -> Float[np.ndarray, " m"]:
         """Standard deviation of each residual component that its row brings itself [m or rad]; 0 for none."""
         own = [own_sigma_of(self.data.take(b.rows), b.observation) for b in self.blocks]
