@@ -31,7 +31,7 @@ from workbench.session.commands.data import LoadData
 from workbench.session.commands.diagnose import AddEffects, Diagnose
 from workbench.session.commands.identify import Identify
 from workbench.session.journal.entry import Ending, Entry
-from workbench.views.recording.start import recorder
+from workbench.views.recording.recorder import recorder
 
 SIZE = 4e-4
 GROUP = "workbench.effects"

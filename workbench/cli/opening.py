@@ -8,10 +8,6 @@ from typing import Any
 from workbench.base.errors import OptionError
 from workbench.cli.options import progress_bar, say
 
-NO_PICTURES = (
-    "the session is recorded without pictures; those for the rerun viewer need pip install 'workbench[rerun]'"
-)
-
 
 @dataclass(frozen=True, eq=False)
 class Opening:
@@ -83,29 +79,20 @@ def _again(session: Path, step: int | None, record: bool, live: str | None) -> O
 
 
 def _followed(begun, live: str | None):
-    """The session with its pictures, if they can be drawn; says where it is recorded."""
-    from workbench.session.state import Severity
-    from workbench.views.recording import has_rerun
-
+    """The session with its pictures; says where it is recorded."""
     if begun.folder is not None:
         say(f"recording: {begun.folder}")
     if begun.trouble:
         say(f"note: {begun.trouble}")
     if begun.folder is None and live is None:
         return begun
-    if not has_rerun():
-        say(f"note: {NO_PICTURES}")
-        return replace(begun, session=begun.session.tell(Severity.INFO, NO_PICTURES))
-    from workbench.views.recording.start import recorder
+    from workbench.views.recording.recorder import recorder
 
     return replace(begun, keepers=(*begun.keepers, recorder(begun.folder, live=live)))
 
 
 def _check_viewer(address: str) -> None:
     """Refuse an address where no viewer listens before anything begins."""
-    from workbench.views.recording import need_rerun
-
-    need_rerun("--rerun")
     from workbench.views.recording.outlet import url_of
 
     url_of(address)

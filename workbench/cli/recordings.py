@@ -32,7 +32,6 @@ def review(
 ) -> None:
     """Open recorded sessions in the rerun viewer; two of them side by side."""
     from workbench.session.journal.reader import read_recording
-    from workbench.views.recording import need_rerun
 
     found = [read_recording(folder) for folder in (recording, *(others or []))]
     for note in (note for r in found for note in r.notes):
@@ -44,7 +43,6 @@ def review(
         raise OptionError("--json needs --with, another recording to compare with")
     if len(found) > 2:
         return
-    need_rerun("the viewer")
     from workbench.views.recording.review import show_recordings
 
     with progress_bar("drawing") as progress:

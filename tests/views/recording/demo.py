@@ -23,7 +23,7 @@ from workbench.session.commands.region import CHORES, ShowCubes
 from workbench.session.commands.undo import Undo
 from workbench.session.journal.folder import begin
 from workbench.session.state import CubeView, Field
-from workbench.views.recording.start import recorder
+from workbench.views.recording.recorder import recorder
 
 STEPS, PAUSE = 12, 0.04
 """Places of a drag, and the time between two of them [s]."""

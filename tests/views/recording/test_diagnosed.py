@@ -11,7 +11,7 @@ from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.plate import ClusterTargets
 from workbench.session.journal.entry import Ending, Entry
 from workbench.views.recording.page import write_page
-from workbench.views.recording.start import recorder
+from workbench.views.recording.recorder import recorder
 
 
 @pytest.fixture

@@ -23,9 +23,9 @@ from workbench.session.journal.reader import JOURNAL, read_recording
 from workbench.session.journal.restore import restore
 from workbench.views.recording.compare import compare_sessions
 from workbench.views.recording.drawing import INTERVAL, thinned
-from workbench.views.recording.entities import Moment
+from workbench.views.recording.moment import Moment
+from workbench.views.recording.recorder import parts, recorder
 from workbench.views.recording.review import pictures_of
-from workbench.views.recording.start import parts, recorder
 
 
 @pytest.fixture

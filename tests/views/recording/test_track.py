@@ -9,7 +9,7 @@ from workbench.session.journal.check import check
 from workbench.session.journal.folder import begin
 from workbench.session.journal.reader import read_recording
 from workbench.views.appearance.bodies import body_frames
-from workbench.views.recording.start import recorder
+from workbench.views.recording.recorder import recorder
 
 
 def test_a_trajectory_is_drawn_and_done_again(sample, reader, tmp_path):

@@ -12,7 +12,7 @@ import pytest
 from tests.views.recording.viewer import picture, viewer
 from workbench.session import Worker
 from workbench.session.commands.drag import SelectTarget
-from workbench.views.recording.start import recorder
+from workbench.views.recording.recorder import recorder
 
 pytestmark = pytest.mark.browser
 

@@ -1,23 +1,35 @@
-"""Drawing moments one after the other, with all kinds of entities."""
+"""Drawing moments one after the other."""
 
 import logging
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
+from typing import Any
 
+import numpy as np
 import rerun as rr
 
+from workbench.arm.kinematics.skeleton import body_frames
+from workbench.session.comparison import Comparison
+from workbench.session.state import Session
+from workbench.views.drawables import SUBJECTS
+from workbench.views.drawables.arms import calibrated_arm, nominal_arm
+from workbench.views.drawables.item import Item
+from workbench.views.drawables.measured import measured
+from workbench.views.drawables.plate import plate
+from workbench.views.drawables.region import region
 from workbench.views.recording.canvas import Canvas
-from workbench.views.recording.entities import (
-    AT_ROWS,
-    ENTITIES,
-    AbstractEntity,
-    Moment,
-)
+from workbench.views.recording.chronicles import CHRONICLES
+from workbench.views.recording.moment import Moment
+from workbench.views.recording.sheets import sheets, tables
+from workbench.views.recording.sink import RecordingSink, quaternion
 
 INTERVAL = 0.1
 """Least time between two pictures in the middle of a drag, in the beginning [s]."""
 OFTEN = 1000
 """Pictures of drags after which the time between them doubles."""
+MOST_ROWS = 2000
+"""Rows for which the arms are drawn at most."""
 log = logging.getLogger(__name__)
 
 
@@ -42,26 +54,61 @@ class Drawing:
 
     def __init__(self, canvas: Canvas):
         self._canvas = canvas
-        self._entities = tuple(kind() for kind in ENTITIES)
+        self._scene, self._sheets = RecordingSink(canvas, "world/"), RecordingSink(canvas)
+        self._chronicles = tuple(kind() for kind in CHRONICLES)
         self._rows: object = None
         canvas.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
 
     def draw(self, moment: Moment) -> None:
         """Draw what is new in this moment."""
-        rows = moment.session.comparison
-        if rows is not None and rows is not self._rows and len(rows):
+        session = moment.session
+        rows, before, self._rows = session.comparison, self._rows, session.comparison
+        if rows is not None and rows is not before and len(rows):
             self._canvas.at_rows()
-            self._draw(moment, tuple(kind() for kind in AT_ROWS))
-        self._rows = rows
+            self._try("rows", draw_rows, self._canvas, session, rows)
         self._canvas.at(moment.step, moment.at)
-        self._draw(moment, self._entities)
+        scene = (item for subject in SUBJECTS for item in subject(session))
+        self._try("scene", self._scene.draw, map(_guarded, scene))
+        self._try("sheets", self._sheets.draw, map(_guarded, sheets(session)))
+        for chronicle in self._chronicles:
+            self._try(type(chronicle).__name__, chronicle.draw, self._canvas, moment)
 
-    def _draw(self, moment: Moment, entities: Iterable[AbstractEntity]) -> None:
-        for entity in entities:
-            try:
-                entity.draw(self._canvas, moment)
-            except Exception:
-                log.exception("%s could not be drawn", type(entity).__name__)
+    def _try(self, name: str, draw: Callable[..., None], *args: Any) -> None:
+        try:
+            draw(*args)
+        except Exception:
+            log.exception("%s could not be drawn", name)
+
+
+def _guarded(item: Item) -> Item:
+    """An item that is nothing where it can't be made."""
+
+    def make(*inputs: Any) -> Any:
+        try:
+            return item.make(*inputs)
+        except Exception:
+            log.exception("%s could not be drawn", item.path)
+
+    return replace(item, make=make)
+
+
+def draw_rows(canvas: Canvas, session: Session, rows: Comparison) -> None:
+    """The timeline of the measured rows: the scene as it was when they came, the arms at every row."""
+    arms = {"nominal": (nominal_arm, session.robot)}
+    if session.identification is not None:
+        arms["calibrated"] = (calibrated_arm, session.identification.runs[session.fit].calibrated)
+    q = rows.q[:MOST_ROWS]
+    around = (item for subject in (plate, region, measured) for item in subject(session))
+    standing = (Item(f"arm/{name}", make, (robot, q[0])) for name, (make, robot) in arms.items())
+    scene = RecordingSink(canvas, "world/")
+    scene.update(item for item in around if item.path != "region/cubes")
+    scene.update(standing)
+    RecordingSink(canvas).update(tables(session))
+    for name, (_, robot) in arms.items():
+        for i, frames in enumerate(np.swapaxes(body_frames(robot, q), 0, 1)):
+            turns = quaternion(frames[:, :3, :3])
+            columns = rr.Transform3D.columns(translation=frames[:, :3, 3], quaternion=turns)
+            canvas.rows(f"world/arm/{name}/body{i}", columns, len(q))
 
 
 def thinned(moments: Iterable[Moment]) -> Iterator[Moment]:

@@ -14,7 +14,7 @@ from workbench.views.recording.blueprint import blueprint, side_by_side
 from workbench.views.recording.canvas import Canvas
 from workbench.views.recording.compare import compare
 from workbench.views.recording.drawing import Drawing, thinned
-from workbench.views.recording.entities import Moment
+from workbench.views.recording.moment import Moment
 from workbench.views.recording.outlet import FileOutlet
 
 Progress = Callable[[float, str], None]

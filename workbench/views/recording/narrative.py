@@ -1,12 +1,21 @@
-"""A session in plain words: each decision as a sentence, its subject, its parameters as a table."""
+"""A session in plain words: decisions as sentences; subject, parameters and diagnosis as markdown."""
 
 from collections.abc import Iterator
 
 import numpy as np
 
+from workbench.diagnosis.record import Accepted, Diagnosis, judged
+from workbench.diagnosis.report.table import (
+    alternatives,
+    chance,
+    heading,
+    lines,
+    outlier_words,
+)
 from workbench.identification.fit import Fit
+from workbench.identification.record import Identification
 from workbench.identification.report.parameters import unseen
-from workbench.report.numbers import signed, standard_error
+from workbench.report.numbers import short, signed, standard_error
 from workbench.session.commands.drag import DropTarget, MoveTarget
 from workbench.session.journal.entry import Ending, Entry
 from workbench.session.state import Session
@@ -49,19 +58,19 @@ def about(session: Session) -> str:
         "**Timelines:** `step`: commands; `session_time`: seconds; `measured_row`: rows of the measurements.",
         "",
         "**Blocks:** green where reached, blue where selected, amber where the arm is blocked, red where out",
-        "of reach. **Arms:** the solid one is nominal, the amber shell calibrated. **Arrows** lead from",
+        "of reach. **Arms:** the solid one is nominal, the amber shell calibrated. **Points** were measured:",
+        "blue where fitted, amber where held out, grey where left out by hand. **Arrows** lead from",
         f"measured to predicted positions, {session.overlay.exaggeration:g} times too long: magenta nominal,",
         "blue calibrated.",
     ]
     return "\n".join(lines)
 
 
-def parameters_markdown(session: Session) -> str:
-    """The shown fit's parameters as a markdown table."""
-    found = session.identification
+def parameters_markdown(found: Identification | None, name: str) -> str:
+    """The parameters of one fit of an identification as a markdown table."""
     if found is None:
         return "Nothing has been identified yet."
-    fit = found.runs[session.fit].fit
+    fit = found.runs[name].fit
     lines = [f"**{fit.title}**: {fit.outcome}", "", "| parameter | nominal | identified | std. error | |"]
     lines.append("|---|---:|---:|---:|---|")
     lines += ["| " + " | ".join(cells) + " |" for cells in parameter_rows(fit)]
@@ -77,3 +86,45 @@ def parameter_rows(fit: Fit) -> Iterator[tuple[str, str, str, str, str]]:
         scale, unit = UNITS.get(p.unit, (1.0, p.unit))
         error = "not seen" if p.name in hidden else standard_error(float(scale * std), 4)
         yield p.words, signed(scale * p.nominal, 4), signed(float(scale * value), 4), error, unit
+
+
+def diagnosis_markdown(found: Diagnosis) -> str:
+    """Everything that a reviewer should know of it, the verdict first."""
+    return "\n".join([f"**{found.verdict}**: {found.message}", "", f"{heading(found)}.", "", *_tables(found)])
+
+
+def _tables(found: Diagnosis) -> Iterator[str]:
+    yield "| model | mean position error |"
+    yield "|---|---:|"
+    yield from (f"| {name} | {error} |" for name, error in model_errors(found))
+    if found.effects:
+        yield from ("", "| added to the model | coefficients | before | after | chance |")
+        yield "|---|---|---:|---:|---:|"
+        yield from (_effect(effect, found) for effect in found.effects)
+    yield ""
+    yield from (f"- {words}" for words in remarks(found))
+
+
+def model_errors(found: Diagnosis) -> Iterator[tuple[str, str]]:
+    """Mean position error of every model, on held-out rows if there are any."""
+    models = {"nominal": found.nominal, "geometry alone": found.before, "with the effects": found.after}
+    for name, validation in models.items():
+        yield name, f"{short(judged(validation).position_mm.mean)} mm"
+
+
+def remarks(found: Diagnosis) -> Iterator[str]:
+    """What was added, alternatives, outliers, what to measure next."""
+    yield from (accepted.words for accepted in found.effects)
+    yield from alternatives(found)
+    if len(found.outliers):
+        yield f"outliers: {outlier_words(found)}"
+    if len(found.measure_next):
+        yield f"{len(found.measure_next)} poses are proposed to be measured next"
+    yield from (f"note: {words}" for words in found.notes)
+
+
+def _effect(accepted: Accepted, found: Diagnosis) -> str:
+    sizes = lines(accepted.effect, accepted.std, found.calibrated.chain)
+    coefficients = ", ".join(f"{name} {size}" for name, size in sizes)
+    errors = f"{short(accepted.before_mm)} mm | {short(accepted.after_mm)} mm"
+    return f"| {accepted.effect.label} | {coefficients} | {errors} | {chance(accepted.p_value)} |"

@@ -21,8 +21,7 @@ from workbench.session.journal.check import Replayed
 from workbench.session.journal.entry import Ending
 from workbench.session.journal.reader import Line, Recording
 from workbench.session.state import Score, Session
-from workbench.views.recording.diagnosed import model_errors, remarks
-from workbench.views.recording.narrative import parameter_rows
+from workbench.views.recording.narrative import model_errors, parameter_rows, remarks
 
 DEGREES = float(np.rad2deg(1.0))
 PREDICTED = (("mean predicted error [mm]", 1e3), ("mean predicted rotation error [°]", DEGREES))

@@ -9,15 +9,19 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from pathlib import Path
 
 from workbench.session.journal.entry import Entry
 from workbench.session.state import Session, Severity
 from workbench.session.view import AbstractKeeper, Tell
+from workbench.views.recording.blueprint import blueprint
 from workbench.views.recording.canvas import Canvas
 from workbench.views.recording.drawing import Drawing, Pace
-from workbench.views.recording.entities import Moment
+from workbench.views.recording.moment import Moment
+from workbench.views.recording.outlet import AbstractOutlet, FileOutlet, ViewerOutlet
 from workbench.views.recording.outlet import Tell as TellText
 
+STEM = "session"
 MOST_WAITING = 5000
 """Moments in the queue beyond which the oldest are left out of the recording."""
 PATIENCE = 20.0
@@ -96,3 +100,37 @@ class Recorder(AbstractKeeper):
                 wait = max(0.0, self._pace.wait(time.monotonic()))
                 self._changed.wait_for(lambda: len(self._queue) > 1 or self._closing, wait)
             return self._queue.popleft() if self._queue else None
+
+
+def recorder(folder: Path | None, *, live: str | None = None) -> Recorder:
+    """Draws a session into its folder, and into an open viewer.
+
+    Args:
+        folder: The session's recording; None if there is none.
+        live: Address of a viewer; None if there is none.
+    """
+
+    def open_canvas(session: Session, tell: TellText) -> Canvas:
+        layout = blueprint(session)
+        name = "session" if folder is None else folder.name
+        outlets: list[AbstractOutlet] = []
+        if folder is not None:
+            outlets.append(FileOutlet(_part(folder), name, blueprint=layout, tell=tell))
+        if live is not None:
+            outlets.append(ViewerOutlet(live, name, blueprint=layout))
+        return Canvas(outlets)
+
+    return Recorder(open_canvas)
+
+
+def parts(folder: Path) -> list[Path]:
+    """Pictures of a recording: one file for every time that it was opened."""
+    numbered = sorted(folder.glob(f"{STEM}-*.rrd"), key=lambda p: (len(p.name), p.name))
+    first = folder / f"{STEM}.rrd"
+    return [*([first] if first.exists() else []), *numbered]
+
+
+def _part(folder: Path) -> Path:
+    """The file for this time: nothing is written over."""
+    count = len(parts(folder))
+    return folder / (f"{STEM}.rrd" if count == 0 else f"{STEM}-{count + 1}.rrd")

@@ -21,7 +21,7 @@ from workbench.base.errors import FileError, OptionError
 from workbench.session.journal.reader import Recording
 from workbench.views.recording.canvas import STEP
 from workbench.views.recording.make import Progress, write_comparison, write_pictures
-from workbench.views.recording.start import parts
+from workbench.views.recording.recorder import parts
 
 BEHIND = 5
 """Steps by which pictures may lag behind the journal, as the end of a drag that was cut off."""

@@ -1,11 +1,9 @@
-"""What an entity is: one kind of thing in a recording, drawn when it has changed."""
+"""A step of a session, as recordings draw it."""
 
-from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 from workbench.session.journal.entry import Entry
 from workbench.session.state import Session
-from workbench.views.recording.canvas import Canvas
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,11 +26,3 @@ class Moment:
     def is_passing(self) -> bool:
         """Whether a newer command of the same kind makes it unimportant, as in the middle of a drag."""
         return self.entry is not None and self.entry.command.key is not None
-
-
-class AbstractEntity(ABC):
-    """Draws one kind of thing; keeps what it has drawn, so that nothing is drawn twice."""
-
-    @abstractmethod
-    def draw(self, canvas: Canvas, moment: Moment) -> None:
-        """Draw what has changed."""

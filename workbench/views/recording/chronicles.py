@@ -1,0 +1,232 @@
+"""What a recording tells of the steps of a session: its log, its numbers, dragged targets, searches.
+
+Each keeps what it needs of earlier steps; all else is drawn from the session as it stands.
+"""
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+
+import numpy as np
+import rerun as rr
+
+from workbench.diagnosis.record import judged
+from workbench.identification.record import Run, Validation
+from workbench.plate.plate import Plate
+from workbench.report.numbers import short
+from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget
+from workbench.session.commands.plate import ClusterTargets, ImprovePlate
+from workbench.session.journal.entry import Ending
+from workbench.session.state import Score, Session
+from workbench.views.appearance.colours import ARROW_AFTER, ARROW_BEFORE, REACHED, SELECTED
+from workbench.views.recording.canvas import Canvas
+from workbench.views.recording.moment import Moment
+from workbench.views.recording.narrative import sentence
+from workbench.views.recording.sink import THIN
+
+LEVELS = {Ending.DONE: "INFO", Ending.CANCELLED: "INFO", Ending.REFUSED: "WARN", Ending.FAILED: "ERROR"}
+LONGEST = 64
+"""Places that a trail keeps; of more, evenly chosen ones."""
+DRAGS = (GrabTarget, MoveTarget, DropTarget)
+ARMS = {"nominal": ARROW_BEFORE, "calibrated": ARROW_AFTER}
+HEAD = (
+    "| step | search | targets reached | index O of a target | predicted error [mm] |",
+    "|---:|---|---|---|---|",
+)
+
+
+class AbstractChronicle(ABC):
+    """Follows a session step by step."""
+
+    @abstractmethod
+    def draw(self, canvas: Canvas, moment: Moment) -> None:
+        """Draw what this step adds."""
+
+
+class Log(AbstractChronicle):
+    """`log`: one line a decision; the many places of a drag are left out."""
+
+    def __init__(self) -> None:
+        self._told = 0
+
+    def draw(self, canvas: Canvas, moment: Moment) -> None:
+        if moment.entry is None:
+            self._told = moment.session.message_count
+            words = "The session begins" if moment.step == 0 else "The session goes on"
+            canvas.log("log", rr.TextLog(words, level="INFO"))
+            return
+        says = [m.text for m in moment.session.messages if m.number > self._told]
+        self._told = moment.session.message_count
+        if moment.is_passing and not says and moment.entry.ending is Ending.DONE:
+            return
+        text = sentence(moment.entry, moment.session, says)
+        canvas.log("log", rr.TextLog(text, level=LEVELS[moment.entry.ending]))
+
+
+class Trails(AbstractChronicle):
+    """`world/plate/trails/N`: where a target has been dragged; what else puts it elsewhere begins anew."""
+
+    def __init__(self) -> None:
+        self._ways: list[list[np.ndarray]] = []
+        self._plate: Plate | None = None
+        self._drawn: dict[int, int] = {}
+
+    def draw(self, canvas: Canvas, moment: Moment) -> None:
+        session = moment.session
+        if session.first_plate is not self._plate or len(self._ways) != len(session.plate):
+            self._plate, self._drawn = session.first_plate, {}
+            self._ways = [[] for _ in session.plate.targets]
+            canvas.clear("world/plate/trails")
+        is_drag = moment.entry is not None and isinstance(moment.entry.command, MoveTarget | DropTarget)
+        for i, (way, target) in enumerate(zip(self._ways, session.plate.targets, strict=True)):
+            if not way or not np.array_equal(way[-1], target.xyz):
+                if not is_drag:
+                    self._forget(canvas, i, way)
+                way.append(target.xyz)
+                if len(way) > 2 * LONGEST:
+                    del way[1:-1:2]
+        if session.drag is None:
+            for i, way in enumerate(self._ways):
+                self._show(canvas, i, way)
+
+    def _forget(self, canvas: Canvas, i: int, way: list[np.ndarray]) -> None:
+        way.clear()
+        if self._drawn.pop(i, None) is not None:
+            canvas.clear(f"world/plate/trails/{i + 1}")
+
+    def _show(self, canvas: Canvas, i: int, way: list[np.ndarray]) -> None:
+        if len(way) > 1 and self._drawn.get(i) != id(way[-1]):
+            self._drawn[i] = id(way[-1])
+            chosen = np.unique(np.linspace(0, len(way) - 1, LONGEST).round().astype(int))
+            strip = np.array([way[k] for k in chosen])
+            canvas.log(f"world/plate/trails/{i + 1}", rr.LineStrips3D([strip], colors=REACHED, radii=THIN))
+
+
+class Series(AbstractChronicle):
+    """Numbers of the session at every step.
+
+    `index/O` … `index/O5`, `index/condition`, `index/rank`: what the targets tell. `predicted/position_mm`,
+    `predicted/rotation_deg`: mean errors in the region after a calibration. `error/nominal_mm` and
+    `error/calibrated_mm` (`_deg`): mean errors on held-out rows, or on the fitted ones where none were.
+    `error/diagnosed_geometry_mm` and `error/diagnosed_effects_mm`: the same of the last diagnosis, of the
+    geometry alone and with the accepted effects.
+    """
+
+    def __init__(self) -> None:
+        self._drawn: dict[str, float] = {}
+
+    def draw(self, canvas: Canvas, moment: Moment) -> None:
+        session, entry = moment.session, moment.entry
+        is_all = entry is not None and not moment.is_passing and not isinstance(entry.command, DRAGS)
+        for path, value in (*_score(session.score), *_errors(session), *_diagnosed(session)):
+            if path not in self._drawn:
+                self._style(canvas, path)
+            if is_all or self._drawn.get(path) != value:
+                self._drawn[path] = value
+                canvas.log(path, rr.Scalars(value if math.isfinite(value) else math.nan))
+
+    def _style(self, canvas: Canvas, path: str) -> None:
+        name = path.split("/")[1]
+        colour = ARMS.get(name.split("_")[0], SELECTED)
+        step = rr.components.InterpolationMode.StepAfter
+        line = rr.SeriesLines(names=name.replace("_", " "), colors=colour, interpolation_mode=step)
+        canvas.log(path, line, static=True)
+
+
+class RowErrors(AbstractChronicle):
+    """`row_error/nominal_mm/N_FIT` and `row_error/calibrated_mm/N_FIT` on the timeline `measured_row`.
+
+    Rows that were drawn can't be taken back, so every fit has a path of its own: N counts identifications.
+    """
+
+    def __init__(self) -> None:
+        self._identification: object = None
+        self._count = 0
+        self._drawn: set[str] = set()
+
+    def draw(self, canvas: Canvas, moment: Moment) -> None:
+        session = moment.session
+        if session.identification is not None and session.identification is not self._identification:
+            self._identification = session.identification
+            self._count += 1
+        rows = session.comparison
+        group = f"{self._count}_{session.fit}"
+        if rows is None or rows.calibrated is None or group in self._drawn:
+            return
+        self._drawn.add(group)
+        errors = 1e3 * np.array([rows.errors(i) for i in range(len(rows))])
+        for values, (name, colour) in zip(errors.T, ARMS.items(), strict=True):
+            path = f"row_error/{name}_mm/{group}"
+            canvas.log(path, rr.SeriesLines(names=f"{session.fit}: {name} mm", colors=colour), static=True)
+            canvas.rows(path, rr.Scalars.columns(scalars=values), len(rows))
+
+
+class Searches(AbstractChronicle):
+    """The table of searches, each against the plate before it; equal O is what a search of poses is after."""
+
+    def __init__(self) -> None:
+        self._before: Session | None = None
+        self._rows: list[str] = []
+
+    def draw(self, canvas: Canvas, moment: Moment) -> None:
+        entry, before, self._before = moment.entry, self._before, moment.session
+        if entry is None or before is None or entry.ending is not Ending.DONE:
+            return
+        if isinstance(entry.command, ClusterTargets | ImprovePlate):
+            now = moment.session.score
+            cells = [f"{moment.step}", entry.command.title, *_changes(before.score, now)]
+            self._rows.append(f"| {' | '.join(cells)} |")
+            text = "\n".join([*HEAD, *self._rows])
+            canvas.log("searches", rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN))
+
+
+def _changes(before: Score, now: Score) -> Iterator[str]:
+    for words in (_reached, _spread, _error):
+        yield f"{words(before)} → {words(now)}"
+
+
+def _reached(score: Score) -> str:
+    return f"{score.reached} of {len(score.per_target)}"
+
+
+def _spread(score: Score) -> str:
+    seen = score.per_target[np.isfinite(score.per_target)]
+    return f"{seen.min():.4f} … {seen.max():.4f}" if len(seen) else "–"
+
+
+def _error(score: Score) -> str:
+    return short(1e3 * score.position)
+
+
+def _score(score: Score) -> Iterator[tuple[str, float]]:
+    for name, value in score.indices.items():
+        yield f"index/{name}", float(value)
+    yield "index/condition", float(score.condition)
+    yield "index/rank", float(score.rank)
+    yield "predicted/position_mm", 1e3 * float(score.position)
+    yield "predicted/rotation_deg", math.degrees(float(score.rotation))
+
+
+def _errors(session: Session) -> Iterator[tuple[str, float]]:
+    found = session.identification
+    if found is None:
+        return
+    arms: tuple[tuple[str, Validation | Run], ...] = (
+        ("nominal", found.nominal),
+        ("calibrated", found.runs[session.fit]),
+    )
+    for name, validated in arms:
+        errors = validated.held_out or validated.train
+        yield f"error/{name}_mm", errors.position_mm.mean
+        if errors.orientation_deg is not None:
+            yield f"error/{name}_deg", errors.orientation_deg.mean
+
+
+def _diagnosed(session: Session) -> Iterator[tuple[str, float]]:
+    found = session.diagnosis
+    if found is not None:
+        yield "error/diagnosed_geometry_mm", judged(found.before).position_mm.mean
+        yield "error/diagnosed_effects_mm", judged(found.after).position_mm.mean
+
+
+CHRONICLES: tuple[type[AbstractChronicle], ...] = (Log, Trails, Series, RowErrors, Searches)

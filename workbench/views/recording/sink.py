@@ -1,0 +1,226 @@
+"""A recording as a sink: an entity of rerun's for every drawable, of which only what has changed is logged.
+
+Everything is drawn, shown or not: the viewer hides things itself.
+"""
+
+import logging
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import rerun as rr
+
+from workbench.base import se3
+from workbench.views.appearance.shapes import Solid
+from workbench.views.drawables.drawable import Arm, Arrows, Cubes, Cuboid, Label, Line, Mesh, Points
+from workbench.views.drawables.item import AbstractSink, Item, differences, is_same
+from workbench.views.recording.canvas import Canvas
+
+LABEL = (241, 245, 249)
+THIN = 0.0015
+"""Radius of lines and arrows [m]."""
+SMALL = 0.12
+"""Radius of a cube's mark, as a share of its side."""
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, eq=False)
+class Document:
+    """Words and tables as markdown."""
+
+    text: str
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """An image, as a PNG file."""
+
+    content: bytes
+
+
+@dataclass(frozen=True, eq=False)
+class Bars:
+    """A bar for each value, counted from 1."""
+
+    values: np.ndarray
+    colour: tuple[int, int, int]
+
+
+class RecordingSink(AbstractSink):
+    """Draws onto a canvas; what can't be drawn is left out, and the rest goes on.
+
+    Args:
+        canvas: Where.
+        prefix: Begins every path.
+    """
+
+    def __init__(self, canvas: Canvas, prefix: str = ""):
+        super().__init__()
+        self._canvas, self._prefix = canvas, prefix
+
+    def puts_off(self, item: Item) -> bool:
+        return item.can_wait
+
+    def show(self, item: Item) -> None:
+        """The viewer hides things itself."""
+
+    def change(self, item: Item, old: Any, new: Any) -> None:
+        try:
+            LOG[type(new)](self._canvas, self._prefix + item.path, old, new)
+        except Exception:
+            log.exception("%s could not be drawn", item.path)
+
+    def remove(self, path: str) -> None:
+        self._canvas.clear(self._prefix + path)
+
+
+def mesh(solid: Solid, colour: tuple[int, ...], *, flat: bool = False) -> rr.Mesh3D:
+    """A solid of one colour.
+
+    Args:
+        solid: Its triangles.
+        colour: Red, green, blue, and opacity if it is not solid, 0 to 255.
+        flat: Whether its triangles are flat, not parts of a round body.
+    """
+    if flat:
+        corners = solid.vertices[solid.faces].reshape(-1, 3)
+        solid = Solid(corners, np.arange(len(corners)).reshape(-1, 3))
+    return rr.Mesh3D(
+        vertex_positions=solid.vertices,
+        triangle_indices=solid.faces,
+        vertex_normals=_normals(solid),
+        albedo_factor=colour,
+    )
+
+
+def _normals(solid: Solid) -> np.ndarray:
+    """Mean normal of the triangles about every corner, weighed by their size."""
+    a, b, c = (solid.vertices[solid.faces[:, k]] for k in range(3))
+    across = np.cross(b - a, c - a)
+    normals = np.zeros_like(solid.vertices)
+    for k in range(3):
+        np.add.at(normals, solid.faces[:, k], across)
+    return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+
+
+def quaternion(rotation: np.ndarray) -> np.ndarray:
+    """Rotations as rerun counts them: x, y, z, w."""
+    return se3.matrix_to_quaternion(rotation)[..., [1, 2, 3, 0]]
+
+
+def _log_mesh(canvas: Canvas, path: str, old: Mesh | None, new: Mesh) -> None:
+    changed = {"solid"} if old is None else differences(old, new)
+    if old is not None and is_same(old.solid.vertices, new.solid.vertices):
+        changed.discard("solid")
+    if changed & {"solid", "pose"}:
+        solid = new.solid if new.pose is None else new.solid.moved(new.pose)
+        canvas.log(path, mesh(solid, new.colour, flat=new.flat))
+    elif "colour" in changed:
+        canvas.log(path, rr.Mesh3D.from_fields(albedo_factor=new.colour))
+
+
+def _log_arm(canvas: Canvas, path: str, old: Arm | None, new: Arm) -> None:
+    """Each body moves with its own frame.
+
+    Other bodies are drawn over the older ones, and what those had more goes: a `Clear` of the whole arm would
+    take its poses of the same step away as well.
+    """
+    if old is None or differences(old, new) - {"frames"}:
+        parts = _parts(path, new)
+        for name, one in parts.items():
+            canvas.log(name, one)
+        for name in () if old is None else _parts(path, old).keys() - parts.keys():
+            canvas.clear(name)
+    turns = quaternion(new.frames[:, :3, :3])
+    for i, frame in enumerate(new.frames):
+        if old is None or i >= len(old.frames) or not is_same(old.frames[i], frame):
+            turn = rr.Quaternion(xyzw=turns[i])
+            canvas.log(f"{path}/body{i}", rr.Transform3D(translation=frame[:3, 3], quaternion=turn))
+
+
+def _parts(path: str, arm: Arm) -> dict[str, rr.Mesh3D]:
+    ghost = None if arm.ghost is None else (*arm.ghost, round(255 * arm.opacity))
+    return {
+        f"{path}/body{i}/part{j}": mesh(part.solid, ghost or part.colour)
+        for i, body in enumerate(arm.bodies)
+        for j, part in enumerate(body.parts)
+    }
+
+
+def _log_label(canvas: Canvas, path: str, old: Label | None, new: Label) -> None:
+    """Once it is there, only its place is drawn."""
+    if old is not None and old.text == new.text:
+        canvas.log(path, rr.Points3D.from_fields(positions=[new.place]))
+    else:
+        canvas.log(path, rr.Points3D([new.place], radii=1e-4, colors=LABEL, labels=[new.text]))
+
+
+def _log_cubes(canvas: Canvas, path: str, old: Cubes | None, new: Cubes) -> None:
+    """A mark in the centre of every cube that is shown and has a number."""
+    if old is None or differences(old, new) - {"picked"}:
+        keep = new.shown & new.known
+        places, colours = new.region.centres[keep], new.colours[keep]
+        canvas.log(path, rr.Points3D(places, colors=colours, radii=SMALL * new.region.cube))
+
+
+def _whole(draw: Callable[[Any], Any]) -> Callable[[Canvas, str, Any, Any], None]:
+    """Draws the whole of what has changed."""
+
+    def log_whole(canvas: Canvas, path: str, old: Any, new: Any) -> None:
+        if old is None or differences(old, new):
+            canvas.log(path, draw(new))
+
+    return log_whole
+
+
+def _points(points: Points) -> rr.Points3D:
+    return rr.Points3D(points.places, colors=points.colours, radii=points.radius)
+
+
+def _arrows(arrows: Arrows) -> rr.Arrows3D:
+    vectors = arrows.ends - arrows.starts
+    return rr.Arrows3D(origins=arrows.starts, vectors=vectors, colors=arrows.colour, radii=THIN)
+
+
+def line(line: Line) -> rr.LineStrips3D:
+    """A line of its first colour."""
+    return rr.LineStrips3D([line.places], colors=line.colours[:1], radii=THIN)
+
+
+def _cuboid(cuboid: Cuboid) -> rr.Boxes3D:
+    return rr.Boxes3D(
+        centers=[0.5 * (cuboid.low + cuboid.high)],
+        sizes=[cuboid.high - cuboid.low],
+        colors=cuboid.colour,
+        fill_mode=rr.components.FillMode.MajorWireframe,
+    )
+
+
+def _document(document: Document) -> rr.TextDocument:
+    return rr.TextDocument(document.text, media_type=rr.MediaType.MARKDOWN)
+
+
+def _picture(picture: Picture) -> rr.EncodedImage:
+    return rr.EncodedImage(contents=picture.content, media_type="image/png")
+
+
+def _bars(bars: Bars) -> rr.BarChart:
+    """A bar is drawn from its place to the next one's."""
+    begins = np.arange(1, len(bars.values) + 1) - 0.5
+    return rr.BarChart(bars.values, abscissa=begins, color=bars.colour)
+
+
+LOG: dict[type, Callable[[Canvas, str, Any, Any], None]] = {
+    Mesh: _log_mesh,
+    Arm: _log_arm,
+    Label: _log_label,
+    Cubes: _log_cubes,
+    Points: _whole(_points),
+    Arrows: _whole(_arrows),
+    Line: _whole(line),
+    Cuboid: _whole(_cuboid),
+    Document: _whole(_document),
+    Picture: _whole(_picture),
+    Bars: _whole(_bars),
+}
