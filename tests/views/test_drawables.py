@@ -1,0 +1,146 @@
+"""What is drawn, without any viewer: made only where its inputs have changed, and then always."""
+
+from dataclasses import fields, replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from workbench.arm.library import load_robot
+from workbench.plate.plate_toml import load_plate
+from workbench.session import start
+from workbench.session.state import CubeView, Drag, Field, Trial
+from workbench.views.drawables import in_motion, on_page
+from workbench.views.drawables.item import AbstractSink, Item, is_same
+
+
+class Notebook(AbstractSink):
+    """Notes what a view would be told."""
+
+    def __init__(self):
+        super().__init__()
+        self.there, self.made, self.shown = {}, [], set()
+
+    def puts_off(self, item):
+        return item.can_wait or not item.shown
+
+    def show(self, item):
+        self.shown = self.shown | {item.path} if item.shown else self.shown - {item.path}
+
+    def change(self, item, old, new):
+        assert (old is None) == (item.path not in self.there)
+        self.there[item.path] = new
+        self.made.append(item.path)
+        self.show(item)
+
+    def remove(self, path):
+        del self.there[path]
+        self.shown.discard(path)
+
+
+@pytest.fixture(scope="module")
+def session():
+    return start(load_robot("aria"), load_plate("table2"))
+
+
+def moved(session, number, by):
+    target = session.plate.targets[number]
+    targets = list(session.plate.targets)
+    targets[number] = replace(target, xyz=target.xyz + by)
+    return replace(session, plate=replace(session.plate, targets=tuple(targets)))
+
+
+def test_only_what_has_changed_is_made(session):
+    sink = Notebook()
+    sink.draw(on_page(session))
+    assert {"arm/nominal", "plate/solid", "plate/targets/10/number", "region/outline"} <= set(sink.made)
+    sink.made.clear()
+    sink.draw(on_page(replace(session, revision=session.revision + 1)))
+    assert sink.made == []
+    then = moved(session, 3, 0.01)
+    sink.draw(on_page(then))
+    assert sink.made == ["plate/targets/4", "plate/targets/4/number"]
+    sink.made.clear()
+    sink.draw(on_page(replace(then, selected=2)))
+    assert sink.made == ["arm/nominal", "plate/targets/1", "plate/targets/3"]
+
+
+def test_what_is_drawn_step_by_step_is_what_is_drawn_at_once(session):
+    sink = Notebook()
+    fewer = replace(session.plate, targets=session.plate.targets[:7])
+    steps = [
+        session,
+        replace(session, selected=4),
+        moved(session, 0, 0.02),
+        replace(session, plate=fewer, states=session.states[:7]),
+        session,
+    ]
+    for step in steps:
+        sink.draw(on_page(step))
+        fresh = Notebook()
+        fresh.draw(on_page(step))
+        assert sink.shown == fresh.shown
+        for path in fresh.shown:
+            one, other = sink.there[path], fresh.there[path]
+            for f in fields(one):
+                if f.name != "solid":
+                    assert is_same(getattr(one, f.name), getattr(other, f.name)), (path, f.name)
+
+
+def test_what_is_hidden_is_made_when_it_is_shown(session):
+    asked = []
+
+    def make(size):
+        asked.append(size)
+        return SimpleNamespace(size=size)
+
+    sink = Notebook()
+    for size, shown in ((1, False), (2, False), (3, True), (3, False), (4, False), (4, True)):
+        sink.draw([Item("thing", make, (size,), shown=shown)])
+        assert ("thing" in sink.shown) is shown
+    assert asked == [3, 4]
+    sink.draw([])
+    assert sink.there == {}
+
+
+def test_nothing_takes_the_place_of_what_has_nothing_to_show():
+    sink = Notebook()
+    for size in (1, 0, 0, 2):
+        sink.draw([Item("thing", lambda n: SimpleNamespace(size=n) if n else None, (size,))])
+        assert ("thing" in sink.there) is bool(size)
+
+
+def test_an_update_leaves_the_rest(session):
+    sink = Notebook()
+    sink.draw(on_page(session))
+    before = set(sink.there)
+    sink.update(in_motion(replace(session, selected=6)))
+    assert set(sink.there) == before
+    assert sink.made[-1] == "arm/nominal"
+
+
+def test_cubes_follow_a_new_trial(session):
+    """Virtual arms were tried again: the cubes show the new errors without any other change."""
+
+    def tried(session, error):
+        region = session.plate.region
+        found = SimpleNamespace(
+            cells=np.arange(4), observed=np.full((4, 1), error) * np.arange(1, 5)[:, None]
+        )
+        assert found.cells.max() < region.cubes
+        return replace(session, trial=Trial(session.plate, session.noise, found))
+
+    shown = replace(session, cube_view=CubeView(field=Field.YIELD))
+    sink = Notebook()
+    sink.draw(on_page(tried(shown, 1e-4)))
+    assert sink.there["region/cubes"].shown.sum() == 4
+    sink.made.clear()
+    sink.draw(on_page(tried(shown, 2e-4)))
+    assert sink.made == ["region/cubes"]
+
+
+def test_cubes_wait_while_a_target_is_dragged(session):
+    shown = replace(session, cube_view=CubeView(field=Field.REACH))
+    for drag, waits in ((None, False), (Drag(client=1, target=0), True)):
+        items = {item.path: item for item in on_page(replace(shown, drag=drag))}
+        assert items["region/cubes"].can_wait is waits
