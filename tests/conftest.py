@@ -10,6 +10,11 @@ import pytest
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Files with a browser or measured arms first: a long one at the end leaves a worker idle."""
+    items.sort(key=lambda item: not any(item.iter_markers("browser")) and not any(item.iter_markers("data")))
+
+
 @pytest.fixture(scope="session")
 def shared_data() -> Path:
     """Folder of the real measurements beside the project; skips without it, fails in CI."""

@@ -32,7 +32,12 @@ SETS = {
 }
 
 
-@pytest.mark.parametrize("name", SETS)
+def sets(names, slow):
+    """Parameters, those that take long marked."""
+    return [pytest.param(name, marks=pytest.mark.slow if name in slow else ()) for name in names]
+
+
+@pytest.mark.parametrize("name", sets(SETS, ("Panda 1", "Panda 3", "iiwa 14")))
 def test_held_out_errors(name, shared_data, capsys):
     folder, arm, repetitions, (position, orientation), nominal = SETS[name]
     robot = load_robot(arm)
@@ -99,7 +104,7 @@ NO_WORSE = 1.03
 """Times the error of geometry, where nothing can be gained: one fold of a hundred rows."""
 
 
-@pytest.mark.parametrize("name", DIAGNOSED)
+@pytest.mark.parametrize("name", sets(DIAGNOSED, ("panda_1", "panda_3")))
 def test_diagnosis_lowers_held_out_errors(name, shared_data, capsys):
     """The first fold; all of them, and the sets that take minutes: `tests/benchmarks/real_diagnosis.py`."""
     bound = DIAGNOSED[name]

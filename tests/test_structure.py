@@ -1,6 +1,7 @@
 """The package's own rules, read from its source: who imports whom, what is abstract, what is explained."""
 
 import ast
+import re
 import subprocess
 import sys
 from functools import cache
@@ -153,6 +154,29 @@ def test_the_numeric_core_loads_no_viewer_and_no_command_line():
     )
     assert run.returncode == 0, run.stderr
     assert run.stdout.strip() == "[]"
+
+
+def test_modules_named_in_texts_exist():
+    """In docstrings, in READMEs, and in scripts that tests hand to another Python."""
+    top = ROOT.parent
+    texts = [
+        p
+        for folder in ("workbench", "tests")
+        for p in (top / folder).rglob("*")
+        if p.suffix in (".py", ".md")
+    ]
+    wrong = []
+    for path in [*texts, top / "README.md"]:
+        if path.name == "house.py":  # it knows the layout before this one
+            continue
+        text = path.read_text(encoding="utf-8")
+        for name in re.findall(r"\bworkbench(?:\.[a-z_]\w*)+\b(?!/)", text):
+            if name not in MODULES and name.rpartition(".")[0] not in MODULES:
+                wrong.append(f"{path.relative_to(top)}: {name}")
+        for name in re.findall(r"`((?:\w+/)+\w+\.py)`", text):
+            if not any((home / name).is_file() for home in (top, ROOT, top / "tests", path.parent)):
+                wrong.append(f"{path.relative_to(top)}: {name}")
+    assert not wrong
 
 
 def test_annotations_are_not_postponed():

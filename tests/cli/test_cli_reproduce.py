@@ -30,3 +30,12 @@ def test_bad_input(run, tmp_path):
             assert status == 1
             assert said in err
             assert not out
+
+
+def test_outside_a_checkout_one_sentence_says_what_to_do(run, tmp_path, monkeypatch):
+    monkeypatch.setattr("workbench.cli.reproducing.TESTS", tmp_path / "tests")
+    status, out, err = run("reproduce", "aria", "--arms", "1")
+    assert (status, out) == (1, "")
+    assert "pip install -e ." in err
+    assert len(" ".join(err.split()).split(". ")) == 1
+    assert "Traceback" not in err

@@ -123,6 +123,7 @@ def test_errors_are_as_large_as_their_standard_errors_say(tmp_path):
     assert np.mean(sizes) == pytest.approx(1.0, abs=0.05)
 
 
+@pytest.mark.slow
 def test_fifty_noisy_arms_on_the_plate(capsys):
     """The paper's plate at 0.1 mm and 0.02°: what it gives near the plate, and anywhere."""
     robot, plate = load_robot("aria"), load_plate("table2")

@@ -34,7 +34,8 @@ def clustering_claims(found: Clustering, robot: Robot, plate: Plate) -> tuple[Fi
         ),
         judged(
             "§4.2", "same O suffices", "(implied)",
-            f"rank {turned.rank} of {len(robot.default_free)} with joint 1 alone turned", False,
+            f"rank {turned.rank} of {len(robot.default_free)} with joint 1 alone turned",
+            turned.rank == len(robot.default_free),
             "O does not change when joint 1 turns, so the rank must be asked for as well",
         ),
         judged(

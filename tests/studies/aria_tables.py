@@ -30,12 +30,13 @@ EVEN = 1e-3
 def nominal(robot: Robot) -> tuple[Finding, ...]:
     """Table 1 and eq. (2)."""
     names = [f"joint{i + 1}.{c}" for i in range(6) for c in printed.COLUMNS[:4]]
-    apart = np.abs(robot.values(tuple(names)) - printed.TABLE_1[:, :4].ravel()).max()
-    low, high = np.rad2deg(robot.limits[2])
+    apart = np.abs(robot.values(tuple(names)) - printed.TABLE_1.ravel()).max()
+    limits, (low, high) = printed.LIMITS_3, np.rad2deg(robot.limits[2])
     return (
         judged("Table 1", "24 nominal constants", "6 × (θ, d, a, α)", f"apart by {apart:.1g}", apart < 1e-12),
         judged(
-            "Eq. (2)", "limits of joint 3", "2π ≤ q3 ≤ 1.69", f"{low:.0f}° … {high:.1f}°", False,
+            "Eq. (2)", "limits of joint 3", limits["text"], f"{low:.0f}° … {high:.1f}°",
+            limits["low"] < limits["high"],
             "as printed no angle is allowed; the lower limit lacks its minus sign",
         ),
     )  # fmt: skip
@@ -105,7 +106,8 @@ def tool(robot: Robot, plate: Plate, q: Float[np.ndarray, "targets n"]) -> tuple
             "printed to the millimetre",
         ),
         judged(
-            "§4.3", "orientations", "“are the same”", "−150° and −160° about x in turn", False,
+            "§4.3", "orientations", "“are the same”", "−150° and −160° about x in turn",
+            not np.ptp(printed.TABLE_2[:, 3:], axis=0).any(),
             "the text and Table 2 contradict each other; the table is taken",
         ),
         judged(

@@ -11,11 +11,11 @@ import numpy as np
 from jaxtyping import Float
 from matplotlib.figure import Figure
 
+from studies import katana_printed as printed
 from studies.finding import Finding, judged
 from studies.katana_generator import VirtualKatana, draw_arm
 from studies.katana_study import EACH_WAY, REMAINDER, read_tilting
 from studies.katana_tracking import (
-    POINTS,
     ROWS,
     SAMPLES,
     drawing_katana,
@@ -75,7 +75,7 @@ def pencil_check(path: Planned, *, seed: int = 0) -> PencilCheck:
         path: The circle as planned.
         seed: Of the arm, the hand, the scanner.
     """
-    robot, circle, rng = drawing_katana(), circle_through(POINTS), np.random.default_rng([seed, 13])
+    robot, circle, rng = drawing_katana(), circle_through(printed.POINTS), np.random.default_rng([seed, 13])
     actual = draw_arm(rng, play=EACH_WAY, remainder=REMAINDER)
     model = robot.with_effects(*read_tilting(rng, EACH_WAY))
     samples = path.q[np.linspace(0, ROWS - 1, SAMPLES, endpoint=False).astype(int)]
@@ -97,9 +97,9 @@ def led_by_hand(
     actual: VirtualKatana, robot: Robot, path: Planned, rng: np.random.Generator
 ) -> Float[np.ndarray, "4 5"]:
     """What the encoders show when the pencil has been led to the four printed points [rad]."""
-    away = np.linalg.norm(path.poses[:, None, :3, 3] - POINTS, axis=2)
+    away = np.linalg.norm(path.poses[:, None, :3, 3] - printed.POINTS, axis=2)
     q = path.q[away.argmin(axis=0)]
-    wanted = POINTS + BY_HAND * rng.standard_normal(POINTS.shape)
+    wanted = printed.POINTS + BY_HAND * rng.standard_normal(printed.POINTS.shape)
     for _ in range(LED):
         missed = wanted - in_base(actual, robot, q)[:, :3, 3]
         q = q + np.einsum("rij,rj->ri", np.linalg.pinv(geometric_jacobian(robot, q)[:, :3]), missed)

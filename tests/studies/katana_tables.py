@@ -18,6 +18,8 @@ from studies.katana_study import (
 from studies.page import Sheet
 
 LEAST, GREATEST, MEAN = range(3)
+DISTANCE = 3
+"""Row of |ΔP| in Tables 3.4 and 4.5."""
 HALF_UNIT = 0.005
 """Rounding of the printed numbers [mm], [°]."""
 POSITIONS = 4

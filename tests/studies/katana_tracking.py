@@ -44,12 +44,6 @@ from workbench.paths.path import command_joints
 from workbench.paths.planning import Planned, plan
 from workbench.plate.poses.iso_cube import iso_cube_poses
 
-POINTS = 1e-3 * np.array(
-    [[100, -300, 139.2893], [0, -370.7107, 210], [-100, -300, 139.2893], [0, -229.2893, 68.5786]]
-)
-"""The four printed points of the circle (§5.5.1), beginning with the left-most one [m]."""
-PRINTED, PRINTED_LINE = (0.653, 0.312, 0.211, 0.132), 0.151
-"""Printed mean errors: along the circle by column of `STEPS`; along a line, with tilting [mm]."""
 LINE = np.array([[0.09, -0.3, 0.1392893], [-0.09, -0.3353553, 0.1746446]])
 """Ends of the line [m]."""
 PATHS = ("circle", "line", "diameter in another posture")
@@ -138,7 +132,7 @@ def drawing_katana() -> Robot:
 
 def tracked_paths(robot: Robot) -> tuple[Planned, ...]:
     """The paths of `PATHS`, the pencil as near to upright on their plane as the arm can hold it."""
-    curves: tuple[Curve, ...] = (circle_through(POINTS), line(*LINE), line(POINTS[1], POINTS[3]))
+    curves: tuple[Curve, ...] = (circle_through(printed.POINTS), line(*LINE), line(*printed.POINTS[[1, 3]]))
     down = curves[0].normal
     return tuple(
         plan(robot, curve, duration=duration, rows=ROWS, axis=down)

@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from studies import katana_printed as printed
 from studies import katana_tracking as tracking
 from studies.finding import Finding, judged, without
 from studies.katana_tracking import STEPS, TrackingStudy
@@ -30,7 +31,7 @@ COLUMN_COLOURS = (NOMINAL, *COLOURS)
 
 def tracking_findings(study: TrackingStudy) -> tuple[Finding, ...]:
     """Every number of chapter 5 beside ours."""
-    circle, line = tracking.PRINTED, tracking.PRINTED_LINE
+    circle, line = printed.TRACKED, printed.TRACKED_LINE
     reasons = (
         "the errors of these arms are drawn from Table 3.2, the thesis's arm is one of them",
         "samples of the path itself take up most of what the arm does there",
@@ -62,7 +63,7 @@ def tracking_findings(study: TrackingStudy) -> tuple[Finding, ...]:
 
 def _matches(study: TrackingStudy, step: int) -> bool:
     """Whether the printed error lies among the arms', or the reduction is the printed one at least."""
-    circle, ours = tracking.PRINTED, study.spread(step)
+    circle, ours = printed.TRACKED, study.spread(step)
     if step == tracking.BEFORE:
         return ours.low <= circle[step] <= ours.high
     return study.reduction(step).median >= circle[0] / circle[step]
@@ -177,7 +178,7 @@ def _finish(axes: Axes) -> None:
 
 def _arms(study: TrackingStudy) -> Figure:
     """One dot an arm, one column a step, one panel a path."""
-    thesis = ((*tracking.PRINTED, np.nan), (*[np.nan] * 3, tracking.PRINTED_LINE, np.nan), (np.nan,) * 5)
+    thesis = ((*printed.TRACKED, np.nan), (*[np.nan] * 3, printed.TRACKED_LINE, np.nan), (np.nan,) * 5)
     with look():
         figure = new_figure(10.0, 3.6)
         panels = figure.subplots(1, len(tracking.PATHS), sharey=True)

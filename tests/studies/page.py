@@ -145,4 +145,4 @@ def _finding(finding: Finding) -> Json:
 
 
 def _html(page: Page) -> str:
-    return page_template("reproduction.html").render(page=page, result=RESULT)
+    return page_template("reproduction.html", package="studies").render(page=page, result=RESULT)

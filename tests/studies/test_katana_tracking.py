@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from studies import katana_printed as printed
 from studies.finding import Verdict
 from studies.katana_generator import NOMINAL, ORDERS, VirtualKatana
 from studies.katana_study import EACH_WAY
@@ -14,7 +15,6 @@ from studies.katana_tracking import (
     LINE_NEAR,
     OURS,
     PATHS,
-    POINTS,
     STEPS,
     TILTING,
     drawing_katana,
@@ -32,7 +32,7 @@ def study():
 @pytest.mark.slow
 def test_the_paths_are_those_of_the_thesis(study):
     """The circle passes its four points; lines are straight; all begin and end at rest."""
-    for point in POINTS:
+    for point in printed.POINTS:
         assert np.linalg.norm(study.paths[0].poses[:, :3, 3] - point, axis=1).min() < 3e-3
     for path in study.paths[1:]:
         p = path.poses[:, :3, 3]

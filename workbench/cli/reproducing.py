@@ -4,7 +4,6 @@ The studies belong to a checkout (`tests/studies`), not to what users install.
 """
 
 import sys
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated
 
@@ -20,6 +19,9 @@ from workbench.cli.options import (
     show,
 )
 
+TESTS = Path(__file__).resolve().parents[2] / "tests"
+"""Where a checkout has the studies."""
+
 works = typer.Typer(
     name="reproduce",
     help="The works behind this program done again: printed numbers beside ours.",
@@ -30,14 +32,13 @@ works = typer.Typer(
 @works.callback()
 def reproduce() -> None:
     """The works behind this program done again: printed numbers beside ours."""
-    tests = Path(__file__).resolve().parents[2] / "tests"
-    if (tests / "studies").is_dir() and str(tests) not in sys.path:
-        sys.path.append(str(tests))
-    if find_spec("studies") is None:
+    if not (TESTS / "studies" / "__init__.py").is_file():
         raise OptionError(
             "the studies of the two works are not installed with the package; run this command in a checkout "
             "of the project, after `pip install -e .`"
         )
+    if str(TESTS) not in sys.path:
+        sys.path.insert(0, str(TESTS))
 
 
 @works.command()
