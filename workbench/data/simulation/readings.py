@@ -215,7 +215,7 @@ def _tilts(
     motion: Motion,
     rng: np.random.Generator,
 ) -> dict[int, Float[np.ndarray, "rows 2"]]:
-    """Readings of an inclinometer on every moving link [rad], by link from 1; see `observations/tilt.py`.
+    """Readings of an inclinometer on every moving link [rad], by link from 1: `data/observations/tilt.py`.
 
     The noise turns what it sees as upwards about the two axes across that.
     """
