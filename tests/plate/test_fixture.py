@@ -22,9 +22,9 @@ from workbench.plate.optimiser.blocks import (
     places_of,
     tool_poses_at,
 )
-from workbench.plate.optimiser.capsules import arm_shape, segment_distances
-from workbench.plate.optimiser.clearance import block_hulls, hull_distances, plate_hull
+from workbench.plate.optimiser.capsules import capsule_arm, segment_distances
 from workbench.plate.optimiser.search import gains
+from workbench.plate.optimiser.shapes import block_hulls, plate_hull
 from workbench.plate.parts.fixture import fixture_of
 from workbench.plate.plate import Target
 from workbench.plate.plate_toml import load_plate
@@ -120,12 +120,12 @@ def test_parallel_and_shrunk_segments():
 
 def test_an_arm_is_as_far_from_a_hull_as_its_samples_say(aria, plate):
     """Distance of a box: largest excess beyond its faces, in its own frame."""
-    arm = arm_shape(aria)
+    arm = capsule_arm(aria)
     q = rng(5).uniform(*aria.limits.T, (30, 6))
-    lines = arm.lines(q)
+    lines = arm.placements(q)
     hull = plate_hull(plate)
     every = np.ones(len(arm.radii), bool)
-    found = hull_distances(arm, lines, [hull], looked_at=every, far=5.0)
+    found = arm.hull_distances(lines, [hull], checked=every, far=5.0)
     share = np.linspace(0.0, 1.0, 1500)[:, None]
     for row, distance in zip(lines, found, strict=True):
         gaps = []
@@ -141,14 +141,14 @@ def test_an_arm_is_as_far_from_a_hull_as_its_samples_say(aria, plate):
 
 
 def test_far_bounds_what_is_measured(aria, plate):
-    arm = arm_shape(aria)
-    lines = arm.lines(rng(5).uniform(*aria.limits.T, (30, 6)))
+    arm = capsule_arm(aria)
+    lines = arm.placements(rng(5).uniform(*aria.limits.T, (30, 6)))
     hull = block_hulls(plate, plate.poses[:1])[0]
     every = np.ones(len(arm.radii), bool)
-    exact = hull_distances(arm, lines, [hull], looked_at=every, far=5.0)
-    near = hull_distances(arm, lines, [hull], looked_at=every, far=0.05)
+    exact = arm.hull_distances(lines, [hull], checked=every, far=5.0)
+    near = arm.hull_distances(lines, [hull], checked=every, far=0.05)
     assert np.allclose(near, np.minimum(exact, 0.05))
-    each = hull_distances(arm, lines, [hull] * 30, looked_at=every, far=0.05)
+    each = arm.hull_distances(lines, [hull] * 30, checked=every, far=0.05)
     assert np.array_equal(each, near)
 
 
@@ -166,11 +166,11 @@ def test_the_skeleton_reaches_from_base_to_tool(name):
 
 
 def test_a_stretched_arm_is_clear_of_itself_and_a_folded_one_is_not(aria):
-    arm = arm_shape(aria)
+    arm = capsule_arm(aria)
     stretched = np.array([[0.0, 1.2, -1.4, 0.0, 0.3, 0.0]])
     folded = np.array([[0.0, 1.2, 2.2 - 2.0 * np.pi, 0.0, 0.3, 0.0]])
-    assert arm.own_distances(arm.lines(stretched)).min() > 0.02
-    assert arm.own_distances(arm.lines(folded)).min() < 0.0
+    assert arm.own_distances(arm.placements(stretched)).min() > 0.02
+    assert arm.own_distances(arm.placements(folded)).min() < 0.0
     assert not {tuple(pair) for pair in arm.bodies[arm.apart.pairs]} & {(k, k) for k in range(7)}
 
 

@@ -24,7 +24,7 @@ from workbench.base.types import JointRows
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.columns import candidate_columns, carriers
 from workbench.identification.problem import Problem
-from workbench.plate.optimiser.capsules import arm_shape
+from workbench.plate.optimiser.capsules import capsule_arm
 
 POOL = 400
 """Poses to choose from …"""
@@ -147,11 +147,11 @@ def _about(arm: Robot, measured: np.ndarray, q: np.ndarray) -> np.ndarray:
 
 def _clear(arm: Robot, measured: np.ndarray, q: np.ndarray) -> np.ndarray:
     """Which poses keep the links apart, or at least as far apart as they were measured already."""
-    shape = arm_shape(arm)
+    shape = capsule_arm(arm)
     if not len(shape.apart.pairs) or not len(q):
         return np.ones(len(q), bool)
-    closest = float(shape.own_distances(shape.lines(measured)).min())
-    return shape.own_distances(shape.lines(q)).min(1) >= min(CLEAR, closest)
+    closest = float(shape.own_distances(shape.placements(measured)).min())
+    return shape.own_distances(shape.placements(q)) >= min(CLEAR, closest)
 
 
 def _unmeasured(data: Dataset, q: np.ndarray, arm: Robot, session: str) -> Dataset:

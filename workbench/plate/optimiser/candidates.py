@@ -20,16 +20,9 @@ from workbench.arm.kinematics.forward import sensitivity
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.plate.optimiser.blocks import SIDE, Blocks, Making, Places, places_of, tool_poses_at
-from workbench.plate.optimiser.capsules import ArmShape
-from workbench.plate.optimiser.clearance import (
-    FAR,
-    Hull,
-    Surroundings,
-    block_hulls,
-    hull_distances,
-    plate_hull,
-)
+from workbench.plate.optimiser.clearance import Surroundings
 from workbench.plate.optimiser.constraints import Constraints
+from workbench.plate.optimiser.shapes import FAR, AbstractArmShape, Hull, Placements, block_hulls, plate_hull
 from workbench.plate.plate import Plate
 from workbench.plate.readings import Reading
 
@@ -52,7 +45,7 @@ class Candidates:
         poses: Of the tool in the robot's base.
         q: Joint positions [rad or m].
         branches: Names of the inverse-kinematics branches.
-        lines: The arm's capsules at the target and on the way back from it, robot's base [m].
+        placements: Where the arm's pieces are at the target and during the retreat from it.
         rows: Whitened rows per scaled parameter, and per unknown of the reading.
     """
 
@@ -60,7 +53,7 @@ class Candidates:
     poses: Float[np.ndarray, "rows 4 4"]
     q: Float[np.ndarray, "rows n"]
     branches: np.ndarray
-    lines: Float[np.ndarray, "rows stops capsules 2 3"]
+    placements: Float[np.ndarray, "rows stops pieces ..."]
     rows: Float[np.ndarray, "rows m p"]
 
     def __len__(self) -> int:
@@ -87,7 +80,7 @@ class Setting:
     Args:
         robot: Nominal arm with limits.
         plate: Where the plate lies, and how large it is.
-        arm: The arm's capsules.
+        arm: The arm's shape.
         constraints: Margins.
         reading: What is read at a target.
         making: Tolerances of the making.
@@ -97,7 +90,7 @@ class Setting:
 
     robot: Robot
     plate: Plate
-    arm: ArmShape
+    arm: AbstractArmShape
     constraints: Constraints
     reading: Reading
     making: Making
@@ -130,8 +123,8 @@ class Setting:
         """
         limits, clearance = self.constraints, self.constraints.clearance
         poses = tool_poses_at(self.plate, places)
-        lines = self.arm.lines(q)
-        around = self.surroundings.distances(lines, far=clearance + HAIR) >= clearance
+        placements = self.arm.placements(q)
+        around = self._around(placements) >= clearance
         kept = {
             "joint limits": margins(q, self.robot.limits).min(1) >= limits.limit_margin,
             "clearance of the arm from itself": around[:, 0],
@@ -139,23 +132,28 @@ class Setting:
             "clearance from the plate": around[:, 2],
         }
         good = np.flatnonzero(np.logical_and.reduce(list(kept.values())))
-        stops, free = self._retreats(poses[good], q[good], lines[good])
+        stops, free = self._retreats(poses[good], q[good], placements[good])
         kept["way back along the probe"] = _spread(free, good, len(q))
         free &= self._clear_of_own(poses[good], stops)
         kept["clearance from its own block"] = _spread(free, good, len(q))
         good, stops = good[free], stops[free]
         return self._candidates(places[good], poses[good], q[good], branches[good], stops), kept
 
-    def _retreats(self, poses, q, lines) -> tuple[np.ndarray, np.ndarray]:
+    def _around(self, placements: Placements) -> np.ndarray:
+        """Distances from itself, the table and the plate, exact enough to tell whether clearance is kept."""
+        clearance = self.constraints.clearance
+        return self.surroundings.distances(placements, far=clearance + HAIR, least=clearance)
+
+    def _retreats(self, poses, q, placements) -> tuple[np.ndarray, np.ndarray]:
         """The arm's lines at the target and on its way back, and whether that way exists and is free."""
-        stops, free = [lines], np.ones(len(q), bool)
+        stops, free = [placements], np.ones(len(q), bool)
         clearance = self.constraints.clearance
         for share in RETREATS if self.constraints.retreat > 0.0 else []:
             back = self.robot.base.pose @ poses
             back[:, :3, 3] -= share * self.constraints.retreat * back[:, :3, 2]
             followed = follow_many(self.robot, back, q)
-            stops.append(self.arm.lines(followed.q))
-            around = self.surroundings.distances(stops[-1], far=clearance + HAIR) >= clearance
+            stops.append(self.arm.placements(followed.q))
+            around = self._around(stops[-1]) >= clearance
             free &= followed.converged & around.all(1)
         return np.stack(stops, axis=1), free
 
@@ -165,8 +163,8 @@ class Setting:
         clearance, hulls = self.constraints.clearance, block_hulls(self.plate, poses)
         free = np.ones(len(poses), bool)
         for stop in range(stops.shape[1]):
-            gaps = hull_distances(
-                self.arm, stops[:, stop], hulls, looked_at=~self.arm.probes, far=clearance + HAIR
+            gaps = self.arm.hull_distances(
+                stops[:, stop], hulls, checked=~self.arm.probes, far=clearance + HAIR, least=clearance
             )
             free &= gaps >= clearance
         return free
@@ -179,7 +177,7 @@ class Setting:
 
     def _candidates(self, places, poses, q, branches, stops) -> Candidates:
         rows = self.rows(q, places)
-        return Candidates(places=places, poses=poses, q=q, branches=branches, lines=stops, rows=rows)
+        return Candidates(places=places, poses=poses, q=q, branches=branches, placements=stops, rows=rows)
 
 
 def _spread(kept: np.ndarray, rows: np.ndarray, count: int) -> np.ndarray:
@@ -220,18 +218,18 @@ class Neighbours:
     def _misses(self, visitor: int, block: int) -> bool:
         if (visitor, block) not in self._seen:
             clearance = self.setting.constraints.clearance
-            gap = self.gap(visitor, block, far=clearance + HAIR)
+            gap = self.gap(visitor, block, far=clearance + HAIR, least=clearance)
             self._seen[visitor, block] = gap >= clearance
         return self._seen[visitor, block]
 
-    def gap(self, visitor: int, block: int, *, far: float = FAR) -> float:
+    def gap(self, visitor: int, block: int, *, far: float = FAR, least: float | None = None) -> float:
         """How far the arm at a candidate, and on its way back, keeps from the block of another [m]."""
         if block not in self._hulls:
             self._hulls[block] = block_hulls(self.setting.plate, self.pool.poses[block : block + 1])[0]
         arm = self.setting.arm
-        looked_at = ~arm.probes if visitor == block else np.ones(len(arm.radii), bool)
-        lines, hull = self.pool.lines[visitor], self._hulls[block]
-        return float(hull_distances(arm, lines, [hull], looked_at=looked_at, far=far).min())
+        checked = ~arm.probes if visitor == block else np.ones(len(arm.bodies), bool)
+        placements, hull = self.pool.placements[visitor], self._hulls[block]
+        return float(arm.hull_distances(placements, [hull], checked=checked, far=far, least=least).min())
 
 
 BATCH = 50

@@ -1,12 +1,13 @@
-"""The arm as capsules: what must keep clear of plate, blocks, table and of the arm itself.
+"""An arm as capsules along its links, for arms that come without meshes.
 
-Every link is a row of capsules along its way (`arm.kinematics.skeleton`), as thick as the app draws it; the
-end of the last link is the probe, slender and alone allowed to touch the block that it visits.
+Every link is a row of capsules between the points where its line bends (`arm.kinematics.skeleton`), as thick
+as the app draws it; the end of the last link is the probe, slender and alone allowed to touch the block that
+it visits. Capsules against convex hulls are measured by coal (GJK), after bounds that spare most of these;
+capsules against each other are distances of segments, compiled for many rows at once: coal takes one pair at
+a time.
 
-Neighbouring links touch by design. Of two links with a path of length L between them, each is looked at only
+Neighbouring links touch by design. Of two links with a path of length L between them, each is checked only
 beyond t = max(0, 3/2 (r₁ + r₂) − L/2) from its end of that path: two neighbours may fold up to about 40°.
-
-Distances between lines, for many rows at once.
 
 Source: Ericson, Real-Time Collision Detection (2005), §5.1.9 (closest points of two segments).
 """
@@ -14,24 +15,28 @@ Source: Ericson, Real-Time Collision Detection (2005), §5.1.9 (closest points o
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import NamedTuple, no_type_check
+from typing import NamedTuple, final, no_type_check
 
+import coal
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 from numba import njit
 
 from workbench.arm.kinematics.skeleton import body_frames, link_ways
 from workbench.arm.robot import Robot
 from workbench.base import se3
+from workbench.plate.optimiser.shapes import FAR, AbstractArmShape, Hull, at_least, turned_to
 
-THICK, THIN = 0.035, 0.021
-"""Radius of the first and of the last link, as a share of the arm's reach."""
-PROBE_LENGTH, PROBE_RADIUS = 4.0, 0.3
-"""Length and radius of the probe in radii of the last link; it is at most half that link."""
+THICK = 0.035
+"""Radius of the first link, as a share of the arm's reach."""
+THIN = 0.021
+"""Radius of the last link, as a share of the arm's reach."""
+PROBE_LENGTH = 4.0
+"""Length of the probe in radii of the last link; it is at most half that link."""
+PROBE_RADIUS = 0.3
+"""Radius of the probe in radii of the last link."""
 FOLD = 1.5
-"""Neighbouring links are looked at beyond so many times the sum of their radii."""
-ON_THE_TABLE = 1
-"""Bodies up to this one stand on the table: the base's post and the link after the first joint."""
+"""Neighbouring links are checked beyond so many times the sum of their radii."""
 
 
 class Capsule(NamedTuple):
@@ -42,7 +47,6 @@ class Capsule(NamedTuple):
         start: End nearer to the base, in the body's frame [m].
         end: The other end.
         radius: [m].
-        name: For people.
         probe: Whether it may touch the block that it visits.
     """
 
@@ -50,7 +54,6 @@ class Capsule(NamedTuple):
     start: np.ndarray
     end: np.ndarray
     radius: float
-    name: str
     probe: bool = False
 
 
@@ -62,17 +65,20 @@ class Apart(NamedTuple):
     second: Float[np.ndarray, "pairs 2"]
 
 
+@final
 @dataclass(frozen=True, eq=False)
-class ArmShape:
+class CapsuleArm(AbstractArmShape):
     """An arm's capsules.
 
     Args:
         robot: Whose they are.
         capsules: In order from base to tool.
+        source: What they are, as a sentence.
     """
 
     robot: Robot
     capsules: tuple[Capsule, ...]
+    source: str = "clearance is that of capsules along the arm's links"
 
     @cached_property
     def radii(self) -> Float[np.ndarray, " capsules"]:
@@ -81,15 +87,13 @@ class ArmShape:
 
     @cached_property
     def bodies(self) -> Int[np.ndarray, " capsules"]:
-        """Body of each capsule."""
         return np.array([c.body for c in self.capsules])
 
     @cached_property
-    def probes(self) -> np.ndarray:
-        """Which capsules are the probe."""
+    def probes(self) -> Bool[np.ndarray, " capsules"]:
         return np.array([c.probe for c in self.capsules])
 
-    def lines(self, q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows capsules 2 3"]:
+    def placements(self, q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows capsules 2 3"]:
         """Ends of every capsule's line in the robot's base [m]."""
         frames = body_frames(self.robot, q)[:, self.bodies]
         ends = np.array([(c.start, c.end) for c in self.capsules])
@@ -118,44 +122,73 @@ class ArmShape:
             np.array(second).reshape(shape),
         )
 
-    def own_distances(self, lines: Float[np.ndarray, "rows capsules 2 3"]) -> Float[np.ndarray, "rows pairs"]:
-        """Distance between the links of each pair that must not touch [m]; negative where they overlap."""
+    def lowest(self, placements: Float[np.ndarray, "rows capsules 2 3"]) -> np.ndarray:
+        return placements[..., 2].min(-1) - self.radii
+
+    def own_distances(self, placements, *, far=FAR, least=None) -> Float[np.ndarray, " rows"]:
         apart = self.apart
-        one, other = lines[:, apart.pairs[:, 0]], lines[:, apart.pairs[:, 1]]
+        if not len(apart.pairs):
+            return np.full(len(placements), far)
+        one, other = placements[:, apart.pairs[:, 0]], placements[:, apart.pairs[:, 1]]
         gaps = segment_distances(_part(one, apart.first), _part(other, apart.second))
-        return gaps - self.radii[apart.pairs].sum(1)
+        return np.minimum((gaps - self.radii[apart.pairs].sum(1)).min(1), far)
+
+    def hull_distances(
+        self, placements, hulls, *, checked, far=FAR, least=None
+    ) -> Float[np.ndarray, " rows"]:
+        gaps = at_least(placements, hulls) - self.radii
+        result = np.full(len(placements), far)
+        for row, capsule in zip(*np.nonzero((gaps < far) & checked), strict=True):
+            if gaps[row, capsule] < result[row]:
+                hull = hulls[row if len(hulls) > 1 else 0]
+                distance = _distance(placements[row, capsule], self.radii[capsule], hull)
+                result[row] = min(result[row], distance)
+        return result
 
 
 def _part(lines: np.ndarray, shares: np.ndarray) -> np.ndarray:
-    start, way = lines[:, :, :1], lines[:, :, 1:] - lines[:, :, :1]
-    return start + shares[None, :, :, None] * way
+    start, along = lines[:, :, :1], lines[:, :, 1:] - lines[:, :, :1]
+    return start + shares[None, :, :, None] * along
 
 
-def arm_shape(robot: Robot) -> ArmShape:
+def capsule_arm(robot: Robot) -> CapsuleArm:
     """Capsules along the links of an arm."""
-    ways = link_ways(robot)
     radii = robot.reach * np.linspace(THICK, THIN, max(robot.dof, 2))
     capsules: list[Capsule] = []
-    for body, way in enumerate(ways):
+    for body, points in enumerate(link_ways(robot)):
         radius = float(radii[max(body - 1, 0)])
-        name = "the base" if body == 0 else f"link {body}"
-        for start, end in pairwise(way):
-            capsules.append(Capsule(body, start, end, radius, name))
-    return ArmShape(robot, (*capsules[:-1], *_with_probe(capsules[-1])))
+        for start, end in pairwise(points):
+            capsules.append(Capsule(body, start, end, radius))
+    return CapsuleArm(robot, (*capsules[:-1], *_with_probe(capsules[-1])))
 
 
 def _with_probe(last: Capsule) -> tuple[Capsule, ...]:
     """The last part of the arm, and the probe that it ends in."""
-    way = last.end - last.start
-    length = float(np.linalg.norm(way))
+    along = last.end - last.start
+    length = float(np.linalg.norm(along))
     slender = min(0.5 * length, PROBE_LENGTH * last.radius)
-    stop = last.end - way * (slender / length)
+    stop = last.end - along * (slender / length)
     radius = PROBE_RADIUS * last.radius
-    tip = last.end - way * (radius / length)
+    tip = last.end - along * (radius / length)
     return (
-        last._replace(end=stop - way * (min(last.radius, 0.5 * (length - slender)) / length)),
-        Capsule(last.body, stop, tip, radius, "the probe", probe=True),
+        last._replace(end=stop - along * (min(last.radius, 0.5 * (length - slender)) / length)),
+        Capsule(last.body, stop, tip, radius, probe=True),
     )
+
+
+_STILL = coal.Transform3s()
+_REQUEST = coal.DistanceRequest()
+
+
+def _distance(line: Float[np.ndarray, "2 3"], radius: float, hull: Hull) -> float:
+    along = line[1] - line[0]
+    length = float(np.linalg.norm(along))
+    pose = coal.Transform3s()
+    if length > 1e-9:
+        pose.setRotation(turned_to(along / length))
+    pose.setTranslation(0.5 * (line[0] + line[1]))
+    capsule = coal.Capsule(float(radius), length)
+    return float(coal.distance(capsule, pose, hull.shape, _STILL, _REQUEST, coal.DistanceResult()))
 
 
 def segment_distances(

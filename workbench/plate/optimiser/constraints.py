@@ -9,8 +9,7 @@ from jaxtyping import Bool, Float
 
 from workbench.base.errors import DataError, OptionError
 from workbench.plate.optimiser.blocks import SIDE
-from workbench.plate.optimiser.capsules import ON_THE_TABLE, ArmShape
-from workbench.plate.optimiser.clearance import Hull, hull_distances
+from workbench.plate.optimiser.shapes import ON_THE_TABLE, AbstractArmShape, Hull
 from workbench.plate.plate import Plate
 
 DENSEST = np.pi / np.sqrt(12.0)
@@ -85,7 +84,7 @@ def check_room(plate: Plate, number: int, half: Float[np.ndarray, "2"], spacing:
         )
 
 
-def check_base(arm: ArmShape, plate: Plate, hull: Hull | None, clearance: float) -> None:
+def check_base(arm: AbstractArmShape, plate: Plate, hull: Hull | None, clearance: float) -> None:
     """Refuse a plate that stands in the robot's base.
 
     Raises:
@@ -94,8 +93,8 @@ def check_base(arm: ArmShape, plate: Plate, hull: Hull | None, clearance: float)
     fixed = arm.bodies <= ON_THE_TABLE
     if hull is None or not fixed.any():
         return
-    lines = arm.lines(np.zeros((1, arm.robot.dof)))
-    gap = float(hull_distances(arm, lines, [hull], looked_at=fixed)[0])
+    placements = arm.placements(np.zeros((1, arm.robot.dof)))
+    gap = float(arm.hull_distances(placements, [hull], checked=fixed)[0])
     if gap <= 0.0:
         raise OptionError(
             f"plate '{plate.name}' stands {-1e3 * gap:.0f} mm inside the base of robot '{arm.robot.name}'; "

@@ -23,11 +23,11 @@ from workbench.plate.accuracy import position_weight
 from workbench.plate.criterion import RegionCriterion
 from workbench.plate.optimiser.blocks import Blocks, Making
 from workbench.plate.optimiser.candidates import Candidates, Neighbours, Pool, Setting, draw_pool, start_ways
-from workbench.plate.optimiser.capsules import arm_shape
-from workbench.plate.optimiser.clearance import plate_hull
+from workbench.plate.optimiser.clearance import arm_shape
 from workbench.plate.optimiser.constraints import Constraints, check_base, check_room, conflict, half_size
 from workbench.plate.optimiser.result import PlateDesign, branches_of, describe, set_error
 from workbench.plate.optimiser.search import Cancelled, Search
+from workbench.plate.optimiser.shapes import plate_hull
 from workbench.plate.plate import Plate
 from workbench.plate.poses.exchange import exchange
 from workbench.plate.readings import Reading
@@ -168,9 +168,13 @@ class _Run:
         )
 
     def _notes(self) -> tuple[str, ...]:
+        source = self.setting.arm.source
         if self.start_kept or not np.isfinite(self.start_cost):
-            return ()
-        return ("the given plate, in its best branches, does not keep all constraints; the new one does",)
+            return (source,)
+        return (
+            source,
+            "the given plate, in its best branches, does not keep all constraints; the new one does",
+        )
 
     def _start(self) -> tuple[Candidates | None, np.ndarray | None]:
         """Candidates that the given plate offers, and, where it keeps everything, itself among them."""
@@ -272,7 +276,7 @@ def _setting(robot: Robot, plate: Plate, reading: Reading, wish: Wish, names) ->
     return Setting(
         robot=robot,
         plate=plate,
-        arm=arm_shape(robot),
+        arm=arm_shape(robot, wish.constraints.clearance),
         constraints=wish.constraints,
         reading=reading,
         making=wish.making,

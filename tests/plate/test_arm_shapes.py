@@ -1,0 +1,225 @@
+"""An arm's clearance by the meshes of its URDF, and by capsules where it has none."""
+
+from dataclasses import replace
+from importlib.metadata import distribution
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from scipy.spatial import cKDTree
+
+from workbench.arm.kinematics.forward import link_frames
+from workbench.arm.library import load_robot
+from workbench.arm.motion import Motion
+from workbench.arm.robot import Frame
+from workbench.base import se3
+from workbench.plate.design import optimise_plate
+from workbench.plate.optimiser.capsules import CapsuleArm, capsule_arm
+from workbench.plate.optimiser.clearance import Surroundings, arm_shape
+from workbench.plate.optimiser.meshes import MeshArm, mesh_arm
+from workbench.plate.optimiser.optimise import Wish
+from workbench.plate.optimiser.shapes import block_hulls, plate_hull
+from workbench.plate.plate_toml import load_plate
+
+NAMES = ("base", "shoulder", "upperarm", "forearm", "wrist1", "wrist2", "wrist3")
+SPACING = 0.008
+"""Farthest that a point of a link is from one of its samples [m]."""
+
+
+def rng(seed=0):
+    return np.random.default_rng(seed)
+
+
+@pytest.fixture(scope="module")
+def folder():
+    files = distribution("example-robot-data").files or []
+    found = next(f for f in files if f.name == "ur5_robot.urdf")
+    return Path(str(found.locate())).resolve().parents[1]
+
+
+@pytest.fixture(scope="module")
+def ur5(folder):
+    return load_robot(folder / "urdf" / "ur5_robot.urdf", tip="tool0")
+
+
+@pytest.fixture(scope="module")
+def arm(ur5):
+    found = mesh_arm(ur5, 0.01)
+    assert found is not None
+    return found
+
+
+@pytest.fixture(scope="module")
+def q(ur5):
+    return rng(2).uniform(-2.0, 2.0, (4, 6))
+
+
+@pytest.fixture(scope="module")
+def samples(folder, ur5, q):
+    """Points on every link's collision mesh in every posture, read without Pinocchio."""
+    frames = link_frames(ur5, Motion(q))
+    clouds = []
+    for body, name in enumerate(NAMES):
+        mesh = trimesh.load(folder / "meshes" / "ur5" / "collision" / f"{name}.stl", force="mesh")
+        points = np.concatenate([mesh.vertices, trimesh.sample.sample_surface_even(mesh, 6_000, seed=1)[0]])
+        clouds.append(se3.apply(frames[:, None, body + 1], points))
+    return clouds
+
+
+@pytest.fixture(scope="module")
+def plate():
+    return load_plate("table2")
+
+
+def beyond(points, hull):
+    """Distance of points from a box, given by its corners."""
+    origin, edges = hull.corners[0], hull.corners[[1, 3, 4]] - hull.corners[0]
+    lengths = np.linalg.norm(edges, axis=1)
+    local = (points - origin) @ (edges / lengths[:, None]).T
+    return np.linalg.norm(np.maximum(np.maximum(-local, local - lengths), 0.0), axis=-1)
+
+
+def test_meshes_are_as_far_from_the_plate_as_their_samples_say(arm, q, samples, plate):
+    hull = plate_hull(plate)
+    for body in range(len(NAMES)):
+        found = arm.hull_distances(arm.placements(q), [hull], checked=arm.bodies == body, far=5.0)
+        sampled = beyond(samples[body], hull).min(1)
+        assert (found <= sampled + 1e-9).all()
+        assert (found >= sampled - SPACING).all()
+
+
+def test_links_are_as_far_apart_as_their_samples_say(arm, q, samples):
+    placements = arm.placements(q)
+    for row in range(len(q)):
+        trees = [cKDTree(cloud[row]) for cloud in samples]
+        for i, j in arm.pairs:
+            pair = replace(arm, pairs=np.array([[i, j]]))
+            found = pair.own_distances(placements[row : row + 1], far=5.0)[0]
+            sampled = trees[i].query(samples[j][row])[0].min()
+            assert sampled - 2.0 * SPACING <= found <= sampled + 1e-9
+
+
+def test_meshes_are_as_low_as_their_lowest_sample(arm, q, samples):
+    lowest = arm.lowest(arm.placements(q))
+    assert np.allclose(lowest, np.stack([cloud[..., 2].min(1) for cloud in samples], axis=1), atol=1e-6)
+
+
+def test_what_only_tells_whether_the_clearance_is_kept_agrees_with_the_distances(arm, plate):
+    placements = arm.placements(rng(3).uniform(-3.0, 3.0, (300, 6)))
+    every, hulls = np.ones(len(arm.pieces), bool), [plate_hull(plate)]
+    for measure in (arm.own_distances, lambda *a, **k: arm.hull_distances(*a, hulls, checked=every, **k)):
+        exact = measure(placements)
+        quick = measure(placements, far=0.0101, least=0.01)
+        assert ((exact >= 0.01) == (quick >= 0.01)).all()
+        assert 0 < (exact < 0.01).sum() < len(exact)
+
+
+def test_neighbours_are_not_checked_and_the_flange_is_the_probe(arm):
+    gaps = np.abs(np.diff(arm.bodies[arm.pairs], axis=1))
+    assert gaps.min() == 2
+    assert len(arm.pairs) == 15
+    assert arm.probes.tolist() == [False] * 6 + [True]
+
+
+def test_links_that_are_never_so_far_apart_are_not_asked_to_be(ur5, arm):
+    """Base and upper arm of a UR5 are at most 17.5 mm apart, whatever the posture."""
+    wide = mesh_arm(ur5, 0.05)
+    assert [0, 2] in arm.pairs.tolist()
+    assert [0, 2] not in wide.pairs.tolist()
+
+
+def test_a_capsule_about_a_mesh_has_all_of_it_inside(arm):
+    for piece in arm.pieces:
+        (start, end), radius = piece.capsule
+        along = end - start
+        share = np.clip((piece.corners - start) @ along / max(along @ along, 1e-12), 0.0, 1.0)
+        away = np.linalg.norm(start + share[:, None] * along - piece.corners, axis=1)
+        assert away.max() <= radius + 1e-9
+
+
+def test_a_tool_beyond_the_flange_is_a_slender_probe(ur5):
+    long = replace(ur5, tool=Frame(xyz=np.array([0.0, 0.03, 0.15])))
+    found = mesh_arm(long, 0.01)
+    assert found.probes.tolist() == [False] * 7 + [True]
+    tip = link_frames(long, Motion(np.zeros((1, 6))))[0, -1, :3, 3]
+    at = found.placements(np.zeros((1, 6)))[0, -1]
+    rod = found.pieces[-1]
+    ends = se3.apply(at, rod.corners)
+    assert np.linalg.norm(ends - tip, axis=1).min() == pytest.approx(rod.margin, abs=1e-9)
+
+
+def test_primitives_of_a_urdf_are_exact(tmp_path):
+    shapes = {
+        "a": '<box size="0.1 0.1 0.1"/>',
+        "b": '<sphere radius="0.05"/>',
+        "c": '<cylinder radius="0.05" length="0.2"/>',
+        "d": '<box size="0.02 0.02 0.02"/>',
+    }
+    links = "".join(
+        f'<link name="{n}"><collision><geometry>{s}</geometry></collision></link>' for n, s in shapes.items()
+    )
+    joints = "".join(
+        f'<joint name="{a}{b}" type="revolute"><parent link="{a}"/><child link="{b}"/>'
+        '<origin xyz="0 0 0.5"/><axis xyz="0 1 0"/>'
+        '<limit lower="-2" upper="2" effort="1" velocity="1"/></joint>'
+        for a, b in ("ab", "bc", "cd")
+    )
+    path = tmp_path / "stack.urdf"
+    path.write_text(f'<robot name="stack">{links}{joints}</robot>')
+    arm = mesh_arm(load_robot(path), 0.01)
+    placements = arm.placements(np.array([[0.0, 0.0, 0.0], [0.0, 0.5 * np.pi, 0.0]]))
+    assert arm.own_distances(placements, far=5.0) == pytest.approx(
+        [0.85, np.hypot(0.49, 0.49) - 0.05], abs=1e-6
+    )
+    lowest = arm.lowest(placements)
+    assert lowest[:, 1] == pytest.approx([0.45, 0.45], abs=1e-9)
+    assert lowest[:, 2] == pytest.approx([0.9, 0.95], abs=1e-4)
+
+
+def test_capsules_are_what_they_were(plate):
+    aria = load_robot("aria")
+    arm = arm_shape(aria, 0.01)
+    assert isinstance(arm, CapsuleArm)
+    assert arm.source == "clearance is that of capsules along the arm's links"
+    q = np.array(
+        [
+            [0.345, -0.149, -5.403, 0.556, -2.04, 0.668],
+            [1.401, -0.325, -4.53, -3.004, 2.477, -1.61],
+            [-3.113, 1.475, -4.053, -2.733, -1.036, -0.187],
+        ]
+    )
+    placements = arm.placements(q)
+    around = Surroundings(arm, plate_hull(plate), 0.0).distances(placements, far=5.0)
+    assert around == pytest.approx(
+        np.array(
+            [
+                [0.023964420330883168, 0.10431083239502666, -0.05143158459408568],
+                [0.005424879929522286, 0.034258437798629596, -0.075380746693164],
+                [-0.017156493006450863, 0.16517504, 0.013032511361314891],
+            ]
+        ),
+        abs=1e-12,
+    )
+    hulls = block_hulls(plate, plate.poses[[1, 5, 6]])
+    own = arm.hull_distances(placements, hulls, checked=~arm.probes, far=5.0)
+    assert own == pytest.approx([0.1974067764875415, -0.04024009977018894, 0.1615436381812146], abs=1e-12)
+
+
+def test_a_urdf_without_its_meshes_is_capsules_and_says_so(folder, tmp_path):
+    alone = tmp_path / "alone.urdf"
+    alone.write_bytes((folder / "urdf" / "ur5_robot.urdf").read_bytes())
+    arm = arm_shape(load_robot(alone, tip="tool0"), 0.01)
+    assert isinstance(arm, CapsuleArm)
+    assert arm.source.endswith("alone.urdf has no meshes that can be found and read")
+    assert type(arm_shape(load_robot("ur5"), 0.01)) is type(capsule_arm(load_robot("ur5")))
+
+
+def test_a_plate_is_optimised_with_the_meshes(ur5, arm, plate):
+    design = optimise_plate(ur5, plate, wish=Wish(number=4, places=40, starts=1), seed=1)
+    assert design.notes[0] == "clearance is that of the collision meshes of ur5_robot.urdf"
+    assert isinstance(arm, MeshArm)
+    q = np.stack([target.q for target in design.plate.targets])
+    around = Surroundings(arm, plate_hull(plate), 0.0).distances(arm.placements(q))
+    assert around.min() >= 0.01
+    assert design.clearance.min() >= 0.01
