@@ -96,9 +96,9 @@ def test_what_does_not_fit_is_said(aria, plate):
     region = replace(plate.region, cube=0.25)
     with pytest.raises(DataError, match="13 poses need 13 different cubes, the region has 12"):
         cluster_region(aria, region, index=O1, rng=rng(), number=13)
-    with pytest.raises(DataError, match=r"at most .* are wanted"):
+    with pytest.raises(DataError, match=r"at most .* are needed"):
         cluster_region(aria, plate.region, index=O1, rng=rng(), number=60, candidates=300)
-    with pytest.raises(OptionError, match="2 or more"):
+    with pytest.raises(OptionError, match="at least 2"):
         cluster_region(aria, region, index=O1, rng=rng(), number=1)
     with pytest.raises(OptionError, match="single poses"):
         cluster_region(aria, region, index=INDICES["O"], rng=rng(), candidates=300, number=5)

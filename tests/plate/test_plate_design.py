@@ -115,7 +115,7 @@ def test_plates_of_every_kind_are_designed(name, aria, plate, tmp_path):
 def test_what_no_reading_is(aria, plate):
     with pytest.raises(OptionError, match="there is no reading 'feeler'"):
         reading_named("feeler", aria, plate)
-    with pytest.raises(OptionError, match="0 times"):
+    with pytest.raises(OptionError, match="at least 1, got 0"):
         reading_named("seat", aria, plate, visits=0)
     with pytest.raises(OptionError, match="positive"):
         reading_named("socket", aria, plate, sigma=(0.0, None))
@@ -168,7 +168,7 @@ def test_yield_of_table_2(run, tmp_path):
         (("optimise", "table2", "--tolerance", "40mm"), "--tolerance takes a length and an angle"),
         (("optimise", "table2", "--targets", "300"), "plate size and spacing conflict"),
         (("optimise", "table2", "--reading", "feeler"), "there is no reading"),
-        (("yield", "table2", "--arms", "0"), "0 arms"),
+        (("yield", "table2", "--arms", "0"), "--arms must be at least 1, got 0"),
     ],
 )
 def test_mistakes_are_said_in_one_sentence(run, words, said):

@@ -25,8 +25,8 @@ from workbench.identification.problem import Problem
 from workbench.plate.branches import choose_branches
 from workbench.plate.plate import Kind
 from workbench.plate.production.arms import try_arms
-from workbench.plate.production.job import Errors, Job, held_by
-from workbench.plate.production.reach_targets import bring, other_ways
+from workbench.plate.production.job import Errors, Job, constrained_by
+from workbench.plate.production.reach_targets import branches_by_distance, reach_targets
 from workbench.plate.production.result import gather
 from workbench.plate.production.trial import spread, try_production
 from workbench.plate.region_poses import plate_region_poses
@@ -53,7 +53,7 @@ def job(aria, plate, solutions):
         names=aria.default_free,
         poses=plate.poses,
         q=q,
-        held=held_by(plate),
+        constrained=constrained_by(plate),
         errors=USUAL,
         sigma=USUAL.assumed,
         length=5e-3,
@@ -93,14 +93,14 @@ def test_an_arm_is_brought_where_following_brings_it(aria, plate, job):
     arm = virtual_arm(moved, rng=np.random.default_rng(1), length=1e-3, angle=0.01)
     wanted = moved.base.pose @ plate.poses
     shift = arm.chain.values - moved.chain.values
-    ways = other_ways(moved, wanted, job.q)
-    brought = bring(moved, shift[None], wanted[None], ways=ways, held=job.held)
+    branches = branches_by_distance(moved, wanted, job.q)
+    reached = reach_targets(moved, shift[None], wanted[None], branches=branches, constrained=job.constrained)
     followed = follow_many(arm, wanted, job.q)
-    assert brought.met.all()
+    assert reached.met.all()
     kept = followed.converged
     assert kept.sum() >= 8
-    assert np.allclose(brought.q[0][kept], followed.q[kept], atol=1e-6)
-    assert np.allclose(tool_poses(arm, Motion(brought.q[0])), wanted, atol=1e-6)
+    assert np.allclose(reached.q[0][kept], followed.q[kept], atol=1e-6)
+    assert np.allclose(tool_poses(arm, Motion(reached.q[0])), wanted, atol=1e-6)
 
 
 def test_the_stack_identifies_as_ols_does(aria, job):
@@ -171,7 +171,7 @@ def test_effects_that_nobody_declared_are_seen_and_blamed(job, aria):
 
 def test_a_chunk_of_sockets_leaves_orientations_open(job, plate):
     balls = replace(plate, targets=tuple(replace(t, kind=Kind.SOCKET) for t in plate.targets))
-    sockets = replace(job, held=held_by(balls), errors=QUIET)
+    sockets = replace(job, constrained=constrained_by(balls), errors=QUIET)
     assert sockets.visible.shape[1] < 24
     chunk = try_arms(sockets, SEED, 20)
     assert chunk.reached.all()
@@ -222,13 +222,13 @@ def test_nobody_at_the_address():
 
 
 def test_what_can_not_be_tried(job):
-    with pytest.raises(OptionError, match="0 arms"):
+    with pytest.raises(OptionError, match="at least 1, got 0"):
         try_production(job, arms=0)
-    few = replace(job, poses=job.poses[:2], q=job.q[:2], held=job.held[:2], sigma=job.sigma[:2])
+    few = replace(job, poses=job.poses[:2], q=job.q[:2], constrained=job.constrained[:2], sigma=job.sigma[:2])
     with pytest.raises(DataError, match="three targets or more"):
         try_production(few, arms=10)
     with pytest.raises(OptionError, match="negative"):
         replace(USUAL, seat_position=-1.0)
     katana = load_robot("katana450")
-    with pytest.raises(DataError, match="can't be held in a seat"):
+    with pytest.raises(DataError, match="can't sit in a seat"):
         try_production(replace(job, robot=katana), arms=10)

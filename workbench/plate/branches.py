@@ -68,8 +68,8 @@ def plate_solutions(robot: Robot, plate: Plate) -> tuple[tuple[Branch, ...], ...
         for row, result in zip(rows, inverse.solve_many(robot, poses[rows], task=task), strict=True):
             if not result.reachable:
                 raise DataError(f"target {row + 1} of plate '{plate.name}' is not reachable: {result.reason}")
-            wanted = plate.targets[row].q
-            meant = None if wanted is None else inverse.choose(result, branch=wanted)
+            given = plate.targets[row].q
+            meant = None if given is None else inverse.choose(result, branch=given)
             solutions[row] = result.within_limits if meant is None else (meant,)
     return tuple(solutions)
 

@@ -32,8 +32,10 @@ from workbench.plate.poses.limits import PoseLimits, folded, sample_poses
 from workbench.plate.poses.sampling import in_base
 from workbench.plate.region import Region
 
-CANDIDATES, CONED = 6000, 2000
-"""Random poses in the region; fewer within an orientation cone, where they are harder to come by."""
+CANDIDATES = 6000
+"""Random poses in the region."""
+CONED = 2000
+"""Random poses within an orientation cone, which are harder to find."""
 ROOMY = PoseLimits(margin=0.2, dexterity=0.1)
 """Limits where none are given: arms with errors of 5 mm and 5° in every constant reached all such poses."""
 TOLERANCE = 0.01
@@ -161,7 +163,7 @@ def cluster_region(
         number: How many poses.
         tolerance: Greatest relative difference of O that counts as equal before it is made exact.
         limits: What else is asked of single poses, such as an orientation cone; `ROOMY` if None.
-        candidates: How many random poses are looked at; 6000 if None, 2000 within a cone.
+        candidates: How many random poses are tried; 6000 if None, 2000 within a cone.
         progress: Called with the share of the work done.
         cancel: Asked now and then whether to stop with the best set so far.
 
@@ -171,16 +173,16 @@ def cluster_region(
     """
     if number < 2 or not tolerance > 0:
         raise OptionError(
-            f"{number} poses within {tolerance:g} can't be clustered; ask for 2 or more, above 0"
+            f"clustering needs at least 2 poses and a positive tolerance, got {number} and {tolerance:g}"
         )
     if number > region.cubes:
         raise DataError(
             f"{number} poses need {number} different cubes, the region has {region.cubes} of side "
             f"{region.cube:g} m; ask for fewer poses or smaller cubes"
         )
-    wanted = replace(limits or ROOMY, region=region)
-    size = candidates or (CANDIDATES if wanted.towards is None else CONED)
-    pool = _pool(robot, region, wanted, index, size, rng)
+    limits = replace(limits or ROOMY, region=region)
+    size = candidates or (CANDIDATES if limits.towards is None else CONED)
+    pool = _pool(robot, region, limits, index, size, rng)
     bands = _bands(pool, number, tolerance)
     best, outcome = None, Outcome.CONVERGED
     for done, band in enumerate(bands):
@@ -230,7 +232,7 @@ def _bands(pool: _Pool, number: int, tolerance: float) -> list[np.ndarray]:
     if not found:
         raise DataError(
             f"of {len(pool.q)} random poses in the region at most {counts.max(initial=0)} have O equal to "
-            f"{100 * tolerance:g} % in different cubes, {number} are wanted; ask for fewer, or allow more"
+            f"{100 * tolerance:g} % in different cubes, {number} are needed; ask for fewer or a wider band"
         )
     return found
 

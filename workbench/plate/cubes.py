@@ -1,4 +1,4 @@
-"""The cubes of a region, looked at one by one: reached or not, how observable, how accurate afterwards.
+"""The cubes of a region, one by one: reached or not, how observable, how accurate afterwards.
 
 Every cube is tried at its centre in several orientations of the tool. Of those that the arm reaches, the
 posture with the highest index O (ARIA eq. 17) stands for the cube, as in the paper's workspace clustering
@@ -24,7 +24,7 @@ from workbench.plate.indices import inverse_condition
 from workbench.plate.region import Region
 
 PART = 2000
-"""Poses that are worked out between two looks at whether to stop."""
+"""Poses that are solved between two checks of `cancel`."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -102,8 +102,8 @@ def map_cubes(
         part = slice(start, start + step)
         places = np.repeat(region.centres[part], tried, axis=0)
         turns = np.tile(rotations, (len(places) // tried, 1, 1))
-        mask, ways = reachable(robot, robot.base.pose @ se3.pose(turns, places), certain=False)
-        reached[part], index[part], q[part], moves[part] = _best(robot, names, mask, ways, tried)
+        mask, q_tried = reachable(robot, robot.base.pose @ se3.pose(turns, places), certain=False)
+        reached[part], index[part], q[part], moves[part] = _best(robot, names, mask, q_tried, tried)
         if progress is not None:
             progress(min(start + step, cubes) / cubes)
     return CubeMap(
@@ -117,9 +117,9 @@ def map_cubes(
     )
 
 
-def _best(robot: Robot, names: tuple[str, ...], mask: np.ndarray, ways: np.ndarray, tried: int):
+def _best(robot: Robot, names: tuple[str, ...], mask: np.ndarray, q_tried: np.ndarray, tried: int):
     """Of the tried orientations of each cube the one with the highest index, with its motion."""
-    _, twists = sensitivity(robot, Motion(np.where(mask[:, None], ways, 0.0)), names)
+    _, twists = sensitivity(robot, Motion(np.where(mask[:, None], q_tried, 0.0)), names)
     index = np.where(mask, inverse_condition(twists), -np.inf).reshape(-1, tried)
     best = index.argmax(1) + tried * np.arange(len(index))
     found = mask.reshape(-1, tried).sum(1)
@@ -127,6 +127,6 @@ def _best(robot: Robot, names: tuple[str, ...], mask: np.ndarray, ways: np.ndarr
     return (
         found,
         np.where(seen, index.max(1), np.nan),
-        np.where(seen[:, None], ways[best], np.nan),
+        np.where(seen[:, None], q_tried[best], np.nan),
         np.where(seen[:, None, None], twists[best, :3], 0.0),
     )

@@ -23,7 +23,7 @@ from workbench.plate.optimiser.optimise import Wish
 from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.plate import Plate
 from workbench.plate.poses.sampling import in_base
-from workbench.plate.production.job import Errors, Job, held_by
+from workbench.plate.production.job import Errors, Job, constrained_by
 from workbench.plate.production.result import Yield
 from workbench.plate.production.trial import ARMS, check_number, try_production
 from workbench.plate.readings import SIGMA_POSITION, SIGMA_ROTATION, Reading, reading_named
@@ -173,7 +173,7 @@ def try_plate(
         names=robot.default_free,
         poses=robot.base.pose @ plate.poses,
         q=q,
-        held=held_by(plate),
+        constrained=constrained_by(plate),
         errors=errors,
         sigma=errors.assumed,
         length=length,

@@ -80,9 +80,9 @@ def pattern(
     if name not in PATTERNS:
         raise OptionError(f"there is no pattern '{name}'; known are {', '.join(PATTERNS)}")
     if not 1 <= number <= MOST_TARGETS:
-        raise OptionError(f"a pattern of {number} targets can't be made; give 1 to {MOST_TARGETS}")
+        raise OptionError(f"a pattern has 1 to {MOST_TARGETS} targets, got {number}")
     if not (np.isfinite(radius) and radius > 0 and tilts):
-        raise OptionError(f"a pattern with half width {radius:g} m can't be made; give a positive length")
+        raise OptionError(f"the half width of a pattern must be positive, got {radius:g} m")
     places = np.column_stack([radius * PATTERNS[name](number), np.zeros(number)]) + centre
     return tuple(
         Target(frozen(place), frozen(np.array([tilts[i % len(tilts)], 0.0, 0.0])))

@@ -10,7 +10,7 @@ from workbench.base.errors import DataError
 from workbench.plate.plate import Plate
 
 SAMPLES = 33
-"""Points looked at along the base's column."""
+"""Points checked along the base's column."""
 
 
 def check_place(robot: Robot, plate: Plate) -> None:

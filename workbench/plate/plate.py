@@ -23,7 +23,7 @@ SQUARE = frozen(np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]))
 
 
 class Kind(StrEnum):
-    """What a target holds of the tool."""
+    """What a target constrains of the tool."""
 
     SEAT = "seat"
     SOCKET = "socket"

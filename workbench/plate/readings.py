@@ -53,11 +53,11 @@ class Look(NamedTuple):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Reading:
-    """One way to read a target.
+    """What is read at a target, and how exactly.
 
     Args:
         name: For people.
-        kind: What the target holds of the tool.
+        kind: What the target constrains of the tool.
         look: Derivatives of the components at poses of the tool in the measuring frame.
         sigma: Standard deviation of every component at one visit [m or rad].
         unknown_sigma: How well each of its own unknowns is known beforehand [m].
@@ -173,11 +173,11 @@ def reading_named(
     if name not in MAKERS:
         raise OptionError(f"there is no reading '{name}' of a target; known are {', '.join(MAKERS)}")
     if visits < 1:
-        raise OptionError(f"a target can't be visited {visits} times; give 1 or more")
+        raise OptionError(f"visits of a target must be at least 1, got {visits}")
     position, rotation = sigma or SIGMAS[name]
     rotation = SIGMAS["seat"][1] if rotation is None else rotation
     if not (position > 0.0 and (rotation or 1.0) > 0.0):
-        raise OptionError("the instrument's standard deviations must be positive; nothing is read exactly")
+        raise OptionError("the instrument's standard deviations must be positive")
     return MAKERS[name](robot, plate, position, float(rotation or 0.0), visits)
 
 
@@ -330,7 +330,7 @@ def linearise_targets(
 def rows_of_targets(
     linearisation: Linearisation, plate: Plate, slots: Int[np.ndarray, " measurements"]
 ) -> Linearisation:
-    """Of full poses, six rows each, what each measurement's target holds, as well as it is known.
+    """Of full poses, six rows each, what each measurement's target constrains, as well as it is known.
 
     Args:
         linearisation: Of full poses.
@@ -341,10 +341,10 @@ def rows_of_targets(
     own = np.array([(0.0, 0.0) if t.sigma is None else t.sigma for t in targets]).reshape(-1, 2)
     sigma = np.hypot(linearisation.sigma, np.repeat(own, 3, axis=1).ravel())
     seats = np.array([t.kind is Kind.SEAT for t in targets], bool)
-    held = np.repeat(np.column_stack([np.ones_like(seats), seats]), 3, axis=1).ravel()
+    constrained = np.repeat(np.column_stack([np.ones_like(seats), seats]), 3, axis=1).ravel()
     return replace(
         linearisation,
-        jacobian=frozen((linearisation.unwhitened / sigma[:, None])[held]),
-        sigma=frozen(sigma[held]),
-        measurement=frozen(linearisation.measurement[held]),
+        jacobian=frozen((linearisation.unwhitened / sigma[:, None])[constrained]),
+        sigma=frozen(sigma[constrained]),
+        measurement=frozen(linearisation.measurement[constrained]),
     )

@@ -39,7 +39,7 @@ class Region:
                     f"{self.max[axis]:g} m; give the smaller corner as min"
                 )
         if not self.cube > 0:
-            raise OptionError(f"the region's cubes have side {self.cube:g} m; give a positive length")
+            raise OptionError(f"the side of the region's cubes must be positive, got {self.cube:g} m")
         object.__setattr__(self, "min", frozen(self.min))
         object.__setattr__(self, "max", frozen(self.max))
 

@@ -21,8 +21,10 @@ from workbench.plate.plate import Plate
 from workbench.plate.poses.sampling import TRIES, in_base
 from workbench.plate.region import Region
 
-PLATE_POSES, PLATE_CONE = 60, np.deg2rad(60.0)
-"""Poses of a plate's region for which errors are predicted; how far they turn from its targets [rad]."""
+PLATE_POSES = 60
+"""Poses of a plate's region for which errors are predicted."""
+PLATE_CONE = float(np.deg2rad(60.0))
+"""How far they turn from the orientations of its targets [rad]."""
 
 
 def region_poses(
@@ -51,11 +53,11 @@ def region_poses(
     rows: list[np.ndarray] = []
     reached, tries = 0, 0
     while reached < number:
-        wanted = robot.base.pose @ _random_poses(region, number - reached, rng, towards, cone)
-        for result in inverse.solve_many(robot, wanted):
+        poses = robot.base.pose @ _random_poses(region, number - reached, rng, towards, cone)
+        for result in inverse.solve_many(robot, poses):
             rows += [branch.q for branch in result.within_limits]
             reached += result.reachable
-        tries += len(wanted)
+        tries += len(poses)
         if tries > TRIES * max(reached, 1):
             raise DataError(
                 f"robot '{robot.name}' reaches {reached} of {tries} random poses in the region "
@@ -107,8 +109,8 @@ def nearby_poses(
         points = region.sample(number, rng=rng)
         nearest = np.argmin(np.linalg.norm(points[:, None] - places[None, :, :3, 3], axis=2), axis=1)
         turns = _turns(number, rng, cone)
-        wanted = robot.base.pose @ se3.pose(turns @ places[nearest, :3, :3], points)
-        followed = inverse.follow_many(robot, wanted, measured[nearest])
+        poses = robot.base.pose @ se3.pose(turns @ places[nearest, :3, :3], points)
+        followed = inverse.follow_many(robot, poses, measured[nearest])
         found = np.concatenate([found, followed.q[followed.converged]])
         tries += number
         if tries > TRIES * max(len(found), 1):

@@ -143,9 +143,9 @@ def _instrument(instrument: str | Instrument) -> Instrument:
 
 
 SEAT = "plate"
-"""The instrument that sees nothing by itself: the seat holds the tool where the plate says."""
+"""No instrument: the seat constrains the tool where the plate says."""
 STEERING = (3e-4, float(np.deg2rad(0.03)))
-"""How near an operator steers to a wanted pose: standard deviations [m], [rad]."""
+"""How near an operator steers to a target's pose: standard deviations [m], [rad]."""
 
 
 def drive_plate(
@@ -164,8 +164,8 @@ def drive_plate(
         robot: Nominal arm.
         plate: The fixture, in the robot's base.
         branch: `designed`, `auto`, `mixed`, or a branch by name, as for `measure_plate`.
-        instrument: What sees the tool: an operator then steers until the wanted pose shows, more or less.
-            `plate`: nothing does, and the seat holds the tool.
+        instrument: What sees the tool: an operator then steers until the target's pose shows, more or less.
+            `plate`: nothing does, and the seat constrains the tool.
         actual: The arm that moves; one with hidden manufacturing errors if None.
         pace: How it moves and how often it is sampled.
         seed: Of the hidden errors, the steering and the noise.
@@ -191,6 +191,6 @@ def drive_plate(
 
 
 def beside(poses: np.ndarray, spread: tuple[float, float], rng: np.random.Generator) -> np.ndarray:
-    """Poses beside the wanted ones, by the given standard deviations per axis."""
+    """Poses beside the given ones, by the given standard deviations per axis."""
     turn = se3.rotvec_to_matrix(rng.normal(0.0, spread[1], (len(poses), 3)))
     return se3.pose(turn @ poses[:, :3, :3], poses[:, :3, 3] + rng.normal(0.0, spread[0], (len(poses), 3)))

@@ -74,17 +74,16 @@ class Blocks:
     def __post_init__(self):
         low, high = self.heights
         if not 0.0 < low <= high:
-            raise OptionError(
-                f"blocks from {low:g} to {high:g} m height can't be made; give a positive least height and "
-                "a greatest one that is not below it"
-            )
+            raise OptionError(f"block heights must be positive and in order, got {low:g} to {high:g} m")
         if not all(0.0 <= t <= STEEPEST for t in (self.greatest_tilt, *self.tilts)):
             raise OptionError(
-                f"block faces can lean by 0 to {np.rad2deg(STEEPEST):.0f}°, not by "
+                f"the tilt of a block must be 0 to {np.rad2deg(STEEPEST):.0f}°, got "
                 f"{np.rad2deg(max((self.greatest_tilt, *self.tilts), key=abs)):g}°"
             )
         if self.turn < 0.0:
-            raise OptionError(f"a step of {np.rad2deg(self.turn):g}° between block angles can't be negative")
+            raise OptionError(
+                f"the step of block angles must not be negative, got {np.rad2deg(self.turn):g}°"
+            )
 
     def draw(self, rows: int, half: Float[np.ndarray, "2"], *, rng: np.random.Generator) -> Places:
         """Random blocks whose faces' centres lie within ±half of the plate's centre [m]."""
@@ -183,8 +182,7 @@ class Making:
     def __post_init__(self):
         if self.position < 0.0 or self.angle < 0.0:
             raise OptionError(
-                f"a making tolerance of ±{1e3 * self.position:g} mm, ±{np.rad2deg(self.angle):g}° can't be "
-                "negative; give 0 for a plate that is taken as true"
+                f"tolerances can't be negative, got ±{1e3 * self.position:g} mm, ±{np.rad2deg(self.angle):g}°"
             )
 
     def sigma(self, heights: Float[np.ndarray, " rows"]) -> Float[np.ndarray, "rows 2"]:

@@ -27,7 +27,7 @@ from workbench.plate.plate import Plate
 from workbench.plate.readings import Reading
 
 RETREATS = np.array([0.5, 1.0])
-"""Where on its way back the probe is looked at, as shares of the way."""
+"""Where the retreat of the probe is checked, as shares of it."""
 HAIR = 1e-4
 """A distance is measured up to the clearance and so much more [m]."""
 
@@ -133,7 +133,7 @@ class Setting:
         }
         good = np.flatnonzero(np.logical_and.reduce(list(kept.values())))
         stops, free = self._retreats(poses[good], q[good], placements[good])
-        kept["way back along the probe"] = _spread(free, good, len(q))
+        kept["retreat along the probe"] = _spread(free, good, len(q))
         free &= self._clear_of_own(poses[good], stops)
         kept["clearance from its own block"] = _spread(free, good, len(q))
         good, stops = good[free], stops[free]
@@ -145,7 +145,7 @@ class Setting:
         return self.surroundings.distances(placements, far=clearance + HAIR, least=clearance)
 
     def _retreats(self, poses, q, placements) -> tuple[np.ndarray, np.ndarray]:
-        """The arm's lines at the target and on its way back, and whether that way exists and is free."""
+        """Where the arm is at the target and during its retreat, and whether that is possible and clear."""
         stops, free = [placements], np.ones(len(q), bool)
         clearance = self.constraints.clearance
         for share in RETREATS if self.constraints.retreat > 0.0 else []:
@@ -181,7 +181,7 @@ class Setting:
 
 
 def _spread(kept: np.ndarray, rows: np.ndarray, count: int) -> np.ndarray:
-    """Flags of some rows among all; rows that were not looked at count as kept."""
+    """Flags of some rows among all; rows that were not checked count as kept."""
     result = np.ones(count, bool)
     result[rows] = kept
     return result
@@ -223,7 +223,7 @@ class Neighbours:
         return self._seen[visitor, block]
 
     def gap(self, visitor: int, block: int, *, far: float = FAR, least: float | None = None) -> float:
-        """How far the arm at a candidate, and on its way back, keeps from the block of another [m]."""
+        """Distance of the arm at a candidate, and during its retreat, from the block of another [m]."""
         if block not in self._hulls:
             self._hulls[block] = block_hulls(self.setting.plate, self.pool.poses[block : block + 1])[0]
         arm = self.setting.arm
@@ -233,10 +233,10 @@ class Neighbours:
 
 
 BATCH = 50
-"""Places that are solved between two looks at `cancel`."""
+"""Blocks that are solved between two checks of `cancel`."""
 
 
-class Ways(NamedTuple):
+class BlockSolutions(NamedTuple):
     """Postures at blocks.
 
     Args:
@@ -253,11 +253,11 @@ class Ways(NamedTuple):
 
 
 class Pool(NamedTuple):
-    """Candidates, and what became of the other ways.
+    """Candidates, and what became of the other solutions.
 
     Args:
         candidates: Those that keep all constraints.
-        kept: Which of all ways kept each constraint.
+        kept: Which of all solutions kept each constraint.
     """
 
     candidates: Candidates
@@ -286,8 +286,8 @@ def draw_pool(
         if cancel is not None and cancel():
             raise Cancelled
         places = blocks.draw(min(BATCH, number - done), half, rng=rng)
-        ways = all_ways(setting, places)
-        good, flags = setting.examine(ways.places, ways.q, ways.branches)
+        solutions = solutions_at(setting, places)
+        good, flags = setting.examine(solutions.places, solutions.q, solutions.branches)
         found = good if found is None else found.join(good)
         for name, values in flags.items():
             kept.setdefault(name, []).append(values)
@@ -298,7 +298,7 @@ def draw_pool(
     return Pool(found, {name: np.concatenate(parts) for name, parts in kept.items()})
 
 
-def all_ways(setting: Setting, places: Places) -> Ways:
+def solutions_at(setting: Setting, places: Places) -> BlockSolutions:
     """Every branch within the joint limits at every block."""
     poses = setting.robot.base.pose @ tool_poses_at(setting.plate, places)
     results = inverse.solve_many(setting.robot, poses)
@@ -306,16 +306,16 @@ def all_ways(setting: Setting, places: Places) -> Ways:
     branches = [branch for result in results for branch in result.within_limits]
     q = np.array([branch.q for branch in branches]).reshape(-1, setting.robot.dof)
     names = np.array([branch.name for branch in branches], dtype="U80")
-    return Ways(np.array(slots, np.int64), places[slots], q, names)
+    return BlockSolutions(np.array(slots, np.int64), places[slots], q, names)
 
 
-def start_ways(setting: Setting, plate: Plate) -> Ways:
-    """The ways of a plate that is already there; a target with joint positions has these alone."""
-    ways = all_ways(setting, places_of(plate, plate.poses))
-    keep = np.ones(len(ways.q), bool)
+def given_solutions(setting: Setting, plate: Plate) -> BlockSolutions:
+    """The solutions of the given plate's targets; of a target with joint positions only the nearest ones."""
+    solutions = solutions_at(setting, places_of(plate, plate.poses))
+    keep = np.ones(len(solutions.q), bool)
     for slot, target in enumerate(plate.targets):
-        mine = np.flatnonzero(ways.slots == slot)
+        mine = np.flatnonzero(solutions.slots == slot)
         if target.q is not None and len(mine):
-            turns = np.abs(np.angle(np.exp(1j * (ways.q[mine] - target.q)))).max(1)
+            turns = np.abs(np.angle(np.exp(1j * (solutions.q[mine] - target.q)))).max(1)
             keep[mine] = turns == turns.min()
-    return Ways(*(part[keep] for part in ways))
+    return BlockSolutions(*(part[keep] for part in solutions))

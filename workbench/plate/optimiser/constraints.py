@@ -43,7 +43,7 @@ class Constraints:
         for what in ("clearance", "limit_margin", "spacing", "edge", "retreat"):
             if not getattr(self, what) >= 0.0:
                 raise OptionError(
-                    f"the {what.replace('_', ' ')} is {getattr(self, what):g}; give 0 or a positive number"
+                    f"the {what.replace('_', ' ')} must not be negative, got {getattr(self, what):g}"
                 )
 
 
@@ -74,7 +74,7 @@ def check_room(plate: Plate, number: int, half: Float[np.ndarray, "2"], spacing:
         OptionError: plate size and spacing conflict for so many targets.
     """
     if number < 1:
-        raise OptionError(f"{number} targets were asked for; give at least 1")
+        raise OptionError(f"the number of targets must be at least 1, got {number}")
     room = float(np.prod(2.0 * half + spacing))
     fits = int(DENSEST * room / (0.25 * np.pi * spacing**2)) if spacing > 0.0 else number
     if number > fits:
@@ -103,7 +103,7 @@ def check_base(arm: AbstractArmShape, plate: Plate, hull: Hull | None, clearance
     if gap < clearance:
         raise OptionError(
             f"clearance and the plate's place conflict: plate '{plate.name}' is {1e3 * gap:.0f} mm from the "
-            f"base of robot '{arm.robot.name}', {1e3 * clearance:.0f} mm are asked; move one of them"
+            f"base of robot '{arm.robot.name}', {1e3 * clearance:.0f} mm are needed; move one of them"
         )
 
 
@@ -112,7 +112,7 @@ def conflict(plate: Plate, number: int, kept: Mapping[str, Bool[np.ndarray, " ro
 
     Args:
         plate: The fixture.
-        number: How many targets are wanted.
+        number: How many targets are needed.
         kept: Which of the tried targets (in one branch each) keep each constraint.
     """
     rows = len(next(iter(kept.values()))) if kept else 0
@@ -124,11 +124,11 @@ def conflict(plate: Plate, number: int, kept: Mapping[str, Bool[np.ndarray, " ro
     left = int(np.logical_and.reduce(list(kept.values())).sum())
     if left:
         return DataError(
-            f"spacing and clearance from other blocks conflict: {left} of {rows} ways to a place on plate "
+            f"spacing and clearance from other blocks conflict: {left} of {rows} solutions on plate "
             f"'{plate.name}' keep all constraints, but not {number} of them together; relax one of the two"
         )
     return DataError(
-        f"{both[0]} and {both[1]} conflict: of {rows} ways to reach a place on plate '{plate.name}', "
+        f"{both[0]} and {both[1]} conflict: of {rows} solutions on plate '{plate.name}', "
         f"{int(kept[both[0]].sum())} keep the one, {int(kept[both[1]].sum())} the other, "
         f"{int((kept[both[0]] & kept[both[1]]).sum())} both and none all constraints; relax one of the two"
     )

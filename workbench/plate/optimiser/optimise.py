@@ -3,9 +3,9 @@
 The variables are every target's place and orientation on the plate and the inverse-kinematics branch in which
 it is measured; the objective is the predicted position error over poses that matter (I-optimality), with the
 targets' own uncertainty counted; the constraints are reach with a margin to the joint limits, clearance of
-the arm and its probe from plate, blocks, table and itself, also on the way back from each target, spacing and
-the plate's size. First a pool of candidates is drawn, then targets are exchanged from several starts, then
-polished (`search`). The given plate is one of the starts.
+the arm and its probe from plate, blocks, table and itself, also during the retreat from each target, spacing
+and the plate's size. First a pool of candidates is drawn, then targets are exchanged from several starts,
+then polished (`search`). The given plate is one of the starts.
 """
 
 from collections.abc import Callable
@@ -22,7 +22,14 @@ from workbench.base.types import Outcome
 from workbench.plate.accuracy import position_weight
 from workbench.plate.criterion import RegionCriterion
 from workbench.plate.optimiser.blocks import Blocks, Making
-from workbench.plate.optimiser.candidates import Candidates, Neighbours, Pool, Setting, draw_pool, start_ways
+from workbench.plate.optimiser.candidates import (
+    Candidates,
+    Neighbours,
+    Pool,
+    Setting,
+    draw_pool,
+    given_solutions,
+)
 from workbench.plate.optimiser.clearance import arm_shape
 from workbench.plate.optimiser.constraints import Constraints, check_base, check_room, conflict, half_size
 from workbench.plate.optimiser.result import PlateDesign, branches_of, describe, set_error
@@ -39,8 +46,10 @@ PLACES = 2500
 """Random blocks in the pool."""
 STARTS = 3
 """Exchanges from different starts."""
-POOL_SHARE, EXCHANGE_SHARE = 0.6, 0.8
-"""Progress at which the pool and the exchange are done."""
+POOL_SHARE = 0.6
+"""Progress at which the pool is done."""
+EXCHANGE_SHARE = 0.8
+"""Progress at which the exchange is done."""
 
 
 class Postures(StrEnum):
@@ -77,9 +86,7 @@ class Wish:
 
     def __post_init__(self):
         if self.places < 1 or self.starts < 1:
-            raise OptionError(
-                f"a search from {self.places} blocks and {self.starts} starts finds nothing; give 1 or more"
-            )
+            raise OptionError(f"places and starts must be at least 1, got {self.places} and {self.starts}")
 
 
 def optimise_plate(
@@ -180,13 +187,13 @@ class _Run:
         """Candidates that the given plate offers, and, where it keeps everything, itself among them."""
         if not len(self.given):
             return None, None
-        ways = start_ways(self.setting, self.given)
-        fits = self.wish.blocks.fit(ways.places, self.half)
-        good, kept = self.setting.examine(*(part[fits] for part in ways[1:]))
-        if len(np.unique(ways.slots)) < len(self.given) or len(self.given) != self.number:
+        solutions = given_solutions(self.setting, self.given)
+        fits = self.wish.blocks.fit(solutions.places, self.half)
+        good, kept = self.setting.examine(*(part[fits] for part in solutions[1:]))
+        if len(np.unique(solutions.slots)) < len(self.given) or len(self.given) != self.number:
             return good, None
-        choice = self._choose(ways)
-        self.start_cost = self._error(ways.q[choice], ways.places[choice])
+        choice = self._choose(solutions)
+        self.start_cost = self._error(solutions.q[choice], solutions.places[choice])
         fine = np.flatnonzero(fits)[np.logical_and.reduce(list(kept.values()))]
         rows = np.searchsorted(fine, choice)
         inside = rows < len(fine)
@@ -198,15 +205,15 @@ class _Run:
         self.start_kept = together and spaced
         return good, rows if self.start_kept else None
 
-    def _choose(self, ways) -> np.ndarray:
-        """The best branches for the given plate, whatever is in their way."""
-        blocks = self.setting.rows(ways.q, ways.places)
-        allowed = ways.slots[None] == np.arange(len(self.given))[:, None]
+    def _choose(self, solutions) -> np.ndarray:
+        """The best branches for the given plate, collisions or not."""
+        blocks = self.setting.rows(solutions.q, solutions.places)
+        allowed = solutions.slots[None] == np.arange(len(self.given))[:, None]
         starts = [np.array([self.rng.choice(np.flatnonzero(row)) for row in allowed]) for _ in range(10)]
-        everywhere = [self._everywhere(ways, name) for name in np.unique(ways.branches)]
+        everywhere = [self._everywhere(solutions, name) for name in np.unique(solutions.branches)]
         single = [choice for choice in everywhere if choice is not None]
         if self.wish.postures is Postures.SINGLE and single:
-            return min(single, key=lambda c: self._error(ways.q[c], ways.places[c]))
+            return min(single, key=lambda c: self._error(solutions.q[c], solutions.places[c]))
         known = np.diag(self.search.prior) / len(self.given)
         return exchange(
             blocks.transpose(0, 2, 1) @ blocks + known,
@@ -215,9 +222,9 @@ class _Run:
             starts=np.stack([*single, *starts]),
         ).choice
 
-    def _everywhere(self, ways, name: str) -> np.ndarray | None:
-        mine = np.flatnonzero(ways.branches == name)
-        slots, first = np.unique(ways.slots[mine], return_index=True)
+    def _everywhere(self, solutions, name: str) -> np.ndarray | None:
+        mine = np.flatnonzero(solutions.branches == name)
+        slots, first = np.unique(solutions.slots[mine], return_index=True)
         return mine[first] if len(slots) == len(self.given) else None
 
     def _search(self, start: Candidates | None, exact: np.ndarray | None) -> None:

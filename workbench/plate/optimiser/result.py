@@ -33,11 +33,11 @@ class PlateDesign(AbstractShown):
         plate: Targets with the posture in which each is measured.
         cost: Predicted root mean square position error over the poses that matter [m].
         rotation: And rotation error [rad].
-        start_cost: Cost of the given plate in its best branches, whatever is in their way; infinite if it
+        start_cost: Cost of the given plate in its best branches, collisions or not; infinite if it
             has not as many reachable targets [m].
         start_kept: Whether the given plate keeps all constraints.
-        clearance: Least distance of the arm from plate, table, blocks and itself at each target and on the
-            way back from it [m]; the probe against its own block does not count.
+        clearance: Least distance of the arm from plate, table, blocks and itself at each target and during
+            the retreat from it [m]; the probe against its own block does not count.
         limit_margin: Least distance of a joint from its limits at each target [rad or m].
         spacing: Least distance of two targets on the plate [m].
         history: Criterion after every round of the search [m].

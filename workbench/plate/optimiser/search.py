@@ -34,7 +34,7 @@ from workbench.plate.optimiser.candidates import Cancelled, Candidates, Neighbou
 ROUNDS = 30
 """Greatest number of rounds of an exchange."""
 TRIES = 400
-"""Candidates looked at for collisions in one exchange, best first."""
+"""Candidates checked for collisions in one exchange, best first."""
 BETTER = 1e-6
 """An exchange must lower the criterion by more than this share."""
 STEPS = (1.0, 0.35, 0.12, 0.04)
@@ -146,9 +146,9 @@ class Search:
         names = np.full(int(met.sum()), targets.branches[slot])
         return self.setting.examine(places[met], followed.q[met], names)[0]
 
-    def _same_branch(self, q: Float[np.ndarray, "rows n"], wanted: Float[np.ndarray, " n"]) -> np.ndarray:
+    def _same_branch(self, q: Float[np.ndarray, "rows n"], reference: Float[np.ndarray, " n"]) -> np.ndarray:
         arm = compile_arm(self.setting.robot)
-        *names, name = plain_names(arm, np.concatenate([q, wanted[None]])[:, arm.columns])
+        *names, name = plain_names(arm, np.concatenate([q, reference[None]])[:, arm.columns])
         return np.array([other == name for other in names], bool)
 
     def _covariance(self, rows: Float[np.ndarray, "targets m p"]) -> Float[np.ndarray, "p p"]:

@@ -25,8 +25,10 @@ from workbench.plate.plate_toml import built_in_plates
 from workbench.plate.plate_toml import load_plate as load_plate_toml
 from workbench.plate.region import Region
 
-FARTHEST, MOST_TURNED = 0.02, float(np.deg2rad(10.0))
-"""Deviations from the drawing that no workshop makes: the frame or the units must be wrong [m], [rad]."""
+FARTHEST = 0.02
+"""Deviation from the drawing above which the frame or the units must be wrong [m]."""
+MOST_TURNED = float(np.deg2rad(10.0))
+"""The same of an orientation [rad]."""
 THINNEST = 0.01
 """Least edge of a region that is drawn about measured targets [m]."""
 

@@ -1,8 +1,9 @@
 """From a plate's targets to parts that a workshop can make, or one sentence on why it can't.
 
 A seat is a face with a bore for the probe's pin and an index hole on the tool's x axis, so that all six
-coordinates are held. A socket is a 90° cone in which a ball rests with its centre at the target: the face
-lies half a radius below the centre, the cone's apex √2 radii. A pointed probe stands in the apex of a centre.
+coordinates are constrained. A socket is a 90° cone in which a ball rests with its centre at the target: the
+face lies half a radius below the centre, the cone's apex √2 radii. A pointed probe stands in the apex of a
+centre.
 """
 
 from dataclasses import dataclass
@@ -19,7 +20,8 @@ from workbench.plate.plate import SQUARE, Kind, Plate, Target
 
 WALL = 0.002
 """Least material between bores that face each other, and between a bore and an edge [m]."""
-UP, DOWN = frozen(np.array([0.0, 0.0, 1.0])), frozen(np.array([0.0, 0.0, -1.0]))
+UP = frozen(np.array([0.0, 0.0, 1.0]))
+DOWN = frozen(np.array([0.0, 0.0, -1.0]))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,7 +91,7 @@ def fixture_of(plate: Plate, *, stock: Stock | None = None) -> Fixture:
     for one, two in combinations(blocks, 2):
         if _overlap(one.footprint, two.footprint):
             raise OptionError(
-                f"the blocks of targets {one.number} and {two.number} run into each other "
+                f"the blocks of targets {one.number} and {two.number} overlap "
                 f"({1e3 * np.linalg.norm(one.pose[:2, 3] - two.pose[:2, 3]):.0f} mm apart, bar of "
                 f"{1e3 * stock.side:.0f} mm); move one of them"
             )
@@ -138,7 +140,7 @@ def _block(plate: Plate, number: int, target: Target, stock: Stock) -> Block:
 
 
 def _face_bores(number: int, kind: Kind, face: Vector3, tool: np.ndarray, stock: Stock) -> list[Bore]:
-    """What holds the tool: bores at the face's centre, along the tool's z axis."""
+    """What locates the tool: bores at the face's centre, along the tool's z axis."""
     inwards = tool[:, 2]
 
     def bore(purpose: Purpose, mouth: Vector3, diameter: float, depth: float) -> Bore:

@@ -93,7 +93,7 @@ class Block:
 
     Args:
         number: Its target, counted from 1.
-        kind: What the target holds.
+        kind: What the target constrains.
         pose: Frame of its foot in the plate's frame: T_plate_block.
         side: Side of the square [m].
         height: Height of the face over the foot's centre [m].

@@ -24,13 +24,16 @@ from workbench.report.html import page_template
 from workbench.report.numbers import short
 
 MM = 1e3
-TURN, RISE = np.deg2rad(-62.0), np.deg2rad(38.0)
-"""Where the viewer stands: angle about the plate's normal from its x axis, and above the plate."""
+TURN = np.deg2rad(-62.0)
+"""Direction of the viewer about the plate's normal, from its x axis [rad]."""
+RISE = np.deg2rad(38.0)
+"""Direction of the viewer above the plate [rad]."""
 TOWARDS = np.array([np.cos(TURN) * np.cos(RISE), np.sin(TURN) * np.cos(RISE), np.sin(RISE)])
 ACROSS = np.array([-np.sin(TURN), np.cos(TURN), 0.0])
 UPWARDS = np.cross(TOWARDS, ACROSS)
 LIGHT = np.array([0.25, -0.45, 0.86])
-METAL, FACE = np.array([0.80, 0.82, 0.85]), np.array([0.55, 0.76, 0.91])
+METAL = np.array([0.80, 0.82, 0.85])
+FACE = np.array([0.55, 0.76, 0.91])
 MOST_SHAPES = 6
 """Block shapes that are drawn from the side; more are left to their files."""
 

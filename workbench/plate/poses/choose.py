@@ -122,7 +122,7 @@ class PoseSet:
     """A set of joint positions and what it is worth.
 
     Args:
-        q: Joint positions [rad or m], inside the limits, in an order of measuring with short ways.
+        q: Joint positions [rad or m], inside the limits, in an order of measuring with short moves.
         index: Name of the index.
         before: The index at the random start.
         after: The index of q, never below `before`.
@@ -190,7 +190,7 @@ def informative_poses(
     if index == "I" and matter is None:
         raise OptionError("index I is the predicted error over poses that matter; give a region or a plate")
     if number < 1:
-        raise OptionError(f"{number} poses were asked for; give at least 1")
+        raise OptionError(f"the number of poses must be at least 1, got {number}")
     if candidates is not None:
         robot.check_joints(candidates, "candidates")
         if len(candidates) < number:
@@ -201,8 +201,8 @@ def informative_poses(
     limits = limits or PoseLimits()
     basis = visible_basis(robot, names)
     middle = linearise(robot, robot.search_limits.mean(1)[None], names=names)
-    wanted = index if matter is None or index != "I" else matter
-    climb = PoseClimb(robot, goal_index(wanted, robot, middle, basis), options, basis, cancel)
+    goal = index if matter is None or index != "I" else matter
+    climb = PoseClimb(robot, goal_index(goal, robot, middle, basis), options, basis, cancel)
     asked = replace(limits, region=limits.region or region)
     task = PoseTask(climb, number, asked, candidates, method, rng, progress)
     if isinstance(climb.index, O):
@@ -222,7 +222,7 @@ def _check_enough(number: int, parameters: int, sigma_rotation: float | None) ->
 
 
 def _single(task: PoseTask) -> PoseSet:
-    """The paper's way: each random start is improved by itself, so that the spread of the starts is kept.
+    """As in the paper, each random start is improved by itself, so that the spread of the starts is kept.
 
     Where the poses must stay candidates or keep limits, candidates are dealt to them at random and each takes
     its best; where pairs are limited, a choice that keeps them is improved pose by pose. Poses that need not

@@ -24,8 +24,10 @@ STEP = 1e-5
 """Half-width of the central differences of the Jacobian [rad or m]; their error is about 1e-10."""
 POLISH_STEPS = 100
 """Greatest number of steps of the continuous improvement."""
-STRIDE, LEAST_STRIDE = 0.1, 1e-4
-"""First and least stride of poses with limits [rad or m]."""
+STRIDE = 0.1
+"""First stride of poses with limits [rad or m]."""
+LEAST_STRIDE = 1e-4
+"""Least stride of poses with limits [rad or m]."""
 
 Cancel = Callable[[], bool]
 Climbed = tuple[np.ndarray, list[float], Outcome]

@@ -141,7 +141,7 @@ def iso_cube_poses(
         DataError: there is no cube, or the arm does not reach enough points of it.
     """
     if number < 2:
-        raise OptionError(f"a cube's planes need 2 poses or more, not {number}")
+        raise OptionError(f"the number of poses must be at least 2, got {number}")
     cube = largest_cube(robot, rng=rng) if cube is None else cube
     q = np.zeros((0, robot.dof))
     for tried in (number, 2 * number, 4 * number):

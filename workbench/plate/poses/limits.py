@@ -54,8 +54,8 @@ class PoseLimits:
         if least < 0 or not self.cone > 0 or (self.travel is not None and not self.travel > 0):
             raise OptionError(
                 f"a cone of {np.rad2deg(self.cone):g}°, margin {np.rad2deg(self.margin):g}°, spread "
-                f"{1e3 * self.spread:g} mm and a travel of {self.travel} can't be asked for; none may be "
-                "negative, and cone and travel not zero"
+                f"{1e3 * self.spread:g} mm and a travel of {self.travel} are out of range: none may be "
+                "negative, cone and travel must be positive"
             )
 
     @property

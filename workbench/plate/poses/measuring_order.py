@@ -1,7 +1,7 @@
-"""The order in which poses are measured: short ways from each to the next.
+"""The order in which poses are measured: short moves from each to the next.
 
-The way from one pose to the next is as long as the joint that travels most, as all joints move together. A
-path through all poses with the least sum of ways is sought: from every pose the nearest that is left, the
+A move is as long as the travel of the joint that travels most, as all joints move together. A
+path through all poses with the least sum of moves is sought: from every pose the nearest that is left, the
 best such path, then stretches of it are turned round as long as that shortens it (2-opt).
 
 Source: Croes, Operations Research 6(6), 1958 (2-opt).
@@ -19,39 +19,39 @@ def travels(q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, " steps"]:
 def measuring_order(
     q: Float[np.ndarray, "rows n"], *, longest: float | None = None
 ) -> Int[np.ndarray, " rows"]:
-    """An order of poses with short ways.
+    """An order of poses with short moves.
 
     Args:
-        q: Joint positions [rad or m]; with a longest way they come in an order that keeps it.
+        q: Joint positions [rad or m]; where `longest` is given they come in an order that keeps it.
         longest: Greatest travel of any joint from one pose to the next [rad or m]; any if None.
 
     Returns:
-        Row numbers in the order of measuring; never a longer sum of ways than as the rows came.
+        Row numbers in the order of measuring; never a longer sum of moves than as the rows came.
     """
-    ways = np.abs(q[:, None] - q[None]).max(2)
+    moves = np.abs(q[:, None] - q[None]).max(2)
     if longest is not None:
-        ways = np.where(ways > longest * (1.0 + 1e-12), 1e6 * (1.0 + ways), ways)
-    as_it_came = np.arange(len(q))
-    paths = [as_it_came, *(_nearest_first(ways, start) for start in range(len(q)))]
-    paths.sort(key=lambda path: _length(ways, path))
-    return min((_turned_round(ways, path) for path in paths[:3]), key=lambda path: _length(ways, path))
+        moves = np.where(moves > longest * (1.0 + 1e-12), 1e6 * (1.0 + moves), moves)
+    as_given = np.arange(len(q))
+    paths = [as_given, *(_nearest_first(moves, start) for start in range(len(q)))]
+    paths.sort(key=lambda path: _length(moves, path))
+    return min((_two_opt(moves, path) for path in paths[:3]), key=lambda path: _length(moves, path))
 
 
-def _length(ways: np.ndarray, path: np.ndarray) -> float:
-    return float(ways[path[:-1], path[1:]].sum())
+def _length(moves: np.ndarray, path: np.ndarray) -> float:
+    return float(moves[path[:-1], path[1:]].sum())
 
 
-def _nearest_first(ways: np.ndarray, start: int) -> np.ndarray:
-    path, left = [start], np.ones(len(ways), bool)
+def _nearest_first(moves: np.ndarray, start: int) -> np.ndarray:
+    path, left = [start], np.ones(len(moves), bool)
     left[start] = False
     while left.any():
-        nearest = int(np.argmin(np.where(left, ways[path[-1]], np.inf)))
+        nearest = int(np.argmin(np.where(left, moves[path[-1]], np.inf)))
         path.append(nearest)
         left[nearest] = False
     return np.array(path)
 
 
-def _turned_round(ways: np.ndarray, path: np.ndarray) -> np.ndarray:
+def _two_opt(moves: np.ndarray, path: np.ndarray) -> np.ndarray:
     """2-opt of an open path: the best turn of a stretch, until none shortens it."""
     count = len(path)
     if count < 3:
@@ -61,7 +61,7 @@ def _turned_round(ways: np.ndarray, path: np.ndarray) -> np.ndarray:
         # the ends of the path have no neighbour: nothing is cut there, and nothing joined
         before, after = np.maximum(first - 1, 0), np.minimum(last + 1, count - 1)
         a, b, c, d = path[before], path[first], path[last], path[after]
-        gain = (ways[a, b] - ways[a, c]) * (first > 0) + (ways[c, d] - ways[b, d]) * (last < count - 1)
+        gain = (moves[a, b] - moves[a, c]) * (first > 0) + (moves[c, d] - moves[b, d]) * (last < count - 1)
         best = int(np.argmax(gain))
         if gain[best] <= 1e-9:
             return path

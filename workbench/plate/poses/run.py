@@ -63,7 +63,7 @@ def choose_poses(
     if candidates is not None and rows is None:
         raise DataError(f"{candidates}: has no joint columns (q1[rad] …) to choose poses from")
     if rows is not None and len(rows) < number:
-        raise DataError(f"{candidates}: {len(rows)} rows, but {number} poses are wanted; give more rows")
+        raise DataError(f"{candidates}: {len(rows)} rows, but {number} poses are needed; give more rows")
     return informative_poses(
         robot,
         number,

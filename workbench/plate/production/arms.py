@@ -1,10 +1,10 @@
-"""Many virtual arms at once: made with errors, brought to the targets, calibrated and judged, as stacks.
+"""Many virtual arms at once: made with errors, moved to the targets, calibrated and judged, as stacks.
 
 All arms share one chain; what an arm has in addition to the nominal constants enters as the chain's `shift`,
 row by row, so that a stack of arms is no more than a stack of rows:
 
     made       δ ~ U(±5 mm, ±5°) of every constant
-    brought    q of the actual arm at the actual target, as near to the nominal arm's as it comes (`bring`)
+    measured   q of the actual arm at the actual target, nearest to the nominal arm's (`reach_targets`)
     calibrated δ̂ by Gauss–Newton on Σ |S⁻¹ (y − k(q, δ̂))|², within what the targets show
     judged     e = k(q, δ) − k(q, δ̂) at poses of the region that took no part
 
@@ -21,7 +21,7 @@ from workbench.arm.chain import Chain
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.plate.production.job import Job
-from workbench.plate.production.reach_targets import Brought, bring
+from workbench.plate.production.reach_targets import Reached, reach_targets
 
 CHUNK = 250
 """Arms that are computed as one stack, with one seed."""
@@ -69,12 +69,12 @@ def try_arms(job: Job, seed: np.random.SeedSequence, arms: int = CHUNK) -> Chunk
     actual = job.errors.undeclared or job.robot
     made = _made(job, actual.chain, arms, rng)
     targets = _actual_targets(job, arms, rng)
-    brought = bring(actual, made, targets, ways=job.ways, held=job.held)
-    readings = brought.q + rng.normal(0.0, job.errors.joint, brought.q.shape)
+    reached = reach_targets(actual, made, targets, branches=job.branches, constrained=job.constrained)
+    readings = reached.q + rng.normal(0.0, job.errors.joint, reached.q.shape)
     found = _calibrate(job, readings)
     tests = rng.integers(0, len(job.bank), (arms, job.tests))
     errors = _errors(job, actual, made, found, tests)
-    return _judged(job, brought, tests, errors)
+    return _judged(job, reached, tests, errors)
 
 
 def _made(job: Job, chain: Chain, arms: int, rng: np.random.Generator) -> np.ndarray:
@@ -101,13 +101,13 @@ def _calibrate(job: Job, readings: Float[np.ndarray, "arms targets n"]) -> Float
     """Identified errors of the constants, the plate taken as true."""
     arms, count, _ = readings.shape
     chain, columns = job.robot.chain, job.robot.chain.indices(job.names)
-    q, wanted = readings.reshape(arms * count, -1), np.tile(job.poses, (arms, 1, 1))
-    weights = np.where(job.held, 1.0 / job.sigma, 0.0)
+    q, nominal = readings.reshape(arms * count, -1), np.tile(job.poses, (arms, 1, 1))
+    weights = np.where(job.constrained, 1.0 / job.sigma, 0.0)
     basis = job.visible
     found = np.zeros((arms, len(columns)))
     for _ in range(CALIBRATING):
         at, twists = chains.twists(chain, q, columns, shift=_spread(chain, columns, found, count))
-        residual = (se3.pose_error(wanted, at).reshape(arms, count, 6) * weights).reshape(arms, -1)
+        residual = (se3.pose_error(nominal, at).reshape(arms, count, 6) * weights).reshape(arms, -1)
         rows = (twists @ basis).reshape(arms, count, 6, -1) * weights[None, :, :, None]
         rows = rows.reshape(arms, count * 6, -1)
         across = np.swapaxes(rows, 1, 2)
@@ -137,16 +137,16 @@ def _errors(
     return se3.pose_error(there, model).reshape(*tests.shape, 6)
 
 
-def _judged(job: Job, brought: Brought, tests: np.ndarray, errors: np.ndarray) -> Chunk:
+def _judged(job: Job, reached: Reached, tests: np.ndarray, errors: np.ndarray) -> Chunk:
     squares = np.stack([(errors[..., :3] ** 2).sum(-1), (errors[..., 3:] ** 2).sum(-1)], -1)
     axes = np.abs(errors)
     limits = np.repeat([job.requirement.per_axis, job.requirement.angle], 3)
-    rows, judged = len(job.bank), tests[brought.planned].ravel()
-    sums = [np.bincount(judged, part[brought.planned].ravel(), rows) for part in np.moveaxis(squares, -1, 0)]
+    rows, judged = len(job.bank), tests[reached.planned].ravel()
+    sums = [np.bincount(judged, part[reached.planned].ravel(), rows) for part in np.moveaxis(squares, -1, 0)]
     position, rotation = np.sqrt(squares.mean(1)).T
     return Chunk(
-        reached=brought.met,
-        planned=brought.planned,
+        reached=reached.met,
+        planned=reached.planned,
         position=position,
         rotation=rotation,
         worst=np.stack([axes[..., :3].max((1, 2)), axes[..., 3:].max((1, 2))], -1),

@@ -14,7 +14,7 @@ from workbench.base.errors import DataError, OptionError
 from workbench.base.types import frozen
 from workbench.data.requirement import Requirement
 from workbench.plate.plate import Kind, Plate
-from workbench.plate.production.reach_targets import bent, other_ways
+from workbench.plate.production.reach_targets import bent, branches_by_distance
 
 LEAST = 1e-9
 """Standard deviation by which exact readings are weighted [m or rad]."""
@@ -24,7 +24,7 @@ TESTS = 48
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Errors:
-    """What goes wrong on the way from the drawing to the measurement; standard deviations per axis.
+    """Errors between the drawing and the measurement; standard deviations per axis.
 
     Args:
         seat_position: How well the tool returns to a seat, and what the instrument adds [m].
@@ -86,7 +86,7 @@ class Job:
         names: Constants that are made with errors and identified.
         poses: Nominal poses of the tool at the targets, measuring frame.
         q: Nominal joint positions there [rad or m].
-        held: What of [p; φ] each target holds.
+        constrained: What of [p; φ] each target constrains.
         errors: What goes wrong.
         sigma: By which the identification weights its rows [m, rad].
         length: Greatest manufacturing error of a length [m].
@@ -101,7 +101,7 @@ class Job:
     names: tuple[str, ...]
     poses: Float[np.ndarray, "targets 4 4"]
     q: Float[np.ndarray, "targets n"]
-    held: Bool[np.ndarray, "targets 6"]
+    constrained: Bool[np.ndarray, "targets 6"]
     errors: Errors
     sigma: Float[np.ndarray, "targets 6"]
     length: float
@@ -112,22 +112,22 @@ class Job:
     requirement: Requirement = field(default_factory=Requirement)
 
     @cached_property
-    def ways(self) -> Float[np.ndarray, "targets ways n"]:
-        """The wanted joint positions at every target, then those of its other branches."""
-        return frozen(other_ways(self.robot, self.poses, self.q))
+    def branches(self) -> Float[np.ndarray, "targets branches n"]:
+        """The planned joint positions at every target, then those of its other branches."""
+        return frozen(branches_by_distance(self.robot, self.poses, self.q))
 
     @cached_property
     def linearisation(self) -> Linearisation:
         """Of the targets at the nominal arm, as the identification sees them."""
         _, twists = sensitivity(self.robot, Motion(self.q), self.names)
         like = linearise(self.robot, self.q[:1], names=self.names)
-        rows = (twists / self.sigma[:, :, None])[self.held]
+        rows = (twists / self.sigma[:, :, None])[self.constrained]
         return Linearisation(
             jacobian=frozen(rows),
             names=self.names,
             units=like.units,
-            sigma=frozen(self.sigma[self.held]),
-            measurement=frozen(np.nonzero(self.held)[0]),
+            sigma=frozen(self.sigma[self.constrained]),
+            measurement=frozen(np.nonzero(self.constrained)[0]),
             length=like.length,
         )
 
@@ -156,17 +156,17 @@ class Job:
         noise = np.eye(len(whitened))
         if self.errors.joint > 0.0:
             steps = geometric_jacobian(self.robot, self.q) * (self.errors.joint / self.sigma[:, :, None])
-            spread = np.zeros((*self.held.shape, *self.held.shape))
+            spread = np.zeros((*self.constrained.shape, *self.constrained.shape))
             own = np.arange(len(self.q))
             spread[own, :, own] = steps @ np.swapaxes(steps, 1, 2)
-            noise = noise + spread[self.held][:, self.held]
+            noise = noise + spread[self.constrained][:, self.constrained]
         _, twists = sensitivity(self.robot, Motion(self.bank), self.names)
         off = twists @ (pull @ np.linalg.cholesky(noise))
         return np.stack([(off[:, :3] ** 2).sum((1, 2)), (off[:, 3:] ** 2).sum((1, 2))], -1)
 
 
-def held_by(plate: Plate) -> Bool[np.ndarray, "targets 6"]:
-    """What of [p; φ] each target holds."""
+def constrained_by(plate: Plate) -> Bool[np.ndarray, "targets 6"]:
+    """What of [p; φ] each target constrains: a seat all, others the position."""
     return np.array([[True] * 3 + [t.kind is Kind.SEAT] * 3 for t in plate.targets], bool).reshape(-1, 6)
 
 
@@ -174,12 +174,12 @@ def check_job(job: Job) -> None:
     """Refuse a trial that can't be carried out.
 
     Raises:
-        DataError: fewer targets than three, or an arm that can't meet the poses that its targets hold.
+        DataError: fewer targets than three, or an arm with too few joints for its seats.
     """
     if len(job.q) < 3:
-        raise DataError(f"a yield needs three targets or more, the plate has {len(job.q)}; add targets")
-    if job.held[:, 3:].any() and job.robot.dof < 6:
+        raise DataError(f"a yield needs three targets or more, got {len(job.q)}")
+    if job.constrained[:, 3:].any() and job.robot.dof < 6:
         raise DataError(
-            f"robot '{job.robot.name}' has {job.robot.dof} joints and can't be held in a seat; "
+            f"robot '{job.robot.name}' has {job.robot.dof} joints and can't sit in a seat; "
             "try a plate of sockets or points"
         )

@@ -1,4 +1,4 @@
-"""Actual arms brought to actual targets: the joint positions at which their tools sit there.
+"""Joint positions at which many actual arms have their tools at the actual targets.
 
 Newton steps lead all arms at once from the nominal arm's posture to their own. Where an arm's errors put that
 posture beyond its reach or its limits, they start again from the nominal arm's other branches, the nearest
@@ -33,7 +33,7 @@ RIDGE = 1e-13
 """Damping of the steps, as a share of the squared motion of the tool."""
 
 
-class Brought(NamedTuple):
+class Reached(NamedTuple):
     """Arms at the targets.
 
     Args:
@@ -47,42 +47,42 @@ class Brought(NamedTuple):
     planned: Bool[np.ndarray, " arms"]
 
 
-def bring(
+def reach_targets(
     actual: Robot,
     made: Float[np.ndarray, "arms k"],
     targets: Float[np.ndarray, "arms targets 4 4"],
     *,
-    ways: Float[np.ndarray, "targets ways n"],
-    held: Bool[np.ndarray, "targets 6"],
-) -> Brought:
+    branches: Float[np.ndarray, "targets branches n"],
+    constrained: Bool[np.ndarray, "targets 6"],
+) -> Reached:
     """Joint positions of many arms at the targets of a plate.
 
     Args:
         actual: The arms without their manufacturing errors, K elements in the chain.
         made: Manufacturing errors of every element.
         targets: Actual poses of the tool, measuring frame.
-        ways: Nominal joint positions, the wanted ones first [rad or m].
-        held: What of [p; φ] each target holds.
+        branches: Nominal joint positions, the planned ones first [rad or m].
+        constrained: What of [p; φ] each target constrains.
     """
     arms, count = targets.shape[:2]
-    wanted, rows = targets.reshape(-1, 4, 4), np.tile(held, (arms, 1))
+    goals, rows = targets.reshape(-1, 4, 4), np.tile(constrained, (arms, 1))
     shift = np.repeat(made, count, axis=0)
-    q = np.tile(ways[:, 0], (arms, 1))
+    q = np.tile(branches[:, 0], (arms, 1))
     open_ = np.arange(len(q))
     used = np.full(len(q), -1)
-    for way in range(ways.shape[1]):
-        starts = ways[open_ % count, way]
-        found, met = _step(actual, wanted[open_], rows[open_], starts, shift[open_])
+    for number in range(branches.shape[1]):
+        starts = branches[open_ % count, number]
+        found, met = _step(actual, goals[open_], rows[open_], starts, shift[open_])
         found = _turned_back(actual, found)
         met &= _within(actual, found)
-        q[open_[met]], used[open_[met]] = found[met], way
+        q[open_[met]], used[open_[met]] = found[met], number
         open_ = open_[~met]
         if not len(open_):
             break
     met_all, as_planned = (
         np.logical_and.reduce(flags.reshape(arms, count), axis=1) for flags in (used >= 0, used == 0)
     )
-    return Brought(q.reshape(arms, count, -1), met_all, as_planned)
+    return Reached(q.reshape(arms, count, -1), met_all, as_planned)
 
 
 def bent(actual: Robot, q: Float[np.ndarray, "rows n"], made: Float[np.ndarray, "rows k"]) -> np.ndarray:
@@ -90,17 +90,17 @@ def bent(actual: Robot, q: Float[np.ndarray, "rows n"], made: Float[np.ndarray, 
     return made + shift_of(actual, Motion(q)) if actual.effects else made
 
 
-def _step(actual, wanted, held, q, shift) -> tuple[np.ndarray, np.ndarray]:
-    """Newton's way from joint positions to the targets, and which of them it met."""
-    joints, closed = joint_elements(actual), np.eye(6) * ~held[:, :, None]
+def _step(actual, goals, constrained, q, shift) -> tuple[np.ndarray, np.ndarray]:
+    """Newton's iteration from joint positions to the targets, and which of them it met."""
+    joints, closed = joint_elements(actual), np.eye(6) * ~constrained[:, :, None]
     for number in range(STEPS):
         if number < BENDINGS:
             whole = bent(actual, q, shift)
         at, twists = chains.twists(actual.chain, q, joints, shift=whole)
-        off = np.where(held, se3.pose_error(wanted, at), 0.0)
+        off = np.where(constrained, se3.pose_error(goals, at), 0.0)
         if np.abs(off).max() < ARRIVED:
             break
-        jacobian = np.where(held[:, :, None], twists, 0.0)
+        jacobian = np.where(constrained[:, :, None], twists, 0.0)
         across = np.swapaxes(jacobian, 1, 2)
         gram = jacobian @ across
         damping = RIDGE * np.trace(gram, axis1=1, axis2=2)
@@ -122,19 +122,19 @@ def _turned_back(actual: Robot, q: np.ndarray) -> np.ndarray:
     return q + turns * ((q < low).astype(float) - (q > high))
 
 
-def other_ways(
+def branches_by_distance(
     robot: Robot, poses: Float[np.ndarray, "targets 4 4"], q: Float[np.ndarray, "targets n"]
-) -> Float[np.ndarray, "targets ways n"]:
-    """The wanted joint positions at every target, then those of its other branches, the nearest first.
+) -> Float[np.ndarray, "targets branches n"]:
+    """The planned joint positions at every target, then those of its other branches, the nearest first.
 
     Args:
         robot: Nominal arm.
         poses: Of the tool, measuring frame.
-        q: The wanted joint positions [rad or m].
+        q: The planned joint positions [rad or m].
     """
     lists = []
-    for wanted, result in zip(q, inverse.solve_many(robot, poses), strict=True):
-        turned = [branch.nearest_turn(wanted) for branch in result.within_limits]
-        lists.append([wanted, *sorted(turned, key=lambda t: float(np.abs(t - wanted).max()))[1:]])
-    longest = max(len(ways) for ways in lists)
-    return np.stack([np.stack([ways[k % len(ways)] for k in range(longest)]) for ways in lists])
+    for planned, result in zip(q, inverse.solve_many(robot, poses), strict=True):
+        turned = [branch.nearest_turn(planned) for branch in result.within_limits]
+        lists.append([planned, *sorted(turned, key=lambda t: float(np.abs(t - planned).max()))[1:]])
+    longest = max(map(len, lists))
+    return np.stack([np.stack([listed[k % len(listed)] for k in range(longest)]) for listed in lists])

@@ -65,9 +65,9 @@ def spread(
 
 def _here(work: Callable[..., Any], pieces: Sequence[Piece], stop: Event) -> Iterator[Any]:
     cores = 1 if len(pieces) <= FEW else min(cpu_count(), len(pieces))
-    wanted = (delayed(work)(*piece) for piece in takewhile(lambda _: not stop.is_set(), pieces))
+    tasks = (delayed(work)(*piece) for piece in takewhile(lambda _: not stop.is_set(), pieces))
     with parallel_config(backend="loky", inner_max_num_threads=1):
-        yield from Parallel(n_jobs=cores, return_as="generator")(wanted)
+        yield from Parallel(n_jobs=cores, return_as="generator")(tasks)
 
 
 def _on_cluster(
@@ -144,7 +144,7 @@ def check_number(arms: int) -> None:
         OptionError: fewer than one.
     """
     if arms < 1:
-        raise OptionError(f"{arms} arms can't be tried; ask for 1 or more")
+        raise OptionError(f"--arms must be at least 1, got {arms}")
 
 
 def _sources(alone: dict, chunks: list[Chunk]) -> dict[str, tuple[float, float]]:
