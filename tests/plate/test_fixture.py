@@ -203,9 +203,9 @@ def test_tall_blocks_are_less_well_known():
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        ({"heights": (0.1, 0.05)}, "least height"),
-        ({"greatest_tilt": 1.4}, "lean"),
-        ({"tilts": (-0.1,)}, "lean"),
+        ({"heights": (0.1, 0.05)}, "heights must be positive and in order"),
+        ({"greatest_tilt": 1.4}, "tilt of a block must be 0 to 65°"),
+        ({"tilts": (-0.1,)}, "tilt of a block must be 0 to 65°"),
         ({"turn": -0.1}, "negative"),
     ],
 )
