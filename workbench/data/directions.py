@@ -1,9 +1,10 @@
-"""Direction of every joint's last motion, from the order of the rows in time."""
+"""Direction of every joint's last motion, from the order of the rows in time: it drives backlash."""
 
 from dataclasses import replace
 
 import numpy as np
 
+from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
 
 STILL = 1e-6
@@ -26,13 +27,22 @@ def with_directions(data: Dataset) -> Dataset:
     moved[np.flatnonzero(np.diff(session[order], prepend=-1))] = 0.0
     sign = np.where(np.abs(moved) > STILL, np.sign(moved), 0.0)
     out = np.empty_like(sign)
-    out[order] = _held(sign, session[order])
+    out[order] = _continued(sign, session[order])
     note = "direction of motion: from the order of the rows in time, each reached straight from the last"
     return replace(data, direction=out, notes=(*data.notes, note))
 
 
-def _held(sign: np.ndarray, session: np.ndarray) -> np.ndarray:
-    """Signs in which a joint that stood still keeps its last one, within a session."""
+def with_drivers(robot: Robot, data: Dataset) -> Dataset:
+    """The rows with directions of motion, from their order in time, where an effect of the robot needs them.
+
+    Rows that have them, or no times, are as they were; an effect that still misses them says so.
+    """
+    needed = any("direction" in effect.needs for effect in robot.effects)
+    return with_directions(data) if needed else data
+
+
+def _continued(sign: np.ndarray, session: np.ndarray) -> np.ndarray:
+    """Signs in which a joint that stands still keeps its last one, within a session."""
     place = np.where(sign != 0.0, np.arange(len(sign))[:, None], -1)
     first = np.concatenate([[0], np.flatnonzero(np.diff(session)) + 1])
     start = first[np.searchsorted(first, np.arange(len(sign)), side="right") - 1]

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from workbench.arm.kinematics.link_frames import watched_poses
+from workbench.arm.kinematics.watched import watched_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
@@ -36,6 +36,15 @@ def predict(robot: Robot, data: Dataset, *, link: int | None = None) -> Float[np
         rows = data.in_session(session)
         poses[rows] = watched_poses(robot.in_session(session), motion.take(rows), link)
     return poses
+
+
+def in_known_range(robot: Robot, data: Dataset) -> Bool[np.ndarray, " rows"]:
+    """Rows that a model can predict: some effects are known only where they were learned."""
+    keep = np.ones(len(data), bool)
+    for effect in robot.effects:
+        for joint, (low, high) in effect.ranges().items():
+            keep &= (data.q[:, joint] >= low) & (data.q[:, joint] <= high)
+    return keep
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,6 +12,7 @@ from workbench.arm.robot import Robot
 from workbench.base.threads import one_thread
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_directions
+from workbench.data.prediction import in_known_range
 from workbench.diagnosis.evidence import Term, grown
 from workbench.diagnosis.leftover import joint_noise, structured
 from workbench.diagnosis.next_poses import next_poses
@@ -25,7 +26,6 @@ from workbench.identification import noise as noises
 from workbench.identification.algorithms.identifier import OnStep
 from workbench.identification.choices import FitChoices, with_choices
 from workbench.identification.errors import Errors, RowErrors
-from workbench.identification.known_range import in_known_range
 from workbench.identification.preparation import Cancel, Prepared, Progress, on_step, prepare
 from workbench.identification.problem import Noise
 from workbench.identification.record import Validation

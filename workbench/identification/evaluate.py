@@ -4,8 +4,8 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import DataError
 from workbench.base.threads import one_thread
 from workbench.data.dataset import Dataset
+from workbench.data.directions import with_drivers
 from workbench.data.plausible import check_plausible
-from workbench.identification.drivers import with_drivers
 from workbench.identification.errors import row_errors
 from workbench.identification.frames import choose_frames
 from workbench.identification.record import Evaluation

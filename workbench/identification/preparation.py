@@ -9,12 +9,12 @@ import numpy as np
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.data.dataset import Dataset
+from workbench.data.directions import with_drivers
 from workbench.data.plausible import check_plausible
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.opt2 import Opt2
 from workbench.identification.alignment import align
 from workbench.identification.choices import FitChoices
-from workbench.identification.drivers import with_drivers
 from workbench.identification.errors import RowErrors, instrument_places, row_errors
 from workbench.identification.frames import (
     FrameChoice,

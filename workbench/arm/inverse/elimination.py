@@ -13,8 +13,8 @@ matrix polynomial of degree two in tan(q₃/2), and its eigenvector carries q₄
 The coefficients are found by sampling each angle three times, so that no convention enters. The constants
 are first shifted by `SHIFT`: arms of special structure (parallel or meeting axes) have a singular pencil,
 or several solutions with one q₃, and a slight random change parts them (Hochstenbach, Mehl, Plestenjak, SIAM
-J. Matrix Anal. 40(3), 2019). So the results are starts for `newton.refine`, not solutions; the real parts of
-complex roots are among them, because a root may become complex by the shift.
+J. Matrix Anal. 40(3), 2019). So the results are starts for `damped_newton.refine`, not solutions; the real
+parts of complex roots are among them, because a root may become complex by the shift.
 
 Sources: Raghavan and Roth, J. Mech. Design 115(3), 1993; Manocha and Canny, IEEE Trans. Robotics and
 Automation 10(5), 1994, with half angles in place of their tan(q₄/2), tan(q₅/2).
@@ -52,7 +52,7 @@ def closure_starts(
     """Joint angles near every solution, among others that are none.
 
     Args:
-        constants: C₀ … C₆ of `model.arm.Arm`, six revolute joints.
+        constants: C₀ … C₆ of `reduced_arm.Arm`, six revolute joints.
         targets: Poses of the tool.
         length: Unit of length that brings positions near 1 [m].
         first: Joint that plays the part of joint 1 (from 0): the closed loop may be entered anywhere, and
@@ -78,7 +78,7 @@ def _eliminate(links: Float[np.ndarray, "rows 5 4 4"], h: Float[np.ndarray, "row
     u, s, vt = np.linalg.svd(right[:, :, 1:])
     remaining = np.einsum("rje,rjxyz->rexyz", u[:, :, 8:], left)
     remaining[:, :, 0, 0, 0] -= np.einsum("rje,rj->re", u[:, :, 8:], right[:, :, 0])
-    q3, q4, q5 = _eigen(remaining)
+    q3, q4, q5 = _roots(remaining)
     x, y, z = (np.stack([np.ones_like(q), np.cos(q), np.sin(q)], -1) for q in (q3, q4, q5))
     monomials = (x[..., :, None, None] * y[..., None, :, None] * z[..., None, None, :]).reshape(
         len(h), 24, 27
@@ -129,13 +129,35 @@ def _right(
     return harmonics.reshape(len(h), 14, 9)
 
 
-def _eigen(m: Float[np.ndarray, "rows 6 3 3 3"]) -> tuple[Float[np.ndarray, "rows 24"], ...]:
-    """Real parts of q₃, q₄, q₅ of the 24 eigenvalues."""
+def _roots(m: Float[np.ndarray, "rows 6 3 3 3"]) -> tuple[Float[np.ndarray, "rows 24"], ...]:
+    """Real parts of q₃, q₄, q₅ at the 24 roots of M(q₃) y ⊗ z = 0, y = (1, cos q₄, sin q₄), z likewise of q₅.
+
+    Six equations can't be solved for the nine products in y ⊗ z. Each is therefore taken twice, times
+    cos(q₄/2) and times sin(q₄/2). That turns y into w = (cos q₄/2, sin q₄/2, cos 3q₄/2, sin 3q₄/2), and gives
+    twelve equations in the twelve products v = w ⊗ z:
+
+        (A + B cos α + C sin α) v = 0,      α = q₃ − origin,      A, B, C 12 × 12
+
+    With t = tan(α/2), cos α = (1 − t²)/(1 + t²) and sin α = 2t/(1 + t²), times 1 + t², this is the quadratic
+    eigenvalue problem [(A + B) + 2C t + (A − B) t²] v = 0, whose first companion form is linear in [v; tv]:
+
+        [       0               I        ] [ v  ]       [ v  ]
+        [ −(A − B)⁻¹(A + B)  −(A − B)⁻¹2C ] [ tv ]  =  t [ tv ]
+
+    Of its 24 eigenvalues t eight are spurious, t = ±i, where 1 + t² = 0; the other sixteen are the arm's
+    solutions, complex ones among them. The eigenvector has v in its upper half and t v in its lower one: the
+    larger is read. As v = w ⊗ z, a row of it as a 4 × 3 matrix gives z, hence q₅, and a column w, hence q₄.
+
+    Sources: Manocha and Canny (see above); for the companion form Tisseur and Meerbergen, SIAM Review 43(2),
+    2001.
+    """
     rows = len(m)
     square = np.einsum("rexyz,mya->rmexaz", m, HALF_ANGLES).reshape(rows, 12, 3, 12)
     c, s = np.cos(ORIGIN), np.sin(ORIGIN)
+    # from here on about the origin: A, B and C of the docstring
     constant, cosine, sine = square[:, :, 0], square[:, :, 1], square[:, :, 2]
     cosine, sine = c * cosine + s * sine, c * sine - s * cosine
+    # (A − B) is the coefficient of t²; the pencil is regular where no solution has α = π
     companion = np.zeros((rows, 24, 24))
     companion[:, :12, 12:] = np.eye(12)
     companion[:, 12:] = -np.linalg.solve(

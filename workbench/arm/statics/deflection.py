@@ -10,6 +10,9 @@ round brings some three digits. With φ's slope in W, the total derivative of s 
 row by row, and the tool's twist is that of the shifted chain along dv = dp + ds. Nothing is differentiated
 by hand but each effect's own law. In rows that move, ∂W/∂v is that of the weights alone: how inertia changes
 with a bend of a thousandth is left out of the derivative, not of s.
+
+Pinocchio, which computes loads of rigid links, has no such derivative through the equilibrium; the tests
+compare it with central differences.
 """
 
 from collections.abc import Sequence
@@ -31,7 +34,7 @@ from workbench.arm.statics.wrenches import motion_wrenches, own_axis
 from workbench.base.errors import DataError
 
 ROUNDS = 20
-"""Rounds of the fixed point; an arm that is stiff enough to be called one needs five."""
+"""Most rounds of the fixed point; a usual arm needs five."""
 SETTLED = 1e-13
 """Change of a value [rad or m] below which the fixed point is reached."""
 

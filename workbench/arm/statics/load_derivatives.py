@@ -15,6 +15,10 @@ it turn joint and masses alike, which is a turn of gravity by −a.
 Elements of the base change nothing, as gravity is given after them (see `statics`). A wrench [F; M] that
 pulls at the tool's origin p_e is one more weight, S = 1, C = p_e, in a gravity of F; its moment M only turns,
 (M × u)·a for k before j.
+
+Written by hand beside pinocchio's derivatives of `rnea`, because those are by the joints' positions: here the
+wrenches change with every constant of the chain that a fit frees, base and tool among them, and with every
+element that an effect bends.
 """
 
 from typing import no_type_check

@@ -10,6 +10,11 @@ stand on the earlier link: the driven axis is the joint's, the other two carry t
 component about (along) the joint's axis is the holding torque (force) of the drive. It is the reaction to the
 load: minus the moment of Katana eq. (4.21), which the weight exerts.
 
+Written by hand beside pinocchio's `rnea`, which the tests compare it with, because a model there is a fixed
+tree of joints with rigid links between them. Here every element of the chain, joint or constant, may be bent
+by effects, differently in every row and anew in every step of a fit; and the wrenches are wanted at the mount
+before a loose bearing's tilts, for which pinocchio would need joints that the arm has not.
+
 Links are point masses at their centres of mass; a payload is one in the tool frame. A wrench that pulls at
 the tool from outside adds its negative to every joint's.
 """

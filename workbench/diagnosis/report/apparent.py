@@ -23,9 +23,9 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import deflect
 from workbench.data.dataset import Dataset
+from workbench.data.prediction import in_known_range
 from workbench.diagnosis.record import Diagnosis
 from workbench.identification.errors import instrument_places
-from workbench.identification.known_range import in_known_range
 from workbench.identification.problem import Problem
 
 

@@ -16,11 +16,11 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import JointKind, Robot
 from workbench.base.errors import DataError, OptionError, WorkbenchError
 from workbench.data.dataset import Dataset
+from workbench.data.directions import with_drivers
 from workbench.data.plausible import check_plausible
 from workbench.data.readers.preview import Preview
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument, Observes
 from workbench.data.simulation.simulate import simulate, virtual_arm
-from workbench.identification.drivers import with_drivers
 from workbench.plate.region_poses import nearby_poses
 from workbench.session.command import (
     AbstractChange,
