@@ -11,6 +11,7 @@ from workbench.arm.robot import JointKind, Robot
 from workbench.arm.robot_toml import write_toml
 from workbench.base.errors import DataError
 from workbench.data.writer import write_measurements
+from workbench.identification.record import Identification
 from workbench.plate.plate_toml import write_plate
 from workbench.session.captured import captured_table
 from workbench.session.state import Session
@@ -83,8 +84,8 @@ def report_zip(session: Session) -> File:
     """
     from workbench.identification.report.page import write_report
 
-    _calibrated(session)
-    content = _packed(lambda folder: write_report(session.identification, folder), "report")
+    found = _identified(session)
+    content = _packed(lambda folder: write_report(found, folder), "report")
     return f"{_stem(session.robot.name)}-report.zip", content
 
 
@@ -105,10 +106,14 @@ def fixture_zip(session: Session) -> File:
     return f"{_stem(session.plate.name)}-fixture.zip", content
 
 
-def _calibrated(session: Session) -> Robot:
+def _identified(session: Session) -> Identification:
     if session.identification is None:
         raise DataError("nothing has been identified yet; press Identify first")
-    return session.identification.runs[session.fit].calibrated
+    return session.identification
+
+
+def _calibrated(session: Session) -> Robot:
+    return _identified(session).runs[session.fit].calibrated
 
 
 def _written(write: Callable[[Path], object], ending: str) -> bytes:

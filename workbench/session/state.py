@@ -6,7 +6,6 @@ what it has to draw anew.
 
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -17,11 +16,15 @@ from workbench.arm.linearisation import Linearisation
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.data.dataset import Dataset
+from workbench.diagnosis.record import Diagnosis
+from workbench.identification.record import Identification
 from workbench.plate.cubes import CubeMap
 from workbench.plate.plate import Plate, Target
+from workbench.plate.production.result import Yield
 from workbench.plate.region import Region
 from workbench.session.comparison import Comparison
 from workbench.session.guided import Measuring
+from workbench.session.trajectory import Track
 
 UNDO_STEPS = 200
 """How many moves can be taken back."""
@@ -156,12 +159,12 @@ class Trial:
     Args:
         plate: The plate as it was then.
         noise: The instrument of that time.
-        found: Its yield (`workbench.plate.production.result.Yield`).
+        found: Its yield.
     """
 
     plate: Plate
     noise: Noise
-    found: Any
+    found: Yield
 
 
 @dataclass(frozen=True)
@@ -324,7 +327,7 @@ class Session:
         trial: The last trial of a plate on virtual arms, if any.
         jogged: Joint positions of the jogged arm [rad or m]; None: it was not jogged.
         captured: Joint positions that were kept [rad or m].
-        track: The planned trajectory, if any (`workbench.session.track.Track`).
+        track: The planned trajectory, if any.
         play: How far it is played.
         fixed: Parameters that are not identified, though the robot would have them free.
         left_out: Measured rows that the user keeps out, counted as in the data.
@@ -373,15 +376,15 @@ class Session:
     trial: Trial | None = None
     jogged: Float[np.ndarray, " n"] | None = None
     captured: tuple[tuple[float, ...], ...] = ()
-    track: Any = None
+    track: Track | None = None
     play: Play = field(default_factory=Play)
     fixed: frozenset[str] = frozenset()
     left_out: frozenset[int] = frozenset()
     loaded: Loaded | None = None
     measuring: Measuring | None = None
     source: Source | None = None
-    identification: Any = None
-    diagnosis: Any = None
+    identification: Identification | None = None
+    diagnosis: Diagnosis | None = None
     accepted: tuple[AbstractEffect, ...] = ()
     fit: str = ""
     comparison: Comparison | None = None

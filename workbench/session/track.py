@@ -5,10 +5,8 @@ thesis (§5.5.1), the line being a diameter of the circle.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 
 import numpy as np
-from jaxtyping import Float
 
 from workbench.arm.inverse.damped_newton import Task
 from workbench.arm.kinematics.forward import tool_poses
@@ -21,6 +19,7 @@ from workbench.paths.path import command_joints
 from workbench.paths.planning import plan
 from workbench.session.bending import bending_robot
 from workbench.session.state import Session
+from workbench.session.trajectory import Track
 
 CIRCLE, LINE = "circle", "line"
 ROWS = 240
@@ -36,49 +35,6 @@ KATANA = 1e-3 * np.array(
     ]
 )
 """Four points of the Katana thesis's circle on the plane at 45° (§5.5.1) [m]."""
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Track:
-    """A trajectory with its tools, a row each moment; positions in the robot's base frame [m].
-
-    Args:
-        kind: `circle` or `line`.
-        robot: The arm that is drawn along it.
-        actual: The arm that errs, in the robot's base frame; None where nothing is known beside the nominal.
-        is_corrected: Whether the joints are corrected with the calibrated arm.
-        time: Of every row [s].
-        q: Joint positions that are sent [rad or m].
-        wanted: Where the tool is meant to be.
-        reached: Where the erring tool is; the wanted places where none is known.
-        before: Errors without a correction [m]; None where nothing is known.
-        notes: What was decided, one sentence each.
-    """
-
-    kind: str
-    robot: Robot
-    actual: Robot | None
-    is_corrected: bool
-    time: Float[np.ndarray, " rows"]
-    q: Float[np.ndarray, "rows n"]
-    wanted: Float[np.ndarray, "rows 3"]
-    reached: Float[np.ndarray, "rows 3"]
-    before: Float[np.ndarray, " rows"] | None
-    notes: tuple[str, ...] = field(default=())
-
-    @property
-    def duration(self) -> float:
-        """Its length in time [s]."""
-        return float(self.time[-1])
-
-    @property
-    def errors(self) -> Float[np.ndarray, " rows"]:
-        """Distance from the wanted places [m]."""
-        return np.linalg.norm(self.reached - self.wanted, axis=1)
-
-    def at(self, time: float) -> Float[np.ndarray, " n"]:
-        """Joint positions at a time between the rows [rad or m]."""
-        return np.array([np.interp(time, self.time, column) for column in self.q.T])
 
 
 def erring_robot(session: Session) -> Robot | None:

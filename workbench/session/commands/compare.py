@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 
 from workbench.base.errors import OptionError
+from workbench.data.dataset import Dataset
 from workbench.session.command import AbstractChange
 from workbench.session.comparison import compare, numbered_after
 from workbench.session.state import (
@@ -18,7 +19,9 @@ LEAST_EXAGGERATION, GREATEST_EXAGGERATION = 1.0, 500.0
 def with_fit(session: Session, algorithm: str) -> Session:
     """The session with one of its fits shown and compared."""
     found = session.identification
-    fitted, checks = found.data.take(found.train_rows), found.held_out_data
+    assert found is not None
+    fitted = found.data.take(found.train_rows)
+    checks: Dataset | None = found.held_out_data
     if not len(found.held_out_rows):
         checks = numbered_after(fitted, checks)
     compared = compare(fitted, checks, found.aligned, found.runs[algorithm].calibrated)

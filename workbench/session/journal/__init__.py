@@ -2,6 +2,11 @@
 
 A recording is a folder: `journal.jsonl` (a header, then one line a command), and `inputs/` with copies of the
 robot, the plate and the measurement files. The journal is the truth; pictures are drawn from it.
+
+It is plain text and no sqlite3 database: anyone can read, compare and copy it while it is written, whereas a
+database that is being written is whole only together with its write-ahead log, and a copy of the file alone
+lacks the last commands. Locking and writing whole lines, the work that sqlite3 would take over, are the 130
+lines of `appender`, and recordings of older versions would need their reader still.
 """
 
 from workbench.session.journal.entry import Ending, Entry

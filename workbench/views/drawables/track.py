@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float, Int, UInt8
 
 from workbench.session.state import Focus, Session
-from workbench.session.track import Track
+from workbench.session.trajectory import Track
 from workbench.views.appearance.colours import ARROW_AFTER, REGION, scale_colours
 from workbench.views.drawables.arms import erring_arm
 from workbench.views.drawables.drawable import Colour, Line

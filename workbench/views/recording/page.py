@@ -46,7 +46,7 @@ def write_page(recording: Recording, replayed: Replayed, path: Path) -> Path:
         began=recording.header.get("began", "")[:16].replace("T", " "),
         replayed=replayed,
         cards=[]
-        if run is None
+        if found is None or run is None
         else error_cards(found.nominal.held_out or found.nominal.train, run.held_out or run.train),
         notes=[*recording.notes, *(() if found is None else found.warnings)],
         facts=_facts(recording, last),

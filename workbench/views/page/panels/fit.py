@@ -8,6 +8,7 @@ import viser
 from workbench.data.requirement import Requirement
 from workbench.identification.algorithms import ALGORITHMS, USUAL
 from workbench.identification.error_columns import columns_of
+from workbench.identification.record import Identification
 from workbench.session.commands.compare import ShowFit
 from workbench.session.commands.identify import Identify
 from workbench.session.export import calibrated_toml
@@ -109,14 +110,14 @@ class FitPanel(AbstractPanel):
         results = (self._requirement, self._errors_of, self._figure, self._parameters, self._remarks)
         for part in (self._fit, self._save, *results):
             part.visible = found is not None
-        self._errors.content = _nothing(session) if found is None else _errors(session)
+        self._errors.content = _nothing(session) if found is None else _errors(found, session.fit)
         if found is not None:
             self._fit.options = [TITLES[name] for name in found.runs]
             set_value(self._fit, TITLES[session.fit])
-            self._requirement.content = _requirement(session)
+            self._requirement.content = _requirement(found, session.fit)
             self._draw_figure()
-            self._parameters.content = _parameters(session)
-            self._remarks.content = block(_remarks(session), testid="remarks", style="margin-bottom:10px")
+            self._parameters.content = _parameters(found, session.fit)
+            self._remarks.content = block(_remarks(found), testid="remarks", style="margin-bottom:10px")
 
     def _identify(self) -> None:
         algorithms = tuple(name for name, box in self._chosen.items() if box.value)
@@ -143,12 +144,11 @@ def _nothing(session: Session) -> str:
     return block(words, testid="result", style=f"color:{MUTED};margin:6px 0")
 
 
-def _errors(session: Session) -> str:
+def _errors(found: Identification, shown: str) -> str:
     """Errors on held-out rows, before and after, one line per algorithm."""
-    found = session.identification
     rows = [("Nominal arm", *_cells(found.nominal), "")]
     for name, run in found.runs.items():
-        label = TITLES[name] if name != session.fit else f"<b>{TITLES[name]}</b>"
+        label = TITLES[name] if name != shown else f"<b>{TITLES[name]}</b>"
         outcome = "✓" if run.fit.outcome.ok else "✗"
         colour = GOOD if run.fit.outcome.ok else css(OUT_OF_REACH)
         mark = f'<span title="{text(run.fit.outcome)}" style="color:{colour}">{outcome}</span>'
@@ -165,10 +165,9 @@ def _cells(validation) -> tuple[str, str, str]:
     return number(errors.position_mm.mean), number(errors.position_mm.max), turned
 
 
-def _requirement(session: Session) -> str:
+def _requirement(found: Identification, shown: str) -> str:
     """Pass or fail by ARIA eq. (3) of the shown fit, on held-out rows where there are any."""
-    found = session.identification
-    column = columns_of(found)[1 + list(found.runs).index(session.fit)]
+    column = columns_of(found)[1 + list(found.runs).index(shown)]
     rows, kind = (column.held_out, "held-out") if len(column.held_out) else (column.train, "fitted")
     check = Requirement().check(rows)
     if np.isnan(check.share):
@@ -183,9 +182,8 @@ def _requirement(session: Session) -> str:
     )
 
 
-def _remarks(session: Session) -> str:
+def _remarks(found: Identification) -> str:
     """What the user should know besides the numbers."""
-    found = session.identification
     return "".join(
         _list(head, items, colour)
         for head, items, colour in (
@@ -203,9 +201,9 @@ def _list(head: str, items: tuple[str, ...], colour: str) -> str:
     return heading(head) + f'<ul style="margin:0;padding-left:16px;color:{colour}">{lines}</ul>'
 
 
-def _parameters(session: Session) -> str:
+def _parameters(found: Identification, shown: str) -> str:
     """Nominal, identified and standard error, in mm and degrees."""
-    fit = session.identification.runs[session.fit].fit
+    fit = found.runs[shown].fit
     rows = []
     for parameter, value, std in zip(fit.parameters, fit.x, fit.std, strict=True):
         scale, unit = {"rad": (np.rad2deg(1.0), "°"), "m": (1e3, "mm")}.get(
@@ -221,6 +219,6 @@ def _parameters(session: Session) -> str:
         )
     header = ("Parameter", "nominal", "identified", "std. error")
     return block(
-        heading(f"Parameters identified by {TITLES[session.fit]}") + table(header, rows, testid="parameters"),
+        heading(f"Parameters identified by {TITLES[shown]}") + table(header, rows, testid="parameters"),
         style="margin-bottom:10px",
     )

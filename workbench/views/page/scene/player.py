@@ -13,7 +13,7 @@ import viser
 
 from workbench.session.commands.track import PlaceTrack
 from workbench.session.state import Play, Session
-from workbench.session.track import Track
+from workbench.session.trajectory import Track
 from workbench.session.worker import Worker
 from workbench.views.page.camera import from_outside, look_at
 
@@ -65,6 +65,7 @@ class Player:
         """Begin a thread for what was asked for last."""
         if self._play == session.play and self._run is not None:
             return
+        assert session.track is not None
         at = session.play.at
         if self._run is not None and self._play is not None and self._play.at == session.play.at:
             at = self._run.at  # another pace: go on from here
