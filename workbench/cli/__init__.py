@@ -15,9 +15,7 @@ import typer
 from workbench.base.errors import WorkbenchError
 from workbench.cli import (
     calibrating,
-    compensating,
     designing,
-    diagnosing,
     inspecting,
     loading,
     making,
@@ -107,7 +105,7 @@ def serve(
 
 for command in (
     calibrating.identify,
-    diagnosing.diagnose,
+    calibrating.diagnose,
     calibrating.evaluate,
     measuring.simulate,
     measuring.poses,
@@ -117,7 +115,7 @@ for command in (
     inspecting.axes,
     inspecting.redundancy,
     calibrating.export,
-    compensating.compensate,
+    paths.compensate,
     recordings.review,
     recordings.replay,
 ):

@@ -1,5 +1,6 @@
-"""The commands that turn measurements into a calibrated robot: identify, evaluate, export."""
+"""The commands that turn measurements into a calibrated robot: identify, diagnose, evaluate, export."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -7,32 +8,17 @@ import typer
 
 from workbench.base.errors import OptionError
 from workbench.cli.options import (
-    BaseMarkersOption,
-    ColumnsOption,
     DataArgument,
-    ExcludeOption,
-    FramesOption,
-    FreeOption,
-    HeldOutOption,
+    FileOptions,
+    FitOptions,
     JsonOption,
-    LayoutOption,
-    NoiseOption,
-    RegionOption,
-    ReportOption,
+    OutputOptions,
     RobotOption,
-    SaveOption,
-    SeedOption,
-    SheetOption,
-    ToolMarkersOption,
     bounds_of,
     check_converged,
-    check_robot_file,
     check_writable,
-    held_out_of,
-    names_of,
-    noise_of,
+    flattened,
     progress_bar,
-    read_rows,
     save_robot,
     say,
     show,
@@ -41,40 +27,31 @@ from workbench.cli.options import (
 )
 
 
+@flattened
 def identify(
     data: DataArgument,
     robot: RobotOption,
+    fit: FitOptions,
+    out: OutputOptions,
+    files: FileOptions,
     algorithm: Annotated[
         str, typer.Option(help="ols, opt1, opt2, influence, several with commas between, or all.")
     ] = "ols,opt1,opt2",
-    held_out: HeldOutOption = "0.2",
-    frames: FramesOption = "auto",
-    region: RegionOption = None,
-    save: SaveOption = None,
-    report: ReportOption = None,
-    json: JsonOption = None,
     level: Annotated[
         int, typer.Option(help="1: joint offsets alone; 2: the whole geometry.", min=1, max=2)
     ] = 2,
-    free: FreeOption = None,
-    exclude: ExcludeOption = None,
     bounds: Annotated[
         list[str] | None, typer.Option(help="Bound for OPT1, in SI: joint1.theta=-0.1:0.1. May be repeated.")
     ] = None,
-    noise: NoiseOption = None,
-    loss: Annotated[str, typer.Option(help="squares, huber, or tukey: how outlying rows count.")] = "squares",
+    loss: Annotated[
+        str, typer.Option(help="squares, huber, or tukey: how much outlying rows count.")
+    ] = "squares",
     prior: Annotated[
         Path | None, typer.Option(help="An earlier result (--json) of this robot, as prior knowledge.")
     ] = None,
     renew: Annotated[
         str | None, typer.Option(help="With --prior: joints that were replaced, such as 3 or 3,4.")
     ] = None,
-    tool_markers: ToolMarkersOption = None,
-    base_markers: BaseMarkersOption = None,
-    seed: SeedOption = 0,
-    columns: ColumnsOption = None,
-    sheet: SheetOption = None,
-    layout: LayoutOption = None,
 ) -> None:
     """Identify the arm's geometry from measurements, and report its error on held-out rows."""
     from workbench.arm.library import load_robot
@@ -83,52 +60,73 @@ def identify(
     from workbench.identification.report import json as reports
     from workbench.identification.report import table
     from workbench.identification.report.prior import read_prior
-    from workbench.plate.parts.as_measured import load_plate
     from workbench.report.json import write_json
 
-    if level == 1 and free is not None:
-        raise OptionError("--level 1 frees the joint offsets alone; leave either it or --free out")
+    if level == 1 and fit.free is not None:
+        raise OptionError("--level 1 frees the joint offsets alone; leave out --level or --free")
     arm = load_robot(robot)
-    rows = with_markers(read_rows(data, arm, columns, sheet, layout), tool_markers, base_markers)
-    check_robot_file(save)
-    check_writable(save, json, folder=report)
+    rows = with_markers(files.read(data, arm), fit.tool_markers, fit.base_markers)
+    out.check()
+    choices = fit.choices(arm, files)
     with progress_bar("identify") as progress:
         run = identify(
             arm,
             rows,
+            choices if level == 2 else replace(choices, free=arm.joint_offsets),
             algorithms=tuple(ALGORITHMS) if algorithm == "all" else tuple(algorithm.split(",")),
-            held_out=held_out_of(held_out, arm, columns, sheet, layout),
-            frames=frames,
-            free=arm.joint_offsets if level == 1 else names_of(free),
-            exclude=dict.fromkeys(whole_numbers(exclude, "--exclude"), "by hand"),
-            region=None if region is None else load_plate(region).region,
             bounds=bounds_of(bounds or []),
-            noise=None if noise is None else noise_of(noise),
             loss=loss,
             prior=None if prior is None else read_prior(prior, renew=whole_numbers(renew, "--renew")),
-            seed=seed,
             progress=progress,
         )
     show(table.identification_tables(run))
-    if save is not None:
-        say(f"calibrated robot ({run.best.fit.title}): {save_robot(run.best.calibrated, save)}")
-    if json is not None:
-        say(f"result: {write_json(json, reports.identification_json(run))}")
-    if report is not None:
+    if out.save is not None:
+        say(f"calibrated robot ({run.best.fit.title}): {save_robot(run.robot, out.save)}")
+    if out.json is not None:
+        say(f"result: {write_json(out.json, reports.identification_json(run))}")
+    if out.report is not None:
         from workbench.identification.report.page import write_report
 
-        say(f"report: {write_report(run, report)}")
+        say(f"report: {write_report(run, out.report)}")
     check_converged(run.best.fit)
 
 
+@flattened
+def diagnose(
+    data: DataArgument, robot: RobotOption, fit: FitOptions, out: OutputOptions, files: FileOptions
+) -> None:
+    """Find the effects that the geometry lacks, add them, and report the held-out error before and after."""
+    from workbench.arm.library import load_robot
+    from workbench.diagnosis.diagnose import diagnose
+    from workbench.diagnosis.report.json import diagnosis_json
+    from workbench.diagnosis.report.table import diagnosis_tables
+    from workbench.report.json import write_json
+
+    arm = load_robot(robot)
+    rows = with_markers(files.read(data, arm), fit.tool_markers, fit.base_markers)
+    out.check(effects=True)
+    choices = fit.choices(arm, files)
+    with progress_bar("diagnose") as progress:
+        run = diagnose(arm, rows, choices, progress=progress)
+    show(diagnosis_tables(run))
+    if out.save is not None:
+        say(f"calibrated robot: {save_robot(run.robot, out.save)}")
+    if out.json is not None:
+        say(f"result: {write_json(out.json, diagnosis_json(run))}")
+    if out.report is not None:
+        from workbench.diagnosis.report.page import write_diagnosis
+
+        say(f"report: {write_diagnosis(run, out.report)}")
+    check_converged(run.after_fit)
+
+
+@flattened
 def evaluate(
     data: DataArgument,
     robot: RobotOption,
+    files: FileOptions,
     frames: Annotated[str, typer.Option(help="given: fit nothing; fit: fit only base and tool.")] = "given",
     json: JsonOption = None,
-    columns: ColumnsOption = None,
-    sheet: SheetOption = None,
-    layout: LayoutOption = None,
 ) -> None:
     """Errors of a nominal or calibrated robot on measurements; nothing of the arm is fitted."""
     from workbench.arm.library import load_robot
@@ -138,10 +136,10 @@ def evaluate(
     from workbench.report.json import write_json
 
     if frames not in ("given", "fit"):
-        raise OptionError(f"--frames can't be '{frames}'; choose given or fit")
+        raise OptionError(f"--frames must be given or fit, got '{frames}'")
     arm = load_robot(robot)
     check_writable(json)
-    found = evaluate(arm, read_rows(data, arm, columns, sheet, layout), fit_frames=frames == "fit")
+    found = evaluate(arm, files.read(data, arm), fit_frames=frames == "fit")
     show(table.evaluation_tables(found))
     if json is not None:
         say(f"result: {write_json(json, reports.evaluation_json(found))}")

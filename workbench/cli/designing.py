@@ -212,7 +212,7 @@ def _pair(text: str, option: str) -> tuple[float, float]:
 
     parts = text.split(",")
     if len(parts) != 2:
-        raise OptionError(f"{option} takes a length and an angle, \"0.05mm,0.05deg\", not '{text}'")
+        raise OptionError(f"{option} must be a length and an angle such as 0.05mm,0.05deg, got '{text}'")
     return parse_quantity(parts[0], Quantity.LENGTH), parse_quantity(parts[1], Quantity.ANGLE)
 
 
@@ -222,7 +222,7 @@ def _two(text: str, option: str) -> tuple[float, float]:
 
     parts = text.split(",")
     if len(parts) != 2:
-        raise OptionError(f"{option} takes two lengths, \"40mm,120mm\", not '{text}'")
+        raise OptionError(f"{option} must be two lengths such as 40mm,120mm, got '{text}'")
     return parse_quantity(parts[0], Quantity.LENGTH), parse_quantity(parts[1], Quantity.LENGTH)
 
 
@@ -231,4 +231,4 @@ def _choice(kinds, text: str, option: str):
     try:
         return kinds(text)
     except ValueError:
-        raise OptionError(f"{option} is {', '.join(kinds)}, not '{text}'") from None
+        raise OptionError(f"{option} must be one of {', '.join(kinds)}, got '{text}'") from None

@@ -5,14 +5,12 @@ from typing import Annotated
 import typer
 
 from workbench.cli.options import (
-    ColumnsOption,
     DataArgument,
+    FileOptions,
     JsonOption,
-    LayoutOption,
     RobotOption,
-    SheetOption,
     check_writable,
-    read_rows,
+    flattened,
     say,
     show,
 )
@@ -41,14 +39,8 @@ def redundancy(
         say(f"result: {write_json(json, redundancy_json(arm, found))}")
 
 
-def axes(
-    data: DataArgument,
-    robot: RobotOption,
-    json: JsonOption = None,
-    columns: ColumnsOption = None,
-    sheet: SheetOption = None,
-    layout: LayoutOption = None,
-) -> None:
+@flattened
+def axes(data: DataArgument, robot: RobotOption, files: FileOptions, json: JsonOption = None) -> None:
     """Circle-point analysis: where each joint's axis is, from rows in which it turned alone."""
     from workbench.arm.library import load_robot
     from workbench.identification.circle_points import circle_axes
@@ -57,7 +49,7 @@ def axes(
 
     arm = load_robot(robot)
     check_writable(json)
-    found = circle_axes(arm, read_rows(data, arm, columns, sheet, layout))
+    found = circle_axes(arm, files.read(data, arm))
     show(axes_table(arm, found))
     if json is not None:
         say(f"result: {write_json(json, axes_json(arm, found))}")

@@ -77,4 +77,4 @@ def _joints(text: str) -> list[int]:
     try:
         return [int(part) - 1 for part in text.split(",")]
     except ValueError:
-        raise OptionError(f"--joints takes numbers with commas between, such as 2,3, not '{text}'") from None
+        raise OptionError(f"--joints must be whole numbers such as 2,3, got '{text}'") from None

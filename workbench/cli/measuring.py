@@ -64,7 +64,7 @@ def simulate(
     if (plate is None) == (poses is None):  # from here on one of the two is given
         raise OptionError("give either --plate FILE or --poses NUMBER")
     if poses is not None and poses < 1:
-        raise OptionError(f"--poses must be 1 or more, not {poses}")
+        raise OptionError(f"--poses must be at least 1, got {poses}")
     check_writable(out, actual)
     arm = load_robot(robot)
     measured = None if of is None else load_robot(of)

@@ -3,8 +3,10 @@
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass, fields, is_dataclass
+from inspect import Parameter, Signature, signature
 from pathlib import Path
-from typing import Annotated, NoReturn
+from typing import Annotated, Any, NoReturn
 
 import typer
 
@@ -23,8 +25,8 @@ DataArgument = Annotated[
 ColumnsOption = Annotated[
     str | None,
     typer.Option(
-        help='What the columns are, where headings are missing: "q1[deg],…,x[mm],…", "-" for one to leave '
-        'out; in MATLAB files "q[rad|row]=Q,xyz[mm|row]=P".'
+        help='What the columns are where headings are missing: "q1[deg],…,x[mm],…", "-" to skip one; '
+        'in MATLAB files "q[rad|row]=Q,xyz[mm|row]=P".'
     ),
 ]
 SheetOption = Annotated[
@@ -33,7 +35,7 @@ SheetOption = Annotated[
 LayoutOption = Annotated[
     str | None,
     typer.Option(
-        help="Layout of the file, found out if not given: plain, ipa-grid, target-deviation, mukca."
+        help="Layout of the file, recognised if not given: plain, ipa-grid, target-deviation, mukca."
     ),
 ]
 PlateOption = Annotated[
@@ -42,7 +44,7 @@ PlateOption = Annotated[
 ]
 UnknownOption = Annotated[
     str | None,
-    typer.Option("--unknown", help="Frames that are identified too: base, tool, base,tool, or none."),
+    typer.Option("--unknown", help="Frames to identify as well: base, tool, base,tool, or none."),
 ]
 HeldOutOption = Annotated[
     str,
@@ -51,7 +53,10 @@ HeldOutOption = Annotated[
     ),
 ]
 FramesOption = Annotated[
-    str, typer.Option("--frames", help="shared, per-session, or auto: base and tool over sessions.")
+    str,
+    typer.Option(
+        "--frames", help="Base and tool of sessions: shared, per-session, or auto (the data decide)."
+    ),
 ]
 RegionOption = Annotated[
     str | None, typer.Option("--region", help="Keep only rows inside the region of this plate.")
@@ -73,24 +78,102 @@ NoiseOption = Annotated[
 ToolMarkersOption = Annotated[
     Path | None,
     typer.Option(
-        "--tool-markers", help="Places of the markers on the tool, one row m1x[mm] …: poses are made."
+        "--tool-markers", help="Positions of the markers on the tool, one row m1x[mm] …, to make poses."
     ),
 ]
 BaseMarkersOption = Annotated[
     Path | None,
     typer.Option(
         "--base-markers",
-        help="Markers on the base, two rows: as designed, as seen. Frames are joined.",
+        help="Markers on the base, two rows (as designed, as seen), to align the frames.",
     ),
 ]
-SeedOption = Annotated[int, typer.Option(help="Seed of everything random.")]
+SeedOption = Annotated[int, typer.Option(help="Seed of the random numbers.")]
 
 
-def read_rows(path: Path, arm, columns: str | None, sheet: str | None, layout: str | None):
-    """Measurements of a file, with as many joints as the arm has."""
-    from workbench.data.readers import read_measurements
+@dataclass(frozen=True)
+class FileOptions:
+    """How a file of measurements is read."""
 
-    return read_measurements(path, columns=columns, joints=arm.dof, sheet=sheet, layout=layout)
+    columns: ColumnsOption = None
+    sheet: SheetOption = None
+    layout: LayoutOption = None
+
+    def read(self, path: Path, arm):
+        """Measurements of a file, with as many joints as the arm has."""
+        from workbench.data.readers import read_measurements
+
+        options = {"columns": self.columns, "sheet": self.sheet, "layout": self.layout}
+        return read_measurements(path, joints=arm.dof, **options)
+
+
+@dataclass(frozen=True)
+class FitOptions:
+    """Which rows are fitted, what is free, and how the rows weigh."""
+
+    held_out: HeldOutOption = "0.2"
+    frames: FramesOption = "auto"
+    region: RegionOption = None
+    free: FreeOption = None
+    exclude: ExcludeOption = None
+    noise: NoiseOption = None
+    tool_markers: ToolMarkersOption = None
+    base_markers: BaseMarkersOption = None
+    seed: SeedOption = 0
+
+    def choices(self, arm, files: FileOptions):
+        """The same in SI."""
+        from workbench.identification.choices import FitChoices
+        from workbench.plate.parts.as_measured import load_plate
+
+        return FitChoices(
+            held_out=held_out_of(self.held_out, arm, files),
+            frames=self.frames,
+            free=names_of(self.free),
+            exclude=dict.fromkeys(whole_numbers(self.exclude, "--exclude"), "by hand"),
+            region=None if self.region is None else load_plate(self.region).region,
+            noise=None if self.noise is None else noise_of(self.noise),
+            seed=self.seed,
+        )
+
+
+@dataclass(frozen=True)
+class OutputOptions:
+    """Where a fit's results go."""
+
+    save: SaveOption = None
+    report: ReportOption = None
+    json: JsonOption = None
+
+    def check(self, *, effects: bool = False) -> None:
+        """Refuse what can't be written before the work begins; `effects`: the arm may get some."""
+        check_robot_file(self.save, effects=effects)
+        check_writable(self.save, self.json, folder=self.report)
+
+
+def flattened(command: Callable[..., None]) -> Callable[..., None]:
+    """A command whose arguments that are records of options become these options."""
+    own = signature(command)
+    records: dict[str, Any] = {
+        name: p.annotation for name, p in own.parameters.items() if is_dataclass(p.annotation)
+    }
+
+    def call(**words) -> None:
+        made = {
+            name: record(**{f.name: words.pop(f.name) for f in fields(record)})
+            for name, record in records.items()
+        }
+        command(**words, **made)
+
+    shown: list[Parameter] = []
+    for name, parameter in own.parameters.items():
+        record = records.get(name)
+        inner = [parameter] if record is None else signature(record).parameters.values()
+        shown += [p.replace(kind=Parameter.KEYWORD_ONLY) for p in inner]
+    call.__name__, call.__doc__ = command.__name__, command.__doc__
+    call.__annotations__ = {p.name: p.annotation for p in shown}
+    call.__signature__ = Signature(shown)  # type: ignore[attr-defined]
+    return call
 
 
 def with_markers(data, tool: Path | None, base: Path | None):
@@ -106,14 +189,14 @@ def with_markers(data, tool: Path | None, base: Path | None):
     return data
 
 
-def held_out_of(text: str, arm, columns, sheet, layout):
+def held_out_of(text: str, arm, files: FileOptions):
     """A share, rows of another file, or sessions."""
     if text.startswith("session:"):
         return tuple(text.removeprefix("session:").split(","))
     try:
         return float(text)
     except ValueError:
-        return read_rows(Path(text), arm, columns, sheet, layout)
+        return files.read(Path(text), arm)
 
 
 def names_of(text: str | None) -> tuple[str, ...] | None:
@@ -126,7 +209,7 @@ def whole_numbers(text: str | None, option: str) -> list[int]:
     try:
         return [] if text is None else [int(part) for part in text.split(",") if part.strip()]
     except ValueError:
-        raise OptionError(f"{option} takes whole numbers with commas between, not '{text}'") from None
+        raise OptionError(f"{option} must be whole numbers such as 3,4, got '{text}'") from None
 
 
 def bounds_of(texts: list[str]) -> dict[str, tuple[float, float]]:
@@ -137,7 +220,7 @@ def bounds_of(texts: list[str]) -> dict[str, tuple[float, float]]:
             name, interval = text.split("=")
             low, high = (float(part) for part in interval.split(":"))
         except ValueError:
-            raise OptionError(f"--bounds takes NAME=LOW:HIGH in rad or m, not '{text}'") from None
+            raise OptionError(f"--bounds must be NAME=LOW:HIGH in rad or m, got '{text}'") from None
         bounds[name.strip()] = (low, high)
     return bounds
 
@@ -149,11 +232,11 @@ def noise_of(text: str):
 
     parts = [part.strip() for part in text.split(",")]
     if len(parts) not in (1, 2):
-        raise OptionError(f'--noise takes "0.05mm,0.01deg" or "0.05mm", not \'{text}\'')
+        raise OptionError(f'--noise must be like "0.05mm,0.01deg" or "0.05mm", got \'{text}\'')
     position = parse_quantity(parts[0], Quantity.LENGTH)
     rotation = parse_quantity(parts[1], Quantity.ANGLE) if len(parts) == 2 else Noise().rotation
     if position <= 0 or rotation <= 0:
-        raise OptionError(f"--noise must be greater than zero, not '{text}'")
+        raise OptionError(f"--noise must be positive, got '{text}'")
     return Noise(position, rotation)
 
 
@@ -163,7 +246,7 @@ def unknown_frames(text: str | None) -> tuple[bool | None, bool | None]:
         return None, None
     words = set() if text == "none" else {word.strip() for word in text.split(",")}
     if strange := words - {"base", "tool"}:
-        raise OptionError(f"--unknown takes base, tool, both with a comma, or none, not '{min(strange)}'")
+        raise OptionError(f"--unknown must be base, tool, base,tool or none, got '{min(strange)}'")
     return "base" in words, "tool" in words
 
 
@@ -179,7 +262,7 @@ def orientations_of(text: str):
     except ValueError:
         return load_plate(text).poses[:, :3, :3]
     if angles.shape != (3,):
-        raise OptionError(f"an orientation is roll,pitch,yaw in degrees, or a plate, not '{text}'")
+        raise OptionError(f"an orientation must be roll,pitch,yaw in degrees, or a plate, got '{text}'")
     return se3.rpy_to_matrix(angles)[None]
 
 
@@ -195,7 +278,7 @@ def region_of(text: str):
     except ValueError:
         return load_plate(text).region
     if low.shape != (3,) or high.shape != (3,):
-        raise OptionError(f"a region has two corners of three numbers, x,y,z:x,y,z in m, not '{text}'")
+        raise OptionError(f"a region must be two corners x,y,z:x,y,z in m, or a plate, got '{text}'")
     return Region(min=low, max=high)
 
 

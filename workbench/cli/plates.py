@@ -78,7 +78,7 @@ def compare(
     from workbench.plate.verbs import score_plates
 
     if len(plate) < 2:
-        raise OptionError("plate compare needs two plates or more")
+        raise OptionError("plate compare needs at least two plates, got one")
     check_writable(json)
     base, tool = unknown_frames(unknown)
     with progress_bar("compare") as progress:
