@@ -29,7 +29,7 @@ def test_score_says_what_is_not_told_apart(run):
     ("words", "said"),
     [
         (("score", "nowhere.toml"), "nowhere.toml"),
-        (("score", "table2", "--unknown", "wrist"), "--unknown takes base"),
+        (("score", "table2", "--unknown", "wrist"), "--unknown must be base"),
         (("score", "table2", "--noise", "much"), "much"),
         (("compare", "table2"), "two plates or more"),
     ],
