@@ -83,7 +83,7 @@ def test_found_saved_and_used(run, soft):
         (("--exclude", "a"), "whole numbers"),
         (("--held-out", "1.5"), "held"),
         (("--frames", "some"), "shared"),
-        (("--noise", "-1mm"), "greater than zero"),
+        (("--noise", "-1mm"), "must be positive"),
     ],
 )
 def test_a_mistake_gets_one_sentence_and_writes_nothing(run, soft, words, said):

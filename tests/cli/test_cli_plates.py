@@ -31,7 +31,7 @@ def test_score_says_what_is_not_told_apart(run):
         (("score", "nowhere.toml"), "nowhere.toml"),
         (("score", "table2", "--unknown", "wrist"), "--unknown must be base"),
         (("score", "table2", "--noise", "much"), "much"),
-        (("compare", "table2"), "two plates or more"),
+        (("compare", "table2"), "at least two plates"),
     ],
 )
 def test_one_sentence_for_bad_input(run, words, said):

@@ -162,10 +162,10 @@ def test_yield_of_table_2(run, tmp_path):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("optimise", "table2", "--branches", "double"), "--branches is mixed, single"),
-        (("optimise", "table2", "--blocks", "round"), "--blocks is flat, stepped, tilted"),
-        (("optimise", "table2", "--heights", "40mm"), "--heights takes two lengths"),
-        (("optimise", "table2", "--tolerance", "40mm"), "--tolerance takes a length and an angle"),
+        (("optimise", "table2", "--branches", "double"), "--branches must be one of mixed, single"),
+        (("optimise", "table2", "--blocks", "round"), "--blocks must be one of flat, stepped, tilted"),
+        (("optimise", "table2", "--heights", "40mm"), "--heights must be two lengths"),
+        (("optimise", "table2", "--tolerance", "40mm"), "--tolerance must be a length and an angle"),
         (("optimise", "table2", "--targets", "300"), "plate size and spacing conflict"),
         (("optimise", "table2", "--reading", "feeler"), "there is no reading"),
         (("yield", "table2", "--arms", "0"), "--arms must be at least 1, got 0"),
