@@ -36,7 +36,7 @@ SAMPLES = 500
 ITERATIONS = 30
 """Greatest number of Gauss–Newton steps."""
 REPEATS = 1e-8
-"""A number whose effect is this close to what earlier ones can do (relative length) is held."""
+"""A number whose effect is this close to what earlier ones can do (relative length) stays as it is."""
 
 
 class Part(StrEnum):
@@ -129,7 +129,7 @@ def controller_numbers(
     q = _sample(nominal, rng) if q is None else np.ascontiguousarray(q)
     if not len(q) or not lever > 0:
         raise OptionError(
-            f"{len(q)} joint positions with lever {lever:g} m can't be compared; both must be > 0"
+            f"at least 1 joint position and a lever above 0 m are needed, got {len(q)} and {lever:g} m"
         )
     frames = calibrated.session_frames(session)
     wanted = tool_poses(calibrated.in_session(session), Motion(q))

@@ -6,6 +6,10 @@
 
 The share has zero speed and acceleration at both ends (minimum jerk: Flash and Hogan, J. Neurosci. 5(7),
 1985); at half time it runs at 15/8 of the mean speed.
+
+This closed form is all the timing: from rest to rest along one curve in a given time. Libraries of trajectory
+timing (ruckig, toppra) find the fastest motion within limits of each joint, which nobody asks for here; their
+motions would not be the ones that the thesis and its comparison measure.
 """
 
 from dataclasses import dataclass
@@ -62,7 +66,7 @@ class Circle:
 @final
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Line:
-    """A straight way.
+    """A straight line.
 
     Args:
         start: Where it begins [m].
@@ -103,7 +107,7 @@ def circle_through(points: Float[np.ndarray, "points 3"]) -> Circle:
         OptionError: fewer than three points, or points in a line or in one place.
     """
     if len(points) < 3:
-        raise OptionError(f"a circle needs three points or more, not {len(points)}")
+        raise OptionError(f"a circle needs at least 3 points, got {len(points)}")
     spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
     if spread[0] < LEAST or spread[1] < FLAT * spread[0]:
         raise OptionError("the points of the circle lie in a line or in one place; give three that do not")
@@ -122,17 +126,17 @@ def circle_through(points: Float[np.ndarray, "points 3"]) -> Circle:
 
 
 def line(start: Vector3, end: Vector3) -> Line:
-    """The straight way between two points [m].
+    """The straight line between two points [m].
 
     Raises:
         OptionError: they are the same.
     """
     if np.linalg.norm(end - start) < LEAST:
-        raise OptionError("a line has two different ends; these are the same point")
+        raise OptionError("the ends of a line must differ; these are the same point")
     return Line(start=frozen(np.array(start, float)), end=frozen(np.array(end, float)))
 
 
 def smooth_shares(time: Shares) -> Shares:
-    """Share of the way done at every time, from rest to rest; see the module."""
+    """Share of the length done at every time, from rest to rest; see the module."""
     t = (time - time[0]) / (time[-1] - time[0])
     return t**3 * (10.0 - 15.0 * t + 6.0 * t**2)

@@ -33,7 +33,7 @@ from workbench.base.types import (
 )
 from workbench.paths.curves import Curve, smooth_shares
 from workbench.paths.path import Commanded, command_joints, command_poses, refuse_fast, refuse_singular
-from workbench.paths.tool_direction import hold_nearly
+from workbench.paths.tool_direction import follow_near_direction
 
 DOWN = np.array([0.0, 0.0, -1.0])
 """Where a tool points on a line, and along which sense of a plane's normal."""
@@ -102,12 +102,11 @@ def plan(
     """
     if not (duration > 0.0 and np.isfinite(duration)) or rows < LEAST_ROWS:
         raise OptionError(
-            f"a trajectory of {duration:g} s in {rows} rows can't be; give more than 0 s and "
-            f"{LEAST_ROWS} rows or more"
+            f"duration must be above 0 s and rows at least {LEAST_ROWS}, got {duration:g} s and {rows}"
         )
     time = np.linspace(0.0, duration, rows)
     wanted = _above(curve) if axis is None else _unit(axis)
-    command = _held(robot, curve, wanted, time)
+    command = _commanded(robot, curve, wanted, time)
     poses = frozen(tool_poses(command.nominal, Motion(command.q)))
     velocity, acceleration = derivatives(time, command.q)
     refuse_fast(robot, velocity, max_speed, time)
@@ -137,7 +136,7 @@ def derivatives(
     return frozen(spline(time, 1)), frozen(spline(time, 2))
 
 
-def _held(robot: Robot, curve: Curve, wanted: Vector3, time: np.ndarray) -> Commanded:
+def _commanded(robot: Robot, curve: Curve, wanted: Vector3, time: np.ndarray) -> Commanded:
     """The path with the tool's axis held, or as near as the arm holds it.
 
     Raises:
@@ -155,7 +154,7 @@ def _held(robot: Robot, curve: Curve, wanted: Vector3, time: np.ndarray) -> Comm
     except DataError as error:
         refused = error
     free = robot.with_effects().with_frames(base=Frame())
-    q = hold_nearly(free, curve, shares, wanted) if robot.dof > Task.POSITION else None
+    q = follow_near_direction(free, curve, shares, wanted) if robot.dof > Task.POSITION else None
     if q is None:
         poses = se3.pose(_orientations(curve, wanted, 0.0, len(points)), points)
         command_poses(robot.with_effects(), robot.with_effects(), poses, positions_only=True, time=time)

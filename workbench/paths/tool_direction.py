@@ -36,12 +36,12 @@ CLEAR = float(np.deg2rad(3.0))
 """Margin m from the limits [rad or m]."""
 LEAST = float(np.deg2rad(1.0))
 """Margin that every row must have [rad or m]."""
-HELD_BACK = 30.0
+LIMIT_WEIGHT = 30.0
 """Weight h of what a joint lacks of its margin."""
 ITERATIONS = 60
 """Steps at most."""
 RIDGE = 1e-6
-"""Added to the curvature, which leaves some ways through posture space open."""
+"""Added to the curvature, which leaves some directions in posture space open."""
 STARTS = 4
 """Postures at the first point from which the search begins."""
 SETTLED = 1e-6
@@ -50,7 +50,7 @@ ALLOWED = 1e-6
 """Distance from its point that counts as met [m]."""
 
 
-def hold_nearly(robot: Robot, curve: Curve, shares: Shares, wanted: Vector3) -> JointRows | None:
+def follow_near_direction(robot: Robot, curve: Curve, shares: Shares, wanted: Vector3) -> JointRows | None:
     """Joints that lead the tool along a curve with its z axis near a direction; None where none is found.
 
     Args:
@@ -81,9 +81,9 @@ def _starts(robot: Robot, point: Vector3, wanted: Vector3) -> list[np.ndarray]:
     pose = se3.pose(np.column_stack([*np.linalg.svd(wanted[None])[2][1:], wanted]), point)
     exact = inverse.solve(robot, pose, task=Task.POSITION_AXIS) if robot.dof <= Task.POSITION_AXIS else None
     free = inverse.solve(robot, pose, task=Task.POSITION)
-    ways = [b.q for b in (*(exact.within_limits if exact else ()), *free.within_limits)]
-    pointing = [float(tool_poses(robot, Motion(q[None]))[0, :3, 2] @ wanted) for q in ways]
-    return [ways[i] for i in np.argsort(pointing)[::-1][:STARTS]]
+    postures = [b.q for b in (*(exact.within_limits if exact else ()), *free.within_limits)]
+    pointing = [float(tool_poses(robot, Motion(q[None]))[0, :3, 2] @ wanted) for q in postures]
+    return [postures[i] for i in np.argsort(pointing)[::-1][:STARTS]]
 
 
 def _aims(points: Positions) -> Float[np.ndarray, "rows 4 4"]:
@@ -149,11 +149,11 @@ def _terms(
     turns = np.where(slides, 0.0, np.cross(axes, pointing[:, None]))
     low, high = CLEAR - (x - limits[:, 0]), CLEAR - (limits[:, 1] - x)
     near = np.where(low > 0.0, low, np.where(high > 0.0, -high, 0.0))
-    push = -HELD_BACK * (near != 0.0)
+    push = -LIMIT_WEIGHT * (near != 0.0)
     own = np.concatenate([np.swapaxes(moves, 1, 2), np.swapaxes(turns, 1, 2), push[:, None] * np.eye(n)], 1)
     jacobian = np.zeros((rows, own.shape[1], rows, n))
     jacobian[np.arange(rows), :, np.arange(rows)] = own
-    value = np.concatenate([EXACT * (tool[:, :, 3] - points), pointing - wanted, HELD_BACK * near], 1)
+    value = np.concatenate([EXACT * (tool[:, :, 3] - points), pointing - wanted, LIMIT_WEIGHT * near], 1)
     bent = SMOOTH * np.einsum("br,ij->birj", bends, np.eye(n))
     return (
         np.concatenate([value.ravel(), SMOOTH * (bends @ x).ravel()]),

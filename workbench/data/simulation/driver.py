@@ -55,9 +55,9 @@ class Pace:
     def __post_init__(self):
         for name in ("rate", "turning", "sliding", "dwell"):
             if not 0.0 < getattr(self, name) < np.inf:
-                raise OptionError(f"the driver's {name} must be above zero, not {getattr(self, name):g}")
+                raise OptionError(f"{name} must be above 0, got {getattr(self, name):g}")
         if not 0.0 <= self.joint_noise < np.inf:
-            raise OptionError(f"the joints' noise can't be {self.joint_noise:g}; give 0 or more")
+            raise OptionError(f"joint_noise must be at least 0, got {self.joint_noise:g}")
 
 
 def drive(

@@ -32,8 +32,10 @@ from workbench.base.types import Positions, Vector3, frozen
 
 RAYS = 1440
 """Rays about the middle."""
-INKED, DARK = 0.25, 0.15
-"""Share of light that print and pencil must take."""
+INKED = 0.25
+"""Least share of green light that the print absorbs, relative to red."""
+DARK = 0.15
+"""Least share of red light that the pencil absorbs."""
 LEAST_DOTS = 500
 """Red dots below which there is no print."""
 AROUND = 0.8
@@ -263,10 +265,10 @@ def _crossings(ink: np.ndarray, middle: np.ndarray, ring: np.ndarray, least: flo
     return np.where(seen.max(axis=1) >= least, found, np.nan)
 
 
-def _sampled(ink: np.ndarray, middle: np.ndarray, way: np.ndarray) -> np.ndarray:
+def _sampled(ink: np.ndarray, middle: np.ndarray, distance: np.ndarray) -> np.ndarray:
     """The picture at some distances along every ray."""
     angle = _rays()[:, None]
-    places = np.stack([middle[0] - way * np.sin(angle), middle[1] + way * np.cos(angle)])
+    places = np.stack([middle[0] - distance * np.sin(angle), middle[1] + distance * np.cos(angle)])
     return map_coordinates(ink, places, order=1, mode="constant", cval=0.0)
 
 

@@ -15,8 +15,10 @@ from workbench.base.errors import DataError
 from workbench.base.types import Poses, Vector3, frozen
 
 INCH = 0.0254
-PRINT, STROKE = 0.3e-3, 0.5e-3
-"""Width of the printed line and of the pencil's [m]."""
+PRINT = 0.3e-3
+"""Width of the printed line [m]."""
+STROKE = 0.5e-3
+"""Width of the pencil's line [m]."""
 BORDER = 0.2
 """Paper around the circle, as a share of its radius."""
 MARK = (0.02, 0.07)
@@ -29,8 +31,10 @@ GRAPHITE = 0.35
 """The pencil's reflectance."""
 PAPER = 0.96
 """The paper's reflectance."""
-GRAIN, GLOW = 0.25, 0.012
-"""Relative roughness of the pencil's stroke, and the scanner's noise."""
+GRAIN = 0.25
+"""Relative roughness of the pencil's stroke."""
+GLOW = 0.012
+"""Standard deviation of the scanner's noise, as a share of white."""
 
 Image = UInt8[np.ndarray, "height width 3"]
 
