@@ -208,7 +208,7 @@ def far(plate):
         (far, Wish(places=60), DataError, "no pose on plate .* is reachable"),
         (lambda p: replace(p, size=None), Wish(), OptionError, "has no size"),
         (lambda p: p, Wish(number=200), OptionError, "plate size and spacing conflict: 200 targets"),
-        (lambda p: p, Wish(number=0), OptionError, "give at least 1"),
+        (lambda p: p, Wish(number=0), OptionError, "must be at least 1, got 0"),
         (
             lambda p: replace(p, size=np.array([0.05, 0.6, 0.01])),
             Wish(),
