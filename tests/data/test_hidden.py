@@ -66,8 +66,8 @@ def test_rows_carry_what_drives_the_effects(aria):
     ("words", "said"),
     [
         ("wobble", "no effect 'wobble'; known are joint-compliance, backlash"),
-        ("backlash:0", "1 … 6"),
-        ("backlash:two", "1 … 6"),
+        ("backlash:0", "joint must be 1–6, got '0'"),
+        ("backlash:two", "joint must be 1–6, got 'two'"),
         ("thermal-growth:2", "whole arm"),
         ("joint-compliance:2:soft", "number.*'soft'"),
         ("joint-compliance:2:0", "number.*'0'"),

@@ -93,7 +93,7 @@ def _joint(robot: Robot, name: str, text: str, words: str) -> int:
     if not text:
         return EFFECTS[name].usual_joint(robot.dof)
     if not text.isdecimal() or not 1 <= int(text) <= robot.dof:
-        raise OptionError(f"effect '{words}': joint must be 1 … {robot.dof}, got '{text}'")
+        raise OptionError(f"effect '{words}': joint must be 1–{robot.dof}, got '{text}'")
     return int(text) - 1
 
 
