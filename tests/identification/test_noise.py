@@ -65,7 +65,7 @@ def test_what_is_left_beyond_the_stated_noise_is_found():
         position=position + scatter * rng.standard_normal((300, 3)),
         rotation=rotation,
     )
-    found = fitted(claimed(data, own, SIGMA[1])).noise
+    found = fitted(claimed(data, own, SIGMA[1])).best.fit.problem.noise
     assert found.position == pytest.approx(1e-4, rel=0.12)
     assert found.rotation < 0.5 * SIGMA[1]
 
@@ -78,7 +78,8 @@ def test_true_statements_stand(rows):
     data = Dataset(q=q, row=np.arange(160), position=position, rotation=rotation)
     run = fitted(claimed(data, *SIGMA))
     assert run.best.fit.variance_factor == pytest.approx(1.0, abs=0.2)
-    assert run.noise.position < 0.5 * SIGMA[0]
+    assert run.best.fit.problem.noise.position < 0.5 * SIGMA[0]
+    assert run.noise.position == pytest.approx(SIGMA[0], rel=0.15)
 
 
 def test_a_sigma_of_zero_is_rounding(tmp_path, rows):

@@ -121,7 +121,7 @@ def _like(problem: Problem, x: np.ndarray, pool: Dataset) -> Problem:
         pool,
         free=[p.name for p in problem.parameters if p.is_geometry],
         frames=problem.frames,
-        noise=problem.noise,
+        noise=problem.typical_noise,
         effects=[p.name for p in problem.parameters if p.is_coefficient],
     )
 

@@ -21,7 +21,7 @@ from workbench.diagnosis.refit import Fitted, large, linear_answer, refit, with_
 from workbench.diagnosis.search import WORTH, Found, as_found
 from workbench.diagnosis.search import search as search_effects
 from workbench.identification.algorithms.identifier import OnStep
-from workbench.identification.problem import Problem
+from workbench.identification.problem import Noise, Problem
 
 ROUNDS = 5
 """Most searches for effects …"""
@@ -190,12 +190,18 @@ def _settle(stage: Stage, grams: Grams | None, known, on_step) -> Stage:
         if (keep == stage.keep).all():
             break
         stage = _fit(replace(stage, keep=keep), grams, stage.fitted.model, known, on_step)
-    before = stage.geometric.typical_variance
+    before = stage.geometric.typical_noise
     stage = replace(stage, geometric=with_own_noise(stage.fitted, stage.geometric))
     if large(stage.fitted.problem):
         return stage
-    model = rescaled(stage.fitted.model, before / stage.geometric.typical_variance)
+    model = rescaled(stage.fitted.model, _variance_ratio(before, stage.geometric.typical_noise))
     return _fit(stage, grams, model, known, on_step)
+
+
+def _variance_ratio(before: Noise, after: Noise) -> float:
+    """How much larger variances were: of positions, or of orientations where no positions were measured."""
+    ratio = (np.array(before) / np.array(after)) ** 2
+    return float(ratio[np.isfinite(ratio)][0])
 
 
 def _on_all_rows(stage: Stage, known) -> Problem:

@@ -91,10 +91,13 @@ class Prepared:
 
     @property
     def shown_noise(self) -> Noise:
-        """The noise, with NaN for rotations that nobody measured."""
-        noise = self.problem.noise
-        turned = bool(self.problem.component_channels.any())
-        return noise if turned else noise._replace(rotation=np.nan)
+        """What weighs the rows, their own sigma included; NaN for rotations that nobody measured."""
+        typical = self.problem.typical_noise
+        return (
+            typical
+            if np.isfinite(typical.position)
+            else typical._replace(position=self.problem.noise.position)
+        )
 
     def _at_home(self, robot: Robot, rows: Dataset) -> Robot:
         """The robot with bases for sessions that took no part in the fit, from those of the rows."""

@@ -212,11 +212,11 @@ class Problem:
         return frozen(np.concatenate([b.inverse_sigma.ravel() for b in self.blocks]))
 
     @cached_property
-    def typical_variance(self) -> float:
-        """Median variance of the measured position components, or of all if no positions were measured."""
-        live = self.inverse_sigma > 0.0
-        positions = live & ~self.component_channels
-        return float(np.median(self.inverse_sigma[positions if positions.any() else live] ** -2.0))
+    def typical_noise(self) -> Noise:
+        """Root mean square of all standard deviations, rows' own included; NaN for a channel without any."""
+        live, turned = self.inverse_sigma > 0.0, self.component_channels
+        variances = (self.inverse_sigma[live & mine] ** -2.0 for mine in (~turned, turned))
+        return Noise(*(float(np.sqrt(v.mean())) if len(v) else np.nan for v in variances))
 
     @cached_property
     def own_sigma(self) -> Float[np.ndarray, " m"]:
