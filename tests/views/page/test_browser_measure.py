@@ -66,7 +66,7 @@ def follow_and_measure_a_real_arm(app, screen):
         "p => Math.abs(window.__viserMutable.nodePoseData['/arm/nominal/body6'].position[0] - p) < 1e-5",
         arg=float(frame[0, 3]),
     )
-    screen.wait_text("hint", "as the real one does")
+    screen.wait_text("hint", "follows the real one")
     screen.press("Measure the real arm")
     screen.wait_text("progress", "0 of 10")
     for k in range(1, 14):
