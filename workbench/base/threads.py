@@ -8,10 +8,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-try:
-    from threadpoolctl import threadpool_limits
-except ModuleNotFoundError:  # an installation that was not renewed: slower, nothing worse
-    threadpool_limits = None
+from threadpoolctl import threadpool_limits
 
 
 class _Limit:
@@ -24,7 +21,7 @@ class _Limit:
 
     def enter(self) -> None:
         with self._lock:
-            if self._calls == 0 and threadpool_limits is not None:
+            if self._calls == 0:
                 self._limits = threadpool_limits(1, user_api="blas")
             self._calls += 1
 

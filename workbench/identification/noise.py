@@ -5,9 +5,11 @@ mostly what the model lacks, is one more variance s² per channel, so that every
 
     sigma² = sigma_row² + s²
 
-with the s that makes the residuals r of a fit most likely, its p parameters taken off the N components:
+with the s that makes the residuals r of a fit most likely, its p parameters taken off the N components by the
+factor N/(N−p) of r². Likely by Student's t rather than the normal law, so that a mis-seated row does not
+make all others look uncertain; `CONSISTENT` makes both agree on normal residuals:
 
-    max_s  −½ Σ log(sigma_row² + s²) − ½ N/(N−p) Σ r² / (sigma_row² + s²)
+    min_s  Σ log v + (ν+1) log(1 + r² / (ν k² v)),    v = sigma_row² + s²
 
 Rows that state nothing have sigma_row = 0, and s is then the root mean square of what is left.
 """
@@ -27,6 +29,10 @@ SAME_JOINTS = 1e-7
 """Rows whose joints agree within this [rad or m] are repeats."""
 ENOUGH_REPEATS = 8
 """Degrees of freedom that repeats must have to be believed."""
+FREEDOM = 5.0
+"""Degrees of freedom ν of the law of residuals."""
+CONSISTENT = 0.85662
+"""Its scale k where residuals are normal with variance 1: the root of E[(ν+1) z² / (ν k² + z²)] = 1."""
 LEAST_PART = 1e-3
 """Part of what is left below which s counts as 0 where all rows state their own."""
 SMALLEST = Noise(1e-8, 1e-8)
@@ -125,7 +131,8 @@ def _most_likely(square: Float[np.ndarray, " n"], own: Float[np.ndarray, " n"]) 
 
     def cost(log_s: float) -> float:
         variance = own + np.exp(2.0 * log_s)
-        return float((np.log(variance) + square / variance).sum())
+        tails = np.log1p(square / (FREEDOM * CONSISTENT**2 * variance))
+        return float((np.log(variance) + (FREEDOM + 1.0) * tails).sum())
 
     largest = max(float(square.mean()), 1e-300)
     tried = 0.5 * np.log(largest) + np.linspace(np.log(LEAST_PART), np.log(2.0), 40)

@@ -103,6 +103,7 @@ def _identification(session: Session) -> Json | None:
         return None
     found = identification_json(session.identification)
     del found["prior"]
+    found["typical_noise"] = found.pop("noise")
     for run in found["algorithms"].values():
         del run["seconds"]
     return found
