@@ -17,12 +17,7 @@ from jaxtyping import Float, Int
 from workbench.arm import chain as chains
 from workbench.arm.chain import Axis, Chain
 from workbench.arm.robot import Robot
-from workbench.base.types import (
-    JointRows,
-    Poses,
-    Vector3,
-    frozen,
-)
+from workbench.base.types import JointRows, Poses, Vector3, frozen
 
 JOINTS = {
     Axis.RX: pin.JointModelRX,

@@ -4,12 +4,7 @@ import numpy as np
 import pytest
 
 from workbench.arm.chain import Axis
-from workbench.arm.conventions import (
-    JointEntry,
-    build_elements,
-    default_free,
-    joint_names,
-)
+from workbench.arm.conventions import JointEntry, build_elements, default_free, joint_names
 from workbench.arm.kinematics.forward import link_frames, tool_poses
 from workbench.arm.library import load_robot
 from workbench.arm.motion import Motion
@@ -58,12 +53,7 @@ def craig(theta, d, a, alpha, beta):
     """The matrix printed below Katana eq. (3.1)."""
     ct, st, ca, sa = (f(v) for v in (theta, alpha) for f in (np.cos, np.sin))
     return np.array(
-        [
-            [ct, -st, 0, a],
-            [ca * st, ca * ct, -sa, -d * sa],
-            [sa * st, sa * ct, ca, d * ca],
-            [0, 0, 0, 1],
-        ]
+        [[ct, -st, 0, a], [ca * st, ca * ct, -sa, -d * sa], [sa * st, sa * ct, ca, d * ca], [0, 0, 0, 1]]
     )
 
 

@@ -19,12 +19,7 @@ from workbench.arm.statics.deflection import deflect, shift_of
 from workbench.arm.statics.load_derivatives import wrench_derivative
 from workbench.arm.statics.wrenches import joint_wrenches
 from workbench.arm.urdf import read_urdf, write_urdf
-from workbench.base.errors import (
-    DataError,
-    OptionError,
-    RobotError,
-    ShapeError,
-)
+from workbench.base.errors import DataError, OptionError, RobotError, ShapeError
 
 KNOTS = tuple(np.linspace(-3.2, 3.2, 7))
 SIZES = {"rad": 2e-3, "m": 1e-3, "rad/(N*m)": 2e-4, "m/N": 1e-5, "1": 1e-3, "1/K": 2e-5}
@@ -238,10 +233,7 @@ def test_thermal_growth_is_the_growth_of_the_arm(arms):
         motion = motion_of(robot)
         grown = robot.with_effects(EFFECTS["thermal-growth"]((), (1e-4,), reference=20.0))
         factor = 1.0 + 1e-4 * (motion.temperature - 20.0)[:, None]
-        straight, warm = (
-            forward.tool_poses(robot, Motion(motion.q)),
-            forward.tool_poses(grown, motion),
-        )
+        straight, warm = (forward.tool_poses(robot, Motion(motion.q)), forward.tool_poses(grown, motion))
         np.testing.assert_allclose(warm[:, :3, 3], factor * straight[:, :3, 3], atol=1e-12)
 
 
@@ -272,11 +264,7 @@ def test_torques_stand_in_for_masses(arms):
 
 @pytest.mark.parametrize(
     ("name", "column"),
-    [
-        ("backlash by motion", "direction1"),
-        ("thermal-growth", "temperature"),
-        ("base-drift", r"time\[s\]"),
-    ],
+    [("backlash by motion", "direction1"), ("thermal-growth", "temperature"), ("base-drift", r"time\[s\]")],
 )
 def test_missing_drivers_are_named(arms, name, column):
     robot = arms["aria"].with_effects(CATALOGUE[name])

@@ -16,12 +16,7 @@ from workbench.arm.library import assets, load_robot
 from workbench.arm.motion import Motion
 from workbench.arm.robot import JointKind, Robot
 from workbench.base import se3
-from workbench.base.errors import (
-    DataError,
-    OptionError,
-    RobotError,
-    ShapeError,
-)
+from workbench.base.errors import DataError, OptionError, RobotError, ShapeError
 
 UNLIMITED = np.tile([-np.inf, np.inf], (6, 1))
 

@@ -12,12 +12,7 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.library import built_in_robots, load_robot
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame, JointKind, Robot, SessionFrames
-from workbench.arm.robot_toml import (
-    _Reader,
-    read_toml,
-    robot_from_table,
-    write_toml,
-)
+from workbench.arm.robot_toml import _Reader, read_toml, robot_from_table, write_toml
 from workbench.arm.statics.wrenches import joint_wrenches
 from workbench.base import se3
 from workbench.base.errors import FileError

@@ -96,11 +96,7 @@ def body(arrays, folder, repeats):
         count = len(answer.x)
         paths.append(task.path(f"search, {method}", METHODS[method], count, searches))
         paths.append(task.path(f"whole, {method}", "initialize and solve", count, wholes))
-    return {
-        "package": "figaroh",
-        "paths": paths,
-        "rates": rates(calibration, answer.x, arrays["q"], repeats),
-    }
+    return {"package": "figaroh", "paths": paths, "rates": rates(calibration, answer.x, arrays["q"], repeats)}
 
 
 def entry(calibration, answer, arrays, seconds):

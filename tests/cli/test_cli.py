@@ -175,9 +175,7 @@ def test_a_driven_arm_is_captured_and_identified(run):
     where = ["--robot", "aria", "--plate", "table2"]
     environment = os.environ | {"PYTHONPATH": str(Path(cli.__file__).parents[2])}
     driver = subprocess.Popen(
-        [*program, "drive", *where, "--speed", "0", "--rate", "20"],
-        stdout=subprocess.PIPE,
-        env=environment,
+        [*program, "drive", *where, "--speed", "0", "--rate", "20"], stdout=subprocess.PIPE, env=environment
     )
     taken = subprocess.run(
         [*program, "capture", *where, "--from", "-", "--out", "d.csv"],

@@ -10,12 +10,7 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.library import load_robot
 from workbench.arm.motion import Motion
 from workbench.base import se3
-from workbench.base.errors import (
-    DataError,
-    FileError,
-    OptionError,
-    ShapeError,
-)
+from workbench.base.errors import DataError, FileError, OptionError, ShapeError
 from workbench.data.live.acquisition import PoseSource, Standing, StandstillDetector
 from workbench.data.live.connection import connect, first_listener, send_samples
 from workbench.data.live.sample import Sample, format_sample, parse_sample
@@ -147,10 +142,7 @@ def test_the_status_tells_the_deviation_per_axis():
     pose = np.array(PLATE.targets[0].pose)
     acquisition.update(
         Sample(
-            time=0.0,
-            q=np.zeros(6),
-            position=pose[:3, 3] + off[:3, 3],
-            rotation=off[:3, :3] @ pose[:3, :3],
+            time=0.0, q=np.zeros(6), position=pose[:3, 3] + off[:3, 3], rotation=off[:3, :3] @ pose[:3, :3]
         )
     )
     status = acquisition.status()

@@ -6,13 +6,7 @@ import zipfile
 import numpy as np
 import pytest
 
-from workbench.base.errors import (
-    DataError,
-    FileError,
-    OptionError,
-    ShapeError,
-    UnitError,
-)
+from workbench.base.errors import DataError, FileError, OptionError, ShapeError, UnitError
 from workbench.data.readers import preview, read_measurements
 
 HEAD = "q1[rad],q2[rad],x[m],y[m],z[m]\n"
@@ -299,12 +293,7 @@ def test_two_forms_that_disagree(file):
 
 @pytest.mark.parametrize(
     ("column", "value"),
-    [
-        ("direction1", "2"),
-        ("sigma_x[mm]", "-1"),
-        ("exclude", "maybe"),
-        ("distance[m]", "-1"),
-    ],
+    [("direction1", "2"), ("sigma_x[mm]", "-1"), ("exclude", "maybe"), ("distance[m]", "-1")],
 )
 def test_values_out_of_range(file, column, value):
     error = refusal(file(HEAD.strip() + f",{column}\n0.1,0.2,1,2,3,{value}\n"))

@@ -6,11 +6,7 @@ import pytest
 from workbench.arm.effects import EFFECTS
 from workbench.arm.statics.deflection import shift_of
 from workbench.base.errors import OptionError
-from workbench.data.simulation.hidden_effects import (
-    BEND,
-    hidden_effects,
-    varied_state,
-)
+from workbench.data.simulation.hidden_effects import BEND, hidden_effects, varied_state
 from workbench.identification.evaluate import evaluate
 from workbench.plate.virtual_measuring import measure_poses
 

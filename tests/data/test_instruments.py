@@ -9,20 +9,8 @@ from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.data.readers import read_measurements
-from workbench.data.simulation.instruments import (
-    INSTRUMENTS,
-    THREE_MARKERS,
-    Instrument,
-    Observes,
-)
-from workbench.data.simulation.readings import (
-    SIDES,
-    Sight,
-    lost,
-    mounting,
-    station,
-    three_planes,
-)
+from workbench.data.simulation.instruments import INSTRUMENTS, THREE_MARKERS, Instrument, Observes
+from workbench.data.simulation.readings import SIDES, Sight, lost, mounting, station, three_planes
 from workbench.data.simulation.simulate import simulate, simulate_targets, virtual_arm
 from workbench.data.writer import write_measurements
 from workbench.identification.identify import identify

@@ -4,13 +4,7 @@ import numpy as np
 import pytest
 
 from workbench.base import se3
-from workbench.base.errors import (
-    DataError,
-    FileError,
-    OptionError,
-    ShapeError,
-    WorkbenchError,
-)
+from workbench.base.errors import DataError, FileError, OptionError, ShapeError, WorkbenchError
 from workbench.data.readers import preview, read_measurements
 
 pytestmark = pytest.mark.data

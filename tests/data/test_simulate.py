@@ -11,12 +11,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
-from workbench.data.simulation.instruments import (
-    INSTRUMENTS,
-    Instrument,
-    Observes,
-    instrument_named,
-)
+from workbench.data.simulation.instruments import INSTRUMENTS, Instrument, Observes, instrument_named
 from workbench.data.simulation.simulate import simulate, simulate_targets, virtual_arm
 
 

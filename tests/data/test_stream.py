@@ -11,12 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from workbench.base import se3
-from workbench.base.errors import (
-    DataError,
-    FileError,
-    OptionError,
-    ShapeError,
-)
+from workbench.base.errors import DataError, FileError, OptionError, ShapeError
 from workbench.data.live.acquisition import StandstillDetector
 from workbench.data.live.capture import Capture, CaptureTarget
 from workbench.data.live.connection import SocketLines, connect, listen, parse_address

@@ -96,11 +96,7 @@ def loose():
     rng = np.random.default_rng(2)
     motion = Motion(rng.uniform(-1.5, 1.5, (15, 5)), payload=rng.uniform(0.0, 3.0, 15))
     bent = robot.with_effects(*effects)
-    return (
-        robot,
-        bent,
-        simulate(bent, motion, instrument=INSTRUMENTS["inclinometer"], rng=rng),
-    )
+    return (robot, bent, simulate(bent, motion, instrument=INSTRUMENTS["inclinometer"], rng=rng))
 
 
 def test_the_derivative_through_a_bent_arm(loose):

@@ -13,12 +13,7 @@ from workbench.arm.motion import Motion
 from workbench.diagnosis import refit as refits
 from workbench.diagnosis.evidence import Term, grown
 from workbench.diagnosis.grams import compress
-from workbench.diagnosis.refit import (
-    linear_answer,
-    refit,
-    robot_with,
-    with_own_noise,
-)
+from workbench.diagnosis.refit import linear_answer, refit, robot_with, with_own_noise
 from workbench.identification.linear import factorise, factorise_pieces
 
 BAND = JointHarmonic((1,), order=tuple(range(1, 9)))

@@ -24,11 +24,7 @@ def plate_of(*places, kinds=("seat",), size=(0.3, 0.2, 0.015), lean=(0.1, -0.05,
         local = se3.pose(turned, np.array([x, y, height]))
         there = pose @ local
         targets.append(
-            Target(
-                xyz=there[:3, 3],
-                rpy=se3.matrix_to_rpy(there[:3, :3]),
-                kind=Kind(kinds[i % len(kinds)]),
-            )
+            Target(xyz=there[:3, 3], rpy=se3.matrix_to_rpy(there[:3, :3]), kind=Kind(kinds[i % len(kinds)]))
         )
     return Plate(
         name="Leaning",

@@ -58,10 +58,7 @@ def test_the_tool_points_into_the_face(plate):
 @pytest.mark.parametrize("style", list(BlockStyle))
 def test_only_what_may_be_made_is_drawn(style):
     blocks = Blocks(
-        style=style,
-        heights=(0.06, 0.1),
-        tilts=tuple(np.deg2rad([0.0, 20.0, 40.0])),
-        turn=np.deg2rad(45.0),
+        style=style, heights=(0.06, 0.1), tilts=tuple(np.deg2rad([0.0, 20.0, 40.0])), turn=np.deg2rad(45.0)
     )
     places = blocks.draw(200, HALF, rng=rng())
     assert (np.abs(places[:, :2]) <= HALF).all()

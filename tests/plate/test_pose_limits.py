@@ -138,13 +138,7 @@ def test_conflicts_name_the_pair(aria, plate):
         asked(spread=0.2, travel=np.deg2rad(15))
     far_apart = np.tile(np.arange(6.0)[:, None] / 10, (1, 6))
     with pytest.raises(DataError, match=r"4 different poses and a travel of at most 1° .* conflict"):
-        informative_poses(
-            aria,
-            4,
-            candidates=far_apart,
-            limits=PoseLimits(travel=np.deg2rad(1)),
-            rng=rng(15),
-        )
+        informative_poses(aria, 4, candidates=far_apart, limits=PoseLimits(travel=np.deg2rad(1)), rng=rng(15))
     with pytest.raises(DataError, match="of which 0 keep the limits"):
         informative_poses(
             aria, 4, candidates=np.zeros((9, 6)), limits=PoseLimits(region=plate.region), rng=rng(16)

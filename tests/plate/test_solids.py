@@ -7,14 +7,7 @@ import pytest
 import trimesh
 
 from workbench.plate.parts.parts import Block
-from workbench.plate.parts.solids import (
-    block_mesh,
-    block_step,
-    slab_mesh,
-    slab_step,
-    stl,
-    three_mf,
-)
+from workbench.plate.parts.solids import block_mesh, block_step, slab_mesh, slab_step, stl, three_mf
 
 
 def by_hand(part) -> float:

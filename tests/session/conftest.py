@@ -7,12 +7,7 @@ import pytest
 
 from workbench.arm.library import load_robot
 from workbench.plate.plate_toml import load_plate
-from workbench.session import (
-    AbstractView,
-    Session,
-    Worker,
-    start,
-)
+from workbench.session import AbstractView, Session, Worker, start
 
 
 @dataclass

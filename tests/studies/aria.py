@@ -13,12 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from studies import aria_tables as tables
-from studies.aria_arms import (
-    Acquisition,
-    Comparison,
-    Judges,
-    compare_acquisitions,
-)
+from studies.aria_arms import Acquisition, Comparison, Judges, compare_acquisitions
 from studies.aria_claims import claims, clustering_claims
 from studies.finding import Finding
 from studies.page import Sheet

@@ -8,15 +8,7 @@ import numpy as np
 from studies.aria import AriaReproduction
 from studies.aria_arms import TITLES, Comparison
 from studies.aria_figures import all_pictures
-from studies.page import (
-    SCHEMA,
-    Json,
-    Page,
-    Sheet,
-    counted,
-    findings_json,
-    write_page,
-)
+from studies.page import SCHEMA, Json, Page, Sheet, counted, findings_json, write_page
 from workbench.base.files import check_folder
 from workbench.plate.report.plates import cluster_json
 

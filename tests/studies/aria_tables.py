@@ -4,12 +4,7 @@ import numpy as np
 from jaxtyping import Float
 
 from studies import aria_printed as printed
-from studies.aria_arms import (
-    TITLES,
-    Acquisition,
-    identified,
-    mean_errors,
-)
+from studies.aria_arms import TITLES, Acquisition, identified, mean_errors
 from studies.finding import Finding, judged, without
 from studies.page import Sheet
 from workbench.arm.kinematics.forward import link_frames, sensitivity, tool_poses

@@ -35,13 +35,7 @@ from workbench.identification.algorithms.influence import InfluenceBased
 from workbench.identification.algorithms.ols import Ols
 from workbench.identification.problem import Noise, Problem
 from workbench.plate.poses.iso_cube import iso_cube_poses
-from workbench.report.drawing import (
-    COLOURS,
-    INK,
-    grid,
-    look,
-    new_figure,
-)
+from workbench.report.drawing import COLOURS, INK, grid, look, new_figure
 
 POSES = 118
 """Poses measured at most, and poses judged."""

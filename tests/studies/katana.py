@@ -19,20 +19,9 @@ from studies import katana_tables as tables
 from studies.finding import Finding
 from studies.influence_study import InfluenceStudy, influence_study
 from studies.katana_diagnosed import Diagnosed, diagnosed_arms, diagnosis
-from studies.katana_experiment import (
-    Experiments,
-    experiment_findings,
-    experiment_sheet,
-    experiments,
-)
+from studies.katana_experiment import Experiments, experiment_findings, experiment_sheet, experiments
 from studies.katana_pencil import PencilCheck, pencil_check, pencil_finding
-from studies.katana_study import (
-    AS_BAD,
-    EACH_SIDE,
-    EACH_WAY,
-    KatanaStudy,
-    katana_study,
-)
+from studies.katana_study import AS_BAD, EACH_SIDE, EACH_WAY, KatanaStudy, katana_study
 from studies.katana_tracking import TrackingStudy, tracking_study
 from studies.katana_tracking_claims import tracking_findings
 from studies.page import Sheet
@@ -144,9 +133,7 @@ def reproduce_katana(
         progress=lambda part: report(0.45 + 0.25 * part, "influence against least squares"),
     )
     named = diagnosed_arms(
-        arms=min(arms, diagnosed),
-        seed=seed,
-        progress=lambda part: report(0.7 + 0.1 * part, "arms diagnosed"),
+        arms=min(arms, diagnosed), seed=seed, progress=lambda part: report(0.7 + 0.1 * part, "arms diagnosed")
     )
     read = experiments(
         arms=min(arms, READ), seed=seed, progress=lambda part: report(0.8 + 0.05 * part, "joints loaded")

@@ -9,24 +9,10 @@ from studies.influence_study import METHODS, TROUBLES
 from studies.katana import KatanaReproduction
 from studies.katana_figures import katana_pictures
 from studies.katana_pencil import pencil_picture
-from studies.katana_study import (
-    AS_BAD,
-    REMAINDER,
-    TITLES,
-    KatanaStudy,
-    spread,
-)
+from studies.katana_study import AS_BAD, REMAINDER, TITLES, KatanaStudy, spread
 from studies.katana_tracking import PATHS, STEPS
 from studies.katana_tracking_claims import tracking_pictures
-from studies.page import (
-    SCHEMA,
-    Json,
-    Page,
-    Sheet,
-    counted,
-    findings_json,
-    write_page,
-)
+from studies.page import SCHEMA, Json, Page, Sheet, counted, findings_json, write_page
 from workbench.base.files import check_folder
 
 TITLE = "Joint tilting and influence-based calibration of the Katana 450, done again"
@@ -47,10 +33,7 @@ def katana_json(found: KatanaReproduction) -> Json:
         "remainder_deg": np.rad2deg(REMAINDER),
         **findings_json(found.findings),
         "studies": [_study_json(study) for study in (found.once, found.twice, found.as_bad)],
-        "diagnosed": {
-            "held_out_mm": found.diagnosed.held_out,
-            "plays_named": found.diagnosed.named,
-        },
+        "diagnosed": {"held_out_mm": found.diagnosed.held_out, "plays_named": found.diagnosed.named},
         "inclinometer_relative_errors": found.experiments.errors,
         "influence_mean_mm": dict(
             zip(found.influences.names, (1e3 * found.influences.mean).tolist(), strict=True)

@@ -15,13 +15,7 @@ from studies import katana_printed as printed
 from studies.finding import Finding, judged
 from studies.katana_generator import VirtualKatana, draw_arm
 from studies.katana_study import EACH_WAY, REMAINDER, read_tilting
-from studies.katana_tracking import (
-    ROWS,
-    SAMPLES,
-    drawing_katana,
-    identified,
-    reached,
-)
+from studies.katana_tracking import ROWS, SAMPLES, drawing_katana, identified, reached
 from studies.page import Picture
 from workbench.arm.kinematics.forward import geometric_jacobian
 from workbench.arm.robot import Robot
@@ -34,14 +28,7 @@ from workbench.paths.pencil.reading import plotted_errors, plotted_profile
 from workbench.paths.pencil.sheet import draw, scan
 from workbench.paths.planning import Planned, plan
 from workbench.paths.trajectories import taught_circle
-from workbench.report.drawing import (
-    COLOURS,
-    NOMINAL,
-    grid,
-    look,
-    new_figure,
-    png,
-)
+from workbench.report.drawing import COLOURS, NOMINAL, grid, look, new_figure, png
 
 WAYS = ("as it comes", "circle taught at its four points", "tilting first")
 """How the arm draws."""
@@ -83,11 +70,7 @@ def pencil_check(path: Planned, *, seed: int = 0) -> PencilCheck:
     command = command_joints(calibrated, robot, path.q, positions_only=True)
     taught = taught_circle(robot, led_by_hand(actual, robot, path, rng))
     again = plan(robot, taught, duration=float(path.time[-1]), rows=ROWS, axis=path.axis)
-    drawn = (
-        (path, path.q),
-        (again, again.q),
-        (path, compensate(command, method=Method.ONE_STEP).q),
-    )
+    drawn = ((path, path.q), (again, again.q), (path, compensate(command, method=Method.ONE_STEP).q))
     pairs = [_checked(circle, planned, in_base(actual, robot, q), rng) for planned, q in drawn]
     read, real = (np.array(part) for part in zip(*pairs, strict=True))
     return PencilCheck(time=path.time, read=read, actual=real)

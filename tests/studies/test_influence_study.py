@@ -3,13 +3,7 @@
 import numpy as np
 import pytest
 
-from studies.influence_study import (
-    METHODS,
-    TROUBLES,
-    InfluenceStudy,
-    influence_study,
-    study_figure,
-)
+from studies.influence_study import METHODS, TROUBLES, InfluenceStudy, influence_study, study_figure
 from workbench.report.drawing import svg
 
 

@@ -9,13 +9,7 @@ from generator import katana as other_katana
 from generator import move, turn
 
 from studies import katana_printed as printed
-from studies.katana_generator import (
-    CORNER,
-    NOMINAL,
-    PLACES,
-    VirtualKatana,
-    draw_arm,
-)
+from studies.katana_generator import CORNER, NOMINAL, PLACES, VirtualKatana, draw_arm
 from workbench.arm.library import load_robot
 from workbench.base import se3
 

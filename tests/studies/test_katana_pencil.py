@@ -4,12 +4,7 @@ import numpy as np
 import pytest
 
 from studies.finding import Verdict
-from studies.katana_pencil import (
-    WAYS,
-    pencil_check,
-    pencil_finding,
-    pencil_picture,
-)
+from studies.katana_pencil import WAYS, pencil_check, pencil_finding, pencil_picture
 from studies.katana_tracking import drawing_katana, tracked_paths
 
 

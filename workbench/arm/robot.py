@@ -20,13 +20,7 @@ from workbench.arm.effects import AbstractEffect, check_ranges
 from workbench.arm.effects.insertions import drifting, with_insertions
 from workbench.base import se3
 from workbench.base.errors import RobotError, ShapeError
-from workbench.base.types import (
-    Freedom,
-    Matrix3,
-    Matrix4,
-    Vector3,
-    frozen,
-)
+from workbench.base.types import Freedom, Matrix3, Matrix4, Vector3, frozen
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

@@ -19,13 +19,7 @@ from workbench.arm.conventions import (
 )
 from workbench.arm.effects import EFFECTS, AbstractEffect
 from workbench.arm.masses import carried
-from workbench.arm.robot import (
-    Frame,
-    Joint,
-    JointKind,
-    Robot,
-    SessionFrames,
-)
+from workbench.arm.robot import Frame, Joint, JointKind, Robot, SessionFrames
 from workbench.base import se3
 from workbench.base.errors import RobotError
 from workbench.base.files import write_text

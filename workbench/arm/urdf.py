@@ -18,23 +18,11 @@ import yourdfpy
 from workbench.arm import chain as chains
 from workbench.arm.chain import Axis, Element
 from workbench.arm.masses import carried
-from workbench.arm.robot import (
-    FRAME_PARTS,
-    Frame,
-    Joint,
-    JointKind,
-    Robot,
-    UrdfSource,
-)
+from workbench.arm.robot import FRAME_PARTS, Frame, Joint, JointKind, Robot, UrdfSource
 from workbench.base import se3
 from workbench.base.errors import FileError, OptionError, RobotError
 from workbench.base.files import write_bytes
-from workbench.base.types import (
-    Freedom,
-    Matrix4,
-    Vector3,
-    frozen,
-)
+from workbench.base.types import Freedom, Matrix4, Vector3, frozen
 
 KINDS = {
     "revolute": JointKind.REVOLUTE,

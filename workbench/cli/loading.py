@@ -6,13 +6,7 @@ from typing import Annotated
 import typer
 
 from workbench.base.errors import OptionError
-from workbench.cli.options import (
-    JsonOption,
-    SeedOption,
-    check_writable,
-    say,
-    show,
-)
+from workbench.cli.options import JsonOption, SeedOption, check_writable, say, show
 
 
 def loading(

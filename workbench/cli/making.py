@@ -5,12 +5,7 @@ from typing import Annotated
 
 import typer
 
-from workbench.cli.options import (
-    check_writable,
-    noise_of,
-    progress_bar,
-    say,
-)
+from workbench.cli.options import check_writable, noise_of, progress_bar, say
 from workbench.cli.plates import NoiseOption, PlateArgument
 
 

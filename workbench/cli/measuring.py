@@ -38,8 +38,7 @@ def simulate(
         ),
     ] = "random",
     instrument: Annotated[
-        str | None,
-        typer.Option(help="What measures: plate, laser-tracker, tracker-6d, optotrak …"),
+        str | None, typer.Option(help="What measures: plate, laser-tracker, tracker-6d, optotrak …")
     ] = None,
     branch: Annotated[
         str, typer.Option(help="With --plate: designed, mixed, auto (one branch), or a branch by name.")

@@ -43,8 +43,7 @@ PlateOption = Annotated[
     typer.Option(help="Plate: a .toml file, the table of a measuring machine, or the built-in table2."),
 ]
 UnknownOption = Annotated[
-    str | None,
-    typer.Option("--unknown", help="Frames to identify as well: base, tool, base,tool, or none."),
+    str | None, typer.Option("--unknown", help="Frames to identify as well: base, tool, base,tool, or none.")
 ]
 HeldOutOption = Annotated[
     str,
@@ -72,8 +71,7 @@ ExcludeOption = Annotated[
     str | None, typer.Option("--exclude", help="Data rows to keep out, comma-separated, from 0.")
 ]
 NoiseOption = Annotated[
-    str | None,
-    typer.Option("--noise", help='Standard deviations of the instrument: "0.05mm,0.01deg".'),
+    str | None, typer.Option("--noise", help='Standard deviations of the instrument: "0.05mm,0.01deg".')
 ]
 ToolMarkersOption = Annotated[
     Path | None,
@@ -84,8 +82,7 @@ ToolMarkersOption = Annotated[
 BaseMarkersOption = Annotated[
     Path | None,
     typer.Option(
-        "--base-markers",
-        help="Markers on the base, two rows (as designed, as seen), to align the frames.",
+        "--base-markers", help="Markers on the base, two rows (as designed, as seen), to align the frames."
     ),
 ]
 SeedOption = Annotated[int, typer.Option(help="Seed of the random numbers.")]

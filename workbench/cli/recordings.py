@@ -6,14 +6,7 @@ from typing import Annotated
 import typer
 
 from workbench.base.errors import OptionError
-from workbench.cli.options import (
-    JsonOption,
-    check_writable,
-    fail,
-    progress_bar,
-    say,
-    show,
-)
+from workbench.cli.options import JsonOption, check_writable, fail, progress_bar, say, show
 
 RecordingArgument = Annotated[Path, typer.Argument(help="A recording: a folder such as recordings/sample.")]
 

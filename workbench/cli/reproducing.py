@@ -10,14 +10,7 @@ from typing import Annotated
 import typer
 
 from workbench.base.errors import OptionError
-from workbench.cli.options import (
-    JsonOption,
-    SeedOption,
-    check_writable,
-    progress_bar,
-    say,
-    show,
-)
+from workbench.cli.options import JsonOption, SeedOption, check_writable, progress_bar, say, show
 
 TESTS = Path(__file__).resolve().parents[2] / "tests"
 """Where a checkout has the studies."""

@@ -72,10 +72,7 @@ class Grams:
 
 
 def compress(
-    problem: Problem,
-    x: Float[np.ndarray, " p"],
-    effects: Sequence[AbstractEffect],
-    fold: np.ndarray,
+    problem: Problem, x: Float[np.ndarray, " p"], effects: Sequence[AbstractEffect], fold: np.ndarray
 ) -> Grams:
     """Inner products at a problem's answer.
 

@@ -16,12 +16,7 @@ from workbench.identification.algorithms.robust import Loss, row_weights
 from workbench.identification.choices import FitChoices, option, with_choices
 from workbench.identification.errors import Errors
 from workbench.identification.fit import Fit
-from workbench.identification.preparation import (
-    Cancel,
-    Progress,
-    on_step,
-    prepare,
-)
+from workbench.identification.preparation import Cancel, Progress, on_step, prepare
 from workbench.identification.prior import Prior
 from workbench.identification.record import Identification, Run, Validation
 

@@ -16,12 +16,7 @@ from workbench.identification.algorithms.opt2 import Opt2
 from workbench.identification.alignment import align
 from workbench.identification.choices import FitChoices
 from workbench.identification.errors import RowErrors, instrument_places, row_errors
-from workbench.identification.frames import (
-    FrameChoice,
-    Sessions,
-    choose_frames,
-    visible_parts,
-)
+from workbench.identification.frames import FrameChoice, Sessions, choose_frames, visible_parts
 from workbench.identification.prior import Prior
 from workbench.identification.problem import FrameFreedom, Noise, Problem
 from workbench.identification.rows import (

@@ -15,12 +15,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.parameters import Parameter, default_bounds
-from workbench.arm.robot import (
-    FRAME_PARTS,
-    Frame,
-    Robot,
-    SessionFrames,
-)
+from workbench.arm.robot import FRAME_PARTS, Frame, Robot, SessionFrames
 from workbench.arm.statics.deflection import law_sizes
 from workbench.base.errors import OptionError
 from workbench.base.types import frozen

@@ -10,12 +10,7 @@ from rich.console import RenderableType
 from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
 from workbench.identification.errors import Errors, RowErrors
-from workbench.identification.expected import (
-    SERIOUS,
-    Transfer,
-    transfer,
-    transfer_words,
-)
+from workbench.identification.expected import SERIOUS, Transfer, transfer, transfer_words
 from workbench.identification.fit import Fit
 from workbench.identification.problem import FrameFreedom, Noise
 from workbench.report.shown import AbstractShown

@@ -22,14 +22,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import frozen
-from workbench.paths.path import (
-    Commanded,
-    Times,
-    named,
-    refuse_beyond,
-    refuse_fast,
-    refuse_singular,
-)
+from workbench.paths.path import Commanded, Times, named, refuse_beyond, refuse_fast, refuse_singular
 
 GREATEST = 0.35
 """Correction of a joint beyond which no calibration is at work but a singularity [rad or m]."""

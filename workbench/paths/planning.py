@@ -24,13 +24,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame, Robot
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
-from workbench.base.types import (
-    JointRows,
-    Poses,
-    Rotations,
-    Vector3,
-    frozen,
-)
+from workbench.base.types import JointRows, Poses, Rotations, Vector3, frozen
 from workbench.paths.curves import Curve, smooth_shares
 from workbench.paths.path import Commanded, command_joints, command_poses, refuse_fast, refuse_singular
 from workbench.paths.tool_direction import follow_near_direction

@@ -108,11 +108,7 @@ def _in_motion(state: Motion, source: str) -> Motion:
 
 
 def path_state(
-    q: JointRows,
-    trajectory: Trajectory,
-    *,
-    payload: float | None = None,
-    temperature: float | None = None,
+    q: JointRows, trajectory: Trajectory, *, payload: float | None = None, temperature: float | None = None
 ) -> Motion:
     """What drives effects along a path; directions follow from the order of the rows.
 

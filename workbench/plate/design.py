@@ -98,11 +98,7 @@ def optimise_plate(
     except DataError as error:
         design = search(Wish(constraints=NARROW))
         return replace(
-            design,
-            notes=(
-                f"{error}; kept: 5 mm clear, targets 60 mm apart, 25 mm of retreat",
-                *design.notes,
-            ),
+            design, notes=(f"{error}; kept: 5 mm clear, targets 60 mm apart, 25 mm of retreat", *design.notes)
         )
 
 

@@ -258,11 +258,4 @@ def _keep_older(out: Path, say: Say) -> None:
     say(f"an older {out.name} is kept as {kept.name}")
 
 
-__all__ = [
-    "ORIENTATION_STILL",
-    "POSITION_STILL",
-    "Captured",
-    "capture",
-    "plate_acquisition",
-    "plate_targets",
-]
+__all__ = ["ORIENTATION_STILL", "POSITION_STILL", "Captured", "capture", "plate_acquisition", "plate_targets"]

@@ -58,12 +58,7 @@ PATTERNS: Mapping[str, Callable[[int], Places]] = MappingProxyType(
 
 
 def pattern(
-    name: str,
-    number: int,
-    *,
-    centre: Vector3,
-    radius: float,
-    tilts: tuple[float, ...] = TILTS,
+    name: str, number: int, *, centre: Vector3, radius: float, tilts: tuple[float, ...] = TILTS
 ) -> tuple[Target, ...]:
     """Targets in a pattern.
 

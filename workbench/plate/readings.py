@@ -151,12 +151,7 @@ SIGMAS: Mapping[str, tuple[float, float | None]] = MappingProxyType(
 
 
 def reading_named(
-    name: str,
-    robot: Robot,
-    plate: Plate,
-    *,
-    sigma: tuple[float, float | None] | None = None,
-    visits: int = 1,
+    name: str, robot: Robot, plate: Plate, *, sigma: tuple[float, float | None] | None = None, visits: int = 1
 ) -> Reading:
     """The reading of that name.
 

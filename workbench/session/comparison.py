@@ -63,12 +63,7 @@ def exaggeration_for(comparison: Comparison) -> float:
     return max(fitting, default=STEPS[0])
 
 
-def compare(
-    fitted: Dataset,
-    checks: Dataset | None,
-    nominal: Robot,
-    calibrated: Robot | None,
-) -> Comparison:
+def compare(fitted: Dataset, checks: Dataset | None, nominal: Robot, calibrated: Robot | None) -> Comparison:
     """Measured and predicted poses of all rows.
 
     Args:

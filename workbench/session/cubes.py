@@ -6,12 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from workbench.session.comparison import Comparison
-from workbench.session.state import (
-    CubeView,
-    Field,
-    Session,
-    Trial,
-)
+from workbench.session.state import CubeView, Field, Session, Trial
 
 TITLES = {
     Field.REACH: "Reachability",

@@ -25,12 +25,7 @@ from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.base.types import Matrix4, frozen
 from workbench.plate.branches import choose_branches
-from workbench.plate.plate import (
-    AUTO,
-    Kind,
-    Plate,
-    Target,
-)
+from workbench.plate.plate import AUTO, Kind, Plate, Target
 from workbench.session.state import TargetState
 
 STARTS = 8

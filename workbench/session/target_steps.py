@@ -8,14 +8,7 @@ from workbench.base.errors import OptionError
 from workbench.plate.plate import Plate
 from workbench.session.reach import branches_to, first_hit
 from workbench.session.score import score
-from workbench.session.state import (
-    UNDO_STEPS,
-    Focus,
-    Score,
-    Session,
-    Step,
-    TargetState,
-)
+from workbench.session.state import UNDO_STEPS, Focus, Score, Session, Step, TargetState
 
 
 def check_free(session: Session) -> None:

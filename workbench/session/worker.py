@@ -17,13 +17,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from workbench.base.errors import WorkbenchError
-from workbench.session.command import (
-    AbstractChange,
-    AbstractChore,
-    AbstractCommand,
-    AbstractTask,
-    Cancelled,
-)
+from workbench.session.command import AbstractChange, AbstractChore, AbstractCommand, AbstractTask, Cancelled
 from workbench.session.commands.messages import Tell
 from workbench.session.journal import Ending, Entry
 from workbench.session.state import Job, Session, Severity

@@ -7,18 +7,9 @@ from rich.console import Console
 
 from workbench.arm.library import load_robot
 from workbench.identification.report.parameters import State, parameter_table
-from workbench.identification.report.table import (
-    evaluation_tables,
-    identification_tables,
-    parameters_tables,
-)
+from workbench.identification.report.table import evaluation_tables, identification_tables, parameters_tables
 from workbench.identification.report.use import controller_use
-from workbench.report.numbers import (
-    factor,
-    short,
-    signed,
-    standard_error,
-)
+from workbench.report.numbers import factor, short, signed, standard_error
 
 
 def printed(content, width=80):

@@ -16,12 +16,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm import chain as chains
-from workbench.arm.inverse.damped_newton import (
-    WEIGHT,
-    Refined,
-    Task,
-    refine,
-)
+from workbench.arm.inverse.damped_newton import WEIGHT, Refined, Task, refine
 from workbench.arm.inverse.reduced_arm import compile_arm
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion

@@ -15,36 +15,12 @@ from numpy.typing import ArrayLike
 
 from workbench.arm.inverse import unreachable
 from workbench.arm.inverse.bent_branches import bent_result
-from workbench.arm.inverse.branch import (
-    LIMIT_SLACK,
-    Branch,
-    branch_names,
-    margins,
-    representative,
-)
-from workbench.arm.inverse.branches import (
-    InverseResult,
-    Nearest,
-    choose,
-    nearest_branch,
-    quality,
-)
+from workbench.arm.inverse.branch import LIMIT_SLACK, Branch, branch_names, margins, representative
+from workbench.arm.inverse.branches import InverseResult, Nearest, choose, nearest_branch, quality
 from workbench.arm.inverse.damped_newton import Task, refine
-from workbench.arm.inverse.follow import (
-    Followed,
-    FollowedMany,
-    as_pose,
-    follow,
-    follow_many,
-)
+from workbench.arm.inverse.follow import Followed, FollowedMany, as_pose, follow, follow_many
 from workbench.arm.inverse.reduced_arm import Arm, compile_arm
-from workbench.arm.inverse.solutions import (
-    Solutions,
-    all_solutions,
-    distinct,
-    random_starts,
-    task_jacobian,
-)
+from workbench.arm.inverse.solutions import Solutions, all_solutions, distinct, random_starts, task_jacobian
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, ShapeError

@@ -8,14 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.inverse.branch import STRUCTURE, foot, margins
-from workbench.arm.inverse.damped_newton import (
-    POSITION_TOLERANCE,
-    WEIGHT,
-    Refined,
-    Task,
-    refine,
-    unlimited,
-)
+from workbench.arm.inverse.damped_newton import POSITION_TOLERANCE, WEIGHT, Refined, Task, refine, unlimited
 from workbench.arm.inverse.reduced_arm import Arm
 from workbench.arm.inverse.solutions import random_starts
 

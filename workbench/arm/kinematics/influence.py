@@ -102,6 +102,5 @@ def first_order_influence(robot: Robot, motion: Motion, *, names: tuple[str, ...
     turns = np.array([elements[i].axis.turns for i in robot.chain.indices(names)], bool)
     twists = sensitivity(robot, motion, names)[1]
     return Influence(
-        names=names,
-        distances=frozen(np.linalg.norm(twists[:, :3], axis=1) * np.where(turns, ANGLE, LENGTH)),
+        names=names, distances=frozen(np.linalg.norm(twists[:, :3], axis=1) * np.where(turns, ANGLE, LENGTH))
     )

@@ -29,11 +29,7 @@ _TABLES: WeakKeyDictionary[Robot, dict[Task, tuple[np.ndarray, cKDTree]]] = Weak
 
 
 def reachable(
-    robot: Robot,
-    poses: Float[np.ndarray, "rows 4 4"],
-    *,
-    task: Task | None = None,
-    certain: bool = True,
+    robot: Robot, poses: Float[np.ndarray, "rows 4 4"], *, task: Task | None = None, certain: bool = True
 ) -> tuple[Bool[np.ndarray, " rows"], Float[np.ndarray, "rows n"]]:
     """Whether each pose is reached within the limits, and one way to reach it.
 

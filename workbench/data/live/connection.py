@@ -103,11 +103,7 @@ def listen(
 
 
 def accept_one(
-    address: str,
-    *,
-    timeout: float | None,
-    ready: Callable[[int], None] | None,
-    nobody: str,
+    address: str, *, timeout: float | None, ready: Callable[[int], None] | None, nobody: str
 ) -> socket.socket:
     """The first connection that comes to an address; the port is then free again.
 

@@ -14,12 +14,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.base.errors import DataError, FileError
-from workbench.data.readers.columns import (
-    Column,
-    decisions,
-    problems,
-    understand,
-)
+from workbench.data.readers.columns import Column, decisions, problems, understand
 from workbench.data.readers.table import Table
 
 MISSING = frozenset({"", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "?", "missing"})

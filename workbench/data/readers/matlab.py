@@ -9,12 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from workbench.base.errors import FileError, OptionError
-from workbench.data.readers.columns_option import (
-    Item,
-    Naming,
-    Pair,
-    group_keys,
-)
+from workbench.data.readers.columns_option import Item, Naming, Pair, group_keys
 from workbench.data.readers.headings import meaning
 from workbench.data.readers.table import Grid
 

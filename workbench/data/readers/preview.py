@@ -7,12 +7,7 @@ import numpy as np
 
 from workbench.base.errors import WorkbenchError
 from workbench.data.readers.assemble import assemble
-from workbench.data.readers.columns import (
-    Column,
-    decisions,
-    problems,
-    understand,
-)
+from workbench.data.readers.columns import Column, decisions, problems, understand
 from workbench.data.readers.fields import Fields, convert
 from workbench.data.readers.headings import quantities_of
 from workbench.data.readers.read import folder_layout, read_table, table_layout

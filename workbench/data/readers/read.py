@@ -17,13 +17,7 @@ from workbench.data.readers.fields import Fields, fields_of
 from workbench.data.readers.file_kind import Kind, kind_of, read_bytes
 from workbench.data.readers.layouts.layout import AbstractFolderLayout, AbstractTableLayout
 from workbench.data.readers.matlab import read_matlab
-from workbench.data.readers.table import (
-    Grid,
-    Table,
-    with_headings,
-    with_names,
-    with_pairs,
-)
+from workbench.data.readers.table import Grid, Table, with_headings, with_names, with_pairs
 from workbench.data.readers.text import read_text
 from workbench.data.readers.workbooks import read_excel, read_frame, read_parquet
 

@@ -210,10 +210,7 @@ def _angles(poses: Float[np.ndarray, "rows 4 4"], place: Vector3) -> Float[np.nd
 
 
 def _tilts(
-    instrument: Instrument,
-    actual: Robot,
-    motion: Motion,
-    rng: np.random.Generator,
+    instrument: Instrument, actual: Robot, motion: Motion, rng: np.random.Generator
 ) -> dict[int, Float[np.ndarray, "rows 2"]]:
     """Readings of an inclinometer on every moving link [rad], by link from 1: `data/observations/tilt.py`.
 

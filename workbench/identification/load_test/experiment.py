@@ -124,13 +124,7 @@ def run_load_test(
         pulled_joint(robot, tilting, loads, _pulled(actual, loads, tracker, rng)) for loads in side
     )
     return LoadTest(
-        robot=robot,
-        plan=plan,
-        data=data,
-        tilting=tilting,
-        side=side,
-        side_tilting=pulled,
-        hidden=hidden,
+        robot=robot, plan=plan, data=data, tilting=tilting, side=side, side_tilting=pulled, hidden=hidden
     )
 
 

@@ -10,14 +10,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame, JointKind, Robot
 from workbench.identification.errors import RowErrors
 from workbench.identification.record import Evaluation, Identification
-from workbench.report.drawing import (
-    COLOURS,
-    INK,
-    NOMINAL,
-    grid,
-    look,
-    new_figure,
-)
+from workbench.report.drawing import COLOURS, INK, NOMINAL, grid, look, new_figure
 
 POINTS = 400
 """Greatest number of points in one plot of single rows; more are thinned evenly, and it is said."""

@@ -13,12 +13,7 @@ from workbench.identification.error_columns import columns_of, order_of_measurin
 from workbench.identification.record import Identification
 from workbench.identification.report.corrections import corrections
 from workbench.identification.report.error_grid import STEMS, error_grid
-from workbench.identification.report.error_plots import (
-    POINTS,
-    before_after,
-    error_where,
-    residual_histogram,
-)
+from workbench.identification.report.error_plots import POINTS, before_after, error_where, residual_histogram
 from workbench.identification.report.influence import influence_of_fit
 from workbench.report.drawing import Drawing, Picture, svg
 

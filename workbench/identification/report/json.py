@@ -10,12 +10,7 @@ from workbench.arm.robot import JointKind
 from workbench.identification.controller import ControllerNumbers, PoseErrors
 from workbench.identification.errors import Errors, Spread
 from workbench.identification.fit import Fit
-from workbench.identification.record import (
-    Evaluation,
-    Identification,
-    Run,
-    Validation,
-)
+from workbench.identification.record import Evaluation, Identification, Run, Validation
 from workbench.identification.report.parameters import unseen
 from workbench.identification.report.prior import prior_json
 from workbench.report.json import Json, plain
@@ -98,10 +93,7 @@ def _spread(spread: Spread | None) -> Json | None:
 def _errors(errors: Errors | None) -> Json | None:
     if errors is None:
         return None
-    return {
-        "position_mm": _spread(errors.position_mm),
-        "orientation_deg": _spread(errors.orientation_deg),
-    }
+    return {"position_mm": _spread(errors.position_mm), "orientation_deg": _spread(errors.orientation_deg)}
 
 
 def validation_json(validation: Validation | Run) -> Json:
@@ -112,10 +104,7 @@ def validation_json(validation: Validation | Run) -> Json:
 def _pose_errors(errors: PoseErrors) -> Json:
     return {
         "position_mm": {"mean": 1e3 * errors.position_mean, "max": 1e3 * errors.position_max},
-        "orientation_deg": {
-            "mean": np.rad2deg(errors.rotation_mean),
-            "max": np.rad2deg(errors.rotation_max),
-        },
+        "orientation_deg": {"mean": np.rad2deg(errors.rotation_mean), "max": np.rad2deg(errors.rotation_max)},
     }
 
 

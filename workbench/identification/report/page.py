@@ -20,23 +20,12 @@ from workbench.identification.errors import Errors
 from workbench.identification.record import Identification, Run, Validation
 from workbench.identification.report.figures import NAMES, all_figures
 from workbench.identification.report.json import identification_json
-from workbench.identification.report.parameters import (
-    LEGEND,
-    Cell,
-    ParameterTable,
-    State,
-    parameter_table,
-)
+from workbench.identification.report.parameters import LEGEND, Cell, ParameterTable, State, parameter_table
 from workbench.identification.report.use import Use, controller_use
 from workbench.report.drawing import Drawing
 from workbench.report.html import page_template, themed
 from workbench.report.json import json_text
-from workbench.report.numbers import (
-    factor,
-    short,
-    signed,
-    standard_error,
-)
+from workbench.report.numbers import factor, short, signed, standard_error
 
 PAGE, RESULT = "report.html", "result.json"
 LISTED = 50

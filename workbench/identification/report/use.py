@@ -8,12 +8,7 @@ from jaxtyping import Float
 from rich.console import RenderableType
 
 from workbench.arm.robot import Frame, JointKind, Robot
-from workbench.identification.controller import (
-    ControllerNumbers,
-    Part,
-    PoseErrors,
-    controller_numbers,
-)
+from workbench.identification.controller import ControllerNumbers, Part, PoseErrors, controller_numbers
 from workbench.identification.record import Identification
 from workbench.identification.report.json import controller_json
 from workbench.identification.report.table import use_tables
@@ -86,11 +81,7 @@ def controller_use(result: Identification) -> Use:
 
 
 def use_of(
-    calibrated: Robot,
-    nominal: Robot,
-    *,
-    q: Float[np.ndarray, "rows n"] | None = None,
-    session: str = "",
+    calibrated: Robot, nominal: Robot, *, q: Float[np.ndarray, "rows n"] | None = None, session: str = ""
 ) -> Use:
     """Numbers for controllers that take offsets only, the tool too, and the base too.
 

@@ -28,13 +28,7 @@ from workbench.paths.pencil.reading import (
     plotted_profile,
     read_scan,
 )
-from workbench.paths.pencil.sheet import (
-    Drawn,
-    Image,
-    draw,
-    scan,
-    sheet,
-)
+from workbench.paths.pencil.sheet import Drawn, Image, draw, scan, sheet
 from workbench.paths.trajectories import path_state
 from workbench.report.drawing import COLOURS, INK, grid, look, new_figure, png
 from workbench.report.json import Json, plain

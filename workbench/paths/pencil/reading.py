@@ -194,9 +194,7 @@ def plotted_errors(
     out = drawn - extension * np.sum(axes * ray, axis=1)
     above = -extension * (axes @ normal)
     return PlottedErrors(
-        out=frozen(out),
-        above=frozen(above),
-        vector=frozen(out[:, None] * ray + above[:, None] * normal),
+        out=frozen(out), above=frozen(above), vector=frozen(out[:, None] * ray + above[:, None] * normal)
     )
 
 

@@ -24,11 +24,7 @@ LAYERS: dict[str, dict[str, Any]] = {
     "TEXT": {"color": 7, "lineweight": 18},
 }
 DOWNHILL = {"layer": "DOWNHILL"}
-SHORT = {
-    Purpose.SCREW: "screw",
-    Purpose.DOWEL: "dowel H7",
-    Purpose.MOUNTING: "mounting",
-}
+SHORT = {Purpose.SCREW: "screw", Purpose.DOWEL: "dowel H7", Purpose.MOUNTING: "mounting"}
 
 
 def dxf(fixture: Fixture) -> str:

@@ -102,11 +102,7 @@ def fixture_of(plate: Plate, *, stock: Stock | None = None) -> Fixture:
         notes.append(f"{left_out} of 4 mounting holes would lie under a block and are left out")
     bores = tuple(bore for block in blocks for bore in _under(block, size[2], stock)) + mounting
     return Fixture(
-        name=plate.name,
-        pose=plate.pose,
-        slab=Slab(size=size, bores=bores),
-        blocks=blocks,
-        notes=tuple(notes),
+        name=plate.name, pose=plate.pose, slab=Slab(size=size, bores=bores), blocks=blocks, notes=tuple(notes)
     )
 
 

@@ -21,8 +21,7 @@ Json = dict[str, Any]
 def design_tables(design: PlateDesign) -> RenderableType:
     """Target by target, then what the plate is worth."""
     table = new_table(
-        design.plate.name,
-        *("target, branch", "place [mm]", "angles [°]", "clear [mm]", "limits [°]"),
+        design.plate.name, *("target, branch", "place [mm]", "angles [°]", "clear [mm]", "limits [°]")
     )
     places = places_of(design.plate, design.plate.poses)
     for i, (target, place) in enumerate(zip(design.plate.targets, places, strict=True)):

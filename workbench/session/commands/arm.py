@@ -14,12 +14,7 @@ from workbench.base import se3
 from workbench.base.errors import FileError, OptionError, WorkbenchError
 from workbench.base.types import frozen
 from workbench.plate.plate_toml import read_plate
-from workbench.session.command import (
-    AbstractChange,
-    AbstractTask,
-    Cancel,
-    Progress,
-)
+from workbench.session.command import AbstractChange, AbstractTask, Cancel, Progress
 from workbench.session.commands.data import safe_name
 from workbench.session.start import start, suited_plate
 from workbench.session.state import Focus, Session, Severity

@@ -6,12 +6,7 @@ from workbench.base.errors import OptionError
 from workbench.data.dataset import Dataset
 from workbench.session.command import AbstractChange
 from workbench.session.comparison import compare, numbered_after
-from workbench.session.state import (
-    Focus,
-    Overlay,
-    Session,
-    Units,
-)
+from workbench.session.state import Focus, Overlay, Session, Units
 
 LEAST_EXAGGERATION, GREATEST_EXAGGERATION = 1.0, 500.0
 

@@ -22,22 +22,10 @@ from workbench.data.readers.preview import Preview
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument, Observes
 from workbench.data.simulation.simulate import simulate, virtual_arm
 from workbench.plate.region_poses import nearby_poses
-from workbench.session.command import (
-    AbstractChange,
-    AbstractTask,
-    Cancel,
-    Progress,
-)
+from workbench.session.command import AbstractChange, AbstractTask, Cancel, Progress
 from workbench.session.comparison import compare, numbered_after
 from workbench.session.reach import advance
-from workbench.session.state import (
-    CubeView,
-    Field,
-    Focus,
-    Loaded,
-    Session,
-    Severity,
-)
+from workbench.session.state import CubeView, Field, Focus, Loaded, Session, Severity
 
 LARGEST_FILE = 20 * 1024 * 1024
 """Files beyond this size are refused [bytes]."""

@@ -12,12 +12,7 @@ from workbench.base.errors import DataError, OptionError
 from workbench.base.types import frozen
 from workbench.plate.patterns import MOST_TARGETS
 from workbench.plate.plate import Target
-from workbench.session.command import (
-    AbstractChange,
-    AbstractTask,
-    Cancel,
-    Progress,
-)
+from workbench.session.command import AbstractChange, AbstractTask, Cancel, Progress
 from workbench.session.commands.arrange import place_targets
 from workbench.session.commands.identify import Identify
 from workbench.session.state import Session, Severity

@@ -12,12 +12,7 @@ from workbench.plate.plate import AUTO, Target
 from workbench.session.command import AbstractChange
 from workbench.session.reach import place, place_all
 from workbench.session.state import Session
-from workbench.session.target_steps import (
-    check_free,
-    check_unlocked,
-    move_targets,
-    with_item,
-)
+from workbench.session.target_steps import check_free, check_unlocked, move_targets, with_item
 
 BESIDE = np.array([0.06, 0.0, 0.0])
 """Where a copy stands, from its original [m]."""

@@ -23,27 +23,10 @@ from workbench.data.simulation.simulate import simulate_targets, virtual_arm
 from workbench.plate.guided_measuring import plate_targets
 from workbench.plate.plate import Kind
 from workbench.plate.virtual_measuring import STEERING, beside
-from workbench.session.command import (
-    AbstractChange,
-    AbstractTask,
-    Cancel,
-    Progress,
-)
-from workbench.session.commands.data import (
-    MOST_SEED,
-    instrument_of,
-    observed,
-    postures,
-    with_data,
-)
+from workbench.session.command import AbstractChange, AbstractTask, Cancel, Progress
+from workbench.session.commands.data import MOST_SEED, instrument_of, observed, postures, with_data
 from workbench.session.guided import Measuring, Ride, VirtualArm
-from workbench.session.state import (
-    Focus,
-    Loaded,
-    Session,
-    Severity,
-    Source,
-)
+from workbench.session.state import Focus, Loaded, Session, Severity, Source
 from workbench.session.target_steps import with_branches
 
 NOISY = 10.0

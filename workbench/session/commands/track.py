@@ -6,26 +6,10 @@ from typing import Any
 import numpy as np
 
 from workbench.base.errors import OptionError
-from workbench.session.command import (
-    AbstractChange,
-    AbstractTask,
-    Cancel,
-    Progress,
-)
-from workbench.session.state import (
-    Focus,
-    Play,
-    Session,
-    Severity,
-)
+from workbench.session.command import AbstractChange, AbstractTask, Cancel, Progress
+from workbench.session.state import Focus, Play, Session, Severity
 from workbench.session.target_steps import check_free
-from workbench.session.track import (
-    CIRCLE,
-    LINE,
-    Track,
-    erring_robot,
-    make_track,
-)
+from workbench.session.track import CIRCLE, LINE, Track, erring_robot, make_track
 
 LEAST_TIME, GREATEST_TIME = 1.0, 120.0
 """Time that a trajectory may take [s]."""

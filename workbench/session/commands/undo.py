@@ -4,13 +4,7 @@ from dataclasses import dataclass, replace
 
 from workbench.session.command import AbstractChange
 from workbench.session.state import Session, Severity, Step
-from workbench.session.target_steps import (
-    begin_step,
-    check_free,
-    commit_step,
-    first_difference,
-    with_targets,
-)
+from workbench.session.target_steps import begin_step, check_free, commit_step, first_difference, with_targets
 
 
 @dataclass(frozen=True)

@@ -33,13 +33,7 @@ from workbench.session.journal.appender import Appender
 from workbench.session.journal.entry import Entry
 from workbench.session.journal.logbook import Logbook
 from workbench.session.journal.numbers import changed_numbers
-from workbench.session.journal.reader import (
-    JOURNAL,
-    PLATE,
-    ROBOT,
-    SCHEMA,
-    Recording,
-)
+from workbench.session.journal.reader import JOURNAL, PLATE, ROBOT, SCHEMA, Recording
 from workbench.session.start import start
 from workbench.session.state import Session
 from workbench.session.view import AbstractKeeper

@@ -18,20 +18,8 @@ from workbench.arm.kinematics.forward import joint_elements, link_frames
 from workbench.arm.motion import Motion
 from workbench.arm.robot import JointKind, Robot
 from workbench.base import se3
-from workbench.views.appearance.colours import (
-    FOOT,
-    JOINT,
-    LINK,
-    PROBE,
-)
-from workbench.views.appearance.shapes import (
-    Solid,
-    along,
-    ball,
-    cylinder,
-    merged,
-    tube,
-)
+from workbench.views.appearance.colours import FOOT, JOINT, LINK, PROBE
+from workbench.views.appearance.shapes import Solid, along, ball, cylinder, merged, tube
 
 THICK, THIN = 0.035, 0.021
 """Radius of the first and of the last link, as a share of the arm's reach."""

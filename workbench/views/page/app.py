@@ -13,12 +13,7 @@ from workbench.session.journal.folder import Begun, unrecorded
 from workbench.session.live import LiveSource, VirtualDriver
 from workbench.session.worker import Worker
 from workbench.views.page.demo import Demo
-from workbench.views.page.local_server import (
-    local_server,
-    page_address,
-    session_link,
-    stop_server,
-)
+from workbench.views.page.local_server import local_server, page_address, session_link, stop_server
 from workbench.views.page.render import BrowserView
 
 
@@ -49,11 +44,7 @@ class App:
         begun = unrecorded(robot, plate) if begun is None else begun
         self.server = local_server() if server is None else server
         self.worker = Worker(
-            begun.session,
-            keepers=begun.keepers,
-            journal=begun.entries,
-            chores=CHORES,
-            opening=begun.opening,
+            begun.session, keepers=begun.keepers, journal=begun.entries, chores=CHORES, opening=begun.opening
         )
         link = session_link(self.server, begun.name) if begun.name else ""
         self.view = BrowserView(self.server, self.worker, link=link)

@@ -15,12 +15,7 @@ from workbench.session.commands.identify import Identify
 from workbench.session.commands.messages import SetCaption, Tell
 from workbench.session.commands.region import ShowCubes
 from workbench.session.commands.undo import RestoreBest
-from workbench.session.state import (
-    CubeView,
-    Field,
-    Session,
-    Severity,
-)
+from workbench.session.state import CubeView, Field, Session, Severity
 from workbench.session.worker import Worker
 
 CLIENT = 1_000_000

@@ -5,13 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from workbench.diagnosis.record import Accepted, Diagnosis, judged
-from workbench.diagnosis.report.table import (
-    alternatives,
-    chance,
-    heading,
-    lines,
-    outlier_words,
-)
+from workbench.diagnosis.report.table import alternatives, chance, heading, lines, outlier_words
 from workbench.identification.fit import Fit
 from workbench.identification.record import Identification
 from workbench.identification.report.parameters import unseen

@@ -10,12 +10,7 @@ from workbench.arm.robot import JointKind, Robot
 from workbench.session.commands.arm import LARGEST_MODEL, ChooseRobot, LoadModel
 from workbench.session.commands.messages import Tell
 from workbench.session.state import Session
-from workbench.views.page.html import (
-    block,
-    heading,
-    pairs,
-    text,
-)
+from workbench.views.page.html import block, heading, pairs, text
 from workbench.views.page.panels.panel import AbstractPanel, on_press
 
 
@@ -25,10 +20,7 @@ class ArmPanel(AbstractPanel):
     def build(self, server: viser.ViserServer) -> None:
         gui = server.gui
         self._choice = gui.add_dropdown(
-            "Robot",
-            list(built_in_robots()),
-            initial_value="aria",
-            hint="The built-in arms.",
+            "Robot", list(built_in_robots()), initial_value="aria", hint="The built-in arms."
         )
         self._change = gui.add_button(
             "Change to this robot",

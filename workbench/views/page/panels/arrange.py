@@ -15,13 +15,7 @@ from workbench.session.commands.messages import Tell
 from workbench.session.commands.plate import ClusterTargets, ImprovePlate
 from workbench.session.state import Session, Units
 from workbench.views.page.panels.coordinates import NAMES, SIZES, Quantity
-from workbench.views.page.panels.panel import (
-    AFTERWARDS,
-    AbstractPanel,
-    on_choice,
-    on_press,
-    set_value,
-)
+from workbench.views.page.panels.panel import AFTERWARDS, AbstractPanel, on_choice, on_press, set_value
 
 KINDS = {name.capitalize(): name for name in PATTERNS}
 SEPARATORS = str.maketrans({",": " ", ";": " ", "\t": " ", "−": "-"})

@@ -12,13 +12,7 @@ from workbench.session.commands.arm import standing
 from workbench.session.commands.compare import GREATEST_EXAGGERATION, LEAST_EXAGGERATION, SetOverlay
 from workbench.session.state import Session
 from workbench.views.appearance.colours import BENT, css
-from workbench.views.page.html import (
-    MUTED,
-    badge,
-    block,
-    table,
-    text,
-)
+from workbench.views.page.html import MUTED, badge, block, table, text
 from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value
 
 NOTHING = (

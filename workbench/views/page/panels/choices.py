@@ -11,12 +11,7 @@ from workbench.session.commands.identify import HoldParameter, LeaveRowsOut
 from workbench.session.commands.messages import Tell
 from workbench.session.state import Session
 from workbench.session.worker import Worker
-from workbench.views.page.panels.panel import (
-    AbstractPanel,
-    on_change,
-    on_press,
-    set_value,
-)
+from workbench.views.page.panels.panel import AbstractPanel, on_change, on_press, set_value
 
 
 class ChoicesPanel(AbstractPanel):

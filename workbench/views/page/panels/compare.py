@@ -20,14 +20,7 @@ from workbench.views.appearance.colours import (
     css,
 )
 from workbench.views.page.camera import look_at
-from workbench.views.page.html import (
-    MUTED,
-    badge,
-    block,
-    number,
-    table,
-    text,
-)
+from workbench.views.page.html import MUTED, badge, block, number, table, text
 from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value
 
 SWITCHES = {
@@ -35,10 +28,7 @@ SWITCHES = {
     "nominal": ("Nominal arm", "Show the solid arm at the measured joint positions."),
     "calibrated": ("Calibrated arm", "Show the amber arm, with the identified parameters."),
     "frames": ("Frames", "Show the measured poses."),
-    "arrows": (
-        "Error arrows",
-        "From measured to predicted places: violet nominal, cyan calibrated.",
-    ),
+    "arrows": ("Error arrows", "From measured to predicted places: violet nominal, cyan calibrated."),
 }
 
 

@@ -15,14 +15,7 @@ from workbench.session.commands.data import (
 from workbench.session.commands.messages import Tell
 from workbench.session.state import Loaded, Session
 from workbench.session.worker import Worker
-from workbench.views.page.html import (
-    LINE,
-    MUTED,
-    block,
-    heading,
-    pairs,
-    text,
-)
+from workbench.views.page.html import LINE, MUTED, block, heading, pairs, text
 from workbench.views.page.panels.panel import AbstractPanel, on_press
 
 FILES = ".csv,.tsv,.txt,.xlsx,.parquet,.mat"

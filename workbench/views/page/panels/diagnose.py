@@ -9,22 +9,8 @@ from workbench.diagnosis.record import Diagnosis, Verdict, judged
 from workbench.diagnosis.report.table import outlier_words
 from workbench.session.commands.diagnose import AddEffects, Diagnose, TakeNextPoses
 from workbench.session.state import Session
-from workbench.views.appearance.colours import (
-    AFTER,
-    BEFORE,
-    OUT_OF_REACH,
-    css,
-)
-from workbench.views.page.html import (
-    GOOD,
-    MUTED,
-    badge,
-    block,
-    heading,
-    number,
-    table,
-    text,
-)
+from workbench.views.appearance.colours import AFTER, BEFORE, OUT_OF_REACH, css
+from workbench.views.page.html import GOOD, MUTED, badge, block, heading, number, table, text
 from workbench.views.page.panels.panel import AbstractPanel, on_press
 
 CANDIDATES = 6

@@ -39,7 +39,7 @@ class FilesPanel(AbstractPanel):
                 "workshop. Takes a few seconds.",
             )
             self._needs_data = [
-                self._button(gui, "Measurements (CSV)", measurements_csv, "One row per line, with units."),
+                self._button(gui, "Measurements (CSV)", measurements_csv, "One row per line, with units.")
             ]
             self._needs_fit = [
                 self._button(

@@ -14,25 +14,10 @@ from workbench.session.commands.identify import Identify
 from workbench.session.export import calibrated_toml
 from workbench.session.state import Session
 from workbench.views.appearance.colours import OUT_OF_REACH, css
-from workbench.views.page.html import (
-    CAREFUL,
-    GOOD,
-    MUTED,
-    badge,
-    block,
-    heading,
-    number,
-    table,
-    text,
-)
+from workbench.views.page.html import CAREFUL, GOOD, MUTED, badge, block, heading, number, table, text
 from workbench.views.page.panels.figure import error_figure
 from workbench.views.page.panels.files import save
-from workbench.views.page.panels.panel import (
-    AbstractPanel,
-    on_change,
-    on_press,
-    set_value,
-)
+from workbench.views.page.panels.panel import AbstractPanel, on_change, on_press, set_value
 
 POSITION, ORIENTATION = "Position [mm]", "Orientation [°]"
 TITLES = {name: algorithm.title for name, algorithm in ALGORITHMS.items()}

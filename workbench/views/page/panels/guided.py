@@ -19,23 +19,8 @@ from workbench.session.commands.measure import (
 )
 from workbench.session.guided import Measuring
 from workbench.session.state import Session, Source
-from workbench.views.page.html import (
-    BAD,
-    CAREFUL,
-    GOOD,
-    LINE,
-    MUTED,
-    badge,
-    block,
-    number,
-    text,
-)
-from workbench.views.page.panels.panel import (
-    AbstractPanel,
-    on_change,
-    on_press,
-    set_value,
-)
+from workbench.views.page.html import BAD, CAREFUL, GOOD, LINE, MUTED, badge, block, number, text
+from workbench.views.page.panels.panel import AbstractPanel, on_change, on_press, set_value
 
 LIGHTS = {Standing.STILL: GOOD, Standing.MOVING: CAREFUL, Standing.UNKNOWN: BAD}
 STILL_MOVES = "moves"
@@ -49,10 +34,7 @@ class GuidedPanel(AbstractPanel):
         with gui.add_folder("Guided, target by target"):
             self._source = gui.add_html("")
             self._follow = gui.add_checkbox(
-                "Follow the arm",
-                True,
-                visible=False,
-                hint="Move the arm in the scene with the real one.",
+                "Follow the arm", True, visible=False, hint="Move the arm in the scene with the real one."
             )
             on_change(self._follow, lambda: self._worker.submit(FollowSource(bool(self._follow.value))))
             self._live = gui.add_button(

@@ -5,18 +5,8 @@ from typing import Any
 import viser
 
 from workbench.session.commands.messages import Dismiss, SetCaption
-from workbench.session.state import (
-    Focus,
-    Message,
-    Session,
-    Severity,
-)
-from workbench.views.page.html import (
-    LINE,
-    MUTED,
-    block,
-    text,
-)
+from workbench.session.state import Focus, Message, Session, Severity
+from workbench.views.page.html import LINE, MUTED, block, text
 from workbench.views.page.panels.panel import AbstractPanel, on_press, set_value
 
 TINTS = {

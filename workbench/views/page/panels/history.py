@@ -7,14 +7,7 @@ import viser
 
 from workbench.session.state import Score, Session
 from workbench.views.appearance.colours import SELECTED, css
-from workbench.views.page.html import (
-    GOOD,
-    MUTED,
-    block,
-    heading,
-    number,
-    text,
-)
+from workbench.views.page.html import GOOD, MUTED, block, heading, number, text
 from workbench.views.page.panels.panel import AbstractPanel
 
 WIDTH, HEIGHT, MARGIN = 340, 64, 6

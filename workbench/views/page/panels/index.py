@@ -9,15 +9,7 @@ from workbench.plate.indices import INDICES
 from workbench.session.state import Score, Session
 from workbench.views.appearance.colours import OUT_OF_REACH, css
 from workbench.views.drawables.plate import target_colour
-from workbench.views.page.html import (
-    MUTED,
-    block,
-    change,
-    heading,
-    number,
-    table,
-    text,
-)
+from workbench.views.page.html import MUTED, block, change, heading, number, table, text
 from workbench.views.page.panels.panel import AbstractPanel
 
 WIDTH, HEIGHT = 340, 46

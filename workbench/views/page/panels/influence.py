@@ -13,14 +13,7 @@ from workbench.session.commands.arm import standing
 from workbench.session.state import Session
 from workbench.session.worker import Worker
 from workbench.views.appearance.colours import SELECTED, css
-from workbench.views.page.html import (
-    LINE,
-    MUTED,
-    block,
-    heading,
-    number,
-    text,
-)
+from workbench.views.page.html import LINE, MUTED, block, heading, number, text
 from workbench.views.page.panels.panel import AbstractPanel
 
 WIDTH, HEIGHT, FOOT = 340, 76, 26

@@ -15,21 +15,10 @@ from workbench.session.commands.arm import CapturePose, ForgetPoses, Jog, JogTo,
 from workbench.session.export import captured_csv
 from workbench.session.state import Session
 from workbench.session.worker import Worker
-from workbench.views.page.html import (
-    MUTED,
-    block,
-    number,
-    table,
-)
+from workbench.views.page.html import MUTED, block, number, table
 from workbench.views.page.panels.coordinates import Coordinates, Quantity
 from workbench.views.page.panels.files import save
-from workbench.views.page.panels.panel import (
-    AFTERWARDS,
-    AbstractPanel,
-    on_change,
-    on_press,
-    set_value,
-)
+from workbench.views.page.panels.panel import AFTERWARDS, AbstractPanel, on_change, on_press, set_value
 
 
 class JogPanel(AbstractPanel):

@@ -10,12 +10,7 @@ from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.undo import Redo, RestoreBest, Undo
 from workbench.session.state import Session, Units
 from workbench.session.worker import Worker
-from workbench.views.page.html import (
-    MUTED,
-    block,
-    heading,
-    pairs,
-)
+from workbench.views.page.html import MUTED, block, heading, pairs
 from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value
 
 BRAND = (37, 99, 235)

@@ -8,12 +8,7 @@ import viser
 from workbench.plate.report.design import yield_sentence
 from workbench.session.commands.plate import MOST_ARMS, SetNoise, TryPlate
 from workbench.session.state import Session
-from workbench.views.page.html import (
-    MUTED,
-    block,
-    heading,
-    text,
-)
+from workbench.views.page.html import MUTED, block, heading, text
 from workbench.views.page.panels.panel import AbstractPanel, on_change, on_press, set_value
 
 

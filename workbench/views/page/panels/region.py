@@ -18,19 +18,9 @@ from workbench.session.cubes import (
 )
 from workbench.session.state import CubeView, Field, Session
 from workbench.views.appearance.colours import SCALE, css
-from workbench.views.page.html import (
-    MUTED,
-    block,
-    number,
-    pairs,
-)
+from workbench.views.page.html import MUTED, block, number, pairs
 from workbench.views.page.panels.coordinates import Coordinates, Quantity
-from workbench.views.page.panels.panel import (
-    AbstractPanel,
-    on_change,
-    on_press,
-    set_value,
-)
+from workbench.views.page.panels.panel import AbstractPanel, on_change, on_press, set_value
 
 FIELDS = {
     "Nothing": Field.NONE,
@@ -66,12 +56,7 @@ class RegionPanel(AbstractPanel):
         self._cut = gui.add_dropdown("Slice", list(CUTS), hint="Show all cubes, or one layer across an axis.")
         self._layer = gui.add_slider("Layer", 1, 2, 1, 1, hint="Which layer is shown.")
         self._part = gui.add_multi_slider(
-            "Keep [%]",
-            0,
-            100,
-            1,
-            (0, 100),
-            hint="Hide cubes below or above a part of the colour scale.",
+            "Keep [%]", 0, 100, 1, (0, 100), hint="Hide cubes below or above a part of the colour scale."
         )
         for control in (self._field, self._cut, self._layer, self._part):
             on_change(control, self._view)

@@ -10,26 +10,10 @@ from workbench.session.commands.drag import MoveTarget, SelectTarget
 from workbench.session.commands.edit import AddTarget, ChooseBranch, CopyTarget, DeleteTarget, LockTarget
 from workbench.session.commands.undo import Redo, ResetTargets, RestoreBest, Undo
 from workbench.session.state import Session, TargetState
-from workbench.views.appearance.colours import (
-    BLOCKED,
-    OUT_OF_REACH,
-    REACHED,
-    css,
-)
-from workbench.views.page.html import (
-    MUTED,
-    badge,
-    block,
-    text,
-)
+from workbench.views.appearance.colours import BLOCKED, OUT_OF_REACH, REACHED, css
+from workbench.views.page.html import MUTED, badge, block, text
 from workbench.views.page.panels.coordinates import Coordinates, Quantity
-from workbench.views.page.panels.panel import (
-    AbstractPanel,
-    on_change,
-    on_choice,
-    set_options,
-    set_value,
-)
+from workbench.views.page.panels.panel import AbstractPanel, on_change, on_choice, set_options, set_value
 
 LEFT_TO_PROGRAM = "automatic"
 
@@ -46,10 +30,7 @@ class TargetsPanel(AbstractPanel):
         )
         on_change(self._choice, lambda: self._worker.submit(SelectTarget(int(self._choice.value) - 1)))
         self._xyz = Coordinates(
-            gui,
-            "Position",
-            Quantity.LENGTH,
-            hint="x, y and z of the tool at the target, from the base.",
+            gui, "Position", Quantity.LENGTH, hint="x, y and z of the tool at the target, from the base."
         )
         self._rpy = Coordinates(
             gui,

@@ -16,26 +16,10 @@ from workbench.session.commands.track import (
     SetPace,
 )
 from workbench.session.state import Focus, Session
-from workbench.session.track import (
-    CIRCLE,
-    LINE,
-    Track,
-    erring_robot,
-)
+from workbench.session.track import CIRCLE, LINE, Track, erring_robot
 from workbench.views.appearance.colours import SCALE, css
-from workbench.views.page.html import (
-    MUTED,
-    block,
-    number,
-    pairs,
-    text,
-)
-from workbench.views.page.panels.panel import (
-    AbstractPanel,
-    on_change,
-    on_press,
-    set_value,
-)
+from workbench.views.page.html import MUTED, block, number, pairs, text
+from workbench.views.page.panels.panel import AbstractPanel, on_change, on_press, set_value
 
 KINDS = {"Circle": CIRCLE, "Straight line": LINE}
 WIDTH, HEIGHT = 340, 60
@@ -75,13 +59,7 @@ class TrackPanel(AbstractPanel):
             )
             on_press(self._plan, self._ask)
             self._pace = gui.add_slider(
-                "Speed ×",
-                SLOWEST,
-                QUICKEST,
-                0.1,
-                1.0,
-                visible=False,
-                hint="Playback speed.",
+                "Speed ×", SLOWEST, QUICKEST, 0.1, 1.0, visible=False, hint="Playback speed."
             )
             on_change(self._pace, lambda: self._worker.submit(SetPace(float(self._pace.value))))
             self._build_buttons(gui)
@@ -95,10 +73,7 @@ class TrackPanel(AbstractPanel):
 
         icon = viser.Icon
         self._play = button(
-            "Play",
-            PlayTrack,
-            icon.PLAYER_PLAY,
-            "Move the arms along the path; any other input pauses.",
+            "Play", PlayTrack, icon.PLAYER_PLAY, "Move the arms along the path; any other input pauses."
         )
         self._pause = button("Pause", PauseTrack, icon.PLAYER_PAUSE, "Stop here; Play continues.")
         self._leave = button(

@@ -5,14 +5,7 @@ import viser
 
 from workbench.arm.kinematics.skeleton import height_above_floor
 from workbench.session.state import Session
-from workbench.views.appearance.colours import (
-    GRID,
-    GRID_DARK,
-    GRID_SECTION,
-    GRID_SECTION_DARK,
-    SKY,
-    SKY_DARK,
-)
+from workbench.views.appearance.colours import GRID, GRID_DARK, GRID_SECTION, GRID_SECTION_DARK, SKY, SKY_DARK
 
 
 class Ground:
