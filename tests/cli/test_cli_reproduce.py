@@ -33,7 +33,7 @@ def test_bad_input(run, tmp_path):
 
 
 def test_outside_a_checkout_one_sentence_says_what_to_do(run, tmp_path, monkeypatch):
-    monkeypatch.setattr("workbench.cli.reproducing.TESTS", tmp_path / "tests")
+    monkeypatch.setattr("workbench.cli.studies.TESTS", tmp_path / "tests")
     status, out, err = run("reproduce", "aria", "--arms", "1")
     assert (status, out) == (1, "")
     assert "pip install -e ." in err

@@ -14,20 +14,20 @@ import typer
 
 from workbench.base.errors import WorkbenchError
 from workbench.cli import (
-    calibrating,
-    designing,
-    inspecting,
-    loading,
-    making,
-    measuring,
+    arms,
+    calibration,
+    load_test,
+    measurements,
     paths,
     pencil,
+    plate_design,
+    plate_parts,
     plates,
     recordings,
-    reproducing,
+    studies,
 )
-from workbench.cli.opening import open_session
 from workbench.cli.options import PlateOption, RobotOption, say
+from workbench.cli.sessions import open_session
 
 app = typer.Typer(
     name="workbench",
@@ -88,7 +88,7 @@ def serve(
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # the recording is finished, as after Ctrl-C
     opening = open_session(robot, plate, session=session, step=step, record=record, live=rerun)
     with contextlib.ExitStack() as stack:
-        live = None if source is None else (source, stack.enter_context(measuring.lines_of(source)))
+        live = None if source is None else (source, stack.enter_context(measurements.lines_of(source)))
         run(
             opening.robot,
             opening.plate,
@@ -104,27 +104,27 @@ def serve(
 
 
 for command in (
-    calibrating.identify,
-    calibrating.diagnose,
-    calibrating.evaluate,
-    measuring.simulate,
-    measuring.poses,
-    measuring.capture,
-    measuring.drive,
-    loading.loading,
-    inspecting.axes,
-    inspecting.redundancy,
-    calibrating.export,
+    calibration.identify,
+    calibration.diagnose,
+    calibration.evaluate,
+    measurements.simulate,
+    measurements.poses,
+    measurements.capture,
+    measurements.drive,
+    load_test.loading,
+    arms.axes,
+    arms.redundancy,
+    calibration.export,
     paths.compensate,
     recordings.review,
     recordings.replay,
 ):
     app.command()(command)
-plates.plates.command()(designing.optimise)
-plates.plates.command("yield")(designing.yield_)
-plates.plates.command()(making.export)
-plates.plates.command("as-measured")(making.as_measured)
+plates.plates.command()(plate_design.optimise)
+plates.plates.command("yield")(plate_design.yield_)
+plates.plates.command()(plate_parts.export)
+plates.plates.command("as-measured")(plate_parts.as_measured)
 app.add_typer(plates.plates)
 app.add_typer(paths.paths)
 app.add_typer(pencil.pencil)
-app.add_typer(reproducing.works)
+app.add_typer(studies.works)
