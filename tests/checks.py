@@ -16,6 +16,7 @@ from rigid_body import rigid_body
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
+from workbench.arm.statics.wrenches import own_axis
 from workbench.base import se3
 from workbench.base.types import JointRows
 
@@ -103,3 +104,8 @@ def check_jacobian(
             f"column {column} of the Jacobian is off by {error[column]:.3g} of its size > {tolerance:g}"
         )
     return float(error[column])
+
+
+def holding(wrenches, robot):
+    """Torque or force (rows, n) of every drive [N m or N], from the wrenches (rows, n, 6) through its joint."""
+    return wrenches[:, np.arange(robot.dof), own_axis(robot)]

@@ -30,7 +30,7 @@ def shared_data() -> Path:
 @pytest.fixture(scope="session")
 def aria():
     """The built-in arm of the ARIA paper."""
-    from workbench.arm.library import load_robot
+    from workbench.arm.built_in_arms import load_robot
 
     return load_robot("aria")
 

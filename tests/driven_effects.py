@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects.backlash import Backlash
-from workbench.arm.library import load_robot
 from workbench.data.writer import write_measurements
 from workbench.plate.virtual_measuring import measure_poses
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.arm.library import load_robot
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_directions

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from generator import ARMS, VirtualArm, aria, katana, move, rotation, seven, three_parallel, turn
 
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.library import load_robot
 from workbench.arm.motion import Motion
 from workbench.arm.statics.wrenches import joint_wrenches
 

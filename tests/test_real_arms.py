@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 from real_arms import folds, load, splits
 
-from workbench.arm.library import load_robot
+from workbench.arm.built_in_arms import load_robot
 from workbench.base.types import Freedom
 from workbench.data.readers import read_measurements
 from workbench.diagnosis.diagnose import diagnose
-from workbench.identification.algorithms.opt2 import Opt2
-from workbench.identification.errors import row_errors
+from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.frames import choose_frames
 from workbench.identification.identify import identify
 from workbench.identification.problem import Problem
+from workbench.identification.row_errors import row_errors
 
 pytestmark = pytest.mark.data
 FOLDS = 5

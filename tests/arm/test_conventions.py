@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.chain import Axis
 from workbench.arm.conventions import JointEntry, build_elements, default_free, joint_names
 from workbench.arm.kinematics.forward import link_frames, tool_poses
-from workbench.arm.library import load_robot
 from workbench.arm.motion import Motion
 from workbench.arm.robot import JointKind
 from workbench.base.errors import FileError, RobotError

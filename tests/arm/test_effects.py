@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from rigid_body import rigid_body
 
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects import EFFECTS
 from workbench.arm.kinematics import forward
-from workbench.arm.library import load_robot
 from workbench.arm.linearisation import linearise
 from workbench.arm.motion import Motion
 from workbench.arm.robot import FRAME_PARTS, Frame, Robot

@@ -6,6 +6,7 @@ import pytest
 from checks import check_forward, check_jacobian, pose_change
 from rigid_body import rigid_body
 
+from workbench.arm.built_in_arms import built_in_robots, load_robot
 from workbench.arm.chain import Axis
 from workbench.arm.kinematics.forward import (
     geometric_jacobian,
@@ -15,7 +16,6 @@ from workbench.arm.kinematics.forward import (
     sensitivity_blocks,
     tool_poses,
 )
-from workbench.arm.library import built_in_robots, load_robot
 from workbench.arm.motion import Motion
 from workbench.arm.robot import FRAME_PARTS, Frame
 from workbench.base import se3

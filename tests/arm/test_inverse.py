@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from workbench.arm import chain as chains
+from workbench.arm.built_in_arms import assets, load_robot
 from workbench.arm.inverse import solve as inverse
 from workbench.arm.inverse.reduced_arm import compile_arm
 from workbench.arm.inverse.solve import Task
 from workbench.arm.kinematics import forward
 from workbench.arm.kinematics import reachable as reach
-from workbench.arm.library import assets, load_robot
 from workbench.arm.motion import Motion
 from workbench.arm.robot import JointKind, Robot
 from workbench.base import se3

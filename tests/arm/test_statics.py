@@ -5,13 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from checks import holding
 from rigid_body import rigid_body
 
+from workbench.arm.built_in_arms import built_in_robots, load_robot
 from workbench.arm.kinematics.forward import link_frames
-from workbench.arm.library import built_in_robots, load_robot
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame
-from workbench.arm.statics.wrenches import holding, joint_wrenches, masses, own_axis
+from workbench.arm.statics.wrenches import joint_wrenches, masses, own_axis
 from workbench.base import se3
 from workbench.base.errors import RobotError, ShapeError
 from workbench.base.types import frozen

@@ -8,8 +8,8 @@ from generator import ARMS
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from workbench.arm.built_in_arms import built_in_robots, load_robot
 from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.library import built_in_robots, load_robot
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame, JointKind, Robot, SessionFrames
 from workbench.arm.robot_toml import _Reader, read_toml, robot_from_table, write_toml

@@ -9,15 +9,15 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
-from checks import check_forward
+from checks import check_forward, holding
 from generator import rotation
 
+from workbench.arm.built_in_arms import built_in_robots, load_robot
 from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.library import built_in_robots, load_robot
 from workbench.arm.motion import Motion
 from workbench.arm.robot import FRAME_PARTS, Frame, JointKind
 from workbench.arm.robot_toml import read_toml, write_toml
-from workbench.arm.statics.wrenches import holding, joint_wrenches
+from workbench.arm.statics.wrenches import joint_wrenches
 from workbench.arm.urdf import read_urdf, write_urdf
 from workbench.base import se3
 from workbench.base.errors import FileError, RobotError

@@ -40,8 +40,8 @@ def middle(*series):
 
 
 def growth():
+    from workbench.arm.built_in_arms import load_robot
     from workbench.arm.kinematics.forward import sensitivity_blocks
-    from workbench.arm.library import load_robot
 
     robot = load_robot("aria")
     rng = np.random.default_rng(0)
@@ -69,7 +69,7 @@ def first():
 
     imported = time.perf_counter() - started
     from workbench.arm.kinematics.forward import sensitivity
-    from workbench.identification.algorithms.opt2 import Opt2
+    from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 
     robot = worker.nominal()
     arrays = task.make(seed=1, train=100, held_out=1)
@@ -83,11 +83,11 @@ def first():
 def large():
     import worker_workbench as worker
 
-    from workbench.arm.library import load_robot
+    from workbench.arm.built_in_arms import load_robot
     from workbench.base.types import Freedom
     from workbench.data.simulation.instruments import instrument_named
     from workbench.data.simulation.simulate import simulate, virtual_arm
-    from workbench.identification.algorithms.opt2 import Opt2
+    from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
     from workbench.identification.identify import identify
 
     robot = load_robot("wam")

@@ -18,7 +18,7 @@ import environments
 import numpy as np
 from environments import Failed
 
-from workbench.arm.library import load_robot
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.linearisation import linearise
 from workbench.plate.criterion import criterion_of
 from workbench.plate.indices import INDICES, AbstractSetIndex

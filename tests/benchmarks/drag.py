@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 from playwright.sync_api import Page, sync_playwright
 
-from workbench.arm.library import load_robot
+from workbench.arm.built_in_arms import load_robot
 from workbench.plate.cubes import map_cubes
 from workbench.plate.plate_toml import load_plate
 from workbench.session import Session, start

@@ -28,7 +28,7 @@ from pathlib import Path
 import numpy as np
 
 from tests.views.recording.viewer import viewer
-from workbench.arm.library import load_robot
+from workbench.arm.built_in_arms import load_robot
 from workbench.plate.plate_toml import load_plate
 from workbench.session import Worker
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget
@@ -39,11 +39,11 @@ from workbench.session.journal.restore import restore
 from workbench.session.view import AbstractKeeper
 from workbench.views.recording.blueprint import blueprint
 from workbench.views.recording.canvas import Canvas
-from workbench.views.recording.drawing import Drawing, thinned
-from workbench.views.recording.moment import Moment
-from workbench.views.recording.outlet import FILE_TICK, FileOutlet
+from workbench.views.recording.draw_steps import Drawing, thinned
 from workbench.views.recording.recorder import recorder
+from workbench.views.recording.rerun_output import FILE_TICK, FileOutlet
 from workbench.views.recording.review import pictures_of
+from workbench.views.recording.time_step import Moment
 
 LONG, PER_DRAG, PLACES = 10_000, 100, 20
 STEPS, TURNS, GAP, PAUSE = 100, 6, 0.015, 1.0

@@ -3,14 +3,14 @@
 import numpy as np
 import task
 
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import sensitivity_blocks, tool_poses
-from workbench.arm.library import load_robot
 from workbench.arm.motion import Motion
 from workbench.arm.robot import FRAME_PARTS, Frame
 from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.ols import Ols
-from workbench.identification.algorithms.opt2 import Opt2
+from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.identify import identify
 from workbench.identification.problem import FrameFreedom, Noise, Problem
 

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from workbench import cli
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.library import load_robot
 from workbench.arm.motion import Motion
 from workbench.arm.urdf import write_urdf
 from workbench.base.files import write_text

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.library import load_robot
 from workbench.arm.motion import Motion
 from workbench.cli.guided_display import live_view, render
 from workbench.data.live.sample import Sample

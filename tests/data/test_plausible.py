@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from workbench.base.errors import DataError, ShapeError
 from workbench.data.dataset import Dataset
-from workbench.data.plausible import check_plausible, repeated_rows
+from workbench.data.plausibility import check_plausible, repeated_rows
 
 LIMITS = np.array([[-6.28, 6.28], [-2.0, 2.0], [-np.inf, np.inf]])
 REACH = 0.9

@@ -3,15 +3,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects import EFFECTS
 from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.library import load_robot
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame, SessionFrames
 from workbench.base import se3
 from workbench.data.dataset import Dataset
 from workbench.data.prediction import predict, row_components
-from workbench.identification.errors import row_errors
+from workbench.identification.row_errors import row_errors
 
 
 @pytest.fixture(scope="module")

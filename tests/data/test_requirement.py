@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from workbench.base.errors import OptionError
+from workbench.data.accuracy_requirement import Requirement
 from workbench.data.prediction import RowComponents
-from workbench.data.requirement import Requirement
 
 NAN = float("nan")
 

@@ -17,7 +17,6 @@ from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument, Observes
 from workbench.data.simulation.simulate import simulate, virtual_arm
-from workbench.identification.errors import row_errors
 from workbench.identification.load_test.experiment import (
     ANGLE,
     LENGTH,
@@ -29,6 +28,7 @@ from workbench.identification.load_test.experiment import (
 from workbench.identification.load_test.joints import fit_tilting, tilting_effects, unknown_sizes
 from workbench.identification.load_test.postures import plan_load_test
 from workbench.identification.problem import Noise
+from workbench.identification.row_errors import row_errors
 from workbench.plate.poses.iso_cube import iso_cube_poses, largest_cube
 
 POSES, HELD_OUT = 118, 50

@@ -4,8 +4,8 @@ import numpy as np
 
 from workbench.arm.robot import FRAME_PARTS
 from workbench.diagnosis.refit import Fitted, refit
-from workbench.identification.blocks import FrameFreedom, Noise
 from workbench.identification.problem import Problem
+from workbench.identification.problem_blocks import FrameFreedom, Noise
 
 STEP = 1e-5
 """Of central differences [rad, m]; so short that no moment changes its sign on the way."""

@@ -12,11 +12,11 @@ import pytest
 from rerun.chunk import RrdReader
 
 import workbench.base.registry as registry
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects import EFFECTS, AbstractEffect, Loads
 from workbench.arm.effects.axes import diagonal, driven_names, own
-from workbench.arm.effects.views import State
+from workbench.arm.effects.pictures import State
 from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.library import load_robot
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml, write_toml
 from workbench.arm.statics.deflection import deflect

@@ -10,7 +10,7 @@ from workbench.arm.effects import EFFECTS
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.diagnosis.diagnose import diagnose
-from workbench.diagnosis.report.json import diagnosis_json
+from workbench.diagnosis.report.results_json import diagnosis_json
 
 SEED = 10_001
 UPRIGHT = 0.005

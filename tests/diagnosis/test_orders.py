@@ -7,7 +7,7 @@ from laws import poses
 from orders import compare_orders, order_study
 from test_katanas import told
 
-from workbench.arm.library import load_robot
+from workbench.arm.built_in_arms import load_robot
 from workbench.data.dataset import Dataset
 from workbench.identification.problem import Noise
 

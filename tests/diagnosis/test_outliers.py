@@ -6,7 +6,7 @@ from arms import ARMS, MISSEATED, make
 from problems import fitted, geometric
 
 from workbench.diagnosis.outliers import find_outliers, robust_fit
-from workbench.diagnosis.stages import geometry_first
+from workbench.diagnosis.rounds import geometry_first
 
 
 def moved(data, rows, by, rng):

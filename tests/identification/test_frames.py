@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.library import load_robot
 from workbench.arm.motion import Motion
 from workbench.arm.robot import FRAME_PARTS, Frame
 from workbench.base import se3
@@ -15,9 +15,9 @@ from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset
 from workbench.data.readers import read_measurements
 from workbench.identification.alignment import align, hand_eye
-from workbench.identification.errors import row_errors
 from workbench.identification.frames import choose_frames
 from workbench.identification.problem import FrameFreedom
+from workbench.identification.row_errors import row_errors
 
 
 def random_pose(rng, size=1.0):

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from studies.katana_printed import CONSTANTS
 
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.kinematics.influence import ANGLE, LENGTH, influence
-from workbench.arm.library import load_robot
 from workbench.arm.motion import Motion
 from workbench.base.types import Outcome
 from workbench.data.dataset import Dataset

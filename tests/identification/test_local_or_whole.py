@@ -10,11 +10,11 @@ few percent, and where the region's own rows are few they help.
 import generator
 import numpy as np
 
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.library import load_robot
 from workbench.arm.motion import Motion
 from workbench.data.dataset import Dataset
-from workbench.identification.algorithms.opt2 import Opt2
+from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.problem import Noise, Problem
 from workbench.plate.plate_toml import load_plate
 from workbench.plate.region_poses import region_poses

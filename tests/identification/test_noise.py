@@ -6,7 +6,7 @@ import generator
 import numpy as np
 import pytest
 
-from workbench.arm.library import load_robot
+from workbench.arm.built_in_arms import load_robot
 from workbench.data.dataset import Dataset
 from workbench.data.readers import read_measurements
 from workbench.identification.evaluate import evaluate

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import link_frames, tool_poses
-from workbench.arm.library import load_robot
 from workbench.arm.motion import Motion
 from workbench.arm.robot import FRAME_PARTS
 from workbench.base import se3

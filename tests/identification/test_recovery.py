@@ -6,8 +6,8 @@ import generator
 import numpy as np
 import pytest
 
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.library import load_robot
 from workbench.arm.motion import Motion
 from workbench.arm.robot import FRAME_PARTS
 from workbench.arm.robot_toml import read_toml
@@ -17,12 +17,12 @@ from workbench.data.dataset import Dataset
 from workbench.data.simulation.instruments import instrument_named
 from workbench.data.simulation.simulate import simulate_targets
 from workbench.identification.algorithms.ols import Ols
-from workbench.identification.algorithms.opt1 import Opt1
-from workbench.identification.algorithms.opt2 import Opt2
+from workbench.identification.algorithms.opt1_bounded import Opt1
+from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.algorithms.robust import Loss
 from workbench.identification.alignment import align
+from workbench.identification.factorisation import factorise
 from workbench.identification.identify import identify
-from workbench.identification.linear import factorise
 from workbench.identification.prior import Prior
 from workbench.identification.problem import FrameFreedom, Noise, Problem
 from workbench.plate.plate_toml import load_plate

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from studies.katana_printed import CONSTANTS
 
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.library import load_robot
 from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.identification.redundancy import complete, redundancy

@@ -11,7 +11,7 @@ from workbench.base.types import Outcome
 from workbench.identification.algorithms import ALGORITHMS
 from workbench.identification.algorithms.identifier import AbstractIdentifier, Search
 from workbench.identification.algorithms.ols import Ols
-from workbench.identification.algorithms.opt2 import Opt2
+from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 
 NOISE = np.random.default_rng(0).standard_normal(60)
 
@@ -91,7 +91,7 @@ def test_an_algorithm_from_elsewhere_is_chosen_by_name(run, measured):
 def test_choices_are_one_record_or_keywords(measured):
     from inspect import signature
 
-    from workbench.identification.choices import FitChoices
+    from workbench.identification.fit_choices import FitChoices
 
     arm, data = wb.load_robot("aria"), wb.read_measurements(measured)
     choices = FitChoices(held_out=0.0, exclude={3: "a bump"})

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects import EFFECTS
-from workbench.arm.library import load_robot
 from workbench.arm.motion import Motion
 from workbench.arm.statics.deflection import deflect
 from workbench.identification.load_test.joints import JointTilting, tilting_effects

@@ -9,8 +9,8 @@ import pytest
 import trimesh
 from scipy.spatial import cKDTree
 
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import link_frames
-from workbench.arm.library import load_robot
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame
 from workbench.base import se3

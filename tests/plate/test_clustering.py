@@ -12,10 +12,10 @@ from workbench.base.errors import DataError, OptionError
 from workbench.plate.branches import single_branches
 from workbench.plate.clustering import cluster_region
 from workbench.plate.indices import INDICES
+from workbench.plate.operations import cluster_region as cluster
 from workbench.plate.plate_toml import read_plate, write_plate
 from workbench.plate.poses.limits import PoseLimits, folded, sample_poses
 from workbench.plate.region import Region
-from workbench.plate.verbs import cluster_region as cluster
 
 O1 = INDICES["O1"]
 

@@ -6,7 +6,7 @@ import ezdxf
 import numpy as np
 import pytest
 
-from workbench.plate.parts.drawing import dxf
+from workbench.plate.parts.hole_drawing import dxf
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +44,7 @@ def test_dimensions_say_millimetres(fixture, drawing):
 
 
 def test_labels_of_near_blocks_do_not_touch():
-    from workbench.plate.parts.drawing import _spread
+    from workbench.plate.parts.hole_drawing import _spread
 
     spread = _spread(np.array([10.0, 11.0, 10.0, 50.0, 12.0]), 8.0)
     assert [value for value, _ in spread] == [10.0, 11.0, 12.0, 50.0]

@@ -7,13 +7,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import link_frames
 from workbench.arm.kinematics.skeleton import body_frames, link_ways
-from workbench.arm.library import load_robot
 from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.errors import OptionError
-from workbench.plate.optimiser.blocks import (
+from workbench.plate.optimiser.capsules import capsule_arm, segment_distances
+from workbench.plate.optimiser.search import gains
+from workbench.plate.optimiser.shapes import block_hulls, plate_hull
+from workbench.plate.optimiser.target_blocks import (
     STEEPEST,
     Blocks,
     BlockStyle,
@@ -22,9 +25,6 @@ from workbench.plate.optimiser.blocks import (
     places_of,
     tool_poses_at,
 )
-from workbench.plate.optimiser.capsules import capsule_arm, segment_distances
-from workbench.plate.optimiser.search import gains
-from workbench.plate.optimiser.shapes import block_hulls, plate_hull
 from workbench.plate.parts.fixture import fixture_of
 from workbench.plate.plate import Target
 from workbench.plate.plate_toml import load_plate

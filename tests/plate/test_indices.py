@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from workbench.arm.library import load_robot
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.linearisation import Linearisation, linearise
 from workbench.base.errors import OptionError
 from workbench.plate.indices import INDICES, AbstractSetIndex, I, O, evaluate, index_named

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.library import load_robot
 from workbench.arm.motion import Motion
 from workbench.base.errors import DataError, OptionError
 from workbench.plate.poses.iso_cube import LEAST_MOVE, _cubes, iso_cube_poses, largest_cube, plane_points

@@ -12,9 +12,9 @@ from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import Outcome
 from workbench.plate.branches import choose_branches
-from workbench.plate.optimiser.blocks import Blocks, BlockStyle, Making, block_corners, places_of
 from workbench.plate.optimiser.constraints import Constraints
 from workbench.plate.optimiser.optimise import Postures, Wish, optimise_plate
+from workbench.plate.optimiser.target_blocks import Blocks, BlockStyle, Making, block_corners, places_of
 from workbench.plate.parts.fixture import fixture_of
 from workbench.plate.plate import Kind
 from workbench.plate.readings import Look, Reading

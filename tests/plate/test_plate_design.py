@@ -11,8 +11,8 @@ from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.plate.design import optimise_plate, try_plate
-from workbench.plate.optimiser.blocks import Blocks
 from workbench.plate.optimiser.optimise import Wish
+from workbench.plate.optimiser.target_blocks import Blocks
 from workbench.plate.plate import Kind
 from workbench.plate.plate_toml import load_plate, read_plate, write_plate
 from workbench.plate.readings import MAKERS, anchors_of, contact_rows, linearise_reading, reading_named

@@ -7,7 +7,7 @@ import pytest
 
 from workbench.arm.linearisation import linearise
 from workbench.base.errors import DataError
-from workbench.plate.freedom import identified_names, visible, visible_basis
+from workbench.plate.free_constants import identified_names, visible, visible_basis
 from workbench.plate.plate import Kind, Target
 from workbench.plate.score import score_plate
 

@@ -11,7 +11,7 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import Outcome
-from workbench.plate.freedom import identified_names, visible_basis
+from workbench.plate.free_constants import identified_names, visible_basis
 from workbench.plate.indices import I
 from workbench.plate.poses.choose import Method, informative_poses
 from workbench.plate.poses.gradient import PoseClimb

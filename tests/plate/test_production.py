@@ -7,29 +7,29 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects import JointCompliance
 from workbench.arm.inverse.solve import follow_many
 from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.library import load_robot
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import Outcome
+from workbench.data.accuracy_requirement import Requirement
 from workbench.data.dataset import Dataset
-from workbench.data.requirement import Requirement
 from workbench.data.simulation.simulate import virtual_arm
 from workbench.identification.algorithms.ols import Ols
-from workbench.identification.blocks import Noise
 from workbench.identification.problem import Problem
+from workbench.identification.problem_blocks import Noise
 from workbench.plate.branches import choose_branches
 from workbench.plate.plate import Kind
-from workbench.plate.production.arms import try_arms
-from workbench.plate.production.job import Errors, Job, constrained_by
-from workbench.plate.production.reach_targets import branches_by_distance, reach_targets
-from workbench.plate.production.result import gather
-from workbench.plate.production.trial import spread, try_production
 from workbench.plate.region_poses import plate_region_poses
+from workbench.plate.yield_trial.arms import try_arms
+from workbench.plate.yield_trial.job import Errors, Job, constrained_by
+from workbench.plate.yield_trial.reach_targets import branches_by_distance, reach_targets
+from workbench.plate.yield_trial.result import gather
+from workbench.plate.yield_trial.trial import spread, try_production
 
 NONE = np.zeros(10)
 QUIET = Errors(seat_position=0.0, seat_rotation=0.0, joint=0.0, target_position=NONE, target_rotation=NONE)
@@ -116,7 +116,7 @@ def test_the_stack_identifies_as_ols_does(aria, job):
     noise = Noise(float(job.sigma[0, 0]), float(job.sigma[0, 3]))
     problem = Problem.build(aria, rows, noise=noise)
     fitted = Ols().search(problem).x
-    from workbench.plate.production.arms import _calibrate
+    from workbench.plate.yield_trial.arms import _calibrate
 
     stacked = aria.values(job.names) + _calibrate(job, q[None])[0]
     order = [problem.names.index(n) for n in job.names]

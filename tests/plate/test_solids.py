@@ -92,8 +92,8 @@ def test_a_missing_library_names_its_extra(library, mixed, monkeypatch):
     import sys
 
     from workbench.base.errors import MissingExtraError
-    from workbench.plate.parts.drawing import dxf
     from workbench.plate.parts.fixture import fixture_of
+    from workbench.plate.parts.hole_drawing import dxf
 
     monkeypatch.setitem(sys.modules, library, None)
     fixture = fixture_of(mixed)

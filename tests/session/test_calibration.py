@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from workbench.arm.built_in_arms import built_in_robots, load_robot
 from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.library import built_in_robots, load_robot
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml
 from workbench.base import se3

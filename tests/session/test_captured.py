@@ -9,7 +9,7 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.session import replay
-from workbench.session.captured import captured
+from workbench.session.captured_poses import captured
 from workbench.session.commands.arm import CapturePose, ForgetPoses, Jog
 from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.identify import Identify

@@ -19,7 +19,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workbench.arm.library import built_in_robots, load_robot
+from workbench.arm.built_in_arms import built_in_robots, load_robot
 from workbench.base.errors import FileError, OptionError
 from workbench.session import Worker
 from workbench.session.command import kinds

@@ -17,18 +17,18 @@ from studies.aria_arms import Acquisition, Comparison, Judges, compare_acquisiti
 from studies.aria_claims import claims, clustering_claims
 from studies.finding import Finding
 from studies.page import Sheet
-from workbench.arm.library import load_robot
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.data.simulation.instruments import INSTRUMENTS
 from workbench.data.simulation.simulate import simulate_targets
 from workbench.plate.clustering import Clustering
+from workbench.plate.operations import cluster_region, score_plate
 from workbench.plate.plate import Plate
 from workbench.plate.plate_toml import load_plate
-from workbench.plate.poses.run import choose_poses
+from workbench.plate.poses.choose_and_write import choose_poses
 from workbench.plate.poses.sampling import random_poses
 from workbench.plate.region_poses import plate_region_poses
-from workbench.plate.verbs import cluster_region, score_plate
 
 ARMS = 100
 """Virtual arms of the comparison with noise."""

@@ -15,7 +15,7 @@ from studies.aria_arms import TITLES, Comparison
 from studies.page import Picture, drawn
 from workbench.data.prediction import RowComponents
 from workbench.identification.report.error_grid import Column, error_grid
-from workbench.report.drawing import COLOURS, INK, NOMINAL, grid, look, new_figure
+from workbench.report.figures import COLOURS, INK, NOMINAL, grid, look, new_figure
 
 COLUMN_COLOURS = (NOMINAL, *COLOURS)
 NOTHING = RowComponents(np.zeros((0, 3)), np.zeros((0, 3)))

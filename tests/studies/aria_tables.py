@@ -7,12 +7,12 @@ from studies import aria_printed as printed
 from studies.aria_arms import TITLES, Acquisition, identified, mean_errors
 from studies.finding import Finding, judged, without
 from studies.page import Sheet
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import link_frames, sensitivity, tool_poses
-from workbench.arm.library import load_robot
 from workbench.arm.linearisation import linearise
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.data.requirement import Requirement
+from workbench.data.accuracy_requirement import Requirement
 from workbench.data.simulation.instruments import INSTRUMENTS
 from workbench.plate.branches import plate_solutions
 from workbench.plate.indices import O

@@ -25,8 +25,8 @@ from jaxtyping import Float
 from matplotlib.figure import Figure
 
 from studies.katana_printed import CONSTANTS
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.library import load_robot
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
@@ -35,7 +35,7 @@ from workbench.identification.algorithms.influence import InfluenceBased
 from workbench.identification.algorithms.ols import Ols
 from workbench.identification.problem import Noise, Problem
 from workbench.plate.poses.iso_cube import iso_cube_poses
-from workbench.report.drawing import COLOURS, INK, grid, look, new_figure
+from workbench.report.figures import COLOURS, INK, grid, look, new_figure
 
 POSES = 118
 """Poses measured at most, and poses judged."""

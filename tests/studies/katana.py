@@ -25,8 +25,8 @@ from studies.katana_study import AS_BAD, EACH_SIDE, EACH_WAY, KatanaStudy, katan
 from studies.katana_tracking import TrackingStudy, tracking_study
 from studies.katana_tracking_claims import tracking_findings
 from studies.page import Sheet
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.influence import Influence, influence
-from workbench.arm.library import load_robot
 from workbench.arm.motion import Motion
 from workbench.base.errors import OptionError
 from workbench.plate.poses.iso_cube import CubePoses, iso_cube_poses

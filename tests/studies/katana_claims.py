@@ -22,8 +22,8 @@ from studies.katana_study import (
     spread,
 )
 from studies.katana_tables import DISTANCE, HALF_UNIT, MEAN
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.library import load_robot
 from workbench.arm.motion import Motion
 
 LIKE_THE_THESIS = f"the constants' errors are {AS_BAD:g} times those of Table 3.2, all else as above"

@@ -22,8 +22,8 @@ from studies.katana_study import (
     spread,
     study_poses,
 )
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.library import load_robot
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset

@@ -14,7 +14,7 @@ from studies import katana_printed as printed
 from studies.finding import Finding, judged
 from studies.katana_study import LOADED
 from studies.page import Sheet
-from workbench.arm.library import load_robot
+from workbench.arm.built_in_arms import load_robot
 from workbench.identification.load_test.experiment import run_load_test
 
 ADDED = 2.0

@@ -12,11 +12,11 @@ from studies.katana import KatanaReproduction
 from studies.katana_printed import PRINTED_INFLUENCE, TABLE_3_4, TABLE_4_5, TABLE_4_6_MEANS
 from studies.katana_study import TITLES, KatanaStudy
 from studies.page import Picture, drawn
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.library import load_robot
 from workbench.arm.motion import Motion
 from workbench.identification.report.influence import influence_figure
-from workbench.report.drawing import COLOURS, INK, NOMINAL, grid, look, new_figure
+from workbench.report.figures import COLOURS, INK, NOMINAL, grid, look, new_figure
 
 PRINTED = (
     (TABLE_3_4[3, 0], *TABLE_3_4[3, 1:], np.nan, *TABLE_4_5[2, 3, 1:], np.nan),

@@ -28,7 +28,7 @@ from workbench.paths.pencil.reading import plotted_errors, plotted_profile
 from workbench.paths.pencil.sheet import draw, scan
 from workbench.paths.planning import Planned, plan
 from workbench.paths.trajectories import taught_circle
-from workbench.report.drawing import COLOURS, NOMINAL, grid, look, new_figure, png
+from workbench.report.figures import COLOURS, NOMINAL, grid, look, new_figure, png
 
 WAYS = ("as it comes", "circle taught at its four points", "tilting first")
 """How the arm draws."""

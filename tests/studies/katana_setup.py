@@ -5,9 +5,9 @@ import numpy as np
 from studies import katana_printed as printed
 from studies.finding import Finding, judged
 from studies.page import Sheet
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import link_frames, tool_poses
 from workbench.arm.kinematics.influence import ANGLE, LENGTH, Influence, influence
-from workbench.arm.library import load_robot
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3

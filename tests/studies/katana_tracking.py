@@ -23,9 +23,9 @@ from jaxtyping import Float
 from studies import katana_printed as printed
 from studies.katana_generator import VirtualKatana, draw_arm
 from studies.katana_study import EACH_WAY, REMAINDER, Spread, read_tilting, spread
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.library import load_robot
 from workbench.arm.robot import Frame, Robot
 from workbench.base.types import JointRows, Poses
 from workbench.data.dataset import Dataset

@@ -15,7 +15,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.statics.moments import JointMoments, joint_moments
 from workbench.paths.planning import Planned
 from workbench.paths.report import draw_moments, draw_motion
-from workbench.report.drawing import COLOURS, INK, NOMINAL, grid, look, new_figure
+from workbench.report.figures import COLOURS, INK, NOMINAL, grid, look, new_figure
 
 BETTER = (tracking.GEOMETRY, tracking.STIFFNESS, tracking.TILTING)
 """Columns with a printed number."""

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from studies.finding import Finding, Verdict
 from workbench.base.files import write_folder
-from workbench.report.drawing import png
+from workbench.report.figures import png
 from workbench.report.html import page_template
 from workbench.report.json import json_text
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from studies.influence_study import METHODS, TROUBLES, InfluenceStudy, influence_study, study_figure
-from workbench.report.drawing import svg
+from workbench.report.figures import svg
 
 
 @pytest.fixture(scope="module")

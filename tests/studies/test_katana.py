@@ -20,8 +20,8 @@ from studies.katana_study import (
     differences,
     katana_study,
 )
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.library import load_robot
 from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.errors import OptionError

@@ -10,7 +10,7 @@ from generator import move, turn
 
 from studies import katana_printed as printed
 from studies.katana_generator import CORNER, NOMINAL, PLACES, VirtualKatana, draw_arm
-from workbench.arm.library import load_robot
+from workbench.arm.built_in_arms import load_robot
 from workbench.base import se3
 
 

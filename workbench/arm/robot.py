@@ -17,7 +17,7 @@ from jaxtyping import Float
 
 from workbench.arm.chain import Axis, Chain, Element
 from workbench.arm.effects import AbstractEffect, check_ranges
-from workbench.arm.effects.insertions import drifting, with_insertions
+from workbench.arm.effects.inserted_elements import drifting, with_insertions
 from workbench.base import se3
 from workbench.base.errors import RobotError, ShapeError
 from workbench.base.types import Freedom, Matrix3, Matrix4, Vector3, frozen
@@ -209,7 +209,7 @@ class Robot:
 
     def save(self, path: Path | str) -> Path:
         """Write the robot as the ending says: `.toml`, or `.urdf` for an arm without effects."""
-        from workbench.arm.library import save_robot
+        from workbench.arm.built_in_arms import save_robot
 
         return save_robot(self, path)
 
@@ -381,7 +381,7 @@ class Robot:
             ShapeError: another number of joint positions than the robot has joints.
             DataError: an effect lacks what drives it, such as a temperature.
         """
-        from workbench.arm.kinematics.public import tool_poses  # which stands on this module
+        from workbench.arm.kinematics.api import tool_poses
 
         return tool_poses(self, at)
 

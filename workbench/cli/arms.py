@@ -26,7 +26,7 @@ def redundancy(
     json: JsonOption = None,
 ) -> None:
     """Which constants of an arm no measurement tells apart, and may be removed."""
-    from workbench.arm.library import load_robot
+    from workbench.arm.built_in_arms import load_robot
     from workbench.identification.redundancy import redundancy as found_of
     from workbench.identification.report.arm import redundancy_json, redundancy_text
     from workbench.report.json import write_json
@@ -42,7 +42,7 @@ def redundancy(
 @flattened
 def axes(data: DataArgument, robot: RobotOption, files: FileOptions, json: JsonOption = None) -> None:
     """Circle-point analysis: where each joint's axis is, from rows in which it turned alone."""
-    from workbench.arm.library import load_robot
+    from workbench.arm.built_in_arms import load_robot
     from workbench.identification.circle_points import circle_axes
     from workbench.identification.report.arm import axes_json, axes_table
     from workbench.report.json import write_json

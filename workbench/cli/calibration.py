@@ -54,10 +54,10 @@ def identify(
     ] = None,
 ) -> None:
     """Identify the arm's geometry from measurements, and report its error on held-out rows."""
-    from workbench.arm.library import load_robot
+    from workbench.arm.built_in_arms import load_robot
     from workbench.identification.algorithms import ALGORITHMS
     from workbench.identification.identify import identify
-    from workbench.identification.report import json as reports
+    from workbench.identification.report import results_json as reports
     from workbench.identification.report import table
     from workbench.identification.report.prior import read_prior
     from workbench.report.json import write_json
@@ -85,7 +85,7 @@ def identify(
     if out.json is not None:
         say(f"result: {write_json(out.json, reports.identification_json(run))}")
     if out.report is not None:
-        from workbench.identification.report.page import write_report
+        from workbench.identification.report.html_report import write_report
 
         say(f"report: {write_report(run, out.report)}")
     check_converged(run.best.fit)
@@ -96,9 +96,9 @@ def diagnose(
     data: DataArgument, robot: RobotOption, fit: FitOptions, out: OutputOptions, files: FileOptions
 ) -> None:
     """Find the effects that the geometry lacks, add them, and report the held-out error before and after."""
-    from workbench.arm.library import load_robot
+    from workbench.arm.built_in_arms import load_robot
     from workbench.diagnosis.diagnose import diagnose
-    from workbench.diagnosis.report.json import diagnosis_json
+    from workbench.diagnosis.report.results_json import diagnosis_json
     from workbench.diagnosis.report.table import diagnosis_tables
     from workbench.report.json import write_json
 
@@ -114,7 +114,7 @@ def diagnose(
     if out.json is not None:
         say(f"result: {write_json(out.json, diagnosis_json(run))}")
     if out.report is not None:
-        from workbench.diagnosis.report.page import write_diagnosis
+        from workbench.diagnosis.report.html_report import write_diagnosis
 
         say(f"report: {write_diagnosis(run, out.report)}")
     check_converged(run.after_fit)
@@ -129,9 +129,9 @@ def evaluate(
     json: JsonOption = None,
 ) -> None:
     """Errors of a nominal or calibrated robot on measurements; nothing of the arm is fitted."""
-    from workbench.arm.library import load_robot
+    from workbench.arm.built_in_arms import load_robot
     from workbench.identification.evaluate import evaluate
-    from workbench.identification.report import json as reports
+    from workbench.identification.report import results_json as reports
     from workbench.identification.report import table
     from workbench.report.json import write_json
 
@@ -157,7 +157,7 @@ def export(
     tip: Annotated[str | None, typer.Option(help="Last link of the chain, for a URDF with several.")] = None,
 ) -> None:
     """Write a robot in another form: URDF, TOML, or the few numbers that a controller takes."""
-    from workbench.arm.library import load_robot
+    from workbench.arm.built_in_arms import load_robot
 
     arm = load_robot(calibrated, tip=tip)
     if urdf is None and toml is None and controller is None:
@@ -169,7 +169,7 @@ def export(
         if path is not None:
             say(f"{arm.name}: {save_robot(arm, path)}")
     if controller is not None and nominal is not None:
-        from workbench.identification.report.use import use_of
+        from workbench.identification.report.how_to_apply import use_of
         from workbench.report.json import write_json
 
         use = use_of(arm, load_robot(nominal))

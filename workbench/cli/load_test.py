@@ -26,7 +26,7 @@ def loading(
     seed: SeedOption = 0,
 ) -> None:
     """Postures in which inclinometers show clearance, backlash and stiffness, tried on a virtual arm."""
-    from workbench.arm.library import load_robot
+    from workbench.arm.built_in_arms import load_robot
     from workbench.identification.load_test.experiment import run_load_test
     from workbench.identification.load_test.report import load_test_json, load_test_table
 
@@ -54,7 +54,7 @@ def _write(found, out: Path) -> Path:
     from workbench.base.files import write_folder
     from workbench.data.writer import measurements_csv
     from workbench.identification.load_test.report import load_test_figure, postures_csv
-    from workbench.report.drawing import svg
+    from workbench.report.figures import svg
 
     return write_folder(
         out,

@@ -54,7 +54,7 @@ def simulate(
     seed: SeedOption = 0,
 ) -> None:
     """A virtual arm with hidden manufacturing errors, measured."""
-    from workbench.arm.library import load_robot
+    from workbench.arm.built_in_arms import load_robot
     from workbench.arm.robot_toml import write_toml
     from workbench.data.writer import write_measurements
     from workbench.plate.parts.as_measured import load_plate
@@ -130,10 +130,10 @@ def poses(
     seed: SeedOption = 0,
 ) -> None:
     """Informative poses for a calibration: those with the largest observability index, in a short order."""
-    from workbench.arm.library import load_robot
+    from workbench.arm.built_in_arms import load_robot
     from workbench.base.units import Quantity, parse_quantity
+    from workbench.plate.poses.choose_and_write import choose_poses, poses_json, poses_table, write_poses
     from workbench.plate.poses.limits import PoseLimits
-    from workbench.plate.poses.run import choose_poses, poses_json, poses_table, write_poses
 
     arm = load_robot(robot)
     limits = PoseLimits(
@@ -192,7 +192,7 @@ def capture(
     """
     from rich.console import Console
 
-    from workbench.arm.library import load_robot
+    from workbench.arm.built_in_arms import load_robot
     from workbench.base.units import Quantity, parse_quantity
     from workbench.data.live.acquisition import StandstillDetector
     from workbench.plate import guided_measuring as acquisition
@@ -245,7 +245,7 @@ def drive(
     seed: SeedOption = 0,
 ) -> None:
     """A virtual arm in place of a real one's driver: JSON lines of an arm steered from target to target."""
-    from workbench.arm.library import load_robot
+    from workbench.arm.built_in_arms import load_robot
     from workbench.arm.robot_toml import write_toml
     from workbench.base.units import Quantity, parse_quantity
     from workbench.data.live.connection import send_samples

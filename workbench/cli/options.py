@@ -120,7 +120,7 @@ class FitOptions:
 
     def choices(self, arm, files: FileOptions):
         """The same in SI."""
-        from workbench.identification.choices import FitChoices
+        from workbench.identification.fit_choices import FitChoices
         from workbench.plate.parts.as_measured import load_plate
 
         return FitChoices(
@@ -299,7 +299,7 @@ def save_robot(arm, path: Path) -> Path:
 
 def check_robot_file(path: Path | None, *, effects: bool = False) -> None:
     """Refuse an ending that no robot file has (or none with effects), before the work begins."""
-    from workbench.arm.library import check_robot_file as check
+    from workbench.arm.built_in_arms import check_robot_file as check
 
     if path is not None:
         check(path, effects=effects)

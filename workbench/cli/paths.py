@@ -58,7 +58,7 @@ def circle(
     """A circle through points, or through points that were taught."""
     import numpy as np
 
-    from workbench.arm.library import load_robot
+    from workbench.arm.built_in_arms import load_robot
     from workbench.paths.curves import circle_through
     from workbench.paths.trajectories import read_taught, taught_circle
 
@@ -86,7 +86,7 @@ def line(
     json: JsonOption = None,
 ) -> None:
     """A straight line between two points."""
-    from workbench.arm.library import load_robot
+    from workbench.arm.built_in_arms import load_robot
     from workbench.paths.curves import line as straight
 
     curve = straight(_point(start, "--from"), _point(end, "--to"))
@@ -154,7 +154,7 @@ def compensate(
     sheet: SheetOption = None,
 ) -> None:
     """Correct a joint trajectory with a calibrated robot, its effects included."""
-    from workbench.arm.library import load_robot
+    from workbench.arm.built_in_arms import load_robot
     from workbench.data.readers.trajectory import read_trajectory
     from workbench.paths.report import compensation_json, compensation_table
     from workbench.paths.trajectories import compensate_trajectory, write_trajectory

@@ -42,7 +42,7 @@ def draw(
     seed: SeedOption = 0,
 ) -> None:
     """A virtual arm draws the circle: its scan and the readings."""
-    from workbench.arm.library import load_robot
+    from workbench.arm.built_in_arms import load_robot
     from workbench.data.readers import read_trajectory
     from workbench.paths.pencil.check import draw_path
 

@@ -66,7 +66,7 @@ def optimise(
     seed: SeedOption = 0,
 ) -> None:
     """The best plate for a region: places, block angles and branches, reachable and free of collisions."""
-    from workbench.arm.library import load_robot
+    from workbench.arm.built_in_arms import load_robot
     from workbench.plate import design as plate_design
     from workbench.plate.parts.as_measured import load_plate
     from workbench.plate.plate_toml import write_plate
@@ -125,7 +125,7 @@ def yield_(
     seed: SeedOption = 0,
 ) -> None:
     """How many arms of a production are good enough after a calibration with the plate, and what to blame."""
-    from workbench.arm.library import load_robot
+    from workbench.arm.built_in_arms import load_robot
     from workbench.base.units import Quantity, parse_quantity
     from workbench.plate import design as plate_design
     from workbench.plate.parts.as_measured import load_plate
@@ -161,8 +161,8 @@ def _wish(targets, branches, reading, blocks, heights, angles, tilt, turn, toler
     """What is asked of the fixture, from people's words."""
     from workbench.base.units import Quantity, parse_quantity
     from workbench.plate.design import IN_THE_AIR
-    from workbench.plate.optimiser.blocks import Blocks, BlockStyle
     from workbench.plate.optimiser.optimise import Postures, Wish
+    from workbench.plate.optimiser.target_blocks import Blocks, BlockStyle
 
     usual = IN_THE_AIR if reading == "ball-bar" else Blocks().heights
     return Wish(
@@ -200,7 +200,7 @@ def _within(wish, clearance: str, limit_margin: str, spacing: str, retreat: str,
 
 
 def _making(text: str | None):
-    from workbench.plate.optimiser.blocks import Making
+    from workbench.plate.optimiser.target_blocks import Making
 
     position, angle = (0.0, 0.0) if text is None else _pair(text, "--tolerance")
     return Making(position=position, angle=angle)

@@ -21,7 +21,7 @@ def export(
     noise: NoiseOption = "0.1mm,0.02deg",
 ) -> None:
     """Everything to make a plate: solids, hole drawing, lists, and a sheet with the expected accuracy."""
-    from workbench.arm.library import load_robot
+    from workbench.arm.built_in_arms import load_robot
     from workbench.plate.parts import export as plate_making
     from workbench.plate.parts.as_measured import load_plate
 

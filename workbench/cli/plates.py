@@ -38,10 +38,10 @@ def score(
     seed: SeedOption = 0,
 ) -> None:
     """What a plate tells about the arm: O per target, all indices, predicted errors in its region."""
-    from workbench.arm.library import load_robot
+    from workbench.arm.built_in_arms import load_robot
+    from workbench.plate.operations import score_plate
     from workbench.plate.parts.as_measured import load_plate
     from workbench.plate.report.plates import score_json, score_tables
-    from workbench.plate.verbs import score_plate
 
     check_writable(json)
     base, tool = unknown_frames(unknown)
@@ -72,10 +72,10 @@ def compare(
     seed: SeedOption = 0,
 ) -> None:
     """Plates side by side: errors predicted in the first one's region, ranks and indices."""
-    from workbench.arm.library import load_robot
+    from workbench.arm.built_in_arms import load_robot
+    from workbench.plate.operations import score_plates
     from workbench.plate.parts.as_measured import load_plate
     from workbench.plate.report.plates import comparison_json, comparison_table
-    from workbench.plate.verbs import score_plates
 
     if len(plate) < 2:
         raise OptionError("plate compare needs at least two plates, got one")
@@ -120,11 +120,11 @@ def cluster(
     seed: SeedOption = 0,
 ) -> None:
     """Workspace clustering: poses with equal O in different cubes of a region, the best such set."""
-    from workbench.arm.library import load_robot
+    from workbench.arm.built_in_arms import load_robot
     from workbench.base.units import Quantity, parse_quantity
+    from workbench.plate.operations import cluster_region
     from workbench.plate.plate_toml import load_plate, write_plate
     from workbench.plate.report.plates import cluster_json, cluster_tables
-    from workbench.plate.verbs import cluster_region
 
     check_writable(out, json)
     arm = load_robot(robot)

@@ -47,7 +47,7 @@ def review(
 def _compare(found: list, json: Path | None) -> None:
     """What differs, and which parameters have moved beyond their standard errors."""
     from workbench.report.json import write_json
-    from workbench.views.recording.compare import compare
+    from workbench.views.recording.compare_sessions import compare
 
     compared = compare(found)
     show(compared.tables())
@@ -78,7 +78,7 @@ def replay(
     if json is not None:
         say(f"result: {write_json(json, replayed.json())}")
     if report is not None:
-        from workbench.views.recording.page import write_page
+        from workbench.views.recording.session_report import write_page
 
         say(f"report: {write_page(found, replayed, report)}")
     if replayed.differences:

@@ -34,7 +34,7 @@ def open_session(
         _check_viewer(live)
     if session is not None and (step is not None or _holds_one(session)):
         return _again(session, step, record, live)
-    from workbench.arm.library import load_robot
+    from workbench.arm.built_in_arms import load_robot
     from workbench.plate.parts.as_measured import load_plate
 
     def begin(robot, plate):
@@ -93,6 +93,6 @@ def _followed(begun, live: str | None):
 
 def _check_viewer(address: str) -> None:
     """Refuse an address where no viewer listens before anything begins."""
-    from workbench.views.recording.outlet import url_of
+    from workbench.views.recording.rerun_output import url_of
 
     url_of(address)

@@ -14,13 +14,13 @@ from workbench.arm import chain as chains
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.axes import driven_names
 from workbench.arm.effects.law import NO_WRENCHES
-from workbench.arm.kinematics.watched import watched
+from workbench.arm.kinematics.observed_link import watched
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import deflect
 from workbench.arm.statics.wrenches import motion_wrenches, own_axis
-from workbench.identification.blocks import Block
 from workbench.identification.problem import Problem
+from workbench.identification.problem_blocks import Block
 
 
 def carriers(effects: Sequence[AbstractEffect]) -> tuple[AbstractEffect, ...]:

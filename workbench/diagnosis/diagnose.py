@@ -19,16 +19,16 @@ from workbench.diagnosis.next_poses import next_poses
 from workbench.diagnosis.record import Accepted, Diagnosis, Ranked, Verdict, judged
 from workbench.diagnosis.refit import robot_with
 from workbench.diagnosis.rivals import ambiguous, ranked, rivals_of
-from workbench.diagnosis.stages import Searched, Stage, as_candidates, geometry_first, rounds
+from workbench.diagnosis.rounds import Searched, Stage, as_candidates, geometry_first, rounds
 from workbench.diagnosis.undetectable import describe, hidden_variance, undetectable
 from workbench.diagnosis.verdict import conclude, coverage, explains_little, too_few_rows
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.identifier import OnStep
-from workbench.identification.choices import FitChoices, with_choices
-from workbench.identification.errors import Errors, RowErrors
+from workbench.identification.fit_choices import FitChoices, with_choices
 from workbench.identification.preparation import Cancel, Prepared, Progress, on_step, prepare
 from workbench.identification.problem import Noise
 from workbench.identification.record import Validation
+from workbench.identification.row_errors import Errors, RowErrors
 
 GROSS = 10.0
 """Rows off by this many times the median of the aligned nominal arm …"""

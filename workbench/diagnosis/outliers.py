@@ -9,9 +9,9 @@ import numpy as np
 from jaxtyping import Bool, Float
 from scipy import special
 
-from workbench.identification.algorithms.opt2 import Opt2
+from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.algorithms.robust import Loss, row_weights
-from workbench.identification.linear import Factor
+from workbench.identification.factorisation import Factor
 from workbench.identification.problem import Problem
 
 LEVEL = 0.01

@@ -13,11 +13,11 @@ from workbench.arm.effects import AbstractEffect
 from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.undetectable import Undetectable
-from workbench.identification.errors import RowErrors
 from workbench.identification.fit import Fit
 from workbench.identification.problem import Noise
 from workbench.identification.record import BeforeAfter, Validation, judged
-from workbench.report.shown import AbstractShown
+from workbench.identification.row_errors import RowErrors
+from workbench.report.result_display import AbstractShown
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -164,6 +164,6 @@ class Diagnosis(AbstractShown):
         Without a name: the ranking; the errors where nothing was ranked.
         """
         from workbench.diagnosis.report.pictures import pictures
-        from workbench.report.drawing import draw
+        from workbench.report.figures import draw
 
         return draw(pictures(self), name or ("ranking" if self.ranking else "errors"))

@@ -7,7 +7,7 @@ import numpy as np
 from workbench.arm.effects import AbstractEffect
 from workbench.diagnosis.evidence import Model, Offer, Term, drop, left_by, offer, offers
 from workbench.diagnosis.record import Accepted, Ranked
-from workbench.diagnosis.stages import Searched
+from workbench.diagnosis.rounds import Searched
 
 LISTED = 3
 """Rivals that are listed for an effect."""

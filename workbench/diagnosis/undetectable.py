@@ -23,7 +23,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.wrenches import motion_wrenches
 from workbench.diagnosis.evidence import coefficients, curvature, left_by
-from workbench.diagnosis.stages import Searched
+from workbench.diagnosis.rounds import Searched
 
 SURE = 6.0
 """Standard errors of size that an effect needs to be found for certain, by evidence and by all folds …"""

@@ -12,10 +12,10 @@ from workbench.diagnosis.evidence import Offer
 from workbench.diagnosis.leftover import JointNoise
 from workbench.diagnosis.record import Accepted, Verdict
 from workbench.diagnosis.rivals import ambiguous
-from workbench.identification.errors import Errors
 from workbench.identification.fit import Fit
 from workbench.identification.problem import Noise
 from workbench.identification.record import COARSE, FAR_FROM_GOOD, HARDLY_BETTER
+from workbench.identification.row_errors import Errors
 
 NOISE_LIKE = 1.25
 """What is left may be this many times the noise that was known beforehand and still count as noise."""

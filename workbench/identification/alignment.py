@@ -19,7 +19,7 @@ from workbench.arm import chain as chains
 from workbench.arm.robot import Frame, Robot, SessionFrames
 from workbench.base import se3
 from workbench.data.dataset import Dataset
-from workbench.identification.algorithms.opt2 import Opt2
+from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.problem import FrameFreedom, Noise, Problem
 
 TURNS = 20

@@ -5,10 +5,10 @@ from workbench.base.errors import DataError
 from workbench.base.threads import one_thread
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_drivers
-from workbench.data.plausible import check_plausible
-from workbench.identification.errors import row_errors
+from workbench.data.plausibility import check_plausible
 from workbench.identification.frames import choose_frames
 from workbench.identification.record import Evaluation
+from workbench.identification.row_errors import row_errors
 
 
 @one_thread()

@@ -9,11 +9,11 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.combinations import Combination, combinations
 from workbench.arm.parameters import Parameter
 from workbench.arm.robot import Robot
+from workbench.arm.unidentifiable import Combination, combinations
 from workbench.base.types import Outcome
-from workbench.identification.linear import Factor
+from workbench.identification.factorisation import Factor
 from workbench.identification.noise import effective_parameters, factor_at
 from workbench.identification.problem import Problem
 

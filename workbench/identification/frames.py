@@ -19,9 +19,9 @@ from workbench.base.errors import DataError
 from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset
 from workbench.data.observations import OBSERVATIONS, AbstractObservation, MarkerObservation
-from workbench.identification.algorithms.opt2 import Opt2
+from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import ENOUGH_ROWS, align, spread_rows
-from workbench.identification.linear import factorise
+from workbench.identification.factorisation import factorise
 from workbench.identification.problem import FrameFreedom, Noise, Problem
 
 SIGNIFICANCE = 1e-4

@@ -13,12 +13,12 @@ from workbench.base.types import Outcome
 from workbench.data.dataset import Dataset
 from workbench.identification.algorithms import ALGORITHMS, USUAL, AbstractIdentifier
 from workbench.identification.algorithms.robust import Loss, row_weights
-from workbench.identification.choices import FitChoices, option, with_choices
-from workbench.identification.errors import Errors
 from workbench.identification.fit import Fit
+from workbench.identification.fit_choices import FitChoices, option, with_choices
 from workbench.identification.preparation import Cancel, Progress, on_step, prepare
 from workbench.identification.prior import Prior
 from workbench.identification.record import Identification, Run, Validation
+from workbench.identification.row_errors import Errors
 
 REWEIGHTINGS = 10
 """Rounds of a robust loss."""

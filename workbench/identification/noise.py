@@ -22,7 +22,7 @@ from scipy import optimize
 
 from workbench.base import se3
 from workbench.data.dataset import Dataset
-from workbench.identification.linear import Factor, factorise_pieces
+from workbench.identification.factorisation import Factor, factorise_pieces
 from workbench.identification.problem import Noise, Problem
 
 SAME_JOINTS = 1e-7

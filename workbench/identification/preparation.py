@@ -10,16 +10,13 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_drivers
-from workbench.data.plausible import check_plausible
+from workbench.data.plausibility import check_plausible
 from workbench.identification import noise as noises
-from workbench.identification.algorithms.opt2 import Opt2
+from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import align
-from workbench.identification.choices import FitChoices
-from workbench.identification.errors import RowErrors, instrument_places, row_errors
+from workbench.identification.fit_choices import FitChoices
 from workbench.identification.frames import FrameChoice, Sessions, choose_frames, visible_parts
-from workbench.identification.prior import Prior
-from workbench.identification.problem import FrameFreedom, Noise, Problem
-from workbench.identification.rows import (
+from workbench.identification.held_out_rows import (
     check_enough,
     choose_rows,
     divide,
@@ -27,6 +24,9 @@ from workbench.identification.rows import (
     placed,
     unused_observations,
 )
+from workbench.identification.prior import Prior
+from workbench.identification.problem import FrameFreedom, Noise, Problem
+from workbench.identification.row_errors import RowErrors, instrument_places, row_errors
 from workbench.plate.region import Region
 
 Progress = Callable[[float, str], None]

@@ -21,7 +21,7 @@ from workbench.base.errors import OptionError
 from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
 from workbench.data.observations import Channel
-from workbench.identification.blocks import (
+from workbench.identification.problem_blocks import (
     Block,
     FrameFreedom,
     Noise,

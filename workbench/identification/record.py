@@ -9,11 +9,11 @@ from rich.console import RenderableType
 
 from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
-from workbench.identification.errors import Errors, RowErrors
-from workbench.identification.expected import SERIOUS, Transfer, transfer, transfer_words
+from workbench.identification.expected_error import SERIOUS, Transfer, transfer, transfer_words
 from workbench.identification.fit import Fit
 from workbench.identification.problem import FrameFreedom, Noise
-from workbench.report.shown import AbstractShown
+from workbench.identification.row_errors import Errors, RowErrors
+from workbench.report.result_display import AbstractShown
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -159,7 +159,7 @@ class Identification(AbstractShown):
     def plot(self, name: str = "before-after") -> "Figure":
         """One of the report's figures: `before-after`, `residuals`, `error-where`, `corrections` …"""
         from workbench.identification.report.figures import pictures
-        from workbench.report.drawing import draw
+        from workbench.report.figures import draw
 
         return draw(pictures(self), name)
 
@@ -194,7 +194,7 @@ class Evaluation(AbstractShown):
     def plot(self) -> "Figure":
         """Error of every row."""
         from workbench.identification.report.error_plots import errors_of_rows
-        from workbench.report.drawing import on_white
+        from workbench.report.figures import on_white
 
         return on_white(errors_of_rows(self))
 

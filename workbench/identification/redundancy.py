@@ -16,13 +16,13 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.combinations import Combination, combinations
 from workbench.arm.kinematics.forward import sensitivity
 from workbench.arm.motion import Motion
 from workbench.arm.parameters import Parameter
 from workbench.arm.robot import FRAME_PARTS, JointKind, Robot
+from workbench.arm.unidentifiable import Combination, combinations
 from workbench.base.threads import one_thread
-from workbench.identification.linear import factorise
+from workbench.identification.factorisation import factorise
 from workbench.plate.poses.sampling import random_poses
 
 GENERIC = 100

@@ -12,10 +12,10 @@ from rich.text import Text
 
 from workbench.arm.robot import JointKind
 from workbench.arm.statics.moments import JointMoments
-from workbench.identification.errors import Spread
+from workbench.identification.row_errors import Spread
 from workbench.paths.correction import Compensation, PathErrors
 from workbench.paths.planning import Planned
-from workbench.report.drawing import COLOURS, INK, NOMINAL, grid, look, new_figure, png
+from workbench.report.figures import COLOURS, INK, NOMINAL, grid, look, new_figure, png
 from workbench.report.json import Json, plain
 from workbench.report.numbers import short
 from workbench.report.tables import line, new_table

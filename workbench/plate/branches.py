@@ -19,7 +19,7 @@ from workbench.base.errors import DataError
 from workbench.base.types import Outcome, frozen
 from workbench.plate.accuracy import predicted_error
 from workbench.plate.criterion import criterion_of, goal_index
-from workbench.plate.freedom import visible, visible_basis
+from workbench.plate.free_constants import visible, visible_basis
 from workbench.plate.indices import index_named
 from workbench.plate.plate import AUTO, Kind, Plate
 from workbench.plate.poses.exchange import exchange

@@ -12,22 +12,22 @@ from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.base.threads import one_thread
-from workbench.data.requirement import Requirement
+from workbench.data.accuracy_requirement import Requirement
 from workbench.data.simulation.simulate import ANGLE_ERROR, LENGTH_ERROR
 from workbench.plate.branches import choose_branches, plate_solutions
-from workbench.plate.freedom import identified_names
+from workbench.plate.free_constants import identified_names
 from workbench.plate.optimiser import optimise
-from workbench.plate.optimiser.blocks import Making
 from workbench.plate.optimiser.constraints import Constraints
 from workbench.plate.optimiser.optimise import Wish
 from workbench.plate.optimiser.result import PlateDesign
+from workbench.plate.optimiser.target_blocks import Making
 from workbench.plate.plate import Plate
 from workbench.plate.poses.sampling import in_base
-from workbench.plate.production.job import Errors, Job, constrained_by
-from workbench.plate.production.result import Yield
-from workbench.plate.production.trial import ARMS, check_number, try_production
 from workbench.plate.readings import SIGMA_POSITION, SIGMA_ROTATION, Reading, reading_named
 from workbench.plate.region_poses import PLATE_CONE, PLATE_POSES, plate_region_poses, region_poses
+from workbench.plate.yield_trial.job import Errors, Job, constrained_by
+from workbench.plate.yield_trial.result import Yield
+from workbench.plate.yield_trial.trial import ARMS, check_number, try_production
 
 JUDGED_POSES = 500
 """Poses of the tool in the region, in all their branches, at which arms are judged."""

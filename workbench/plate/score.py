@@ -17,13 +17,13 @@ from workbench.arm.robot import Robot
 from workbench.base.types import Outcome, frozen
 from workbench.plate.accuracy import PredictedError, position_weight, predicted_error
 from workbench.plate.branches import choose_branches, plate_solutions, single_branches
-from workbench.plate.freedom import identified_names, visible, visible_basis, visible_weight
+from workbench.plate.free_constants import identified_names, visible, visible_basis, visible_weight
 from workbench.plate.indices import I, O, evaluate
 from workbench.plate.placement import check_place
 from workbench.plate.plate import Plate
 from workbench.plate.readings import SIGMA_POSITION, SIGMA_ROTATION, linearise_targets
 from workbench.plate.region_poses import plate_region_poses
-from workbench.report.shown import AbstractShown
+from workbench.report.result_display import AbstractShown
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -8,7 +8,7 @@ from functools import cache
 
 from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined, Template
 
-from workbench.report.drawing import COLOURS
+from workbench.report.figures import COLOURS
 from workbench.report.numbers import short, signed, standard_error
 
 

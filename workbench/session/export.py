@@ -13,7 +13,7 @@ from workbench.base.errors import DataError
 from workbench.data.writer import write_measurements
 from workbench.identification.record import Identification
 from workbench.plate.plate_toml import write_plate
-from workbench.session.captured import captured_table
+from workbench.session.captured_poses import captured_table
 from workbench.session.state import Session
 
 File = tuple[str, bytes]
@@ -82,7 +82,7 @@ def report_zip(session: Session) -> File:
     Raises:
         DataError: nothing has been identified.
     """
-    from workbench.identification.report.page import write_report
+    from workbench.identification.report.html_report import write_report
 
     found = _identified(session)
     content = _packed(lambda folder: write_report(found, folder), "report")

@@ -20,8 +20,8 @@ from workbench.diagnosis.record import Diagnosis
 from workbench.identification.record import Identification
 from workbench.plate.cubes import CubeMap
 from workbench.plate.plate import Plate, Target
-from workbench.plate.production.result import Yield
 from workbench.plate.region import Region
+from workbench.plate.yield_trial.result import Yield
 from workbench.session.comparison import Comparison
 from workbench.session.guided import Measuring
 from workbench.session.trajectory import Track

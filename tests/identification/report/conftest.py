@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from workbench.arm.library import load_robot
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.robot import Frame
 from workbench.base.types import Freedom
 from workbench.identification.evaluate import evaluate

@@ -10,7 +10,7 @@ from workbench.identification.report.corrections import corrections
 from workbench.identification.report.error_grid import STEMS, error_grid
 from workbench.identification.report.error_plots import before_after, error_where, residual_histogram
 from workbench.identification.report.figures import NAMES, all_figures
-from workbench.report.drawing import INK, svg
+from workbench.report.figures import INK, svg
 
 
 def stems(axes):

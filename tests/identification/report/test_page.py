@@ -4,12 +4,12 @@ import re
 import pytest
 from html_page import Page
 
-from workbench.base import folder as folders
+from workbench.base import files
 from workbench.base.errors import FileError
 from workbench.base.files import write_folder
-from workbench.data.requirement import Requirement
+from workbench.data.accuracy_requirement import Requirement
 from workbench.identification.report.figures import NAMES
-from workbench.identification.report.page import write_report
+from workbench.identification.report.html_report import write_report
 
 
 @pytest.fixture(scope="module")
@@ -108,7 +108,7 @@ def test_all_or_nothing(tmp_path, monkeypatch, moves):
     write_folder(home, {"a": b"1", "b": b"2", "old": b"3"})
     (home / "mine").write_bytes(b"m")
     before = {p.name: p.read_bytes() for p in home.iterdir()}
-    real, count = folders.os.replace, [0]
+    real, count = files.os.replace, [0]
 
     def failing(source, target):
         if count[0] == moves:
@@ -117,7 +117,7 @@ def test_all_or_nothing(tmp_path, monkeypatch, moves):
         count[0] += 1
         real(source, target)
 
-    monkeypatch.setattr(folders.os, "replace", failing)
+    monkeypatch.setattr(files.os, "replace", failing)
     with pytest.raises(OSError, match="full"):
         write_folder(home, {"a": b"x", "b": b"y", "c": b"z"}, replaces=("old",))
     assert {p.name: p.read_bytes() for p in home.iterdir()} == before
@@ -128,7 +128,7 @@ def test_nothing_is_left_when_a_folder_cannot_be_made(tmp_path, monkeypatch):
     def failing(source, target):
         raise OSError("full")
 
-    monkeypatch.setattr(folders.os, "replace", failing)
+    monkeypatch.setattr(files.os, "replace", failing)
     with pytest.raises(OSError, match="full"):
         write_folder(tmp_path / "new", {"a": b"1"})
     assert list(tmp_path.iterdir()) == []

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from workbench.arm.library import load_robot
+from workbench.arm.built_in_arms import load_robot
+from workbench.identification.report.how_to_apply import controller_use
 from workbench.identification.report.parameters import State, parameter_table
 from workbench.identification.report.table import evaluation_tables, identification_tables, parameters_tables
-from workbench.identification.report.use import controller_use
 from workbench.report.numbers import factor, short, signed, standard_error
 
 

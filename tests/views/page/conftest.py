@@ -15,7 +15,7 @@ import viser
 import viser.transforms as vtf
 from playwright.sync_api import Browser, Page, sync_playwright
 
-from workbench.arm.library import load_robot
+from workbench.arm.built_in_arms import load_robot
 from workbench.plate.plate_toml import load_plate
 from workbench.session import Session
 from workbench.views.page.app import App

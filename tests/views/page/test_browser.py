@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workbench.arm.library import load_robot
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml
 from workbench.data.simulation.instruments import instrument_named

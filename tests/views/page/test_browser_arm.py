@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workbench.arm.library import load_robot
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.meshes import link_meshes
 from workbench.plate.plate_toml import read_plate
 from workbench.session.commands.arm import standing

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from workbench.arm.library import load_robot
+from workbench.arm.built_in_arms import load_robot
 from workbench.plate.plate_toml import load_plate
 from workbench.session.commands.drag import SelectTarget
 from workbench.views.page.app import App

@@ -12,7 +12,7 @@ import websockets
 import websockets.sync.client as client
 from viser import _messages
 
-from workbench.arm.library import load_robot
+from workbench.arm.built_in_arms import load_robot
 from workbench.base.errors import FileError, OptionError
 from workbench.plate.plate_toml import load_plate
 from workbench.views.page.local_server import local_server, page_address, session_link

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from viser._assignable_props_api import AssignablePropsBase
 
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.library import load_robot
 from workbench.arm.motion import Motion
 from workbench.base.errors import OptionError
 from workbench.data.readers import read_measurements

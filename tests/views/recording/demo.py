@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.arm.library import load_robot
+from workbench.arm.built_in_arms import load_robot
 from workbench.plate.plate_toml import load_plate
 from workbench.session import Session, Worker
 from workbench.session.command import AbstractCommand

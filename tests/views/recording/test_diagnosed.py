@@ -10,8 +10,8 @@ from workbench.session.commands.diagnose import Diagnose
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.plate import ClusterTargets
 from workbench.session.journal.entry import Ending, Entry
-from workbench.views.recording.page import write_page
 from workbench.views.recording.recorder import recorder
+from workbench.views.recording.session_report import write_page
 
 
 @pytest.fixture

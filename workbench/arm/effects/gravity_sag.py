@@ -30,7 +30,7 @@ from workbench.arm import chain as chains
 from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import BASE, across_axes, turns
 from workbench.arm.effects.effect import AbstractEffect, Arm, Candidate, knows_payload, knows_torques
-from workbench.arm.effects.views import error_of, view_of_element
+from workbench.arm.effects.pictures import error_of, view_of_element
 from workbench.arm.motion import Motion
 from workbench.base.types import JointRows
 from workbench.report.numbers import readable

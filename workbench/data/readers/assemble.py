@@ -11,9 +11,9 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from workbench.base.errors import DataError, FileError, ShapeError
-from workbench.base.words import counted
+from workbench.base.wording import counted
 from workbench.data.dataset import Dataset
-from workbench.data.plausible import repeated_rows
+from workbench.data.plausibility import repeated_rows
 from workbench.data.readers.fields import Fields
 from workbench.data.readers.orientation import read_orientation
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from workbench.base.errors import FileError, UnitError, WorkbenchError
 from workbench.base.units import EXAMPLES, REMARKS, Conversion, conversion, parse_heading
-from workbench.base.words import listed, span
+from workbench.base.wording import listed, span
 from workbench.data.readers.headings import is_commanded, meaning, quantities_of, split_ending
 from workbench.data.readers.table import Table
 

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.base.errors import FileError, OptionError
-from workbench.base.words import listed
+from workbench.base.wording import listed
 from workbench.data.dataset import Dataset
 from workbench.data.readers import layouts
 from workbench.data.readers.assemble import assemble

@@ -6,7 +6,7 @@ from enum import StrEnum
 
 from workbench.base.errors import FileError, OptionError
 from workbench.base.units import is_unit, parse_heading
-from workbench.base.words import listed
+from workbench.base.wording import listed
 from workbench.data.readers.columns_option import Item, Naming
 from workbench.data.readers.headings import is_known, meaning
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from workbench.base.errors import FileError, MissingExtraError, OptionError
-from workbench.base.words import listed
+from workbench.base.wording import listed
 from workbench.data.readers.table import Grid, recognised_headings
 
 

@@ -15,12 +15,12 @@ from matplotlib.figure import Figure
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.axes import turns
 from workbench.arm.effects.law import NO_WRENCHES
-from workbench.arm.effects.views import View
+from workbench.arm.effects.pictures import View
 from workbench.arm.motion import Motion
 from workbench.diagnosis.record import Accepted, Diagnosis
-from workbench.diagnosis.report.apparent import Rows
+from workbench.diagnosis.report.apparent_errors import Rows
 from workbench.identification.report.error_plots import POINTS
-from workbench.report.drawing import COLOURS, INK, grid, look, new_figure
+from workbench.report.figures import COLOURS, INK, grid, look, new_figure
 
 BINS = 14
 """Most bins of a running mean."""

@@ -3,11 +3,11 @@
 from functools import partial
 
 from workbench.diagnosis.record import Diagnosis
-from workbench.diagnosis.report.apparent import Rows
+from workbench.diagnosis.report.apparent_errors import Rows
 from workbench.diagnosis.report.effect_pictures import against_drivers, shapes
 from workbench.diagnosis.report.error_pictures import arrows, errors
 from workbench.diagnosis.report.ranking import ranking
-from workbench.report.drawing import Picture
+from workbench.report.figures import Picture
 
 DRAWN = 12
 """Most effects that are drawn over their drivers, those first that bring most."""

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from workbench.arm.effects import AbstractEffect
 from workbench.diagnosis.record import Diagnosis, judged
-from workbench.report.drawing import COLOURS, NOMINAL, grid, look, new_figure
+from workbench.report.figures import COLOURS, NOMINAL, grid, look, new_figure
 
 SHOWN = 14
 """Most candidates that are drawn."""

@@ -4,8 +4,8 @@ from workbench.base.registry import Registry
 from workbench.identification.algorithms.identifier import AbstractIdentifier
 from workbench.identification.algorithms.influence import InfluenceBased
 from workbench.identification.algorithms.ols import Ols
-from workbench.identification.algorithms.opt1 import Opt1
-from workbench.identification.algorithms.opt2 import Opt2
+from workbench.identification.algorithms.opt1_bounded import Opt1
+from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 
 ALGORITHMS: Registry[AbstractIdentifier] = Registry(
     "algorithm", Ols(), Opt1(), Opt2(), InfluenceBased(), group="workbench.algorithms"

@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.base.types import Outcome
-from workbench.identification.linear import Factor
+from workbench.identification.factorisation import Factor
 from workbench.identification.problem import Problem
 
 OnStep = Callable[[int, float], bool]

@@ -32,7 +32,7 @@ from jaxtyping import Float, Int
 from workbench.arm.kinematics.influence import ANGLE, LENGTH
 from workbench.base.types import Outcome
 from workbench.identification.algorithms.identifier import AbstractIdentifier, OnStep, Search, settled
-from workbench.identification.linear import factorise
+from workbench.identification.factorisation import factorise
 from workbench.identification.problem import Evaluation, Problem
 
 DEGREE, MILLIMETRE = float(np.deg2rad(1.0)), 1e-3

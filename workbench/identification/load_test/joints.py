@@ -20,7 +20,7 @@ from workbench.arm.effects.clearance_tilt import ClearanceTilt
 from workbench.arm.effects.joint_compliance import JointCompliance
 from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
-from workbench.identification.algorithms.opt2 import Opt2
+from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.fit import Fit
 from workbench.identification.problem import FrameFreedom, Noise, Problem
 

@@ -22,8 +22,8 @@ from enum import StrEnum
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from workbench.arm.kinematics.observed_link import level_axes
 from workbench.arm.kinematics.skeleton import body_frames, link_ways
-from workbench.arm.kinematics.watched import level_axes
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.moments import JointMoments, joint_moments

@@ -13,7 +13,7 @@ from workbench.identification.load_test.experiment import LoadTest
 from workbench.identification.load_test.joints import JointTilting
 from workbench.identification.load_test.postures import LoadTestPlan, PosturePair, Purpose
 from workbench.identification.report.table import line, new_table
-from workbench.report.drawing import COLOURS, INK, grid, look, new_figure
+from workbench.report.figures import COLOURS, INK, grid, look, new_figure
 from workbench.report.json import Json, plain
 from workbench.report.numbers import short
 

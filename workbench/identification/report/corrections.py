@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 
 from workbench.identification.record import Run
 from workbench.identification.report.parameters import unseen
-from workbench.report.drawing import COLOURS, INK, grid, look, new_figure
+from workbench.report.figures import COLOURS, INK, grid, look, new_figure
 from workbench.report.numbers import signed
 
 CERTAIN = 2.0

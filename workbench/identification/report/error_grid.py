@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from workbench.identification.error_columns import Column
-from workbench.report.drawing import COLOURS, INK, NOMINAL, grid, look, new_figure
+from workbench.report.figures import COLOURS, INK, NOMINAL, grid, look, new_figure
 
 STEMS = 200
 """Greatest number of measurements that are drawn one by one."""

@@ -8,9 +8,9 @@ from workbench.arm import chain as chains
 from workbench.arm.kinematics.forward import joint_elements, tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame, JointKind, Robot
-from workbench.identification.errors import RowErrors
 from workbench.identification.record import Evaluation, Identification
-from workbench.report.drawing import COLOURS, INK, NOMINAL, grid, look, new_figure
+from workbench.identification.row_errors import RowErrors
+from workbench.report.figures import COLOURS, INK, NOMINAL, grid, look, new_figure
 
 POINTS = 400
 """Greatest number of points in one plot of single rows; more are thinned evenly, and it is said."""

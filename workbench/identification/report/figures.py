@@ -8,14 +8,14 @@ from functools import cache, partial
 
 import numpy as np
 
-from workbench.data.requirement import Requirement
+from workbench.data.accuracy_requirement import Requirement
 from workbench.identification.error_columns import columns_of, order_of_measuring
 from workbench.identification.record import Identification
 from workbench.identification.report.corrections import corrections
 from workbench.identification.report.error_grid import STEMS, error_grid
 from workbench.identification.report.error_plots import POINTS, before_after, error_where, residual_histogram
 from workbench.identification.report.influence import influence_of_fit
-from workbench.report.drawing import Drawing, Picture, svg
+from workbench.report.figures import Drawing, Picture, svg
 
 NAMES = (
     *("errors-position", "errors-orientation", "before-after", "residuals", "error-where", "corrections"),

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from workbench.arm.kinematics.influence import Influence, influence
 from workbench.arm.motion import Motion
 from workbench.identification.record import Identification
-from workbench.report.drawing import COLOURS, INK, grid, look, new_figure
+from workbench.report.figures import COLOURS, INK, grid, look, new_figure
 
 MM = 1e3
 

@@ -10,11 +10,11 @@ from rich.markup import escape
 from rich.table import Table, box
 from rich.text import Text
 
-from workbench.identification.controller import ControllerNumbers
-from workbench.identification.errors import Errors
+from workbench.identification.controller_numbers import ControllerNumbers
 from workbench.identification.fit import Fit
 from workbench.identification.record import Evaluation, Identification, Run, Validation
 from workbench.identification.report.parameters import LEGEND, Cell, State, parameter_table
+from workbench.identification.row_errors import Errors
 from workbench.report.numbers import short, signed, standard_error
 from workbench.report.tables import line, new_table
 

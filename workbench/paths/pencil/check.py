@@ -19,7 +19,7 @@ from workbench.data.dataset import Dataset
 from workbench.data.readers import Trajectory
 from workbench.data.readers.read import read_fields
 from workbench.data.writer import write_measurements
-from workbench.identification.errors import Spread
+from workbench.identification.row_errors import Spread
 from workbench.paths.curves import Circle, circle_through
 from workbench.paths.pencil.reading import (
     PlottedErrors,
@@ -30,7 +30,7 @@ from workbench.paths.pencil.reading import (
 )
 from workbench.paths.pencil.sheet import Drawn, Image, draw, scan, sheet
 from workbench.paths.trajectories import path_state
-from workbench.report.drawing import COLOURS, INK, grid, look, new_figure, png
+from workbench.report.figures import COLOURS, INK, grid, look, new_figure, png
 from workbench.report.json import Json, plain
 from workbench.report.numbers import short
 from workbench.report.tables import new_table

@@ -19,10 +19,10 @@ from workbench.arm.inverse.follow import follow_many
 from workbench.arm.kinematics.forward import sensitivity
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.plate.optimiser.blocks import SIDE, Blocks, Making, Places, places_of, tool_poses_at
 from workbench.plate.optimiser.clearance import Surroundings
 from workbench.plate.optimiser.constraints import Constraints
 from workbench.plate.optimiser.shapes import FAR, AbstractArmShape, Hull, Placements, block_hulls, plate_hull
+from workbench.plate.optimiser.target_blocks import SIDE, Blocks, Making, Places, places_of, tool_poses_at
 from workbench.plate.plate import Plate
 from workbench.plate.readings import Reading
 

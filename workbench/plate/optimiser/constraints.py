@@ -8,8 +8,8 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from workbench.base.errors import DataError, OptionError
-from workbench.plate.optimiser.blocks import SIDE
 from workbench.plate.optimiser.shapes import ON_THE_TABLE, AbstractArmShape, Hull
+from workbench.plate.optimiser.target_blocks import SIDE
 from workbench.plate.plate import Plate
 
 DENSEST = np.pi / np.sqrt(12.0)

@@ -21,7 +21,6 @@ from workbench.base.errors import OptionError
 from workbench.base.types import Outcome
 from workbench.plate.accuracy import position_weight
 from workbench.plate.criterion import RegionCriterion
-from workbench.plate.optimiser.blocks import Blocks, Making
 from workbench.plate.optimiser.candidates import (
     Candidates,
     Neighbours,
@@ -35,6 +34,7 @@ from workbench.plate.optimiser.constraints import Constraints, check_base, check
 from workbench.plate.optimiser.result import PlateDesign, branches_of, describe, set_error
 from workbench.plate.optimiser.search import Cancelled, Search
 from workbench.plate.optimiser.shapes import plate_hull
+from workbench.plate.optimiser.target_blocks import Blocks, Making
 from workbench.plate.plate import Plate
 from workbench.plate.poses.exchange import exchange
 from workbench.plate.readings import Reading

@@ -12,11 +12,11 @@ from workbench.arm.inverse.branch import margins
 from workbench.base import se3
 from workbench.base.types import Outcome, frozen
 from workbench.plate.accuracy import PredictedError, predicted_error
-from workbench.plate.optimiser.blocks import Places
 from workbench.plate.optimiser.candidates import Candidates, Neighbours, Setting
+from workbench.plate.optimiser.target_blocks import Places
 from workbench.plate.plate import Plate, Target
 from workbench.plate.readings import linearise_reading
-from workbench.report.shown import AbstractShown
+from workbench.report.result_display import AbstractShown
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

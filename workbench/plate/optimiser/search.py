@@ -28,8 +28,8 @@ from numba import njit
 from workbench.arm.inverse.branch import plain_names
 from workbench.arm.inverse.follow import follow_many
 from workbench.arm.inverse.reduced_arm import compile_arm
-from workbench.plate.optimiser.blocks import Blocks, tool_poses_at
 from workbench.plate.optimiser.candidates import Cancelled, Candidates, Neighbours, Setting
+from workbench.plate.optimiser.target_blocks import Blocks, tool_poses_at
 
 ROUNDS = 30
 """Greatest number of rounds of an exchange."""

@@ -16,7 +16,7 @@ from jaxtyping import Bool, Float, Int
 
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.plate.optimiser.blocks import block_corners
+from workbench.plate.optimiser.target_blocks import block_corners
 from workbench.plate.plate import SQUARE, Plate
 
 FAR = 0.5

@@ -14,7 +14,7 @@ import numpy as np
 from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.base.types import Matrix4, Vector3, frozen
-from workbench.plate.optimiser.blocks import STEEPEST
+from workbench.plate.optimiser.target_blocks import STEEPEST
 from workbench.plate.parts.parts import Block, Bore, Fixture, Purpose, Slab
 from workbench.plate.plate import SQUARE, Kind, Plate, Target
 

@@ -19,7 +19,7 @@ from workbench.base import se3
 from workbench.plate.parts.parts import Block, BlockShape, Bore, Fixture
 from workbench.plate.plate import SQUARE
 from workbench.plate.score import PlateScore
-from workbench.report.drawing import COLOURS, INK, look, new_figure, svg
+from workbench.report.figures import COLOURS, INK, look, new_figure, svg
 from workbench.report.html import page_template
 from workbench.report.numbers import short
 

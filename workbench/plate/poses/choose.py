@@ -24,7 +24,7 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import Outcome, frozen
 from workbench.plate.criterion import criterion_of, goal_index
-from workbench.plate.freedom import visible_basis
+from workbench.plate.free_constants import visible_basis
 from workbench.plate.indices import O1, AbstractIndex, D, O
 from workbench.plate.poses.d_optimal import d_bound, d_exchange, greedy_choice
 from workbench.plate.poses.exchange import Exchanged, exchange

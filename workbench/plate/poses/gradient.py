@@ -16,7 +16,7 @@ from scipy.optimize import Bounds, minimize
 from workbench.arm.linearisation import Linearisation, linearise
 from workbench.arm.robot import Robot
 from workbench.base.types import Outcome
-from workbench.plate.freedom import visible
+from workbench.plate.free_constants import visible
 from workbench.plate.indices import AbstractIndex
 from workbench.plate.poses.limits import PoseLimits
 

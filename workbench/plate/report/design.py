@@ -7,9 +7,9 @@ from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.text import Text
 
-from workbench.plate.optimiser.blocks import places_of
 from workbench.plate.optimiser.result import PlateDesign
-from workbench.plate.production.result import Yield
+from workbench.plate.optimiser.target_blocks import places_of
+from workbench.plate.yield_trial.result import Yield
 from workbench.report.tables import new_table
 
 DESIGN = "workbench.plate-design/1"

@@ -9,7 +9,7 @@ from workbench.base import se3
 from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.plate import Plate
 from workbench.plate.score import PlateScore
-from workbench.report.drawing import COLOURS, INK, NOMINAL, grid, look, new_figure, on_white
+from workbench.report.figures import COLOURS, INK, NOMINAL, grid, look, new_figure, on_white
 
 SHARES = "share of I [%]"
 

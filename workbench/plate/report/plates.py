@@ -9,9 +9,9 @@ from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.text import Text
 
-from workbench.arm.combinations import combinations
 from workbench.arm.parameters import Parameter
 from workbench.arm.robot import JointKind, Robot
+from workbench.arm.unidentifiable import combinations
 from workbench.plate.clustering import Cluster, Clustering
 from workbench.plate.indices import INDICES, I
 from workbench.plate.region_poses import PLATE_CONE

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.inverse.solve import follow
-from workbench.arm.library import load_robot
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import FileError, OptionError, WorkbenchError

@@ -17,7 +17,7 @@ from workbench.arm.robot import JointKind, Robot
 from workbench.base.errors import DataError, OptionError, WorkbenchError
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_drivers
-from workbench.data.plausible import check_plausible
+from workbench.data.plausibility import check_plausible
 from workbench.data.readers.preview import Preview
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument, Observes
 from workbench.data.simulation.simulate import simulate, virtual_arm

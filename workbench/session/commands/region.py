@@ -8,7 +8,7 @@ import numpy as np
 
 from workbench.base.errors import DataError, OptionError
 from workbench.plate.cubes import CubeMap, map_cubes
-from workbench.plate.freedom import identified_names
+from workbench.plate.free_constants import identified_names
 from workbench.plate.region import Region
 from workbench.session.command import AbstractChange, AbstractChore, Cancel, Cancelled, Progress
 from workbench.session.cubes import values

@@ -15,7 +15,6 @@ from enum import Enum
 from pathlib import PurePosixPath
 from typing import Any
 
-from workbench.session import commands as _commands  # noqa: F401 (defines all commands)
 from workbench.session.command import AbstractCommand, kinds
 
 INPUTS = "inputs"

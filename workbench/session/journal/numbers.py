@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from workbench.diagnosis.report.json import diagnosis_json
-from workbench.identification.report.json import identification_json
+from workbench.diagnosis.report.results_json import diagnosis_json
+from workbench.identification.report.results_json import identification_json
 from workbench.report.json import plain
 from workbench.session.state import Session, TargetState
 

@@ -9,7 +9,7 @@ from workbench.session.command import AbstractChange, AbstractChore, AbstractTas
 from workbench.session.journal.entry import Ending, Entry
 from workbench.session.journal.reader import Line, Recording
 from workbench.session.journal.replay import do_again
-from workbench.session.recall import completed
+from workbench.session.recalled_steps import completed
 from workbench.session.state import Session
 
 

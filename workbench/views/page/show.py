@@ -7,7 +7,7 @@ from typing import final
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.data.dataset import Dataset
-from workbench.data.plausible import check_plausible
+from workbench.data.plausibility import check_plausible
 from workbench.plate.plate import Plate
 from workbench.session.commands.data import observed, with_data
 from workbench.session.journal.folder import Begun

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import rerun as rr
 
-from workbench.views.recording.outlet import AbstractOutlet
+from workbench.views.recording.rerun_output import AbstractOutlet
 
 STEP, TIME, ROW = "step", "session_time", "measured_row"
 

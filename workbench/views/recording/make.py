@@ -12,10 +12,10 @@ from workbench.session.journal.replay import steps
 from workbench.session.state import Severity
 from workbench.views.recording.blueprint import blueprint, side_by_side
 from workbench.views.recording.canvas import Canvas
-from workbench.views.recording.compare import compare
-from workbench.views.recording.drawing import Drawing, thinned
-from workbench.views.recording.moment import Moment
-from workbench.views.recording.outlet import FileOutlet
+from workbench.views.recording.compare_sessions import compare
+from workbench.views.recording.draw_steps import Drawing, thinned
+from workbench.views.recording.rerun_output import FileOutlet
+from workbench.views.recording.time_step import Moment
 
 Progress = Callable[[float, str], None]
 

@@ -16,10 +16,10 @@ from workbench.session.state import Session, Severity
 from workbench.session.view import AbstractKeeper, Tell
 from workbench.views.recording.blueprint import blueprint
 from workbench.views.recording.canvas import Canvas
-from workbench.views.recording.drawing import Drawing, Pace
-from workbench.views.recording.moment import Moment
-from workbench.views.recording.outlet import AbstractOutlet, FileOutlet, ViewerOutlet
-from workbench.views.recording.outlet import Tell as TellText
+from workbench.views.recording.draw_steps import Drawing, Pace
+from workbench.views.recording.rerun_output import AbstractOutlet, FileOutlet, ViewerOutlet
+from workbench.views.recording.rerun_output import Tell as TellText
+from workbench.views.recording.time_step import Moment
 
 STEM = "session"
 MOST_WAITING = 5000

@@ -9,12 +9,12 @@ from workbench.diagnosis.report.ranking import ranking
 from workbench.identification.error_columns import order_of_measuring
 from workbench.identification.report.corrections import corrections
 from workbench.identification.report.error_plots import before_after
-from workbench.report.drawing import png
+from workbench.report.figures import png
 from workbench.session.state import Session
 from workbench.views.appearance.colours import SELECTED
 from workbench.views.drawables.item import Item
-from workbench.views.recording.narrative import about, diagnosis_markdown, parameters_markdown
-from workbench.views.recording.sink import Bars, Document, Picture
+from workbench.views.recording.rerun_sink import Bars, Document, Picture
+from workbench.views.recording.sentences import about, diagnosis_markdown, parameters_markdown
 
 
 def sheets(session: Session) -> Iterator[Item]:

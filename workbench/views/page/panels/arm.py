@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import viser
 
-from workbench.arm.library import built_in_robots
+from workbench.arm.built_in_arms import built_in_robots
 from workbench.arm.robot import JointKind, Robot
 from workbench.session.commands.arm import LARGEST_MODEL, ChooseRobot, LoadModel
 from workbench.session.commands.messages import Tell

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import viser
 
-from workbench.data.requirement import Requirement
+from workbench.data.accuracy_requirement import Requirement
 from workbench.identification.algorithms import ALGORITHMS, USUAL
 from workbench.identification.error_columns import columns_of
 from workbench.identification.record import Identification

@@ -10,7 +10,7 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import JointKind, Robot
 from workbench.base import se3
-from workbench.session.captured import Captured, captured
+from workbench.session.captured_poses import Captured, captured
 from workbench.session.commands.arm import CapturePose, ForgetPoses, Jog, JogTo, standing
 from workbench.session.export import captured_csv
 from workbench.session.state import Session

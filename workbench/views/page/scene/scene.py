@@ -16,7 +16,7 @@ from workbench.views.page.scene.corners import Corners
 from workbench.views.page.scene.gizmo import Gizmo
 from workbench.views.page.scene.ground import Ground, first_view
 from workbench.views.page.scene.player import Player, Run
-from workbench.views.page.scene.sink import PageSink
+from workbench.views.page.scene.viser_sink import PageSink
 
 
 class Scene:

@@ -7,12 +7,12 @@ parameter that no row shows) is null.
 import numpy as np
 
 from workbench.arm.robot import JointKind
-from workbench.identification.controller import ControllerNumbers, PoseErrors
-from workbench.identification.errors import Errors, Spread
+from workbench.identification.controller_numbers import ControllerNumbers, PoseErrors
 from workbench.identification.fit import Fit
 from workbench.identification.record import Evaluation, Identification, Run, Validation
 from workbench.identification.report.parameters import unseen
 from workbench.identification.report.prior import prior_json
+from workbench.identification.row_errors import Errors, Spread
 from workbench.report.json import Json, plain
 
 IDENTIFICATION = "workbench.identification/1"

@@ -12,9 +12,9 @@ from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
 from workbench.data.observations import AbstractObservation, Channel
 from workbench.data.prediction import predict
-from workbench.identification.algorithms.opt2 import Opt2
-from workbench.identification.blocks import observed_kinds
+from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.problem import Problem
+from workbench.identification.problem_blocks import observed_kinds
 
 
 class Spread(NamedTuple):

@@ -8,9 +8,14 @@ from jaxtyping import Float
 from rich.console import RenderableType
 
 from workbench.arm.robot import Frame, JointKind, Robot
-from workbench.identification.controller import ControllerNumbers, Part, PoseErrors, controller_numbers
+from workbench.identification.controller_numbers import (
+    ControllerNumbers,
+    Part,
+    PoseErrors,
+    controller_numbers,
+)
 from workbench.identification.record import Identification
-from workbench.identification.report.json import controller_json
+from workbench.identification.report.results_json import controller_json
 from workbench.identification.report.table import use_tables
 from workbench.report.numbers import short, signed
 

@@ -18,15 +18,15 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from workbench.arm import chain as chains
-from workbench.arm.effects.views import State
+from workbench.arm.effects.pictures import State
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import deflect
 from workbench.data.dataset import Dataset
 from workbench.data.prediction import in_known_range
 from workbench.diagnosis.record import Diagnosis
-from workbench.identification.errors import instrument_places
 from workbench.identification.problem import Problem
+from workbench.identification.row_errors import instrument_places
 
 
 @dataclass(frozen=True, eq=False)

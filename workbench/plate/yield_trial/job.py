@@ -12,9 +12,9 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import frozen
-from workbench.data.requirement import Requirement
+from workbench.data.accuracy_requirement import Requirement
 from workbench.plate.plate import Kind, Plate
-from workbench.plate.production.reach_targets import bent, branches_by_distance
+from workbench.plate.yield_trial.reach_targets import bent, branches_by_distance
 
 LEAST = 1e-9
 """Standard deviation by which exact readings are weighted [m or rad]."""

@@ -16,9 +16,9 @@ from joblib import Parallel, cpu_count, delayed, parallel_config
 
 from workbench.base.errors import MissingExtraError, OptionError
 from workbench.base.types import Outcome
-from workbench.plate.production.arms import CHUNK, Chunk, try_arms
-from workbench.plate.production.job import Job, check_job
-from workbench.plate.production.result import Yield, gather, rms_of
+from workbench.plate.yield_trial.arms import CHUNK, Chunk, try_arms
+from workbench.plate.yield_trial.job import Job, check_job
+from workbench.plate.yield_trial.result import Yield, gather, rms_of
 
 CONNECTING = 5.0
 """Seconds to wait for a scheduler."""

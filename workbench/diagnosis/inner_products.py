@@ -15,7 +15,7 @@ from jaxtyping import Float
 
 from workbench.arm.effects import AbstractEffect
 from workbench.diagnosis.columns import candidate_columns, carriers
-from workbench.identification.linear import factorise
+from workbench.identification.factorisation import factorise
 from workbench.identification.problem import Problem
 
 TETHER = 0.005

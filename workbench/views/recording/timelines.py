@@ -20,9 +20,9 @@ from workbench.session.journal.entry import Ending
 from workbench.session.state import Score, Session
 from workbench.views.appearance.colours import ARROW_AFTER, ARROW_BEFORE, REACHED, SELECTED
 from workbench.views.recording.canvas import Canvas
-from workbench.views.recording.moment import Moment
-from workbench.views.recording.narrative import sentence
-from workbench.views.recording.sink import THIN
+from workbench.views.recording.rerun_sink import THIN
+from workbench.views.recording.sentences import sentence
+from workbench.views.recording.time_step import Moment
 
 LEVELS = {Ending.DONE: "INFO", Ending.CANCELLED: "INFO", Ending.REFUSED: "WARN", Ending.FAILED: "ERROR"}
 LONGEST = 64

@@ -10,9 +10,9 @@ from jaxtyping import Bool, Float, Int
 from scipy import special
 
 from workbench.base.types import Outcome, frozen
-from workbench.data.requirement import Requirement
-from workbench.plate.production.arms import Chunk
-from workbench.plate.production.job import Job
+from workbench.data.accuracy_requirement import Requirement
+from workbench.plate.yield_trial.arms import Chunk
+from workbench.plate.yield_trial.job import Job
 
 CONFIDENCE = 0.95
 """Of the interval of the share of arms."""

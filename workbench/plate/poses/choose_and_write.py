@@ -16,7 +16,7 @@ from workbench.base.errors import DataError, OptionError
 from workbench.base.files import write_text
 from workbench.base.threads import one_thread
 from workbench.data.readers import read_trajectory
-from workbench.plate.freedom import identified_names
+from workbench.plate.free_constants import identified_names
 from workbench.plate.poses.choose import Method, PoseSet, informative_poses
 from workbench.plate.poses.limits import PoseLimits
 from workbench.plate.region_poses import PLATE_POSES, region_poses

@@ -12,7 +12,7 @@ from workbench.base.errors import DataError, OptionError
 from workbench.data.dataset import Dataset
 from workbench.data.observations import OBSERVATIONS, ContactObservation, PlaneObservation
 from workbench.data.observations.distance import DistanceObservation
-from workbench.identification.errors import count_measured
+from workbench.identification.row_errors import count_measured
 from workbench.plate.region import Region
 
 Excluded = list[tuple[int, str]]

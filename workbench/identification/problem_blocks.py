@@ -14,7 +14,7 @@ from numba import njit
 from workbench.arm import chain as chains
 from workbench.arm.chain import Chain
 from workbench.arm.effects import AbstractEffect
-from workbench.arm.kinematics.watched import TOOL, Watched, watched
+from workbench.arm.kinematics.observed_link import TOOL, Watched, watched
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot, SessionFrames
 from workbench.arm.statics.deflection import effect_columns, shift_of

@@ -13,7 +13,7 @@ import numpy as np
 
 from workbench.arm.effects import Candidate
 from workbench.diagnosis.evidence import Left, Model, Offer, drop, left_by, offer, offers, validated
-from workbench.diagnosis.grams import Grams
+from workbench.diagnosis.inner_products import Grams
 
 ALPHA = 0.002
 """Share of arms without effects on which one may be claimed."""

@@ -21,7 +21,7 @@ from workbench.identification.algorithms.identifier import (
     gauge_step,
     settled,
 )
-from workbench.identification.linear import factorise
+from workbench.identification.factorisation import factorise
 from workbench.identification.problem import Problem
 
 

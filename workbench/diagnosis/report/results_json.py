@@ -5,7 +5,7 @@ import numpy as np
 from workbench.arm.effects import AbstractEffect
 from workbench.diagnosis.record import Accepted, Diagnosis, Ranked
 from workbench.diagnosis.undetectable import Undetectable
-from workbench.identification.report.json import validation_json
+from workbench.identification.report.results_json import validation_json
 from workbench.report.json import Json, plain
 
 DIAGNOSIS = "workbench.diagnosis/1"

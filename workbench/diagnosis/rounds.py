@@ -15,11 +15,11 @@ from workbench.arm.motion import Motion
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.catalogue import Catalogue, catalogue
 from workbench.diagnosis.evidence import Model, rescaled, validated
-from workbench.diagnosis.grams import Grams, compress
+from workbench.diagnosis.inner_products import Grams, compress
 from workbench.diagnosis.outliers import find_outliers, robust_fit
 from workbench.diagnosis.refit import Fitted, large, linear_answer, refit, with_own_noise
-from workbench.diagnosis.search import WORTH, Found, as_found
-from workbench.diagnosis.search import search as search_effects
+from workbench.diagnosis.stepwise_search import WORTH, Found, as_found
+from workbench.diagnosis.stepwise_search import search as search_effects
 from workbench.identification.algorithms.identifier import OnStep
 from workbench.identification.problem import Noise, Problem
 

@@ -19,10 +19,10 @@ from workbench.views.drawables.measured import measured
 from workbench.views.drawables.plate import plate
 from workbench.views.drawables.region import region
 from workbench.views.recording.canvas import Canvas
-from workbench.views.recording.chronicles import CHRONICLES
-from workbench.views.recording.moment import Moment
+from workbench.views.recording.rerun_sink import RecordingSink, quaternion
 from workbench.views.recording.sheets import sheets, tables
-from workbench.views.recording.sink import RecordingSink, quaternion
+from workbench.views.recording.time_step import Moment
+from workbench.views.recording.timelines import CHRONICLES
 
 INTERVAL = 0.1
 """Least time between two pictures in the middle of a drag, in the beginning [s]."""

@@ -9,11 +9,11 @@ from markupsafe import Markup
 from workbench.arm.effects.axes import turns
 from workbench.base.files import check_folder, write_folder
 from workbench.diagnosis.record import Diagnosis, Verdict, judged
-from workbench.diagnosis.report.json import diagnosis_json
 from workbench.diagnosis.report.pictures import pictures
+from workbench.diagnosis.report.results_json import diagnosis_json
 from workbench.diagnosis.report.table import alternatives, chance, lines, outlier_words
-from workbench.identification.report.page import error_cards
-from workbench.report.drawing import Drawing, png, svg
+from workbench.identification.report.html_report import error_cards
+from workbench.report.figures import Drawing, png, svg
 from workbench.report.html import page_template, themed
 from workbench.report.json import json_text
 from workbench.report.numbers import short

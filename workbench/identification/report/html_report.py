@@ -13,16 +13,16 @@ from markupsafe import Markup
 
 from workbench.arm.robot import Robot
 from workbench.base.files import check_folder, write_folder
+from workbench.data.accuracy_requirement import Requirement, RequirementCheck
 from workbench.data.dataset import Dataset
 from workbench.data.prediction import row_components
-from workbench.data.requirement import Requirement, RequirementCheck
-from workbench.identification.errors import Errors
 from workbench.identification.record import Identification, Run, Validation
 from workbench.identification.report.figures import NAMES, all_figures
-from workbench.identification.report.json import identification_json
+from workbench.identification.report.how_to_apply import Use, controller_use
 from workbench.identification.report.parameters import LEGEND, Cell, ParameterTable, State, parameter_table
-from workbench.identification.report.use import Use, controller_use
-from workbench.report.drawing import Drawing
+from workbench.identification.report.results_json import identification_json
+from workbench.identification.row_errors import Errors
+from workbench.report.figures import Drawing
 from workbench.report.html import page_template, themed
 from workbench.report.json import json_text
 from workbench.report.numbers import factor, short, signed, standard_error

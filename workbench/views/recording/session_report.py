@@ -12,8 +12,8 @@ from workbench.diagnosis.report.ranking import ranking
 from workbench.identification.error_columns import order_of_measuring
 from workbench.identification.report.corrections import corrections
 from workbench.identification.report.error_plots import before_after
-from workbench.identification.report.page import error_cards
-from workbench.report.drawing import svg
+from workbench.identification.report.html_report import error_cards
+from workbench.report.figures import svg
 from workbench.report.html import page_template, themed
 from workbench.report.numbers import short
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget
@@ -21,7 +21,7 @@ from workbench.session.journal.check import Replayed
 from workbench.session.journal.entry import Ending
 from workbench.session.journal.reader import Line, Recording
 from workbench.session.state import Score, Session
-from workbench.views.recording.narrative import model_errors, parameter_rows, remarks
+from workbench.views.recording.sentences import model_errors, parameter_rows, remarks
 
 DEGREES = float(np.rad2deg(1.0))
 PREDICTED = (("mean predicted error [mm]", 1e3), ("mean predicted rotation error [°]", DEGREES))
