@@ -107,5 +107,5 @@ def check_jacobian(
 
 
 def holding(wrenches, robot):
-    """Torque or force (rows, n) of every drive [N m or N], from the wrenches (rows, n, 6) through its joint."""
+    """Torque or force of every drive [N m or N], (rows, n), from the wrenches (rows, n, 6)."""
     return wrenches[:, np.arange(robot.dof), own_axis(robot)]
