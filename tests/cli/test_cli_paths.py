@@ -83,7 +83,7 @@ def test_nothing_is_written_where_a_path_can_not_be(run):
             ("--from", "0.45,0.3,0.25", "--to", "0.3,0.4,0.3", "--duration", "0.2", "--max-speed", "1"),
             "joint",
         ),
-        (("--from", "0.45,0.3", "--to", "0.3,0.4,0.3"), "three numbers"),
+        (("--from", "0.45,0.3", "--to", "0.3,0.4,0.3"), "--from must be x,y,z in m"),
     ):
         status, _, err = run(*line, *words)
         assert status == 1

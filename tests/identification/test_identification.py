@@ -101,6 +101,7 @@ def test_loose_markers(arm):
         assert run.noise.position == pytest.approx(1e-4, rel=0.15)
 
 
+@pytest.mark.slow
 def test_contacts_do_not_shrink_the_arm(arm):
     rng = np.random.default_rng(5)
     robot = load_robot("aria")

@@ -115,14 +115,14 @@ def test_unknown_names_are_refused():
         Problem.build(robot, data, bounds={"joint1.d": (0.3, 0.4)})
 
 
-def test_noise_given_by_rows_whitens_those_rows():
+def test_noise_given_by_rows_comes_to_the_common_one():
     robot = load_robot("aria")
     data = measured(robot, np.random.default_rng(0), "PointObservation")
     sigma = np.full((ROWS, 6), np.nan)
     sigma[2, :3] = 0.01
     problem = Problem.build(robot, replace(data, sigma=sigma), noise=Noise(0.1, 1.0))
     weights = problem.inverse_sigma.reshape(ROWS, 3)
-    np.testing.assert_allclose(weights[2], 100.0)
+    np.testing.assert_allclose(weights[2], 1.0 / np.hypot(0.01, 0.1))  # what the model lacks comes on top
     np.testing.assert_allclose(weights[[0, 1, 3]], 10.0)
 
 

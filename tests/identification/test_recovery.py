@@ -169,7 +169,7 @@ def test_points_recover_what_points_can_show(tmp_path):
         assert held_out_error(result.calibrated, hidden, rng) < 1e-9
 
 
-@pytest.mark.parametrize("observed", ["distance", "contact", "markers"])
+@pytest.mark.parametrize("observed", ["distance", pytest.param("contact", marks=pytest.mark.slow), "markers"])
 def test_cheap_instruments_improve_the_arm(observed):
     """Distances, contacts and loose markers: the arm's own geometry gets several times better."""
     rng = np.random.default_rng(21)

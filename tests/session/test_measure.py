@@ -141,7 +141,7 @@ def test_news_stay_until_the_user_goes_on(do, begun):
     """A late sample of the arm is nobody's doing."""
     do(*samples(begun, begun.virtual.postures[0], begin=0.0), StoreRow())
     told = do(UseRows()).messages[-1].text
-    assert "taken over" in told
+    assert "the session's data: 1 measured row" in told
     session = do(*samples(begun, begun.virtual.postures[1], begin=9.0))
     assert session.messages[-1].text == told
     assert told not in [m.text for m in do(SelectTarget(3)).messages]

@@ -228,8 +228,8 @@ def test_what_has_moved_is_named(replayed):
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        (("review", "nothing"), "holds no journal"),
-        (("replay", "nothing"), "holds no journal"),
+        (("review", "nothing"), "has no journal.jsonl"),
+        (("replay", "nothing"), "has no journal.jsonl"),
         (("serve", "--step", "3"), "--step needs --session"),
         (("serve", "--rerun", "127.0.0.1:1"), "no rerun viewer listens"),
         (("serve", "--rerun", "what:ever"), "no rerun viewer listens"),

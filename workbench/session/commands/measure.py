@@ -9,6 +9,7 @@ import numpy as np
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import frozen
+from workbench.base.wording import counted
 from workbench.data.live.acquisition import (
     ORIENTATION_STILL,
     POSITION_STILL,
@@ -223,7 +224,7 @@ class UseRows(AbstractChange):
         actual = None if arm is None else arm.actual
         loaded = Loaded(rows, name, facts, rows.notes, virtual=arm is not None, actual=actual)
         session = with_data(replace(session, measuring=None), loaded)
-        return session.tell(Severity.INFO, f"{len(rows)} measured rows are now the session's data")
+        return session.tell(Severity.INFO, f"the session's data: {counted(len(rows), 'measured row')}")
 
 
 @dataclass(frozen=True)
