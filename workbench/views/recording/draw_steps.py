@@ -22,7 +22,7 @@ from workbench.views.recording.canvas import Canvas
 from workbench.views.recording.rerun_sink import RecordingSink, quaternion
 from workbench.views.recording.sheets import sheets, tables
 from workbench.views.recording.time_step import Moment
-from workbench.views.recording.timelines import CHRONICLES
+from workbench.views.recording.timelines import TIMELINES
 
 INTERVAL = 0.1
 """Least time between two pictures in the middle of a drag, in the beginning [s]."""
@@ -55,7 +55,7 @@ class Drawing:
     def __init__(self, canvas: Canvas):
         self._canvas = canvas
         self._scene, self._sheets = RecordingSink(canvas, "world/"), RecordingSink(canvas)
-        self._chronicles = tuple(kind() for kind in CHRONICLES)
+        self._timelines = tuple(kind() for kind in TIMELINES)
         self._rows: object = None
         canvas.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
 
@@ -70,8 +70,8 @@ class Drawing:
         scene = (item for subject in SUBJECTS for item in subject(session))
         self._try("scene", self._scene.draw, map(_guarded, scene))
         self._try("sheets", self._sheets.draw, map(_guarded, sheets(session)))
-        for chronicle in self._chronicles:
-            self._try(type(chronicle).__name__, chronicle.draw, self._canvas, moment)
+        for timeline in self._timelines:
+            self._try(type(timeline).__name__, timeline.draw, self._canvas, moment)
 
     def _try(self, name: str, draw: Callable[..., None], *args: Any) -> None:
         try:

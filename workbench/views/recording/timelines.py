@@ -35,7 +35,7 @@ HEAD = (
 )
 
 
-class AbstractChronicle(ABC):
+class AbstractTimeline(ABC):
     """Follows a session step by step."""
 
     @abstractmethod
@@ -43,7 +43,7 @@ class AbstractChronicle(ABC):
         """Draw what this step adds."""
 
 
-class Log(AbstractChronicle):
+class Log(AbstractTimeline):
     """`log`: one line a decision; the many places of a drag are left out."""
 
     def __init__(self) -> None:
@@ -63,7 +63,7 @@ class Log(AbstractChronicle):
         canvas.log("log", rr.TextLog(text, level=LEVELS[moment.entry.ending]))
 
 
-class Trails(AbstractChronicle):
+class Trails(AbstractTimeline):
     """`world/plate/trails/N`: where a target has been dragged; what else puts it elsewhere begins anew."""
 
     def __init__(self) -> None:
@@ -102,7 +102,7 @@ class Trails(AbstractChronicle):
             canvas.log(f"world/plate/trails/{i + 1}", rr.LineStrips3D([strip], colors=REACHED, radii=THIN))
 
 
-class Series(AbstractChronicle):
+class Series(AbstractTimeline):
     """Numbers of the session at every step.
 
     `index/O` … `index/O5`, `index/condition`, `index/rank`: what the targets tell. `predicted/position_mm`,
@@ -133,7 +133,7 @@ class Series(AbstractChronicle):
         canvas.log(path, line, static=True)
 
 
-class RowErrors(AbstractChronicle):
+class RowErrors(AbstractTimeline):
     """`row_error/nominal_mm/N_FIT` and `row_error/calibrated_mm/N_FIT` on the timeline `measured_row`.
 
     Rows that were drawn can't be taken back, so every fit has a path of its own: N counts identifications.
@@ -161,7 +161,7 @@ class RowErrors(AbstractChronicle):
             canvas.rows(path, rr.Scalars.columns(scalars=values), len(rows))
 
 
-class Searches(AbstractChronicle):
+class Searches(AbstractTimeline):
     """The table of searches, each against the plate before it; equal O is what a search of poses is after."""
 
     def __init__(self) -> None:
@@ -229,4 +229,4 @@ def _diagnosed(session: Session) -> Iterator[tuple[str, float]]:
         yield "error/diagnosed_effects_mm", judged(found.after).position_mm.mean
 
 
-CHRONICLES: tuple[type[AbstractChronicle], ...] = (Log, Trails, Series, RowErrors, Searches)
+TIMELINES: tuple[type[AbstractTimeline], ...] = (Log, Trails, Series, RowErrors, Searches)
