@@ -25,8 +25,8 @@ def test_what_was_found_is_added_and_compared(app, look, tmp_path):
         screen.tab("Diagnose")
         screen.press("Diagnose")
         screen.wait_text("verdict", "Mean error on", timeout=120_000)
-        screen.press("Add what was found to the model")
-        screen.wait_text("verdict", "It is part of the model now", timeout=120_000)
+        screen.press("Add the effects to the model")
+        screen.wait_text("verdict", "Now part of the model", timeout=120_000)
         screen.shoot(f"added-{name}")
         session = app.worker.session
         assert [effect.name for effect in session.accepted] == [name]
