@@ -50,12 +50,17 @@ def as_html(renderable: RenderableType) -> str:
 def _table(table: Table) -> str:
     """A table with its title and headings; numbers stay on the right."""
     sides = [
-        f"text-align: {column.justify if column.justify != 'default' else 'left'}" for column in table.columns
+        f"padding: 0.1em 0.6em; text-align: {'left' if column.justify == 'default' else column.justify}"
+        for column in table.columns
     ]
     head = _row("th", [column.header for column in table.columns], sides)
     cells = zip(*(column.cells for column in table.columns), strict=True)
     body = Markup("").join(_row("td", list(row), sides) for row in cells)
-    title = Markup("<caption>{}</caption>").format(_inline(table.title)) if table.title else ""
+    title = (
+        Markup('<caption style="text-align: left">{}</caption>').format(_inline(table.title))
+        if table.title
+        else ""
+    )
     return Markup("<table>{}<thead>{}</thead><tbody>{}</tbody></table>").format(title, head, body)
 
 
