@@ -65,7 +65,7 @@ def replay(
 ) -> None:
     """Do a recorded session again and compare all numbers with those of then."""
     from workbench.report.json import write_json
-    from workbench.session.journal.check import check
+    from workbench.session.journal.compare_numbers import check
     from workbench.session.journal.reader import read_recording
 
     check_writable(report, json)

@@ -11,7 +11,7 @@ import pyarrow as pa
 import pytest
 from rerun.chunk import RrdReader
 
-from workbench.session.journal.check import Replayed, check
+from workbench.session.journal.compare_numbers import Replayed, check
 from workbench.session.journal.reader import Recording, read_recording
 
 SAMPLE = Path(__file__).resolve().parents[3] / "recordings" / "sample"

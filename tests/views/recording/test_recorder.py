@@ -15,7 +15,7 @@ from workbench.session import Worker
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.undo import Undo
 from workbench.session.journal import replay
-from workbench.session.journal.check import check
+from workbench.session.journal.compare_numbers import check
 from workbench.session.journal.entry import Ending, Entry
 from workbench.session.journal.folder import begin, resume
 from workbench.session.journal.numbers import SUBJECTS, numbers_of

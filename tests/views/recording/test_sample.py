@@ -8,7 +8,7 @@ import pytest
 
 from workbench.session.commands.drag import DropTarget, MoveTarget
 from workbench.session.commands.identify import Identify
-from workbench.session.journal.check import ROUNDING, check, compare
+from workbench.session.journal.compare_numbers import ROUNDING, check, compare
 from workbench.session.journal.entry import Ending
 from workbench.session.journal.numbers import SUBJECTS, numbers_of
 from workbench.session.journal.reader import read_recording

@@ -5,7 +5,7 @@ import pytest
 
 from workbench.session import Worker
 from workbench.session.commands.track import PlaceTrack, PlanTrack
-from workbench.session.journal.check import check
+from workbench.session.journal.compare_numbers import check
 from workbench.session.journal.folder import begin
 from workbench.session.journal.reader import read_recording
 from workbench.views.appearance.bodies import body_frames

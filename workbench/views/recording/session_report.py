@@ -17,7 +17,7 @@ from workbench.report.figures import svg
 from workbench.report.html import page_template, themed
 from workbench.report.numbers import short
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget
-from workbench.session.journal.check import Replayed
+from workbench.session.journal.compare_numbers import Replayed
 from workbench.session.journal.entry import Ending
 from workbench.session.journal.reader import Line, Recording
 from workbench.session.state import Score, Session
