@@ -331,7 +331,7 @@ import sys, itertools
 from pathlib import Path
 sys.path.insert(0, sys.argv[2])
 from workbench.plate.plate_toml import load_plate
-from workbench.arm.library import load_robot
+from workbench.arm.built_in_arms import load_robot
 from workbench.session import Worker
 from workbench.session.commands.drag import MoveTarget
 from workbench.session.journal.folder import begin
