@@ -115,9 +115,11 @@ def beyond_stated(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor |
 
     That of rows which state nothing is the root mean square of what is left (`of_residual`).
     """
-    share = _spare_share(problem, x, factor)
-    if share is None or not (problem.own_sigma > 0.0).any():
+    if not (problem.own_sigma > 0.0).any():
         return of_residual(problem, x, factor)
+    share = _spare_share(problem, x, factor)
+    if share is None:
+        return None
     square = problem.physical(problem.residual(x)) ** 2 / share
     found = [
         _most_likely(square[mine], problem.own_sigma[mine] ** 2) if mine.any() else old
