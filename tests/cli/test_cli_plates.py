@@ -1,8 +1,13 @@
 """The commands about plates, from end to end."""
 
 import json
+from dataclasses import replace
 
 import pytest
+
+from workbench.plate.making import Making
+from workbench.plate.plate_toml import load_plate, write_plate
+from workbench.plate.score import score_plate
 
 
 def test_score_of_table_2(run, tmp_path):
@@ -40,6 +45,30 @@ def test_one_sentence_for_bad_input(run, words, said):
     assert said in err
     assert err.count("\n") == 1
     assert not out
+
+
+def test_plates_are_compared_as_if_made_alike(run, tmp_path, aria):
+    """The same targets, once with a tolerance and play: no difference but in what each file says."""
+    plate = load_plate("table2")
+    plate = plate.with_joints(score_plate(aria, plate).measured.q, plate.branches)
+    write_plate(plate, tmp_path / "one.toml")
+    made = Making(position=5e-5, angle=8.7e-4, play=(1.2e-5, 1.4e-3))
+    write_plate(replace(plate, name="Other", making=made), tmp_path / "other.toml")
+    words = ("plate", "compare", "one.toml", "other.toml", "--robot", "aria", "--json", "c.json")
+    status, out, _ = run(*words)
+    out = " ".join(out.split())
+    assert status == 0
+    assert "made within ±0.05 mm, ±0.05°, seat play ±0.012 mm, ±0.08°" in out
+    assert "Table 2 holds: instrument 0.1 mm, 0.02°; targets made exactly, no play" in out
+    found = json.loads((tmp_path / "c.json").read_text())
+    one, other = ([p["set"]["predicted"], p["as_stated"]["predicted"]] for p in found["plates"])
+    assert one[0] == other[0] == other[1]
+    assert one[1]["position_mm"]["rms"] < 0.9 * one[0]["position_mm"]["rms"]
+    status, out, _ = run(*words, "--tolerance", "0mm,0deg", "--play", "none")
+    assert status == 0
+    again = json.loads((tmp_path / "c.json").read_text())["plates"]
+    assert again[1]["set"]["predicted"] == one[1]
+    assert again[1]["holds"].endswith("targets made exactly, no play in the seats")
 
 
 def test_clusters_as_a_plate(run, tmp_path):

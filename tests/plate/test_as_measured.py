@@ -2,13 +2,21 @@
 
 import csv
 import io
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from workbench.base import se3
 from workbench.base.errors import WorkbenchError
-from workbench.plate.parts.as_measured import PlateFrame, as_measured, load_plate, read_measured_targets
+from workbench.plate.making import Making
+from workbench.plate.parts.as_measured import (
+    UNCERTAINTY,
+    PlateFrame,
+    as_measured,
+    load_plate,
+    read_measured_targets,
+)
 from workbench.plate.parts.export import blocks_csv, holes_csv, targets_csv
 from workbench.plate.plate import Kind
 from workbench.plate.plate_toml import load_plate as load_toml
@@ -60,9 +68,28 @@ def test_a_machine_of_another_country(tmp_path):
         assert np.allclose(new.xyz - old.xyz, moved, atol=1e-9)
         assert np.allclose(new.pose[:3, :3], old.pose[:3, :3], atol=1e-12)
     assert np.isclose(plate.targets[6].sigma[0], np.sqrt((9 + 16 + 25) / 3) * 1e-6)
+    assert np.isclose(plate.targets[6].sigma[1], 0.0)
     text = " ".join(plate.notes)
     assert "0.374 mm" in text
     assert "1, 3, 4, 5, 6, 8, 9, 10 were not measured" in text
+
+
+def test_measured_targets_are_known_as_well_as_the_machine_knows_them(tmp_path):
+    """Whatever tolerance they were made with; where only places were measured, their turns keep it."""
+    made = Making(position=5e-5, angle=1e-3, play=(1e-5, 1e-3))
+    nominal = replace(load_toml("table2"), making=made)
+    nominal = replace(nominal, targets=tuple(replace(t, sigma=(1e-3, 1e-2)) for t in nominal.targets))
+    path = write(tmp_path, targets_csv(nominal))
+    plate = as_measured(nominal, read_measured_targets(path))
+    assert np.allclose(plate.known, UNCERTAINTY)
+    assert "0.005 mm, 0.01° (one σ) is assumed" in " ".join(plate.notes)
+    assert np.allclose(plate.target_sigma, np.hypot(UNCERTAINTY, made.play_sigma))
+    plate = as_measured(nominal, read_measured_targets(path, uncertainty=(1e-6, 1e-5)))
+    assert np.allclose(plate.known, (1e-6, 1e-5))
+    nominal = nominal.made(made)
+    places = "\n".join(",".join(line.split(",")[:4]) for line in path.read_text().splitlines())
+    plate = as_measured(nominal, read_measured_targets(write(tmp_path, places)))
+    assert np.allclose(plate.known, [[UNCERTAINTY[0], 1e-3 / np.sqrt(3.0)]] * 10)
 
 
 def test_any_plate_option_takes_the_list_alone(tmp_path, made_plate):

@@ -13,6 +13,7 @@ from workbench.arm.kinematics.skeleton import body_frames, link_ways
 from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.errors import OptionError
+from workbench.plate.making import Making, greatest_clearance, pin_play
 from workbench.plate.optimiser.capsules import capsule_arm, segment_distances
 from workbench.plate.optimiser.search import gains
 from workbench.plate.optimiser.shapes import block_hulls, plate_hull
@@ -20,7 +21,6 @@ from workbench.plate.optimiser.target_blocks import (
     STEEPEST,
     Blocks,
     BlockStyle,
-    Making,
     block_corners,
     places_of,
     tool_poses_at,
@@ -195,6 +195,21 @@ def test_tall_blocks_are_less_well_known():
     assert rotation == pytest.approx(draws[:, 3:].std(), rel=0.01)
     with pytest.raises(OptionError, match="can't be negative"):
         Making(position=-1e-5)
+
+
+def test_play_of_a_probe_on_two_pins():
+    """ISO 286: 6 H7 is +12/0, 6 g6 −4/−12; 3 H7 +10/0, 3 g6 −2/−8; in µm. Per axis, against drawn play."""
+    assert greatest_clearance(6e-3) == pytest.approx(24e-6)
+    assert greatest_clearance(3e-3) == pytest.approx(18e-6)
+    shift, turn = pin_play(6e-3, 3e-3, 15e-3)
+    assert shift == pytest.approx(12e-6)
+    assert np.rad2deg(turn) == pytest.approx(np.rad2deg(21e-6 / 15e-3))
+    draws = rng().uniform(-1.0, 1.0, (200_000, 3)) * [shift, shift, turn]
+    position, rotation = Making(play=(shift, turn)).play_sigma
+    assert position == pytest.approx(np.sqrt((draws[:, :2] ** 2).sum(1).mean() / 3.0), rel=0.01)
+    assert rotation == pytest.approx(np.sqrt((draws[:, 2] ** 2).mean() / 3.0), rel=0.01)
+    with pytest.raises(OptionError, match="at most 18 mm, got 20 mm"):
+        greatest_clearance(0.02)
 
 
 @pytest.mark.parametrize(

@@ -12,9 +12,10 @@ from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import Outcome
 from workbench.plate.branches import choose_branches
+from workbench.plate.making import Making
 from workbench.plate.optimiser.constraints import Constraints
 from workbench.plate.optimiser.optimise import Postures, Wish, optimise_plate
-from workbench.plate.optimiser.target_blocks import Blocks, BlockStyle, Making, block_corners, places_of
+from workbench.plate.optimiser.target_blocks import Blocks, BlockStyle, block_corners, places_of
 from workbench.plate.parts.fixture import fixture_of
 from workbench.plate.plate import Kind
 from workbench.plate.readings import Look, Reading
@@ -194,7 +195,7 @@ def test_flat_blocks_with_standard_turns_and_a_making_tolerance(aria, plate, goa
     assert design.cost > mixed.cost
     heights = places[:, 2]
     expected = np.sqrt(1e-8 / 3.0 + 2.0 / 9.0 * 1e-6 * heights**2)
-    assert np.allclose([t.sigma[0] for t in design.plate.targets], expected)
+    assert np.allclose([*design.plate.target_sigma[:, 0]], expected)
     assert np.isinf(design.start_cost)
 
 

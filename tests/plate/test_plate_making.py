@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from workbench.base.errors import OptionError
-from workbench.plate.operations import score_plate
 from workbench.plate.parts.export import Format, export_plate, formats_named
 from workbench.plate.plate_toml import load_plate
+from workbench.plate.score import score_plate
 
 
 def test_every_format_is_written(tmp_path, aria):

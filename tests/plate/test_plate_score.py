@@ -61,7 +61,7 @@ def jacobian(q, step=1e-6):
 
 @pytest.fixture(scope="module")
 def score(aria, plate):
-    return score_plate(aria, plate, rng=np.random.default_rng(0))
+    return score_plate(aria, plate)
 
 
 def test_table_2_is_reached_and_its_o_is_that_of_the_papers_formulas(score, plate):
@@ -105,7 +105,7 @@ def test_a_mix_of_branches_is_worth_much_more_than_one(score):
 
 def test_free_frames_leave_open_what_the_plate_cannot_tell(aria, plate):
     """All targets of Table 2 keep the tool's x axis along the base's: a shift of either looks the same."""
-    found = score_plate(aria, plate, base=True, tool=True, rng=np.random.default_rng(0)).measured
+    found = score_plate(aria, plate, base=True, tool=True).measured
     assert (found.rank, found.visible, len(found.names)) == (29, 30, 36)
     assert found.indices["O1"] == found.indices["I"] == 0.0
     open_ones = {n for n, w in zip(found.names, found.open[:, 0], strict=True) if abs(w) > 1e-6}
@@ -116,7 +116,7 @@ def test_free_frames_leave_open_what_the_plate_cannot_tell(aria, plate):
             replace(t, rpy=t.rpy + np.array([0, 0, 0.3 * (k - 5)])) for k, t in enumerate(plate.targets)
         ),
     )
-    better = score_plate(aria, varied, base=True, tool=True, rng=np.random.default_rng(0)).measured
+    better = score_plate(aria, varied, base=True, tool=True).measured
     assert better.rank == better.visible == 30
     assert better.indices["O1"] > 0
     assert np.isfinite(better.error.position_rms)
@@ -136,24 +136,22 @@ def test_the_visible_basis_drops_only_what_no_pose_shows(aria):
 
 def test_better_known_and_weaker_targets_count_as_such(aria, plate):
     """A target's own uncertainty adds to the noise; a socket gives its position only."""
-    rng = np.random.default_rng
-    fixed = plate.with_joints(score_plate(aria, plate, rng=rng(0)).measured.q, plate.branches)
+    fixed = plate.with_joints(score_plate(aria, plate).measured.q, plate.branches)
     loose = replace(fixed, targets=tuple(replace(t, sigma=(1e-4, np.deg2rad(0.02))) for t in fixed.targets))
-    exact, less = (score_plate(aria, p, rng=rng(0)).measured.error.position_rms for p in (fixed, loose))
+    exact, less = (score_plate(aria, p).measured.error.position_rms for p in (fixed, loose))
     assert less == pytest.approx(np.sqrt(2.0) * exact)
     sockets = replace(fixed, targets=tuple(replace(t, kind=Kind.SOCKET) for t in fixed.targets))
-    assert score_plate(aria, sockets, rng=rng(0)).measured.rank < 24
+    assert score_plate(aria, sockets).measured.rank < 24
 
 
 def test_plates_that_nothing_can_be_measured_on(aria, plate):
-    rng = np.random.default_rng(0)
     with pytest.raises(DataError, match="no targets"):
-        score_plate(aria, replace(plate, targets=()), rng=rng)
+        score_plate(aria, replace(plate, targets=()))
     with pytest.raises(DataError, match="stands in the robot's base"):
-        score_plate(aria, replace(plate, xyz=np.array([0.2, 0.2, 0.1])), rng=rng)
+        score_plate(aria, replace(plate, xyz=np.array([0.2, 0.2, 0.1])))
     far = replace(plate.region, min=plate.region.min + 3.0, max=plate.region.max + 3.0)
     with pytest.raises(DataError, match="outside the reach"):
-        score_plate(aria, replace(plate, region=far), rng=rng)
+        score_plate(aria, replace(plate, region=far))
     away = (*plate.targets, Target(np.array([2.0, 0.0, 0.0])))
     with pytest.raises(DataError, match=r"target 11 .* not reachable"):
-        score_plate(aria, replace(plate, targets=away), rng=rng)
+        score_plate(aria, replace(plate, targets=away))

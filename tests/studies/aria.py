@@ -23,12 +23,13 @@ from workbench.base.errors import OptionError
 from workbench.data.simulation.instruments import INSTRUMENTS
 from workbench.data.simulation.simulate import simulate_targets
 from workbench.plate.clustering import Clustering
-from workbench.plate.operations import cluster_region, score_plate
+from workbench.plate.design import cluster_region
 from workbench.plate.plate import Plate
 from workbench.plate.plate_toml import load_plate
 from workbench.plate.poses.choose_and_write import choose_poses
 from workbench.plate.poses.sampling import random_poses
 from workbench.plate.region_poses import plate_region_poses
+from workbench.plate.score import score_plate
 
 ARMS = 100
 """Virtual arms of the comparison with noise."""

@@ -21,8 +21,6 @@ from workbench.cli import (
     paths,
     pencil,
     plate_design,
-    plate_parts,
-    plates,
     recordings,
     studies,
 )
@@ -120,11 +118,7 @@ for command in (
     recordings.replay,
 ):
     app.command()(command)
-plates.plates.command()(plate_design.optimise)
-plates.plates.command("yield")(plate_design.yield_)
-plates.plates.command()(plate_parts.export)
-plates.plates.command("as-measured")(plate_parts.as_measured)
-app.add_typer(plates.plates)
+app.add_typer(plate_design.plates)
 app.add_typer(paths.paths)
 app.add_typer(pencil.pencil)
 app.add_typer(studies.works)

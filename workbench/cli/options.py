@@ -237,6 +237,34 @@ def noise_of(text: str):
     return Noise(position, rotation)
 
 
+def pair_of(text: str, option: str) -> tuple[float, float]:
+    """A length and an angle."""
+    from workbench.base.units import Quantity, parse_quantity
+
+    parts = text.split(",")
+    if len(parts) != 2:
+        raise OptionError(f"{option} must be a length and an angle such as 0.05mm,0.05deg, got '{text}'")
+    return parse_quantity(parts[0], Quantity.LENGTH), parse_quantity(parts[1], Quantity.ANGLE)
+
+
+def two_lengths(text: str, option: str) -> tuple[float, float]:
+    """Two lengths."""
+    from workbench.base.units import Quantity, parse_quantity
+
+    parts = text.split(",")
+    if len(parts) != 2:
+        raise OptionError(f"{option} must be two lengths such as 40mm,120mm, got '{text}'")
+    return parse_quantity(parts[0], Quantity.LENGTH), parse_quantity(parts[1], Quantity.LENGTH)
+
+
+def choice_of(kinds, text: str, option: str):
+    """One of a few words."""
+    try:
+        return kinds(text)
+    except ValueError:
+        raise OptionError(f"{option} must be one of {', '.join(kinds)}, got '{text}'") from None
+
+
 def unknown_frames(text: str | None) -> tuple[bool | None, bool | None]:
     """Whether base and tool are identified, from `base,tool`, one of them, or none; None where not said."""
     if text is None:
@@ -327,6 +355,14 @@ def show(renderable) -> None:
     from rich.console import Console
 
     Console().print(renderable)
+
+
+def write_result(json: Path | None, content) -> None:
+    """Write the result where `--json` says, if it does."""
+    from workbench.report.json import write_json
+
+    if json is not None:
+        say(f"result: {write_json(json, content)}")
 
 
 @contextmanager

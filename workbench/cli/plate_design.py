@@ -5,27 +5,26 @@ from typing import Annotated
 
 import typer
 
-from workbench.base.errors import OptionError
 from workbench.cli.options import (
     JsonOption,
     RobotOption,
     SeedOption,
     UnknownOption,
     check_writable,
+    choice_of,
     noise_of,
+    pair_of,
     progress_bar,
     say,
     show,
+    two_lengths,
     unknown_frames,
+    write_result,
 )
-from workbench.cli.plates import PlateArgument
-
-ToleranceOption = Annotated[
-    str | None,
-    typer.Option(help='Making: holes within ± and blocks within ±, "0.05mm,0.05deg"; exact if not given.'),
-]
+from workbench.cli.plates import PlateArgument, PlayOption, ToleranceOption, making_of, plates
 
 
+@plates.command()
 def optimise(
     plate: PlateArgument,
     robot: RobotOption,
@@ -53,6 +52,7 @@ def optimise(
     ] = None,
     visits: Annotated[int, typer.Option(help="How often each target is visited.")] = 1,
     tolerance: ToleranceOption = None,
+    play: PlayOption = None,
     clearance: Annotated[str, typer.Option(help="Least distance from plate, blocks, table, arm.")] = "10mm",
     limit_margin: Annotated[str, typer.Option(help="Least distance of joints from their limits.")] = "10deg",
     spacing: Annotated[str, typer.Option(help="Least distance of two targets on the plate.")] = "80mm",
@@ -74,12 +74,14 @@ def optimise(
 
     check_writable(out, json)
     base, tool = unknown_frames(unknown)
-    wish = _wish(targets, branches, reading, blocks, heights, angles, tilt, turn, tolerance, places)
+    arm, given = load_robot(robot), load_plate(plate)
+    making = making_of(given, tolerance, play or ("pins" if reading == "seat" else "none"))
+    wish = _wish(targets, branches, reading, blocks, heights, angles, tilt, turn, making, places)
     wish = _within(wish, clearance, limit_margin, spacing, retreat, floor)
     with progress_bar("optimise") as progress:
         found = plate_design.optimise_plate(
-            load_robot(robot),
-            load_plate(plate),
+            arm,
+            given,
             wish=wish,
             reading=reading,
             sigma=None if noise is None else tuple(noise_of(noise)),
@@ -91,12 +93,10 @@ def optimise(
         )
     show(design_tables(found))
     say(f"plate: {write_plate(found.plate, out)}")
-    if json is not None:
-        from workbench.report.json import write_json
-
-        say(f"result: {write_json(json, design_json(found))}")
+    write_result(json, design_json(found))
 
 
+@plates.command("yield")
 def yield_(
     plate: PlateArgument,
     robot: RobotOption,
@@ -106,6 +106,7 @@ def yield_(
     ] = "0.1mm,0.02deg",
     joint_noise: Annotated[str, typer.Option(help="Of the joint readings.")] = "0deg",
     tolerance: ToleranceOption = None,
+    play: PlayOption = None,
     effects_of: Annotated[
         str | None,
         typer.Option("--effects-of", help="Robot file whose effects the actual arms have, undeclared."),
@@ -132,15 +133,16 @@ def yield_(
     from workbench.plate.report.design import yield_json, yield_tables
 
     check_writable(json)
-    length, angle = _pair(errors, "--errors")
+    length, angle = pair_of(errors, "--errors")
+    fixture = load_plate(plate)
     with progress_bar("yield") as progress:
         found = plate_design.try_plate(
             load_robot(robot),
-            load_plate(plate),
+            fixture,
             arms=arms,
             sigma=tuple(noise_of(noise)),
             joint_sigma=parse_quantity(joint_noise, Quantity.ANGLE),
-            making=_making(tolerance),
+            making=making_of(fixture, tolerance, play),
             undeclared=() if effects_of is None else load_robot(effects_of).effects,
             length=length,
             angle=angle,
@@ -151,13 +153,10 @@ def yield_(
             progress=lambda part: progress(part, f"{arms} arms"),
         )
     show(yield_tables(found))
-    if json is not None:
-        from workbench.report.json import write_json
-
-        say(f"result: {write_json(json, yield_json(found))}")
+    write_result(json, yield_json(found))
 
 
-def _wish(targets, branches, reading, blocks, heights, angles, tilt, turn, tolerance, places):
+def _wish(targets, branches, reading, blocks, heights, angles, tilt, turn, making, places):
     """What is asked of the fixture, from people's words."""
     from workbench.base.units import Quantity, parse_quantity
     from workbench.plate.design import IN_THE_AIR
@@ -167,17 +166,17 @@ def _wish(targets, branches, reading, blocks, heights, angles, tilt, turn, toler
     usual = IN_THE_AIR if reading == "ball-bar" else Blocks().heights
     return Wish(
         number=targets,
-        postures=_choice(Postures, branches, "--branches"),
+        postures=choice_of(Postures, branches, "--branches"),
         blocks=Blocks(
-            style=_choice(BlockStyle, blocks, "--blocks"),
-            heights=usual if heights is None else _two(heights, "--heights"),
+            style=choice_of(BlockStyle, blocks, "--blocks"),
+            heights=usual if heights is None else two_lengths(heights, "--heights"),
             greatest_tilt=parse_quantity(tilt, Quantity.ANGLE),
             tilts=()
             if angles is None
             else tuple(parse_quantity(part, Quantity.ANGLE) for part in angles.split(",")),
             turn=parse_quantity(turn, Quantity.ANGLE),
         ),
-        making=_making(tolerance),
+        making=making,
         places=places,
     )
 
@@ -197,38 +196,3 @@ def _within(wish, clearance: str, limit_margin: str, spacing: str, retreat: str,
         floor=None if floor == "none" else parse_quantity(floor, Quantity.LENGTH),
     )
     return replace(wish, constraints=constraints)
-
-
-def _making(text: str | None):
-    from workbench.plate.optimiser.target_blocks import Making
-
-    position, angle = (0.0, 0.0) if text is None else _pair(text, "--tolerance")
-    return Making(position=position, angle=angle)
-
-
-def _pair(text: str, option: str) -> tuple[float, float]:
-    """A length and an angle."""
-    from workbench.base.units import Quantity, parse_quantity
-
-    parts = text.split(",")
-    if len(parts) != 2:
-        raise OptionError(f"{option} must be a length and an angle such as 0.05mm,0.05deg, got '{text}'")
-    return parse_quantity(parts[0], Quantity.LENGTH), parse_quantity(parts[1], Quantity.ANGLE)
-
-
-def _two(text: str, option: str) -> tuple[float, float]:
-    """Two lengths."""
-    from workbench.base.units import Quantity, parse_quantity
-
-    parts = text.split(",")
-    if len(parts) != 2:
-        raise OptionError(f"{option} must be two lengths such as 40mm,120mm, got '{text}'")
-    return parse_quantity(parts[0], Quantity.LENGTH), parse_quantity(parts[1], Quantity.LENGTH)
-
-
-def _choice(kinds, text: str, option: str):
-    """One of a few words."""
-    try:
-        return kinds(text)
-    except ValueError:
-        raise OptionError(f"{option} must be one of {', '.join(kinds)}, got '{text}'") from None

@@ -1,4 +1,4 @@
-"""The commands about fixture plates: `workbench plate score|compare|cluster …`."""
+"""The commands about fixture plates: `workbench plate score|compare|cluster|export|as-measured`."""
 
 from pathlib import Path
 from typing import Annotated
@@ -13,11 +13,13 @@ from workbench.cli.options import (
     UnknownOption,
     check_writable,
     noise_of,
+    pair_of,
     progress_bar,
     region_of,
     say,
     show,
     unknown_frames,
+    write_result,
 )
 
 plates = typer.Typer(
@@ -26,6 +28,32 @@ plates = typer.Typer(
 
 PlateArgument = Annotated[str, typer.Argument(help="Plate: a .toml file, or the built-in table2.")]
 NoiseOption = Annotated[str, typer.Option(help='Standard deviations of the instrument: "0.1mm,0.02deg".')]
+ToleranceOption = Annotated[
+    str | None,
+    typer.Option(help='Made within ±: holes and blocks, "0.05mm,0.05deg"; as the plate says if not given.'),
+]
+PlayOption = Annotated[
+    str | None,
+    typer.Option(
+        help='Play of the probe in a seat, ±: "0.012mm,0.08deg"; pins: that of the drawn g6 pins; none.'
+    ),
+]
+
+
+def making_of(plate, tolerance: str | None, play: str | None):
+    """How a plate is made: what was given, and the rest as its file says; None where nothing was given."""
+    from dataclasses import replace
+
+    from workbench.plate.parts.fixture import Stock
+
+    making = plate.making
+    if tolerance is not None:
+        position, angle = pair_of(tolerance, "--tolerance")
+        making = replace(making, position=position, angle=angle)
+    if play is not None:
+        given = {"pins": Stock().play, "none": (0.0, 0.0)}
+        making = replace(making, play=given[play] if play in given else pair_of(play, "--play"))
+    return making
 
 
 @plates.command()
@@ -33,22 +61,28 @@ def score(
     plate: PlateArgument,
     robot: RobotOption,
     noise: NoiseOption = "0.1mm,0.02deg",
+    tolerance: ToleranceOption = None,
+    play: PlayOption = None,
     unknown: UnknownOption = None,
     json: JsonOption = None,
     seed: SeedOption = 0,
 ) -> None:
     """What a plate tells about the arm: O per target, all indices, predicted errors in its region."""
+    from dataclasses import replace
+
     from workbench.arm.built_in_arms import load_robot
-    from workbench.plate.operations import score_plate
     from workbench.plate.parts.as_measured import load_plate
     from workbench.plate.report.plates import score_json, score_tables
+    from workbench.plate.score import score_plate
 
     check_writable(json)
     base, tool = unknown_frames(unknown)
+    fixture = load_plate(plate)
+    fixture = replace(fixture, making=making_of(fixture, tolerance, play))
     with progress_bar("score") as progress:
         found = score_plate(
             load_robot(robot),
-            load_plate(plate),
+            fixture,
             sigma=tuple(noise_of(noise)),
             seed=seed,
             progress=lambda part: progress(part, "choosing branches"),
@@ -56,10 +90,7 @@ def score(
             tool=tool,
         )
     show(score_tables(found))
-    if json is not None:
-        from workbench.report.json import write_json
-
-        say(f"result: {write_json(json, score_json(found))}")
+    write_result(json, score_json(found))
 
 
 @plates.command()
@@ -67,35 +98,39 @@ def compare(
     plate: Annotated[list[str], typer.Argument(help="Two or more plates: .toml files, or built-in ones.")],
     robot: RobotOption,
     noise: NoiseOption = "0.1mm,0.02deg",
+    tolerance: ToleranceOption = None,
+    play: PlayOption = None,
     unknown: UnknownOption = None,
     json: JsonOption = None,
     seed: SeedOption = 0,
 ) -> None:
-    """Plates side by side: errors predicted in the first one's region, ranks and indices."""
+    """Plates side by side, all made alike: errors predicted in the first one's region, ranks and indices."""
     from workbench.arm.built_in_arms import load_robot
-    from workbench.plate.operations import score_plates
     from workbench.plate.parts.as_measured import load_plate
     from workbench.plate.report.plates import comparison_json, comparison_table
+    from workbench.plate.score import alike, score_plates
 
     if len(plate) < 2:
         raise OptionError("plate compare needs at least two plates, got one")
     check_writable(json)
-    base, tool = unknown_frames(unknown)
+    arm, base_tool = load_robot(robot), unknown_frames(unknown)
+    own = [load_plate(one) for one in plate]
+    given = None if tolerance is None and play is None else making_of(own[0], tolerance, play)
     with progress_bar("compare") as progress:
-        found = score_plates(
-            load_robot(robot),
-            [load_plate(one) for one in plate],
-            sigma=tuple(noise_of(noise)),
-            seed=seed,
-            progress=lambda part: progress(part, "choosing branches"),
-            base=base,
-            tool=tool,
+        found, stated = (
+            score_plates(
+                arm,
+                plates,
+                sigma=tuple(noise_of(noise)),
+                seed=seed,
+                progress=lambda part: progress(part, "choosing branches"),
+                base=base_tool[0],
+                tool=base_tool[1],
+            )
+            for plates in (alike(own, given), own)
         )
-    show(comparison_table(found))
-    if json is not None:
-        from workbench.report.json import write_json
-
-        say(f"result: {write_json(json, comparison_json(found))}")
+    show(comparison_table(found, stated))
+    write_result(json, comparison_json(found, stated))
 
 
 @plates.command()
@@ -122,7 +157,7 @@ def cluster(
     """Workspace clustering: poses with equal O in different cubes of a region, the best such set."""
     from workbench.arm.built_in_arms import load_robot
     from workbench.base.units import Quantity, parse_quantity
-    from workbench.plate.operations import cluster_region
+    from workbench.plate.design import cluster_region
     from workbench.plate.plate_toml import load_plate, write_plate
     from workbench.plate.report.plates import cluster_json, cluster_tables
 
@@ -144,7 +179,71 @@ def cluster(
     show(cluster_tables(found))
     if out is not None:
         say(f"plate: {write_plate(found.plate(), out)}")
-    if json is not None:
-        from workbench.report.json import write_json
+    write_result(json, cluster_json(found))
 
-        say(f"result: {write_json(json, cluster_json(found))}")
+
+@plates.command()
+def export(
+    plate: PlateArgument,
+    out: Annotated[Path, typer.Option(help="Folder for the files; made if it is not there.")],
+    formats: Annotated[
+        str, typer.Option(help="What to write: stl, 3mf, dxf, csv, sheet, step, with commas between.")
+    ] = "stl,3mf,dxf,csv,sheet",
+    robot: Annotated[
+        str | None, typer.Option(help="Arm for which the sheet says what accuracy to expect.")
+    ] = None,
+    noise: NoiseOption = "0.1mm,0.02deg",
+) -> None:
+    """Everything to make a plate: solids, hole drawing, lists, and a sheet with the expected accuracy."""
+    from workbench.arm.built_in_arms import load_robot
+    from workbench.plate.parts import export as plate_making
+    from workbench.plate.parts.as_measured import load_plate
+
+    wanted = plate_making.formats_named(formats)
+    check_writable(folder=out)
+    sigma = noise_of(noise)
+    with progress_bar("plate") as progress:
+        fixture, files = plate_making.export_plate(
+            load_plate(plate),
+            out,
+            formats=wanted,
+            robot=None if robot is None else load_robot(robot),
+            sigma=(sigma.position, sigma.rotation),
+            progress=progress,
+        )
+    shapes = ", ".join(f"{len(shape.numbers)} × {shape.letter}" for shape in fixture.shapes)
+    say(f"{fixture.name}: plate and {len(fixture.blocks)} blocks ({shapes}) in {out}")
+    for note in fixture.notes:
+        say(f"note: {note}")
+    say(f"files: {', '.join(path.name for path in files)}")
+
+
+@plates.command("as-measured")
+def as_measured(
+    plate: PlateArgument,
+    measured: Annotated[
+        Path, typer.Argument(help="Table of a measuring machine: target, x[mm] …, roll[deg] ….")
+    ],
+    out: Annotated[Path, typer.Option(help="Write the plate with its measured targets here (.toml).")],
+    frame: Annotated[
+        str, typer.Option(help="Measured in the frame of the robot's base, or of the plate (its top centre).")
+    ] = "base",
+    uncertainty: Annotated[
+        str, typer.Option(help="Of the machine (one σ), where its table has no sigma columns.")
+    ] = "0.005mm,0.01deg",
+) -> None:
+    """The plate as it came out: measured targets in place of the drawn ones; region and branches stay."""
+    from workbench.plate.parts.as_measured import as_measured as replaced
+    from workbench.plate.parts.as_measured import frame_named, read_measured_targets
+    from workbench.plate.plate_toml import load_plate, write_plate
+
+    chosen = frame_named(frame)
+    check_writable(out)
+    found = replaced(
+        load_plate(plate),
+        read_measured_targets(measured, uncertainty=pair_of(uncertainty, "--uncertainty")),
+        frame=chosen,
+    )
+    for note in found.notes:
+        say(f"note: {note}")
+    say(f"plate: {write_plate(found, out)}")

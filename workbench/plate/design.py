@@ -1,34 +1,41 @@
-"""A plate designed, and tried out on a production of virtual arms, as one call each."""
+"""A plate designed, its poses clustered, and tried out on a production of virtual arms, as one call each."""
 
 from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+from jaxtyping import Float
 
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.linearisation import linearise
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.base.threads import one_thread
 from workbench.data.accuracy_requirement import Requirement
 from workbench.data.simulation.simulate import ANGLE_ERROR, LENGTH_ERROR
+from workbench.plate import clustering
 from workbench.plate.branches import choose_branches, plate_solutions
+from workbench.plate.clustering import Clustering
+from workbench.plate.criterion import goal_index
 from workbench.plate.free_constants import identified_names
+from workbench.plate.making import Making
 from workbench.plate.optimiser import optimise
 from workbench.plate.optimiser.constraints import Constraints
 from workbench.plate.optimiser.optimise import Wish
 from workbench.plate.optimiser.result import PlateDesign
-from workbench.plate.optimiser.target_blocks import Making
 from workbench.plate.plate import Plate
 from workbench.plate.poses.sampling import in_base
 from workbench.plate.readings import SIGMA_POSITION, SIGMA_ROTATION, Reading, reading_named
+from workbench.plate.region import Region
 from workbench.plate.region_poses import PLATE_CONE, PLATE_POSES, plate_region_poses, region_poses
 from workbench.plate.yield_trial.job import Errors, Job, constrained_by
 from workbench.plate.yield_trial.result import Yield
 from workbench.plate.yield_trial.trial import ARMS, check_number, try_production
 
+ERROR = "I"
+"""Name of the index that is the predicted error over the region."""
 JUDGED_POSES = 500
 """Poses of the tool in the region, in all their branches, at which arms are judged."""
 IN_THE_AIR = (0.05, 0.35)
@@ -138,7 +145,8 @@ def try_plate(
         arms: How many virtual arms.
         sigma: How well a seat returns and is read: standard deviations [m], [rad].
         joint_sigma: Of the joint readings [rad or m].
-        making: Tolerances of the making, for targets that don't say how well they are known.
+        making: Tolerances of the making; as the plate says if None. Targets that say how well they are known
+            keep that.
         undeclared: Effects that every actual arm has and the calibration does not know.
         length: Greatest manufacturing error of a length [m].
         angle: Greatest manufacturing error of an angle [rad].
@@ -152,16 +160,17 @@ def try_plate(
         cancel: Asked now and then whether to stop with the arms so far.
     """
     check_number(arms)
+    plate = plate if making is None else replace(plate, making=making)
     q = planned_joints(robot, plate, sigma)
     asked = plate if towards is None else replace(towards, region=plate.region)
     bank = plate_region_poses(robot, asked, poses)
-    known = known_targets(plate, making or Making())
     errors = Errors(
         seat_position=sigma[0],
         seat_rotation=sigma[1],
         joint=joint_sigma,
-        target_position=known[:, 0],
-        target_rotation=known[:, 1],
+        target_position=plate.known[:, 0],
+        target_rotation=plate.known[:, 1],
+        play=plate.play,
         undeclared=replace(robot, effects=undeclared) if undeclared else None,
     )
     job = Job(
@@ -194,8 +203,48 @@ def planned_joints(robot: Robot, plate: Plate, sigma: tuple[float, float]) -> np
     ).q
 
 
-def known_targets(plate: Plate, making: Making) -> np.ndarray:
-    """How well each target is known, position [m] and rotation [rad]: as it says, or as it is made."""
-    heights = (se3.inverse(plate.pose) @ plate.poses)[:, 2, 3]
-    made = making.sigma(heights)
-    return np.array([made[i] if t.sigma is None else t.sigma for i, t in enumerate(plate.targets)], float)
+@one_thread()
+def cluster_region(
+    robot: Robot,
+    region: Region,
+    *,
+    number: int = 10,
+    side: float | None = None,
+    index: str = ERROR,
+    towards: Float[np.ndarray, "orientations 3 3"] | None = None,
+    cone: float = np.pi,
+    seed: int = 0,
+    progress: Callable[[float], None] | None = None,
+    cancel: Callable[[], bool] | None = None,
+) -> Clustering:
+    """Poses with equal O in different cubes of a region, the best such set (ARIA 4.2).
+
+    Args:
+        robot: Nominal arm.
+        region: The cuboid.
+        number: How many poses.
+        side: Side L of the cubes [m]; the region's own if None.
+        index: What is made large among sets with equal O: `O1` … `O5`, `A`, `D`, or `I`.
+        towards: Orientations of the tool about which a cone opens; any orientation if None.
+        cone: Greatest angle from the nearest of them [rad].
+        seed: Of the random candidates.
+        progress: Called with the share of the work done.
+        cancel: Asked now and then whether to stop with the best set so far.
+    """
+    rng = np.random.default_rng(seed)
+    goal: str | np.ndarray = index
+    if index == ERROR:
+        goal = region_poses(
+            robot, region, PLATE_POSES, rng=np.random.default_rng(0), towards=towards, cone=cone
+        )
+    middle = robot.search_limits.mean(axis=1)[None]
+    return clustering.cluster_region(
+        robot,
+        region if side is None else replace(region, cube=side),
+        index=goal_index(goal, robot, linearise(robot, middle)),
+        rng=rng,
+        number=number,
+        limits=replace(clustering.ROOMY, towards=towards, cone=cone),
+        progress=progress,
+        cancel=cancel,
+    )

@@ -13,6 +13,7 @@ from jaxtyping import Float
 
 from workbench.base import se3
 from workbench.base.types import Matrix4, Vector3, frozen
+from workbench.plate.making import EXACT, Making
 from workbench.plate.region import Region
 
 AUTO = "auto"
@@ -69,6 +70,7 @@ class Plate:
         xyz: Centre of the plate's top in the robot's base [m].
         rpy: Its roll, pitch, yaw [rad].
         size: Length, width and thickness of the solid [m]; None if there is none.
+        making: How exactly it is made, and the play of its seats; exact if its file does not say.
         notes: What was decided when it was read, one sentence each; they are not written to its file.
     """
 
@@ -78,6 +80,7 @@ class Plate:
     xyz: Vector3 = field(default_factory=lambda: ZERO)
     rpy: Vector3 = field(default_factory=lambda: ZERO)
     size: Vector3 | None = None
+    making: Making = EXACT
     notes: tuple[str, ...] = ()
 
     def __len__(self) -> int:
@@ -97,6 +100,48 @@ class Plate:
     def branches(self) -> tuple[str, ...]:
         """Branch of every target."""
         return tuple(t.branch for t in self.targets)
+
+    @property
+    def heights(self) -> Float[np.ndarray, " targets"]:
+        """Of the targets above the plate's top [m]."""
+        return (se3.inverse(self.pose) @ self.poses)[:, 2, 3]
+
+    @cached_property
+    def known(self) -> Float[np.ndarray, "targets 2"]:
+        """How well each target is known, position [m] and rotation [rad]: as it says, or as it is made."""
+        made = self.making.sigma(self.heights)
+        return frozen(
+            np.array(
+                [m if t.sigma is None else t.sigma for t, m in zip(self.targets, made, strict=True)]
+            ).reshape(-1, 2)
+        )
+
+    @cached_property
+    def play(self) -> Float[np.ndarray, "targets 2"]:
+        """Standard deviations of the probe in each target from its play: position [m], rotation [rad]."""
+        seats = [[t.kind is Kind.SEAT] for t in self.targets]
+        return frozen(np.where(seats, self.making.play_sigma, 0.0).reshape(-1, 2))
+
+    @property
+    def target_sigma(self) -> Float[np.ndarray, "targets 2"]:
+        """How well the tool's pose at each target is known: the target itself and the probe's play in it."""
+        return np.hypot(self.known, self.play)
+
+    @property
+    def held(self) -> str:
+        """For people: what is assumed of the targets."""
+        measured = [t.sigma for t in self.targets if t.sigma is not None]
+        if not measured:
+            return self.making.words
+        position, rotation = np.sqrt(np.mean(np.square(measured), axis=0))
+        count = "targets" if len(measured) == len(self) else f"{len(measured)} of {len(self)} targets"
+        others = self.making if len(measured) < len(self) else replace(self.making, position=0.0, angle=0.0)
+        words = f"{count} known to {1e3 * position:.2g} mm, {np.rad2deg(rotation):.2g}° (one σ)"
+        return f"{words}; {others.words.removeprefix('targets made exactly, ')}"
+
+    def made(self, making: Making) -> "Plate":
+        """The same plate made like this, whatever is known of its targets."""
+        return replace(self, making=making, targets=tuple(replace(t, sigma=None) for t in self.targets))
 
     def with_joints(self, q: Float[np.ndarray, "targets n"], branches: tuple[str, ...]) -> "Plate":
         """The same plate, each target measured at its row of joint angles and in its named branch."""

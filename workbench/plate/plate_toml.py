@@ -10,10 +10,12 @@ from workbench.arm.built_in_arms import assets
 from workbench.base.errors import FileError, OptionError
 from workbench.base.files import write_text
 from workbench.base.toml import AbstractTableReader
+from workbench.plate.making import EXACT, Making
 from workbench.plate.plate import AUTO, Kind, Plate, Target
 from workbench.plate.region import Region
 
-PLATE_KEYS = {"name", "size", "xyz", "rpy", "region", "target"}
+PLATE_KEYS = {"name", "size", "xyz", "rpy", "region", "making", "target"}
+MAKING_KEYS = {"tolerance", "play"}
 REGION_KEYS = {"min", "max", "cube"}
 TARGET_KEYS = {"xyz", "rpy", "branch", "q", "kind", "sigma", "locked"}
 
@@ -65,6 +67,16 @@ class _Reader(AbstractTableReader):
             raise self.fail(f"{what} sigma is {value!r}; a standard deviation can't be negative")
         return float(position), float(rotation)
 
+    def making(self, table: Any) -> Making:
+        self.keys(table, MAKING_KEYS, "making")
+        (position, angle), play = (
+            self.numbers(table.get(key, [0, 0]), 2, f"making {key}").tolist() for key in ("tolerance", "play")
+        )
+        try:
+            return Making(position=position, angle=angle, play=(play[0], play[1]))
+        except OptionError as error:
+            raise self.fail(str(error)) from None
+
     def size(self, value: Any) -> np.ndarray:
         size = self.numbers(value, 3, "size")
         if not (size > 0).all():
@@ -96,6 +108,7 @@ def plate_from_table(data: dict[str, Any], reader: _Reader) -> Plate:
         xyz=reader.numbers(data.get("xyz", [0, 0, 0]), 3, "xyz"),
         rpy=reader.numbers(data.get("rpy", [0, 0, 0]), 3, "rpy"),
         size=reader.size(data["size"]) if "size" in data else None,
+        making=reader.making(data["making"]) if "making" in data else EXACT,
     )
 
 
@@ -104,6 +117,9 @@ def plate_to_table(plate: Plate) -> dict[str, Any]:
     table: dict[str, Any] = {"name": plate.name, "xyz": plate.xyz.tolist(), "rpy": plate.rpy.tolist()}
     if plate.size is not None:
         table["size"] = plate.size.tolist()
+    if plate.making != EXACT:
+        making = plate.making
+        table["making"] = {"tolerance": [making.position, making.angle], "play": list(making.play)}
     region = plate.region
     table["region"] = {"min": region.min.tolist(), "max": region.max.tolist(), "cube": region.cube}
     table["target"] = [_target_table(target) for target in plate.targets]

@@ -73,6 +73,13 @@ class Reading:
     visits: int = 1
     blocks: bool = True
 
+    @property
+    def words(self) -> str:
+        """How exactly it reads, for people."""
+        turns = f", {np.rad2deg(self.sigma[-1]):.2g}°" if self.name == "seat" else ""
+        times = "once" if self.visits == 1 else f"{self.visits} times"
+        return f"{self.name} read {times} with {1e3 * self.sigma[0]:.3g} mm{turns}"
+
     def rows(
         self,
         poses: Float[np.ndarray, "rows 4 4"],
@@ -333,7 +340,7 @@ def rows_of_targets(
         slots: Target of each measurement.
     """
     targets = [plate.targets[slot] for slot in slots]
-    own = np.array([(0.0, 0.0) if t.sigma is None else t.sigma for t in targets]).reshape(-1, 2)
+    own = plate.target_sigma[slots]
     sigma = np.hypot(linearisation.sigma, np.repeat(own, 3, axis=1).ravel())
     seats = np.array([t.kind is Kind.SEAT for t in targets], bool)
     constrained = np.repeat(np.column_stack([np.ones_like(seats), seats]), 3, axis=1).ravel()

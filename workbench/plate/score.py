@@ -4,8 +4,9 @@ Two things are scored: the targets in the branches that are to be measured (thos
 the mix that makes the predicted error smallest), and in the best single branch for all of them.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, final
 
 import numpy as np
@@ -14,11 +15,14 @@ from rich.console import RenderableType
 
 from workbench.arm.linearisation import Linearisation
 from workbench.arm.robot import Robot
+from workbench.base.errors import OptionError
+from workbench.base.threads import one_thread
 from workbench.base.types import Outcome, frozen
 from workbench.plate.accuracy import PredictedError, position_weight, predicted_error
 from workbench.plate.branches import choose_branches, plate_solutions, single_branches
 from workbench.plate.free_constants import identified_names, visible, visible_basis, visible_weight
 from workbench.plate.indices import I, O, evaluate
+from workbench.plate.making import EXACT, Making
 from workbench.plate.placement import check_place
 from workbench.plate.plate import Plate
 from workbench.plate.readings import SIGMA_POSITION, SIGMA_ROTATION, linearise_targets
@@ -160,6 +164,7 @@ class TargetScorer:
         return unseen * whole.weights[:, None]
 
 
+@one_thread()
 def score_plate(
     robot: Robot,
     plate: Plate,
@@ -168,11 +173,11 @@ def score_plate(
     base: bool | None = None,
     tool: bool | None = None,
     matter: Float[np.ndarray, "rows n"] | None = None,
-    rng: np.random.Generator,
+    seed: int = 0,
     progress: Callable[[float], None] | None = None,
     cancel: Callable[[], bool] | None = None,
 ) -> PlateScore:
-    """Score a plate for a robot.
+    """What a plate tells about an arm, target by target and as a set.
 
     Args:
         robot: Nominal arm.
@@ -181,7 +186,7 @@ def score_plate(
         base: Whether the base is unknown and identified too; as the robot says if None.
         tool: Whether the tool is.
         matter: Poses for which the error is predicted [rad or m]; those of the plate's own region if None.
-        rng: Source of the mixes of branches that are tried.
+        seed: Of the mixes of branches that are tried.
         progress: Called with the share of the work done.
         cancel: Asked now and then whether to stop with the best branches so far.
 
@@ -197,7 +202,7 @@ def score_plate(
         plate,
         solutions,
         goal=q_region,
-        rng=rng,
+        rng=np.random.default_rng(seed),
         names=names,
         sigma_position=sigma[0],
         sigma_rotation=sigma[1],
@@ -219,6 +224,70 @@ def score_plate(
         region_rows=len(q_region),
         outcome=choice.outcome,
     )
+
+
+@one_thread()
+def score_plates(
+    robot: Robot,
+    plates: Sequence[Plate],
+    *,
+    sigma: tuple[float, float] = (SIGMA_POSITION, SIGMA_ROTATION),
+    base: bool | None = None,
+    tool: bool | None = None,
+    seed: int = 0,
+    progress: Callable[[float], None] | None = None,
+    cancel: Callable[[], bool] | None = None,
+) -> tuple[PlateScore, ...]:
+    """Scores over the same poses: those that the first plate's region asks for.
+
+    Args:
+        robot: Nominal arm.
+        plates: At least one; those left when cancelled are not scored.
+        sigma: Standard deviations of the instrument, position [m] and rotation [rad].
+        base: Whether the base is identified too; as the robot says if None.
+        tool: Whether the tool is.
+        seed: Of the mixes of branches that are tried.
+        progress: Called with the share of the work done.
+        cancel: Asked now and then whether to stop.
+
+    Raises:
+        OptionError: no plates.
+        DataError: a plate that nothing can be measured on, or a region out of reach.
+    """
+    if not plates:
+        raise OptionError("no plates to score; give at least one")
+    check_place(robot, plates[0])
+    matter = plate_region_poses(robot, plates[0])
+    report = progress or (lambda part: None)
+    scores: list[PlateScore] = []
+    for number, plate in enumerate(plates):
+        if scores and cancel is not None and cancel():
+            break
+        scores.append(
+            score_plate(
+                robot,
+                plate,
+                sigma=sigma,
+                base=base,
+                tool=tool,
+                matter=matter,
+                seed=seed,
+                progress=partial(_part_of, report, number, len(plates)),
+                cancel=cancel,
+            )
+        )
+    return tuple(scores)
+
+
+def alike(plates: Sequence[Plate], making: Making | None = None) -> tuple[Plate, ...]:
+    """The plates as if all were made in one way: the given one, else the first that one of them states."""
+    stated = [plate.making for plate in plates if plate.making != EXACT]
+    common = making or next(iter(stated), EXACT)
+    return tuple(plate.made(common) for plate in plates)
+
+
+def _part_of(report: Callable[[float], None], done: int, of: int, part: float) -> None:
+    report((done + part) / of)
 
 
 def _ratio(linearisation: Linearisation) -> float:

@@ -19,11 +19,12 @@ from workbench.arm.inverse.follow import follow_many
 from workbench.arm.kinematics.forward import sensitivity
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
+from workbench.plate.making import Making
 from workbench.plate.optimiser.clearance import Surroundings
 from workbench.plate.optimiser.constraints import Constraints
 from workbench.plate.optimiser.shapes import FAR, AbstractArmShape, Hull, Placements, block_hulls, plate_hull
-from workbench.plate.optimiser.target_blocks import SIDE, Blocks, Making, Places, places_of, tool_poses_at
-from workbench.plate.plate import Plate
+from workbench.plate.optimiser.target_blocks import SIDE, Blocks, Places, places_of, tool_poses_at
+from workbench.plate.plate import Kind, Plate
 from workbench.plate.readings import Reading
 
 RETREATS = np.array([0.5, 1.0])
@@ -108,8 +109,9 @@ class Setting:
         return max(self.constraints.spacing, float(np.sqrt(2.0)) * SIDE if self.reading.blocks else 0.0)
 
     def sigma(self, places: Places) -> Float[np.ndarray, "rows 2"]:
-        """How well such targets are known [m], [rad]."""
-        return self.making.sigma(places[:, 2])
+        """How well the tool's pose at such targets is known [m], [rad]."""
+        play = self.making.play_sigma if self.reading.kind is Kind.SEAT else 0.0
+        return np.hypot(self.making.sigma(places[:, 2]), play)
 
     def examine(
         self, places: Places, q: Float[np.ndarray, "rows n"], branches: np.ndarray

@@ -21,6 +21,7 @@ from workbench.base.errors import OptionError
 from workbench.base.types import Outcome
 from workbench.plate.accuracy import position_weight
 from workbench.plate.criterion import RegionCriterion
+from workbench.plate.making import Making
 from workbench.plate.optimiser.candidates import (
     Candidates,
     Neighbours,
@@ -34,7 +35,7 @@ from workbench.plate.optimiser.constraints import Constraints, check_base, check
 from workbench.plate.optimiser.result import PlateDesign, branches_of, describe, set_error
 from workbench.plate.optimiser.search import Cancelled, Search
 from workbench.plate.optimiser.shapes import plate_hull
-from workbench.plate.optimiser.target_blocks import Blocks, Making
+from workbench.plate.optimiser.target_blocks import Blocks
 from workbench.plate.plate import Plate
 from workbench.plate.poses.exchange import exchange
 from workbench.plate.readings import Reading
@@ -68,7 +69,7 @@ class Wish:
         postures: Branches mixed at will, or one branch for all targets.
         blocks: What blocks may look like.
         constraints: Margins.
-        making: Tolerances of the making.
+        making: Tolerances of the making; as the given plate says if None.
         places: Random blocks in the pool.
         starts: Exchanges from different starts.
 
@@ -80,7 +81,7 @@ class Wish:
     postures: Postures = Postures.MIXED
     blocks: Blocks = field(default_factory=Blocks)
     constraints: Constraints = field(default_factory=Constraints)
-    making: Making = field(default_factory=Making)
+    making: Making | None = None
     places: int = PLACES
     starts: int = STARTS
 
@@ -286,7 +287,7 @@ def _setting(robot: Robot, plate: Plate, reading: Reading, wish: Wish, names) ->
         arm=arm_shape(robot, wish.constraints.clearance),
         constraints=wish.constraints,
         reading=reading,
-        making=wish.making,
+        making=plate.making if wish.making is None else wish.making,
         names=names,
         scales=linearise(robot, np.zeros((1, robot.dof)), names=names).weights,
     )

@@ -40,6 +40,7 @@ class PlateDesign(AbstractShown):
             the retreat from it [m]; the probe against its own block does not count.
         limit_margin: Least distance of a joint from its limits at each target [rad or m].
         spacing: Least distance of two targets on the plate [m].
+        holds: What these errors hold: instrument, making, and play in the seats.
         history: Criterion after every round of the search [m].
         outcome: How the search ended.
         notes: What else is worth knowing, one sentence each.
@@ -53,6 +54,7 @@ class PlateDesign(AbstractShown):
     clearance: Float[np.ndarray, " targets"] = field(default_factory=lambda: NOTHING)
     limit_margin: Float[np.ndarray, " targets"] = field(default_factory=lambda: NOTHING)
     spacing: float = np.inf
+    holds: str = ""
     history: tuple[float, ...] = ()
     outcome: Outcome = Outcome.CONVERGED
     notes: tuple[str, ...] = ()
@@ -102,9 +104,10 @@ def describe(
         goal: Joint positions of poses that matter [rad or m].
         said: The other fields of the design.
     """
-    error = set_error(setting, targets.q, targets.places, goal)
+    error, plate = set_error(setting, targets.q, targets.places, goal), _plate(setting, targets)
     return PlateDesign(
-        plate=_plate(setting, targets),
+        plate=plate,
+        holds=f"{setting.reading.words}; {plate.held}",
         cost=error.position_rms,
         rotation=error.rotation_rms,
         clearance=frozen(_clearance(setting, targets)),
@@ -115,7 +118,6 @@ def describe(
 
 
 def _plate(setting: Setting, targets: Candidates) -> Plate:
-    sigma = setting.sigma(targets.places)
     made = [
         Target(
             xyz=frozen(pose[:3, 3].copy()),
@@ -123,13 +125,11 @@ def _plate(setting: Setting, targets: Candidates) -> Plate:
             branch=branch,
             q=frozen(q.copy()),
             kind=setting.reading.kind,
-            sigma=(float(own[0]), float(own[1])) if own.any() else None,
         )
-        for pose, q, branch, own in zip(
-            targets.poses, targets.q, branches_of(setting, targets), sigma, strict=True
-        )
+        for pose, q, branch in zip(targets.poses, targets.q, branches_of(setting, targets), strict=True)
     ]
-    return replace(setting.plate, name=f"{setting.plate.name}, optimised", targets=tuple(made))
+    name = f"{setting.plate.name}, optimised"
+    return replace(setting.plate, name=name, targets=tuple(made), making=setting.making)
 
 
 def _clearance(setting: Setting, targets: Candidates) -> Float[np.ndarray, " targets"]:

@@ -1,5 +1,4 @@
-"""Blocks: what stands on a plate and locates the tool, as numbers that a search can vary, and how exactly it
-is made.
+"""Blocks: what stands on a plate and locates the tool, as numbers that a search can vary.
 
 A block has six numbers on its plate: where its face's centre lies (u, v from the plate's centre, h above its
 top), how far the face leans (tilt) and to which side (azimuth), and how the tool is turned about the face's
@@ -9,14 +8,6 @@ normal (spin). With a = azimuth, t = tilt, s = spin the tool's rotation in the p
 
 so that the tool's z axis points into the face along −Rz(a) Ry(t) e_z. Flat blocks have t = 0 and one
 height, stepped ones t = 0 and any height, tilted ones any tilt up to the greatest.
-
-Holes are drilled and blocks are milled to tolerance: a hole may lie off by ±a in each coordinate and a block
-may lean or turn by ±b, evenly within these bounds, so with standard deviations a/√3 and b/√3. A block turns
-about its foot, which moves a face at height h: two of the three turns move it by h each, so that per axis
-
-    σ_p² = a²/3 + (2/3) h² b²/3,      σ_r² = b²/3.
-
-This belongs to the target, not to its visits: measuring it again does not help, a measuring machine does.
 """
 
 from dataclasses import dataclass
@@ -162,32 +153,3 @@ def block_corners(plate: Plate, poses: Float[np.ndarray, "rows 4 4"]) -> Float[n
     foot[free, :, 2] = 0.6 * SIDE
     frame = np.where(free[:, None, None], poses, standing)
     return se3.apply(frame[:, None], np.concatenate([foot, top], axis=1))
-
-
-@dataclass(frozen=True, kw_only=True)
-class Making:
-    """Tolerances of the making.
-
-    Args:
-        position: Greatest error of a hole's place along each axis [m].
-        angle: Greatest error of a block's angle about each axis [rad].
-
-    Raises:
-        OptionError: a negative tolerance.
-    """
-
-    position: float = 0.0
-    angle: float = 0.0
-
-    def __post_init__(self):
-        if self.position < 0.0 or self.angle < 0.0:
-            raise OptionError(
-                f"tolerances can't be negative, got ±{1e3 * self.position:g} mm, ±{np.rad2deg(self.angle):g}°"
-            )
-
-    def sigma(self, heights: Float[np.ndarray, " rows"]) -> Float[np.ndarray, "rows 2"]:
-        """Standard deviations of targets at such heights above the plate: position [m], rotation [rad]."""
-        place, turn = self.position / np.sqrt(3.0), self.angle / np.sqrt(3.0)
-        return np.column_stack(
-            [np.sqrt(place**2 + 2.0 / 3.0 * (heights * turn) ** 2), np.full(len(heights), turn)]
-        )

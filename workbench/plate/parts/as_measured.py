@@ -29,6 +29,9 @@ FARTHEST = 0.02
 """Deviation from the drawing above which the frame or the units must be wrong [m]."""
 MOST_TURNED = float(np.deg2rad(10.0))
 """The same of an orientation [rad]."""
+UNCERTAINTY = (5e-6, float(np.deg2rad(0.01)))
+"""Standard deviations of a measuring machine that does not say: position along each axis [m], rotation about
+each [rad] of a face as wide as a block."""
 THINNEST = 0.01
 """Least edge of a region that is drawn about measured targets [m]."""
 
@@ -60,7 +63,7 @@ class MeasuredTargets:
         numbers: Target of each row, counted from 1.
         poses: Their poses; the identity's rotation where the file gives none [m].
         turned: Whether the file gives orientations.
-        sigma: Standard deviation of position and rotation of each target [m, rad]; None if not said.
+        sigma: Standard deviation of position and rotation of each target [m, rad].
         notes: What the reader decided.
     """
 
@@ -68,7 +71,7 @@ class MeasuredTargets:
     numbers: tuple[int, ...]
     poses: Float[np.ndarray, "targets 4 4"]
     turned: bool
-    sigma: tuple[tuple[float, float], ...] | None
+    sigma: tuple[tuple[float, float], ...]
     notes: tuple[str, ...] = ()
 
 
@@ -84,8 +87,14 @@ def load_plate(source: Path | str) -> Plate:
     return measured_plate(read_measured_targets(path))
 
 
-def read_measured_targets(path: Path | str) -> MeasuredTargets:
+def read_measured_targets(
+    path: Path | str, *, uncertainty: tuple[float, float] = UNCERTAINTY
+) -> MeasuredTargets:
     """The table of a measuring machine.
+
+    Args:
+        path: The file.
+        uncertainty: Standard deviations of the machine where the file has none [m], [rad].
 
     Raises:
         FileError: no column `target` or x, y, z; a number given twice; a gap.
@@ -105,14 +114,15 @@ def read_measured_targets(path: Path | str) -> MeasuredTargets:
             row = int(np.flatnonzero(~np.isfinite(values.reshape(len(places), -1)).all(axis=1))[0])
             raise fields.error(f"target {numbers[row]} has no {what}; fill it in, or leave the row out", row)
     upright = np.broadcast_to(np.eye(3), (len(places), 3, 3))
+    sigma, assumed = _sigma(fields, uncertainty)
     decided = tuple(note for note in fields.notes if "goal" not in note)
     return MeasuredTargets(
         source=fields.source,
         numbers=numbers,
         poses=frozen(se3.pose(upright if rotation is None else rotation, places)),
         turned=rotation is not None,
-        sigma=_sigma(fields),
-        notes=(*decided, *said),
+        sigma=sigma,
+        notes=(*decided, *said, *assumed),
     )
 
 
@@ -135,25 +145,34 @@ def _numbers(table: Table) -> tuple[int, ...]:
     return tuple(numbers)
 
 
-def _sigma(fields: Fields) -> tuple[tuple[float, float], ...] | None:
-    """Root mean square of the axes' standard deviations of every row; 0 where the file does not say."""
-    means = []
-    for keys in (("sigma_x", "sigma_y", "sigma_z"), ("sigma_rx", "sigma_ry", "sigma_rz")):
-        given = [np.nan_to_num(fields.values[key]) ** 2 for key in keys if key in fields.values]
-        means.append(np.sqrt(np.mean(given, axis=0)) if given else np.zeros(fields.rows))
-    if not any(mean.any() for mean in means):
-        return None
-    return tuple(zip(means[0].tolist(), means[1].tolist(), strict=True))
+def _sigma(
+    fields: Fields, uncertainty: tuple[float, float]
+) -> tuple[tuple[tuple[float, float], ...], tuple[str, ...]]:
+    """Root mean square of the axes' standard deviations of every row, and what was assumed of the machine."""
+    means, silent = [], []
+    for keys, usual in zip(
+        (("sigma_x", "sigma_y", "sigma_z"), ("sigma_rx", "sigma_ry", "sigma_rz")), uncertainty, strict=True
+    ):
+        given = np.array([fields.values[key] for key in keys if key in fields.values]).reshape(
+            -1, fields.rows
+        )
+        mean = np.full(fields.rows, usual)
+        said = np.isfinite(given).all(axis=0) & (len(given) > 0)
+        if said.any():
+            mean[said] = np.sqrt(np.mean(given[:, said] ** 2, axis=0))
+        means.append(mean)
+        silent.append(not said.all())
+    words = (f"{1e3 * uncertainty[0]:.3g} mm", f"{np.rad2deg(uncertainty[1]):.3g}°")
+    assumed = ", ".join(word for word, missing in zip(words, silent, strict=True) if missing)
+    note = f"{fields.source} does not say how exact the machine is; {assumed} (one σ) is assumed"
+    return tuple(zip(means[0].tolist(), means[1].tolist(), strict=True)), (note,) if assumed else ()
 
 
 def measured_plate(measured: MeasuredTargets) -> Plate:
     """A plate of nothing but measured targets, in the robot's base; its region is their bounding box."""
     order = np.argsort(measured.numbers)
     kind = Kind.SEAT if measured.turned else Kind.SOCKET
-    targets = tuple(
-        _target(measured.poses[i], kind=kind, sigma=None if measured.sigma is None else measured.sigma[i])
-        for i in order
-    )
+    targets = tuple(_target(measured.poses[i], kind=kind, sigma=measured.sigma[i]) for i in order)
     places = measured.poses[:, :3, 3]
     low, high = places.min(axis=0), places.max(axis=0)
     centre = 0.5 * (low + high)
@@ -175,8 +194,10 @@ def measured_plate(measured: MeasuredTargets) -> Plate:
 def as_measured(nominal: Plate, measured: MeasuredTargets, *, frame: PlateFrame = PlateFrame.BASE) -> Plate:
     """The nominal plate with its targets where the machine found them.
 
-    Region, branches, joint angles and kinds stay; a target that was not measured stays nominal, which is
-    said. Joint angles then are starting points for the inverse kinematics.
+    Region, branches, joint angles and kinds stay. A measured target is known as well as the machine knows it,
+    however it was made, and turned within the tolerance where no orientation was measured. A
+    target that was not measured stays nominal, which is said. Joint angles then are starting points for the
+    inverse kinematics.
 
     Args:
         nominal: The plate as drawn.
@@ -200,7 +221,8 @@ def as_measured(nominal: Plate, measured: MeasuredTargets, *, frame: PlateFrame 
     _refuse_far(deviations, measured, nominal, frame)
     targets = list(nominal.targets)
     for i, row in enumerate(rows):
-        sigma = targets[row].sigma if measured.sigma is None else measured.sigma[i]
+        position, rotation = measured.sigma[i]
+        sigma = (position, rotation if measured.turned else float(nominal.known[row, 1]))
         targets[row] = replace(targets[row], xyz=frozen(poses[i, :3, 3]), rpy=_rpy(poses[i]), sigma=sigma)
     left = sorted(set(range(1, len(nominal) + 1)) - set(measured.numbers))
     notes = [_deviation_note(deviations, measured)]
@@ -244,7 +266,7 @@ def _by_position(measured: MeasuredTargets) -> tuple[str, ...]:
     return () if measured.turned else (f"{measured.source} gives places, no orientations",)
 
 
-def _target(pose: Matrix4, *, kind: Kind, sigma: tuple[float, float] | None) -> Target:
+def _target(pose: Matrix4, *, kind: Kind, sigma: tuple[float, float]) -> Target:
     return Target(xyz=frozen(pose[:3, 3].copy()), rpy=_rpy(pose), kind=kind, sigma=sigma)
 
 

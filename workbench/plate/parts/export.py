@@ -17,7 +17,6 @@ from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.base.files import check_folder, write_folder
-from workbench.plate.operations import score_plate
 from workbench.plate.parts.fixture import Stock, fixture_of
 from workbench.plate.parts.hole_drawing import dxf
 from workbench.plate.parts.parts import Fixture
@@ -25,6 +24,7 @@ from workbench.plate.parts.sheet import PlateSheet
 from workbench.plate.parts.solids import block_mesh, block_step, slab_mesh, slab_step, stl, three_mf
 from workbench.plate.plate import Plate
 from workbench.plate.readings import SIGMA_POSITION, SIGMA_ROTATION
+from workbench.plate.score import score_plate
 
 TARGET_COLUMNS = ("target", "x[mm]", "y[mm]", "z[mm]", "roll[deg]", "pitch[deg]", "yaw[deg]")
 MM = 1e3

@@ -14,6 +14,7 @@ import numpy as np
 from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.base.types import Matrix4, Vector3, frozen
+from workbench.plate.making import pin_play
 from workbench.plate.optimiser.target_blocks import STEEPEST
 from workbench.plate.parts.parts import Block, Bore, Fixture, Purpose, Slab
 from workbench.plate.plate import SQUARE, Kind, Plate, Target
@@ -67,6 +68,11 @@ class Stock:
     centre: float = 0.003
     mounting: float = 0.009
     inset: float = 0.020
+
+    @property
+    def play(self) -> tuple[float, float]:
+        """Greatest shift [m] and turn [rad] of a probe on g6 pins in a seat."""
+        return pin_play(self.seat, self.index, self.index_offset)
 
     def lift(self, kind: Kind) -> float:
         """How far the face lies above the target along its normal [m]."""

@@ -18,6 +18,7 @@ from matplotlib.patches import Polygon
 from workbench.base import se3
 from workbench.plate.parts.parts import Block, BlockShape, Bore, Fixture
 from workbench.plate.plate import SQUARE
+from workbench.plate.report.plates import held_words
 from workbench.plate.score import PlateScore
 from workbench.report.figures import COLOURS, INK, look, new_figure, svg
 from workbench.report.html import page_template
@@ -189,14 +190,14 @@ class PlateSheet:
         """The accuracy to expect, in words; nothing if no robot was named."""
         if self.score is None:
             return ()
-        measured, (position, rotation) = self.score.measured, self.score.sigma
+        measured = self.score.measured
         error = measured.error
         first = (
-            f"{self.score.robot.name}, each target measured once with standard deviations of "
-            f"{MM * position:.3g} mm and {np.rad2deg(rotation):.2g}°: in the region, in any branch, with "
+            f"{self.score.robot.name}, each target measured once: in the region, in any branch, with "
             "orientations within 60° of the targets', the calibrated arm is expected to miss by "
-            f"{short(MM * error.position_mean)} mm and {short(np.rad2deg(error.rotation_mean))}° on average; "
-            "effects that the model lacks come on top."
+            f"{short(MM * error.position_mean)} mm and {short(np.rad2deg(error.rotation_mean))}° on average. "
+            f"This holds: {held_words(self.score.plate, self.score.sigma)}; effects that the model lacks "
+            "come on top."
         )
         second = (
             f"The targets determine {measured.rank} of {measured.visible} combinations of constants that "

@@ -41,6 +41,7 @@ def _design_words(design: PlateDesign) -> list[str]:
     words = [
         "place: x, y on the plate, height; angles: tilt, azimuth, spin; clear of anything; joints to limits",
         f"predicted error in the region, root mean square: {error}",
+        f"it holds: {design.holds}",
     ]
     if np.isfinite(design.start_cost):
         words.append(f"the given plate: {1e3 * design.start_cost:.3f} mm, {design.gain:.2f} times as much")
@@ -56,6 +57,7 @@ def design_json(design: PlateDesign) -> Json:
         "schema": DESIGN,
         "plate": design.plate.name,
         "outcome": str(design.outcome),
+        "holds": design.holds,
         "predicted": {
             "position_rms_mm": 1e3 * design.cost,
             "orientation_rms_deg": float(np.rad2deg(design.rotation)),

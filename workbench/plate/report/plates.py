@@ -14,6 +14,7 @@ from workbench.arm.robot import JointKind, Robot
 from workbench.arm.unidentifiable import combinations
 from workbench.plate.clustering import Cluster, Clustering
 from workbench.plate.indices import INDICES, I
+from workbench.plate.plate import Plate
 from workbench.plate.region_poses import PLATE_CONE
 from workbench.plate.score import PlateScore, SetScore
 from workbench.report.tables import new_table
@@ -38,10 +39,10 @@ def score_tables(score: PlateScore) -> RenderableType:
     sets = new_table("The set", "", "as measured", "one branch")
     for what, cells in _set_rows([chosen, score.single]):
         sets.add_row(escape(what), *cells)
-    noise = f"{1e3 * score.sigma[0]:g} mm, {np.rad2deg(score.sigma[1]):g}°"
     words = [
         f"predicted errors: {score.region_rows} joint positions in the region, any branch, turned from a "
-        f"target by up to {np.rad2deg(PLATE_CONE):.0f}°; instrument {noise}",
+        f"target by up to {np.rad2deg(PLATE_CONE):.0f}°",
+        f"they hold: {held_words(score.plate, score.sigma)}",
         f"scaling: rows by these deviations, angles as arcs at {score.length:.3f} m (the arm's reach); O and "
         "σmin/σmax unscaled, as in the paper",
         "one branch: " + (escape(score.single.branches[0]) if score.single else "none reaches all targets"),
@@ -51,20 +52,41 @@ def score_tables(score: PlateScore) -> RenderableType:
     return Group(targets, sets, Text("\n".join(words)))
 
 
-def comparison_table(scores: Sequence[PlateScore]) -> RenderableType:
-    """Plates side by side, the best predicted error first named."""
-    table = new_table("Plates compared", "", *(s.plate.name for s in scores))
+def held_words(plate: Plate, sigma: tuple[float, float]) -> str:
+    """What a predicted error holds: instrument, making, and play in the seats."""
+    return f"instrument {1e3 * sigma[0]:.3g} mm, {np.rad2deg(sigma[1]):.2g}°; {plate.held}"
+
+
+def comparison_table(scores: Sequence[PlateScore], stated: Sequence[PlateScore]) -> RenderableType:
+    """Plates side by side, the best predicted error first named.
+
+    Args:
+        scores: With the same making assumed of all plates.
+        stated: With what each plate's own file says of it.
+    """
+    table = new_table("Plates compared, all made alike", "", *(s.plate.name for s in scores))
     table.add_row("targets", *(str(len(s.plate)) for s in scores))
-    for words, cells in _set_rows([s.measured for s in scores]):
-        table.add_row(escape(words), *cells)
+    for what, cells in _set_rows([s.measured for s in scores]):
+        table.add_row(escape(what), *cells)
     single = [_cell(s.single, lambda one: 1e3 * one.error.position_rms) for s in scores]
     table.add_row(escape("position error with one branch, rms [mm]"), *single)
-    best = min(scores, key=lambda s: s.measured.error.position_rms)
-    words = (
-        f"errors are predicted in the region of {scores[0].plate.name}, about its orientations\n"
-        f"smallest predicted position error: {best.plate.name}"
-    )
-    return Group(table, Text(words))
+    words = [
+        f"all hold: {held_words(scores[0].plate, scores[0].sigma)}",
+        f"errors are predicted in the region of {scores[0].plate.name}, about its orientations",
+        f"smallest predicted position error: {_best(scores)}",
+    ]
+    tables: list[RenderableType] = [table]
+    if any(s.plate.held != c.plate.held for s, c in zip(stated, scores, strict=True)):
+        own = new_table("As each plate's file says (not comparable)", "", *(s.plate.name for s in stated))
+        for what, cells in _set_rows([s.measured for s in stated])[:3]:
+            own.add_row(escape(what), *cells)
+        tables.append(own)
+        words += [f"{s.plate.name} holds: {held_words(s.plate, s.sigma)}" for s in stated]
+    return Group(*tables, Text("\n".join(words)))
+
+
+def _best(scores: Sequence[PlateScore]) -> str:
+    return min(scores, key=lambda s: s.measured.error.position_rms).plate.name
 
 
 def _set_rows(sets: Sequence[SetScore | None]) -> list[tuple[str, list[str]]]:
@@ -102,15 +124,23 @@ def score_json(score: PlateScore) -> Json:
     return {"schema": SCORE, **_plate_json(score)}
 
 
-def comparison_json(scores: Sequence[PlateScore]) -> Json:
-    """Scores of several plates."""
-    best = min(scores, key=lambda s: s.measured.error.position_rms)
+def comparison_json(scores: Sequence[PlateScore], stated: Sequence[PlateScore]) -> Json:
+    """Scores of several plates, all made alike, and what each would be as its own file says."""
     return {
         "schema": COMPARISON,
         "robot": scores[0].robot.name,
         "region_of": scores[0].plate.name,
-        "best": best.plate.name,
-        "plates": [_plate_json(score) for score in scores],
+        "best": _best(scores),
+        "plates": [
+            {
+                **_plate_json(score),
+                "as_stated": {
+                    "holds": held_words(own.plate, own.sigma),
+                    "predicted": set_json(own.measured)["predicted"],
+                },
+            }
+            for score, own in zip(scores, stated, strict=True)
+        ],
     }
 
 
@@ -119,6 +149,7 @@ def _plate_json(score: PlateScore) -> Json:
         "robot": score.robot.name,
         "plate": score.plate.name,
         "noise": {"position_mm": 1e3 * score.sigma[0], "orientation_deg": np.rad2deg(score.sigma[1])},
+        "holds": held_words(score.plate, score.sigma),
         "scaling_length_m": score.length,
         "targets": [
             {"target": k + 1, "branch": branch, "q": score.measured.q[k], "O": o, "share": share}

@@ -87,10 +87,11 @@ def _made(job: Job, chain: Chain, arms: int, rng: np.random.Generator) -> np.nda
 
 
 def _actual_targets(job: Job, arms: int, rng: np.random.Generator) -> Float[np.ndarray, "arms targets 4 4"]:
-    """Poses that the seats impose: off by the plate's making, and anew by every seating."""
+    """Poses that the seats impose: off by the plate's making, by its play, and anew by every seating."""
     errors, shape = job.errors, (arms, len(job.q), 3)
-    position = rng.normal(size=shape) * errors.target_position[:, None]
-    rotation = rng.normal(size=shape) * errors.target_rotation[:, None]
+    play = errors.played
+    position = rng.normal(size=shape) * np.hypot(errors.target_position, play[:, 0])[:, None]
+    rotation = rng.normal(size=shape) * np.hypot(errors.target_rotation, play[:, 1])[:, None]
     position += rng.normal(size=shape) * errors.seat_position
     rotation += rng.normal(size=shape) * errors.seat_rotation
     turned = se3.rotvec_to_matrix(rotation) @ job.poses[:, :3, :3]

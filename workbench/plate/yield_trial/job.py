@@ -32,6 +32,7 @@ class Errors:
         joint: Of the joint readings [rad or m].
         target_position: How well the places of targets are known, one for each [m].
         target_rotation: And their orientations [rad].
+        play: Of the probe in each target: position [m] and rotation [rad]; none if None.
         undeclared: The nominal arm with effects that the calibration does not know; None for none.
     """
 
@@ -40,6 +41,7 @@ class Errors:
     joint: float
     target_position: Float[np.ndarray, " targets"]
     target_rotation: Float[np.ndarray, " targets"]
+    play: Float[np.ndarray, "targets 2"] | None = None
     undeclared: Robot | None = None
 
     def __post_init__(self):
@@ -59,6 +61,7 @@ class Errors:
             "joint readings": replace(silent, joint=self.joint),
             "target position": replace(silent, target_position=self.target_position),
             "target rotation": replace(silent, target_rotation=self.target_rotation),
+            "play in the seats": replace(silent, play=self.play),
             "undeclared effects": replace(silent, undeclared=self.undeclared),
         }
         return {name: errors for name, errors in sources.items() if errors.any}
@@ -67,13 +70,19 @@ class Errors:
     def any(self) -> bool:
         """Whether anything goes wrong at all."""
         scalars = self.seat_position or self.seat_rotation or self.joint
-        return bool(scalars or self.target_position.any() or self.target_rotation.any() or self.undeclared)
+        plate = self.target_position.any() or self.target_rotation.any() or self.played.any()
+        return bool(scalars or plate or self.undeclared)
+
+    @property
+    def played(self) -> Float[np.ndarray, "targets 2"]:
+        """The play of every target."""
+        return np.zeros((len(self.target_position), 2)) if self.play is None else self.play
 
     @property
     def assumed(self) -> Float[np.ndarray, "targets 6"]:
-        """Deviations by which the identification weights its rows: seat and target together."""
-        position = np.hypot(self.seat_position, self.target_position)
-        rotation = np.hypot(self.seat_rotation, self.target_rotation)
+        """Deviations by which the identification weights its rows: seat, play and target together."""
+        position = np.hypot(np.hypot(self.seat_position, self.target_position), self.played[:, 0])
+        rotation = np.hypot(np.hypot(self.seat_rotation, self.target_rotation), self.played[:, 1])
         return np.maximum(np.repeat(np.column_stack([position, rotation]), 3, axis=1), LEAST)
 
 

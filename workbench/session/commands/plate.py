@@ -37,7 +37,7 @@ class ClusterTargets(AbstractTask):
             raise OptionError(f"the number of poses must be 2 to {most}, got {self.number}")
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
-        from workbench.plate.operations import cluster_region
+        from workbench.plate.design import cluster_region
 
         plate = session.plate
         found = cluster_region(

@@ -1,0 +1,111 @@
+"""Making: how exactly a plate's targets are made, and how much play the probe has in them.
+
+Holes are drilled and blocks are milled to tolerance: a hole may lie off by ±a in each coordinate and a block
+may lean or turn by ±b, evenly within these bounds, so with standard deviations a/√3 and b/√3. A block turns
+about its foot, which moves a face at height h: two of the three turns move it by h each, so that per axis
+
+    σ_p² = a²/3 + (2/3) h² b²/3,      σ_r² = b²/3.
+
+This belongs to the target, not to its visits: measuring it again does not help, a measuring machine does.
+
+A pin in its bore has clearance: the probe may shift by ±c along two axes of the face and turn by ±t about its
+normal, t = (c + c_i)/r with the index pin's c_i at the distance r. Again per axis, averaged over the three,
+
+    σ_p² = (2/3) c²/3,      σ_r² = (1/3) t²/3.
+
+Limits of H7 and g6: ISO 286-2:2010, tables 6 and 23 (nominal sizes up to 18 mm).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.base.errors import OptionError
+
+LIMITS = ((3e-3, 10e-6, -8e-6), (6e-3, 12e-6, -12e-6), (10e-3, 15e-6, -14e-6), (18e-3, 18e-6, -17e-6))
+"""Up to which diameter [m], the greatest H7 hole above it and the least g6 pin below it [m]."""
+
+
+def greatest_clearance(diameter: float) -> float:
+    """Greatest clearance of a g6 pin in an H7 hole [m].
+
+    Raises:
+        OptionError: a diameter beyond the table.
+    """
+    for up_to, hole, pin in LIMITS:
+        if 0.0 < diameter <= up_to + 1e-9:
+            return hole - pin
+    raise OptionError(
+        f"a pin's diameter must be above 0 and at most {1e3 * LIMITS[-1][0]:g} mm, got {1e3 * diameter:g} mm"
+    )
+
+
+def pin_play(seat: float, index: float, offset: float) -> tuple[float, float]:
+    """Greatest shift [m] and turn [rad] of a probe on two g6 pins in H7 holes.
+
+    Args:
+        seat: Diameter of the pin at the face's centre [m].
+        index: Diameter of the index pin [m].
+        offset: Distance of the two [m].
+    """
+    shift, other = 0.5 * greatest_clearance(seat), 0.5 * greatest_clearance(index)
+    return shift, (shift + other) / offset
+
+
+@dataclass(frozen=True, kw_only=True)
+class Making:
+    """Tolerances of the making.
+
+    Args:
+        position: Greatest error of a hole's place along each axis [m].
+        angle: Greatest error of a block's angle about each axis [rad].
+        play: Greatest shift [m] and turn [rad] of the probe in a seat.
+
+    Raises:
+        OptionError: a negative tolerance.
+    """
+
+    position: float = 0.0
+    angle: float = 0.0
+    play: tuple[float, float] = (0.0, 0.0)
+
+    def __post_init__(self):
+        if self.position < 0.0 or self.angle < 0.0:
+            raise OptionError(
+                f"tolerances can't be negative, got ±{1e3 * self.position:g} mm, ±{np.rad2deg(self.angle):g}°"
+            )
+        if min(self.play) < 0.0:
+            raise OptionError(
+                f"the play of the probe can't be negative, got ±{1e3 * self.play[0]:g} mm, "
+                f"±{np.rad2deg(self.play[1]):g}°"
+            )
+
+    def sigma(self, heights: Float[np.ndarray, " rows"]) -> Float[np.ndarray, "rows 2"]:
+        """Standard deviations of targets at such heights above the plate: position [m], rotation [rad]."""
+        place, turn = self.position / np.sqrt(3.0), self.angle / np.sqrt(3.0)
+        return np.column_stack(
+            [np.sqrt(place**2 + 2.0 / 3.0 * (heights * turn) ** 2), np.full(len(heights), turn)]
+        )
+
+    @property
+    def play_sigma(self) -> Float[np.ndarray, "2"]:
+        """Standard deviations of the probe in a seat, from its play: position [m], rotation [rad]."""
+        shift, turn = self.play
+        return np.array([np.sqrt(2.0) * shift / 3.0, turn / 3.0])
+
+    @property
+    def words(self) -> str:
+        """For people: what was assumed of the making."""
+        made = "targets made exactly"
+        if self.position or self.angle:
+            made = f"targets made within {_bounds(self.position, self.angle)}"
+        return f"{made}, {f'seat play {_bounds(*self.play)}' if any(self.play) else 'no play in the seats'}"
+
+
+def _bounds(length: float, angle: float) -> str:
+    return f"±{1e3 * length:.3g} mm, ±{np.rad2deg(angle):.2g}°"
+
+
+EXACT = Making()
+"""Nothing is off."""
