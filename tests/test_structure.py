@@ -46,7 +46,7 @@ HOOKS = {
     "AbstractLaw.elements",
     "AbstractLaw.slope",
     "AbstractLaw.growth",
-    "AbstractLaw.ranges",
+    "AbstractLaw.learned",
     "AbstractLaw.mistake",
     "AbstractEffect.variant",
     "AbstractEffect.offers",

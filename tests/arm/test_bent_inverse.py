@@ -126,23 +126,18 @@ def _balanced(robot):
     return q
 
 
-def test_a_map_of_part_of_a_joint_narrows_its_limits(arms):
+def test_a_map_of_part_of_a_joint_leaves_its_limits(arms):
     knots = tuple(np.linspace(-0.5, 0.5, 6))
     sizes = (1e-3, 0.0, -2e-3, 1e-3, 0.0, 1e-3)
     robot = arms["aria"].with_effects(EFFECTS["local-joint-error"]((0,), sizes, knots=knots))
     q = np.array([0.3, 0.4, -0.8, 0.3, 0.7, 0.2])
-    target = tool_poses(robot, Motion(q[None]))[0]
-    found = inverse.solve(robot, target)
-    inside = found.within_limits
-    assert inside
-    assert all(abs(b.q[0]) <= 0.5 for b in inside)
-    for branch in inside:
-        np.testing.assert_allclose(tool_poses(robot, Motion(branch.q[None]))[0], target, atol=1e-9)
-    beyond = tool_poses(arms["aria"], Motion((q + np.eye(6)[0])[None]))[0]
-    refused = inverse.solve(robot, beyond)
-    assert not refused.reachable
-    assert "joint 1" in refused.reason
-    assert not inverse.follow(robot, beyond, q).converged
+    for at in (q, q + 0.3 * np.eye(6)[0], q + np.eye(6)[0]):  # within, where it fades out, where it is zero
+        target = tool_poses(robot, Motion(at[None]))[0]
+        inside = inverse.solve(robot, target).within_limits
+        assert inside
+        for branch in inside:
+            np.testing.assert_allclose(tool_poses(robot, Motion(branch.q[None]))[0], target, atol=1e-9)
+        assert inverse.follow(robot, target, q).converged
 
 
 def test_what_drives_an_effect_is_asked_for(arms):

@@ -278,20 +278,41 @@ def test_missing_drivers_are_named(arms, name, column):
         forward.tool_poses(robot, Motion(q, **holes))
 
 
-def test_a_local_error_refuses_outside_its_range(arms):
-    effect = EFFECTS["local-joint-error"]((1,), knots=(-1.0, 0.0, 1.0), range=(-0.9, 0.8))
+@pytest.mark.parametrize(
+    "effect",
+    [
+        EFFECTS["local-joint-error"]((1,), (2e-3, 1e-3, 3e-3), knots=(-1.0, 0.0, 1.0), range=(-0.9, 0.8)),
+        EFFECTS["local-joint-error"]((1,), (2e-3, 1e-3, 3e-3), knots=(-0.9, 0.0, 0.8)),
+        EFFECTS["joint-harmonic"]((1,), (1e-3, 2e-3, 1e-3, -2e-3), order=(3, 7), range=(-0.9, 0.8)),
+    ],
+)
+def test_a_map_fades_smoothly_beyond_its_range(arms, effect):
+    """It refused; or, for a band of harmonics, went on as if it had been learned all round."""
     robot = arms["aria"].with_effects(effect)
-    q = np.zeros((3, 6))
-    forward.tool_poses(robot, Motion(q))
-    q[2, 1] = 0.85
-    with pytest.raises(DataError, match=r"joint 2 is known from -51.57° to 45.84°.*row 2.*48.7°"):
-        forward.tool_poses(robot, Motion(q))
-    periodic = robot.with_effects(sized(robot, CATALOGUE["local-joint-error periodic"]))
-    np.testing.assert_allclose(
-        forward.tool_poses(periodic, Motion(q)),
-        forward.tool_poses(periodic, Motion(q + 2 * np.pi)),
-        atol=1e-12,
-    )
+    step = 1e-4
+    q = np.zeros((int(8.0 / step), 6))
+    q[:, 1] = np.arange(-4.0, 4.0 - step / 2, step)
+    size = effect.increments(robot.chain, Motion(q))[:, 0]
+    slope = np.diff(size) / step
+    assert np.abs(slope).max() < 0.05
+    assert np.abs(np.diff(slope)).max() < 100.0 * step**2 * 100.0
+    inside = (q[:, 1] > -0.9) & (q[:, 1] < 0.8)
+    assert np.abs(size[inside]).max() > 1e-3
+    assert (size[np.abs(q[:, 1]) > 3.9] == 0.0).all()
+    (note,) = robot.fading(q[[0, 40_000, 49_000]], np.array([7, 8, 9]))
+    assert "joint 2 was learned from -51.57° to 45.84°; 2 of 3 rows" in note
+    assert "row 7 at -229.2°" in note
+    assert robot.fading(q[inside]) == []
+
+
+def test_what_repeats_every_turn_does_not_fade(arms):
+    q = np.array([[0.3, 0.4, -0.8, 0.3, 0.7, 0.2]])
+    for effect in (CATALOGUE["local-joint-error periodic"], EFFECTS["joint-harmonic"]((1,), order=(3, 7))):
+        robot = arms["aria"].with_effects(sized(arms["aria"], effect))
+        np.testing.assert_allclose(
+            forward.tool_poses(robot, Motion(q)), forward.tool_poses(robot, Motion(q + 2 * np.pi)), atol=1e-12
+        )
+        assert robot.fading(q + 2 * np.pi) == []
 
 
 @pytest.mark.parametrize(
@@ -310,6 +331,8 @@ def test_a_local_error_refuses_outside_its_range(arms):
         ("local-joint-error", {"joints": (1,), "knots": (0.0, 1.0)}, "three"),
         ("local-joint-error", {"joints": (1, 2), "knots": (0.0, 1.0, 2.0)}, "needs one"),
         ("local-joint-error", {"joints": (1,), "knots": (0.0, 1.0, 2.0), "range": (0.0, 3.0)}, "beyond"),
+        ("joint-harmonic", {"joints": (1,), "order": (1, 2), "range": (1.0, 1.0)}, "least and the greatest"),
+        ("joint-harmonic", {"joints": (1, 2), "order": (1, 2), "range": (0.0, 1.0)}, "2 joints"),
         ("local-joint-error", {"joints": (1,), "knots": (0.0, 1.0, 7.0), "periodic": True}, "turn"),
     ],
 )

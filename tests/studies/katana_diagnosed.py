@@ -82,8 +82,10 @@ def diagnosis(found: Diagnosed) -> Finding:
 def _within(found: Robot, arm: MeasuredArm) -> tuple[np.ndarray, np.ndarray]:
     """Poses that took no part, without those beyond the angles where the shapes were learned."""
     q, real = arm.q[POSES + TEN :], arm.real[POSES + TEN :]
-    low, high = found.known_limits.T
-    inside = ((q >= low) & (q <= high)).all(axis=1)
+    inside = np.ones(len(q), bool)
+    for effect in found.effects:
+        if effect.learned is not None:
+            inside &= ~effect.learned.farthest(q[:, effect.joints[0]])[0]
     return q[inside], real[inside]
 
 

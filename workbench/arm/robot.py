@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.chain import Axis, Chain, Element
-from workbench.arm.effects import AbstractEffect, check_ranges
+from workbench.arm.effects import AbstractEffect, beyond_learned
 from workbench.arm.effects.inserted_elements import drifting, with_insertions
 from workbench.base import se3
 from workbench.base.errors import RobotError, ShapeError
@@ -273,24 +273,10 @@ class Robot:
         return frozen(np.array([j.limits for j in self.moving], float))
 
     @cached_property
-    def known_limits(self) -> Float[np.ndarray, "n 2"]:
-        """The limits, narrowed to where every effect is known [rad or m]."""
-        return self.narrowed(self.limits)
-
-    def narrowed(self, limits: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "n 2"]:
-        """Some limits, narrowed to where every effect is known [rad or m]."""
-        low, high = limits.T.copy()
-        for effect in self.effects:
-            for joint, (least, greatest) in effect.ranges().items():
-                low[joint], high[joint] = max(low[joint], least), min(high[joint], greatest)
-        return frozen(np.stack([low, high], 1))
-
-    @cached_property
     def search_limits(self) -> Float[np.ndarray, "n 2"]:
-        """Those, with one turn either way (or 1 m) where a joint has none: for searches."""
+        """The limits, with one turn either way (or 1 m) where a joint has none: for searches."""
         spans = np.array([1.0 if j.kind is JointKind.PRISMATIC else np.pi for j in self.moving])[:, None]
-        known = self.known_limits
-        return frozen(np.where(np.isfinite(known), known, np.array([-1.0, 1.0]) * spans))
+        return frozen(np.where(np.isfinite(self.limits), self.limits, np.array([-1.0, 1.0]) * spans))
 
     @property
     def has_masses(self) -> bool:
@@ -397,9 +383,9 @@ class Robot:
         if len(self.chain.index) != len(self.chain.elements) or set(inserted) & set(self.coefficients):
             raise RobotError(f"robot '{self.name}' has an element with the name of an effect's; rename it")
 
-    def check_ranges(self, q: np.ndarray, rows: np.ndarray | None = None, source: str = "") -> None:
-        """Refuse joint positions where an effect is not known; arguments as of `arm.effects.check_ranges`."""
-        check_ranges(self.effects, self.chain, q, rows=rows, source=source)
+    def fading(self, q: np.ndarray, rows: np.ndarray | None = None) -> list[str]:
+        """A sentence for every effect that fades out in some rows; arguments of `beyond_learned`."""
+        return beyond_learned(self.effects, self.chain, q, rows)
 
     def check_joints(self, q: np.ndarray, source: str = "joint positions") -> None:
         """Refuse rows with another number of joints than the robot has."""

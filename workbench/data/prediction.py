@@ -38,15 +38,6 @@ def predict(robot: Robot, data: Dataset, *, link: int | None = None) -> Float[np
     return poses
 
 
-def in_known_range(robot: Robot, data: Dataset) -> Bool[np.ndarray, " rows"]:
-    """Rows that a model can predict: some effects are known only where they were learned."""
-    keep = np.ones(len(data), bool)
-    for effect in robot.effects:
-        for joint, (low, high) in effect.ranges().items():
-            keep &= (data.q[:, joint] >= low) & (data.q[:, joint] <= high)
-    return keep
-
-
 @dataclass(frozen=True, eq=False)
 class RowComponents:
     """Measured minus predicted, axis by axis, in the measuring frame.

@@ -7,12 +7,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from workbench.arm.effects import beyond_learned
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.threads import one_thread
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_directions
-from workbench.data.prediction import in_known_range
 from workbench.diagnosis.evidence import Term, grown
 from workbench.diagnosis.leftover import joint_noise, structured
 from workbench.diagnosis.next_poses import next_poses
@@ -76,11 +76,10 @@ def diagnose(
 
 
 class _Judged(NamedTuple):
-    """An arm on the fitted rows and on the held-out ones, with what has to be said of these."""
+    """An arm on the fitted rows and on the held-out ones."""
 
     errors: Validation
     rows: tuple[RowErrors, RowErrors]
-    notes: list[str]
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,7 +160,8 @@ def _concluded(
     report(0.9, "choosing poses to measure next")
     asked = [e.effect for e in accepted] + ambiguous(accepted)
     seen = [] if is_short else coverage(fit.problem.data, robot.chain)
-    notes = (*ready.notes, *last.offered.notes, *seen, *search.after.notes)
+    beyond = beyond_learned([a.effect for a in accepted], robot.chain, ready.held.q, ready.held.row)
+    notes = (*ready.notes, *last.offered.notes, *seen, *(f"held out: {words}" for words in beyond))
     result = Diagnosis(
         nominal_robot=robot,
         data=ready.data,
@@ -231,19 +231,12 @@ def _nominal(ready: Prepared) -> Validation:
 
 
 def _validated(ready: Prepared, stage: Stage) -> _Judged:
-    """Errors on the fitted rows, outliers left out, and on the held-out rows that the model can speak of."""
+    """Errors on the fitted rows, outliers left out, and on the held-out rows."""
     fit = stage.fitted.fit
     arm = fit.calibrated
     found = {p.name: v for p, v in zip(fit.parameters, fit.x.tolist(), strict=True) if p.is_instrument}
-    known = in_known_range(arm, ready.held)
-    judge = replace(ready, problem=fit.problem, held=ready.held.take(known))
-    train, held = judge.errors(arm, found)
-    notes = []
-    if not known.all():
-        count = int((~known).sum())
-        rows = "1 held-out row was" if count == 1 else f"{count} held-out rows were"
-        notes.append(f"{rows} not used: outside the joint range over which a local joint error is known")
-    return _Judged(Validation(Errors.of(train), held.summary), (train, held), notes)
+    train, held = replace(ready, problem=fit.problem).errors(arm, found)
+    return _Judged(Validation(Errors.of(train), held.summary), (train, held))
 
 
 class Trial:
@@ -262,7 +255,7 @@ class Trial:
         grams = self._first.grams
         model = grown(grams, as_candidates(tuple(terms), self._first))
         arm = robot_with(self._first.stage.fitted, grams, model)
-        rows = self._ready.errors_on(self._data.take(in_known_range(arm, self._data)), arm, self._found)
+        rows = self._ready.errors_on(self._data, arm, self._found)
         return 1e3 * float(rows.position.mean()) if len(rows.position) else float("nan")
 
 

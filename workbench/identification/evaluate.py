@@ -26,7 +26,7 @@ def evaluate(robot: Robot, data: Dataset, *, fit_frames: bool = False) -> Evalua
     used = data.take(data.included)
     if not len(used):
         raise DataError(f"{data.source}: every row is excluded; nothing is left to evaluate")
-    robot.check_ranges(used.q, used.row, data.source)
+    notes += robot.fading(used.q, used.row)
     if fit_frames:
         choice = choose_frames(robot, used, free=())
         robot, notes = choice.robot, [*notes, *choice.notes]

@@ -131,6 +131,7 @@ def prepare(
     notes = [*data.notes, *unused_observations(data)]
     rows, excluded = choose_rows(robot, data, choices.exclude, choices.region)
     used = data.take(rows)
+    notes += robot.fading(used.q, used.row)
     train, held = divide(used, held_out, choices.seed)
     fitted, held_data = used.take(train), used.take(held)
     if isinstance(held_out, Dataset):

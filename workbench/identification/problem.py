@@ -105,7 +105,6 @@ class Problem:
             OptionError: free, effects or bounds name what the robot does not have.
         """
         robot.check_joints(data.q, data.source)
-        robot.check_ranges(data.q, data.row, data.source)
         frames = frames or FrameFreedom()
         noise = noise or Noise()
         names = tuple(robot.default_free if free is None else free)

@@ -77,7 +77,6 @@ def row_errors(robot: Robot, data: Dataset, *, known: Mapping[str, float] | None
         known: Places of anchors, contacts or markers [m]; the others are fitted to the rows.
     """
     robot.check_joints(data.q, data.source)
-    robot.check_ranges(data.q, data.row, data.source)
     places = instrument_places(robot, data, known=known)
     square, components = np.zeros((2, len(data))), np.zeros((2, len(data)))  # of positions, of rotations
     for observation, rows in observations(data):

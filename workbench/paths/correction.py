@@ -98,7 +98,7 @@ def compensate(
         max_speed: Greatest speed of any joint [rad/s or m/s]; not checked if None.
 
     Raises:
-        DataError: a row that a limit, a singularity, a range of an effect, or the speed forbids; names row
+        DataError: a row that a limit, a singularity or the speed forbids; names row
             and joint; or a row to which the iteration finds no correction.
     """
     try:
@@ -107,7 +107,6 @@ def compensate(
         raise OptionError(f"there is no method '{method}'; choose {' or '.join(Method)}") from None
     robot, q, time = commanded.calibrated, commanded.q, commanded.time
     state = Motion(q) if motion is None else motion.at(q)
-    robot.check_ranges(q, source="trajectory")
     refuse_beyond(robot, q, time)
     before = _missed(commanded, state)
     refuse_singular(robot, q, commanded.task, time)
@@ -133,7 +132,7 @@ def compensate(
         after=errors,
         kept=frozen(worse),
         speed=speed,
-        notes=(*commanded.notes, *_left(method, errors, worse, speed, max_speed)),
+        notes=(*commanded.notes, *robot.fading(q), *_left(method, errors, worse, speed, max_speed)),
     )
 
 
@@ -147,7 +146,7 @@ def _missed(commanded: Commanded, state: Motion) -> Refined:
 def _corrected(commanded: Commanded, state: Motion, method: Method) -> Refined:
     """Corrected joints with what they still miss."""
     robot, task = commanded.calibrated, commanded.task
-    limits = robot.known_limits
+    limits = robot.limits
     if method is Method.ITERATED:
         return settle(robot, commanded.poses, state.q, task=task, limits=limits, motion=state)
     arm = compile_arm(robot)
@@ -158,7 +157,7 @@ def _corrected(commanded: Commanded, state: Motion, method: Method) -> Refined:
 
 def _refuse_stopped(robot: Robot, new: np.ndarray, after: Refined, time: Times) -> None:
     """Refuse corrections that a limit stops."""
-    at = margins(new, robot.known_limits) < AT_LIMIT
+    at = margins(new, robot.limits) < AT_LIMIT
     stopped = ~after.converged & at.any(1)
     if stopped.any():
         row = int(np.argmax(stopped))

@@ -176,7 +176,7 @@ def _words(task: Task) -> tuple[str, ...]:
 def _followed(robot: Robot, poses: np.ndarray, start: np.ndarray, task: Task) -> tuple[np.ndarray, int]:
     """Joint positions row after row, and how many rows were reached."""
     arm = compile_arm(robot)
-    limits = robot.known_limits[arm.columns]
+    limits = robot.limits[arm.columns]
     q, x = np.empty((len(poses), robot.dof)), start[None, arm.columns]
     for row, pose in enumerate(poses):
         step = refine(arm, pose[None], x, task=task, limits=limits)
@@ -188,7 +188,7 @@ def _followed(robot: Robot, poses: np.ndarray, start: np.ndarray, task: Task) ->
 
 
 def _tightest(robot: Robot, q: np.ndarray) -> str:
-    gaps = margins(q[None], robot.known_limits)[0]
+    gaps = margins(q[None], robot.limits)[0]
     joint = int(np.argmin(gaps))
     return f"joint {joint + 1} is {gaps[joint]:.3f} from its limit"
 
@@ -204,10 +204,10 @@ def refuse_beyond(robot: Robot, q: Float[np.ndarray, "rows n"], time: Times = No
     Raises:
         DataError: names the first row and its joint.
     """
-    beyond = margins(q.reshape(-1, robot.dof), robot.known_limits).reshape(q.shape) < -LIMIT_SLACK
+    beyond = margins(q.reshape(-1, robot.dof), robot.limits).reshape(q.shape) < -LIMIT_SLACK
     if beyond.any():
         row, joint = (int(i) for i in np.argwhere(beyond)[0])
-        low, high = robot.known_limits[joint]
+        low, high = robot.limits[joint]
         raise DataError(
             f"{named(row, time)} asks for {q[row, joint]:.4f} of joint {joint + 1}, whose limits are "
             f"{low:.4f} and {high:.4f} (rad or m); change the path"

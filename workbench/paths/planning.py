@@ -184,7 +184,7 @@ def _clear(command: Commanded) -> bool:
     arm = compile_arm(command.nominal)
     jacobian = task_jacobian(arm, command.q[:, arm.columns], command.task)
     singular = np.linalg.svd(jacobian, compute_uv=False)[:, -1]
-    return bool(margins(command.q, command.nominal.known_limits).min() > CLEAR and singular.min() > APART)
+    return bool(margins(command.q, command.nominal.limits).min() > CLEAR and singular.min() > APART)
 
 
 def _above(curve: Curve) -> Vector3:

@@ -60,7 +60,7 @@ def follow_near_direction(robot: Robot, curve: Curve, shares: Shares, wanted: Ve
         wanted: Unit vector along which the tool's z axis is wanted.
     """
     arm = compile_arm(robot)
-    limits = robot.known_limits[arm.columns]
+    limits = robot.limits[arm.columns]
     few = np.linspace(0.0, 1.0, KNOTS)
     knots, aims = curve.points(few), _aims(curve.points(shares))
     found: list[tuple[float, JointRows]] = []

@@ -2,7 +2,8 @@
 
     Δv = Σ_k c_k cos(k q) + s_k sin(k q),      c, s [rad], q as the controller counts it
 
-over one order k, or over a band of orders: the teeth of a gear show with their neighbours.
+over one order k, or over a band of orders: the teeth of a gear show with their neighbours. A band that was
+learned on part of a turn fades out beyond its `range`: many orders predict nothing where no row was.
 """
 
 from dataclasses import dataclass
@@ -13,6 +14,7 @@ import numpy as np
 
 from workbench.arm.effects.axes import turns
 from workbench.arm.effects.effect import AbstractEffect, Candidate, moved_joints
+from workbench.arm.effects.learned import Learned, mistake_of
 
 HIGHEST_ORDER = 64
 """Orders beyond this are not looked for."""
@@ -21,7 +23,7 @@ ROWS_PER_ORDER = 6
 LEAST_BAND = 16
 """Lowest order up to which a band must reach."""
 HALF_TURN = np.pi
-"""A band asks for a joint that went through this [rad]: on less, a spline is the same and refuses beyond."""
+"""A band asks for a joint that went through this [rad]: on less, a spline is the same."""
 DECAYS = (0.0, 2.0, 4.0)
 """Powers with which the variance of a band's orders may fall …"""
 LOW = 16.0
@@ -39,9 +41,12 @@ class JointHarmonic(AbstractEffect):
 
     Args:
         order: k, how often it repeats a turn; or several, increasing.
+        range: Least and greatest position of its one joint where it was learned [rad]; it holds anywhere if
+            empty.
     """
 
     order: int | tuple[int, ...] = 1
+    range: tuple[float, ...] = ()
     name = "joint-harmonic"
     maps_joint = True
 
@@ -61,18 +66,28 @@ class JointHarmonic(AbstractEffect):
         first, last = self.orders[0], self.orders[-1]
         return f"order {first}" if len(self.orders) == 1 else f"orders {first}–{last}"
 
+    @property
+    def learned(self):
+        return Learned(*self.range, HALF_TURN / self.orders[-1]) if self.range else None
+
     def law(self, chain, motion, wrenches):
         rows, joints, orders = len(motion), len(self.joints), np.array(self.orders)
         angle = motion.q[:, list(self.joints), None] * orders
         out = np.zeros((rows, joints, joints, len(orders), 2))
         for j in range(joints):
             out[:, j, j, :, 0], out[:, j, j, :, 1] = np.cos(angle[:, j]), np.sin(angle[:, j])
+        if self.learned is not None:
+            out *= self.learned.weight(motion.q[:, self.joints[0]])[:, None, None, None, None]
         return out.reshape(rows, joints, len(self.names))
 
     def mistake(self, chain):
         whole = all(type(k) is int and k >= 1 for k in self.orders)
         if not (whole and self.orders and list(self.orders) == sorted(set(self.orders))):
             return f"has order = {self.order!r}; give a whole number from 1, or a list of increasing ones"
+        if wrong := mistake_of(self.range):
+            return wrong
+        if self.range and len(self.joints) != 1:
+            return f"has a range for {len(self.joints)} joints; give each joint an effect of its own"
         slides = [j + 1 for j in self.joints if not turns(chain, j)]
         return f"needs joints that turn, but joint {slides[0]} slides" if slides else None
 
@@ -91,10 +106,9 @@ class JointHarmonic(AbstractEffect):
 
     def caveat(self, motion):
         """A band that was learned on a part of a turn fades out beyond."""
-        q = motion.q[:, self.joints[0]]
-        if len(self.orders) == 1 or np.ptp(q) >= FULL_TURN:
+        if not self.range:
             return None
-        low, high = np.rad2deg([q.min(), q.max()])
+        low, high = np.rad2deg(self.range)
         return (
             f"the harmonics of joint {self.joints[0] + 1} were learned from {low:.0f}° to {high:.0f}°; "
             "beyond, they fade out and predict nothing"
@@ -110,8 +124,10 @@ class JointHarmonic(AbstractEffect):
             for order in range(1, highest + 1):
                 yield Candidate(cls((joint,), order=order))
             band = min(highest, len(motion) // (2 * ROWS_PER_ORDER))
-            if band >= LEAST_BAND and np.ptp(motion.q[:, joint]) > HALF_TURN:
-                effect = cls((joint,), order=tuple(range(1, band + 1)))
+            low, high = float(motion.q[:, joint].min()), float(motion.q[:, joint].max())
+            if band >= LEAST_BAND and high - low > HALF_TURN:
+                known = () if high - low >= FULL_TURN else (low, high)
+                effect = cls((joint,), order=tuple(range(1, band + 1)), range=known)
                 orders = np.repeat(np.array(effect.orders), 2)
                 for decay in DECAYS:
                     yield Candidate(effect, np.diag(1.0 / (1.0 + (orders / LOW) ** decay)))

@@ -29,8 +29,9 @@ from workbench.arm.effects.axes import (
     own_components,
     turns,
 )
+from workbench.arm.effects.learned import Learned
 from workbench.arm.motion import Motion
-from workbench.base.errors import DataError, RobotError
+from workbench.base.errors import RobotError
 
 Law = Float[np.ndarray, "rows e c"]
 Same = TypeVar("Same", bound="AbstractLaw")
@@ -38,8 +39,6 @@ NO_WRENCHES = np.zeros((0, 0, 6))
 NO_WRENCHES.setflags(write=False)
 NO_COMPONENTS = np.zeros((0, 2), np.int64)
 NO_COMPONENTS.setflags(write=False)
-ROUNDING = 1e-9
-"""How far outside its range a joint may be by rounding [rad or m]."""
 
 
 class Loads(IntEnum):
@@ -142,9 +141,10 @@ class AbstractLaw(ABC):
         """Derivative of Σ c φ in the constants of P elements at given wrenches; None where it is 0."""
         return None
 
-    def ranges(self) -> dict[int, tuple[float, float]]:
-        """Least and greatest position of the joints within which alone it is known; none by default."""
-        return {}
+    @property
+    def learned(self) -> Learned | None:
+        """Where the map of its one joint was learned, beyond which it fades out; None if it holds anywhere."""
+        return None
 
     def mistake(self, chain: Chain) -> str | None:
         """What is wrong with its own settings, as a clause after its name; None if nothing is."""
@@ -199,35 +199,32 @@ class AbstractLaw(ABC):
         return tuple(f.name for f in fields(cls) if f.name not in ("joints", "coefficients"))
 
 
-def check_ranges(
+def beyond_learned(
     effects: Iterable[AbstractLaw],
     chain: Chain,
     q: Float[np.ndarray, "rows n"],
-    *,
     rows: Int[np.ndarray, " rows"] | None = None,
-    source: str = "",
-) -> None:
-    """Refuse joint positions where an effect is not known.
+) -> list[str]:
+    """A sentence for every effect that fades out in some rows: which joint, which range, how many, how far.
 
     Args:
         effects: What may have been learned on part of a joint's range.
         chain: Of the arm.
         q: Joint positions [rad or m].
         rows: Their numbers for people; counted from 0 if None.
-        source: Where they came from, for the message.
-
-    Raises:
-        DataError: names joint, position, range and row.
     """
+    notes = []
     for effect in effects:
-        for joint, (low, high) in effect.ranges().items():
-            outside = ~((q[:, joint] >= low - ROUNDING) & (q[:, joint] <= high + ROUNDING))
-            if outside.any():
-                row = int(np.argmax(outside))
-                unit, size = ("°", 180.0 / np.pi) if turns(chain, joint) else (" m", 1.0)
-                least, greatest, found = (f"{v * size:.4g}{unit}" for v in (low, high, q[row, joint]))
-                raise DataError(
-                    f"{source}{': ' if source else ''}effect '{effect.name}' of joint {joint + 1} is known "
-                    f"from {least} to {greatest} only, and row {row if rows is None else rows[row]} has the "
-                    f"joint at {found}; stay within the range, or calibrate with rows there"
-                )
+        if effect.learned is None or not len(q):
+            continue
+        joint = effect.joints[0]
+        beyond, row = effect.learned.farthest(q[:, joint])
+        if beyond.any():
+            unit, size = ("°", 180.0 / np.pi) if turns(chain, joint) else (" m", 1.0)
+            low, high, farthest = (f"{v * size:.4g}{unit}" for v in (*effect.learned[:2], q[row, joint]))
+            notes.append(
+                f"{effect.name} of joint {joint + 1} was learned from {low} to {high}; {int(beyond.sum())} of "
+                f"{len(q)} rows lie beyond (farthest: row {row if rows is None else rows[row]} at "
+                f"{farthest}), where it fades to zero"
+            )
+    return notes

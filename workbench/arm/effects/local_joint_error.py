@@ -3,7 +3,7 @@
     Δv = Σ_k c_k B_k(q),      B_k the spline that is 1 at knot k and 0 at the others
 
 Periodic splines repeat every turn (the first knot stands for the last one too); clamped ones have no slope
-at their ends. The error is known only in `range`, where it was learned: elsewhere it refuses.
+at their ends, and keep their height beyond. Outside `range`, where it was learned, the error fades out.
 """
 
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from scipy.interpolate import CubicSpline
 from workbench.arm.effects.axes import turns
 from workbench.arm.effects.effect import AbstractEffect, Candidate, moved_joints
 from workbench.arm.effects.joint_harmonic import places
-from workbench.arm.effects.law import check_ranges
+from workbench.arm.effects.learned import Learned, mistake_of
 
 TURN = 2.0 * np.pi
 MOST_KNOTS = 40
@@ -38,7 +38,7 @@ class LocalJointError(AbstractEffect):
 
     Args:
         knots: Increasing joint positions [rad or m], at least three; within one turn if periodic.
-        range: Least and greatest joint position where it may be used; from the first knot to the last if
+        range: Least and greatest joint position where it was learned; from the first knot to the last if
             empty, or anywhere if periodic.
         periodic: Whether it repeats every turn.
     """
@@ -55,34 +55,28 @@ class LocalJointError(AbstractEffect):
         return tuple(f"joint{j + 1}.knot{k + 1}" for j in self.joints[:1] for k in range(len(self.knots)))
 
     @property
-    def limits(self) -> tuple[float, float]:
-        """Where it may be used [rad or m]."""
-        if self.range:
-            return self.range[0], self.range[1]
-        return (-np.inf, np.inf) if self.periodic else (self.knots[0], self.knots[-1])
-
-    def ranges(self):
-        return {self.joints[0]: self.limits}
+    def learned(self):
+        if self.periodic and not self.range:
+            return None
+        low, high = self.range or (self.knots[0], self.knots[-1])
+        return Learned(low, high, float(np.diff(self.knots).mean()))
 
     def law(self, chain, motion, wrenches):
-        """See the module.
-
-        Raises:
-            DataError: a joint position outside the range.
-        """
-        check_ranges((self,), chain, motion.q)
-        return _basis(self.knots, self.periodic)(motion.q[:, self.joints[0]])[:, None, :]
+        q = motion.q[:, self.joints[0]]
+        at = q if self.periodic else np.clip(q, self.knots[0], self.knots[-1])
+        spline = _basis(self.knots, self.periodic)(at)
+        return (spline if self.learned is None else spline * self.learned.weight(q)[:, None])[:, None, :]
 
     def mistake(self, chain):
         if len(self.joints) != 1:
             return f"has {len(self.joints)} joints but needs one"
         if len(self.knots) < 3 or not (np.diff(self.knots) > 0).all():
             return f"has knots = {list(self.knots)}; give at least three, increasing"
-        if self.range and not (len(self.range) == 2 and self.range[0] < self.range[1]):
-            return f"has range = {list(self.range)}; give the least and the greatest joint position"
+        if wrong := mistake_of(self.range):
+            return wrong
         if self.periodic and not (turns(chain, self.joints[0]) and self.knots[-1] - self.knots[0] < TURN):
             return "is periodic; that asks for a joint that turns, and knots within one turn"
-        low, high = self.limits
+        low, high = self.range or (self.knots[0], self.knots[-1])
         if not self.periodic and not (self.knots[0] <= low and high <= self.knots[-1]):
             return f"has the range {low:g} … {high:g} beyond its knots {self.knots[0]:g} … {self.knots[-1]:g}"
         return None

@@ -47,7 +47,7 @@ def settle(
         poses: Tool poses in the measuring frame, one a row.
         q: Where to start: solutions of the geometry alone [rad or m].
         task: What of the pose must be met.
-        limits: Limits that hold the joints; within the ranges where the effects are known.
+        limits: Limits that hold the joints.
         motion: What drives the effects beside q; its own q is not looked at.
 
     Returns:

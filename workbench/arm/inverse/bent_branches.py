@@ -16,8 +16,6 @@ from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import shift_of
 from workbench.base.types import frozen
 
-NEAR = 0.1
-"""A branch this far outside the range where an effect is known may still move into it [rad or m]."""
 PROBE = 1e-6
 """How far the joints are moved to see which one jumps [rad or m]."""
 
@@ -35,33 +33,30 @@ def bent_result(
         robot: Arm with its effects.
         target: Tool pose in the measuring frame [m].
         rigid: What the geometry alone can do.
-        limits: Limits of the joints, within where the effects are known [rad or m].
+        limits: Limits of the joints [rad or m].
         motion: What drives the effects beside q, one row.
     """
-    known = robot.narrowed(unlimited(robot.dof))
-    near = [b for b in rigid.branches if (margins(b.q[None], known) >= -NEAR).all()]
-    if not near:
+    if not rigid.branches:
         return rigid
-    q = np.stack([b.q for b in near])
-    rows = np.zeros(len(near), np.int64)
+    q = np.stack([b.q for b in rigid.branches])
+    rows = np.zeros(len(rigid.branches), np.int64)
     state = None if motion is None else motion.take(rows)
-    found = settle(robot, target[None][rows], q, task=rigid.task, limits=known, motion=state)
+    found = settle(robot, target[None][rows], q, task=rigid.task, limits=unlimited(robot.dof), motion=state)
     moved = found.x[:, compile_arm(robot).places]
-    settled = {id(b): _at(b, row, limits) for b, row in zip(near, moved, strict=True)}
     branches = sorted(
-        (settled.get(id(b), b) for b in rigid.branches),
+        (_at(b, row, limits) for b, row in zip(rigid.branches, moved, strict=True)),
         key=lambda b: (not b.within_limits, -b.manipulability),
     )
     notes = [rigid.note] if rigid.note else []
     notes += [
         _jumping(robot, b.name, row, float(left), state)
-        for b, row, left, ok in zip(near, moved, found.position_error, found.converged, strict=True)
+        for b, row, left, ok in zip(rigid.branches, moved, found.position_error, found.converged, strict=True)
         if not ok
     ]
     inside = [b for b in branches if b.within_limits]
     nearest, reason = rigid.nearest, None
     if inside:
-        nearest = _nearest(max(inside, key=quality), near, found)
+        nearest = _nearest(max(inside, key=quality), rigid.branches, found)
     elif rigid.reachable:
         arm = compile_arm(robot)
         x = np.stack([b.q for b in branches])[:, arm.columns]
@@ -78,17 +73,15 @@ def _at(branch: Branch, q: np.ndarray, limits: np.ndarray) -> Branch:
     return replace(branch, q=frozen(q), margin=margin, within_limits=margin >= -LIMIT_SLACK)
 
 
-def _nearest(best: Branch, near: list[Branch], found: Refined) -> Nearest:
+def _nearest(best: Branch, branches: tuple[Branch, ...], found: Refined) -> Nearest:
     """The best branch, with what the bent arm leaves there."""
-    row = [b.name for b in near].index(best.name)
+    row = [b.name for b in branches].index(best.name)
     return Nearest(best.q, float(found.position_error[row]), float(found.rotation_error[row]))
 
 
 def _jumping(robot: Robot, name: str, q: np.ndarray, left: float, motion: Motion | None) -> str:
     """Which joint gives way so unevenly that nothing holds the target."""
     probes = q + PROBE * np.concatenate([np.eye(len(q)), -np.eye(len(q))])
-    known = robot.narrowed(unlimited(robot.dof))
-    probes = np.clip(probes, known[:, 0], known[:, 1])
     rows = np.zeros(len(probes), np.int64)
     state = Motion(probes) if motion is None else motion.take(rows).at(probes)
     jump = np.ptp(shift_of(robot, state), axis=0)

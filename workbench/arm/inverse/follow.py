@@ -109,7 +109,7 @@ def follow_many(
     """`follow` for every row."""
     robot.check_joints(q_starts)
     arm, task = compile_arm(robot), task or Task.default(robot.dof)
-    limits = robot.known_limits
+    limits = robot.limits
     held = limits[arm.columns]
     r = refine(arm, poses, q_starts[:, arm.columns], task=task, limits=held, iterations=FOLLOW_STEPS)
     if robot.effects:

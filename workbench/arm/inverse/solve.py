@@ -63,8 +63,7 @@ def solve(
         pose: Tool pose in the measuring frame, a 4×4 matrix [m].
         task: What of it must be met; by default what so many joints can meet.
         rng: For the random starts that stand beside the algebraic ones; seeded with 0 if None.
-        limits: Limits to use instead of the robot's [rad or m]; infinite ones to leave them aside. An effect
-            that is known on part of a joint's range narrows them.
+        limits: Limits to use instead of the robot's [rad or m]; infinite ones to leave them aside.
         motion: What drives a robot's effects beside q, one row; its own q is not looked at.
 
     Raises:
@@ -125,7 +124,7 @@ def check_poses(poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, "rows
 
 def _limits(robot: Robot, limits: ArrayLike | None) -> np.ndarray:
     if limits is None:
-        return robot.known_limits
+        return robot.limits
     limits = np.asarray(limits, float)
     if limits.shape != (robot.dof, 2):
         raise ShapeError(
@@ -133,7 +132,7 @@ def _limits(robot: Robot, limits: ArrayLike | None) -> np.ndarray:
             expected=robot.dof,
             found=len(limits),
         )
-    return robot.narrowed(limits)
+    return limits
 
 
 def _spread(

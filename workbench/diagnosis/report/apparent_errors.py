@@ -23,7 +23,6 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import deflect
 from workbench.data.dataset import Dataset
-from workbench.data.prediction import in_known_range
 from workbench.diagnosis.record import Diagnosis
 from workbench.identification.problem import Problem
 from workbench.identification.row_errors import instrument_places
@@ -94,12 +93,11 @@ class Rows:
 
 
 def judged_rows(result: Diagnosis) -> Dataset:
-    """Held-out rows whose session was fitted, within the joint ranges that the model speaks of."""
+    """Held-out rows whose session was fitted."""
     held, fitted = result.held_out_data, result.after_fit.problem
-    keep = in_known_range(result.calibrated, held)
-    if held.session is not None and fitted.frames.base_per_session:
-        keep &= np.isin(held.session, fitted.data.sessions)
-    return held.take(keep)
+    if held.session is None or not fitted.frames.base_per_session:
+        return held
+    return held.take(np.isin(held.session, fitted.data.sessions))
 
 
 def _closed(robot: Robot, data: Dataset, fitted: Problem, places: dict[str, float]) -> Problem:
