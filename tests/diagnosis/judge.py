@@ -135,7 +135,7 @@ def compare(case: Case, found, verdict):
 
 
 def error_of(robot, case: Case) -> float:
-    """Error of a robot on the noise-free rows, per standard deviation of the noise; NaN where a driver lacks."""
+    """Error of a robot on the noise-free rows, per standard deviation of the noise; NaN without a driver."""
     try:
         return _rms(robot, case.exact) / case.sigma[0]
     except DataError:

@@ -143,7 +143,7 @@ class AbstractLaw(ABC):
 
     @property
     def learned(self) -> Learned | None:
-        """Where the map of its one joint was learned, beyond which it fades out; None if it holds anywhere."""
+        """Where the map of its one joint was learned; beyond, it fades out. None if it holds anywhere."""
         return None
 
     def mistake(self, chain: Chain) -> str | None:
@@ -223,8 +223,8 @@ def beyond_learned(
             unit, size = ("°", 180.0 / np.pi) if turns(chain, joint) else (" m", 1.0)
             low, high, farthest = (f"{v * size:.4g}{unit}" for v in (*effect.learned[:2], q[row, joint]))
             notes.append(
-                f"{effect.name} of joint {joint + 1} was learned from {low} to {high}; {int(beyond.sum())} of "
-                f"{len(q)} rows lie beyond (farthest: row {row if rows is None else rows[row]} at "
-                f"{farthest}), where it fades to zero"
+                f"{effect.name} of joint {joint + 1} was learned from {low} to {high}; "
+                f"{int(beyond.sum())} of {len(q)} rows lie beyond (farthest: row "
+                f"{row if rows is None else rows[row]} at {farthest}), where it fades to zero"
             )
     return notes
