@@ -68,7 +68,10 @@ class JointHarmonic(AbstractEffect):
 
     @property
     def learned(self):
-        return Learned(*self.range, HALF_TURN / self.orders[-1]) if self.range else None
+        if not self.range:
+            return None
+        low, high = self.range
+        return Learned(low, high, HALF_TURN / self.orders[-1])
 
     def law(self, chain, motion, wrenches):
         rows, joints, orders = len(motion), len(self.joints), np.array(self.orders)
