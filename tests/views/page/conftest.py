@@ -1,12 +1,11 @@
 """A running app, and a real headless Chromium that looks at it."""
 
-import contextlib
 import math
 import os
 import shutil
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -18,18 +17,50 @@ from playwright.sync_api import Browser, Page, sync_playwright
 from workbench.arm.built_in_arms import load_robot
 from workbench.plate.plate_toml import load_plate
 from workbench.session import Session
+from workbench.session.command import AbstractChange
 from workbench.views.page.app import App
 
 FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=gl-egl", "--ignore-gpu-blocklist"]
 DRAWN = "() => (window.__viserTestpoints?.rendererInfo?.render?.triangles ?? 0) > 3000"
 SIZE = {"width": 1280, "height": 800}
+UNCOVERED = """() => document.head.appendChild(document.createElement('style')).textContent =
+  '.mantine-Notification-root { pointer-events: none; opacity: 0 }'"""
+"""viser's note about software rendering lies above the scene; the page's own messages are elsewhere."""
+
+
+@dataclass(frozen=True, eq=False)
+class StartAgain(AbstractChange):
+    """Back to a session in which nothing has happened."""
+
+    title = "Start again"
+
+    first: Session
+
+    def apply(self, session: Session) -> Session:
+        return replace(self.first, revision=session.revision, message_count=session.message_count)
+
+
+@pytest.fixture(scope="session")
+def running() -> Iterator[App]:
+    app = App(load_robot("aria"), load_plate("table2"))
+    yield app
+    app.close()
+
+
+@pytest.fixture(scope="session")
+def untouched(running: App) -> Session:
+    running.worker.wait()
+    return running.worker.session
 
 
 @pytest.fixture
-def app() -> Iterator[App]:
-    running = App(load_robot("aria"), load_plate("table2"))
-    yield running
-    running.close()
+def app(running: App, untouched: Session) -> App:
+    """The app of this worker, in whose session nothing has happened yet."""
+    running.worker.cancel()
+    running.worker.wait()
+    running.worker.submit(StartAgain(untouched))
+    running.worker.wait()
+    return running
 
 
 @pytest.fixture(scope="session")
@@ -46,14 +77,42 @@ def chromium() -> Iterator[Browser]:
         browser.close()
 
 
-@dataclass
+@dataclass(eq=False)
 class Screen:
     """A page and what a user does on it."""
 
     page: Page
     app: App
     client: viser.ClientHandle
-    errors: list[str] = field(default_factory=list)
+    errors: list[str]
+
+    @classmethod
+    def open(cls, app: App, chromium: Browser) -> "Screen":
+        """A page of a user of its own."""
+        page = chromium.new_context(viewport=SIZE, device_scale_factor=1, accept_downloads=True).new_page()
+        errors: list[str] = []
+        page.on("pageerror", lambda error: errors.append(str(error)))
+        page.on("console", lambda line: errors.append(line.text) if line.type == "error" else None)
+        known = set(app.server.get_clients())
+        page.goto(f"{app.url}/?fixedDpr=1")
+        return cls(page, app, cls._drawn(page, app, known), errors)
+
+    @staticmethod
+    def _drawn(page: Page, app: App, known: set[int]) -> viser.ClientHandle:
+        """What the server has to do with the page, once the page is drawn."""
+        page.wait_for_selector('[data-testid="index"]', timeout=60_000)
+        page.wait_for_function(DRAWN, timeout=60_000)
+        page.evaluate(UNCOVERED)
+        return next(c for i, c in app.server.get_clients().items() if i not in known)
+
+    def reload(self) -> None:
+        """As a user does it."""
+        known = set(self.app.server.get_clients())
+        self.page.reload()
+        self.client = self._drawn(self.page, self.app, known)
+
+    def close(self) -> None:
+        self.page.context.close()
 
     def text(self, testid: str) -> str:
         return self.page.locator(f'[data-testid="{testid}"]').inner_text()
@@ -128,28 +187,27 @@ class Screen:
             self.page.screenshot(path=Path(folder) / f"{name}.png")
 
 
+@pytest.fixture(scope="session")
+def kept() -> list[Screen]:
+    """A page of the running app, for the next test."""
+    return []
+
+
 @pytest.fixture
-def look(app: App, chromium: Browser) -> Iterator[Callable[[], Screen]]:
+def look(app: App, chromium: Browser, kept: list[Screen], request) -> Iterator[Callable[[], Screen]]:
     """Opens pages of the app, each as another user."""
     screens: list[Screen] = []
+    is_shared = "running" in request.fixturenames
 
     def open_page() -> Screen:
-        known = set(app.server.get_clients())
-        page = chromium.new_context(viewport=SIZE, device_scale_factor=1, accept_downloads=True).new_page()
-        errors: list[str] = []
-        page.on("pageerror", lambda error: errors.append(str(error)))
-        page.on("console", lambda line: errors.append(line.text) if line.type == "error" else None)
-        page.goto(f"{app.url}/?fixedDpr=1")
-        page.wait_for_selector('[data-testid="index"]', timeout=60_000)
-        page.wait_for_function(DRAWN, timeout=60_000)
-        note = page.locator(".mantine-Notification-root", has_text="Software").get_by_role("button")
-        with contextlib.suppress(Exception):  # only shown where there is no graphics card
-            note.click(timeout=1500)
-        client = next(c for i, c in app.server.get_clients().items() if i not in known)
-        screens.append(Screen(page, app, client, errors))
+        screens.append(kept.pop() if is_shared and kept else Screen.open(app, chromium))
+        screens[-1].tab("Plate")
         return screens[-1]
 
     yield open_page
+    if is_shared and not any(screen.errors for screen in screens):
+        kept += [screen for screen in screens if not screen.page.is_closed()][:1]
     for screen in screens:
-        screen.page.context.close()
+        if screen not in kept:
+            screen.close()
         assert not screen.errors

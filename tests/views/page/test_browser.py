@@ -207,7 +207,6 @@ def test_reload_keeps_everything(app, look):
     screen.wait_text("hint", "Happy with the plate?")
     assert app.worker.session.plate.targets[0].xyz.tolist() == pytest.approx([0.54, 0.354, 0.235], abs=1e-12)
     shown = screen.text("own")
-    screen.page.reload()
-    screen.page.wait_for_selector('[data-testid="index"]', timeout=30_000)
+    screen.reload()
     screen.wait_text("own", shown)
     assert screen.page.get_by_role("textbox").first.input_value() == "540"
