@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from workbench.arm import chain as chains
 from workbench.arm.chain import Axis, Chain, Element
+from workbench.base.types import frozen
 
 CODES = "xyz"
 
@@ -155,3 +156,18 @@ def test_units_and_names():
     assert chain.indices([]).shape == (0,)
     with pytest.raises(KeyError):
         chain.indices(["nothing"])
+
+
+def test_the_loops_are_compiled_once():
+    """Arrays that may and may not be written to are one type to them: each more would take seconds."""
+    chain = random_chain(np.random.default_rng(2), 5)
+    q, values, shift = np.zeros((2, chain.dof)), np.zeros(5), np.zeros((2, 5))
+    for loop, call in (
+        (chains._poses, chains.poses),
+        (chains._twists, lambda *words, **options: chains.twists(*words, np.arange(2), **options)),
+    ):
+        before = set(loop.signatures)
+        for first, second, third in ((q, values, shift), (frozen(q), frozen(values), frozen(shift))):
+            call(chain, first)
+            call(chain, first, values=second, shift=third)
+        assert len(set(loop.signatures) - before) <= 1

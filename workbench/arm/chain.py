@@ -9,7 +9,9 @@ through p_k and [a; 0] for a translation along a, in base axes. For the Hayati c
 (13a–e), except that the α column takes the x axis before the β rotation, as eq. (8) demands and the
 printed (13d) does not.
 
-The two loops over rows are compiled (numba); everything else here only describes the chain.
+The two loops over rows are compiled (numba); everything else here only describes the chain. What the loops
+only read is handed over read-only (`frozen`): numba compiles a function again for each mixture of arrays that
+may and may not be written to, and each takes seconds.
 """
 
 from collections.abc import Iterable
@@ -150,10 +152,10 @@ def poses(
     _poses(
         chain.axes[part],
         chain.drivers[part],
-        (chain.values if values is None else values)[part],
+        frozen((chain.values if values is None else values)[part]),
         chain.constants[part],
-        np.ascontiguousarray(q),
-        np.ascontiguousarray(shift[:, part]),
+        frozen(q),
+        frozen(shift[:, part]),
         out,
     )
     return out
@@ -171,12 +173,11 @@ def frames(
     out = np.empty((len(q), len(after), 4, 4))
     start = 0
     current = np.broadcast_to(np.eye(4), (len(q), 4, 4)).copy()
-    values = chain.values if values is None else values
-    q = np.ascontiguousarray(q)
+    values, q = frozen(chain.values if values is None else values), frozen(q)
     for column, last in enumerate(after):
         step = np.empty((len(q), 4, 4))
         part = slice(start, last + 1)
-        own = np.ascontiguousarray(shift[:, part]) if len(shift) else NO_SHIFT
+        own = frozen(shift[:, part]) if len(shift) else NO_SHIFT
         _poses(chain.axes[part], chain.drivers[part], values[part], chain.constants[part], q, own, step)
         current = current @ step
         out[:, column] = current
@@ -216,11 +217,11 @@ def twists(
     _twists(
         chain.axes[part],
         chain.drivers[part],
-        (chain.values if values is None else values)[part],
+        frozen((chain.values if values is None else values)[part]),
         chain.constants[part],
         place[part],
-        np.ascontiguousarray(q),
-        np.ascontiguousarray(shift[:, part]),
+        frozen(q),
+        frozen(shift[:, part]),
         pose_out,
         twist_out,
     )

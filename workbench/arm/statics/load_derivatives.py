@@ -30,7 +30,7 @@ from numba import njit
 from workbench.arm.chain import NO_SHIFT, _advance
 from workbench.arm.robot import Robot
 from workbench.arm.statics.wrenches import NO_PULL, masses, mounts
-from workbench.base.types import JointRows
+from workbench.base.types import JointRows, frozen
 
 
 def wrench_derivative(
@@ -63,16 +63,16 @@ def wrench_derivative(
         chain.axes,
         chain.drivers,
         mounts(robot),
-        chain.values if values is None else values,
+        frozen(chain.values if values is None else values),
         chain.constants,
         weights.after,
         weights.mass,
         weights.com,
         np.array(robot.gravity, float),
-        np.ascontiguousarray(q),
-        np.zeros(0) if payload is None else np.ascontiguousarray(payload),
-        NO_PULL if wrench is None else np.ascontiguousarray(wrench, float),
-        shift,
+        frozen(q),
+        frozen(np.zeros(0) if payload is None else payload),
+        frozen(NO_PULL if wrench is None else np.asarray(wrench, float)),
+        frozen(shift),
         np.ascontiguousarray(columns),
         np.ascontiguousarray(components),
         out,
