@@ -77,7 +77,7 @@ def _arms(problem: Problem, x: np.ndarray) -> Iterator[tuple[Block, Robot, Motio
 def _seen(problem: Problem, x: np.ndarray, block: Block, poses: np.ndarray, twists: np.ndarray) -> np.ndarray:
     """Twists as the block's observation sees them, whitened."""
     part = block.observation.see(poses, problem.unknown(block, x))
-    seen = (part.by_twist * problem.weight(block)[..., None]) @ twists
+    seen = problem.whiten(block, part.by_twist) @ twists
     return seen.reshape(-1, seen.shape[-1])
 
 

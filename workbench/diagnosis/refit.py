@@ -113,7 +113,7 @@ def linear_answer(fitted: Fitted, grams: Grams, model: Model) -> dict[str, float
 
 def with_own_noise(fitted: Fitted, problem: Problem) -> Problem:
     """The geometric problem, weighed by what a fit leaves on top of what rows state."""
-    left = noises.beyond_stated(fitted.problem, fitted.fit.x, fitted.fit.factor)
+    left = noises.components(fitted.problem, fitted.fit.x, fitted.fit.factor)
     return problem if left is None else problem.with_noise(left)
 
 

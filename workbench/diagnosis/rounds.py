@@ -200,7 +200,7 @@ def _settle(stage: Stage, grams: Grams | None, known, on_step) -> Stage:
 
 def _variance_ratio(before: Noise, after: Noise) -> float:
     """How much larger variances were: of positions, or of orientations where no positions were measured."""
-    ratio = (np.array(before) / np.array(after)) ** 2
+    ratio = (np.array(before[:2]) / np.array(after[:2])) ** 2
     return float(ratio[np.isfinite(ratio)][0])
 
 

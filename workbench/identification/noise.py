@@ -23,6 +23,7 @@ from scipy import optimize
 from workbench.base import se3
 from workbench.data.dataset import Dataset
 from workbench.identification.factorisation import Factor, factorise_pieces
+from workbench.identification.joint_readings import with_joint_readings
 from workbench.identification.problem import Noise, Problem
 
 SAME_JOINTS = 1e-7
@@ -123,9 +124,18 @@ def beyond_stated(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor |
     square = problem.physical(problem.residual(x)) ** 2 / share
     found = [
         _most_likely(square[mine], problem.own_sigma[mine] ** 2) if mine.any() else old
-        for mine, old in zip(_channels(problem), problem.noise, strict=True)
+        for mine, old in zip(_channels(problem), problem.noise[:2], strict=True)
     ]
     return Noise(*found)
+
+
+def components(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor | None = None) -> Noise | None:
+    """The same with the noise of joint readings, if the rows show any beyond doubt (`joint_readings`)."""
+    white, share = beyond_stated(problem, x, factor), _spare_share(problem, x, factor)
+    if white is None or share is None:
+        return white
+    residual = problem.physical(problem.residual(x)) / np.sqrt(share)
+    return with_joint_readings(problem, residual, white, stated=bool((problem.own_sigma > 0.0).any()))
 
 
 def _most_likely(square: Float[np.ndarray, " n"], own: Float[np.ndarray, " n"]) -> float:

@@ -240,7 +240,7 @@ def _with_noise(problem: Problem, noise: Noise | None, cancel: Cancel | None) ->
         if left is None:
             words = _noise_words(problem.noise, turned)
             return problem, f"the fit leaves no residual to estimate the noise from; assuming {words}{on_top}"
-        settled = np.allclose(left, problem.noise, rtol=0.2, atol=0.0)
+        settled = np.allclose(left[:2], problem.noise[:2], rtol=0.2, atol=0.0)
         problem = problem.with_noise(left)
         if settled:
             break

@@ -25,11 +25,10 @@ from workbench.identification.problem_blocks import (
     Block,
     FrameFreedom,
     Noise,
-    add_whitened,
+    add_products,
     build_blocks,
     frame_name,
     instrument_start,
-    inverse_sigma_of,
     observed_kinds,
     own_sigma_of,
 )
@@ -202,14 +201,20 @@ class Problem:
 
     @cached_property
     def inverse_sigma(self) -> Float[np.ndarray, " m"]:
-        """Reciprocal standard deviation of each residual component [1/m or 1/rad]."""
+        """Reciprocal standard deviation of each residual component [1/m or 1/rad], joint readings exact."""
         return frozen(np.concatenate([b.inverse_sigma.ravel() for b in self.blocks]))
 
     @cached_property
+    def sigma(self) -> Float[np.ndarray, " m"]:
+        """Standard deviation of each residual component [m or rad], joint readings included."""
+        return frozen(np.concatenate([b.sigma.ravel() for b in self.blocks]))
+
+    @cached_property
     def typical_noise(self) -> Noise:
-        """Root mean square of all standard deviations, rows' own included; NaN for a channel without any."""
+        """Root mean square of all standard deviations, rows' own and joint readings' included; NaN for a
+        channel without any."""
         live, turned = self.inverse_sigma > 0.0, self.component_channels
-        variances = (self.inverse_sigma[live & mine] ** -2.0 for mine in (~turned, turned))
+        variances = (self.sigma[live & mine] ** 2 for mine in (~turned, turned))
         return Noise(*(float(np.sqrt(v.mean())) if len(v) else np.nan for v in variances))
 
     @cached_property
@@ -245,12 +250,11 @@ class Problem:
         """Write a block's rows."""
         poses, twists = block.twists(x)
         part = block.observation.see(poses, self.unknown(block, x))
-        weight = self.weight(block)
-        residual[:] = (part.residual * weight).ravel()
-        add_whitened(part.by_twist, twists, weight, block.places, jacobian)
+        residual[:] = self.whiten(block, part.residual).ravel()
+        add_products(self.whiten(block, part.by_twist), twists, block.places, jacobian)
         if len(block.unknowns):
             mine = block.unknowns >= 0
-            product = (part.by_unknown * weight[..., None]).reshape(len(residual), -1)
+            product = self.whiten(block, part.by_unknown).reshape(len(residual), -1)
             jacobian[:, block.unknowns[mine]] = product[:, mine]
 
     def cost_and_gradient(self, x: Float[np.ndarray, " p"]) -> tuple[float, Float[np.ndarray, " p"]]:
@@ -259,13 +263,13 @@ class Problem:
         for block in self.blocks:
             poses, twists = block.twists(x)
             part = block.observation.see(poses, self.unknown(block, x))
-            pull = part.residual * self.weight(block) ** 2
-            cost += 0.5 * float((part.residual * pull).sum())
-            wrench = (pull[:, None] @ part.by_twist)[:, 0]
+            pull = self.whiten(block, part.residual)
+            cost += 0.5 * float((pull**2).sum())
+            wrench = (pull[:, None] @ self.whiten(block, part.by_twist))[:, 0]
             gradient[block.places] -= wrench.ravel() @ twists.reshape(-1, len(block.places))
             if len(block.unknowns):
                 mine = block.unknowns >= 0
-                by_unknown = np.einsum("rm,rmu->u", pull, part.by_unknown)
+                by_unknown = np.einsum("rm,rmu->u", pull, self.whiten(block, part.by_unknown))
                 np.subtract.at(gradient, block.unknowns[mine], by_unknown[mine])
         if self.prior is not None:
             off = self.prior @ (x - self.prior_centre)
@@ -278,7 +282,7 @@ class Problem:
         parts = []
         for block in self.blocks:
             part = block.observation.see(block.poses(x), self.unknown(block, x))
-            parts.append((part.residual * self.weight(block)).ravel())
+            parts.append(self.whiten(block, part.residual).ravel())
         if self.prior is not None:
             parts.append(-self.prior @ (x - self.prior_centre))
         return np.concatenate(parts)
@@ -289,18 +293,18 @@ class Problem:
 
     def physical(self, whitened: Float[np.ndarray, " _"]) -> Float[np.ndarray, " m"]:
         """Measured residual components in m and rad from whitened ones; without robust weights or prior."""
-        weights = self.inverse_sigma
-        if self.row_weights is not None:
-            weights = weights * self.row_weights[self.component_rows]
-        seen = weights > 0.0
-        return np.where(seen, whitened[: self.size] / np.where(seen, weights, 1.0), 0.0)
+        parts = []
+        for block in self.blocks:
+            table = whitened[block.start : block.stop].reshape(block.inverse_sigma.shape)
+            if self.row_weights is not None:
+                weights = self.row_weights[block.rows, None]
+                table = np.where(weights > 0.0, table / np.where(weights > 0.0, weights, 1.0), 0.0)
+            parts.append(block.physical(table).ravel())
+        return np.concatenate(parts)
 
     def with_noise(self, noise: Noise) -> "Problem":
         """The same problem whitened by other standard deviations."""
-        blocks = tuple(
-            replace(b, inverse_sigma=inverse_sigma_of(self.data.take(b.rows), b.observation, noise))
-            for b in self.blocks
-        )
+        blocks = tuple(b.with_noise(self.data.take(b.rows), noise) for b in self.blocks)
         return replace(self, noise=noise, blocks=blocks)
 
     def with_row_weights(self, weights: Float[np.ndarray, " rows"] | None) -> "Problem":
@@ -352,11 +356,14 @@ class Problem:
         values[mine] = x[block.unknowns[mine]]
         return values
 
-    def weight(self, block: Block) -> np.ndarray:
-        """What whitens a block's residual components, (rows, components)."""
-        if self.row_weights is None:
-            return block.inverse_sigma
-        return block.inverse_sigma * self.row_weights[block.rows, None]
+    def whiten(
+        self, block: Block, table: Float[np.ndarray, "rows m ..."]
+    ) -> Float[np.ndarray, "rows m ..."]:
+        """A block's residual components, or derivatives of them, whitened and weighed as its rows are."""
+        out = block.whiten(table)
+        if self.row_weights is not None:
+            out *= self.row_weights[block.rows].reshape(-1, *(1,) * (table.ndim - 1))
+        return out
 
 
 def _parameter(

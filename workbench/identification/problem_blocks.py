@@ -6,14 +6,17 @@ observation; long ones are cut so that their twists stay in the processor's cach
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple, no_type_check
 
 import numpy as np
+from jaxtyping import Float
 from numba import njit
 
 from workbench.arm import chain as chains
 from workbench.arm.chain import Chain
 from workbench.arm.effects import AbstractEffect
+from workbench.arm.effects.axes import driven_names
 from workbench.arm.kinematics.observed_link import TOOL, Watched, watched
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot, SessionFrames
@@ -35,6 +38,7 @@ class Noise(NamedTuple):
     Args:
         position: Of a position or a distance [m].
         rotation: Of an orientation about each axis [rad].
+        joints: Of the reading of every joint [rad or m]; empty where readings are taken to be exact.
 
     A row's own sigma is the instrument's repeatability. These come on top of it, since what the model lacks
     scatters as well; they are all there is where a row brings none.
@@ -42,6 +46,7 @@ class Noise(NamedTuple):
 
     position: float = 1e-4
     rotation: float = np.deg2rad(0.02)
+    joints: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,10 +115,11 @@ class Block:
         places: Places of the unknown constants in x, then those of unknown coefficients of effects.
         unknowns: Places of the instrument's unknowns in x, -1 for known ones.
         known: Values of the instrument's unknowns that are known.
-        inverse_sigma: Reciprocal standard deviation of every residual component.
+        inverse_sigma: Reciprocal standard deviation of every residual component, joint readings exact.
         start: First residual component of the problem that is the block's.
         bent: What an arm with effects needs; None without.
         watched: What the observation sees of the chain.
+        joint_sigma: Standard deviation of the reading of every joint [rad or m]; empty where they are exact.
     """
 
     session: str
@@ -129,6 +135,60 @@ class Block:
     start: int
     bent: Bent | None = None
     watched: Watched = TOOL
+    joint_sigma: tuple[float, ...] = ()
+
+    @cached_property
+    def by_joint(self) -> Float[np.ndarray, "rows m n"]:
+        """Residual components per radian or metre of every joint, at nominal constants: for weights only."""
+        elements = np.asarray(self.chain.indices(driven_names(self.chain, range(self.chain.dof))))
+        poses, twists = self.watched.turned(
+            *chains.twists(self.chain, self.q, elements, part=self.watched.part)
+        )
+        return self.observation.see(poses, self.known).by_twist @ twists
+
+    @cached_property
+    def joint_root(self) -> Float[np.ndarray, "rows m m"] | None:
+        """Lower root L of I + B diag(joint_sigma²) Bᵀ, with B = `by_joint` over sigma; None for exact readings.
+
+        Components that were not measured stay alone.
+        """
+        if not any(self.joint_sigma):
+            return None
+        scaled = self.by_joint * self.inverse_sigma[..., None] * np.array(self.joint_sigma)
+        return np.linalg.cholesky(np.eye(scaled.shape[1]) + scaled @ scaled.transpose(0, 2, 1))
+
+    @cached_property
+    def _unmixing(self) -> Float[np.ndarray, "rows m m"] | None:
+        """Inverse of that root."""
+        return None if self.joint_root is None else np.linalg.inv(self.joint_root)
+
+    def whiten(self, table: Float[np.ndarray, "rows m ..."]) -> Float[np.ndarray, "rows m ..."]:
+        """Components divided by their standard deviations, and unmixed where joint readings are noisy."""
+        out = table * self.inverse_sigma.reshape(*self.inverse_sigma.shape, *(1,) * (table.ndim - 2))
+        if self._unmixing is None:
+            return out
+        return np.einsum("rab,rb->ra", self._unmixing, out) if out.ndim == 2 else self._unmixing @ out
+
+    def physical(self, whitened: Float[np.ndarray, "rows m"]) -> Float[np.ndarray, "rows m"]:
+        """Components in m and rad from whitened ones; 0 where nothing was measured."""
+        if self.joint_root is not None:
+            whitened = np.einsum("rab,rb->ra", self.joint_root, whitened)
+        seen = self.inverse_sigma > 0.0
+        return np.where(seen, whitened / np.where(seen, self.inverse_sigma, 1.0), 0.0)
+
+    @property
+    def sigma(self) -> Float[np.ndarray, "rows m"]:
+        """Standard deviation of every residual component, joint readings included; infinite if not measured."""
+        with np.errstate(divide="ignore"):
+            alone = 1.0 / self.inverse_sigma
+        if self.joint_root is None:
+            return alone
+        return alone * np.sqrt((self.joint_root**2).sum(2))
+
+    def with_noise(self, data: Dataset, noise: Noise) -> "Block":
+        """The same rows (which data has) whitened by other standard deviations."""
+        inverse = inverse_sigma_of(data, self.observation, noise)
+        return replace(self, inverse_sigma=inverse, joint_sigma=noise.joints)
 
     def values(self, x: np.ndarray) -> np.ndarray:
         """Constants of the chain at x."""
@@ -165,14 +225,14 @@ class Block:
 
 @njit(cache=True)
 @no_type_check
-def add_whitened(by_twist, twists, weight, places, out):
-    """out[(row, component), place] = weight · by_twist · twist, written into the block's rows."""
-    rows, components = weight.shape
+def add_products(by_twist, twists, places, out):
+    """out[(row, component), place] += by_twist · twist, written into the block's rows."""
+    rows, components, _ = by_twist.shape
     for i in range(rows):
         for a in range(components):
             line = out[i * components + a]
             for c in range(6):
-                factor = weight[i, a] * by_twist[i, a, c]
+                factor = by_twist[i, a, c]
                 if factor != 0.0:
                     for k in range(places.shape[0]):
                         line[places[k]] += factor * twists[i, c, k]
@@ -260,6 +320,7 @@ def build_blocks(robot, data, kinds, names, effects, frames, noise, index, value
                     if robot.effects
                     else None,
                     watched=watched(arm, observation.link),
+                    joint_sigma=noise.joints,
                 )
             )
             start += inverse.size

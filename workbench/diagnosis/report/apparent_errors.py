@@ -112,5 +112,4 @@ def _whitened(block, elements, direction):
     poses, twists = chains.twists(block.chain, block.q, block.chain.indices(elements), shift=shift)
     part = block.observation.see(poses, block.known)
     twist = twists @ direction[:, :, None]
-    columns = (part.by_twist @ twist)[..., 0] * block.inverse_sigma
-    return columns, part.residual * block.inverse_sigma
+    return block.whiten((part.by_twist @ twist)[..., 0]), block.whiten(part.residual)

@@ -65,12 +65,12 @@ def residual_histogram(result: Identification) -> Figure:
     """Residual components of the fitted rows in mm and degrees, with the noise that weighed them."""
     fit = result.best.fit
     components = fit.problem.physical(fit.whitened)
-    turned, weights = fit.problem.component_channels, fit.problem.inverse_sigma
+    turned, sigmas = fit.problem.component_channels, fit.problem.sigma
     panels = []
     kinds = ((~turned, 1e3, "position residual", "mm"), (turned, np.rad2deg(1.0), "rotation residual", "°"))
     for mine, scale, name, unit in kinds:
-        if (measured := mine & (weights > 0.0)).any():
-            sigma = scale / float(np.median(weights[measured]))
+        if (measured := mine & np.isfinite(sigmas)).any():
+            sigma = scale * float(np.median(sigmas[measured]))
             panels.append((components[mine] * scale, sigma, name, unit))
     with look():
         figure = new_figure(10.0, 2.9)

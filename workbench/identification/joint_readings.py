@@ -1,0 +1,250 @@
+"""Noise of joint readings: one variance per joint beside those of the instrument.
+
+A reading that is off by e moves the residual by −B e, with B the residual's derivative by the joints. Rows are
+independent of each other, the components of a row are not:
+
+    C = diag(sigma_row² + s²) + B diag(sigma_q²) Bᵀ
+
+s per channel and sigma_q per joint are those that make the residuals r of a fit most likely, what went into
+its p parameters taken off by the factor N/(N−p) of r². Likely by Student's t of a row's d² = rᵀ C⁻¹ r, so that
+a mis-seated row tells nothing of the joints:
+
+    min  ½ Σ log|C| + (ν+m) log(1 + d² / (ν k²))
+
+Readings are exact unless the rows clearly say otherwise: by the Bayesian information criterion, and `MARGIN`
+more. All joints of one kind alike, or each for itself, whichever that criterion prefers. An effect that the
+model lacks lies along the joints' columns too; until it is found it counts as noise of the readings.
+"""
+
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Float
+from scipy import optimize, stats
+
+from workbench.arm.effects.axes import turns
+from workbench.data.observations import Channel
+from workbench.identification.problem import Noise, Problem
+
+FREEDOM = 5.0
+"""Degrees of freedom ν of the law of residuals."""
+MARGIN = 3.0
+"""Log likelihood by which noise of joint readings must be better, beyond what its variances are charged."""
+MOST_ROWS = 2000
+"""Rows from which the variances are told, evenly spread; more would hardly change them."""
+LEAST = 1e-4
+"""Least variance of a channel, as part of what is left, where rows state none …"""
+NOTHING = 1e-3
+"""… and that of a joint below which its readings count as exact."""
+STEPS, HALVINGS, SETTLED = 30, 6, 3e-3
+"""Most steps of scoring, halvings of each, and the gain of log likelihood that ends them."""
+
+
+class Readings(NamedTuple):
+    """What noisy joint readings do to the measured rows.
+
+    Args:
+        sigma: Standard deviation of every joint's reading [rad or m].
+        share: Part of the variance of positions that they make; of rotations where no positions were measured.
+    """
+
+    sigma: tuple[float, ...]
+    share: float
+
+
+class _Table(NamedTuple):
+    """Rows with the same components: residuals, variances that rows state, what was measured, by_joint."""
+
+    residual: Float[np.ndarray, "rows m"]
+    own: Float[np.ndarray, "rows m"]
+    live: Bool[np.ndarray, "rows m"]
+    by_joint: Float[np.ndarray, "rows m n"]
+    channel: np.ndarray
+    """0 for positions, 1 for rotations."""
+
+    @property
+    def room(self) -> Float[np.ndarray, " rows"]:
+        """ν k² of every row."""
+        count = self.live.sum(1)
+        return FREEDOM * np.array([consistent(m) for m in range(int(count.max()) + 1)])[count]
+
+
+class _Answer(NamedTuple):
+    """Sizes that are most likely, the variances they make (two channels, then joints), and the cost."""
+
+    size: np.ndarray
+    variances: np.ndarray
+    cost: float
+
+
+def readings(problem: Problem) -> Readings | None:
+    """The noise of joint readings by which a problem is weighed, and what it does; None for exact ones."""
+    live, turned = problem.inverse_sigma > 0.0, problem.component_channels
+    if not any(problem.noise.joints):
+        return None
+    mine = live & ~turned if (live & ~turned).any() else live
+    alone = (problem.inverse_sigma[mine] ** -2.0).sum()
+    return Readings(problem.noise.joints, float(1.0 - alone / (problem.sigma[mine] ** 2).sum()))
+
+
+def with_joint_readings(
+    problem: Problem, residual: Float[np.ndarray, " m"], white: Noise, *, stated: bool
+) -> Noise:
+    """Standard deviations with those of joint readings if these are noisy beyond doubt; else as they are.
+
+    Args:
+        problem: What was fitted.
+        residual: What the fit left, N/(N−p) taken into account [m or rad].
+        white: The most likely standard deviations if readings are exact.
+        stated: Whether rows state any of their own.
+    """
+    tables = _tables(problem, residual)
+    scale = _scale(tables)
+    joints = np.flatnonzero(scale[2:])
+    plain = _fit(tables, _members(scale, []), np.ones(2), stated)
+    kinds = np.array([turns(problem.blocks[0].chain, int(j)) for j in joints])
+    alike = _members(scale, [joints[kinds == kind] for kind in (True, False) if (kinds == kind).any()])
+    found = _fit(tables, alike, np.append(plain.size, np.full(alike.shape[1] - 2, 0.1)), stated)
+    single = _members(scale, [[j] for j in joints])
+    begin = np.append(found.size[:2], np.maximum(found.variances[2 + joints] / scale[2 + joints], NOTHING))
+    each = _fit(tables, single, begin, stated)
+    charge = 0.5 * np.log(len(problem.data))
+    gains = [plain.cost - a.cost - charge * (a.size[2:] > NOTHING).sum() - MARGIN for a in (found, each)]
+    if max(gains) < 0.0:
+        return white
+    variances = (found, each)[int(np.argmax(gains))].variances
+    variances = np.where(variances > NOTHING * scale, variances, 0.0)
+    if not stated:  # what is left is as large as it is, heavy tails or not
+        sizes = [_whitened(t, variances)[2] ** 2 for t in tables]
+        variances = variances * (sum(s.sum() for s in sizes) / sum(t.live.sum() for t in tables))
+    there = scale[:2] > 0.0
+    channels = np.where(there, np.sqrt(variances[:2]), white[:2]).tolist()
+    return Noise(channels[0], channels[1], tuple(np.sqrt(variances[2:]).tolist()))
+
+
+def _tables(problem: Problem, residual: np.ndarray) -> list[_Table]:
+    """The rows, at most `MOST_ROWS` of them, by their components."""
+    every = slice(None, None, max(1, -(-len(problem.data) // MOST_ROWS)))
+    alike: dict[tuple[Channel, ...], list[_Table]] = {}
+    for block in problem.blocks:
+        live = (block.inverse_sigma > 0.0)[every]
+        own, left = (
+            values[block.start : block.stop].reshape(block.inverse_sigma.shape)[every] * live
+            for values in (problem.own_sigma**2, residual)
+        )
+        channels = tuple(block.observation.channels)
+        channel = np.array([int(c is Channel.ROTATION) for c in channels])
+        table = _Table(left, own, live, block.by_joint[every] * live[..., None], channel)
+        alike.setdefault(channels, []).append(table)
+    return [
+        _Table(*(np.concatenate(parts) for parts in list(zip(*same, strict=True))[:-1]), same[0].channel)
+        for same in alike.values()
+    ]
+
+
+def _scale(tables: Sequence[_Table]) -> Float[np.ndarray, " v"]:
+    """Variance of each channel, then of each joint's readings, that alone would make all that is left; 0
+    where the rows don't show it."""
+    square, count = np.zeros(2), np.zeros(2)
+    for t in tables:
+        square += np.bincount(t.channel, (t.residual**2).sum(0), 2)
+        count += np.bincount(t.channel, t.live.sum(0), 2)
+    mean = np.where(count > 0, np.maximum(square, 1e-300) / np.maximum(count, 1.0), 0.0)
+    weigh = 1.0 / np.where(mean > 0.0, mean, 1.0)
+    power = sum((t.by_joint**2 * weigh[t.channel][:, None]).sum((0, 1)) for t in tables)
+    shown = power > 1e-12 * max(float(np.max(power)), 1e-300)
+    return np.append(mean, np.where(shown, count.sum() / np.where(shown, power, 1.0), 0.0))
+
+
+def _members(scale: np.ndarray, groups: Sequence[Sequence[int] | np.ndarray]) -> Float[np.ndarray, "v k"]:
+    """Variances per size: one of each channel, one of each group of joints, whose variances are the same."""
+    out = np.zeros((len(scale), 2 + len(groups)))
+    out[[0, 1], [0, 1]] = scale[:2]
+    for k, group in enumerate(groups):
+        out[2 + np.asarray(group), 2 + k] = scale[2 + np.asarray(group)].min()
+    return out
+
+
+def _fit(tables: Sequence[_Table], members: np.ndarray, size: np.ndarray, stated: bool) -> _Answer:
+    """The most likely sizes ≥ 0 by Fisher's scoring: each step is a non-negative least-squares problem."""
+    least = np.append(np.zeros(2) if stated else np.full(2, LEAST), np.zeros(len(size) - 2))
+    size = np.maximum(size, least)
+    cost, slope, information = _cost(tables, members @ size)
+    for _ in range(STEPS):
+        down, curved = members.T @ slope, members.T @ information @ members
+        curved[np.diag_indices(len(size))] += 1e-9 * max(float(np.trace(curved)), 1e-300)
+        root = np.linalg.cholesky(curved).T
+        aim = root @ (size - least) - np.linalg.solve(root.T, down)
+        step = optimize.nnls(root, aim)[0] + least - size
+        promised = -float(down @ step)
+        for _ in range(HALVINGS):
+            new = _cost(tables, members @ (size + step))
+            if new[0] < cost:
+                break
+            step = 0.5 * step
+        else:
+            break
+        size, (cost, slope, information) = size + step, new
+        if promised < SETTLED:
+            break
+    return _Answer(size, members @ size, cost)
+
+
+def _whitened(table: _Table, variances: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Inverse lower roots of the covariances, their log determinants, whitened residuals."""
+    alone = np.where(table.live, np.maximum(table.own + variances[table.channel], 1e-300), 1.0)
+    scaled = table.by_joint * np.sqrt(variances[2:])
+    covariance = scaled @ scaled.transpose(0, 2, 1)
+    diagonal = np.arange(alone.shape[1])
+    covariance[:, diagonal, diagonal] += alone
+    root = np.linalg.cholesky(covariance)
+    log_det = 2.0 * np.log(root[:, diagonal, diagonal]).sum(1)
+    inverse = np.linalg.inv(root)
+    return inverse, log_det, (inverse @ table.residual[..., None])[..., 0]
+
+
+def _cost(tables: Sequence[_Table], variances: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+    """Negative log likelihood, its derivative in the variances, and their Fisher information."""
+    value, slope = 0.0, np.zeros(len(variances))
+    information = np.zeros((len(variances), len(variances)))
+    for table in tables:
+        inverse, log_det, white = _whitened(table, variances)
+        square, count, room = (white**2).sum(1), table.live.sum(1), table.room
+        value += 0.5 * float((log_det + (FREEDOM + count) * np.log1p(square / room)).sum())
+        weight = (FREEDOM + count) / (room + square)
+        columns = inverse @ table.by_joint
+        transposed = inverse.transpose(0, 2, 1)
+        back, precision = (transposed @ white[..., None])[..., 0], transposed @ inverse
+        alone = np.diagonal(precision, axis1=1, axis2=2)
+        along = (white[:, None] @ columns)[:, 0]
+        each = ((alone - weight[:, None] * back**2) * table.live).sum(0)
+        slope[:2] += 0.5 * np.bincount(table.channel, each, 2)
+        slope[2:] += 0.5 * ((columns**2).sum((0, 1)) - weight @ along**2)
+        share = 0.5 / (FREEDOM + count + 2.0)
+        most = (FREEDOM + count) * share
+        channel = np.eye(2)[table.channel]
+        seen = np.tensordot(most, precision**2 * table.live[:, :, None] * table.live[:, None], 1)
+        mixed = channel.T @ np.tensordot(most, (transposed @ columns) ** 2, 1)
+        information[:2, :2] += channel.T @ seen @ channel
+        information[:2, 2:] += mixed
+        information[2:, :2] += mixed.T
+        information[2:, 2:] += np.tensordot(most, (columns.transpose(0, 2, 1) @ columns) ** 2, 1)
+        trace = np.concatenate([(alone * table.live) @ channel, (columns**2).sum(1)], axis=1)
+        information -= trace.T @ (trace * share[:, None])
+    return value, slope, information
+
+
+@lru_cache(maxsize=64)
+def consistent(components: int) -> float:
+    """k² with which normal residuals of variance 1 have that variance by Student's law too."""
+    if components == 0:
+        return 1.0
+    square = stats.chi2.ppf((np.arange(2000) + 0.5) / 2000, components)
+
+    def off(k2: float) -> float:
+        weight = (FREEDOM + components) / (FREEDOM * k2 + square)
+        return float((weight * square).mean() - components)
+
+    return float(optimize.brentq(off, 0.05, 2.0))
