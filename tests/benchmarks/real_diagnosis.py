@@ -53,7 +53,7 @@ class Fold(NamedTuple):
         rows: Held-out rows, and how many of them the model can't speak of.
         effects: What was found.
         verdict: What the rows allow to be said.
-        joint_noise: Of joint readings, if what is left looks like it [mrad].
+        joint_noise: Of joint readings, the greatest, if the rows show any [mrad].
         seconds: What it took.
     """
 
@@ -95,7 +95,7 @@ def one(robot, train, held) -> Fold:
         rows=(len(held), len(held) - len(after.position)),
         effects=tuple(a.effect.label for a in said.effects),
         verdict=str(said.verdict),
-        joint_noise=None if said.joint_noise is None else 1e3 * said.joint_noise,
+        joint_noise=None if said.joint_noise is None else 1e3 * max(said.joint_noise.sigma),
         seconds=seconds,
     )
 

@@ -5,12 +5,25 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from arms import ARMS, make
+from conditions import CONDITIONS, under
+from judge import error_of
 from problems import fitted
 
-from workbench.diagnosis.leftover import joint_noise, structured
+from workbench.diagnosis.diagnose import diagnose
+from workbench.diagnosis.leftover import structured
+from workbench.diagnosis.record import Verdict
+from workbench.diagnosis.report.results_json import diagnosis_json
+from workbench.identification.joint_readings import readings
+from workbench.identification.noise import components
 
 READINGS = np.deg2rad(0.03)
 """Noise of joint readings [rad]: 0.5 mrad, some five times what the instrument brings at a metre."""
+
+
+def joint_noise(fitted):
+    """What a fit says of joint readings."""
+    fit = fitted.fit
+    return readings(fit.problem.with_noise(components(fit.problem, fit.x, fit.factor)))
 
 
 def trembling(case, sigma, seed):
@@ -23,9 +36,9 @@ def trembling(case, sigma, seed):
 @pytest.mark.parametrize("seed", range(3))
 def test_noisy_readings_are_recognised(arm, seed):
     case = trembling(make("none", seed, arm), READINGS, seed)
-    found = joint_noise(fitted(case).fit)
+    found = joint_noise(fitted(case))
     assert found is not None
-    assert found.sigma == pytest.approx(READINGS, rel=0.15)
+    np.testing.assert_allclose(found.sigma, READINGS, rtol=0.15)
     assert found.share > 0.8
 
 
@@ -33,16 +46,54 @@ def test_noisy_readings_are_recognised(arm, seed):
 @pytest.mark.parametrize("seed", range(5))
 def test_noise_of_the_instrument_is_not_taken_for_it(arm, seed):
     case = make("none", seed, arm)
-    assert joint_noise(fitted(case).fit) is None
+    assert joint_noise(fitted(case)) is None
     positions = replace(case, data=replace(case.data, rotation=None))
-    assert joint_noise(fitted(positions).fit) is None
+    assert joint_noise(fitted(positions)) is None
 
 
 def test_noisy_readings_show_in_positions_alone():
     case = trembling(make("none", 1), READINGS, 1)
-    found = joint_noise(fitted(replace(case, data=replace(case.data, rotation=None))).fit)
+    found = joint_noise(fitted(replace(case, data=replace(case.data, rotation=None))))
     assert found is not None
-    assert found.sigma == pytest.approx(READINGS, rel=0.25)
+    np.testing.assert_allclose(found.sigma, READINGS, rtol=0.25)
+
+
+def test_every_joint_has_its_own_noise():
+    """One loose encoder among good ones."""
+    case = make("none", 4)
+    off = np.zeros_like(case.data.q)
+    off[:, 2] = READINGS * np.random.default_rng(4).standard_normal(len(off))
+    found = joint_noise(fitted(replace(case, data=replace(case.data, q=case.data.q + off))))
+    assert found.sigma[2] == pytest.approx(READINGS, rel=0.2)
+    assert max(np.delete(found.sigma, 2)) < 0.1 * READINGS
+    assert found.words(case.robot.chain).endswith("mrad in joint 3")
+
+
+def test_heavy_tails_and_misplaced_rows_are_no_noise_of_readings():
+    for seed in range(3):
+        assert joint_noise(fitted(under(CONDITIONS["t3"], "none", seed))) is None
+        assert joint_noise(fitted(make("misseated", seed))) is None
+
+
+def test_a_diagnosis_weighs_by_noisy_readings_and_begins_with_them():
+    """Before any effect is looked for; a local joint error and gravity sag were named instead."""
+    case = under(CONDITIONS["joints"], "none", 3)
+    said = diagnose(case.robot, case.data, held_out=0.0)
+    assert said.effects == ()
+    assert said.verdict is Verdict.NONE
+    assert said.message.startswith("The joint readings scatter by 0.2")
+    assert error_of(said.calibrated, case) < 0.5
+    told = diagnosis_json(said)["joint_noise_deg"]
+    np.testing.assert_allclose(told, np.rad2deg(2e-4), rtol=0.2)
+
+
+def test_noise_of_readings_that_an_effect_explains_is_gone_with_it():
+    """Its moment had been taken for noise of two joints, which carried a harmonic too."""
+    case = under(CONDITIONS["ideal"], "compliance", 2, "katana")
+    said = diagnose(case.robot, case.data, held_out=0.0)
+    assert [(a.effect.name, a.effect.joints) for a in said.effects] == [("joint-compliance", (1,))]
+    assert said.joint_noise is None
+    assert diagnosis_json(said)["joint_noise_deg"] is None
 
 
 def test_what_a_missing_effect_leaves_has_structure():

@@ -60,7 +60,8 @@ def measured(robot, rng, kind, rows=ROWS, sessions=None):
 
 @pytest.mark.parametrize("kind", OBSERVATIONS, ids=lambda k: k.__name__)
 @pytest.mark.parametrize("per_session", [False, True])
-def test_every_jacobian_column_is_the_derivative(kind, per_session):
+@pytest.mark.parametrize("joints", [(), (0.5, 0.0, 1.0, 0.2, 2.0, 0.5)], ids=["exact", "noisy readings"])
+def test_every_jacobian_column_is_the_derivative(kind, per_session, joints):
     rng = np.random.default_rng(7)
     robot = load_robot("aria")
     sessions = np.array(["front", "left"])[np.arange(ROWS) % 2] if per_session else None
@@ -68,7 +69,7 @@ def test_every_jacobian_column_is_the_derivative(kind, per_session):
     frames = FrameFreedom(
         FRAME_PARTS, FRAME_PARTS, base_per_session=per_session, tool_per_session=per_session
     )
-    problem = Problem.build(robot, data, frames=frames, noise=Noise(1.0, 1.0))
+    problem = Problem.build(robot, data, frames=frames, noise=Noise(1.0, 1.0, joints))
     x = problem.start + rng.normal(0.0, 1e-2, len(problem.start))
     jacobian = problem.jacobian(x)
     step = 1e-5
@@ -82,6 +83,37 @@ def test_every_jacobian_column_is_the_derivative(kind, per_session):
     residual = problem.residual(x)
     assert cost == pytest.approx(0.5 * residual @ residual, rel=1e-12)
     np.testing.assert_allclose(gradient, -jacobian.T @ residual, rtol=0, atol=1e-12 * np.abs(gradient).max())
+
+
+@pytest.mark.parametrize("kind", ["PoseObservation", "MarkerObservation", "TiltObservation"])
+def test_rows_are_whitened_by_the_noise_of_their_joint_readings(kind):
+    """r'C⁻¹r row by row, the joints' columns by central differences; hidden markers count for nothing."""
+    robot = load_robot("aria")
+    data = measured(robot, np.random.default_rng(2), kind)
+    noise = Noise(1e-3, 2e-3, (1e-3, 0.0, 2e-3, 5e-4, 1e-3, 1e-3))
+    plain = Problem.build(robot, data, free=(), noise=noise._replace(joints=()))
+    problem = plain.with_noise(noise)
+    residual, step = plain.physical(plain.residual(plain.start)), 1e-5
+    known = dict(zip(plain.names, plain.start.tolist(), strict=True))
+
+    def at(j, turn):
+        rows = Problem.build(robot, replace(data, q=data.q + turn * np.eye(6)[j]), free=(), known=known)
+        return rows.physical(rows.residual(rows.start))
+
+    columns = np.stack([(at(j, step) - at(j, -step)) / (2 * step) for j in range(6)], axis=1)
+    whitened, live = problem.residual(problem.start), plain.inverse_sigma > 0.0
+    seen = [(problem.component_rows == i) & live for i in range(ROWS)]
+    for i in range(ROWS):
+        for block in problem.blocks:
+            mine = seen[i] & (np.arange(problem.size) >= block.start) & (np.arange(problem.size) < block.stop)
+            root = columns[mine] * np.array(noise.joints)
+            covariance = np.diag(plain.inverse_sigma[mine] ** -2.0) + root @ root.T
+            square = residual[mine] @ np.linalg.solve(covariance, residual[mine])
+            assert (whitened[mine] ** 2).sum() == pytest.approx(square, rel=1e-5)
+            np.testing.assert_allclose(problem.sigma[mine] ** 2, np.diag(covariance), rtol=1e-5)
+    assert (whitened[~live] == 0.0).all()
+    weighed = problem.with_row_weights(np.linspace(0.1, 1.0, ROWS))
+    np.testing.assert_allclose(weighed.physical(weighed.residual(weighed.start)), residual, atol=1e-15)
 
 
 def test_rows_choose_the_first_observation_that_fits():

@@ -12,7 +12,6 @@ from jaxtyping import Float
 
 from workbench.arm import chain as chains
 from workbench.arm.effects import AbstractEffect
-from workbench.arm.effects.axes import driven_names
 from workbench.arm.effects.law import NO_WRENCHES
 from workbench.arm.kinematics.observed_link import watched
 from workbench.arm.motion import Motion
@@ -53,18 +52,6 @@ def candidate_columns(
             yield block, _seen(problem, x, block, *effect_twists(robot, motion, effects, link=link))
         else:
             yield block, np.zeros((block.stop - block.start, 0))
-
-
-def joint_columns(
-    problem: Problem, x: Float[np.ndarray, " p"]
-) -> Iterator[tuple[Block, Float[np.ndarray, "m n"]]]:
-    """Whitened residual components per radian or metre of every joint, block by block."""
-    for block, robot, motion in _arms(problem, x):
-        chain, bent = robot.chain, deflect(robot, motion)
-        elements = chain.indices(driven_names(chain, range(robot.dof)))
-        view = watched(robot, block.observation.link)
-        found = chains.twists(chain, motion.q, np.asarray(elements), shift=bent.shift, part=view.part)
-        yield block, _seen(problem, x, block, *view.turned(*found))
 
 
 def _arms(problem: Problem, x: np.ndarray) -> Iterator[tuple[Block, Robot, Motion]]:

@@ -14,7 +14,7 @@ from workbench.base.threads import one_thread
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_directions
 from workbench.diagnosis.evidence import Term, grown
-from workbench.diagnosis.leftover import joint_noise, structured
+from workbench.diagnosis.leftover import structured
 from workbench.diagnosis.next_poses import next_poses
 from workbench.diagnosis.record import Accepted, Diagnosis, Ranked, Verdict, judged
 from workbench.diagnosis.refit import robot_with
@@ -25,6 +25,7 @@ from workbench.diagnosis.verdict import conclude, coverage, explains_little, too
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.identifier import OnStep
 from workbench.identification.fit_choices import FitChoices, with_choices
+from workbench.identification.joint_readings import readings
 from workbench.identification.preparation import Cancel, Prepared, Progress, on_step, prepare
 from workbench.identification.problem import Noise
 from workbench.identification.record import Validation
@@ -138,7 +139,7 @@ def _concluded(
     is_short = search.short is not None
     missing = () if is_short else undetectable(last, fit.calibrated, Motion.of(fit.problem.data))
     accepted = _accepted(search.rounds, judge, hidden_variance(last, missing))
-    shaky = joint_noise(fit)
+    shaky = readings(fit.problem.with_noise(last.stage.geometric.noise))
     floor = noises.stated(ready.problem) or noise or noises.from_repeats(ready.problem.data)
     left = noises.of_residual(fit.problem, fit.x, fit.factor) or last.stage.geometric.noise
     verdict, message = conclude(
@@ -152,6 +153,7 @@ def _concluded(
         structure=structured(fit, rng),
         distrusted=last.found.distrusted,
         joint_noise=shaky,
+        chain=robot.chain,
     )
     if search.short is not None:
         verdict, message = Verdict.NONE, search.short
@@ -181,7 +183,7 @@ def _concluded(
         ranking=ranked(search.rounds[0], judge.mean_mm),
         noise=left if fit.problem.component_channels.any() else left._replace(rotation=np.nan),
         floor=floor,
-        joint_noise=None if shaky is None else shaky.sigma,
+        joint_noise=shaky,
         verdict=verdict,
         message=message,
         undetectable=missing,

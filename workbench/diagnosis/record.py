@@ -14,6 +14,7 @@ from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.undetectable import Undetectable
 from workbench.identification.fit import Fit
+from workbench.identification.joint_readings import Readings
 from workbench.identification.problem import Noise
 from workbench.identification.record import BeforeAfter, Validation, judged
 from workbench.identification.row_errors import RowErrors
@@ -102,8 +103,7 @@ class Diagnosis(AbstractShown):
         ranking: What each candidate would have brought to the geometry alone, the best first.
         noise: What is left, per axis [m], [rad]; NaN for rotations that nobody measured.
         floor: Noise that was known beforehand, from repeats or as given; None if it was not.
-        joint_noise: Standard deviation of joint readings that would explain what is left [rad]; None if it is
-            no such noise.
+        joint_noise: Of joint readings, by which the rows were weighed; None where these seem exact.
         verdict: What the rows allow to be said.
         message: The verdict in one sentence.
         undetectable: Effects of load that the rows can't show.
@@ -130,7 +130,7 @@ class Diagnosis(AbstractShown):
     ranking: tuple[Ranked, ...]
     noise: Noise
     floor: Noise | None
-    joint_noise: float | None
+    joint_noise: Readings | None
     verdict: Verdict
     message: str
     undetectable: tuple[Undetectable, ...]

@@ -9,16 +9,20 @@ from workbench.arm.effects.axes import turns
 from workbench.arm.effects.effect import STILL
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.evidence import Offer
-from workbench.diagnosis.leftover import JointNoise
 from workbench.diagnosis.record import Accepted, Verdict
 from workbench.diagnosis.rivals import ambiguous
 from workbench.identification.fit import Fit
+from workbench.identification.joint_readings import Readings
 from workbench.identification.problem import Noise
 from workbench.identification.record import COARSE, FAR_FROM_GOOD, HARDLY_BETTER
 from workbench.identification.row_errors import Errors
 
 NOISE_LIKE = 1.25
 """What is left may be this many times the noise that was known beforehand and still count as noise."""
+LEADS = 0.5
+"""Part of what is left that noise of joint readings must make for the verdict to begin with it."""
+SETTLE = "let the arm settle before its joints are read, or average several readings"
+"""What to do about it."""
 LITTLE = np.deg2rad(30.0)
 """A joint that turned less than this moved little [rad]; less than `STILL`, not at all."""
 TOGETHER = 0.02
@@ -38,7 +42,8 @@ def conclude(
     floor: Noise | None,
     structure: bool,
     distrusted: Sequence[Offer],
-    joint_noise: JointNoise | None,
+    joint_noise: Readings | None,
+    chain: Chain,
 ) -> tuple[Verdict, str]:
     """Verdict and message.
 
@@ -52,7 +57,8 @@ def conclude(
         floor: Noise that was known beforehand.
         structure: Whether neighbouring poses leave alike residuals.
         distrusted: Candidates that chance can't explain, but that cross-validation did not confirm.
-        joint_noise: What is left, if it looks like noise of joint readings.
+        joint_noise: Noise of joint readings, as far as the rows show any.
+        chain: Of the arm.
     """
     left = after.position_mm.mean
     if explains_little(nominal, after, reach):
@@ -60,24 +66,29 @@ def conclude(
     more = structure or bool(distrusted)
     rest = "shows no structure, so it is taken to be noise"
     if floor is not None:
-        ratio = noise.position / floor.position
+        instrument = 1.0 if joint_noise is None or structure else 1.0 - joint_noise.share
+        ratio = np.sqrt(instrument) * noise.position / floor.position
         more = ratio > NOISE_LIKE
         known = f"the known noise ({1e3 * floor.position:.2g} mm per axis)"
         agrees = "agrees with" if ratio * NOISE_LIKE > 1.0 else "is less than"
         rest = f"is {ratio:.1f} times what {known} explains" if more else f"{agrees} {known}"
     elif more:
         rest = "has structure that no known effect explains"
+    lead = ""
     if joint_noise is not None:
-        rest += (
-            f"; noise of {1e3 * joint_noise.sigma:.2g} mrad in the joint readings would explain "
-            f"{100 * joint_noise.share:.0f} % of it"
-        )
+        size, part = joint_noise.words(chain), f"{100 * joint_noise.share:.0f} %"
+        if structure:
+            rest += f"; {part} of it is like noise of the joint readings ({size}), or an effect not found yet"
+        elif joint_noise.share > LEADS:
+            lead = f"The joint readings scatter by {size}, which makes {part} of what is left: {SETTLE}. "
+        else:
+            rest += f"; noise of the joint readings ({size}) makes {part} of it"
     rest = f"the remaining error of {left:.3g} mm {rest}"
     if not accepted:
         verdict = Verdict.UNEXPLAINED if more else Verdict.NONE
-        return verdict, f"No effect was found beside the geometry; {rest}."
+        return verdict, f"{lead}No effect was found beside the geometry; {rest}."
     verdict = Verdict.PARTLY if more else Verdict.EXPLAINED
-    names = " ".join(f"{a.words}." for a in accepted[:3])
+    names = lead + " ".join(f"{a.words}." for a in accepted[:3])
     if len(accepted) > 3:
         names += f" {len(accepted) - 3} more effects are listed."
     fall = f"reduces the error from {before.position_mm.mean:.3g} to {left:.3g} mm"

@@ -1,13 +1,13 @@
 """Noise of joint readings: one variance per joint beside those of the instrument.
 
-A reading that is off by e moves the residual by −B e, with B the residual's derivative by the joints. Rows are
-independent of each other, the components of a row are not:
+A reading that is off by e moves the residual by −B e, with B the residual's derivative by the joints. Rows
+are independent of each other, the components of a row are not:
 
     C = diag(sigma_row² + s²) + B diag(sigma_q²) Bᵀ
 
 s per channel and sigma_q per joint are those that make the residuals r of a fit most likely, what went into
-its p parameters taken off by the factor N/(N−p) of r². Likely by Student's t of a row's d² = rᵀ C⁻¹ r, so that
-a mis-seated row tells nothing of the joints:
+its p parameters taken off by the factor N/(N−p) of r². Likely by Student's t of a row's d² = rᵀ C⁻¹ r, so
+that a mis-seated row tells nothing of the joints:
 
     min  ½ Σ log|C| + (ν+m) log(1 + d² / (ν k²))
 
@@ -24,6 +24,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from scipy import optimize, stats
 
+from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import turns
 from workbench.data.observations import Channel
 from workbench.identification.problem import Noise, Problem
@@ -47,11 +48,24 @@ class Readings(NamedTuple):
 
     Args:
         sigma: Standard deviation of every joint's reading [rad or m].
-        share: Part of the variance of positions that they make; of rotations where no positions were measured.
+        share: Part of the variance of positions that they make; of rotations without positions.
     """
 
     sigma: tuple[float, ...]
     share: float
+
+    def words(self, chain: Chain) -> str:
+        """`0.5 mrad`, or `0.5 mrad in joint 2, 0.1 mm in joint 3`; joints that read exactly are left out."""
+        sizes: dict[str, list[str]] = {}
+        for j, sigma in enumerate(self.sigma):
+            if sigma > 0.0:
+                unit = "mrad" if turns(chain, j) else "mm"
+                sizes.setdefault(f"{1e3 * sigma:.2g} {unit}", []).append(str(j + 1))
+        if len(sizes) == 1 and len(*sizes.values()) == len(self.sigma):
+            return next(iter(sizes))
+        return ", ".join(
+            f"{size} in joint{'s' if len(js) > 1 else ''} {' and '.join(js)}" for size, js in sizes.items()
+        )
 
 
 class _Table(NamedTuple):
@@ -107,7 +121,7 @@ def with_joint_readings(
     kinds = np.array([turns(problem.blocks[0].chain, int(j)) for j in joints])
     alike = _members(scale, [joints[kinds == kind] for kind in (True, False) if (kinds == kind).any()])
     found = _fit(tables, alike, np.append(plain.size, np.full(alike.shape[1] - 2, 0.1)), stated)
-    single = _members(scale, [[j] for j in joints])
+    single = _members(scale, joints[:, None])
     begin = np.append(found.size[:2], np.maximum(found.variances[2 + joints] / scale[2 + joints], NOTHING))
     each = _fit(tables, single, begin, stated)
     charge = 0.5 * np.log(len(problem.data))
@@ -138,10 +152,13 @@ def _tables(problem: Problem, residual: np.ndarray) -> list[_Table]:
         channel = np.array([int(c is Channel.ROTATION) for c in channels])
         table = _Table(left, own, live, block.by_joint[every] * live[..., None], channel)
         alike.setdefault(channels, []).append(table)
-    return [
-        _Table(*(np.concatenate(parts) for parts in list(zip(*same, strict=True))[:-1]), same[0].channel)
-        for same in alike.values()
-    ]
+    merged = []
+    for same in alike.values():
+        residual, own, live, by_joint = (
+            np.concatenate(parts) for parts in zip(*(t[:4] for t in same), strict=True)
+        )
+        merged.append(_Table(residual, own, live, by_joint, same[0].channel))
+    return merged
 
 
 def _scale(tables: Sequence[_Table]) -> Float[np.ndarray, " v"]:
@@ -158,12 +175,12 @@ def _scale(tables: Sequence[_Table]) -> Float[np.ndarray, " v"]:
     return np.append(mean, np.where(shown, count.sum() / np.where(shown, power, 1.0), 0.0))
 
 
-def _members(scale: np.ndarray, groups: Sequence[Sequence[int] | np.ndarray]) -> Float[np.ndarray, "v k"]:
+def _members(scale: np.ndarray, groups: Sequence[np.ndarray] | np.ndarray) -> Float[np.ndarray, "v k"]:
     """Variances per size: one of each channel, one of each group of joints, whose variances are the same."""
     out = np.zeros((len(scale), 2 + len(groups)))
     out[[0, 1], [0, 1]] = scale[:2]
     for k, group in enumerate(groups):
-        out[2 + np.asarray(group), 2 + k] = scale[2 + np.asarray(group)].min()
+        out[2 + group, 2 + k] = scale[2 + group].min()
     return out
 
 

@@ -7,7 +7,7 @@ mostly what the model lacks, is one more variance s² per channel, so that every
 
 with the s that makes the residuals r of a fit most likely, its p parameters taken off the N components by the
 factor N/(N−p) of r². Likely by Student's t rather than the normal law, so that a mis-seated row does not
-make all others look uncertain; `CONSISTENT` makes both agree on normal residuals:
+make all others look uncertain; `consistent` makes both agree on normal residuals:
 
     min_s  Σ log v + (ν+1) log(1 + r² / (ν k² v)),    v = sigma_row² + s²
 
@@ -23,17 +23,15 @@ from scipy import optimize
 from workbench.base import se3
 from workbench.data.dataset import Dataset
 from workbench.identification.factorisation import Factor, factorise_pieces
-from workbench.identification.joint_readings import with_joint_readings
+from workbench.identification.joint_readings import FREEDOM, consistent, with_joint_readings
 from workbench.identification.problem import Noise, Problem
 
 SAME_JOINTS = 1e-7
 """Rows whose joints agree within this [rad or m] are repeats."""
 ENOUGH_REPEATS = 8
 """Degrees of freedom that repeats must have to be believed."""
-FREEDOM = 5.0
-"""Degrees of freedom ν of the law of residuals."""
-CONSISTENT = 0.85662
-"""Its scale k where residuals are normal with variance 1: the root of E[(ν+1) z² / (ν k² + z²)] = 1."""
+ENOUGH_SPARE = 10.0
+"""Numbers to spare below which noise of joint readings is not told from that of the instrument."""
 LEAST_PART = 1e-3
 """Part of what is left below which s counts as 0 where all rows state their own."""
 SMALLEST = Noise(1e-8, 1e-8)
@@ -126,13 +124,13 @@ def beyond_stated(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor |
         _most_likely(square[mine], problem.own_sigma[mine] ** 2) if mine.any() else old
         for mine, old in zip(_channels(problem), problem.noise[:2], strict=True)
     ]
-    return Noise(*found)
+    return Noise(found[0], found[1])
 
 
 def components(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor | None = None) -> Noise | None:
     """The same with the noise of joint readings, if the rows show any beyond doubt (`joint_readings`)."""
     white, share = beyond_stated(problem, x, factor), _spare_share(problem, x, factor)
-    if white is None or share is None:
+    if white is None or share is None or share * problem.count < ENOUGH_SPARE:
         return white
     residual = problem.physical(problem.residual(x)) / np.sqrt(share)
     return with_joint_readings(problem, residual, white, stated=bool((problem.own_sigma > 0.0).any()))
@@ -143,7 +141,7 @@ def _most_likely(square: Float[np.ndarray, " n"], own: Float[np.ndarray, " n"]) 
 
     def cost(log_s: float) -> float:
         variance = own + np.exp(2.0 * log_s)
-        tails = np.log1p(square / (FREEDOM * CONSISTENT**2 * variance))
+        tails = np.log1p(square / (FREEDOM * consistent(1) * variance))
         return float((np.log(variance) + (FREEDOM + 1.0) * tails).sum())
 
     largest = max(float(square.mean()), 1e-300)

@@ -214,8 +214,9 @@ class Problem:
         """Root mean square of all standard deviations, rows' own and joint readings' included; NaN for a
         channel without any."""
         live, turned = self.inverse_sigma > 0.0, self.component_channels
-        variances = (self.sigma[live & mine] ** 2 for mine in (~turned, turned))
-        return Noise(*(float(np.sqrt(v.mean())) if len(v) else np.nan for v in variances))
+        variances = [self.sigma[live & mine] ** 2 for mine in (~turned, turned)]
+        position, rotation = (float(np.sqrt(v.mean())) if len(v) else np.nan for v in variances)
+        return Noise(position, rotation)
 
     @cached_property
     def own_sigma(self) -> Float[np.ndarray, " m"]:
@@ -356,9 +357,7 @@ class Problem:
         values[mine] = x[block.unknowns[mine]]
         return values
 
-    def whiten(
-        self, block: Block, table: Float[np.ndarray, "rows m ..."]
-    ) -> Float[np.ndarray, "rows m ..."]:
+    def whiten(self, block: Block, table: Float[np.ndarray, "rows m ..."]) -> Float[np.ndarray, "rows m ..."]:
         """A block's residual components, or derivatives of them, whitened and weighed as its rows are."""
         out = block.whiten(table)
         if self.row_weights is not None:

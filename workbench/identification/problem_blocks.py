@@ -148,7 +148,7 @@ class Block:
 
     @cached_property
     def joint_root(self) -> Float[np.ndarray, "rows m m"] | None:
-        """Lower root L of I + B diag(joint_sigma²) Bᵀ, with B = `by_joint` over sigma; None for exact readings.
+        """Lower root of I + B diag(joint_sigma²) Bᵀ, with B = `by_joint` over sigma; None for exact readings.
 
         Components that were not measured stay alone.
         """
@@ -178,7 +178,7 @@ class Block:
 
     @property
     def sigma(self) -> Float[np.ndarray, "rows m"]:
-        """Standard deviation of every residual component, joint readings included; infinite if not measured."""
+        """Standard deviation of every residual component, joint readings included; infinite where hidden."""
         with np.errstate(divide="ignore"):
             alone = 1.0 / self.inverse_sigma
         if self.joint_root is None:

@@ -11,7 +11,7 @@ from workbench.base.files import check_folder, write_folder
 from workbench.diagnosis.record import Diagnosis, Verdict, judged
 from workbench.diagnosis.report.pictures import pictures
 from workbench.diagnosis.report.results_json import diagnosis_json
-from workbench.diagnosis.report.table import alternatives, chance, lines, outlier_words
+from workbench.diagnosis.report.table import alternatives, chance, joint_noise_words, lines, outlier_words
 from workbench.identification.report.html_report import error_cards
 from workbench.report.figures import Drawing, png, svg
 from workbench.report.html import page_template, themed
@@ -117,8 +117,7 @@ def _facts(result: Diagnosis) -> list[tuple[str, str]]:
     if result.floor is not None:
         facts.append(("Known noise", f"{_noise_words(result.floor)} per axis"))
     if result.joint_noise is not None:
-        words = f"{np.rad2deg(result.joint_noise):.2g}° would explain the remaining error"
-        facts.append(("Noise of joint readings", words))
+        facts.append(("Noise of joint readings", joint_noise_words(result)))
     return facts
 
 

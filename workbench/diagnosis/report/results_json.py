@@ -3,6 +3,7 @@
 import numpy as np
 
 from workbench.arm.effects import AbstractEffect
+from workbench.arm.effects.axes import turns
 from workbench.diagnosis.record import Accepted, Diagnosis, Ranked
 from workbench.diagnosis.undetectable import Undetectable
 from workbench.identification.report.results_json import validation_json
@@ -30,7 +31,7 @@ def diagnosis_json(result: Diagnosis) -> Json:
             "after": validation_json(result.after),
             "noise": _noise(result.noise),
             "noise_floor": None if result.floor is None else _noise(result.floor),
-            "joint_noise_deg": None if result.joint_noise is None else np.rad2deg(result.joint_noise),
+            **_joint_noise(result),
             "not_identifiable": [_undetectable(u, result) for u in result.undetectable],
             "verdict": str(result.verdict),
             "message": result.message,
@@ -44,6 +45,24 @@ def diagnosis_json(result: Diagnosis) -> Json:
 
 def _noise(noise) -> Json:
     return {"position_mm": 1e3 * noise.position, "orientation_deg": np.rad2deg(noise.rotation)}
+
+
+def _joint_noise(result: Diagnosis) -> dict[str, object]:
+    """Of every joint's readings, null for those that slide; these in mm."""
+    found, chain = result.joint_noise, result.calibrated.chain
+    if found is None:
+        return {"joint_noise_deg": None}
+    turning = [turns(chain, j) for j in range(chain.dof)]
+    out: dict[str, object] = {
+        "joint_noise_deg": [
+            np.rad2deg(s) if turn else None for s, turn in zip(found.sigma, turning, strict=True)
+        ]
+    }
+    if not all(turning):
+        out["joint_noise_mm"] = [
+            None if turn else 1e3 * s for s, turn in zip(found.sigma, turning, strict=True)
+        ]
+    return out
 
 
 def _effect(effect: AbstractEffect) -> Json:

@@ -38,8 +38,7 @@ def diagnosis_tables(result: Diagnosis) -> RenderableType:
     if len(result.outliers):
         parts.append(line("outliers", outlier_words(result)))
     if result.joint_noise is not None:
-        words = f"{np.rad2deg(result.joint_noise):.2g}° would explain the remaining error"
-        parts.append(line("noise of joint readings", words))
+        parts.append(line("noise of joint readings", joint_noise_words(result)))
     if len(result.measure_next):
         parts.append(next_table(result))
     parts += [line("note", words) for words in result.notes]
@@ -50,6 +49,14 @@ def summary(result: Diagnosis) -> RenderableType:
     """The verdict, errors before and after, and what each candidate would have brought."""
     ranking = [ranking_table(result)] if result.ranking else []
     return Group(*_beginning(result), *ranking, *_alternatives(result))
+
+
+def joint_noise_words(result: Diagnosis) -> str:
+    """Size of the noise of joint readings and its part of what is left; – for exact ones."""
+    found = result.joint_noise
+    if found is None:
+        return "–"
+    return f"{found.words(result.calibrated.chain)}, {100 * found.share:.0f} % of the remaining error"
 
 
 def _beginning(result: Diagnosis) -> list[RenderableType]:
