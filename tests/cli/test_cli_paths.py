@@ -10,7 +10,8 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import write_toml
-from workbench.data.readers import read_trajectory
+from workbench.base.errors import DataError, FileError
+from workbench.data.readers import read_measurements, read_trajectory
 
 CENTRE, RADIUS = np.array([0.37, 0.3, 0.25]), 0.08
 CIRCLE = ("--through", "0.45,0.3,0.25", "--through", "0.37,0.38,0.25", "--through", "0.29,0.3,0.25")
@@ -38,6 +39,25 @@ def test_a_circle_is_written_with_joints_poses_and_loads(circle):
     assert np.shape(found["velocity"]) == np.shape(found["moment_x"]) == (120, 6)
     assert np.abs(found["velocity"])[[0, -1]].max() < 1e-9
     assert Path("c.png").read_bytes()[:4] == b"\x89PNG"
+
+
+def test_a_circle_read_as_measurements_is_where_the_arm_is(run):
+    """Its poses are in the robot's base, which the file says; the Katana's base is 216 mm from the origin."""
+    points = ("0.1,-0.3,0.139", "0,-0.371,0.21", "-0.1,-0.3,0.139")
+    through = [word for point in points for word in ("--through", point)]
+    status, _, err = run("path", "circle", "--robot", "katana450", *through, "--rows", 30, "--out", "k.csv")
+    assert status == 0, err
+    assert run("evaluate", "k.csv", "--robot", "katana450", "--json", "e.json")[0] == 0
+    assert json.loads(Path("e.json").read_text())["errors"]["position_mm"]["max"] < 1e-6
+    with pytest.raises(FileError, match="in the robot's base frame"):
+        read_measurements("k.csv")
+    text = Path("k.csv").read_text().replace("robot-base", "measuring")
+    Path("m.csv").write_text(text)
+    with pytest.raises(DataError, match="in the measuring frame"):
+        read_trajectory("m.csv")
+    Path("m.csv").write_text(text.replace("measuring", "elsewhere", 1))
+    with pytest.raises(FileError, match="robot-base or measuring"):
+        read_measurements("m.csv")
 
 
 def test_a_circle_is_drawn_and_read(run, circle):

@@ -101,7 +101,7 @@ class FileOptions:
         from workbench.data.readers import read_measurements
 
         options = {"columns": self.columns, "sheet": self.sheet, "layout": self.layout}
-        return read_measurements(path, joints=arm.dof, **options)
+        return read_measurements(path, joints=arm.dof, base=arm.base.pose, **options)
 
 
 @dataclass(frozen=True)

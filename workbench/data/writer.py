@@ -47,6 +47,7 @@ def write_measurements(
     *,
     rotation: RotationForm = RotationForm.QUATERNION,
     prismatic: Collection[int] = (),
+    frame: str | None = None,
 ) -> Path:
     """Write measurements as CSV.
 
@@ -55,6 +56,7 @@ def write_measurements(
         path: File to make or to replace; it is whole or untouched at any time.
         rotation: Form of the orientations; the matrix gives them back bit by bit.
         prismatic: Joints, counted from 0, whose positions are lengths [m].
+        frame: Frame of the poses, where it is not the measuring one; see `readers.pose_frame`.
 
     Raises:
         FileError: The file can't be written, or its ending promises another form.
@@ -63,14 +65,20 @@ def write_measurements(
         raise FileError(
             f"measurements are written as {' or '.join(ENDINGS)}; choose this ending", path=str(path)
         )
-    return write_text(path, measurements_csv(dataset, rotation=rotation, prismatic=prismatic))
+    return write_text(path, measurements_csv(dataset, rotation=rotation, prismatic=prismatic, frame=frame))
 
 
 def measurements_csv(
-    dataset: Dataset, *, rotation: RotationForm = RotationForm.QUATERNION, prismatic: Collection[int] = ()
+    dataset: Dataset,
+    *,
+    rotation: RotationForm = RotationForm.QUATERNION,
+    prismatic: Collection[int] = (),
+    frame: str | None = None,
 ) -> str:
     """The same text without a file; arguments as in `write_measurements`."""
     columns = list(_columns(dataset, rotation, prismatic))
+    if frame is not None:
+        columns.append(("pose_frame", np.full(len(dataset.q), frame)))
     buffer = io.StringIO()
     writer = csv.writer(buffer, lineterminator="\n")
     writer.writerow([name for name, _ in columns])

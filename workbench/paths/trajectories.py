@@ -17,6 +17,7 @@ from workbench.base.types import JointRows
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_directions
 from workbench.data.readers import read_trajectory
+from workbench.data.readers.pose_frame import BASE
 from workbench.data.readers.trajectory import Trajectory
 from workbench.data.writer import write_measurements
 from workbench.paths.correction import Compensation, Method, compensate
@@ -168,7 +169,7 @@ def read_taught(path: Path, robot: Robot) -> Float[np.ndarray, "points n"]:
 
 
 def write_plan(planned: Planned, path: Path | str) -> Path:
-    """Write a trajectory as a table with units: time, joints, and the poses that they mean."""
+    """Write a trajectory as a table with units: time, joints, the poses that they mean, and their frame."""
     rows = Dataset(
         q=planned.q,
         row=np.arange(len(planned.q)),
@@ -176,4 +177,4 @@ def write_plan(planned: Planned, path: Path | str) -> Path:
         rotation=planned.poses[:, :3, :3],
         time=planned.time,
     )
-    return write_measurements(rows, path, prismatic=_sliding(planned.robot))
+    return write_measurements(rows, path, prismatic=_sliding(planned.robot), frame=BASE)

@@ -11,11 +11,13 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from workbench.base.errors import DataError, FileError, ShapeError
+from workbench.base.types import Matrix4
 from workbench.base.wording import counted
 from workbench.data.dataset import Dataset
 from workbench.data.plausibility import repeated_rows
 from workbench.data.readers.fields import Fields
 from workbench.data.readers.orientation import read_orientation
+from workbench.data.readers.pose_frame import in_base
 
 _LABELS = ("anchor", "contact", "point", "session", "group")
 _NUMBERS = ("time", "temperature", "payload")
@@ -28,12 +30,13 @@ _FALSE = {"", "false", "0", "0.0", "no", "n", "falsch", "nein"}
 Mask = Bool[np.ndarray, " rows"]
 
 
-def assemble(fields: Fields, *, joints: int | None) -> Dataset:
+def assemble(fields: Fields, *, joints: int | None, base: Matrix4 | None = None) -> Dataset:
     """A `Dataset` of all columns.
 
     Args:
         fields: Columns in SI.
         joints: Number of joints that the robot has; None: as many as the file names.
+        base: Pose of the robot's base in the measuring frame, for poses that are in the robot's base.
 
     Raises:
         ShapeError: The file has another number of joints.
@@ -45,6 +48,7 @@ def assemble(fields: Fields, *, joints: int | None) -> Dataset:
     _need_whole_joints(fields, q, excluded)
     position = fields.stacked(_XYZ)
     rotation, notes = read_orientation(fields, usable=~excluded)
+    position, rotation, moved = _measured(fields, position, rotation, base)
     markers, tilt = _markers(fields), _tilt(fields)
     sigma, rounded = _sigma(fields)
     observed = _observations(fields, position, rotation, markers, tilt)
@@ -68,11 +72,35 @@ def assemble(fields: Fields, *, joints: int | None) -> Dataset:
         notes=fields.notes
         + notes
         + rounded
+        + moved
         + _excluded_notes(fields, excluded, found, reasons)
         + _label_notes(fields),
         **_plain(fields),
     )
     return replace(dataset, notes=dataset.notes + _repeats(dataset, fields))
+
+
+def _measured(fields: Fields, position, rotation, base: Matrix4 | None):
+    """Position and rotation in the measuring frame, and what was said about it.
+
+    Raises:
+        FileError: The poses are in the robot's base, and where that stands is not known.
+    """
+    if not in_base(fields):
+        return position, rotation, ()
+    if base is None:
+        raise FileError(
+            "its poses are in the robot's base frame (column 'pose_frame'): say where the base stands in the "
+            "measuring frame, read_measurements(…, base=robot.base.pose)",
+            path=fields.source,
+        )
+    position = None if position is None else position @ base[:3, :3].T + base[:3, 3]
+    rotation = None if rotation is None else base[:3, :3] @ rotation
+    return (
+        position,
+        rotation,
+        ("poses are in the robot's base frame (column 'pose_frame'), moved by the base",),
+    )
 
 
 def joint_columns(fields: Fields, joints: int | None) -> Float[np.ndarray, "rows n"]:

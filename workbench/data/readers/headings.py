@@ -11,7 +11,7 @@ from workbench.base.errors import UnitError
 from workbench.base.units import Quantity, conversion, parse_heading
 
 JOINT = (Quantity.ANGLE, Quantity.LENGTH)
-LABELS = ("session", "group", "point", "anchor", "contact", "reason", "exclude")
+LABELS = ("session", "group", "point", "anchor", "contact", "pose_frame", "reason", "exclude")
 
 _UR_JOINTS = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
 _JOINT_WORDS = "q|j|a|ax|joint|axis|achse|gelenk|theta|th|θ|joint_angle|joint_position|joint_pos|angle"
@@ -68,6 +68,7 @@ _WORDS = {
     "session": ("sitzung", "placement", "aufstellung"),
     "group": ("gruppe",),
     "point": ("socket", "punkt"),
+    "pose_frame": (),
     "exclude": ("excluded", "ausschluss"),
     "reason": ("grund",),
 }

@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.base.errors import FileError, OptionError
+from workbench.base.types import Matrix4
 from workbench.base.wording import listed
 from workbench.data.dataset import Dataset
 from workbench.data.readers import layouts
@@ -29,6 +30,7 @@ def read_measurements(
     joints: int | None = None,
     layout: str | None = None,
     sheet: str | None = None,
+    base: Matrix4 | None = None,
 ) -> Dataset:
     """Measurements of a file or a data frame in SI, with every decision in `notes`.
 
@@ -39,6 +41,8 @@ def read_measurements(
         joints: Number of joints of the robot; None: as many as the file names.
         layout: Name of the file's layout; None: recognised by its headings.
         sheet: Sheet of a workbook; None: the one with headings that are known.
+        base: Pose of the robot's base in the measuring frame, for files whose column `pose_frame` says that their
+            poses are in the robot's base, as those of `workbench path` are.
 
     Raises:
         FileError: The file can't be read; carries line and column.
@@ -48,7 +52,9 @@ def read_measurements(
         OptionError: An option does not fit the file.
         MissingExtraError: An optional library is needed.
     """
-    return assemble(read_fields(source, columns=columns, layout=layout, sheet=sheet), joints=joints)
+    return assemble(
+        read_fields(source, columns=columns, layout=layout, sheet=sheet), joints=joints, base=base
+    )
 
 
 def read_fields(

@@ -10,6 +10,7 @@ from workbench.base.errors import DataError
 from workbench.base.types import frozen
 from workbench.data.readers.assemble import joint_columns
 from workbench.data.readers.orientation import read_orientation
+from workbench.data.readers.pose_frame import BASE, in_base
 from workbench.data.readers.read import read_fields
 
 
@@ -53,6 +54,11 @@ def read_trajectory(
             raise fields.error("the cell is blank: a trajectory has no gaps", int(np.argmax(blank)), key)
     position = fields.stacked(("x", "y", "z"))
     q = joint_columns(fields, joints) if fields.numbers(r"q(\d+)") else None
+    if position is not None and not in_base(fields, usual=BASE):
+        raise DataError(
+            f"{fields.source}: its poses are in the measuring frame (column 'pose_frame'), a trajectory's are "
+            "in the robot's base: take the base off them"
+        )
     rotation, notes = read_orientation(fields, usable=np.ones(fields.rows, bool))
     if q is None and position is None:
         raise DataError(

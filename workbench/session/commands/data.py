@@ -75,7 +75,7 @@ class LoadData(AbstractTask):
             path.write_bytes(self.content)
             try:
                 understood = preview(path, joints=session.robot.dof)
-                dataset = read_measurements(path, joints=session.robot.dof)
+                dataset = read_measurements(path, joints=session.robot.dof, base=session.robot.base.pose)
                 dataset = replace(dataset, source=path.name)
                 dataset = check_plausible(dataset, session.robot.limits, session.robot.reach)
             except WorkbenchError as error:
