@@ -6,8 +6,19 @@ import numpy as np
 import pytest
 import trimesh
 
-from workbench.plate.parts.parts import Block
-from workbench.plate.parts.solids import block_mesh, block_step, slab_mesh, slab_step, stl, three_mf
+from workbench.base import se3
+from workbench.plate.parts.fixture import fixture_of
+from workbench.plate.parts.parts import Block, Purpose
+from workbench.plate.parts.solids import (
+    block_mesh,
+    block_step,
+    slab_mesh,
+    slab_step,
+    stl,
+    three_mf,
+    turned_mesh,
+    turned_step,
+)
 
 
 def by_hand(part) -> float:
@@ -87,20 +98,45 @@ def test_step_comes_back_with_the_same_volume(fixture, tmp_path):
         assert np.isclose(step_volume(step(part, "part"), tmp_path), by_hand(part), rtol=1e-9)
 
 
+def test_probe_bottom_plate_and_stand_offs_are_solids_too(plate, tmp_path):
+    """The probe's pins are where a seat's bores are; stand-offs reach from the robot's foot to the plate."""
+    fixture = fixture_of(plate)
+    probe, bottom, post = fixture.others
+    for part in (probe, post):
+        mesh = trimesh.load(io.BytesIO(stl(turned_mesh(part))), file_type="stl")
+        assert mesh.is_watertight
+        assert np.isclose(mesh.volume / 1e9, part.volume, rtol=1e-6)
+        assert np.isclose(step_volume(turned_step(part, "part"), tmp_path), part.volume, rtol=1e-9)
+    assert np.isclose(step_volume(slab_step(bottom, "part"), tmp_path), bottom.volume, rtol=1e-9)
+    pins = [b.mouth[:2] for b in probe.bores if b.purpose is Purpose.PIN]
+    seat, index = (b for b in fixture.blocks[0].bores if b.direction[2] < 0.0)
+    assert np.isclose(np.linalg.norm(pins[1] - pins[0]), np.linalg.norm(index.mouth - seat.mouth))
+    assert np.isclose(post.length, fixture.pose[2, 3] - fixture.slab.size[2])
+    mounts = [se3.apply(fixture.pose, b.mouth)[:2] for b in fixture.slab.bores if b.label.startswith("M")]
+    foot = [b.mouth[:2] for b in bottom.bores if b.purpose is Purpose.ROBOT]
+    below = [b.mouth[:2] - np.mean(foot, axis=0) for b in bottom.bores if b.purpose is Purpose.STANDOFF]
+    assert np.allclose(below, mounts)
+
+
+def test_a_leaning_plate_has_no_stand_offs_and_says_so(mixed):
+    fixture = fixture_of(mixed)
+    assert fixture.standoff is None
+    assert "leans by" in " ".join(fixture.notes)
+
+
 @pytest.mark.parametrize("library", ["manifold3d", "OCP.STEPControl", "ezdxf"])
 def test_a_missing_library_names_its_extra(library, mixed, monkeypatch):
     import sys
 
     from workbench.base.errors import MissingExtraError
-    from workbench.plate.parts.fixture import fixture_of
-    from workbench.plate.parts.hole_drawing import dxf
+    from workbench.plate.parts.drawing import Page, dxf_of
 
     monkeypatch.setitem(sys.modules, library, None)
     fixture = fixture_of(mixed)
     work = {
         "manifold3d": lambda: slab_mesh(fixture.slab),
         "OCP.STEPControl": lambda: slab_step(fixture.slab, "plate"),
-        "ezdxf": lambda: dxf(fixture),
+        "ezdxf": lambda: dxf_of(Page(name="empty")),
     }[library]
     with pytest.raises(MissingExtraError) as error:
         work()

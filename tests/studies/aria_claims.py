@@ -30,7 +30,7 @@ def clustering_claims(found: Clustering, robot: Robot, plate: Plate) -> tuple[Fi
             "§4.2", "poses with the same O in different cubes", "10",
             f"{len(set(best.cubes.tolist()))}, O {best.o.min():.4f} to {best.o.max():.4f}",
             len(set(best.cubes.tolist())) == 10 and best.difference <= 0.01,
-            f"cubes of {1e3 * found.region.cube:.0f} mm in the region of the plate",
+            f"{found.region.cube_words} in the region of the plate",
         ),
         judged(
             "§4.2", "same O suffices", "(implied)",

@@ -12,6 +12,7 @@ from workbench.cli.options import (
     SeedOption,
     UnknownOption,
     check_writable,
+    fail,
     noise_of,
     pair_of,
     progress_bar,
@@ -44,7 +45,7 @@ def making_of(plate, tolerance: str | None, play: str | None):
     """How a plate is made: what was given, and the rest as its file says; None where nothing was given."""
     from dataclasses import replace
 
-    from workbench.plate.parts.fixture import Stock
+    from workbench.plate.parts.stock import Stock
 
     making = plate.making
     if tolerance is not None:
@@ -187,24 +188,29 @@ def export(
     plate: PlateArgument,
     out: Annotated[Path, typer.Option(help="Folder for the files; made if it is not there.")],
     formats: Annotated[
-        str, typer.Option(help="What to write: stl, 3mf, dxf, csv, sheet, step, with commas between.")
-    ] = "stl,3mf,dxf,csv,sheet",
+        str | None,
+        typer.Option(help="What to write: stl,3mf,dxf,pdf,csv,sheet,step; all but step if not given."),
+    ] = None,
     robot: Annotated[
         str | None, typer.Option(help="Arm for which the sheet says what accuracy to expect.")
     ] = None,
     noise: NoiseOption = "0.1mm,0.02deg",
+    tolerance: ToleranceOption = None,
 ) -> None:
-    """Everything to make a plate: solids, hole drawing, lists, and a sheet with the expected accuracy."""
+    """Everything to make a plate: drawing set, solids, lists, and a sheet with the expected accuracy."""
+    from dataclasses import replace
+
     from workbench.arm.built_in_arms import load_robot
     from workbench.plate.parts import export as plate_making
     from workbench.plate.parts.as_measured import load_plate
 
-    wanted = plate_making.formats_named(formats)
+    wanted = plate_making.LEAN if formats is None else plate_making.formats_named(formats)
     check_writable(folder=out)
     sigma = noise_of(noise)
+    given = load_plate(plate)
     with progress_bar("plate") as progress:
-        fixture, files = plate_making.export_plate(
-            load_plate(plate),
+        fixture, files, missing = plate_making.export_plate(
+            replace(given, making=making_of(given, tolerance, None)),
             out,
             formats=wanted,
             robot=None if robot is None else load_robot(robot),
@@ -215,7 +221,12 @@ def export(
     say(f"{fixture.name}: plate and {len(fixture.blocks)} blocks ({shapes}) in {out}")
     for note in fixture.notes:
         say(f"note: {note}")
+    say(f"drawn for {fixture.tolerances.note}")
     say(f"files: {', '.join(path.name for path in files)}")
+    for kind, why in missing.items():
+        say(f"not written: {kind}; {why}")
+    if missing and formats is not None:
+        fail(f"{', '.join(missing)} could not be written")
 
 
 @plates.command("as-measured")

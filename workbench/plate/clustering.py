@@ -7,7 +7,8 @@ Of the sets with equal O the one with full rank and the best index of the whole 
 1. random joint positions with the tool in the region, O of each and the cube that it lies in;
 2. bands of O whose ends differ by no more than the tolerance and that hold enough different cubes;
 3. in the most promising bands an exchange for the index of the set, no two poses in one cube;
-4. Newton steps along ∂O/∂q until all poses of the winner have the same O, each staying in its cube.
+4. Newton steps along ∂O/∂q until all poses of the winner have the same O, each staying in its cube: the
+   median O, or where a pose can't get there within its cube and limits, the O at which such poses stop.
 """
 
 from collections.abc import Callable
@@ -44,8 +45,12 @@ BANDS = 8
 """Bands that are searched for the best set."""
 MOST = 300
 """Poses of a band that take part in the exchange."""
-LEVELLING = 8
+LEVELLING = 12
 """Newton steps towards equal O."""
+GOALS = 4
+"""Values of O that are tried."""
+EQUAL = 1e-9
+"""Relative difference below which O is equal."""
 STEP = 1e-6
 """Half-width of the central differences of O [rad or m]."""
 
@@ -262,20 +267,33 @@ def _best_of_band(pool: _Pool, band: np.ndarray, number: int) -> np.ndarray:
 
 def _level(pool: _Pool, q: np.ndarray) -> Cluster:
     """The set with O made equal, as far as every pose can stay in its cube and within the limits."""
+    home = best = pool.cluster(q)
+    goal = float(np.median(home.o))
+    for _ in range(GOALS):
+        level = pool.cluster(_levelled(pool, home, goal))
+        if level.difference < best.difference and level.rank >= home.rank:
+            best = level
+        if level.difference < EQUAL:
+            break
+        goal = float(level.o[np.argmax(np.abs(level.o / goal - 1.0))])
+    return best
+
+
+def _levelled(pool: _Pool, home: Cluster, goal: float) -> np.ndarray:
+    """Joint positions with O moved towards the goal; a step that leaves the cube or the limits is halved."""
     low, high = pool.robot.search_limits.T
-    home = pool.cluster(q)
-    goal, q = float(np.median(home.o)), q.copy()
+    q, share = home.q.copy(), np.ones(len(home.q))
     for _ in range(LEVELLING):
         o, slope = _o_and_slope(pool.robot, q)
-        if np.abs(o / goal - 1.0).max() < 1e-9:
+        if np.abs(o / goal - 1.0).max() < EQUAL:
             break
-        step = slope * ((goal - o) / np.maximum((slope**2).sum(1), 1e-9))[:, None]
+        step = slope * ((goal - o) * share / np.maximum((slope**2).sum(1), 1e-9))[:, None]
         moved = np.clip(q + step, low, high)
         poses = in_base(pool.robot, tool_poses(pool.robot, Motion(moved)))
         stays = (pool.region.cells(poses[:, :3, 3]) == home.cubes) & pool.limits.admits(pool.robot, moved)
         q[stays] = moved[stays]
-    level = pool.cluster(q)
-    return level if level.difference < home.difference and level.rank >= home.rank else home
+        share = np.where(stays, 1.0, 0.5 * share)
+    return q
 
 
 def _o_and_slope(robot: Robot, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

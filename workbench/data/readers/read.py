@@ -41,8 +41,8 @@ def read_measurements(
         joints: Number of joints of the robot; None: as many as the file names.
         layout: Name of the file's layout; None: recognised by its headings.
         sheet: Sheet of a workbook; None: the one with headings that are known.
-        base: Pose of the robot's base in the measuring frame, for files whose column `pose_frame` says that their
-            poses are in the robot's base, as those of `workbench path` are.
+        base: Pose of the robot's base in the measuring frame, for files whose column `pose_frame` says that
+            their poses are in the robot's base, as those of `workbench path` are.
 
     Raises:
         FileError: The file can't be read; carries line and column.

@@ -56,8 +56,8 @@ def read_trajectory(
     q = joint_columns(fields, joints) if fields.numbers(r"q(\d+)") else None
     if position is not None and not in_base(fields, usual=BASE):
         raise DataError(
-            f"{fields.source}: its poses are in the measuring frame (column 'pose_frame'), a trajectory's are "
-            "in the robot's base: take the base off them"
+            f"{fields.source}: its poses are in the measuring frame (column 'pose_frame'), those of a "
+            "trajectory are in the robot's base: take the base off them"
         )
     rotation, notes = read_orientation(fields, usable=np.ones(fields.rows, bool))
     if q is None and position is None:

@@ -1,83 +1,47 @@
-"""All files that are needed to make a plate, in one folder: solids, drawing, lists and the sheet.
+"""All files that are needed to make a plate, in one folder: solids, drawings, lists and the sheet.
 
-The lists are for workshop and measuring room. Positions on the plate count from the lower left corner of its
-top face, as in the drawing, along the plate's x and y axes. Targets are poses of the tool in the robot's
-base, R = Rz(yaw) Ry(pitch) Rx(roll), in the columns that an as-measured plate is read from.
+What can't be written because an optional library is missing is left out and said; the rest is written.
 """
 
-import csv
-import io
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
+from typing import NamedTuple
 
-import numpy as np
+import trimesh
 
 from workbench.arm.robot import Robot
-from workbench.base import se3
-from workbench.base.errors import OptionError
+from workbench.base.errors import MissingExtraError, OptionError
 from workbench.base.files import check_folder, write_folder
-from workbench.plate.parts.fixture import Stock, fixture_of
-from workbench.plate.parts.hole_drawing import dxf
-from workbench.plate.parts.parts import Fixture
+from workbench.plate.making import Making
+from workbench.plate.parts.drawing import dxf_of, pdf_of
+from workbench.plate.parts.drawing_set import pages_of
+from workbench.plate.parts.fixture import fixture_of
+from workbench.plate.parts.lists import (
+    blocks_csv,
+    bores_csv,
+    holes_csv,
+    inspection_csv,
+    parts_csv,
+    targets_csv,
+)
+from workbench.plate.parts.parts import Fixture, Slab, Turned
 from workbench.plate.parts.sheet import PlateSheet
-from workbench.plate.parts.solids import block_mesh, block_step, slab_mesh, slab_step, stl, three_mf
-from workbench.plate.plate import Plate
+from workbench.plate.parts.solids import (
+    block_mesh,
+    block_step,
+    slab_mesh,
+    slab_step,
+    stl,
+    three_mf,
+    turned_mesh,
+    turned_step,
+)
+from workbench.plate.parts.stock import Stock
+from workbench.plate.plate import Kind, Plate
 from workbench.plate.readings import SIGMA_POSITION, SIGMA_ROTATION
 from workbench.plate.score import score_plate
-
-TARGET_COLUMNS = ("target", "x[mm]", "y[mm]", "z[mm]", "roll[deg]", "pitch[deg]", "yaw[deg]")
-MM = 1e3
-
-
-def holes_csv(fixture: Fixture) -> str:
-    """Every hole of the plate: label, what it is, place from the lower left corner, diameter, depth."""
-    head = ("hole", "purpose", "x[mm]", "y[mm]", "diameter[mm]", "depth[mm]", "through")
-    return _table(
-        head,
-        (
-            (
-                bore.label,
-                bore.purpose,
-                *(f"{v:.4f}" for v in fixture.from_corner(bore.mouth)),
-                f"{MM * bore.diameter:.3f}",
-                f"{MM * bore.depth:.3f}",
-                "yes" if bore.through else "no",
-            )
-            for bore in fixture.slab.bores
-        ),
-    )
-
-
-def blocks_csv(fixture: Fixture) -> str:
-    """Every block: its shape's letter, its place and turn on the plate, its height and mitre angle."""
-    head = (
-        *("target", "shape", "kind", "x[mm]", "y[mm]", "turn[deg]"),
-        *("tilt[deg]", "height[mm]", "lowest_edge[mm]", "highest_edge[mm]", "side[mm]"),
-    )
-    rows = []
-    for block in fixture.blocks:
-        place = (*fixture.from_corner(block.pose[:3, 3]), np.rad2deg(block.azimuth), np.rad2deg(block.tilt))
-        sizes = (MM * h for h in (block.height, *block.heights, block.side))
-        numbers = (f"{v + 0.0:.4f}" for v in (*place, *sizes))
-        rows.append((str(block.number), fixture.letter(block.number), str(block.kind), *numbers))
-    return _table(head, rows)
-
-
-def targets_csv(plate: Plate) -> str:
-    """Poses of the tool at the targets in the robot's base, to full precision."""
-    angles = np.rad2deg(se3.matrix_to_rpy(plate.poses[:, :3, :3]))
-    places = MM * plate.poses[:, :3, 3]
-    rows = np.column_stack([places, angles]).tolist()
-    return _table(TARGET_COLUMNS, ((str(i), *map(repr, row)) for i, row in enumerate(rows, start=1)))
-
-
-def _table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    buffer = io.StringIO()
-    writer = csv.writer(buffer, lineterminator="\n")
-    writer.writerow(head)
-    writer.writerows(rows)
-    return buffer.getvalue()
 
 
 class Format(StrEnum):
@@ -86,12 +50,13 @@ class Format(StrEnum):
     STL = "stl"
     THREE_MF = "3mf"
     DXF = "dxf"
+    PDF = "pdf"
     CSV = "csv"
     STEP = "step"
     SHEET = "sheet"
 
 
-LEAN = (Format.STL, Format.THREE_MF, Format.DXF, Format.CSV, Format.SHEET)
+LEAN = (Format.STL, Format.THREE_MF, Format.DXF, Format.PDF, Format.CSV, Format.SHEET)
 """Everything but STEP, whose library is a large download."""
 
 
@@ -110,6 +75,20 @@ def formats_named(text: str) -> tuple[Format, ...]:
     return tuple(Format(name) for name in names)
 
 
+class Exported(NamedTuple):
+    """What was written.
+
+    Args:
+        fixture: The parts.
+        files: Their files.
+        missing: Formats that could not be written, and why.
+    """
+
+    fixture: Fixture
+    files: tuple[Path, ...]
+    missing: dict[Format, str]
+
+
 def export_plate(
     plate: Plate,
     folder: Path | str,
@@ -119,8 +98,8 @@ def export_plate(
     sigma: tuple[float, float] = (SIGMA_POSITION, SIGMA_ROTATION),
     stock: Stock | None = None,
     progress: Callable[[float, str], None] | None = None,
-) -> tuple[Fixture, tuple[Path, ...]]:
-    """Write a plate's files into a folder: all of them, or nothing.
+) -> Exported:
+    """Write a plate's files into a folder: all that can be written, or nothing where it can't be made.
 
     Args:
         plate: Which is made as it is drawn.
@@ -131,36 +110,54 @@ def export_plate(
         stock: Bar, screws and pins.
         progress: Called with the part done and what is being done.
 
-    Returns:
-        The parts and the files' paths.
-
     Raises:
         OptionError: the plate can't be made; says why.
-        MissingExtraError: a format needs a library that is not installed.
+        MissingExtraError: every format needs a library that is not installed.
         FileError: the folder can't be written.
     """
     report = progress or (lambda part, words: None)
     check_folder(folder)
+    stock = stock or Stock()
     fixture = fixture_of(plate, stock=stock)
     files: dict[str, bytes] = {}
+    missing: dict[Format, MissingExtraError] = {}
     for number, kind in enumerate(kind for kind in Format if kind in formats and kind is not Format.SHEET):
         report(number / (len(Format) + 1), f"writing {kind}")
-        files |= _WRITERS[kind](plate, fixture)
+        try:
+            files |= _WRITERS[kind](plate, fixture)
+        except MissingExtraError as error:
+            missing[kind] = error
     if Format.SHEET in formats:
         report(0.7, "drawing the sheet")
-        score = None if robot is None else score_plate(robot, plate, sigma=sigma)
+        score = None if robot is None else score_plate(robot, as_drawn(plate, fixture, stock), sigma=sigma)
+        lacking = tuple(f"not written: {kind}; {error}" for kind, error in missing.items())
         sheet = PlateSheet(
-            fixture=fixture, files=tuple(files), score=score, notes=(*fixture.notes, *plate.notes)
+            fixture=fixture, files=tuple(files), score=score, notes=(*fixture.notes, *plate.notes, *lacking)
         )
         files |= {"sheet.html": sheet.html().encode(), "sheet.pdf": sheet.pdf()}
+    if not files:
+        raise next(iter(missing.values()))
     written = write_folder(folder, files)
     report(1.0, "done")
-    return fixture, tuple(written / name for name in files)
+    paths = tuple(written / name for name in files)
+    return Exported(fixture, paths, {kind: str(error) for kind, error in missing.items()})
+
+
+def as_drawn(plate: Plate, fixture: Fixture, stock: Stock) -> Plate:
+    """The plate with what its drawings ask for: their tolerances, and the play of the pins in its seats."""
+    asked = fixture.tolerances.making
+    play = stock.play if any(t.kind is Kind.SEAT for t in plate.targets) else (0.0, 0.0)
+    return replace(plate, making=Making(position=asked.position, angle=asked.angle, play=play))
 
 
 def _meshes(plate: Plate, fixture: Fixture) -> dict[str, bytes]:
     blocks = {f"block-{s.letter}.stl": stl(block_mesh(s.block)) for s in fixture.shapes}
-    return {"plate.stl": stl(slab_mesh(fixture.slab)), **blocks}
+    others = {f"{p.name}.stl": stl(_mesh(p)) for p in fixture.others}
+    return {"plate.stl": stl(slab_mesh(fixture.slab)), **blocks, **others}
+
+
+def _mesh(part: Slab | Turned) -> trimesh.Trimesh:
+    return slab_mesh(part) if isinstance(part, Slab) else turned_mesh(part)
 
 
 def _steps(plate: Plate, fixture: Fixture) -> dict[str, bytes]:
@@ -168,18 +165,31 @@ def _steps(plate: Plate, fixture: Fixture) -> dict[str, bytes]:
         f"block-{s.letter}.step": block_step(s.block, f"{plate.name} block {s.letter}")
         for s in fixture.shapes
     }
-    return {"plate.step": slab_step(fixture.slab, f"{plate.name} plate"), **blocks}
+    others = {f"{p.name}.step": _step(p, f"{plate.name} {p.name}") for p in fixture.others}
+    return {"plate.step": slab_step(fixture.slab, f"{plate.name} plate"), **blocks, **others}
+
+
+def _step(part: Slab | Turned, name: str) -> bytes:
+    return slab_step(part, name) if isinstance(part, Slab) else turned_step(part, name)
 
 
 def _lists(plate: Plate, fixture: Fixture) -> dict[str, bytes]:
-    lists = {"holes": holes_csv(fixture), "blocks": blocks_csv(fixture), "targets": targets_csv(plate)}
+    lists = {
+        "holes": holes_csv(fixture),
+        "blocks": blocks_csv(fixture),
+        "bores": bores_csv(fixture),
+        "targets": targets_csv(plate),
+        "parts": parts_csv(fixture),
+        "inspection": inspection_csv(plate, fixture),
+    }
     return {f"{name}.csv": text.encode() for name, text in lists.items()}
 
 
 _WRITERS: dict[Format, Callable[[Plate, Fixture], dict[str, bytes]]] = {
     Format.STL: _meshes,
     Format.THREE_MF: lambda plate, fixture: {"fixture.3mf": three_mf(fixture)},
-    Format.DXF: lambda plate, fixture: {"plate.dxf": dxf(fixture).encode()},
+    Format.DXF: lambda plate, fixture: {f"{p.name}.dxf": dxf_of(p).encode() for p in pages_of(fixture)},
+    Format.PDF: lambda plate, fixture: {"drawings.pdf": pdf_of(pages_of(fixture))},
     Format.CSV: _lists,
     Format.STEP: _steps,
 }

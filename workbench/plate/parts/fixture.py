@@ -6,7 +6,6 @@ face lies half a radius below the centre, the cone's apex √2 radii. A pointed 
 centre.
 """
 
-from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
@@ -14,69 +13,15 @@ import numpy as np
 from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.base.types import Matrix4, Vector3, frozen
-from workbench.plate.making import pin_play
 from workbench.plate.optimiser.target_blocks import STEEPEST
+from workbench.plate.parts.mating_parts import base_parts, probe_of
 from workbench.plate.parts.parts import Block, Bore, Fixture, Purpose, Slab
+from workbench.plate.parts.stock import DOWN, UP, Stock
+from workbench.plate.parts.tolerances import tolerances_of
 from workbench.plate.plate import SQUARE, Kind, Plate, Target
 
 WALL = 0.002
 """Least material between bores that face each other, and between a bore and an edge [m]."""
-UP = frozen(np.array([0.0, 0.0, 1.0]))
-DOWN = frozen(np.array([0.0, 0.0, -1.0]))
-
-
-@dataclass(frozen=True, kw_only=True)
-class Stock:
-    """Bar, screws and pins that the blocks are made with; all lengths in metres.
-
-    Args:
-        side: Side of the square bar.
-        thickness: Of the plate, where its file does not say.
-        margin: Of the plate around the blocks, where its file does not say.
-        clearance: Diameter of the screw's hole in the plate (M6).
-        core: Diameter of the tapped hole in the block before the thread is cut.
-        thread: Depth of the tapped hole.
-        dowel: Diameter of the dowels.
-        dowel_depth: How deep they go into the block.
-        dowel_offset: Distance of each dowel from the screw.
-        seat: Diameter of the bore for the probe's pin.
-        seat_depth: Its depth.
-        index: Diameter of the hole for the index pin.
-        index_depth: Its depth.
-        index_offset: Its distance from the seat along the tool's x axis.
-        ball: Diameter of the ball that sits in sockets.
-        centre: Diameter of the centre for a pointed probe.
-        mounting: Diameter of the plate's mounting holes.
-        inset: Distance of the mounting holes from both edges.
-    """
-
-    side: float = 0.046
-    thickness: float = 0.012
-    margin: float = 0.020
-    clearance: float = 0.0066
-    core: float = 0.005
-    thread: float = 0.012
-    dowel: float = 0.004
-    dowel_depth: float = 0.008
-    dowel_offset: float = 0.014
-    seat: float = 0.006
-    seat_depth: float = 0.008
-    index: float = 0.003
-    index_depth: float = 0.006
-    index_offset: float = 0.015
-    ball: float = 0.012
-    centre: float = 0.003
-    mounting: float = 0.009
-    inset: float = 0.020
-
-    @property
-    def play(self) -> tuple[float, float]:
-        """Greatest shift [m] and turn [rad] of a probe on g6 pins in a seat."""
-        return pin_play(self.seat, self.index, self.index_offset)
-
-    def lift(self, kind: Kind) -> float:
-        """How far the face lies above the target along its normal [m]."""
-        return {Kind.SEAT: 0.0, Kind.SOCKET: -0.25 * self.ball, Kind.POINT: 0.5 * self.centre}[kind]
 
 
 def fixture_of(plate: Plate, *, stock: Stock | None = None) -> Fixture:
@@ -107,8 +52,18 @@ def fixture_of(plate: Plate, *, stock: Stock | None = None) -> Fixture:
     if left_out:
         notes.append(f"{left_out} of 4 mounting holes would lie under a block and are left out")
     bores = tuple(bore for block in blocks for bore in _under(block, size[2], stock)) + mounting
+    slab = Slab(size=size, bores=bores)
+    bottom, standoff, said = base_parts(plate.pose, slab, stock)
     return Fixture(
-        name=plate.name, pose=plate.pose, slab=Slab(size=size, bores=bores), blocks=blocks, notes=tuple(notes)
+        name=plate.name,
+        pose=plate.pose,
+        slab=slab,
+        blocks=blocks,
+        tolerances=tolerances_of(plate.making, stock.dowel_offset),
+        probe=probe_of(stock) if any(t.kind is Kind.SEAT for t in plate.targets) else None,
+        bottom=bottom,
+        standoff=standoff,
+        notes=(*notes, *said),
     )
 
 

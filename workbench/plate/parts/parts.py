@@ -15,6 +15,7 @@ from enum import StrEnum
 import numpy as np
 
 from workbench.base.types import Matrix4, Vector3
+from workbench.plate.parts.tolerances import Tolerances
 from workbench.plate.plate import SQUARE, Kind
 
 
@@ -29,6 +30,16 @@ class Purpose(StrEnum):
     INDEX = "index pin along the tool's x axis, H7"
     SOCKET = "90° cone for the ball"
     TIP = "90° centre for the pointed probe"
+    PIN = "press fit for a dowel pin, N7"
+    FLANGE = "screw hole of the flange, ISO 9409-1"
+    STANDOFF = "screw hole for a stand-off"
+    ROBOT = "screw hole for the robot's foot"
+
+
+FITS = {Purpose.DOWEL: "H7", Purpose.SEAT: "H7", Purpose.INDEX: "H7", Purpose.PIN: "N7"}
+"""Fits of bores; the others are as drilled."""
+THREADS = {0.0042: "M5", 0.005: "M6", 0.0068: "M8"}
+"""Threads by the diameter of their core holes [m]."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -59,6 +70,14 @@ class Bore:
         return self.purpose in (Purpose.SOCKET, Purpose.TIP)
 
     @property
+    def size(self) -> str:
+        """Its diameter with fit or thread, as on a drawing."""
+        if self.purpose is Purpose.THREAD and round(self.diameter, 6) in THREADS:
+            return f"{THREADS[round(self.diameter, 6)]} (core Ø{1e3 * self.diameter:.3g})"
+        cone = "90° cone " if self.conical else ""
+        return f"{cone}Ø{1e3 * self.diameter:.4g} {FITS.get(self.purpose, '')}".strip()
+
+    @property
     def volume(self) -> float:
         """Material that it takes away [m³]."""
         return np.pi * self.diameter**2 / 4.0 * self.depth / (3.0 if self.conical else 1.0)
@@ -71,20 +90,52 @@ class Bore:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Slab:
-    """The plate itself: z = 0 is its top, its centre the origin.
+    """The plate itself, or the one under it: z = 0 is its top, its centre the origin.
 
     Args:
         size: Length, width and thickness [m].
         bores: Its holes.
+        name: `plate` or `bottom`.
+        quantity: How many are made.
     """
 
     size: Vector3
     bores: tuple[Bore, ...]
+    name: str = "plate"
+    quantity: int = 1
 
     @property
     def volume(self) -> float:
         """Volume of the material [m³]."""
         return float(np.prod(self.size)) - sum(bore.volume for bore in self.bores)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Turned:
+    """A turned part: cylinders on one axis, z, with bores along it.
+
+    Args:
+        name: `probe`, `stand-off`.
+        steps: Diameter and length of each cylinder [m], from z = 0 upwards.
+        bores: Its holes.
+        quantity: How many are made.
+    """
+
+    name: str
+    steps: tuple[tuple[float, float], ...]
+    bores: tuple[Bore, ...]
+    quantity: int = 1
+
+    @property
+    def length(self) -> float:
+        """Of the part [m]."""
+        return sum(length for _, length in self.steps)
+
+    @property
+    def volume(self) -> float:
+        """Volume of the material [m³]."""
+        whole = sum(np.pi / 4.0 * diameter**2 * length for diameter, length in self.steps)
+        return float(whole) - sum(bore.volume for bore in self.bores)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -130,6 +181,20 @@ class Block:
         """Corners of the foot on the plate [m], anticlockwise."""
         return (0.5 * self.side * SQUARE) @ self.pose[:2, :2].T + self.pose[:2, 3]
 
+    @property
+    def face(self) -> Matrix4:
+        """Frame of the face in the block's: x downhill, y across, z out of the material."""
+        cos, sin = float(np.cos(self.tilt)), float(np.sin(self.tilt))
+        frame = np.eye(4)
+        frame[:3, :3] = [[cos, 0.0, sin], [0.0, 1.0, 0.0], [-sin, 0.0, cos]]
+        frame[2, 3] = self.height
+        return frame
+
+    def on_face(self, bore: Bore) -> tuple[float, float]:
+        """Where a bore's mouth lies on the face, downhill and across from its centre [mm]."""
+        u, v, _ = 1e3 * (self.face[:3, :3].T @ (bore.mouth - self.face[:3, 3]))
+        return float(u), float(v)
+
     def same_shape(self, other: "Block") -> bool:
         """Whether one drawing makes both, to a micrometre and an arc second."""
         return (
@@ -166,6 +231,10 @@ class Fixture:
         pose: Pose of the slab's top centre in the robot's base.
         slab: The plate itself.
         blocks: One a target, in their order.
+        tolerances: Of the drawings.
+        probe: What the arm carries into the seats.
+        bottom: The plate under robot and stand-offs; None where the plate leans or lies too low.
+        standoff: What carries the plate, four times.
         notes: What was decided, one sentence each.
     """
 
@@ -173,6 +242,10 @@ class Fixture:
     pose: Matrix4
     slab: Slab
     blocks: tuple[Block, ...]
+    tolerances: Tolerances
+    probe: "Turned | None" = None
+    bottom: Slab | None = None
+    standoff: "Turned | None" = None
     notes: tuple[str, ...] = field(default=())
 
     @property
@@ -194,6 +267,11 @@ class Fixture:
         """A position on the slab's top, from its lower left corner [mm]."""
         x, y = 1e3 * (place[:2] + 0.5 * self.slab.size[:2])
         return float(x), float(y)
+
+    @property
+    def others(self) -> tuple["Slab | Turned", ...]:
+        """The parts beside plate and blocks."""
+        return tuple(part for part in (self.probe, self.bottom, self.standoff) if part is not None)
 
     def letter(self, number: int) -> str:
         """Shape of a target's block."""

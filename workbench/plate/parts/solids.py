@@ -14,7 +14,7 @@ import trimesh
 
 from workbench.base.errors import FileError, MissingExtraError
 from workbench.base.types import Matrix4, Vector3
-from workbench.plate.parts.parts import Block, Bore, Fixture, Slab
+from workbench.plate.parts.parts import Block, Bore, Fixture, Slab, Turned
 
 AROUND = 96
 """Corners of a round hole."""
@@ -37,6 +37,16 @@ def block_mesh(block: Block) -> trimesh.Trimesh:
     bar = bar.translate((0.0, 0.0, 0.5 * (height + side * rise)))
     below = np.array([-np.sin(block.tilt), 0.0, -np.cos(block.tilt)])
     return _drilled(bar.trim_by_plane(below.tolist(), -height * float(np.cos(block.tilt))), block.bores)
+
+
+def turned_mesh(part: Turned) -> trimesh.Trimesh:
+    """A turned part as a mesh [mm], from z = 0 upwards."""
+    manifold, z, pieces = _manifold(), 0.0, []
+    for diameter, length in part.steps:
+        radius = 0.5 * MM * diameter * _equal_area()
+        pieces.append(manifold.cylinder(MM * length, radius, radius, AROUND).translate((0.0, 0.0, z)))
+        z += MM * length
+    return _drilled(manifold.batch_boolean(pieces, _add()), part.bores)
 
 
 def stl(mesh: trimesh.Trimesh) -> bytes:
@@ -78,7 +88,7 @@ def _drilled(body: Any, bores: tuple[Bore, ...]) -> trimesh.Trimesh:
 
 def _cutter(bore: Bore) -> Any:
     """What a bore takes away, standing a little out of its mouth, and out of its end if it goes through."""
-    equal_area = np.sqrt(2.0 * np.pi / (AROUND * np.sin(2.0 * np.pi / AROUND)))
+    equal_area = _equal_area()
     radius, depth = 0.5 * MM * bore.diameter, MM * bore.depth
     mouth = radius * (1.0 + OVERSHOOT / depth) if bore.conical else radius
     end = 0.0 if bore.conical else radius
@@ -86,6 +96,11 @@ def _cutter(bore: Bore) -> Any:
     tool = _manifold().cylinder(depth + OVERSHOOT, mouth * equal_area, end * equal_area, AROUND)
     frame = np.column_stack([_turned_to(bore.direction), MM * bore.mouth])
     return tool.translate((0.0, 0.0, -OVERSHOOT)).transform(frame.tolist())
+
+
+def _equal_area() -> float:
+    """Radius of a polygon's corners by that of the circle of its area."""
+    return float(np.sqrt(2.0 * np.pi / (AROUND * np.sin(2.0 * np.pi / AROUND))))
 
 
 def _turned_to(direction: Vector3) -> np.ndarray:
@@ -130,10 +145,25 @@ def block_step(block: Block, name: str) -> bytes:
     return _step_file(_solid(outline, 2.0 * half, block.bores), name)
 
 
+def turned_step(part: Turned, name: str) -> bytes:
+    """A turned part as a STEP file [mm], from z = 0 upwards."""
+    _require_step()
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Fuse
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder
+    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
+
+    z, solid = 0.0, None
+    for diameter, length in part.steps:
+        axis = gp_Ax2(gp_Pnt(0.0, 0.0, z), gp_Dir(0.0, 0.0, 1.0))
+        step = BRepPrimAPI_MakeCylinder(axis, 0.5 * MM * diameter, MM * length).Shape()
+        solid = step if solid is None else BRepAlgoAPI_Fuse(solid, step).Shape()
+        z += MM * length
+    return _step_file(_less(solid, part.bores), name)
+
+
 def _solid(outline: list[tuple[float, float]], width: float, bores: tuple[Bore, ...]) -> Any:
     """A prism along y over an outline in (x, z), less its bores [mm]."""
     _require_step()
-    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakePolygon
     from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
     from OCP.gp import gp_Pnt, gp_Vec
@@ -143,7 +173,13 @@ def _solid(outline: list[tuple[float, float]], width: float, bores: tuple[Bore, 
         polygon.Add(gp_Pnt(float(x), -0.5 * width, float(z)))
     polygon.Close()
     face = BRepBuilderAPI_MakeFace(polygon.Wire()).Face()
-    solid = BRepPrimAPI_MakePrism(face, gp_Vec(0.0, width, 0.0)).Shape()
+    return _less(BRepPrimAPI_MakePrism(face, gp_Vec(0.0, width, 0.0)).Shape(), bores)
+
+
+def _less(solid: Any, bores: tuple[Bore, ...]) -> Any:
+    """A solid without its bores."""
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
+
     for bore in bores:
         solid = BRepAlgoAPI_Cut(solid, _step_cutter(bore)).Shape()
     return solid

@@ -24,6 +24,8 @@ Json = dict[str, Any]
 SCORE = "workbench.plate-score/1"
 COMPARISON = "workbench.plate-comparison/1"
 CLUSTERING = "workbench.clustering/1"
+EQUAL = 1e-6
+"""Relative difference of O below which it is called equal."""
 
 
 def score_tables(score: PlateScore) -> RenderableType:
@@ -192,7 +194,7 @@ def cluster_tables(found: Clustering) -> RenderableType:
     """The poses with their cubes, and what equal O alone would have been worth."""
     cubes = found.region.centres[found.best.cubes]
     poses = new_table(
-        f"{len(cubes)} poses of equal O for {found.robot.name}",
+        f"{len(cubes)} poses, one each of the {found.region.cube_words}, for {found.robot.name}",
         "pose",
         "cube about [mm]",
         "O",
@@ -210,7 +212,9 @@ def cluster_tables(found: Clustering) -> RenderableType:
         numbers = (f"{100 * cluster.difference:.2g}", str(cluster.rank))
         values = (_number(cluster.stacked), _number(cluster.value))
         sets.add_row(words, str(len(cluster.cubes)), *numbers, *values)
-    return Group(poses, sets)
+    apart = found.best.difference
+    equal = "O is equal in all poses" if apart < EQUAL else f"O is equal to {100 * apart:.2g} % in all poses"
+    return Group(poses, sets, Text(equal))
 
 
 def in_degrees(robot: Robot, q: Float[np.ndarray, " n"]) -> list[float]:
@@ -228,7 +232,12 @@ def cluster_json(found: Clustering) -> Json:
         "schema": CLUSTERING,
         "robot": found.robot.name,
         "index": found.index,
-        "region": {"min": found.region.min, "max": found.region.max, "cube": found.region.cube},
+        "region": {
+            "min": found.region.min,
+            "max": found.region.max,
+            "cube": found.region.cube,
+            "cells": found.region.size / found.region.shape,
+        },
         **{name: _cluster_json(cluster) for name, cluster in sets.items()},
     }
 

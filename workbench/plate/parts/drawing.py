@@ -1,0 +1,333 @@
+"""Drawing pages: lines, circles, words and dimensions in millimetres of paper, written as PDF and as DXF.
+
+A page is said once; both files are made of the same items. In DXF everything is enlarged by the page's scale,
+so that parts are 1:1 there and dimensions measure what they say.
+"""
+
+import io
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_pdf import PdfPages
+from matplotlib.figure import Figure
+from matplotlib.patches import Arc, Polygon
+
+from workbench.base.errors import MissingExtraError
+from workbench.report.figures import look
+
+PAPERS = {"A4": (297.0, 210.0), "A3": (420.0, 297.0), "A2": (594.0, 420.0), "A1": (841.0, 594.0)}
+"""Width and height of a sheet on its long side [mm]."""
+SCALES = (1.0, 2.0, 5.0, 10.0, 20.0)
+"""Reductions of ISO 5455 that are used: 1:1, 1:2, …"""
+TEXT = 2.5
+"""Height of small letters [mm]."""
+POINTS = 72.0 / 25.4
+
+
+class Layer(StrEnum):
+    """What a line is."""
+
+    OUTLINE = "OUTLINE"
+    HOLES = "HOLES"
+    HIDDEN = "HIDDEN"
+    CENTRES = "CENTRES"
+    BLOCKS = "BLOCKS"
+    DIMENSIONS = "DIMENSIONS"
+    TEXT = "TEXT"
+    FRAME = "FRAME"
+
+
+LOOKS: dict[Layer, tuple[int, str, float, str]] = {
+    Layer.OUTLINE: (7, "CONTINUOUS", 0.5, "-"),
+    Layer.HOLES: (7, "CONTINUOUS", 0.35, "-"),
+    Layer.HIDDEN: (8, "DASHED", 0.25, "--"),
+    Layer.CENTRES: (1, "CENTER", 0.13, "-."),
+    Layer.BLOCKS: (8, "DASHED", 0.18, "--"),
+    Layer.DIMENSIONS: (5, "CONTINUOUS", 0.18, "-"),
+    Layer.TEXT: (7, "CONTINUOUS", 0.18, "-"),
+    Layer.FRAME: (7, "CONTINUOUS", 0.35, "-"),
+}
+"""DXF colour and line type, width [mm], dashes of each layer (ISO 128)."""
+
+Point = Sequence[float] | Float[np.ndarray, "2"]
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """A polyline.
+
+    Args:
+        points: On the paper [mm].
+        layer: What it is.
+        closed: Whether it ends where it begins.
+    """
+
+    points: Float[np.ndarray, "n 2"]
+    layer: Layer = Layer.OUTLINE
+    closed: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Circle:
+    """A circle: centre on the paper and radius [mm]."""
+
+    centre: Float[np.ndarray, "2"]
+    radius: float
+    layer: Layer = Layer.HOLES
+
+
+@dataclass(frozen=True, eq=False)
+class Words:
+    """A line of text: foot at a point [mm], height [mm], `left`, `center` or `right`, turned [degrees]."""
+
+    text: str
+    at: Float[np.ndarray, "2"]
+    height: float = TEXT
+    align: str = "left"
+    turn: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Dimension:
+    """Distance of two points along a direction, with its words.
+
+    Args:
+        a: From here.
+        b: To here.
+        base: A point on the dimension line.
+        turn: Direction that is measured [degrees].
+        text: What it says; `<>` is the length measured.
+    """
+
+    a: Float[np.ndarray, "2"]
+    b: Float[np.ndarray, "2"]
+    base: Float[np.ndarray, "2"]
+    turn: float
+    text: str
+
+
+@dataclass(frozen=True, eq=False)
+class Angle:
+    """An angle about a centre between two directions, anticlockwise [degrees], its words at a point."""
+
+    centre: Float[np.ndarray, "2"]
+    radius: float
+    start: float
+    end: float
+    text: str
+    at: Float[np.ndarray, "2"]
+
+
+Item = Line | Circle | Words | Dimension | Angle
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """Where a part's own coordinates [mm] lie on the paper.
+
+    Args:
+        origin: Of the part's coordinates on the paper [mm].
+        scale: Reduction: 2 for 1:2.
+    """
+
+    origin: Float[np.ndarray, "2"]
+    scale: float = 1.0
+
+    def at(self, point: Point) -> Float[np.ndarray, "2"]:
+        """A point on the paper."""
+        return self.origin + np.asarray(point, float) / self.scale
+
+    def line(self, points: Iterable[Point], layer: Layer = Layer.OUTLINE, *, closed: bool = True) -> Line:
+        """A polyline."""
+        return Line(np.array([self.at(p) for p in points]), layer, closed)
+
+    def hole(self, centre: Point, diameter: float) -> list[Item]:
+        """A round hole with its centre lines."""
+        middle, radius = self.at(centre), 0.5 * diameter / self.scale
+        reach = 1.6 * radius
+        cross = [np.array([[-reach, 0.0], [reach, 0.0]]), np.array([[0.0, -reach], [0.0, reach]])]
+        return [Circle(middle, radius), *(Line(middle + ends, Layer.CENTRES) for ends in cross)]
+
+    def across(self, a: Point, b: Point, base: Point, turn: float, text: str = "<>") -> Dimension:
+        """A dimension; its line goes through a point of the paper relative to the origin [mm]."""
+        return Dimension(self.at(a), self.at(b), self.origin + np.asarray(base, float), turn, text)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Page:
+    """A sheet of a drawing set.
+
+    Args:
+        name: Name of its DXF file.
+        paper: A4 … A1.
+        scale: Reduction of the parts.
+        items: What is on it.
+    """
+
+    name: str
+    paper: str = "A3"
+    scale: float = 1.0
+    items: tuple[Item, ...] = field(default=())
+
+
+def paper_for(width: float, height: float, beside: tuple[float, float]) -> tuple[str, float]:
+    """Sheet and reduction for a part of a size [mm] with so much beside and below it [mm of paper]."""
+    for scale in SCALES:
+        for paper in ("A3", "A2"):
+            room = np.array(PAPERS[paper]) - 30.0 - beside
+            if width / scale <= room[0] and height / scale <= room[1]:
+                return paper, scale
+    return "A1", SCALES[-1]
+
+
+def pdf_of(pages: Sequence[Page]) -> bytes:
+    """All pages as one PDF file."""
+    buffer = io.BytesIO()
+    with look(), PdfPages(buffer, metadata={"CreationDate": None}) as book:
+        for page in pages:
+            width, height = PAPERS[page.paper]
+            figure = Figure(figsize=(width / 25.4, height / 25.4))
+            axes = figure.add_axes((0.0, 0.0, 1.0, 1.0), xlim=(0.0, width), ylim=(0.0, height))
+            axes.axis("off")
+            for item in page.items:
+                _on_axes(axes, item, page.scale)
+            book.savefig(figure, facecolor="white")
+    return buffer.getvalue()
+
+
+def _on_axes(axes: Axes, item: Item, scale: float) -> None:
+    match item:
+        case Line(points, layer, closed):
+            axes.add_patch(Polygon(points, closed=closed, fill=False, joinstyle="miter", **_pen(layer)))
+        case Circle(centre, radius, layer):
+            axes.add_patch(Arc(_xy(centre), 2 * radius, 2 * radius, **_pen(layer)))
+        case Words(text, at, height, align, turn):
+            words: dict[str, Any] = {
+                "ha": align,
+                "va": "baseline",
+                "rotation": turn,
+                "rotation_mode": "anchor",
+            }
+            axes.text(*_xy(at), text, fontsize=1.35 * height * POINTS, color="black", **words)
+        case Dimension():
+            _dimension(axes, item, scale)
+        case Angle(centre, radius, start, end, text, at):
+            arc = Arc(_xy(centre), 2 * radius, 2 * radius, theta1=start, theta2=end, **_pen(Layer.DIMENSIONS))
+            axes.add_patch(arc)
+            _on_axes(axes, Words(text, at), scale)
+
+
+def _xy(point: Float[np.ndarray, "2"]) -> tuple[float, float]:
+    return float(point[0]), float(point[1])
+
+
+def _pen(layer: Layer) -> dict[str, Any]:
+    return {"lw": LOOKS[layer][2] * POINTS, "ls": LOOKS[layer][3], "ec": _ink(layer)}
+
+
+def _ink(layer: Layer) -> str:
+    return {Layer.CENTRES: "#b03030", Layer.DIMENSIONS: "#1f4e8c", Layer.HIDDEN: "#666666"}.get(
+        layer, "black"
+    )
+
+
+def _dimension(axes: Axes, item: Dimension, scale: float) -> None:
+    """Extension lines, arrows and words of a linear dimension."""
+    along = np.array([np.cos(np.deg2rad(item.turn)), np.sin(np.deg2rad(item.turn))])
+    feet = [item.base + ((p - item.base) @ along) * along for p in (item.a, item.b)]
+    for point, foot in zip((item.a, item.b), feet, strict=True):
+        away = foot - point
+        if np.linalg.norm(away) > 1.0:
+            unit = away / np.linalg.norm(away)
+            _on_axes(axes, Line(np.array([point + unit, foot + unit]), Layer.DIMENSIONS), scale)
+    length = float((feet[1] - feet[0]) @ along)
+    inside = abs(length) > 8.0
+    ends = (
+        feet if inside else [feet[0] - 6.0 * np.sign(length) * along, feet[1] + 6.0 * np.sign(length) * along]
+    )
+    _on_axes(axes, Line(np.array(ends), Layer.DIMENSIONS), scale)
+    side = np.array([-along[1], along[0]])
+    for foot, way in zip(feet, (1.0, -1.0), strict=True):
+        back = way * np.sign(length) * (1.0 if inside else -1.0) * along
+        arrow = np.array([foot, foot + 2.5 * back + 0.5 * side, foot + 2.5 * back - 0.5 * side])
+        axes.add_patch(Polygon(arrow, closed=True, fc=_ink(Layer.DIMENSIONS), lw=0.0))
+    text = item.text.replace("<>", f"{abs(length) * scale:.3f}".rstrip("0").rstrip("."))
+    turn = item.turn if -90.0 < item.turn <= 90.0 else item.turn - 180.0
+    up = np.array([-np.sin(np.deg2rad(turn)), np.cos(np.deg2rad(turn))])
+    _on_axes(axes, Words(text, 0.5 * (feet[0] + feet[1]) + 0.8 * up, TEXT, "center", turn), scale)
+
+
+def dxf_of(page: Page) -> str:
+    """A page as DXF text, 1:1.
+
+    Raises:
+        MissingExtraError: ezdxf is not installed.
+    """
+    try:
+        import ezdxf
+    except ImportError:
+        raise MissingExtraError("writing DXF drawings", extra="cad") from None
+    document = ezdxf.new("R2010", setup=True, units=ezdxf.units.MM)
+    for layer, (colour, kind, width, _) in LOOKS.items():
+        document.layers.add(layer, color=colour, linetype=kind, lineweight=round(100 * width))
+    for item in page.items:
+        _in_space(document.modelspace(), item, page.scale)
+    buffer = io.StringIO()
+    document.write(buffer)
+    return buffer.getvalue()
+
+
+def _in_space(space: Any, item: Item, scale: float) -> None:
+    match item:
+        case Line(points, layer, closed):
+            space.add_lwpolyline((scale * points).tolist(), close=closed, dxfattribs={"layer": layer})
+        case Circle(centre, radius, layer):
+            space.add_circle((scale * centre).tolist(), scale * radius, dxfattribs={"layer": layer})
+        case Words(text, at, height, align, turn):
+            from ezdxf.enums import TextEntityAlignment
+
+            where = getattr(TextEntityAlignment, align.upper())
+            style = {"layer": Layer.TEXT, "style": "OpenSans", "rotation": turn}
+            words = space.add_text(text, height=scale * height, dxfattribs=style)
+            words.set_placement((scale * at).tolist(), align=where)
+        case Dimension(a, b, base, turn, text):
+            space.add_linear_dim(
+                base=(scale * base).tolist(),
+                p1=(scale * a).tolist(),
+                p2=(scale * b).tolist(),
+                angle=turn,
+                text=text,
+                **_dimension_style(scale),
+            ).render()
+        case Angle(centre, radius, start, end, text, at):
+            space.add_angular_dim_cra(
+                center=(scale * centre).tolist(),
+                radius=scale * radius,
+                start_angle=start,
+                end_angle=end,
+                distance=0.0,
+                location=(scale * (at + np.array([0.4 * TEXT * len(text), 0.5 * TEXT]))).tolist(),
+                text=text,
+                **(_dimension_style(scale) | {"dimstyle": "EZ_CURVED"}),
+            ).render()
+
+
+def _dimension_style(scale: float) -> dict[str, Any]:
+    text = scale * TEXT
+    override = {
+        "dimtxt": text,
+        "dimasz": 0.8 * text,
+        "dimexe": 0.4 * text,
+        "dimexo": 0.4 * text,
+        "dimgap": 0.3 * text,
+        "dimlfac": 1.0,
+        "dimdec": 3,
+        "dimzin": 8,
+        "dimtxsty": "OpenSans",
+    }
+    return {"dimstyle": "EZDXF", "override": override, "dxfattribs": {"layer": Layer.DIMENSIONS}}

@@ -1,0 +1,210 @@
+"""The lists beside the drawings: holes, blocks, their bores, targets, parts, and what is to be checked.
+
+Positions on the plate count from the lower left corner of its top face, along its x and y axes. Bores of a
+block's face count from the point above its screw, u downhill and v across (`drawing_set`); those of its foot
+from the screw, along the block's x (downhill) and y. Targets are poses of the tool in the robot's base,
+R = Rz(yaw) Ry(pitch) Rx(roll), in the columns that an as-measured plate is read from.
+"""
+
+import csv
+import io
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+from workbench.base import se3
+from workbench.plate.parts.page_parts import MATERIAL, STEEL, position_words
+from workbench.plate.parts.parts import Block, Bore, Fixture, Purpose, Slab
+from workbench.plate.plate import Kind, Plate
+
+TARGET_COLUMNS = ("target", "x[mm]", "y[mm]", "z[mm]", "roll[deg]", "pitch[deg]", "yaw[deg]")
+MM = 1e3
+
+
+def holes_csv(fixture: Fixture) -> str:
+    """Every hole of the plate: label, what it is, place from the lower left corner, diameter, depth."""
+    head = ("hole", "purpose", "x[mm]", "y[mm]", "diameter[mm]", "depth[mm]", "through")
+    return _table(
+        head,
+        (
+            (
+                bore.label,
+                bore.purpose,
+                *(f"{v:.4f}" for v in fixture.from_corner(bore.mouth)),
+                f"{MM * bore.diameter:.3f}",
+                f"{MM * bore.depth:.3f}",
+                "yes" if bore.through else "no",
+            )
+            for bore in fixture.slab.bores
+        ),
+    )
+
+
+def blocks_csv(fixture: Fixture) -> str:
+    """Every block: its shape's letter, its place and turn on the plate, its height and mitre angle."""
+    head = (
+        *("target", "shape", "kind", "x[mm]", "y[mm]", "turn[deg]"),
+        *("tilt[deg]", "height[mm]", "lowest_edge[mm]", "highest_edge[mm]", "side[mm]"),
+    )
+    rows = []
+    for block in fixture.blocks:
+        place = (*fixture.from_corner(block.pose[:3, 3]), np.rad2deg(block.azimuth), np.rad2deg(block.tilt))
+        sizes = (MM * h for h in (block.height, *block.heights, block.side))
+        numbers = (f"{v + 0.0:.4f}" for v in (*place, *sizes))
+        rows.append((str(block.number), fixture.letter(block.number), str(block.kind), *numbers))
+    return _table(head, rows)
+
+
+def targets_csv(plate: Plate) -> str:
+    """Poses of the tool at the targets in the robot's base, to full precision."""
+    angles = np.rad2deg(se3.matrix_to_rpy(plate.poses[:, :3, :3]))
+    places = MM * plate.poses[:, :3, 3]
+    rows = np.column_stack([places, angles]).tolist()
+    return _table(TARGET_COLUMNS, ((str(i), *map(repr, row)) for i, row in enumerate(rows, start=1)))
+
+
+def _table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    buffer = io.StringIO()
+    writer = csv.writer(buffer, lineterminator="\n")
+    writer.writerow(head)
+    writer.writerows(rows)
+    return buffer.getvalue()
+
+
+def bores_csv(fixture: Fixture) -> str:
+    """Every bore of every shape of block: on face or foot, its place there, size, depth and tolerance."""
+    head = (
+        "shape",
+        "on",
+        "purpose",
+        "u[mm]",
+        "v[mm]",
+        "from_downhill[deg]",
+        "diameter[mm]",
+        "size",
+        "depth[mm]",
+    )
+    rows = []
+    for shape in fixture.shapes:
+        for bore in shape.block.bores:
+            on_face = bore.direction[2] < 0.0
+            u, v = shape.block.on_face(bore) if on_face else MM * bore.mouth[:2]
+            angle = np.rad2deg(np.arctan2(v, u)) if np.hypot(u, v) > 1e-6 else 0.0
+            numbers = (f"{value + 0.0:.4f}" for value in (u, v, angle, MM * bore.diameter))
+            words = (bore.size, f"{MM * bore.depth:.4f}", position_words(bore, fixture.tolerances))
+            rows.append((shape.letter, "face" if on_face else "foot", str(bore.purpose), *numbers, *words))
+    return _table((*head, "position_tolerance"), rows)
+
+
+def parts_csv(fixture: Fixture) -> str:
+    """The parts list: what is made, from what, and what is bought."""
+    made: list[tuple[str, int, str, str, str]] = [
+        ("plate", 1, MATERIAL["plate"], _edges(fixture.slab), "plate")
+    ]
+    made += [
+        (f"block {s.letter}", len(s.numbers), MATERIAL["block"], _bar(s.block), f"block-{s.letter}")
+        for s in fixture.shapes
+    ]
+    for part in fixture.others:
+        size = (
+            _edges(part)
+            if isinstance(part, Slab)
+            else f"Ø{MM * max(d for d, _ in part.steps):.0f} × {MM * part.length:.1f}"
+        )
+        made.append(
+            (
+                part.name,
+                part.quantity,
+                MATERIAL[part.name] if isinstance(part, Slab) else STEEL,
+                size,
+                part.name,
+            )
+        )
+    count = len(fixture.blocks)
+    bought = [
+        ("screw ISO 4762 M6", count, "8.8", f"{MM * fixture.slab.size[2] + 10.0:.0f} long", ""),
+        ("dowel pin ISO 8734 Ø4 m6", 2 * count, "hardened", "20 long", ""),
+    ]
+    if fixture.probe is not None:
+        bought += [("pin Ø6 g6", 1, "hardened", "19 long", ""), ("pin Ø3 g6", 1, "hardened", "15 long", "")]
+    if fixture.standoff is not None:
+        bought.append(("screw ISO 4762 M8", 2 * fixture.standoff.quantity, "8.8", "30 long", ""))
+    head = ("item", "part", "quantity", "material", "size", "files")
+    return _table(head, ((str(i), *map(str, row)) for i, row in enumerate([*made, *bought], start=1)))
+
+
+def _bar(block: Block) -> str:
+    side = f"{MM * block.side:.0f}"
+    return f"bar {side} × {side} × {MM * block.heights[1]:.1f}"
+
+
+def _edges(slab: Slab) -> str:
+    return " × ".join(f"{edge:.1f}" for edge in MM * slab.size)
+
+
+def inspection_csv(plate: Plate, fixture: Fixture) -> str:
+    """What a measuring machine checks: nominal, least and greatest, and a column for what it finds."""
+    head = ("item", "part", "feature", "unit", "nominal", "least", "greatest", "measured")
+    checks = [*_checks_of_holes(fixture), *_checks_of_blocks(fixture), *_checks_of_targets(plate, fixture)]
+    rows = (
+        (
+            str(i),
+            part,
+            feature,
+            unit,
+            *(f"{v + 0.0:.4f}" for v in (nominal, nominal - bound, nominal + bound)),
+            "",
+        )
+        for i, (part, feature, unit, nominal, bound) in enumerate(checks, start=1)
+    )
+    return _table(head, rows)
+
+
+Check = tuple[str, str, str, float, float]
+
+
+def _checks_of_holes(fixture: Fixture) -> Iterator[Check]:
+    bound = MM * fixture.tolerances.place
+    for number, bore in enumerate(fixture.slab.bores, start=1):
+        if bore.purpose is Purpose.DOWEL:
+            for axis, value in zip("xy", fixture.from_corner(bore.mouth), strict=True):
+                yield "plate", f"hole {number} (block {bore.label}) {axis}", "mm", value, bound
+
+
+def _checks_of_blocks(fixture: Fixture) -> Iterator[Check]:
+    tolerances = fixture.tolerances
+    for block in fixture.blocks:
+        name = f"block {block.number} ({fixture.letter(block.number)})"
+        yield name, "height at the screw's axis", "mm", MM * block.height, MM * tolerances.height
+        yield name, "mitre", "deg", np.rad2deg(block.tilt), np.rad2deg(tolerances.mitre)
+        for bore in block.bores:
+            if bore.direction[2] < 0.0:
+                yield from _checks_of_face(name, block.on_face(bore), bore, fixture)
+
+
+def _checks_of_face(name: str, place: tuple[float, float], bore: Bore, fixture: Fixture) -> Iterator[Check]:
+    tolerances = fixture.tolerances
+    if bore.purpose is Purpose.INDEX:
+        angle = float(np.rad2deg(np.arctan2(place[1], place[0])))
+        yield name, "index hole from downhill", "deg", angle, np.rad2deg(tolerances.turn)
+        return
+    for axis, value in zip("uv", place, strict=True):
+        yield name, f"{bore.purpose.split(',')[0]} {axis}", "mm", value, MM * tolerances.place
+
+
+def _checks_of_targets(plate: Plate, fixture: Fixture) -> Iterator[Check]:
+    making = fixture.tolerances.making
+    bounds = making.position + making.angle * plate.heights  # a block that leans takes its face along
+    angles = np.rad2deg(se3.matrix_to_rpy(plate.poses[:, :3, :3]))
+    for number, (target, turned) in enumerate(zip(plate.targets, angles, strict=True), start=1):
+        for axis, value in zip("xyz", MM * target.xyz, strict=True):
+            yield (
+                f"target {number}",
+                f"{axis} in the robot's base",
+                "mm",
+                float(value),
+                MM * bounds[number - 1],
+            )
+        if target.kind is Kind.SEAT:
+            for axis, value in zip(("roll", "pitch", "yaw"), turned, strict=True):
+                yield f"target {number}", axis, "deg", float(value), np.rad2deg(making.angle)

@@ -1,0 +1,104 @@
+"""What all pages of a drawing set have: border, title block, tables, and the words for holes."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.optimize import isotonic_regression
+
+from workbench.plate.parts.drawing import PAPERS, TEXT, Item, Layer, Line, Page, Words
+from workbench.plate.parts.parts import Bore, Purpose
+from workbench.plate.parts.tolerances import Tolerances
+
+MM = 1e3
+BORDER = 10.0
+TITLE = (180.0, 36.0)
+"""Width and height of the title block [mm]."""
+LINE = 1.7 * TEXT
+MATERIAL = {"plate": "EN AW-5083, milled flat to 0.05", "bottom": "EN AW-5083", "block": "EN AW-6082"}
+STEEL = "C45"
+Rows = Sequence[Sequence[str]]
+
+
+def sheet(page: Page, number: int, count: int) -> list[Item]:
+    """Border and the page's number."""
+    width, height = PAPERS[page.paper]
+    corners = np.array([[BORDER, BORDER], [width - BORDER, height - BORDER]])
+    (x0, y0), (x1, y1) = corners
+    frame = Line(np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]]), Layer.FRAME, closed=True)
+    words = Words(f"sheet {number} of {count}", np.array([x1 - 3.0, y0 + 2.5]), TEXT, "right")
+    return [frame, words]
+
+
+def title(paper: str, rows: Sequence[str]) -> list[Item]:
+    """The title block: the part's name in large letters, then lines."""
+    width, _ = PAPERS[paper]
+    x, y = width - BORDER - TITLE[0], BORDER
+    box = np.array([[x, y], [x + TITLE[0], y], [x + TITLE[0], y + TITLE[1]], [x, y + TITLE[1]]])
+    items: list[Item] = [Line(box, Layer.FRAME, closed=True)]
+    items.append(Words(rows[0], np.array([x + 3.0, y + TITLE[1] - 6.0]), 1.5 * TEXT))
+    for i, row in enumerate(rows[1:], start=1):
+        items.append(Words(row, np.array([x + 3.0, y + TITLE[1] - 6.0 - 5.2 * i]), TEXT))
+    return items
+
+
+def table(rows: Rows, at: np.ndarray, widths: Sequence[float]) -> list[Item]:
+    """Rows of words, the first one underlined."""
+    items: list[Item] = []
+    for i, row in enumerate(rows):
+        left = at[0]
+        for cell, width in zip(row, widths, strict=True):
+            items.append(Words(cell, np.array([left, at[1] - LINE * (i + 1)])))
+            left += width
+    under = at[1] - LINE - 1.2
+    items.append(Line(np.array([[at[0], under], [at[0] + sum(widths), under]]), Layer.FRAME))
+    return items
+
+
+def lines(rows: Sequence[str], at: np.ndarray) -> list[Item]:
+    """Lines of words under a point."""
+    return [Words(row, at - [0.0, LINE * (i + 1)]) for i, row in enumerate(rows)]
+
+
+def millimetres(value: float) -> str:
+    """A length in metres as a number of millimetres."""
+    return f"{MM * value:.3f}"
+
+
+SHORT = {
+    Purpose.SCREW: "screw",
+    Purpose.THREAD: "screw of the foot",
+    Purpose.DOWEL: "dowel",
+    Purpose.MOUNTING: "mounting",
+    Purpose.SEAT: "seat of the probe",
+    Purpose.INDEX: "index pin",
+    Purpose.SOCKET: "ball",
+    Purpose.TIP: "pointed probe",
+    Purpose.PIN: "dowel pin",
+    Purpose.FLANGE: "flange screw",
+    Purpose.STANDOFF: "stand-off",
+    Purpose.ROBOT: "robot's foot",
+}
+
+
+def position_words(bore: Bore, tolerances: Tolerances) -> str:
+    """Position tolerance of a bore, with its datums."""
+    across = 2.0 * MM * tolerances.place
+    match bore.purpose:
+        case Purpose.SEAT | Purpose.SOCKET | Purpose.TIP:
+            return f"Ø{across:.3f} to A B C"
+        case Purpose.INDEX:
+            return "by angle, Ø0.02 radially"
+        case Purpose.DOWEL:
+            return f"Ø{MM * tolerances.pair:.3f} pair; Ø{across:.3f}"
+        case Purpose.PIN:
+            return "Ø0.01 to the axis"
+    return f"Ø{max(across, 0.2):.3g}"
+
+
+def spread(values: np.ndarray, spacing: float) -> list[tuple[float, float]]:
+    """Different values in order, each with a place for its label; labels keep their distance."""
+    unique = np.unique(np.round(values, 5))
+    ranks = spacing * np.arange(len(unique))
+    # labels nearest to their values with the distance kept: the isotonic fit of value − rank · spacing
+    fitted = isotonic_regression(unique - ranks).x + ranks
+    return list(zip(unique.tolist(), fitted.tolist(), strict=True))

@@ -1,0 +1,80 @@
+"""Stock: the bar, screws, pins and standard sizes that the parts are made with."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.base.types import frozen
+from workbench.plate.making import pin_play
+from workbench.plate.plate import Kind
+
+UP = frozen(np.array([0.0, 0.0, 1.0]))
+DOWN = frozen(np.array([0.0, 0.0, -1.0]))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stock:
+    """Bar, screws and pins that the blocks are made with; all lengths in metres.
+
+    Args:
+        side: Side of the square bar.
+        thickness: Of the plate, where its file does not say.
+        margin: Of the plate around the blocks, where its file does not say.
+        clearance: Diameter of the screw's hole in the plate (M6).
+        core: Diameter of the tapped hole in the block before the thread is cut.
+        thread: Depth of the tapped hole.
+        dowel: Diameter of the dowels.
+        dowel_depth: How deep they go into the block.
+        dowel_offset: Distance of each dowel from the screw.
+        seat: Diameter of the bore for the probe's pin.
+        seat_depth: Its depth.
+        index: Diameter of the hole for the index pin.
+        index_depth: Its depth.
+        index_offset: Its distance from the seat along the tool's x axis.
+        ball: Diameter of the ball that sits in sockets.
+        centre: Diameter of the centre for a pointed probe.
+        mounting: Diameter of the plate's mounting holes.
+        inset: Distance of the mounting holes from both edges.
+        probe: Length of the probe from the flange to its face.
+        neck: Diameter of the probe.
+        flange: Diameter of its flange, of the circle of its screws, and of their holes (ISO 9409-1-50-4-M6).
+        pins: How far the pins stand out of the probe, seat and index.
+        bottom: Thickness of the plate under the robot.
+        foot: Circle of the robot's foot screws and their holes (Ø132 and M8 for arms such as a UR10).
+        post: Diameter of a stand-off, and of the core of its thread (M8) and how deep that is.
+    """
+
+    side: float = 0.046
+    thickness: float = 0.012
+    margin: float = 0.020
+    clearance: float = 0.0066
+    core: float = 0.005
+    thread: float = 0.012
+    dowel: float = 0.004
+    dowel_depth: float = 0.008
+    dowel_offset: float = 0.014
+    seat: float = 0.006
+    seat_depth: float = 0.008
+    index: float = 0.003
+    index_depth: float = 0.006
+    index_offset: float = 0.015
+    ball: float = 0.012
+    centre: float = 0.003
+    mounting: float = 0.009
+    inset: float = 0.020
+    probe: float = 0.060
+    neck: float = 0.039
+    flange: tuple[float, float, float] = (0.063, 0.050, 0.0066)
+    pins: tuple[float, float] = (0.007, 0.005)
+    bottom: float = 0.015
+    foot: tuple[float, float] = (0.132, 0.009)
+    post: tuple[float, float, float] = (0.030, 0.0068, 0.020)
+
+    @property
+    def play(self) -> tuple[float, float]:
+        """Greatest shift [m] and turn [rad] of a probe on g6 pins in a seat."""
+        return pin_play(self.seat, self.index, self.index_offset)
+
+    def lift(self, kind: Kind) -> float:
+        """How far the face lies above the target along its normal [m]."""
+        return {Kind.SEAT: 0.0, Kind.SOCKET: -0.25 * self.ball, Kind.POINT: 0.5 * self.centre}[kind]

@@ -1,0 +1,103 @@
+"""The page of a turned part: from the side, and its end."""
+
+import numpy as np
+
+from workbench.plate.parts.drawing import PAPERS, TEXT, Circle, Item, Layer, Page, View, Words, paper_for
+from workbench.plate.parts.page_parts import (
+    BORDER,
+    LINE,
+    MM,
+    SHORT,
+    STEEL,
+    lines,
+    millimetres,
+    position_words,
+    table,
+    title,
+)
+from workbench.plate.parts.parts import Fixture, Turned
+from workbench.plate.parts.tolerances import GENERAL
+
+
+def turned_page(fixture: Fixture, part: Turned) -> Page:
+    """Side view and end view."""
+    widest = MM * max(diameter for diameter, _ in part.steps)
+    paper, scale = paper_for(2.0 * widest, MM * part.length, (230.0, 70.0))
+    _, top = PAPERS[paper]
+    side = View(
+        np.array([BORDER + 40.0 + 0.5 * widest / scale, top - BORDER - 30.0 - MM * part.length / scale]),
+        scale,
+    )
+    end = View(side.origin + np.array([widest / scale + 40.0, 0.5 * MM * part.length / scale]), scale)
+    items: list[Item] = []
+    z = 0.0
+    for i, (diameter, length) in enumerate(part.steps):
+        radius, high = 0.5 * MM * diameter, MM * length
+        items.append(side.line([(-radius, z), (radius, z), (radius, z + high), (-radius, z + high)]))
+        items.append(Circle(end.origin, radius / scale, Layer.OUTLINE))
+        items.append(side.across((-radius, z), (radius, z), (0.0, -10.0 - 8.0 * i), 0.0, "Ø<>"))
+        if len(part.steps) > 1:
+            items.append(
+                side.across((radius, z), (radius, z + high), (0.5 * widest / scale + 8.0, 0.0), 90.0)
+            )
+        z += high
+    items.append(side.across((0.0, 0.0), (0.0, z), (-0.5 * widest / scale - 10.0, 0.0), 90.0))
+    items.append(side.line([(0.0, -4.0), (0.0, z + 4.0)], Layer.CENTRES, closed=False))
+    rows = [("hole", "for", "x", "y", "size", "depth", "position")]
+    for bore in part.bores:
+        x, y = MM * bore.mouth[:2]
+        across = 0.5 * MM * bore.diameter
+        ends = MM * np.array([bore.mouth[2], bore.bottom[2]])
+        items.append(
+            side.line(
+                [(x - across, ends[0]), (x + across, ends[0]), (x + across, ends[1]), (x - across, ends[1])],
+                Layer.HIDDEN,
+            )
+        )
+        items += end.hole((x, y), 2.0 * across)
+        items.append(Words(bore.label, end.at((x, y)) + across / scale + 0.6))
+        depth = "through" if bore.through else millimetres(bore.depth)
+        rows.append(
+            (
+                bore.label,
+                SHORT[bore.purpose],
+                f"{x + 0.0:.3f}",
+                f"{y + 0.0:.3f}",
+                bore.size,
+                depth,
+                position_words(bore, fixture.tolerances),
+            )
+        )
+    left = end.origin[0] + 0.5 * widest / scale + 22.0
+    items += table(rows, np.array([left, top - BORDER - 6.0]), (12, 26, 18, 18, 34, 20, 32))
+    items += [
+        Words(
+            "END (from z = top), x right, y up",
+            end.origin + np.array([0.0, 0.5 * widest / scale + 6.0]),
+            TEXT,
+            "center",
+        )
+    ]
+    notes = (
+        PROBE_NOTES
+        if part.name == "probe"
+        else ["Ends parallel within 0.02; all stand-offs of one length within 0.02."]
+    )
+    items += lines(notes, np.array([left, top - BORDER - 14.0 - LINE * len(rows)]))
+    items += title(
+        paper,
+        (
+            f"{fixture.name}: {part.name}",
+            f"quantity {part.quantity}; {STEEL}; scale 1:{scale:g}, mm",
+            f"general tolerances {GENERAL}; ends Ra 1.6, parallel 0.01",
+            f"file {part.name}.step / .stl / .dxf",
+        ),
+    )
+    return Page(name=part.name, paper=paper, scale=scale, items=tuple(items))
+
+
+PROBE_NOTES = [
+    "P1: pin Ø6 g6 pressed in, 7 mm proud, 1 mm × 15° lead. P2: pin Ø3 g6, 5 mm proud, lead.",
+    "P2 lies on the tool's x axis. Distance P1–P2 ±0.005. The face between the pins rests on the block.",
+    "F1–F4: flange ISO 9409-1-50-4-M6, x axis between F1 and F4.",
+]
