@@ -64,7 +64,7 @@ def page(diagnosed, tmp_path_factory):
 
 def check_errors(found, *, turned=True):
     assert found.keys() == {"position_mm", "orientation_deg"}
-    assert found["position_mm"].keys() == {"mean", "rms", "max"}
+    assert found["position_mm"].keys() == {"mean", "rms", "max", "median"}
     assert (found["orientation_deg"] is not None) == turned
 
 
@@ -99,6 +99,16 @@ def test_the_effects_are_those_that_were_hidden(diagnosed):
     assert all(
         {"name", "joints", "after_held_out_mm"} <= r.keys() for e in found.values() for r in e["alternatives"]
     )
+
+
+def test_every_error_is_one_of_the_same_chain_of_models(diagnosed):
+    """Effects were tried out linearly at the geometry alone, the total was a fit: two models in one table."""
+    before, after = (e.held_out.position_mm.mean for e in (diagnosed.before, diagnosed.after))
+    first, last = diagnosed.effects
+    assert first.before_mm == before
+    assert first.after_mm == last.before_mm
+    assert last.after_mm == after
+    assert before > first.after_mm > after
 
 
 def test_what_was_not_measured_is_null(nothing):

@@ -82,7 +82,7 @@ def test_what_gravity_cannot_show_is_named(diagnosed):
 def test_what_is_lost_in_the_noise_widens_the_errors_of_its_joint(diagnosed):
     """The compliance of joint 4, which is not seen, lies in its backlash; others keep their errors."""
     _, result = diagnosed
-    own = dict(zip(result.after_fit.problem.names, result.after_fit.std.tolist(), strict=True))
+    own = dict(zip(result.final_fit.problem.names, result.final_fit.std.tolist(), strict=True))
     wider = {
         name: std / own[name] for e in result.effects for name, std in zip(e.effect.names, e.std, strict=True)
     }

@@ -21,8 +21,9 @@ def test_what_was_found_is_added_and_compared_as_evaluate_does(measured, do):
     path, name = measured
     session = do(LoadData(path.name, path.read_bytes()), Identify(), Diagnose(), AddEffects())
     assert [effect.name for effect in session.accepted] == [name], [m.text for m in session.messages]
-    calibrated = session.identification.runs[session.fit].calibrated
-    expected = evaluate(calibrated, read_measurements(path))
+    run = session.identification.runs[session.fit]
+    assert run.calibrated is session.diagnosis.robot
+    expected = evaluate(run.judged, read_measurements(path))
     shown = session.comparison
     errors = np.array([shown.errors(i)[1] for i in range(len(shown))])
     place = {int(number): i for i, number in enumerate(expected.row_numbers)}
@@ -31,7 +32,8 @@ def test_what_was_found_is_added_and_compared_as_evaluate_does(measured, do):
     np.testing.assert_allclose(errors, by_row, atol=1e-12)
     kept = numbers_of(session, ["comparison"])["comparison"]
     np.testing.assert_allclose(kept["calibrated"], by_row, atol=1e-12)
-    held = session.identification.runs[session.fit].held_out.position_mm.mean
-    assert 1e3 * errors[shown.held_out].mean() == pytest.approx(held, rel=1e-9)
+    assert 1e3 * errors[shown.held_out].mean() == pytest.approx(run.held_out.position_mm.mean, rel=1e-9)
+    saved = evaluate(run.calibrated, read_measurements(path)).errors
+    assert saved.position_mm.rms < expected.errors.position_mm.rms
     if name == "joint-compliance":
         assert (1e3 * errors.mean(), 1e3 * errors.max()) == pytest.approx((0.0746, 0.142), rel=5e-3)

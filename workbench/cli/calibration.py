@@ -117,7 +117,7 @@ def diagnose(
         from workbench.diagnosis.report.html_report import write_diagnosis
 
         say(f"report: {write_diagnosis(run, out.report)}")
-    check_converged(run.after_fit)
+    check_converged(run.final_fit)
 
 
 @flattened

@@ -13,17 +13,19 @@ from workbench.arm.robot import Robot
 from workbench.base.threads import one_thread
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_directions
-from workbench.diagnosis.evidence import Term, grown
+from workbench.diagnosis.evidence import Model
+from workbench.diagnosis.final_fit import fitted_on_all, suspect_words, suspects
 from workbench.diagnosis.leftover import structured
 from workbench.diagnosis.next_poses import next_poses
 from workbench.diagnosis.record import Accepted, Diagnosis, Ranked, Verdict, judged
 from workbench.diagnosis.refit import robot_with
 from workbench.diagnosis.rivals import ambiguous, ranked, rivals_of
-from workbench.diagnosis.rounds import Searched, Stage, as_candidates, geometry_first, rounds
+from workbench.diagnosis.rounds import Searched, Stage, geometry_first, rounds
 from workbench.diagnosis.undetectable import describe, hidden_variance, undetectable
 from workbench.diagnosis.verdict import conclude, coverage, explains_little, too_few_rows
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.identifier import OnStep
+from workbench.identification.fit import Fit
 from workbench.identification.fit_choices import FitChoices, with_choices
 from workbench.identification.joint_readings import readings
 from workbench.identification.preparation import Cancel, Prepared, Progress, on_step, prepare
@@ -73,7 +75,9 @@ def diagnose(
     )
     rng = np.random.default_rng(choices.seed)
     search = _search(robot, ready, rng, report, on_step(cancel))
-    return _concluded(robot, ready, search, choices.noise, rng, report, gross=gross, began=began)
+    return _concluded(
+        robot, ready, search, choices.noise, rng, report, on_step(cancel), gross=gross, began=began
+    )
 
 
 class _Judged(NamedTuple):
@@ -128,6 +132,7 @@ def _concluded(
     noise: Noise | None,
     rng: np.random.Generator,
     report: Progress,
+    on_step: OnStep | None,
     *,
     gross: np.ndarray,
     began: float,
@@ -135,10 +140,19 @@ def _concluded(
     """The effects with what they bring, the verdict, and what to measure next."""
     last = search.rounds[-1]
     fit = last.stage.fitted.fit
-    judge = Trial(ready, search.rounds[0])
+    apart = suspects(ready, search.first, last.stage)
+    final, said = fitted_on_all(ready, last, apart, on_step)
+    before, after = judged(search.before.errors), judged(search.after.errors)
     is_short = search.short is not None
     missing = () if is_short else undetectable(last, fit.calibrated, Motion.of(fit.problem.data))
-    accepted = _accepted(search.rounds, judge, hidden_variance(last, missing))
+    accepted = _accepted(
+        last,
+        final,
+        Trial(ready, last),
+        hidden_variance(last, missing),
+        before_mm=before.position_mm.mean,
+        after_mm=after.position_mm.mean,
+    )
     shaky = readings(fit.problem.with_noise(last.stage.geometric.noise))
     floor = noises.stated(ready.problem) or noise or noises.from_repeats(ready.problem.data)
     left = noises.of_residual(fit.problem, fit.x, fit.factor) or last.stage.geometric.noise
@@ -147,8 +161,8 @@ def _concluded(
         nominal=judged(search.nominal),
         reach=robot.reach,
         noise=left,
-        before=judged(search.before.errors),
-        after=judged(search.after.errors),
+        before=before,
+        after=after,
         floor=floor,
         structure=structured(fit, rng),
         distrusted=last.found.distrusted,
@@ -163,7 +177,12 @@ def _concluded(
     asked = [e.effect for e in accepted] + ambiguous(accepted)
     seen = [] if is_short else coverage(fit.problem.data, robot.chain)
     beyond = beyond_learned([a.effect for a in accepted], robot.chain, ready.held.q, ready.held.row)
-    notes = (*ready.notes, *last.offered.notes, *seen, *(f"held out: {words}" for words in beyond))
+    notes = [*ready.notes, *last.offered.notes, *seen, *(f"held out: {words}" for words in beyond)]
+    if apart.any():
+        notes.append(suspect_words(ready.held.row[apart].tolist(), after))
+    if said is not None:
+        notes.append(said)
+    keep, (fitted, held) = last.stage.keep, ready.nominal_rows
     result = Diagnosis(
         nominal_robot=robot,
         data=ready.data,
@@ -172,15 +191,19 @@ def _concluded(
         held_out_data=ready.held,
         excluded=tuple(e for e in ready.excluded if e[1] != _GROSS_REASON),
         outliers=np.union1d(gross, ready.train_rows[~last.stage.keep]).astype(np.int64),
+        suspects=np.flatnonzero(apart),
         nominal=search.nominal,
         before_fit=search.first.fitted.fit,
         after_fit=fit,
+        final_fit=final,
+        aligned=ready.aligned,
+        nominal_rows=(RowErrors(fitted.position[keep], fitted.rotation[keep]), held),
         before=search.before.errors,
         after=search.after.errors,
         before_rows=search.before.rows,
         after_rows=search.after.rows,
         effects=accepted,
-        ranking=ranked(search.rounds[0], judge.mean_mm),
+        ranking=ranked(search.rounds[0], Trial(ready, search.rounds[0]).mean_mm),
         noise=left if fit.problem.component_channels.any() else left._replace(rotation=np.nan),
         floor=floor,
         joint_noise=shaky,
@@ -242,42 +265,47 @@ def _validated(ready: Prepared, stage: Stage) -> _Judged:
 
 
 class Trial:
-    """Other models than the fitted one, tried out on the rows that judge."""
+    """Other models than a search's own, by the linear solution at its fit, on the rows that judge."""
 
-    def __init__(self, ready: Prepared, first: Searched):
-        fitted = first.stage.fitted
-        own = {p.name: v for p, v in zip(fitted.problem.parameters, fitted.fit.x, strict=True)}
-        self._found = {p.name: float(own[p.name]) for p in fitted.problem.parameters if p.is_instrument}
-        self._first = first
+    def __init__(self, ready: Prepared, searched: Searched):
+        fitted = searched.stage.fitted
+        pairs = zip(fitted.problem.parameters, fitted.fit.x.tolist(), strict=True)
+        self._found = {p.name: value for p, value in pairs if p.is_instrument}
+        self._searched = searched
         self._ready = ready
         self._data = ready.held if len(ready.held) else fitted.problem.data
 
-    def mean_mm(self, terms: Sequence[Term]) -> float:
-        """Mean error of the geometry with some effects, by the linear solution at the geometry alone [mm]."""
-        grams = self._first.grams
-        model = grown(grams, as_candidates(tuple(terms), self._first))
-        arm = robot_with(self._first.stage.fitted, grams, model)
+    def mean_mm(self, model: Model) -> float:
+        """Mean error of the geometry with a model's effects [mm]."""
+        arm = robot_with(self._searched.stage.fitted, self._searched.grams, model)
         rows = self._ready.errors_on(self._data, arm, self._found)
         return 1e3 * float(rows.position.mean()) if len(rows.position) else float("nan")
 
 
 def _accepted(
-    searches: Sequence[Searched], judge: Trial, hidden: Mapping[str, float]
+    last: Searched,
+    final: Fit,
+    judge: Trial,
+    hidden: Mapping[str, float],
+    *,
+    before_mm: float,
+    after_mm: float,
 ) -> tuple[Accepted, ...]:
     """The effects of the last fit with their standard errors, rivals, and what each brought.
 
     Args:
-        searches: All of them.
-        judge: Tries models out.
+        last: The last search.
+        final: Its model on all rows.
+        judge: Tries models out at that search.
         hidden: What else adds to the variance of each coefficient [SI²].
+        before_mm: Mean error of the geometry alone on the rows that judge [mm].
+        after_mm: Mean error of the whole model on them [mm].
     """
-    last = searches[-1]
-    fit = last.stage.fitted.fit
-    std = dict(zip(fit.problem.names, fit.std.tolist(), strict=True))
-    sized = {e.names: e for e in fit.calibrated.effects}
+    std = dict(zip(final.problem.names, final.std.tolist(), strict=True))
+    sized = {e.names: e for e in final.calibrated.effects}
     order = sorted(range(len(last.found.model)), key=lambda k: -last.found.offers[k].gain)
-    model = [last.found.model[k] for k in order]
-    whole = judge.mean_mm(model)
+    model = tuple(last.found.model[k] for k in order)
+    means = [before_mm, *(judge.mean_mm(model[:k]) for k in range(1, len(model))), after_mm]
     out = []
     for place, k in enumerate(order):
         term, offered = last.found.model[k], last.found.offers[k]
@@ -287,7 +315,7 @@ def _accepted(
                 rival.term.candidate.effect,
                 rival.gain,
                 float(np.exp(rival.log_p)),
-                judge.mean_mm([*rest, rival.term]),
+                judge.mean_mm((*rest, rival.term)),
                 rival.term.candidate.shrunk,
             )
             for rest, rival in rivals_of(last, term)
@@ -298,10 +326,10 @@ def _accepted(
                 std=tuple(float(np.hypot(std[n], np.sqrt(hidden.get(n, 0.0)))) for n in effect.names),
                 gain=offered.gain,
                 p_value=float(np.exp(offered.log_p)),
-                before_mm=judge.mean_mm([*model[:place], *model[place + 1 :]]),
-                after_mm=whole,
+                before_mm=means[place],
+                after_mm=means[place + 1],
                 alternatives=alternatives,
-                words=effect.sentence(fit.calibrated.chain, Motion.of(fit.problem.data)),
+                words=effect.sentence(final.calibrated.chain, Motion.of(final.problem.data)),
             )
         )
     return tuple(out)

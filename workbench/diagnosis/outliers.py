@@ -36,7 +36,8 @@ def robust_fit(problem: Problem, x: Float[np.ndarray, " p"]) -> Float[np.ndarray
     old = np.ones(len(problem.data))
     for _ in range(ROUNDS):
         residual = problem.residual(x)[: problem.size]
-        weights = row_weights(_sizes(problem, residual, np.ones(problem.size)).max(1), Loss.TUKEY)
+        sizes = _sizes(problem, residual, np.ones(problem.size))
+        weights = row_weights((sizes / _typical(sizes)).max(1), Loss.TUKEY)
         if np.abs(weights - old).max() < SETTLED:
             break
         old = weights
@@ -59,32 +60,57 @@ def find_outliers(
         fitted: Which.
         factor: Factorisation of the Jacobian of those; None to leave leverage out.
     """
+    sizes = row_sizes(problem, x, fitted, root=None if factor is None else factor.root)
+    return np.any(sizes > limits(sizes), axis=1)
+
+
+def row_sizes(
+    problem: Problem,
+    x: Float[np.ndarray, " p"],
+    fitted: Bool[np.ndarray, " rows"],
+    *,
+    root: Float[np.ndarray, "p r"] | None = None,
+) -> Float[np.ndarray, "rows 2"]:
+    """What every row leaves in positions and rotations, in stated standard deviations; 0 where not measured.
+
+    Args:
+        problem: The rows.
+        x: A fit to some of them.
+        fitted: Which.
+        root: Square root of the covariance of x; None to leave leverage out.
+    """
     room, residual = np.ones(problem.size), np.empty(problem.size)
     for block, piece in problem.pieces(x):
         if block is None:
             continue
         rows = slice(block.start, block.stop)
         residual[rows] = piece.residual
-        if factor is not None:
-            leverage = ((piece.jacobian @ factor.root) ** 2).sum(1)
+        if root is not None:
+            leverage = ((piece.jacobian @ root) ** 2).sum(1)
             mine = fitted[problem.component_rows[rows]]
             room[rows] = np.where(mine, np.maximum(1.0 - leverage, 0.1), 1.0 + leverage)
-    sizes = _sizes(problem, residual, room)
+    return _sizes(problem, residual, room)
+
+
+def limits(sizes: Float[np.ndarray, "rows 2"]) -> Float[np.ndarray, " 2"]:
+    """Sizes beyond which a row stands out from these ones."""
     tail = BEYOND * np.quantile(sizes, 0.9, axis=0)
     chance = np.sqrt(special.chdtri(3, LEVEL / len(sizes)) / special.chdtri(3, 0.5))
-    return (sizes > np.maximum(tail, max(chance, LEAST))).any(1)
+    return np.maximum(tail, max(chance, LEAST) * _typical(sizes))
+
+
+def _typical(sizes: np.ndarray) -> np.ndarray:
+    """Size of the typical row in each channel; next to nothing in one that nobody measured."""
+    return np.array([max(np.median(s[s > 0.0]), 1e-300) if (s > 0.0).any() else 1e-300 for s in sizes.T])
 
 
 def _sizes(problem: Problem, residual: np.ndarray, room: np.ndarray) -> Float[np.ndarray, "rows 2"]:
-    """Residual of every row's positions and rotations in units of the typical row's; 0 where not measured."""
+    """Root mean square of every row's positions and rotations; 0 where not measured."""
     rows, live = problem.component_rows, problem.inverse_sigma > 0.0
     out = np.zeros((len(problem.data), 2))
     for channel in (0, 1):
         mine = live & (problem.component_channels == bool(channel))
         count = np.bincount(rows[mine], minlength=len(out))
         square = np.bincount(rows[mine], residual[mine] ** 2 / room[mine], len(out))
-        there = count > 0
-        if there.any():
-            size = np.sqrt(square[there] / count[there])
-            out[there, channel] = size / max(float(np.median(size)), 1e-300)
+        out[:, channel] = np.sqrt(square / np.maximum(count, 1))
     return out

@@ -16,7 +16,7 @@ from workbench.diagnosis.undetectable import Undetectable
 from workbench.identification.fit import Fit
 from workbench.identification.joint_readings import Readings
 from workbench.identification.problem import Noise
-from workbench.identification.record import BeforeAfter, Validation, judged
+from workbench.identification.record import BeforeAfter, Identification, Run, Validation, judged
 from workbench.identification.row_errors import RowErrors
 from workbench.report.result_display import AbstractShown
 
@@ -62,9 +62,9 @@ class Accepted:
         std: Their standard errors, SI, with what effects that are lost in the noise may hide in them.
         gain: Log evidence that it brings to the others [nat].
         p_value: Probability that chance would bring as much, for one try; 0 below the smallest float.
-        before_mm: Mean held-out error without it and its successors [mm]; of the fitted rows where none was
-            held out.
-        after_mm: The same with it.
+        before_mm: Mean held-out error of the geometry with the effects before it [mm]; of the fitted rows
+            where none was held out. Of the first it is that of the geometry alone …
+        after_mm: The same with it too; of the last it is that of the whole model.
         alternatives: Effects that would do nearly as well in its place, the best first.
         words: What it does, one sentence.
     """
@@ -92,9 +92,13 @@ class Diagnosis(AbstractShown):
         held_out_data: The held-out rows on which errors are reported.
         excluded: Rows that were kept out from the start, with the reason.
         outliers: Rows that were set apart, indices into data.
+        suspects: Held-out rows that no arm explains, indices into held_out_data.
         nominal: Errors of the nominal arm with the best base and tool.
         before_fit: Geometry alone.
-        after_fit: Geometry with the accepted effects.
+        after_fit: Geometry with the accepted effects, on the fitted rows; what the figures tell of.
+        final_fit: The same on all rows, held-out ones of the same file too: what is saved.
+        aligned: The nominal arm with the best base and tool.
+        nominal_rows: Its errors row by row, as `after_rows`.
         before: Errors of the first.
         after: Errors of the second.
         before_rows: Row by row: fitted rows (outliers left out), held-out rows.
@@ -119,9 +123,13 @@ class Diagnosis(AbstractShown):
     held_out_data: Dataset
     excluded: tuple[tuple[int, str], ...]
     outliers: np.ndarray
+    suspects: np.ndarray
     nominal: Validation
     before_fit: Fit
     after_fit: Fit
+    final_fit: Fit
+    aligned: Robot
+    nominal_rows: tuple[RowErrors, RowErrors]
     before: Validation
     after: Validation
     before_rows: tuple[RowErrors, RowErrors]
@@ -140,8 +148,8 @@ class Diagnosis(AbstractShown):
 
     @cached_property
     def calibrated(self) -> Robot:
-        """The arm with the identified geometry and the accepted effects."""
-        return self.after_fit.calibrated
+        """The arm with the identified geometry and the accepted effects, fitted on all rows."""
+        return self.final_fit.calibrated
 
     @property
     def robot(self) -> Robot:
@@ -152,6 +160,32 @@ class Diagnosis(AbstractShown):
     def error(self) -> BeforeAfter:
         """Errors of the geometry alone and with the accepted effects."""
         return BeforeAfter(judged(self.before), judged(self.after))
+
+    def identification(self) -> Identification:
+        """The arm as the result of an identification; errors are those of before the fit on all rows."""
+        apart = np.isin(self.train_rows, self.outliers)
+        run = Run(
+            self.final_fit,
+            self.after.train,
+            self.after.held_out,
+            *self.after_rows,
+            judged=self.after_fit.calibrated,
+        )
+        return Identification(
+            nominal_robot=self.nominal_robot,
+            aligned=self.aligned,
+            data=self.data,
+            train_rows=self.train_rows[~apart],
+            held_out_rows=self.held_out_rows,
+            held_out_data=self.held_out_data,
+            excluded=(*self.excluded, *((int(row), "outlier") for row in self.data.row[self.outliers])),
+            frames=self.final_fit.problem.frames,
+            noise=self.final_fit.problem.typical_noise,
+            notes=self.notes,
+            nominal=self.nominal,
+            nominal_rows=self.nominal_rows,
+            runs={self.final_fit.algorithm: run},
+        )
 
     def summary(self) -> RenderableType:
         from workbench.diagnosis.report.table import summary

@@ -227,11 +227,6 @@ def _on_all_rows(stage: Stage, known) -> Problem:
     )
 
 
-def as_candidates(model: Model, searched: Searched) -> Model:
-    """A model's terms as candidates of another search, in their order; those not offered there left out."""
-    return _among(model, searched.offered.candidates)
-
-
 def _key(candidate: Candidate) -> str:
     """What tells candidates of different rounds apart."""
     shape = ""

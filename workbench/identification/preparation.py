@@ -75,7 +75,7 @@ class Prepared:
         """Errors of a model on some of the fitted or held-out rows; arguments as of `errors`."""
         if not len(rows):
             return RowErrors(np.zeros(0), np.zeros(0))
-        return row_errors(self._at_home(robot, rows), rows, known={**self.places, **instrument})
+        return row_errors(self.at_home(robot, rows), rows, known={**self.places, **instrument})
 
     @cached_property
     def nominal_rows(self) -> tuple[RowErrors, RowErrors]:
@@ -94,7 +94,7 @@ class Prepared:
             else typical._replace(position=self.problem.noise.position)
         )
 
-    def _at_home(self, robot: Robot, rows: Dataset) -> Robot:
+    def at_home(self, robot: Robot, rows: Dataset) -> Robot:
         """The robot with bases for sessions that took no part in the fit, from those of the rows."""
         new = [name for name in rows.sessions if name in self.strangers]
         if not new:

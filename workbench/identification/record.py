@@ -56,6 +56,7 @@ class Run:
         held_out: Errors on the rows that were not.
         train_rows: Errors row by row, in the order of `Identification.train_rows`.
         held_out_rows: Likewise of the held-out rows.
+        judged: The arm whose errors these are, where `fit` was made on all rows after that.
     """
 
     fit: Fit
@@ -63,6 +64,7 @@ class Run:
     held_out: Errors | None
     train_rows: RowErrors
     held_out_rows: RowErrors
+    judged: Robot | None = None
 
     @property
     def calibrated(self) -> Robot:

@@ -47,7 +47,7 @@ class Rows:
         places = {p.name: x for p, x in zip(fit.parameters, fit.x.tolist(), strict=True) if p.is_instrument}
         held = judged_rows(result)
         parts = [fit.problem.data] + ([held] if len(held) else [])
-        problems = tuple(_closed(result.calibrated, data, fit.problem, places) for data in parts)
+        problems = tuple(_closed(fit.calibrated, data, fit.problem, places) for data in parts)
         return cls(problems, float(np.sqrt(fit.variance_factor)))
 
     @property

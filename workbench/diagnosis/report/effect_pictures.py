@@ -34,7 +34,7 @@ DIM = 0.15
 
 def against_drivers(found: Accepted, rows: Rows) -> Figure:
     """Rows over the effect's driver: on the left with the effect taken out, on the right with it."""
-    shown = found.effect.views(rows.state)
+    shown = found.effect.sized(rows.robot.coefficients).views(rows.state)
     with look():
         figure = new_figure(10.0, 2.9 * len(shown) + 0.35)
         panels = figure.subplots(len(shown), 2, sharey="row", sharex="row", squeeze=False)

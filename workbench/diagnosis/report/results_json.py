@@ -33,6 +33,7 @@ def diagnosis_json(result: Diagnosis) -> Json:
             "noise_floor": None if result.floor is None else _noise(result.floor),
             **_joint_noise(result),
             "not_identifiable": [_undetectable(u, result) for u in result.undetectable],
+            "suspects": result.held_out_data.row[result.suspects],
             "verdict": str(result.verdict),
             "message": result.message,
             "measure_next": result.measure_next,

@@ -87,7 +87,7 @@ def controller_json(numbers: ControllerNumbers) -> Json:
 
 
 def _spread(spread: Spread | None) -> Json | None:
-    return None if spread is None else {"mean": spread.mean, "rms": spread.rms, "max": spread.max}
+    return None if spread is None else spread._asdict()
 
 
 def _errors(errors: Errors | None) -> Json | None:

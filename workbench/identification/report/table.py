@@ -157,10 +157,10 @@ def error_columns(turned: bool) -> Table:
 
 def error_cells(errors: Errors, turned: bool) -> list[str]:
     """Cells of one row of it."""
-    cells = [short(value) for value in errors.position_mm]
+    cells = [short(value) for value in errors.position_mm[:3]]
     if turned:
         rotation = errors.orientation_deg
-        cells += ["–"] * 3 if rotation is None else [short(value) for value in rotation]
+        cells += ["–"] * 3 if rotation is None else [short(value) for value in rotation[:3]]
     return cells
 
 

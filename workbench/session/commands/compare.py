@@ -19,7 +19,8 @@ def with_fit(session: Session, algorithm: str) -> Session:
     checks: Dataset | None = found.held_out_data
     if not len(found.held_out_rows):
         checks = numbered_after(fitted, checks)
-    compared = compare(fitted, checks, found.aligned, found.runs[algorithm].calibrated)
+    run = found.runs[algorithm]
+    compared = compare(fitted, checks, found.aligned, run.judged or run.calibrated)
     return replace(session, fit=algorithm, comparison=compared)
 
 

@@ -75,7 +75,7 @@ class Diagnose(AbstractTask):
 
 @dataclass(frozen=True)
 class AddEffects(AbstractTask):
-    """Add what the diagnosis found to the model, and identify it together with the geometry."""
+    """Make the arm of the diagnosis, its geometry and effects fitted on all rows, the calibrated one."""
 
     title = "Add the effects to the model"
 
@@ -85,13 +85,11 @@ class AddEffects(AbstractTask):
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
         found = _found(session)
-        effects = tuple(accepted.effect for accepted in found.effects)
-        with_effects = replace(session, accepted=effects)
-        return effects, Identify(("opt2",)).compute(with_effects, progress=progress, cancel=cancel)
+        return found, (session.loaded, found.identification())
 
     def finish(self, session: Session, result: Any) -> Session:
-        effects, fits = result
-        return Identify().finish(replace(session, accepted=effects), fits)
+        found, fits = result
+        return Identify().finish(replace(session, accepted=tuple(a.effect for a in found.effects)), fits)
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,89 @@
+"""What a diagnosis saves, and what it says of held-out rows that no arm explains."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from workbench.diagnosis.diagnose import diagnose
+from workbench.diagnosis.report.results_json import diagnosis_json
+from workbench.identification.evaluate import evaluate
+from workbench.plate.virtual_measuring import measure_poses
+
+
+@pytest.fixture(scope="module")
+def rows(aria):
+    """An arm that gives way in joint 2, measured at 70 poses."""
+    _, rows = measure_poses(aria, 70, effects=("joint-compliance:2:5e-5",), seed=3)
+    return replace(rows, sigma=None)
+
+
+@pytest.fixture(scope="module")
+def clean(aria, rows):
+    return diagnose(aria, rows)
+
+
+@pytest.fixture(scope="module")
+def spoilt(aria, rows, clean):
+    """The same rows, one held-out row 2 mm off."""
+    position = rows.position.copy()
+    position[clean.held_out_rows[3], 0] += 2e-3
+    return diagnose(aria, replace(rows, position=position))
+
+
+def cost(fit, rows) -> float:
+    """Sum of squares that an arm leaves on some rows [m²]."""
+    return float((evaluate(fit.calibrated, rows).rows.position ** 2).sum())
+
+
+def test_the_saved_arm_is_fitted_on_all_rows(rows, clean):
+    """It knew the training rows alone."""
+    assert len(clean.held_out_data) == 14
+    assert clean.final_fit.problem.data.row.tolist() == rows.row.tolist()
+    assert clean.robot is clean.final_fit.calibrated
+    assert cost(clean.final_fit, clean.held_out_data) < cost(clean.after_fit, clean.held_out_data)
+    (found,) = clean.effects
+    assert found.effect.coefficients == clean.robot.effects[0].coefficients
+    assert found.std[0] < clean.after_fit.std[-1]
+
+
+def test_held_out_errors_are_those_before_the_last_fit(clean):
+    judged = evaluate(clean.after_fit.calibrated, clean.held_out_data).errors
+    assert clean.after.held_out == judged
+    assert sum("fitted once more on all 70 rows" in note for note in clean.notes) == 1
+
+
+def test_an_outlier_among_the_held_out_rows_is_a_suspect(clean, spoilt):
+    """It was not mentioned, and spoilt the only figure."""
+    row = int(clean.held_out_rows[3])
+    assert diagnosis_json(clean)["suspects"] == []
+    assert diagnosis_json(spoilt)["suspects"] == [row]
+    (note,) = (n for n in spoilt.notes if "suspects among" in n)
+    assert f"no arm explains row {row};" in note
+    errors = diagnosis_json(spoilt)["after"]["held_out"]["position_mm"]
+    assert errors["median"] < 0.5 * errors["mean"]
+    assert f"the median {errors['median']:.3g} mm" in note
+
+
+def test_a_suspect_chooses_nothing_and_is_not_fitted(clean, spoilt):
+    assert (spoilt.after_fit.x == clean.after_fit.x).all()
+    assert spoilt.outliers.tolist() == []
+    assert len(spoilt.final_fit.problem.data) == 69
+    assert int(clean.held_out_rows[3]) not in spoilt.final_fit.problem.data.row
+    np.testing.assert_allclose(spoilt.final_fit.x, clean.final_fit.x, atol=1e-3)
+
+
+def test_rows_of_another_file_are_never_fitted(aria, rows, clean):
+    fitted, other = rows.take(clean.train_rows), rows.take(clean.held_out_rows)
+    found = diagnose(aria, fitted, held_out=other)
+    assert found.final_fit is found.after_fit
+    assert found.after.held_out is not None
+    assert not any("fitted once more" in note for note in found.notes)
+
+
+def test_the_arm_is_an_identification_like_any_other(clean):
+    found = clean.identification()
+    assert found.robot is clean.robot
+    assert found.runs["opt2"].held_out == clean.after.held_out
+    assert found.error.after.position_mm.mean < 0.3 * found.error.before.position_mm.mean
+    assert len(found.nominal_rows[0].position) == len(found.train_rows) == len(found.best.train_rows.position)

@@ -1,0 +1,127 @@
+"""What a diagnosis saves: its model fitted once more on all rows, those that no arm explains left out.
+
+Every figure of held-out rows is from before: they are fitted only once everything has been decided.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Bool
+
+from workbench.diagnosis.outliers import limits, row_sizes
+from workbench.diagnosis.refit import Fitted, refit
+from workbench.diagnosis.rounds import Searched, Stage
+from workbench.identification.algorithms.identifier import OnStep
+from workbench.identification.fit import Fit
+from workbench.identification.preparation import Prepared
+from workbench.identification.problem import Problem
+from workbench.identification.row_errors import Errors
+
+NAMED = 15
+"""Most suspects that are named."""
+
+
+def suspects(ready: Prepared, first: Stage, last: Stage) -> Bool[np.ndarray, " rows"]:
+    """Held-out rows that stand out under every arm: the nominal one, the geometry alone, the last one.
+
+    They are measured against what the last arm leaves on the fitted rows and on them.
+
+    Args:
+        ready: The rows.
+        first: The geometry alone.
+        last: The arm with all that was found.
+    """
+    held = ready.held
+    if not len(held):
+        return np.zeros(0, bool)
+    fit = last.fitted.fit
+    there = Problem.build(
+        ready.at_home(fit.problem.robot, held),
+        held,
+        free=[p.name for p in fit.parameters if p.is_geometry],
+        frames=fit.problem.frames,
+        noise=fit.problem.noise,
+        known=ready.places,
+        effects=[p.name for p in fit.parameters if p.is_coefficient],
+    )
+    nobody = np.zeros(len(held), bool)
+    after, *others = (
+        row_sizes(there, _at(there, known), nobody, root=_root(there, fit))
+        for known in (_found(last.fitted), _found(first.fitted), {})
+    )
+    own = row_sizes(fit.problem, fit.x, np.ones(len(fit.problem.data), bool), root=fit.factor.root)
+    most = limits(np.concatenate([own, after]))
+    return np.all([(sizes > most).any(1) for sizes in (after, *others)], axis=0)
+
+
+def fitted_on_all(
+    ready: Prepared, last: Searched, left_out: Bool[np.ndarray, " rows"], on_step: OnStep | None
+) -> tuple[Fit, str | None]:
+    """The last arm fitted once more on training and held-out rows, and a sentence about that.
+
+    Held-out rows of another file stay untouched: then, and where the fit does not converge, it is the last
+    arm itself.
+
+    Args:
+        ready: The rows.
+        last: The last search, at the fit to be repeated.
+        left_out: Held-out rows that are not fitted.
+        on_step: Called after every step; True cancels.
+    """
+    stage = last.stage
+    before = stage.fitted.fit
+    if not len(ready.held_out_rows) or left_out.all():
+        return before, None
+    own = np.concatenate([before.problem.data.row, ready.held.row[~left_out]])
+    rows = ready.data.take(np.isin(ready.data.row, own))
+    found = refit(
+        replace(stage.geometric, robot=ready.at_home(stage.geometric.robot, ready.held)),
+        last.grams,
+        last.found.model,
+        data=rows,
+        known=ready.places,
+        begin=_found(stage.fitted),
+        on_step=on_step,
+    ).fit
+    if before.outcome.ok and not found.outcome.ok:
+        return (
+            before,
+            f"a fit on all rows did not converge ({found.outcome}), so the arm is that of the others",
+        )
+    out = ", suspects left out" if left_out.any() else ""
+    return found, (
+        f"the arm itself was fitted once more on all {len(rows)} rows, held-out ones included{out}; "
+        "errors of held-out rows are from before"
+    )
+
+
+def suspect_words(rows: Sequence[int], errors: Errors) -> str:
+    """Which held-out rows no arm explains, what to do, and a mean beside one that they don't pull."""
+    shown = ", ".join(map(str, rows[:NAMED])) + (" …" if len(rows) > NAMED else "")
+    subject, it = (f"rows {shown}", "them") if len(rows) > 1 else (f"row {shown}", "it")
+    mean, median = errors.position_mm.mean, errors.position_mm.median
+    return (
+        f"suspects among the held-out rows: no arm explains {subject}; measure {it} again, or exclude {it}. "
+        f"With {it} the mean held-out error is {mean:.3g} mm, the median {median:.3g} mm"
+    )
+
+
+def _found(fitted: Fitted) -> dict[str, float]:
+    """Unknowns of a fit by name."""
+    return dict(zip(fitted.problem.names, fitted.fit.x.tolist(), strict=True))
+
+
+def _at(problem: Problem, known: dict[str, float]) -> np.ndarray:
+    """A problem's unknowns where they are known, else where its search would begin."""
+    return np.array([known.get(p.name, p.nominal) for p in problem.parameters])
+
+
+def _root(problem: Problem, fit: Fit) -> np.ndarray:
+    """What a fit leaves open in another problem's unknowns; nothing in those that the fit has not."""
+    index = {name: i for i, name in enumerate(fit.problem.names)}
+    root = np.zeros((len(problem.names), fit.factor.root.shape[1]))
+    for i, name in enumerate(problem.names):
+        if name in index:
+            root[i] = fit.factor.root[index[name]]
+    return root
