@@ -70,7 +70,7 @@ class Sight:
         for place in np.argwhere(self.arm.proper()):
             table = self.arm.table.copy()
             table[tuple(place)] += STEP
-            moved.append(poses(replace(self.arm, table=table), [], self.state))
+            moved.append(replace(self.arm, table=table).pose(self.state.q))
         for part in STEP * np.eye(6) if self.free else ():
             small = four(rotation(part[3:]))
             small[:3, 3] = part[:3]

@@ -14,7 +14,9 @@ import numpy as np
 from generator import VirtualArm, four, rotation
 
 ROUNDS = 10
-"""Rounds of the bent arm; each brings three digits where moments bend it, half a one where they flip play."""
+"""Most rounds of the bent arm; each brings three digits where moments bend it, half a one where they flip play."""
+SAME = 1e-15
+"""Change of every angle [rad] at which further rounds change nothing."""
 WARM = 20.0
 """Temperature at which lengths are as given [degC]."""
 TURN = 2.0 * np.pi
@@ -173,22 +175,25 @@ WHOLE = ("thermal-growth", "base-drift")
 NAMELESS = ("dent", "kinked gear", "dragging hose", "wobbling mount")
 
 
-def frames(arm: VirtualArm, turned, growth):
+def pieces(arm: VirtualArm, q, growth):
+    """Per joint: transforms before, of, and after its drive at angles q (rows, n), lengths by growth (rows,)."""
+    return [[_grown(part, growth) for part in parts] for parts in arm.parts(q)]
+
+
+def frames(joints, bend):
     """Transforms (joints, rows, 4, 4) to right before each drive, and to each link, in the arm's first frame.
 
     Args:
-        arm: The arm, with revolute joints.
-        turned: Pair of joint angles (rows, n) and rotation vectors (rows, n, 3) right before each drive.
-        growth: Factor (rows,) of all lengths.
+        joints: The arm's `pieces`, with revolute joints.
+        bend: Rotation vectors (rows, n, 3) right before each drive.
     """
-    q, bend = turned
-    here = np.broadcast_to(np.eye(4), (len(q), 4, 4))
+    here = np.broadcast_to(np.eye(4), (len(bend), 4, 4))
+    tilts = four(rotation(bend))
     before, links = [], []
-    for i, parts in enumerate(arm.parts(q)):
-        fixed, driven, after = (_grown(part, growth) for part in parts)
+    for i, (fixed, driven, after) in enumerate(joints):
         here = here @ fixed
         before.append(here)
-        here = here @ four(rotation(bend[:, i])) @ driven @ after
+        here = here @ tilts[:, i] @ driven @ after
         links.append(here)
     return np.array(before), np.array(links)
 
@@ -218,7 +223,7 @@ def holding(arm: VirtualArm, before, links, state):
 
 def straight(arm: VirtualArm, state: State):
     """Transforms as `frames` of the arm that nothing bends."""
-    return frames(arm, (state.q, np.zeros((*state.q.shape, 3))), np.ones(len(state.q)))
+    return frames(pieces(arm, state.q, np.ones(len(state.q))), np.zeros((*state.q.shape, 3)))
 
 
 def straight_moments(arm: VirtualArm, state: State):
@@ -230,12 +235,14 @@ def bent_links(arm: VirtualArm, effects, state: State):
     """Transforms (joints, rows, 4, 4) to each link of the bent arm in its first frame, and growth (rows,)."""
     growth = 1.0 + sum(e.size[0] * (state.temperature - WARM) for e in effects if e.name == "thermal-growth")
     growth = growth * np.ones(len(state.q))
-    bend = np.zeros((*state.q.shape, 3))
+    joints, bend = pieces(arm, state.q, growth), np.zeros((*state.q.shape, 3))
     by_moment = any(e.name in BY_MOMENT for e in effects)
     for _ in range(ROUNDS if by_moment else 1):
-        held = holding(arm, *frames(arm, (state.q, bend), growth), state) if by_moment else None
+        held, last = holding(arm, *frames(joints, bend), state) if by_moment else None, bend
         bend = sum((turns(arm, e, state, held) for e in effects), np.zeros_like(bend))
-    return frames(arm, (state.q, bend), growth)[1], growth
+        if np.abs(bend - last).max(initial=0.0) < SAME:
+            break
+    return frames(joints, bend)[1], growth
 
 
 def poses(arm: VirtualArm, effects, state: State):

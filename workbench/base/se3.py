@@ -5,9 +5,14 @@ first; roll, pitch, yaw mean R = Rz(yaw) Ry(pitch) Rx(roll); quaternions are [w,
 take stacks: any leading shape, the last one or two axes as named.
 """
 
+from typing import no_type_check
+
 import numpy as np
 from jaxtyping import Float
+from numba import njit
 from scipy.spatial.transform import Rotation
+
+from workbench.base.types import frozen
 
 SMALL_ANGLE = 1e-4
 """Below this angle [rad] the Taylor series of the rotation formulas are exact to machine precision."""
@@ -70,8 +75,43 @@ def rotvec_to_matrix(rotvec: Float[np.ndarray, "*lead 3"]) -> Float[np.ndarray, 
 
 def matrix_to_rotvec(rotation: Float[np.ndarray, "*lead 3 3"]) -> Float[np.ndarray, "*lead 3"]:
     """Logarithm: rotation vector [rad] of length at most pi."""
-    rotvec = Rotation.from_matrix(np.reshape(rotation, (-1, 3, 3))).as_rotvec()
+    flat = np.reshape(np.asarray(rotation, float), (-1, 3, 3))
+    rotvec = np.empty((len(flat), 3))
+    _rotvecs(frozen(flat), rotvec)
     return rotvec.reshape(*np.shape(rotation)[:-2], 3)
+
+
+@njit(cache=True)
+@no_type_check
+def _rotvecs(rotation, out):
+    """By the quaternion whose largest component is found first, which is exact near every angle.
+
+    scipy does the same, with checks that take far longer than the few rows of a fit.
+
+    Source: Markley, "Unit quaternion from rotation matrix", J. Guidance 31 (2008) 440.
+    """
+    for row in range(rotation.shape[0]):
+        r, v = rotation[row], out[row]
+        trace = r[0, 0] + r[1, 1] + r[2, 2]
+        i = 0
+        for k in range(1, 3):
+            if r[k, k] > r[i, i]:
+                i = k
+        if trace >= r[i, i]:
+            w = 1.0 + trace
+            v[0], v[1], v[2] = r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]
+        else:
+            j, k = (i + 1) % 3, (i + 2) % 3
+            w = r[k, j] - r[j, k]
+            v[i], v[j], v[k] = 1.0 - trace + 2.0 * r[i, i], r[j, i] + r[i, j], r[k, i] + r[i, k]
+        sine = np.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
+        half = np.arctan2(sine, abs(w))
+        if sine > SMALL_ANGLE * abs(w):
+            scale = 2.0 * half / sine
+        else:
+            scale = 2.0 * (1.0 - (sine / w) ** 2 / 3.0) / abs(w)
+        for k in range(3):
+            v[k] *= scale if w >= 0.0 else -scale
 
 
 def skew(vector: Float[np.ndarray, "*lead 3"]) -> Float[np.ndarray, "*lead 3 3"]:
