@@ -60,19 +60,21 @@ def oracle(robot: Robot, target: np.ndarray, starts: int, rng: np.random.Generat
     damping = np.full(starts, 1e-2)
     error, jacobian = gaps(q)
     for _ in range(45):
-        normal = np.swapaxes(jacobian, 1, 2) @ jacobian + damping[:, None, None] * np.eye(robot.dof)
-        step = np.linalg.solve(normal, np.swapaxes(jacobian, 1, 2) @ error[:, :, None])[:, :, 0]
+        on = np.flatnonzero((np.linalg.norm(error, axis=1) > 1e-12) & (damping < 1e6))
+        slope, was = jacobian[on], error[on]
+        normal = np.swapaxes(slope, 1, 2) @ slope + damping[on, None, None] * np.eye(robot.dof)
+        step = np.linalg.solve(normal, np.swapaxes(slope, 1, 2) @ was[:, :, None])[:, :, 0]
         step *= np.minimum(1.0, 0.7 / np.maximum(np.abs(step).max(1), 1e-12))[:, None]
-        new_error, new_jacobian = gaps(q + step)
-        better = (new_error**2).sum(1) < (error**2).sum(1)
-        q[better] += step[better]
-        error[better], jacobian[better] = new_error[better], new_jacobian[better]
-        damping = np.maximum(np.where(better, damping * 0.1, damping * 8), 1e-14)
+        new_error, new_jacobian = gaps(q[on] + step)
+        better = (new_error**2).sum(1) < (was**2).sum(1)
+        q[on[better]] += step[better]
+        error[on[better]], jacobian[on[better]] = new_error[better], new_jacobian[better]
+        damping[on] = np.maximum(np.where(better, damping[on] * 0.1, damping[on] * 8), 1e-14)
     q = q[np.linalg.norm(error, axis=1) < 1e-10]
-    kept: list[np.ndarray] = []
-    for row in q:
-        if all(wrapped(row - other).max() > 1e-3 for other in kept):
-            kept.append(row)
+    kept = []
+    while len(q):
+        kept.append(q[0])
+        q = q[wrapped(q - q[0]).max(1) > 1e-3]
     return np.array(kept).reshape(-1, robot.dof)
 
 
