@@ -176,7 +176,7 @@ NAMELESS = ("dent", "kinked gear", "dragging hose", "wobbling mount")
 
 
 def pieces(arm: VirtualArm, q, growth):
-    """Per joint: transforms before, of, and after its drive at angles q (rows, n), lengths by growth (rows,)."""
+    """Per joint: transforms before, of, and after its drive at angles q, with lengths by growth (rows,)."""
     return [[_grown(part, growth) for part in parts] for parts in arm.parts(q)]
 
 
