@@ -14,7 +14,7 @@ import numpy as np
 from generator import VirtualArm, four, rotation
 
 ROUNDS = 10
-"""Most rounds of the bent arm; each brings three digits where moments bend it, half of one where play flips."""
+"""Most rounds of the bent arm; each brings three digits, half of one where moments flip play."""
 SAME = 1e-15
 """Change of every angle [rad] at which further rounds change nothing."""
 WARM = 20.0
