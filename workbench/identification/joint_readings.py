@@ -39,6 +39,8 @@ LEAST = 1e-4
 """Least variance of a channel, as part of what is left, where rows state none …"""
 NOTHING = 1e-3
 """… and that of a joint below which its readings count as exact."""
+LARGEST = 0.01
+"""Joints that would have to be read as badly as this [rad or m] to make what is left count as exact."""
 STEPS, HALVINGS, SETTLED = 30, 6, 3e-3
 """Most steps of scoring, halvings of each, and the gain of log likelihood that ends them."""
 
@@ -116,7 +118,7 @@ def with_joint_readings(
     """
     tables = _tables(problem, residual)
     scale = _scale(tables)
-    joints = np.flatnonzero(scale[2:])
+    joints = np.flatnonzero((scale[2:] > 0.0) & (scale[2:] < LARGEST**2))
     plain = _fit(tables, _members(scale, []), np.ones(2), stated)
     kinds = np.array([turns(problem.blocks[0].chain, int(j)) for j in joints])
     alike = _members(scale, [joints[kinds == kind] for kind in (True, False) if (kinds == kind).any()])

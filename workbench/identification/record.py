@@ -12,7 +12,7 @@ from workbench.data.dataset import Dataset
 from workbench.identification.expected_error import SERIOUS, Transfer, transfer, transfer_words
 from workbench.identification.fit import Fit
 from workbench.identification.problem import FrameFreedom, Noise
-from workbench.identification.row_errors import Errors, RowErrors
+from workbench.identification.row_errors import Errors, RowErrors, made_worse
 from workbench.report.result_display import AbstractShown
 
 if TYPE_CHECKING:
@@ -147,6 +147,10 @@ class Identification(AbstractShown):
                 f"the geometry explains little: {after:.1f} of {before:.1f} mm are left; are robot, frames "
                 "and sessions the right ones?"
             )
+        held = bool(len(self.held_out_data))
+        best = (self.best.train_rows, self.best.held_out_rows)[held]
+        if words := made_worse(self.nominal_rows[held], best, f"{'held-out' if held else 'fitted'} rows"):
+            found.append(words)
         if not (self.frames.base_per_session or self.frames.tool_per_session):
             turned = bool(self.best.fit.problem.component_channels.any())
             if self.transfer.ratio > SERIOUS:

@@ -50,6 +50,34 @@ class RowErrors:
         return Errors.of(self) if len(self.position) else None
 
 
+CLEARLY = 3.0
+"""Standard errors by which a channel's mean must rise to be called worse."""
+
+
+def made_worse(nominal: RowErrors, found: RowErrors, rows: str) -> str | None:
+    """A sentence where positions or orientations are clearly worse than with the nominal arm.
+
+    Args:
+        nominal: Errors of the nominal arm with the best base and tool.
+        found: Errors of a calibrated arm, on the same rows.
+        rows: What these are called.
+    """
+    channels = (
+        ("positions", nominal.position, found.position, 1e3, " mm"),
+        ("orientations", nominal.rotation, found.rotation, np.rad2deg(1.0), "°"),
+    )
+    for name, before, after, scale, unit in channels:
+        rise = (after - before)[np.isfinite(before) & np.isfinite(after)]
+        if len(rise) < 2 or rise.mean() <= CLEARLY * rise.std(ddof=1) / np.sqrt(len(rise)):
+            continue
+        was, now = (scale * float(np.nanmean(errors)) for errors in (before, after))
+        return (
+            f"{name} of the {rows} are worse than the nominal arm's: {now:.3g} instead of {was:.3g}{unit} on "
+            "average; check the noise and the sigma columns that weigh them, and what is free"
+        )
+    return None
+
+
 @dataclass(frozen=True)
 class Errors:
     """Summary of the errors of some rows.
