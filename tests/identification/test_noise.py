@@ -9,6 +9,7 @@ import pytest
 from workbench.arm.built_in_arms import load_robot
 from workbench.data.dataset import Dataset
 from workbench.data.readers import read_measurements
+from workbench.diagnosis.diagnose import diagnose
 from workbench.identification.evaluate import evaluate
 from workbench.identification.identify import identify
 
@@ -101,3 +102,13 @@ def test_a_sigma_of_zero_is_rounding(tmp_path, rows):
         < 1.05 * fitted(replace(data, sigma=None)).best.held_out.position_mm.mean
     )
     assert evaluate(load_robot("aria"), data).errors.position_mm.mean > 0.0
+
+
+def test_a_channel_that_gets_worse_than_nominal_is_warned_of(rows):
+    """Sigma columns that call orientations meaningless: the fit turns the tool by degrees."""
+    assert not any("nominal" in words for words in fitted(rows).warnings)
+    claims = claimed(rows, 1e-3 * SIGMA[0], 1.0)
+    told = fitted(claims)
+    assert told.best.held_out.orientation_deg.mean > 5.0 * told.nominal.held_out.orientation_deg.mean
+    assert any(w.startswith("orientations of the held-out rows are worse than the nom") for w in told.warnings)
+    assert "Beware: orientations of the held-out rows" in diagnose(load_robot("aria"), claims).message

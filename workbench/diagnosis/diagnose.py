@@ -31,7 +31,7 @@ from workbench.identification.joint_readings import readings
 from workbench.identification.preparation import Cancel, Prepared, Progress, on_step, prepare
 from workbench.identification.problem import Noise
 from workbench.identification.record import Validation
-from workbench.identification.row_errors import Errors, RowErrors
+from workbench.identification.row_errors import Errors, RowErrors, made_worse
 
 GROSS = 10.0
 """Rows off by this many times the median of the aligned nominal arm …"""
@@ -173,6 +173,9 @@ def _concluded(
         verdict, message = Verdict.NONE, search.short
     elif missing and any(a.effect.loads for a in accepted):
         message = f"{message} {describe(missing)}"
+    fitted, held = ready.nominal_rows
+    if worse := made_worse((fitted.take(last.stage.keep), held), search.after.rows):
+        message = f"{message} Beware: {worse}."
     report(0.9, "choosing poses to measure next")
     asked = [e.effect for e in accepted] + ambiguous(accepted)
     seen = [] if is_short else coverage(fit.problem.data, robot.chain)

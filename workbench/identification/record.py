@@ -147,9 +147,7 @@ class Identification(AbstractShown):
                 f"the geometry explains little: {after:.1f} of {before:.1f} mm are left; are robot, frames "
                 "and sessions the right ones?"
             )
-        held = bool(len(self.held_out_data))
-        best = (self.best.train_rows, self.best.held_out_rows)[held]
-        if words := made_worse(self.nominal_rows[held], best, f"{'held-out' if held else 'fitted'} rows"):
+        if words := made_worse(self.nominal_rows, (self.best.train_rows, self.best.held_out_rows)):
             found.append(words)
         if not (self.frames.base_per_session or self.frames.tool_per_session):
             turned = bool(self.best.fit.problem.component_channels.any())

@@ -44,6 +44,10 @@ class RowErrors:
     position: Float[np.ndarray, " rows"]
     rotation: Float[np.ndarray, " rows"]
 
+    def take(self, rows: np.ndarray) -> "RowErrors":
+        """Errors of some of the rows."""
+        return RowErrors(self.position[rows], self.rotation[rows])
+
     @property
     def summary(self) -> "Errors | None":
         """Their summary; None without rows."""
@@ -54,17 +58,20 @@ CLEARLY = 3.0
 """Standard errors by which a channel's mean must rise to be called worse."""
 
 
-def made_worse(nominal: RowErrors, found: RowErrors, rows: str) -> str | None:
+def made_worse(
+    nominal: tuple[RowErrors, RowErrors], calibrated: tuple[RowErrors, RowErrors]
+) -> str | None:
     """A sentence where positions or orientations are clearly worse than with the nominal arm.
 
     Args:
-        nominal: Errors of the nominal arm with the best base and tool.
-        found: Errors of a calibrated arm, on the same rows.
-        rows: What these are called.
+        nominal: Errors of the nominal arm with the best base and tool: fitted rows, held-out rows.
+        calibrated: Errors of a calibrated arm on the same rows; the fitted ones count if none are held out.
     """
+    held = bool(len(calibrated[1].position))
+    rows, old, new = ("held-out" if held else "fitted"), nominal[held], calibrated[held]
     channels = (
-        ("positions", nominal.position, found.position, 1e3, " mm"),
-        ("orientations", nominal.rotation, found.rotation, np.rad2deg(1.0), "°"),
+        ("positions", old.position, new.position, 1e3, " mm"),
+        ("orientations", old.rotation, new.rotation, np.rad2deg(1.0), "°"),
     )
     for name, before, after, scale, unit in channels:
         rise = (after - before)[np.isfinite(before) & np.isfinite(after)]
@@ -72,7 +79,7 @@ def made_worse(nominal: RowErrors, found: RowErrors, rows: str) -> str | None:
             continue
         was, now = (scale * float(np.nanmean(errors)) for errors in (before, after))
         return (
-            f"{name} of the {rows} are worse than the nominal arm's: {now:.3g} instead of {was:.3g}{unit} on "
+            f"{name} of the {rows} rows are worse than the nominal arm's: {now:.3g} instead of {was:.3g}{unit} on "
             "average; check the noise and the sigma columns that weigh them, and what is free"
         )
     return None
