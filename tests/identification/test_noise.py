@@ -110,5 +110,10 @@ def test_a_channel_that_gets_worse_than_nominal_is_warned_of(rows):
     claims = claimed(rows, 1e-3 * SIGMA[0], 1.0)
     told = fitted(claims)
     assert told.best.held_out.orientation_deg.mean > 5.0 * told.nominal.held_out.orientation_deg.mean
-    assert any(w.startswith("orientations of the held-out rows are worse than the nom") for w in told.warnings)
-    assert "Beware: orientations of the held-out rows" in diagnose(load_robot("aria"), claims.take(np.arange(90))).message
+    assert any(
+        w.startswith("orientations of the held-out rows are worse than the nom") for w in told.warnings
+    )
+    assert (
+        "Beware: orientations of the held-out rows"
+        in diagnose(load_robot("aria"), claims.take(np.arange(90))).message
+    )

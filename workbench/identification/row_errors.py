@@ -58,9 +58,7 @@ CLEARLY = 3.0
 """Standard errors by which a channel's mean must rise to be called worse."""
 
 
-def made_worse(
-    nominal: tuple[RowErrors, RowErrors], calibrated: tuple[RowErrors, RowErrors]
-) -> str | None:
+def made_worse(nominal: tuple[RowErrors, RowErrors], calibrated: tuple[RowErrors, RowErrors]) -> str | None:
     """A sentence where positions or orientations are clearly worse than with the nominal arm.
 
     Args:
@@ -79,8 +77,9 @@ def made_worse(
             continue
         was, now = (scale * float(np.nanmean(errors)) for errors in (before, after))
         return (
-            f"{name} of the {rows} rows are worse than the nominal arm's: {now:.3g} instead of {was:.3g}{unit} on "
-            "average; check the noise and the sigma columns that weigh them, and what is free"
+            f"{name} of the {rows} rows are worse than the nominal arm's: {now:.3g} instead of "
+            f"{was:.3g}{unit} on average; check what is free, and the noise and "
+            "sigma columns that weigh them"
         )
     return None
 
