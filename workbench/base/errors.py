@@ -5,8 +5,14 @@ not converge or cannot see a parameter is an `Outcome` in the result, never an e
 """
 
 
+from workbench.base.wording import brief
+
+
 class WorkbenchError(Exception):
-    """Base of all errors that a user can cause and mend."""
+    """Base of all errors that a user can cause and mend; what it quotes of a file is cut to be read."""
+
+    def __init__(self, message: str):
+        super().__init__(brief(message))
 
 
 class ShapeError(WorkbenchError):
@@ -56,3 +62,7 @@ class MissingExtraError(WorkbenchError):
     def __init__(self, what: str, *, extra: str):
         super().__init__(f"{what} needs an optional library: pip install -e '.[{extra}]' in the checkout")
         self.extra = extra
+
+
+class Cancelled(Exception):
+    """Work stopped because it was asked to; no error, so whoever asked need not be told."""

@@ -1,6 +1,11 @@
 """Lists and numbers in sentences."""
 
+import re
 from collections.abc import Sequence
+
+LONGEST, QUOTED = 300, 80
+"""Characters of a sentence, and of a value that it quotes."""
+_LONG = re.compile(rf"(?<!\w)'([^']{{{QUOTED},}})'")
 
 
 def span(names: Sequence[str], *, longest: int = 4) -> str:
@@ -19,3 +24,10 @@ def listed(names: Sequence[str], *, longest: int = 8) -> str:
 def counted(number: int, noun: str) -> str:
     """'1 row', '3 rows'."""
     return f"{number} {noun}" + ("" if number == 1 else "s")
+
+
+def brief(sentence: str) -> str:
+    """A sentence in one line that can be read: long values that it quotes are cut, as is its middle."""
+    line = "".join(c if c.isprintable() else " " for c in sentence)
+    line = _LONG.sub(lambda found: f"'{found[1][: QUOTED - 20]} …'", line)
+    return line if len(line) <= LONGEST else f"{line[: LONGEST - 103]} … {line[-100:]}"

@@ -91,10 +91,6 @@ class AbstractChore(AbstractTask):
         """The chore that this session needs; None if none. Equal chores compute the same."""
 
 
-class Cancelled(Exception):
-    """A task stopped because it was asked to."""
-
-
 def kinds() -> dict[str, type[AbstractCommand]]:
     """All commands that are defined, by name."""
     return {kind.__name__: kind for kind in _below(AbstractCommand)}

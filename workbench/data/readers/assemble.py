@@ -114,11 +114,9 @@ def joint_columns(fields: Fields, joints: int | None) -> Float[np.ndarray, "rows
     numbers = fields.numbers(r"q(\d+)")
     if not numbers:
         raise DataError(f"{fields.source}: there are no joint columns: add q1[rad], q2[rad], …")
-    lacking = sorted(set(range(1, numbers[-1] + 1)) - set(numbers))
-    if lacking:
-        raise FileError(
-            f"joint columns go to q{numbers[-1]} but q{lacking[0]} is missing", path=fields.source
-        )
+    lacking = next((i for i, number in enumerate(numbers, start=1) if number != i), None)
+    if lacking is not None:
+        raise FileError(f"joint columns go to q{numbers[-1]} but q{lacking} is missing", path=fields.source)
     if joints is not None and len(numbers) != joints:
         raise ShapeError(
             f"{fields.source}: the file has {counted(len(numbers), 'joint column')} (q1 … q{numbers[-1]}), "

@@ -24,7 +24,7 @@ _COMMANDED = re.compile(
 
 # (pattern of the normalised name, key). Ours come first; {0}, {1} are the pattern's groups.
 _PATTERNS: tuple[tuple[re.Pattern[str], str], ...] = tuple(
-    (re.compile(pattern), key)
+    (re.compile(pattern.replace(r"\d+", r"\d{1,9}"), re.ASCII), key)
     for pattern, key in (
         (r"q(\d+)", "q{0}"),
         (r"([xyz])", "{0}"),

@@ -1,14 +1,15 @@
 """MATLAB v5 files: matrices, cell columns and struct fields, named by the `columns` option."""
 
 import re
-import warnings
+from collections.abc import Callable
 from dataclasses import replace
-from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 
+from workbench.base.child import never
 from workbench.base.errors import FileError, OptionError
+from workbench.data.native_formats import read_arrays
 from workbench.data.readers.columns_option import Item, Naming, Pair, group_keys
 from workbench.data.readers.headings import meaning
 from workbench.data.readers.table import Grid
@@ -16,14 +17,18 @@ from workbench.data.readers.table import Grid
 _LABELS = ("U", "O", "S")
 
 
-def read_matlab(data: bytes, path: Path, *, naming: Naming | None) -> Grid:
+def read_matlab(
+    data: bytes, path: Path, *, naming: Naming | None, cancel: Callable[[], bool] = never
+) -> Grid:
     """Matrices of a MATLAB file as cells of text, under headings made from the `columns` option.
 
     Raises:
         FileError: The file is broken, holds no matrices, or they do not fit together.
         OptionError: `columns` is missing, or names what the file has not.
     """
-    variables = _variables(data, path)
+    variables = read_arrays(data, path, cancel=cancel)
+    if not variables:
+        raise FileError("there are no matrices in this MATLAB file", path=str(path))
     if naming is None or not naming.pairs:
         raise OptionError(
             f"{path}: a MATLAB file says not which matrix is what; it holds {_contents(variables)}: "
@@ -43,37 +48,6 @@ def read_matlab(data: bytes, path: Path, *, naming: Naming | None) -> Grid:
     _same_length(columns, headings, path)
     rows = [headings, *(list(row) for row in zip(*columns, strict=True))]
     return Grid(source=str(path), rows=rows, lines=list(range(len(rows))), notes=tuple(notes))
-
-
-def _variables(data: bytes, path: Path) -> dict[str, np.ndarray]:
-    """Arrays by name, fields of structs as 'struct.field'."""
-    from scipy.io import loadmat
-
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        try:
-            contents = loadmat(BytesIO(data))
-        except Exception as error:  # a broken file raises nearly anything
-            raise FileError(
-                f"this is no MATLAB v5 file that can be read ({type(error).__name__}): "
-                "save it with -v7, or as CSV",
-                path=str(path),
-            ) from None
-    result: dict[str, np.ndarray] = {}
-    for name, value in contents.items():
-        if not name.startswith("__"):
-            _collect(name, value, result)
-    if not result:
-        raise FileError("there are no matrices in this MATLAB file", path=str(path))
-    return result
-
-
-def _collect(name: str, value, result: dict[str, np.ndarray]) -> None:
-    if isinstance(value, np.ndarray) and value.dtype.names and value.size == 1:
-        for field in value.dtype.names:
-            _collect(f"{name}.{field}", value.flat[0][field], result)
-    elif isinstance(value, np.ndarray):
-        result[name] = value
 
 
 def _contents(variables: dict[str, np.ndarray]) -> str:

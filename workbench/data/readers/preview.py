@@ -1,11 +1,15 @@
 """What a file would be read as, before it is read: for the panel that asks 'is this right?'."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from workbench.base.child import never
 from workbench.base.errors import WorkbenchError
+from workbench.base.types import Matrix4
+from workbench.data.dataset import Dataset
 from workbench.data.readers.assemble import assemble
 from workbench.data.readers.columns import Column, decisions, problems, understand
 from workbench.data.readers.fields import Fields, convert
@@ -39,6 +43,7 @@ class Preview:
         layout: Name of the file's layout, 'plain' for the usual one.
         decisions: What was decided, one sentence each.
         problems: What stands against reading it, one sentence each; empty when it can be read.
+        dataset: What it is read as; None where something stands against it.
     """
 
     path: str
@@ -51,6 +56,7 @@ class Preview:
     layout: str = "plain"
     decisions: tuple[str, ...] = ()
     problems: tuple[str, ...] = ()
+    dataset: Dataset | None = None
 
     @property
     def ok(self) -> bool:
@@ -65,30 +71,32 @@ def preview(
     joints: int | None = None,
     layout: str | None = None,
     sheet: str | None = None,
+    base: Matrix4 | None = None,
+    cancel: Callable[[], bool] = never,
 ) -> Preview:
-    """What `read_measurements` would make of a file; problems are listed, never raised."""
+    """What `read_measurements` would make of a file, with the same options; problems are listed, never raised."""
     path = Path(path)
     try:
         folder = folder_layout(path, columns=columns, layout=layout)
         if folder is not None:
-            return _of_fields(path, folder.read(path), (), joints, folder.name)
-        table = read_table(path, columns=columns, sheet=sheet)
+            return _of_fields(path, folder.read(path), (), joints, base, folder.name)
+        table = read_table(path, columns=columns, sheet=sheet, cancel=cancel)
         special = table_layout(table, columns=columns, layout=layout)
         if special is not None:
-            return _of_fields(path, special.read(table), _left_out(table), joints, special.name)
+            return _of_fields(path, special.read(table), _left_out(table), joints, base, special.name)
     except WorkbenchError as error:
         return Preview(path=str(path), problems=(str(error),))
-    return _of_table(path, table, joints)
+    return _of_table(path, table, joints, base)
 
 
-def _of_table(path: Path, table: Table, joints: int | None) -> Preview:
+def _of_table(path: Path, table: Table, joints: int | None, base: Matrix4 | None) -> Preview:
     """Preview of a plain table: as much as can be said even if it can't be read."""
     understood = understand(table)
     shown = tuple(_shown(column) for column in understood)
     found = [str(problem) for problem in problems(understood)]
     if not found:
         try:
-            return _of_fields(path, convert(table, understood), shown, joints, "plain")
+            return _of_fields(path, convert(table, understood), shown, joints, base, "plain")
         except WorkbenchError as error:
             found = [str(error)]
     labels = {column.key: table.columns[column.index] for column in understood}
@@ -106,15 +114,20 @@ def _of_table(path: Path, table: Table, joints: int | None) -> Preview:
 
 
 def _of_fields(
-    path: Path, fields: Fields, shown: tuple[PreviewColumn, ...], joints: int | None, layout: str
+    path: Path,
+    fields: Fields,
+    shown: tuple[PreviewColumn, ...],
+    joints: int | None,
+    base: Matrix4 | None,
+    layout: str,
 ) -> Preview:
     """Preview of columns in SI, with what is found when they are put together."""
     if layout != "plain":
         shown = _by_layout(fields) + tuple(c for c in shown if c.heading not in fields.headings.values())
     found: tuple[str, ...] = ()
-    notes, excluded = fields.notes, 0
+    dataset, notes, excluded = None, fields.notes, 0
     try:
-        dataset = assemble(fields, joints=joints)
+        dataset = assemble(fields, joints=joints, base=base)
         notes, excluded = dataset.notes, int(np.sum(~dataset.included))
     except WorkbenchError as error:
         found = (str(error),)
@@ -129,6 +142,7 @@ def _of_fields(
         layout=layout,
         decisions=notes,
         problems=found,
+        dataset=dataset,
     )
 
 

@@ -1,5 +1,6 @@
 """From a file to a `Dataset`: kind, grid, table or layout, fields, dataset; each step has its own file."""
 
+from collections.abc import Callable
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -7,6 +8,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from workbench.base.child import never
 from workbench.base.errors import FileError, OptionError
 from workbench.base.types import Matrix4
 from workbench.base.wording import listed
@@ -31,6 +33,7 @@ def read_measurements(
     layout: str | None = None,
     sheet: str | None = None,
     base: Matrix4 | None = None,
+    cancel: Callable[[], bool] = never,
 ) -> Dataset:
     """Measurements of a file or a data frame in SI, with every decision in `notes`.
 
@@ -43,6 +46,7 @@ def read_measurements(
         sheet: Sheet of a workbook; None: the one with headings that are known.
         base: Pose of the robot's base in the measuring frame, for files whose column `pose_frame` says that
             their poses are in the robot's base, as those of `workbench path` are.
+        cancel: Asked while a file is unpacked; once it says so, reading ends.
 
     Raises:
         FileError: The file can't be read; carries line and column.
@@ -52,13 +56,17 @@ def read_measurements(
         OptionError: An option does not fit the file.
         MissingExtraError: An optional library is needed.
     """
-    return assemble(
-        read_fields(source, columns=columns, layout=layout, sheet=sheet), joints=joints, base=base
-    )
+    fields = read_fields(source, columns=columns, layout=layout, sheet=sheet, cancel=cancel)
+    return assemble(fields, joints=joints, base=base)
 
 
 def read_fields(
-    source: Any, *, columns: str | None = None, layout: str | None = None, sheet: str | None = None
+    source: Any,
+    *,
+    columns: str | None = None,
+    layout: str | None = None,
+    sheet: str | None = None,
+    cancel: Callable[[], bool] = never,
 ) -> Fields:
     """All columns of a file in SI, whatever they are; options and errors as `read_measurements`."""
     if not isinstance(source, str | PathLike):
@@ -67,7 +75,7 @@ def read_fields(
         path = Path(source)
         if (folder := folder_layout(path, columns=columns, layout=layout)) is not None:
             return folder.read(path)
-        table = read_table(path, columns=columns, sheet=sheet)
+        table = read_table(path, columns=columns, sheet=sheet, cancel=cancel)
     special = table_layout(table, columns=columns, layout=layout)
     return fields_of(table) if special is None else special.read(table)
 
@@ -108,7 +116,9 @@ def table_layout(table: Table, *, columns: str | None, layout: str | None) -> Ab
     return None
 
 
-def read_table(path: Path, *, columns: str | None, sheet: str | None) -> Table:
+def read_table(
+    path: Path, *, columns: str | None, sheet: str | None, cancel: Callable[[], bool] = never
+) -> Table:
     """The file as named columns of text.
 
     Raises:
@@ -120,11 +130,11 @@ def read_table(path: Path, *, columns: str | None, sheet: str | None) -> Table:
     if sheet is not None and kind is not Kind.EXCEL:
         raise OptionError(f"{path}: this is no workbook, so it has no sheet '{sheet}': leave 'sheet' out")
     if kind is Kind.MATLAB:
-        return with_headings(read_matlab(data, path, naming=naming))
+        return with_headings(read_matlab(data, path, naming=naming, cancel=cancel))
     if kind is Kind.EXCEL:
-        grid = read_excel(data, path, sheet=sheet)
+        grid = read_excel(data, path, sheet=sheet, cancel=cancel)
     elif kind is Kind.PARQUET:
-        grid = read_parquet(data, path)
+        grid = read_parquet(data, path, cancel=cancel)
     else:
         grid = read_text(data, path)
     _refuse_transform(grid)

@@ -67,16 +67,19 @@ class LoadData(AbstractTask):
             )
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
-        from workbench.data.readers import preview, read_measurements
+        from workbench.data.readers import preview
 
         progress(0.0, "reading")
         with tempfile.TemporaryDirectory(prefix="workbench-") as folder:
             path = Path(folder) / safe_name(self.name)
             path.write_bytes(self.content)
             try:
-                understood = preview(path, joints=session.robot.dof)
-                dataset = read_measurements(path, joints=session.robot.dof, base=session.robot.base.pose)
-                dataset = replace(dataset, source=path.name)
+                understood = preview(
+                    path, joints=session.robot.dof, base=session.robot.base.pose, cancel=cancel
+                )
+                if understood.dataset is None:
+                    raise DataError(understood.problems[0])
+                dataset = replace(understood.dataset, source=path.name)
                 dataset = check_plausible(dataset, session.robot.limits, session.robot.reach)
             except WorkbenchError as error:
                 raise DataError(str(error).replace(f"{folder}/", "")) from error

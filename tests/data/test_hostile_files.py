@@ -1,0 +1,119 @@
+"""Small files that would crash the program or take all of its memory and time: one sentence each."""
+
+import io
+import re
+import struct
+import time
+import zipfile
+
+import numpy as np
+import openpyxl
+import pytest
+
+from workbench.base.child import ChildError, in_child
+from workbench.base.errors import Cancelled, FileError
+from workbench.data import native_formats
+from workbench.data.readers import preview, read_measurements
+
+HEADER = b"MATLAB 5.0 MAT-file".ljust(124) + struct.pack("<H2s", 0x100, b"IM")
+CRASHING = HEADER + struct.pack(  # the array's name is of a type that no name has
+    "<16I72x", 14, 528, 6, 8, 6, 0, 5, 8, 10, 6, 0x10001, 1, 0, 0, 9, 72
+)
+
+
+def workbook(**cells: float | str) -> bytes:
+    """A workbook with some cells of one sheet."""
+    book = openpyxl.Workbook()
+    for place, value in cells.items():
+        book.active[place] = value
+    file = io.BytesIO()
+    book.save(file)
+    return file.getvalue()
+
+
+def changed(content: bytes, old: bytes, new: bytes) -> bytes:
+    """A workbook whose sheet has other bytes in some place."""
+    file = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(content)) as old_file, zipfile.ZipFile(file, "w", 8) as new_file:
+        for name in old_file.namelist():
+            data = old_file.read(name)
+            new_file.writestr(name, data.replace(old, new) if "sheet1" in name else data)
+    return file.getvalue()
+
+
+def refusal(tmp_path, name: str, content: bytes) -> str:
+    path = tmp_path / name
+    path.write_bytes(content)
+    with pytest.raises(FileError) as caught:
+        read_measurements(path)
+    assert preview(path).problems == (str(caught.value),)
+    assert len(str(caught.value)) <= 300
+    return str(caught.value)
+
+
+def test_a_matlab_file_that_crashes_its_reader(tmp_path):
+    assert "crashes the reader" in refusal(tmp_path, "crash.mat", CRASHING)
+
+
+def test_a_matlab_file_that_unpacks_to_all_memory(tmp_path, monkeypatch):
+    from scipy.io import savemat
+
+    file = io.BytesIO()
+    savemat(file, {"Q": np.zeros((4000, 4000))}, do_compression=True)
+    assert len(file.getvalue()) < 200_000
+    monkeypatch.setattr(native_formats, "BASE_MEMORY", 40 * 2**20)
+    assert "MiB of memory" in refusal(tmp_path, "bomb.mat", file.getvalue())
+
+
+def test_a_row_of_a_number_that_no_sheet_has(tmp_path):
+    content = changed(workbook(A1="q1[deg]", A2=1), b'r="2"', b'r="2000000000"')
+    assert "more than 1048576 rows" in refusal(tmp_path, "far.xlsx", content)
+
+
+def test_a_row_that_reaches_beyond_all_columns(tmp_path):
+    assert "beyond column 1000" in refusal(tmp_path, "wide.xlsx", workbook(A1="q1[deg]", A2=1, XFD2=1))
+
+
+def test_a_cell_that_unpacks_to_megabytes(tmp_path):
+    content = changed(workbook(A1="q1[deg]", A2=1), b"q1[deg]", b"q" * 8_000_000)
+    assert len(content) < 50_000
+    assert re.search("unpacks to 8 MiB, and at most 4", refusal(tmp_path, "cell.xlsx", content))
+
+
+def test_a_joint_of_a_number_beyond_all_counting(tmp_path):
+    text = b"q1[deg],q2[deg],q3000000000[deg],x[mm],y[mm],z[mm]\n1,2,3,4,5,6\n"
+    begin = time.monotonic()
+    assert "q3 is missing" in refusal(tmp_path, "far.csv", text.replace(b"3000000000", b"300000000"))
+    assert time.monotonic() - begin < 2.0
+
+
+@pytest.mark.parametrize("digits", ["1" * 5000, "\u0661", "01"])
+def test_numbers_of_joints_in_other_digits(tmp_path, digits):
+    path = tmp_path / "digits.csv"
+    path.write_text(f"q{digits}[rad],q2[rad],x[m],y[m],z[m]\n0,0,1,1,1\n")
+    try:
+        assert read_measurements(path).joints == 2
+    except FileError as error:
+        assert "q1 is missing" in str(error)
+
+
+def test_reading_can_be_cancelled(tmp_path):
+    path = tmp_path / "rows.xlsx"
+    path.write_bytes(workbook(A1="q1[deg]", A2=1))
+    with pytest.raises(Cancelled):
+        read_measurements(path, cancel=lambda: True)
+
+
+def test_a_long_value_is_cut_in_the_sentence(tmp_path):
+    text = b"q1[rad],x[m],y[m],z[m]\n" + b"w" * 5000 + b",1,2,3\n0,1,2,3\n"
+    assert len(refusal(tmp_path, "long.csv", text)) < 300
+
+
+def test_a_child_is_bounded_in_time():
+    with pytest.raises(ChildError, match="takes more than 1 s"):
+        in_child(_spin, seconds=1.0)
+
+
+def _spin() -> None:
+    while True:
+        pass

@@ -1,0 +1,125 @@
+"""A function run in a process of its own, with bounds of time and memory, that can be cancelled.
+
+Readers of binary formats are written in C or unpack what they read: a hostile file can crash them, or grow
+from a few kilobytes to all memory there is. In a child this ends the child, never the program.
+"""
+
+import contextlib
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from workbench.base.errors import Cancelled, WorkbenchError
+
+MEBIBYTE = 2**20
+_POLL = 0.05
+"""Time between two questions whether to stop [s]."""
+_PATIENCE = 10.0
+"""Time on the clock for each second of the processor's: the machine may have other work."""
+_COMMAND = "import sys; sys.path[:] = {path!r}; from workbench.base.child import _serve; _serve()"
+
+
+class ChildError(WorkbenchError):
+    """The function ended without a result; the message says why, in a few words.
+
+    The function itself may raise it.
+    """
+
+
+def never() -> bool:
+    """The answer of work that nobody cancels."""
+    return False
+
+
+def in_child(
+    function: Callable[..., Any],
+    *arguments: Any,
+    seconds: float = 10.0,
+    memory: int = 500 * MEBIBYTE,
+    cancel: Callable[[], bool] = never,
+) -> Any:
+    """What a function returns, computed in a process of its own.
+
+    Args:
+        function: Found by its module and name; its module should import little.
+        arguments: What pickle can carry, like the result.
+        seconds: Time of the processor that it may take.
+        memory: Memory that it may take beyond what its imports need [bytes].
+        cancel: Asked often; once it says so, the child ends.
+
+    Raises:
+        Cancelled: asked to stop.
+        ChildError: it raised something, crashed, or asked for more time or memory.
+    """
+    job = pickle.dumps((function.__module__, function.__name__, arguments, seconds, memory))
+    command = [sys.executable, "-c", _COMMAND.format(path=[p or os.getcwd() for p in sys.path])]
+    environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+    with tempfile.TemporaryFile() as asked, tempfile.TemporaryFile() as answer:
+        asked.write(job)
+        asked.seek(0)
+        with subprocess.Popen(
+            command, stdin=asked, stdout=answer, stderr=subprocess.DEVNULL, env=environment
+        ) as child:
+            try:
+                _wait(child, seconds * _PATIENCE, cancel)
+            finally:
+                child.kill()
+        answer.seek(0)
+        if child.returncode == 0:
+            kind, value = pickle.load(answer)
+            if kind == "result":
+                return value
+            raise ChildError(value)
+    if -child.returncode in (signal.SIGXCPU, signal.SIGKILL):
+        raise ChildError(f"it takes more than {seconds:.0f} s")
+    raise ChildError("its content crashes the reader")
+
+
+def _wait(child: subprocess.Popen, longest: float, cancel: Callable[[], bool]) -> None:
+    """Wait for the end of a child."""
+    for _ in range(int(longest / _POLL)):
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            child.wait(_POLL)
+            return
+        if cancel():
+            raise Cancelled
+
+
+def _serve() -> None:
+    """The child's side: read the job, set the bounds, write the answer."""
+    module, name, arguments, seconds, memory = pickle.load(sys.stdin.buffer)
+    function = getattr(import_module(module), name)
+    _bound(seconds, memory)
+    try:
+        content = pickle.dumps(("result", function(*arguments)))
+    except ChildError as error:
+        content = pickle.dumps(("error", str(error)))
+    except MemoryError:
+        content = pickle.dumps(("error", f"it takes more than {memory // MEBIBYTE} MiB of memory"))
+    except Exception as error:  # whatever a reader raises for a broken file
+        content = pickle.dumps(("error", type(error).__name__))
+    sys.stdout.buffer.write(content)
+    sys.stdout.buffer.flush()
+    os._exit(0)  # libraries that were broken by a file are not asked to tidy up
+
+
+def _bound(seconds: float, memory: int) -> None:
+    import resource
+
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    now = resource.getrusage(resource.RUSAGE_SELF)
+    spent = int(now.ru_utime + now.ru_stime) + 1
+    resource.setrlimit(resource.RLIMIT_CPU, (spent + max(1, round(seconds)), spent + round(seconds) + 5))
+    try:
+        pages = int(Path("/proc/self/statm").read_text().split()[0])
+    except OSError:  # systems that don't tell, and don't keep the bound either
+        return
+    most = pages * resource.getpagesize() + memory
+    resource.setrlimit(resource.RLIMIT_AS, (most, most))

@@ -1,0 +1,174 @@
+"""Excel, parquet and MATLAB files: what is in their cells, read in a child with bounds of time and memory.
+
+`read_cells` and `read_arrays` are the only ways to the foreign readers. What is plainly broken or too large is
+refused before a child is begun; the rest of what a hostile file can do ends with the child.
+"""
+
+import io
+import warnings
+import zipfile
+from collections.abc import Callable
+from datetime import date, datetime, time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from workbench.base.child import MEBIBYTE, ChildError, in_child, never
+from workbench.base.errors import FileError, MissingExtraError
+
+MOST_ROWS, MOST_COLUMNS = 2**20, 1000
+"""Rows are what a sheet can hold at most; no arm has so many columns."""
+RATIO, AT_LEAST, AT_MOST = 60, 4 * MEBIBYTE, 512 * MEBIBYTE
+"""How large a workbook may unpack: so many times its size, but not less and not more [bytes]."""
+
+BASE_MEMORY = 300 * MEBIBYTE
+"""What the smallest file may take to be read; larger ones a hundred times their size more [bytes]."""
+
+Cells = tuple[list[list[str]], list[int]]
+"""Cells of the rows that hold something, and the number of each row from 1."""
+
+
+def read_workbook(data: bytes, path: Path, *, cancel: Callable[[], bool] = never) -> dict[str, Cells]:
+    """Cells of each sheet by its name.
+
+    Raises:
+        FileError: no workbook, or too large a one.
+        Cancelled: asked to stop.
+    """
+    what, instead = "this workbook", "save it again as .xlsx, or as CSV"
+    most = min(max(AT_LEAST, RATIO * len(data)), AT_MOST)
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            unpacked = sum(entry.file_size for entry in archive.infolist())
+    except Exception as error:  # a broken archive raises nearly anything
+        raise _refusal(what, type(error).__name__, instead, path) from None
+    if unpacked > most:
+        why = f"it unpacks to {unpacked / MEBIBYTE:.0f} MiB, and at most {most / MEBIBYTE:.0f} are read"
+        raise _refusal(what, why, "save the measurements alone, or as CSV", path)
+    return _read(workbook_cells, data, path, what=what, instead=instead, cancel=cancel)
+
+
+def read_columns(
+    data: bytes, path: Path, *, cancel: Callable[[], bool] = never
+) -> tuple[list[str], list[list[str]]]:
+    """Names of a parquet file's columns, and the cells of each.
+
+    Raises:
+        MissingExtraError: pyarrow is not installed.
+        FileError: the file is broken, or too large.
+        Cancelled: asked to stop.
+    """
+    what, instead = "this parquet file", "write it again, or save it as CSV"
+    try:
+        import pyarrow  # noqa: F401
+    except ImportError:
+        raise MissingExtraError("reading parquet files", extra="parquet") from None
+    if len(data) < 12 or not data.endswith(b"PAR1"):
+        raise _refusal(what, "its end is missing", instead, path)
+    return _read(parquet_columns, data, path, what=what, instead=instead, cancel=cancel)
+
+
+def read_arrays(
+    data: bytes, path: Path, *, cancel: Callable[[], bool] = never
+) -> dict[str, np.ndarray]:
+    """Arrays of a MATLAB file by name, fields of structs as 'struct.field'.
+
+    Raises:
+        FileError: the file is broken, or too large.
+        Cancelled: asked to stop.
+    """
+    what, instead = "this MATLAB file", "save it with -v7, or as CSV"
+    if len(data) < 136 or data[126:128] not in (b"IM", b"MI"):
+        raise _refusal(what, "it has no header of version 5", instead, path)
+    return _read(matlab_arrays, data, path, what=what, instead=instead, cancel=cancel)
+
+
+def _read(
+    function: Callable[[bytes], Any], data: bytes, path: Path, *, what: str, instead: str, cancel
+) -> Any:
+    """The function's result for these bytes from a child whose bounds grow with the file."""
+    size = len(data) / MEBIBYTE
+    try:
+        return in_child(
+            function,
+            data,
+            seconds=5.0 + 20.0 * size,
+            memory=BASE_MEMORY + 100 * len(data),
+            cancel=cancel,
+        )
+    except ChildError as error:
+        raise _refusal(what, str(error), instead, path) from None
+
+
+def _refusal(what: str, why: str, instead: str, path: Path) -> FileError:
+    return FileError(f"{what} can't be read ({why}): {instead}", path=str(path))
+
+
+def workbook_cells(data: bytes) -> dict[str, Cells]:
+    """What `read_workbook` gives, in this process."""
+    import openpyxl
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # styles and extensions that the reader does not need
+        book = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True)
+        return {sheet.title: _sheet_cells(sheet) for sheet in book.worksheets}
+
+
+def _sheet_cells(sheet) -> Cells:
+    sheet.reset_dimensions()  # some writers store a wrong size
+    rows: list[list[str]] = []
+    lines: list[int] = []
+    for number, row in enumerate(sheet.iter_rows(values_only=True, max_row=MOST_ROWS + 1), start=1):
+        if number > MOST_ROWS:
+            raise ChildError(f"sheet '{sheet.title[:40]}' has more than {MOST_ROWS} rows")
+        if len(row) > MOST_COLUMNS:
+            raise ChildError(f"row {number} reaches beyond column {MOST_COLUMNS}")
+        cells = [text_of(value) for value in row]
+        if any(cells) and not next(cell for cell in cells if cell).startswith("#"):
+            rows.append(cells)
+            lines.append(number)
+    return rows, lines
+
+
+def parquet_columns(data: bytes) -> tuple[list[str], list[list[str]]]:
+    """What `read_columns` gives, in this process."""
+    from pyarrow.parquet import ParquetFile
+
+    file = ParquetFile(io.BytesIO(data))
+    if file.metadata.num_rows > MOST_ROWS * 10 or file.metadata.num_columns > MOST_COLUMNS:
+        raise ChildError(f"it has {file.metadata.num_rows} rows and {file.metadata.num_columns} columns")
+    table = file.read(use_threads=False)
+    return list(table.column_names), [[text_of(v) for v in column.to_pylist()] for column in table.columns]
+
+
+def matlab_arrays(data: bytes) -> dict[str, np.ndarray]:
+    """What `read_arrays` gives, in this process."""
+    from scipy.io import loadmat
+
+    result: dict[str, np.ndarray] = {}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        for name, value in loadmat(io.BytesIO(data)).items():
+            if not name.startswith("__"):
+                _collect(name, value, result)
+    return result
+
+
+def _collect(name: str, value: Any, result: dict[str, np.ndarray]) -> None:
+    if isinstance(value, np.ndarray) and value.dtype.names and value.size == 1:
+        for field in value.dtype.names:
+            _collect(f"{name}.{field}", value.flat[0][field], result)
+    elif type(value) is np.ndarray:
+        result[name] = value
+
+
+def text_of(value: Any) -> str:
+    """A cell as text, numbers to full precision."""
+    if value is None or value != value:  # NaN, NaT
+        return ""
+    if isinstance(value, float):
+        return repr(int(value)) if value.is_integer() and abs(value) < 1e15 else repr(value)
+    if isinstance(value, datetime | date | time):
+        return value.isoformat()
+    return str(value).strip()
