@@ -5,6 +5,7 @@ rotation, and three small rotations about its own axes (`roll`, `pitch`, `yaw`, 
 that no base or tool orientation is singular.
 """
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
 
     from workbench.arm.motion import Motion
 
+MOST_JOINTS = 50
+"""Joints that move beyond this number are refused: what is computed from them would never end."""
 BASE, TOOL = -1, -2
 """Link numbers of the elements of the base and of the tool."""
 FRAME_PARTS = ("x", "y", "z", "roll", "pitch", "yaw")
@@ -172,9 +175,13 @@ class Robot:
     def __post_init__(self):
         if not any(e.joint is not None for e in self.elements):
             raise RobotError(f"robot '{self.name}' has no joint that moves; give at least one")
-        names = [e.name for e in self.elements]
-        if len(set(names)) != len(names):
-            double = next(n for n in names if names.count(n) > 1)
+        if self.dof > MOST_JOINTS:
+            raise RobotError(
+                f"robot '{self.name}' has {self.dof} joints that move; at most {MOST_JOINTS} can be used"
+            )
+        names = Counter(e.name for e in self.elements)
+        if len(names) != len(self.elements):
+            double = next(name for name, count in names.items() if count > 1)
             raise RobotError(f"robot '{self.name}' has two elements called '{double}'; rename one")
         if self.effects:
             self._check_effects(set(names))

@@ -8,6 +8,7 @@ file (meshes, inertias, other branches) stays as it was. Arms from tables become
 
 import os
 import xml.etree.ElementTree as ET
+from collections import Counter
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -21,7 +22,7 @@ from workbench.arm.masses import carried
 from workbench.arm.robot import FRAME_PARTS, Frame, Joint, JointKind, Robot, UrdfSource
 from workbench.base import se3
 from workbench.base.errors import FileError, OptionError, RobotError
-from workbench.base.files import write_bytes
+from workbench.base.files import read_bytes, write_bytes
 from workbench.base.types import Freedom, Matrix4, Vector3, frozen
 
 KINDS = {
@@ -30,6 +31,8 @@ KINDS = {
     "prismatic": JointKind.PRISMATIC,
     "fixed": JointKind.FIXED,
 }
+LARGEST_FILE, MOST_PARTS = 16 * 2**20, 1000
+"""Bytes, links and joints of a file that are read at most."""
 BASE_LINK, TOOL_LINK = "measuring_frame", "calibrated_tool"
 """Links that a written file has before and behind the arm; the tool's is then the chain's end."""
 CORRECTION_AXES = (Axis.TX, Axis.TY, Axis.TZ, Axis.RX, Axis.RY, Axis.RZ)
@@ -54,6 +57,12 @@ def read_urdf(path: Path | str, *, tip: str | None = None) -> Robot:
             kind = "a mimic joint" if joint.mimic is not None else f"of type '{joint.type}'"
             raise FileError(
                 f"joint '{joint.name}' is {kind}, which a serial chain can't have; choose another tip",
+                path=str(path),
+            )
+        if joint.child not in model.link_map:
+            raise FileError(
+                f"joint '{joint.name}' leads to link '{joint.child}', which is not declared; add a <link> of "
+                "that name",
                 path=str(path),
             )
         kind = KINDS[joint.type]
@@ -91,17 +100,16 @@ def read_urdf(path: Path | str, *, tip: str | None = None) -> Robot:
 def _parse(path: Path) -> yourdfpy.URDF:
     if not path.is_file():
         raise FileError("there is no such file; give a URDF", path=str(path))
-    try:
-        root = ET.fromstring(path.read_bytes())
-    except ET.ParseError as error:
-        raise FileError(f"is no URDF: {error}", path=str(path)) from None
+    root = _root(path)
     if root.tag != "robot":
         raise FileError(f"is no URDF: its root is <{root.tag}>, not <robot>", path=str(path))
     if not root.findall("joint"):
         raise FileError("has no joints; give a URDF that describes an arm", path=str(path))
     for kind in ("joint", "link"):
-        names = [node.get("name") for node in root.findall(kind)]
-        if double := next((n for n in names if names.count(n) > 1), None):
+        names = Counter(str(node.get("name")) for node in root.findall(kind))
+        if names.total() > MOST_PARTS:
+            raise FileError(f"has {names.total()} {kind}s; give at most {MOST_PARTS}", path=str(path))
+        if double := next((name for name, count in names.items() if count > 1), None):
             raise FileError(f"has two {kind}s called '{double}'; rename one", path=str(path))
     for joint in root.findall("joint"):
         if joint.get("type") in ("revolute", "prismatic"):
@@ -117,7 +125,20 @@ def _parse(path: Path) -> yourdfpy.URDF:
             str(path), build_scene_graph=False, load_meshes=False, build_collision_scene_graph=False
         )
     except Exception as error:  # yourdfpy raises many kinds for a malformed file
-        raise FileError(f"is no URDF that can be read: {error}", path=str(path)) from None
+        why = f"{type(error).__name__}: {error}"
+        raise FileError(f"is no URDF that can be read ({why}); mend it there", path=str(path)) from None
+
+
+def _root(path: Path, *, wanted: str = "a URDF") -> ET.Element:
+    """The file's <robot>, comments included."""
+    parser = ET.XMLParser(target=ET.TreeBuilder(insert_comments=True))
+    content = read_bytes(path, wanted=wanted, most=LARGEST_FILE)
+    try:
+        return ET.fromstring(content, parser=parser)
+    except ET.ParseError as error:
+        raise FileError(f"is no URDF: {error}", path=str(path)) from None
+    except (LookupError, ValueError) as error:  # an encoding that there is not, or that it is not in
+        raise FileError(f"is no URDF: {error}; save it as UTF-8", path=str(path)) from None
 
 
 def _chain_to(model: yourdfpy.URDF, path: Path, tip: str | None) -> list:
@@ -253,7 +274,7 @@ def write_urdf(robot: Robot, path: Path | str, *, leave_out_effects: bool = Fals
             "out knowingly (leave_out_effects=True): the URDF alone is less accurate than the calibration"
         )
     if robot.urdf is not None:
-        root = _original(robot.urdf.path)
+        root = _root(robot.urdf.path, wanted="the URDF again that the robot came from")
         _correct_origins(root, robot, robot.urdf.joints)
         _keep_references(root, robot.urdf.path, Path(path))
     else:
@@ -261,16 +282,6 @@ def write_urdf(robot: Robot, path: Path | str, *, leave_out_effects: bool = Fals
     _add_frames(root, robot)
     ET.indent(root)
     return write_bytes(path, ET.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n")
-
-
-def _original(path: Path) -> ET.Element:
-    """The file that the robot came from, comments included."""
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        message = f"can't be read any more ({error.strerror}), and the calibrated copy is made from it"
-        raise FileError(message, path=str(path)) from None
-    return ET.fromstring(content, parser=ET.XMLParser(target=ET.TreeBuilder(insert_comments=True)))
 
 
 def _keep_references(root: ET.Element, source: Path, copy: Path) -> None:
@@ -358,9 +369,7 @@ def _correct_origins(root: ET.Element, robot: Robot, names: tuple[str, ...]) -> 
 
 def _add_frames(root: ET.Element, robot: Robot) -> None:
     links = {node.get("name") for node in root.findall("link")}
-    children = {child.get("link") for child in root.findall("joint/child")}
-    first = next(str(n.get("name")) for n in root.findall("link") if n.get("name") not in children)
-    last = "flange" if robot.urdf is None else robot.urdf.tip
+    first, last = ("base_link", "flange") if robot.urdf is None else (robot.urdf.root, robot.urdf.tip)
     for frame, name in ((robot.base, BASE_LINK), (robot.tool, TOOL_LINK)):
         if np.array_equal(frame.pose, np.eye(4)):
             continue

@@ -16,7 +16,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from workbench.base.errors import Cancelled, WorkbenchError
+from workbench.base.cancel import Cancel, Cancelled, never
+from workbench.base.errors import WorkbenchError
 
 MEBIBYTE = 2**20
 _POLL = 0.05
@@ -33,17 +34,12 @@ class ChildError(WorkbenchError):
     """
 
 
-def never() -> bool:
-    """The answer of work that nobody cancels."""
-    return False
-
-
 def in_child(
     function: Callable[..., Any],
     *arguments: Any,
     seconds: float = 10.0,
     memory: int = 500 * MEBIBYTE,
-    cancel: Callable[[], bool] = never,
+    cancel: Cancel = never,
 ) -> Any:
     """What a function returns, computed in a process of its own.
 
@@ -82,7 +78,7 @@ def in_child(
     raise ChildError("its content crashes the reader")
 
 
-def _wait(child: subprocess.Popen, longest: float, cancel: Callable[[], bool]) -> None:
+def _wait(child: subprocess.Popen, longest: float, cancel: Cancel) -> None:
     """Wait for the end of a child."""
     for _ in range(int(longest / _POLL)):
         with contextlib.suppress(subprocess.TimeoutExpired):

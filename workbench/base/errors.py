@@ -62,7 +62,3 @@ class MissingExtraError(WorkbenchError):
     def __init__(self, what: str, *, extra: str):
         super().__init__(f"{what} needs an optional library: pip install -e '.[{extra}]' in the checkout")
         self.extra = extra
-
-
-class Cancelled(Exception):
-    """Work stopped because it was asked to; no error, so whoever asked need not be told."""

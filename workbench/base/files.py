@@ -1,43 +1,64 @@
 """Files and folders of files, read with a clear error and written whole or not at all."""
 
+import contextlib
+import errno
 import os
 import shutil
+import sys
 import tempfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 from workbench.base.errors import FileError
 
 
-def read_bytes(path: Path | str, *, wanted: str) -> bytes:
+LARGEST = 4 * 2**30
+"""Files beyond this size are refused [bytes]: a device without end is one of them."""
+STANDARD_OUTPUT = ("-", "/dev/stdout", "/dev/fd/1")
+"""Names of files that mean standard output."""
+
+
+def read_bytes(path: Path | str, *, wanted: str, most: int = LARGEST) -> bytes:
     """Contents of a file.
 
     Args:
         path: Which.
         wanted: What to give instead, such as "a measurement file".
+        most: The largest size that is read [bytes].
 
     Raises:
-        FileError: it can't be opened.
+        FileError: it can't be opened, or is too large.
     """
     try:
-        return Path(path).read_bytes()
+        with open(path, "rb") as file:
+            content = file.read(most + 1)
     except OSError as error:
         raise FileError(f"can't be opened ({error.strerror}); give {wanted}", path=str(path)) from None
+    except ValueError as error:  # a name with a zero byte
+        raise FileError(f"can't be opened ({error}); give {wanted}", path=str(path)) from None
+    if len(content) > most:
+        raise FileError(f"has more than {most / 2**20:.0f} MiB; give {wanted}", path=str(path))
+    return content
 
 
 def write_bytes(path: Path | str, content: bytes) -> Path:
-    """Write a whole file beside its place and move it there in one step; parent folders are made.
+    """Write a file; parent folders are made.
+
+    A regular file is written beside its place, brought onto the disk, and moved there in one step. Links are
+    followed; into a device or a pipe it is written directly, and `-` is standard output.
 
     Raises:
         FileError: it can't be written there.
     """
     path = Path(path)
-    try:
-        return _write(path, content)
-    except OSError as error:
-        raise FileError(
-            f"it can't be written ({error.strerror}); choose a place where you may write", path=str(path)
-        ) from None
+    with _said(path):
+        if str(path) in STANDARD_OUTPUT:
+            _write_through(1, content)
+        elif path.exists() and not path.is_file():
+            _write_through(os.open(path, os.O_WRONLY), content)
+        else:
+            _replace(Path(os.path.realpath(path)), content)
+    return path
 
 
 def check_writable(path: Path | str, *, folder: bool = False) -> None:
@@ -53,25 +74,42 @@ def check_writable(path: Path | str, *, folder: bool = False) -> None:
     path = Path(path)
     if path.is_dir() and not folder:
         raise FileError("it is a folder; give the name of a file", path=str(path))
-    nearest = path.absolute() if folder else path.absolute().parent
+    if not folder and (str(path) in STANDARD_OUTPUT or (path.exists() and not path.is_file())):
+        return
+    nearest = Path(os.path.realpath(path)) if folder else Path(os.path.realpath(path)).parent
     while not os.path.lexists(nearest):
         nearest = nearest.parent
+    with _said(path), tempfile.TemporaryFile(dir=nearest):
+        pass
+
+
+@contextlib.contextmanager
+def _said(path: Path) -> Iterator[None]:
+    """What the disk has against writing, in one sentence that names the file or folder."""
     try:
-        with tempfile.TemporaryFile(dir=nearest):
-            pass
+        yield
     except OSError as error:
-        raise FileError(
-            f"nothing can be written there ({error.strerror}); choose a place where you may write",
-            path=str(path),
-        ) from None
+        remedy = "make room" if error.errno in (errno.ENOSPC, errno.EDQUOT) else "choose a place"
+        remedy += "" if remedy == "make room" else " where you may write"
+        raise FileError(f"it can't be written ({error.strerror}); {remedy}", path=str(path)) from None
 
 
-def _write(path: Path, content: bytes) -> Path:
+def _write_through(descriptor: int, content: bytes) -> None:
+    """Write into what is no regular file, and close it unless it is standard output."""
+    if descriptor == 1:
+        sys.stdout.flush()
+    with open(descriptor, "wb", closefd=descriptor != 1) as file:
+        file.write(content)
+
+
+def _replace(path: Path, content: bytes) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name[:100]}.")
     try:
         with os.fdopen(handle, "wb") as file:
             file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
         mask = os.umask(0)
         os.umask(mask)
         os.chmod(name, 0o666 & ~mask)
@@ -79,7 +117,6 @@ def _write(path: Path, content: bytes) -> Path:
     except BaseException:
         Path(name).unlink(missing_ok=True)
         raise
-    return path
 
 
 def write_text(path: Path | str, content: str) -> Path:
@@ -96,10 +133,16 @@ def write_folder(folder: Path | str, files: Mapping[str, bytes], *, replaces: It
         replaces: Names of files of an older version that go, even if nothing new has their name.
 
     Raises:
-        FileError: the folder is a file.
+        FileError: the folder is a file, or can't be written.
     """
     folder = Path(folder).absolute()
     check_folder(folder)
+    with _said(folder):
+        _write_folder(folder, files, {*files, *replaces})
+    return folder
+
+
+def _write_folder(folder: Path, files: Mapping[str, bytes], names: set[str]) -> None:
     folder.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}.") as room:
         fresh, old = Path(room) / "new", Path(room) / "old"
@@ -108,10 +151,9 @@ def write_folder(folder: Path | str, files: Mapping[str, bytes], *, replaces: It
         for name, content in files.items():
             (fresh / name).write_bytes(content)
         if folder.exists():
-            _exchange(folder, fresh, old, {*files, *replaces})
+            _exchange(folder, fresh, old, names)
         else:
             os.replace(fresh, folder)
-    return folder
 
 
 def check_folder(folder: Path | str) -> None:

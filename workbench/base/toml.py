@@ -12,8 +12,13 @@ from typing import Any, ClassVar
 import numpy as np
 
 from workbench.base.errors import FileError
+from workbench.base.files import read_bytes
 from workbench.base.types import frozen
 
+LARGEST_FILE = 16 * 2**20
+"""Files beyond this size are refused [bytes]."""
+MOST_TABLES = 1000
+"""Tables of one name beyond this number are refused: what is computed from them would never end."""
 LARGEST = 1e100
 """Numbers beyond this overflow when they are squared."""
 
@@ -31,14 +36,17 @@ class AbstractTableReader(ABC):
 
     def load(self) -> dict[str, Any]:
         """The file's tables."""
+        if not Path(self.path).exists():
+            raise self.fail(f"there is no such file; give {self.otherwise}")
+        content = read_bytes(self.path, wanted=self.wanted, most=LARGEST_FILE)
         try:
-            return tomllib.loads(Path(self.path).read_text(encoding="utf-8-sig"))
-        except FileNotFoundError:
-            raise self.fail(f"there is no such file; give {self.otherwise}") from None
-        except (OSError, UnicodeDecodeError) as error:
+            return tomllib.loads(content.decode("utf-8-sig"))
+        except UnicodeDecodeError as error:
             raise self.fail(f"can't be read as a text file ({error}); give {self.wanted}") from None
         except tomllib.TOMLDecodeError as error:
             raise self.fail(f"is no valid TOML: {error}") from None
+        except RecursionError:
+            raise self.fail("is no valid TOML: it has too many brackets within brackets") from None
 
     def fail(self, message: str) -> FileError:
         """The error that names this file."""
@@ -74,6 +82,8 @@ class AbstractTableReader(ABC):
         value = data.get(key, [])
         if not isinstance(value, list):
             raise self.fail(f"{key} must be given as [[{key}]] tables, with two brackets, not as {value!r}")
+        if len(value) > MOST_TABLES:
+            raise self.fail(f"has {len(value)} [[{key}]] tables; give at most {MOST_TABLES}")
         return [self.table(entry, f"[[{key}]] {i + 1}") for i, entry in enumerate(value)]
 
     def keys(self, table: Any, known: set[str], what: str) -> None:

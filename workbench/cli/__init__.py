@@ -12,7 +12,6 @@ from typing import Annotated
 
 import typer
 
-from workbench.base.errors import WorkbenchError
 from workbench.cli import (
     arms,
     calibration,
@@ -24,6 +23,7 @@ from workbench.cli import (
     recordings,
     studies,
 )
+from workbench.cli.ending import Commands, run
 from workbench.cli.options import PlateOption, RobotOption, say
 from workbench.cli.sessions import open_session
 
@@ -34,21 +34,13 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     add_completion=False,
     rich_markup_mode=None,
+    cls=Commands,
 )
 
 
 def main() -> None:
     """Entry point of the `workbench` command; alone it opens the app on ARIA and its ten-target plate."""
-    try:
-        app(sys.argv[1:] or ["serve"])
-    except WorkbenchError as error:
-        print(f"workbench: {error}", file=sys.stderr)
-        sys.exit(1)
-    except KeyboardInterrupt:
-        print("workbench: stopped", file=sys.stderr)
-        sys.exit(130)
-    except BrokenPipeError:
-        sys.exit(0)
+    sys.exit(run(lambda words: app(list(words)), sys.argv[1:] or ["serve"]))
 
 
 @app.command()

@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from workbench.base.child import MEBIBYTE, ChildError, in_child, never
+from workbench.base.cancel import Cancel, never
+from workbench.base.child import MEBIBYTE, ChildError, in_child
 from workbench.base.errors import FileError, MissingExtraError
 
 MOST_ROWS, MOST_COLUMNS = 2**20, 1000
@@ -29,7 +30,7 @@ Cells = tuple[list[list[str]], list[int]]
 """Cells of the rows that hold something, and the number of each row from 1."""
 
 
-def read_workbook(data: bytes, path: Path, *, cancel: Callable[[], bool] = never) -> dict[str, Cells]:
+def read_workbook(data: bytes, path: Path, *, cancel: Cancel = never) -> dict[str, Cells]:
     """Cells of each sheet by its name.
 
     Raises:
@@ -50,7 +51,7 @@ def read_workbook(data: bytes, path: Path, *, cancel: Callable[[], bool] = never
 
 
 def read_columns(
-    data: bytes, path: Path, *, cancel: Callable[[], bool] = never
+    data: bytes, path: Path, *, cancel: Cancel = never
 ) -> tuple[list[str], list[list[str]]]:
     """Names of a parquet file's columns, and the cells of each.
 
@@ -70,7 +71,7 @@ def read_columns(
 
 
 def read_arrays(
-    data: bytes, path: Path, *, cancel: Callable[[], bool] = never
+    data: bytes, path: Path, *, cancel: Cancel = never
 ) -> dict[str, np.ndarray]:
     """Arrays of a MATLAB file by name, fields of structs as 'struct.field'.
 
@@ -85,7 +86,7 @@ def read_arrays(
 
 
 def _read(
-    function: Callable[[bytes], Any], data: bytes, path: Path, *, what: str, instead: str, cancel
+    function: Callable[[bytes], Any], data: bytes, path: Path, *, what: str, instead: str, cancel: Cancel
 ) -> Any:
     """The function's result for these bytes from a child whose bounds grow with the file."""
     size = len(data) / MEBIBYTE

@@ -9,10 +9,10 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable, Iterator, Mapping
 from typing import Any, ClassVar
 
+from workbench.base.cancel import Cancel
 from workbench.session.state import Session
 
 Progress = Callable[[float, str], None]
-Cancel = Callable[[], bool]
 
 
 class AbstractCommand(ABC):

@@ -22,6 +22,7 @@ from workbench.arm.kinematics.forward import link_frames
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
+from workbench.base.cancel import Cancel, Cancelled, never
 from workbench.base.errors import OptionError
 from workbench.base.types import Matrix4, frozen
 from workbench.plate.branches import choose_branches
@@ -33,7 +34,12 @@ STARTS = 8
 
 
 def place_all(
-    robot: Robot, plate: Plate, *, region_q: Float[np.ndarray, "poses n"], rng: np.random.Generator
+    robot: Robot,
+    plate: Plate,
+    *,
+    region_q: Float[np.ndarray, "poses n"],
+    rng: np.random.Generator,
+    cancel: Cancel = never,
 ) -> tuple[TargetState, ...]:
     """The arm at every target, in the mix of branches that tells most about the region.
 
@@ -42,8 +48,16 @@ def place_all(
         plate: Its targets; those that name a branch or joint positions keep them.
         region_q: Poses that matter [rad or m]; without any, each target takes its best branch.
         rng: Source of the mixes that are tried.
+        cancel: Asked at each target whether to stop.
+
+    Raises:
+        Cancelled: asked to stop.
     """
-    results = [_solve(robot, target) for target in plate.targets]
+    results = []
+    for target in plate.targets:
+        results.append(_solve(robot, target))
+        if cancel():
+            raise Cancelled
     states = [_first(robot, plate, t, r) for t, r in zip(plate.targets, results, strict=True)]
     open_ = [i for i, t in enumerate(plate.targets) if states[i].reached and t.q is None]
     if len(open_) > 1 and len(region_q):

@@ -17,6 +17,7 @@ from workbench.arm.kinematics.skeleton import height_above_floor
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
+from workbench.base.cancel import Cancel, never
 from workbench.base.errors import OptionError
 from workbench.base.types import frozen
 from workbench.plate.patterns import pattern
@@ -28,7 +29,9 @@ from workbench.session.state import Noise, Session
 from workbench.session.target_steps import commit_step
 
 
-def start(robot: Robot, plate: Plate, *, noise: Noise | None = None, seed: int = 0) -> Session:
+def start(
+    robot: Robot, plate: Plate, *, noise: Noise | None = None, seed: int = 0, cancel: Cancel = never
+) -> Session:
     """A session in which nothing has happened yet.
 
     Arms of fewer than six joints take seconds to be brought to random poses: their predicted error is left
@@ -39,9 +42,11 @@ def start(robot: Robot, plate: Plate, *, noise: Noise | None = None, seed: int =
         plate: Fixture with at least one target.
         noise: The instrument; 0.1 mm and 0.02° if None.
         seed: For the poses at which the error is predicted, and the first mix of branches.
+        cancel: Asked at each target whether to stop.
 
     Raises:
         OptionError: the plate has no targets.
+        Cancelled: asked to stop.
     """
     if not len(plate):
         raise OptionError(f"plate '{plate.name}' has no targets; give at least one [[target]]")
@@ -49,7 +54,7 @@ def start(robot: Robot, plate: Plate, *, noise: Noise | None = None, seed: int =
     rng = np.random.default_rng(seed)
     is_quick = robot.dof >= int(Task.POSE)
     region_q = draw_region(robot, plate.region, rng) if is_quick else frozen(np.zeros((0, robot.dof)))
-    states = place_all(robot, plate, region_q=region_q, rng=rng)
+    states = place_all(robot, plate, region_q=region_q, rng=rng, cancel=cancel)
     first = score(robot, plate, states, noise=noise, region_q=region_q)
     return commit_step(
         Session(

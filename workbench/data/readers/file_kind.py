@@ -3,6 +3,7 @@
 from enum import StrEnum
 from pathlib import Path
 
+from workbench.base import files
 from workbench.base.errors import FileError
 
 
@@ -39,14 +40,11 @@ def read_bytes(path: Path) -> bytes:
     Raises:
         FileError: Missing, empty, a folder, or unreadable.
     """
-    try:
-        if path.is_dir():
-            raise FileError("this is a folder: give one file with measurements", path=str(path))
-        data = path.read_bytes()
-    except FileNotFoundError:
-        raise FileError("there is no such file: check the path", path=str(path)) from None
-    except OSError as error:
-        raise FileError(f"it can't be read ({error.strerror})", path=str(path)) from None
+    if path.is_dir():
+        raise FileError("this is a folder: give one file with measurements", path=str(path))
+    if not path.exists():
+        raise FileError("there is no such file: check the path", path=str(path))
+    data = files.read_bytes(path, wanted="a file with measurements")
     if not data.strip(b"\xef\xbb\xbf\xff\xfe \t\r\n\0"):
         raise FileError("the file is empty: a header line and at least one row are needed", path=str(path))
     return data

@@ -1,13 +1,12 @@
 """MATLAB v5 files: matrices, cell columns and struct fields, named by the `columns` option."""
 
 import re
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from workbench.base.child import never
+from workbench.base.cancel import Cancel, never
 from workbench.base.errors import FileError, OptionError
 from workbench.data.native_formats import read_arrays
 from workbench.data.readers.columns_option import Item, Naming, Pair, group_keys
@@ -18,7 +17,7 @@ _LABELS = ("U", "O", "S")
 
 
 def read_matlab(
-    data: bytes, path: Path, *, naming: Naming | None, cancel: Callable[[], bool] = never
+    data: bytes, path: Path, *, naming: Naming | None, cancel: Cancel = never
 ) -> Grid:
     """Matrices of a MATLAB file as cells of text, under headings made from the `columns` option.
 

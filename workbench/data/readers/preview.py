@@ -1,12 +1,11 @@
 """What a file would be read as, before it is read: for the panel that asks 'is this right?'."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from workbench.base.child import never
+from workbench.base.cancel import Cancel, never
 from workbench.base.errors import WorkbenchError
 from workbench.base.types import Matrix4
 from workbench.data.dataset import Dataset
@@ -72,7 +71,7 @@ def preview(
     layout: str | None = None,
     sheet: str | None = None,
     base: Matrix4 | None = None,
-    cancel: Callable[[], bool] = never,
+    cancel: Cancel = never,
 ) -> Preview:
     """What `read_measurements` would make of a file, with the same options; problems are listed, never raised."""
     path = Path(path)

@@ -1,6 +1,5 @@
 """From a file to a `Dataset`: kind, grid, table or layout, fields, dataset; each step has its own file."""
 
-from collections.abc import Callable
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -8,7 +7,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from workbench.base.child import never
+from workbench.base.cancel import Cancel, never
 from workbench.base.errors import FileError, OptionError
 from workbench.base.types import Matrix4
 from workbench.base.wording import listed
@@ -33,7 +32,7 @@ def read_measurements(
     layout: str | None = None,
     sheet: str | None = None,
     base: Matrix4 | None = None,
-    cancel: Callable[[], bool] = never,
+    cancel: Cancel = never,
 ) -> Dataset:
     """Measurements of a file or a data frame in SI, with every decision in `notes`.
 
@@ -66,7 +65,7 @@ def read_fields(
     columns: str | None = None,
     layout: str | None = None,
     sheet: str | None = None,
-    cancel: Callable[[], bool] = never,
+    cancel: Cancel = never,
 ) -> Fields:
     """All columns of a file in SI, whatever they are; options and errors as `read_measurements`."""
     if not isinstance(source, str | PathLike):
@@ -117,7 +116,7 @@ def table_layout(table: Table, *, columns: str | None, layout: str | None) -> Ab
 
 
 def read_table(
-    path: Path, *, columns: str | None, sheet: str | None, cancel: Callable[[], bool] = never
+    path: Path, *, columns: str | None, sheet: str | None, cancel: Cancel = never
 ) -> Table:
     """The file as named columns of text.
 

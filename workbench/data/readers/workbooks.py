@@ -1,11 +1,10 @@
 """Tables of other programs as cells of text: Excel (sheet chosen by its headings), parquet, data frames."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from workbench.base.child import never
+from workbench.base.cancel import Cancel, never
 from workbench.base.errors import FileError, OptionError
 from workbench.base.wording import listed
 from workbench.data.native_formats import read_columns, read_workbook, text_of
@@ -13,7 +12,7 @@ from workbench.data.readers.table import Grid, recognised_headings
 
 
 def read_excel(
-    data: bytes, path: Path, *, sheet: str | None, cancel: Callable[[], bool] = never
+    data: bytes, path: Path, *, sheet: str | None, cancel: Cancel = never
 ) -> Grid:
     """Cells of the sheet that holds the measurements.
 
@@ -52,7 +51,7 @@ def _named(grids: dict[str, Grid], name: str) -> Grid:
     return replace(grids[name], notes=(note,))
 
 
-def read_parquet(data: bytes, path: Path, *, cancel: Callable[[], bool] = never) -> Grid:
+def read_parquet(data: bytes, path: Path, *, cancel: Cancel = never) -> Grid:
     """Columns of a parquet file as cells of text, under a row of headings.
 
     Raises:

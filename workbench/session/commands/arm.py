@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from workbench.base.cancel import Cancel
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.inverse.solve import follow
 from workbench.arm.robot import Robot
@@ -14,7 +15,7 @@ from workbench.base import se3
 from workbench.base.errors import FileError, OptionError, WorkbenchError
 from workbench.base.types import frozen
 from workbench.plate.plate_toml import read_plate
-from workbench.session.command import AbstractChange, AbstractTask, Cancel, Progress
+from workbench.session.command import AbstractChange, AbstractTask, Progress
 from workbench.session.commands.data import safe_name
 from workbench.session.start import start, suited_plate
 from workbench.session.state import Focus, Session, Severity
@@ -38,7 +39,7 @@ class ChooseRobot(AbstractTask):
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
         progress(0.2, "working out how it reaches the targets")
-        return begin_with(load_robot(self.name), session)
+        return begin_with(load_robot(self.name), session, cancel=cancel)
 
     def finish(self, session: Session, result: Any) -> Session:
         return _begun(session, result)
@@ -76,8 +77,8 @@ class LoadModel(AbstractTask):
             path.write_bytes(self.content)
             try:
                 if b"[[target]]" in self.content:
-                    return start(session.robot, read_plate(path), noise=session.noise)
-                return begin_with(load_robot(path), session)
+                    return start(session.robot, read_plate(path), noise=session.noise, cancel=cancel)
+                return begin_with(load_robot(path), session, cancel=cancel)
             except WorkbenchError as error:
                 raise OptionError(str(error).replace(f"{folder}/", "")) from error
 
@@ -152,12 +153,12 @@ def standing(session: Session) -> np.ndarray:
     return session.states[session.selected].q
 
 
-def begin_with(robot: Robot, session: Session) -> Session:
+def begin_with(robot: Robot, session: Session, *, cancel: Cancel) -> Session:
     """A session with another robot, on the present plate or on one that suits the arm."""
-    begun = start(robot, session.plate, noise=session.noise)
+    begun = start(robot, session.plate, noise=session.noise, cancel=cancel)
     if 2 * begun.score.reached >= len(session.plate):
         return begun
-    return start(robot, suited_plate(robot), noise=session.noise)
+    return start(robot, suited_plate(robot), noise=session.noise, cancel=cancel)
 
 
 def _begun(session: Session, begun: Session) -> Session:

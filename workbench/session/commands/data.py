@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from workbench.base.cancel import Cancel
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.backlash import Backlash
 from workbench.arm.effects.joint_compliance import JointCompliance
@@ -22,7 +23,7 @@ from workbench.data.readers.preview import Preview
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument, Observes
 from workbench.data.simulation.simulate import simulate, virtual_arm
 from workbench.plate.region_poses import nearby_poses
-from workbench.session.command import AbstractChange, AbstractTask, Cancel, Progress
+from workbench.session.command import AbstractChange, AbstractTask, Progress
 from workbench.session.comparison import compare, numbered_after
 from workbench.session.reach import advance
 from workbench.session.state import CubeView, Field, Focus, Loaded, Session, Severity

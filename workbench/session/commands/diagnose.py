@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from workbench.base.cancel import Cancel
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
@@ -12,7 +13,7 @@ from workbench.base.errors import DataError, OptionError
 from workbench.base.types import frozen
 from workbench.plate.patterns import MOST_TARGETS
 from workbench.plate.plate import Target
-from workbench.session.command import AbstractChange, AbstractTask, Cancel, Progress
+from workbench.session.command import AbstractChange, AbstractTask, Progress
 from workbench.session.commands.arrange import place_targets
 from workbench.session.commands.identify import Identify
 from workbench.session.state import Session, Severity

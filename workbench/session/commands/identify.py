@@ -4,11 +4,12 @@ from collections.abc import Hashable
 from dataclasses import dataclass, replace
 from typing import Any
 
+from workbench.base.cancel import Cancel
 from workbench.base.errors import DataError, OptionError
 from workbench.identification.algorithms import ALGORITHMS, USUAL
 from workbench.identification.identify import identify
 from workbench.identification.record import Identification
-from workbench.session.command import AbstractChange, AbstractTask, Cancel, Progress
+from workbench.session.command import AbstractChange, AbstractTask, Progress
 from workbench.session.commands.compare import with_fit
 from workbench.session.comparison import exaggeration_for
 from workbench.session.state import Focus, Session, Severity

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from workbench.base.cancel import Cancel
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import frozen
@@ -24,7 +25,7 @@ from workbench.data.simulation.simulate import simulate_targets, virtual_arm
 from workbench.plate.guided_measuring import plate_targets
 from workbench.plate.plate import Kind
 from workbench.plate.virtual_measuring import STEERING, beside
-from workbench.session.command import AbstractChange, AbstractTask, Cancel, Progress
+from workbench.session.command import AbstractChange, AbstractTask, Progress
 from workbench.session.commands.data import MOST_SEED, instrument_of, observed, postures, with_data
 from workbench.session.guided import Measuring, Ride, VirtualArm
 from workbench.session.state import Focus, Loaded, Session, Severity, Source

@@ -5,10 +5,11 @@ from typing import Any
 
 import numpy as np
 
+from workbench.base.cancel import Cancel
 from workbench.base.errors import OptionError
 from workbench.plate.patterns import MOST_TARGETS
 from workbench.plate.plate import AUTO
-from workbench.session.command import AbstractChange, AbstractTask, Cancel, Progress
+from workbench.session.command import AbstractChange, AbstractTask, Progress
 from workbench.session.commands.arrange import place_targets
 from workbench.session.state import Noise, Session, Severity, Trial
 from workbench.session.target_steps import check_free, is_better, rescore

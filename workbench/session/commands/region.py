@@ -6,11 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from workbench.base.errors import Cancelled, DataError, OptionError
+from workbench.base.cancel import Cancel, Cancelled
+from workbench.base.errors import DataError, OptionError
 from workbench.plate.cubes import CubeMap, map_cubes
 from workbench.plate.free_constants import identified_names
 from workbench.plate.region import Region
-from workbench.session.command import AbstractChange, AbstractChore, Cancel, Progress
+from workbench.session.command import AbstractChange, AbstractChore, Progress
 from workbench.session.cubes import values
 from workbench.session.score import draw_region
 from workbench.session.state import CubeView, Field, Session

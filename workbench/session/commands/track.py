@@ -5,8 +5,9 @@ from typing import Any
 
 import numpy as np
 
+from workbench.base.cancel import Cancel
 from workbench.base.errors import OptionError
-from workbench.session.command import AbstractChange, AbstractTask, Cancel, Progress
+from workbench.session.command import AbstractChange, AbstractTask, Progress
 from workbench.session.state import Focus, Play, Session, Severity
 from workbench.session.target_steps import check_free
 from workbench.session.track import CIRCLE, LINE, Track, erring_robot, make_track

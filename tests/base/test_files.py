@@ -1,0 +1,60 @@
+"""Writing: whole or not at all, links followed, devices and pipes written into, a full disk in one sentence."""
+
+import errno
+import os
+import stat
+import threading
+
+import pytest
+
+from workbench.base import files
+from workbench.base.errors import FileError
+
+
+def test_a_link_stays_a_link(tmp_path):
+    (tmp_path / "link").symlink_to("target")
+    files.check_writable(tmp_path / "link")
+    for content in (b"first", b"second"):
+        files.write_bytes(tmp_path / "link", content)
+        assert (tmp_path / "link").is_symlink()
+        assert (tmp_path / "target").read_bytes() == content
+
+
+def test_a_pipe_is_written_into(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    read: list[bytes] = []
+    reader = threading.Thread(target=lambda: read.append((tmp_path / "pipe").read_bytes()))
+    reader.start()
+    files.check_writable(tmp_path / "pipe")
+    files.write_bytes(tmp_path / "pipe", b"result")
+    reader.join(5.0)
+    assert read == [b"result"]
+    assert stat.S_ISFIFO((tmp_path / "pipe").stat().st_mode)
+
+
+@pytest.mark.parametrize("name", ["-", "/dev/stdout"])
+def test_standard_output(name, tmp_path, monkeypatch, capfdbinary):
+    monkeypatch.chdir(tmp_path)
+    files.check_writable(name)
+    files.write_bytes(name, b"result")
+    assert capfdbinary.readouterr().out == b"result"
+    assert not list(tmp_path.iterdir())
+
+
+def no_room(*_):
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+@pytest.mark.parametrize("write", [files.write_bytes, lambda p, b: files.write_folder(p, {"page.html": b})])
+def test_a_full_disk_leaves_nothing_and_is_one_sentence(tmp_path, monkeypatch, write):
+    write(tmp_path / "out", b"before")
+    before = sorted(path.name for path in tmp_path.rglob("*"))
+    monkeypatch.setattr(os, "replace", no_room)
+    with pytest.raises(FileError, match=r"out: it can't be written \(No space left on device\); make room"):
+        write(tmp_path / "out", b"after")
+    assert sorted(path.name for path in tmp_path.rglob("*")) == before
+
+
+def test_a_device_without_end_is_refused():
+    with pytest.raises(FileError, match="more than 1 MiB"):
+        files.read_bytes("/dev/zero", wanted="a measurement file", most=2**20)

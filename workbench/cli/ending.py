@@ -1,0 +1,121 @@
+"""How a command ends: one sentence on standard error, and an exit status that scripts can trust.
+
+0 is success and 1 a mistake that a user can mend, or a disk that is full; 2 a result that is no good one,
+or words that are no command; 130 Ctrl-C. A reader that closes the pipe, such as `head`, is no mistake.
+"""
+
+import contextlib
+import io
+import os
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import typer.core
+
+from workbench.base.errors import WorkbenchError
+from workbench.base.files import STANDARD_OUTPUT
+from workbench.base.wording import brief
+
+INTERRUPTED = 130
+
+
+class Commands(typer.core.TyperGroup):
+    """All commands; what they raise comes out as it is, while typer would end some of it without a word."""
+
+    def make_context(self, *words: Any, **options: Any) -> Any:
+        with _past_typer():
+            return super().make_context(*words, **options)
+
+    def invoke(self, ctx: Any) -> Any:
+        with _past_typer():
+            return super().invoke(ctx)
+
+
+@contextlib.contextmanager
+def _past_typer() -> Iterator[None]:
+    try:
+        yield
+    except (KeyboardInterrupt, OSError) as error:
+        raise _Raised(error) from None
+
+
+class _Raised(Exception):
+    """Carries what was raised past typer."""
+
+    def __init__(self, error: BaseException):
+        self.error = error
+
+
+def run(command: Callable[[Sequence[str]], None], words: Sequence[str]) -> int:
+    """The exit status of a command for its words; what goes wrong is said.
+
+    Args:
+        command: Carries the words out; may raise anything, or `SystemExit`.
+        words: Those after the program's name.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a locale that lacks our letters
+    try:
+        with _words_beside_results(words):
+            try:
+                command(words)
+            except _Raised as raised:
+                raise raised.error from None
+            sys.stdout.flush()
+    except SystemExit as ended:
+        return _flushed(ended.code if isinstance(ended.code, int) else int(bool(ended.code)))
+    except BrokenPipeError:
+        _forget_output()
+        return 0
+    except (KeyboardInterrupt, Exception) as error:
+        status, sentence = _said(error)
+        return _flushed(status, sentence)
+    return 0
+
+
+def _said(error: BaseException) -> tuple[int, str]:
+    """Exit status and sentence of what was raised; a bug is raised again."""
+    if isinstance(error, KeyboardInterrupt):
+        return INTERRUPTED, "stopped"
+    if isinstance(error, WorkbenchError):
+        return 1, str(error)
+    if isinstance(error, MemoryError):
+        return 1, "there is not enough memory for this; give fewer rows, targets or poses"
+    if isinstance(error, RecursionError):
+        return 1, "the input has too many levels within each other; make it flatter"
+    if isinstance(error, OSError):
+        where = f"{error.filename}: " if error.filename else ""
+        return 1, brief(f"{where}{error.strerror or error}; make room, or choose another place")
+    raise error
+
+
+def _flushed(status: int, sentence: str = "") -> int:
+    """The status, once all output is out; 1 if that fails."""
+    try:
+        if sentence:
+            print(f"workbench: {sentence}", file=sys.stderr)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        _forget_output()
+    except OSError as error:
+        _forget_output()
+        with contextlib.suppress(OSError):
+            print(f"workbench: the output can't be written ({error.strerror})", file=sys.stderr)
+        return status or 1
+    return status
+
+
+def _forget_output() -> None:
+    """Let what can't be written go, so that it is not tried again at the end."""
+    with contextlib.suppress(OSError):
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, 1)
+        os.close(nowhere)
+
+
+def _words_beside_results(words: Sequence[str]) -> contextlib.AbstractContextManager:
+    """Words go to standard error where a result goes to standard output."""
+    given = {part for word in words for part in (word, word.partition("=")[2])}
+    return contextlib.redirect_stdout(sys.stderr) if given & set(STANDARD_OUTPUT) else contextlib.nullcontext()
