@@ -36,7 +36,9 @@ def test_nested_toml(tmp_path, read):
 
 def test_a_link_in_mid_chain_that_is_not_declared(tmp_path):
     links = '<link name="a"/><link name="c"/>'
-    found = refusal(tmp_path, "r.urdf", f'<robot name="r">{links}' f"{JOINT.format('a', 'b')}{JOINT.format('b', 'c')}</robot>")
+    found = refusal(
+        tmp_path, "r.urdf", f'<robot name="r">{links}{JOINT.format("a", "b")}{JOINT.format("b", "c")}</robot>'
+    )
     assert "joint 'ab' leads to link 'b', which is not declared" in found
 
 

@@ -59,14 +59,23 @@ def test_a_full_device_is_one_sentence():
     with open("/dev/full", "wb") as full:
         done = subprocess.run(HELP, stdout=full, stderr=subprocess.PIPE, check=False)
     assert done.returncode == 1
-    assert done.stderr.splitlines() == [b"workbench: No space left on device; make room, or choose another place"]
+    assert done.stderr.splitlines() == [
+        b"workbench: No space left on device; make room, or choose another place"
+    ]
 
 
 def test_a_locale_without_our_letters():
-    environment = {"PYTHONUTF8": "0", "LC_ALL": "POSIX", "PYTHONCOERCECLOCALE": "0", "PYTHONIOENCODING": "ascii"}
+    environment = {
+        "PYTHONUTF8": "0",
+        "LC_ALL": "POSIX",
+        "PYTHONCOERCECLOCALE": "0",
+        "PYTHONIOENCODING": "ascii",
+    }
     code = "import sys; from workbench.cli.ending import run; sys.exit(run(lambda w: print('0.1' + chr(176)), []))"
     path = {"PYTHONPATH": ":".join(sys.path)}
-    done = subprocess.run([sys.executable, "-c", code], env=environment | path, capture_output=True, check=False)
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=environment | path, capture_output=True, check=False
+    )
     assert (done.returncode, done.stdout, done.stderr) == (0, b"0.1?\n", b"")
 
 

@@ -10,8 +10,8 @@ import numpy as np
 import openpyxl
 import pytest
 
-from workbench.base.child import ChildError, in_child
 from workbench.base.cancel import Cancelled
+from workbench.base.child import ChildError, in_child
 from workbench.base.errors import FileError
 from workbench.data import native_formats
 from workbench.data.readers import preview, read_measurements

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import pytest
 
-from workbench.session import AbstractChange, AbstractTask, replay
 from workbench.base.cancel import Cancelled
+from workbench.session import AbstractChange, AbstractTask, replay
 from workbench.session.commands.drag import MoveTarget, SelectTarget
 from workbench.session.commands.messages import Dismiss, Tell
 from workbench.session.journal import Ending

@@ -11,7 +11,6 @@ from pathlib import Path
 
 from workbench.base.errors import FileError
 
-
 LARGEST = 4 * 2**30
 """Files beyond this size are refused [bytes]: a device without end is one of them."""
 STANDARD_OUTPUT = ("-", "/dev/stdout", "/dev/fd/1")

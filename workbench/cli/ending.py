@@ -118,4 +118,6 @@ def _forget_output() -> None:
 def _words_beside_results(words: Sequence[str]) -> contextlib.AbstractContextManager:
     """Words go to standard error where a result goes to standard output."""
     given = {part for word in words for part in (word, word.partition("=")[2])}
-    return contextlib.redirect_stdout(sys.stderr) if given & set(STANDARD_OUTPUT) else contextlib.nullcontext()
+    return (
+        contextlib.redirect_stdout(sys.stderr) if given & set(STANDARD_OUTPUT) else contextlib.nullcontext()
+    )

@@ -50,9 +50,7 @@ def read_workbook(data: bytes, path: Path, *, cancel: Cancel = never) -> dict[st
     return _read(workbook_cells, data, path, what=what, instead=instead, cancel=cancel)
 
 
-def read_columns(
-    data: bytes, path: Path, *, cancel: Cancel = never
-) -> tuple[list[str], list[list[str]]]:
+def read_columns(data: bytes, path: Path, *, cancel: Cancel = never) -> tuple[list[str], list[list[str]]]:
     """Names of a parquet file's columns, and the cells of each.
 
     Raises:
@@ -70,9 +68,7 @@ def read_columns(
     return _read(parquet_columns, data, path, what=what, instead=instead, cancel=cancel)
 
 
-def read_arrays(
-    data: bytes, path: Path, *, cancel: Cancel = never
-) -> dict[str, np.ndarray]:
+def read_arrays(data: bytes, path: Path, *, cancel: Cancel = never) -> dict[str, np.ndarray]:
     """Arrays of a MATLAB file by name, fields of structs as 'struct.field'.
 
     Raises:
@@ -92,11 +88,7 @@ def _read(
     size = len(data) / MEBIBYTE
     try:
         return in_child(
-            function,
-            data,
-            seconds=5.0 + 20.0 * size,
-            memory=BASE_MEMORY + 100 * len(data),
-            cancel=cancel,
+            function, data, seconds=5.0 + 20.0 * size, memory=BASE_MEMORY + 100 * len(data), cancel=cancel
         )
     except ChildError as error:
         raise _refusal(what, str(error), instead, path) from None

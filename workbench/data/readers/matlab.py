@@ -16,9 +16,7 @@ from workbench.data.readers.table import Grid
 _LABELS = ("U", "O", "S")
 
 
-def read_matlab(
-    data: bytes, path: Path, *, naming: Naming | None, cancel: Cancel = never
-) -> Grid:
+def read_matlab(data: bytes, path: Path, *, naming: Naming | None, cancel: Cancel = never) -> Grid:
     """Matrices of a MATLAB file as cells of text, under headings made from the `columns` option.
 
     Raises:

@@ -115,9 +115,7 @@ def table_layout(table: Table, *, columns: str | None, layout: str | None) -> Ab
     return None
 
 
-def read_table(
-    path: Path, *, columns: str | None, sheet: str | None, cancel: Cancel = never
-) -> Table:
+def read_table(path: Path, *, columns: str | None, sheet: str | None, cancel: Cancel = never) -> Table:
     """The file as named columns of text.
 
     Raises:

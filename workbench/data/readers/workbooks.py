@@ -11,9 +11,7 @@ from workbench.data.native_formats import read_columns, read_workbook, text_of
 from workbench.data.readers.table import Grid, recognised_headings
 
 
-def read_excel(
-    data: bytes, path: Path, *, sheet: str | None, cancel: Cancel = never
-) -> Grid:
+def read_excel(data: bytes, path: Path, *, sheet: str | None, cancel: Cancel = never) -> Grid:
     """Cells of the sheet that holds the measurements.
 
     Args:

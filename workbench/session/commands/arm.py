@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from workbench.base.cancel import Cancel
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.inverse.solve import follow
 from workbench.arm.robot import Robot
 from workbench.base import se3
+from workbench.base.cancel import Cancel
 from workbench.base.errors import FileError, OptionError, WorkbenchError
 from workbench.base.types import frozen
 from workbench.plate.plate_toml import read_plate

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from workbench.base.cancel import Cancel
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.backlash import Backlash
 from workbench.arm.effects.joint_compliance import JointCompliance
 from workbench.arm.effects.joint_harmonic import JointHarmonic
 from workbench.arm.motion import Motion
 from workbench.arm.robot import JointKind, Robot
+from workbench.base.cancel import Cancel
 from workbench.base.errors import DataError, OptionError, WorkbenchError
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_drivers

@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from workbench.base.cancel import Cancel
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
+from workbench.base.cancel import Cancel
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import frozen
 from workbench.plate.patterns import MOST_TARGETS
