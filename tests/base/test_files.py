@@ -1,4 +1,4 @@
-"""Writing: whole or not at all, links followed, devices and pipes written into, a full disk in one sentence."""
+"""Writing: whole or not at all, links followed, devices written into, a full disk in one sentence."""
 
 import errno
 import os

@@ -71,7 +71,7 @@ def test_a_locale_without_our_letters():
         "PYTHONCOERCECLOCALE": "0",
         "PYTHONIOENCODING": "ascii",
     }
-    code = "import sys; from workbench.cli.ending import run; sys.exit(run(lambda w: print('0.1' + chr(176)), []))"
+    code = "from workbench.cli.ending import run; run(lambda words: print('0.1' + chr(176)), [])"
     path = {"PYTHONPATH": ":".join(sys.path)}
     done = subprocess.run(
         [sys.executable, "-c", code], env=environment | path, capture_output=True, check=False

@@ -4,6 +4,7 @@ import fcntl
 import itertools
 import json
 import os
+import re
 import resource
 import shutil
 import signal
@@ -180,6 +181,30 @@ def test_a_torn_last_line_is_left_out_said_and_written_over(record, first):
     assert [type(e.command) for e in read_recording(run.folder).entries[-2:]] == [DropTarget, SelectTarget]
 
 
+def test_a_last_line_that_power_was_lost_in_is_left_out(record):
+    run = record()
+    run(SelectTarget(1), SelectTarget(2))
+    run.worker.close()
+    path = run.folder / JOURNAL
+    content = path.read_bytes()
+    path.write_bytes(content[:-200] + bytes(199) + b"\n")
+    recording = read_recording(run.folder)
+    assert len(recording.lines) == 1
+    assert "incomplete" in recording.notes[0]
+    assert recording.length == content.index(b"\n", content.index(b"\n") + 1) + 1
+
+
+def test_every_line_but_the_places_of_a_drag_is_on_the_disk(record, first, monkeypatch):
+    """What was confirmed outlives a loss of power; the places of a drag come with its end."""
+    synced, really = [], os.fdatasync
+    run = record()
+    monkeypatch.setattr(os, "fdatasync", lambda file: synced.append(really(file)))
+    run(*moves(first, 8))
+    assert len(synced) == len(run.lines) - 1
+    run(SelectTarget(1))
+    assert len(synced) == len(run.lines) - 1
+
+
 def test_a_drag_that_was_cut_off_is_let_go(record, first):
     """Whoever held the target is gone: others can drag again, and a replay knows of it."""
     run = record()
@@ -204,6 +229,10 @@ def test_a_drag_that_was_cut_off_is_let_go(record, first):
         (lambda lines: [*lines[:2], lines[2].replace(b"MoveTarget", b"FlyTarget"), *lines[3:]], "FlyTarget"),
         (lambda lines: [lines[0].replace(b"journal/1", b"journal/2"), *lines[1:]], "newer"),
         (lambda lines: [b"{}", *lines[1:]], "no schema"),
+        (lambda lines: [b"[" * 5000, *lines[1:]], "no schema"),
+        (lambda lines: [*lines[:3], b"[" * 5000, *lines[4:]], "step 3"),
+        (lambda lines: [*lines[:3], re.sub(rb'"fields": {[^}]*}', b'"fields": []', lines[3]), b""], "step 3"),
+        (lambda lines: [*lines[:3], re.sub(rb'"basis": \d+', b'"basis": Infinity', lines[3])], "step 3"),
         (lambda lines: [b"\xff\xfe"], "no schema"),
         (lambda lines: [lines[0], lines[1].replace(b'"target"', b'"aim"')], "no 'aim'"),
     ],

@@ -73,7 +73,7 @@ def preview(
     base: Matrix4 | None = None,
     cancel: Cancel = never,
 ) -> Preview:
-    """What `read_measurements` would make of a file, with the same options; problems are listed, never raised."""
+    """What `read_measurements` would make of a file; problems are listed, never raised."""
     path = Path(path)
     try:
         folder = folder_layout(path, columns=columns, layout=layout)

@@ -1,9 +1,10 @@
 """Lines at the end of a file: each whole or not at all, and none lost while the disk is full.
 
-A line is handed to the operating system before the next command is taken, so the end of the process by
-whatever signal loses no line that was written. A line that stands for the one before it as well is written
-over that one, by a single call and filled up with spaces: at any moment one of the two is there. What can't
-be written waits in memory and is tried again with the next line.
+A line is on the disk before the next command is taken, so neither the end of the process by whatever signal
+nor a loss of power loses it. A line that stands for the one before it as well (the places of a drag) is
+written over that one, by a single call and filled up with spaces: at any moment one of the two is there. The
+operating system brings it onto the disk when it likes: a loss of power may take the drag in hand, but nothing
+before it. What can't be written waits in memory and is tried again with the next line.
 """
 
 import contextlib
@@ -15,7 +16,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from workbench.base.errors import OptionError
-from workbench.base.files import write_bytes
+from workbench.base.files import sync_folder, write_bytes
 
 LOCK = ".lock"
 
@@ -42,6 +43,8 @@ class Appender:
         except OSError:
             os.close(self._lock)
             raise
+        for folder in (path.parent, path.parent.absolute().parent):
+            sync_folder(folder)
 
     @property
     def waiting(self) -> int:
@@ -107,6 +110,7 @@ class Appender:
         if os.pwrite(self._file, content, self._length) != len(content):
             os.ftruncate(self._file, self._length)
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        os.fdatasync(self._file)
         self._length, self._last = self._length + len(content), content
 
 

@@ -1,7 +1,8 @@
 """Reading a recording: its header, its commands, and what can be said about its end.
 
-A last line without an end is the trace of a program that was stopped while it wrote: it is left out, and
-said. Any other damage is refused, with the step up to which the recording can be used.
+A last line without an end, or one that is no JSON, is the trace of a program that was stopped or of a loss of
+power while it was written: it is left out, and said. Any other damage is refused, with the step up to which
+the recording can be used.
 """
 
 import json
@@ -120,6 +121,8 @@ def read_recording(folder: Path | str, *, to: int | None = None) -> Recording:
             f"has no {JOURNAL}; give a folder recorded by 'workbench serve'", path=str(folder)
         ) from None
     *whole, rest = content.split(b"\n")
+    if not rest and len(whole) > 1 and not _is_json(whole[-1]):
+        rest = whole.pop() + b"\n"
     if not whole:
         raise FileError("has no complete line; the recording was stopped before it began", path=str(path))
     header = _header(whole[0], path)
@@ -132,12 +135,20 @@ def read_recording(folder: Path | str, *, to: int | None = None) -> Recording:
     return found if to is None else found.upto(to)
 
 
+def _is_json(text: bytes) -> bool:
+    try:
+        json.loads(text)
+    except (ValueError, RecursionError):
+        return False
+    return True
+
+
 def _header(text: bytes, path: Path) -> dict[str, Any]:
     try:
         header = json.loads(text)
         name, _, number = header["schema"].partition("/")
         kind = int(number)
-    except (ValueError, KeyError, TypeError, AttributeError):
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         raise FileError("is not a journal: its first line names no schema", path=str(path)) from None
     if name != NAME or kind > NUMBER:
         raise FileError(
@@ -152,6 +163,8 @@ def _line(text: bytes, step: int, path: Path) -> Line:
         found = json.loads(text)
         if found["step"] != step:
             raise ValueError(f"it says step {found['step']}")
+        if not isinstance(found["numbers"], dict) or not isinstance(found["fields"], dict):
+            raise ValueError("its fields and numbers must be tables")
         command = codec.decode(found["command"], found["fields"], lambda name: _load(path.parent, name))
         entry = Entry(
             command=command,
@@ -163,7 +176,7 @@ def _line(text: bytes, step: int, path: Path) -> Line:
             at=float(found["at"]),
         )
         return Line(entry, found["title"], tuple(found["says"]), found["numbers"], text.decode())
-    except (ValueError, KeyError, TypeError) as error:
+    except (ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError) as error:
         why = f"'{error.args[0]}' is missing" if isinstance(error, KeyError) else str(error)
         raise FileError(
             f"step {step} can't be read ({why}); --step {step - 1} opens the session before it",

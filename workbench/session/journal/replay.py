@@ -6,7 +6,8 @@ in between. Its entry says how many entries there were at its start, so that a r
 
 from collections.abc import Iterable, Iterator
 
-from workbench.session.command import AbstractChange, AbstractTask
+from workbench.base.errors import OptionError
+from workbench.session.command import AbstractChange, AbstractCommand, AbstractTask
 from workbench.session.journal.entry import Ending, Entry
 from workbench.session.state import Session
 
@@ -25,17 +26,31 @@ def steps(session: Session, entries: Iterable[Entry]) -> Iterator[Session]:
     bases = {0: session}
     for number, entry in enumerate(entries, start=1):
         if entry.ending is Ending.DONE:
-            session = do_again(session, entry, bases)
+            session = do_again(session, entry, bases, step=number)
         if number in wanted:
             bases[number] = session
         yield session
 
 
-def do_again(session: Session, entry: Entry, bases: dict[int, Session]) -> Session:
-    """Carry one done command out, a task from the session that it began from."""
-    command = entry.command
+def do_again(session: Session, entry: Entry, bases: dict[int, Session], *, step: int) -> Session:
+    """Carry one done command out, a task from the session that it began from.
+
+    Raises:
+        OptionError: it can't be carried out here, as the recording is damaged or of another version.
+    """
+    try:
+        return _do_again(session, entry.command, bases.get(entry.basis))
+    except Exception as error:  # a command that was changed raises nearly anything
+        raise OptionError(
+            f"step {step} ({entry.command.title}) can't be done again ({type(error).__name__}: {error}); "
+            f"--step {step - 1} opens the session before it"
+        ) from error
+
+
+def _do_again(session: Session, command: AbstractCommand, basis: Session | None) -> Session:
     if isinstance(command, AbstractChange):
         return command.apply(session)
     assert isinstance(command, AbstractTask)
-    result = command.compute(bases[entry.basis], progress=lambda fraction, text: None, cancel=lambda: False)
+    assert basis is not None, "it began from a step that is not there"
+    result = command.compute(basis, progress=lambda fraction, text: None, cancel=lambda: False)
     return command.finish(session, result)

@@ -28,7 +28,7 @@ def restore(recording: Recording, *, progress: Progress = lambda part, text: Non
             known = _recalled(session, line)
             if known is None:
                 progress(number / len(recording.lines), line.title)
-                known = do_again(completed(session), line.entry, bases)
+                known = do_again(completed(session), line.entry, bases, step=number)
             session = known
         if number in begun_from:
             bases[number] = session = completed(session)
