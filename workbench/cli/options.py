@@ -100,7 +100,7 @@ class FileOptions:
         """Measurements of a file, with as many joints as the arm has."""
         from workbench.data.readers import read_measurements
 
-        options = {"columns": self.columns, "sheet": self.sheet, "layout": self.layout}
+        options: dict[str, Any] = {"columns": self.columns, "sheet": self.sheet, "layout": self.layout}
         return read_measurements(path, joints=arm.dof, base=arm.base.pose, **options)
 
 
