@@ -24,10 +24,12 @@ class Commands(typer.core.TyperGroup):
     """All commands; what they raise comes out as it is, while typer would end some of it without a word."""
 
     def make_context(self, *words: Any, **options: Any) -> Any:
+        """Typer's, where the help is shown."""
         with _past_typer():
             return super().make_context(*words, **options)
 
     def invoke(self, ctx: Any) -> Any:
+        """Typer's, where a command is carried out."""
         with _past_typer():
             return super().invoke(ctx)
 

@@ -4,6 +4,7 @@ import signal
 import subprocess
 import sys
 import urllib.error
+import urllib.parse
 import urllib.request
 
 import pytest
@@ -50,9 +51,10 @@ def test_foreign_origins_are_refused(server):
         assert dial(port, origin=origin) == "403", origin
 
 
-def get(port: int, host: str, **headers: str) -> int:
+def get(port: int, host: str, path: str = "/", **headers: str) -> int:
     """Status of opening the page under that name of the host."""
-    request = urllib.request.Request(f"http://127.0.0.1:{port}/", headers={"Host": host, **headers})
+    given = {name.replace("_", "-"): value for name, value in headers.items()}
+    request = urllib.request.Request(f"http://127.0.0.1:{port}{path}", headers={"Host": host, **given})
     try:
         with urllib.request.urlopen(request, timeout=20) as answer:
             return answer.status
@@ -76,14 +78,39 @@ def test_listens_on_the_loopback_only_and_offers_no_tunnel(server):
     assert not handlers.get(_messages.ShareUrlDisconnect)
 
 
-def test_every_address_may_be_used_but_no_foreign_name():
+def test_no_foreign_page_may_frame_it(server):
+    port = server.get_port()
+    here = f"localhost:{port}"
+    for place in ("iframe", "frame", "embed", "object"):
+        assert get(port, here, Sec_Fetch_Site="cross-site", Sec_Fetch_Dest=place) == 403
+    assert get(port, here, Sec_Fetch_Site="cross-site", Sec_Fetch_Dest="document") == 200
+    with urllib.request.urlopen(page_address(server), timeout=20) as answer:
+        assert answer.headers["X-Frame-Options"] == "DENY"
+        assert answer.headers["Content-Security-Policy"] == "frame-ancestors 'none'"
+
+
+def test_in_the_network_a_page_needs_the_link_and_no_foreign_origin():
     running = local_server(host="0.0.0.0")
     port = running.get_port()
+    link = urllib.parse.urlsplit(page_address(running))
+    there, path = f"192.0.2.7:{port}", f"/?{link.query}"
     try:
-        assert get(port, f"192.0.2.7:{port}", Origin=f"http://192.0.2.7:{port}") == 200
-        assert get(port, f"localhost:{port}") == 200
-        assert get(port, f"evil.example:{port}") == 403
-        assert get(port, f"192.0.2.7:{port}", Origin=f"http://evil.example:{port}") == 403
+        assert link.hostname != "0.0.0.0"
+        assert get(port, there, path, Origin=f"http://{there}") == 200
+        assert get(port, f"localhost:{port}", path) == 200
+        assert get(port, f"evil.example:{port}", path) == 403
+        for origin in (f"http://evil.example:{port}", f"http://198.51.100.7:{port}"):
+            assert get(port, there, path, Origin=origin) == 403
+        for wrong in ("/", "/?key=", "/?key=guess"):
+            assert get(port, there, wrong) == 403
+        cookie = f"workbench-{port}={running.key}"
+        assert get(port, there, Cookie=cookie) == 200
+        assert get(port, there, Cookie=cookie + "x") == 403
+        ours = {"origin": f"http://127.0.0.1:{port}"}
+        assert dial(port, **ours) == "403"
+        assert dial(port, **ours, additional_headers={"Cookie": cookie}) == "open"
+        with urllib.request.urlopen(f"http://127.0.0.1:{port}{path}", timeout=20) as answer:
+            assert answer.headers["Set-Cookie"].startswith(f"{cookie}; HttpOnly; SameSite=Strict")
     finally:
         running.stop()
 

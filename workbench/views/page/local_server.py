@@ -2,12 +2,18 @@
 
 viser itself checks neither Host nor Origin, so any page that a user has open could read and steer the scene,
 and it lets every client open a public tunnel. Here a request must name this server as its host and come from
-a page of this server, and the tunnel's handlers are gone. Programs on this machine that send no Origin can
-still connect: this is no login. It relies on internals of viser 1.1; a test holds them.
+a page of this server, no page may show it in a frame, and the tunnel's handlers are gone. Programs on this
+machine that send no Origin can still connect: this is no login. A server that other machines can reach asks for
+a secret as well, which is in the link that the program prints and then in a cookie. It relies on internals of
+viser 1.1; a test holds them.
 """
 
+import hmac
 import ipaddress
+import secrets
+import socket
 from collections.abc import Callable
+from http.cookies import CookieError, SimpleCookie
 from typing import Any
 from unittest import mock
 from urllib.parse import parse_qs, urlencode, urlsplit
@@ -23,6 +29,15 @@ LOOPBACK = ("127.0.0.1", "localhost")
 LABEL = "Workbench"
 SESSION = "session"
 """What names the session in a link."""
+KEY = "key"
+"""What names the secret in a link."""
+HEADERS = {
+    "X-Frame-Options": "DENY",
+    "Content-Security-Policy": "frame-ancestors 'none'",
+    "Referrer-Policy": "no-referrer",
+}
+"""No page shows this one in a frame, and none learns its link."""
+FRAMES = ("iframe", "frame", "embed", "object")
 EVERYWHERE = ("0.0.0.0", "::")
 _print = rich.print
 
@@ -36,9 +51,15 @@ def _print_but_viser(*objects: Any, **options: Any) -> None:
 rich.print = _print_but_viser
 
 
+class LocalServer(viser.ViserServer):
+    """A server with the secret that its pages must know; empty where only this machine can reach it."""
+
+    key = ""
+
+
 def local_server(
     *, host: str = "127.0.0.1", port: int = 0, label: str = LABEL, shown: Callable[[], str] = str
-) -> viser.ViserServer:
+) -> LocalServer:
     """A server that only pages of its own can talk to.
 
     Args:
@@ -54,22 +75,32 @@ def local_server(
     if not 0 <= port < 65536:
         raise OptionError(f"port {port} can't be used; give a number from 1 to 65535, or 0 for any free one")
     real = websockets.serve
+    key = "" if _is_loopback(host) else secrets.token_urlsafe(16)
 
     def serve(handler, address, port_tried, *, process_request, **options):
         def guard(connection, request):
             if not _is_ours(request, host, connection.local_address[1]):
                 return connection.respond(403, "this page may not talk to the workbench\n")
+            if key and not _knows(request, key):
+                return connection.respond(403, "open the link that the workbench printed when it began\n")
             wanted, here = _session_of(request.path), shown()
             if wanted and here and wanted != here:
                 return connection.respond(404, _elsewhere(wanted, here))
-            return process_request(connection, request)
+            response = process_request(connection, request)
+            if response is not None:
+                response.headers.update(HEADERS)
+                if key:
+                    cookie = f"{_cookie(request)}={key}; HttpOnly; SameSite=Strict; Path=/"
+                    response.headers["Set-Cookie"] = cookie
+            return response
 
         return real(handler, address, port_tried, process_request=guard, **options)
 
     # viser looks serve() up when its thread starts, which is inside its constructor;
     # what it prints there names no page that one should open
     with mock.patch.object(websockets, "serve", serve), mock.patch("rich.print"):
-        server = viser.ViserServer(host=host, port=port, label=label, verbose=False)
+        server = LocalServer(host=host, port=port, label=label, verbose=False)
+    server.key = key
     if port and server.get_port() != port:
         server.stop()
         raise OptionError(f"port {port} is taken by another program; choose another one with --port")
@@ -79,14 +110,62 @@ def local_server(
 
 
 def page_address(server: viser.ViserServer) -> str:
-    """Where its page is opened on this machine."""
-    host = server.get_host()
-    return f"http://{LOOPBACK[0] if host in EVERYWHERE else host}:{server.get_port()}"
+    """Where its page is opened, by other machines too if they can reach it; with the secret if it has one."""
+    return _link(server)
 
 
 def session_link(server: viser.ViserServer, name: str) -> str:
     """A link that opens the page with this session, and with no other."""
-    return f"{page_address(server)}/?{urlencode({SESSION: name})}"
+    return _link(server, **{SESSION: name})
+
+
+def is_open(server: viser.ViserServer) -> bool:
+    """Whether other machines can reach it."""
+    return bool(_key(server))
+
+
+def _link(server: viser.ViserServer, **asked: str) -> str:
+    host = server.get_host()
+    if host in EVERYWHERE:
+        host = _own_address()
+    asked |= {KEY: _key(server)} if _key(server) else {}
+    address = f"http://{f'[{host}]' if ':' in host else host}:{server.get_port()}"
+    return f"{address}/?{urlencode(asked)}" if asked else address
+
+
+def _key(server: viser.ViserServer) -> str:
+    return server.key if isinstance(server, LocalServer) else ""
+
+
+def _own_address() -> str:
+    """The address by which other machines reach this one; nothing is sent to find out."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect(("192.0.2.1", 9))
+            return probe.getsockname()[0]
+        except OSError:  # no network
+            return LOOPBACK[0]
+
+
+def _is_loopback(host: str) -> bool:
+    return host.lower() == "localhost" or (_is_address(host) and ipaddress.ip_address(host).is_loopback)
+
+
+def _cookie(request) -> str:
+    """Name of the cookie with the secret: other servers of this machine have theirs."""
+    return f"workbench-{urlsplit('//' + request.headers['Host']).port}"
+
+
+def _knows(request, key: str) -> bool:
+    """Whether a request has the secret, in its link or in its cookie."""
+    given = parse_qs(urlsplit(request.path).query).get(KEY, [])
+    try:
+        cookies = SimpleCookie(request.headers.get("Cookie", ""))
+    except CookieError:
+        cookies = SimpleCookie()
+    if (kept := cookies.get(_cookie(request))) is not None:
+        given.append(kept.value)
+    return any(hmac.compare_digest(word.encode(), key.encode()) for word in given)
 
 
 def stop_server(server: viser.ViserServer) -> None:
@@ -110,7 +189,12 @@ def _elsewhere(wanted: str, here: str) -> str:
 
 
 def _is_ours(request, host: str, port: int) -> bool:
-    """One Host, which is this server; no Origin (a page being opened) or the same one."""
+    """One Host, which is this server; no Origin (a page being opened) or the same one; no frame of others."""
+    if (
+        request.headers.get("Sec-Fetch-Site") == "cross-site"
+        and request.headers.get("Sec-Fetch-Dest") in FRAMES
+    ):
+        return False
     try:
         hosts = request.headers.get_all("Host")
         origins = request.headers.get_all("Origin")
@@ -119,7 +203,10 @@ def _is_ours(request, host: str, port: int) -> bool:
         if not origins:
             return True
         origin = urlsplit(origins[0].lower())
-        return origin.scheme == "http" and _names_us(origin.netloc, host, port)
+        is_same = origin.netloc == hosts[0].lower() or (
+            origin.hostname in LOOPBACK and urlsplit(f"//{hosts[0].lower()}").hostname in LOOPBACK
+        )
+        return origin.scheme == "http" and is_same and _names_us(origin.netloc, host, port)
     except Exception:  # whatever is wrong with the request, it is not ours
         return False
 

@@ -20,7 +20,7 @@ from workbench.base.errors import OptionError
 from workbench.base.files import read_bytes
 from workbench.base.threads import one_thread
 from workbench.views.page.html import block
-from workbench.views.page.local_server import local_server, page_address, stop_server
+from workbench.views.page.local_server import is_open, local_server, page_address, stop_server
 
 PORT = 8090
 """Port that is tried first where none is asked for."""
@@ -65,7 +65,7 @@ def serve(
     end: Callable[[], None] = partial(stop_server, server)
     try:
         waiting = server.gui.add_html(block("Working out how the arm reaches the targets …"))
-        _announce(page_address(server), on_ready, open_browser)
+        _announce(server, on_ready, open_browser)
         with _nothing_let_go():
             from workbench.session.journal.folder import unrecorded
             from workbench.views.page.app import App
@@ -111,9 +111,12 @@ def bound(host: str, port: int | None, shown: Callable[[], str] = str) -> viser.
         return bind(port=0)
 
 
-def _announce(url: str, on_ready: Callable[[str], None] | None, open_browser: bool) -> None:
+def _announce(server: viser.ViserServer, on_ready: Callable[[str], None] | None, open_browser: bool) -> None:
+    url = page_address(server)
     if on_ready is not None:
         on_ready(url)
+        if is_open(server):
+            on_ready("Anybody in the network who has this link can steer the workbench.")
     if open_browser:
         webbrowser.open(url)
 
