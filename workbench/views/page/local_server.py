@@ -3,9 +3,9 @@
 viser itself checks neither Host nor Origin, so any page that a user has open could read and steer the scene,
 and it lets every client open a public tunnel. Here a request must name this server as its host and come from
 a page of this server, no page may show it in a frame, and the tunnel's handlers are gone. Programs on this
-machine that send no Origin can still connect: this is no login. A server that other machines can reach asks for
-a secret as well, which is in the link that the program prints and then in a cookie. It relies on internals of
-viser 1.1; a test holds them.
+machine that send no Origin can still connect: this is no login. A server that other machines can reach asks
+for a secret as well, which is in the link that the program prints and then in a cookie. It relies on internals
+of viser 1.1; a test holds them.
 """
 
 import hmac
@@ -190,12 +190,10 @@ def _elsewhere(wanted: str, here: str) -> str:
 
 def _is_ours(request, host: str, port: int) -> bool:
     """One Host, which is this server; no Origin (a page being opened) or the same one; no frame of others."""
-    if (
-        request.headers.get("Sec-Fetch-Site") == "cross-site"
-        and request.headers.get("Sec-Fetch-Dest") in FRAMES
-    ):
-        return False
     try:
+        fetched = (request.headers.get("Sec-Fetch-Site"), request.headers.get("Sec-Fetch-Dest"))
+        if fetched[0] == "cross-site" and fetched[1] in FRAMES:
+            return False
         hosts = request.headers.get_all("Host")
         origins = request.headers.get_all("Origin")
         if len(hosts) != 1 or not _names_us(hosts[0], host, port) or len(origins) > 1:
