@@ -4,8 +4,8 @@ viser itself checks neither Host nor Origin, so any page that a user has open co
 and it lets every client open a public tunnel. Here a request must name this server as its host and come from
 a page of this server, no page may show it in a frame, and the tunnel's handlers are gone. Programs on this
 machine that send no Origin can still connect: this is no login. A server that other machines can reach asks
-for a secret as well, which is in the link that the program prints and then in a cookie. It relies on internals
-of viser 1.1; a test holds them.
+for a secret as well, which is in the link that the program prints and then in a cookie. It relies on
+internals of viser 1.1; a test holds them.
 """
 
 import hmac
