@@ -12,10 +12,18 @@ from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import Outcome
 from workbench.plate.branches import choose_branches
+from workbench.plate.design import optimise_plate as plate_design
 from workbench.plate.making import Making
 from workbench.plate.optimiser.constraints import Constraints
 from workbench.plate.optimiser.optimise import Postures, Wish, optimise_plate
-from workbench.plate.optimiser.target_blocks import Blocks, BlockStyle, block_corners, places_of
+from workbench.plate.optimiser.target_blocks import (
+    Blocks,
+    BlockStyle,
+    block_corners,
+    few_shapes,
+    places_of,
+    shapes_of,
+)
 from workbench.plate.parts.fixture import fixture_of
 from workbench.plate.plate import Kind
 from workbench.plate.readings import Look, Reading
@@ -197,6 +205,27 @@ def test_flat_blocks_with_standard_turns_and_a_making_tolerance(aria, plate, goa
     expected = np.sqrt(1e-8 / 3.0 + 2.0 / 9.0 * 1e-6 * heights**2)
     assert np.allclose([*design.plate.target_sigma[:, 0]], expected)
     assert np.isinf(design.start_cost)
+
+
+def test_few_shapes_of_block_and_their_price(aria, plate):
+    """Ten targets on three shapes, which the fixture's parts count too; what that costs is said."""
+    wish = Wish(places=60, starts=1, shapes=3)
+    design = plate_design(aria, plate, wish=wish)
+    assert len(shapes_of(places_of(design.plate, design.plate.poses))) <= 3
+    assert len(fixture_of(design.plate).shapes) <= 3
+    assert "3 shapes of block cost" in design.notes[0]
+    assert design.cost < 1.5 * plate_design(aria, plate, wish=replace(wish, shapes=None)).cost
+    with pytest.raises(OptionError, match="at least 1, got 0"):
+        Wish(shapes=0)
+
+
+def test_the_shapes_that_others_are_like():
+    shapes = [(0.05, 0.1, 0.0), (0.051, 0.1, 0.1), (0.05, 0.7, 3.1), (0.05, 0.7, -3.1), (0.1, 0.7, 0.0)]
+    places = np.array([[0.0, 0.0, h, t, 0.0, s] for h, t, s in shapes])
+    assert len(shapes_of(places)) == 5
+    assert len(shapes_of(np.concatenate([places, places]))) == 5
+    found = few_shapes(places, 3)
+    assert {shapes.index(f) for f in found} in ({0, 2, 4}, {0, 3, 4}, {1, 2, 4}, {1, 3, 4})
 
 
 def far(plate):

@@ -42,6 +42,12 @@ def optimise(
         str | None,
         typer.Option(help='The only tilts that may be made: "0deg,15deg,30deg"; any if not given.'),
     ] = None,
+    shapes: Annotated[
+        int | None,
+        typer.Option(
+            help="How many different blocks may be made, for cheap making; any number if not given."
+        ),
+    ] = None,
     tilt: Annotated[str, typer.Option(help="Greatest tilt of a block.")] = "45deg",
     turn: Annotated[
         str, typer.Option(help="Blocks are turned by multiples of this; 0deg: at will.")
@@ -66,6 +72,8 @@ def optimise(
     seed: SeedOption = 0,
 ) -> None:
     """The best plate for a region: places, block angles and branches, reachable and free of collisions."""
+    from dataclasses import replace
+
     from workbench.arm.built_in_arms import load_robot
     from workbench.plate import design as plate_design
     from workbench.plate.parts.as_measured import load_plate
@@ -77,6 +85,7 @@ def optimise(
     arm, given = load_robot(robot), load_plate(plate)
     making = making_of(given, tolerance, play or ("pins" if reading == "seat" else "none"))
     wish = _wish(targets, branches, reading, blocks, heights, angles, tilt, turn, making, places)
+    wish = replace(wish, shapes=shapes)
     wish = _within(wish, clearance, limit_margin, spacing, retreat, floor)
     with progress_bar("optimise") as progress:
         found = plate_design.optimise_plate(

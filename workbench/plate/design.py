@@ -25,6 +25,7 @@ from workbench.plate.optimiser import optimise
 from workbench.plate.optimiser.constraints import Constraints
 from workbench.plate.optimiser.optimise import Wish
 from workbench.plate.optimiser.result import PlateDesign
+from workbench.plate.optimiser.target_blocks import few_shapes, places_of, shapes_of
 from workbench.plate.plate import Plate
 from workbench.plate.poses.sampling import in_base
 from workbench.plate.readings import SIGMA_POSITION, SIGMA_ROTATION, Reading, reading_named
@@ -99,7 +100,7 @@ def optimise_plate(
 
     goal, names = goal_poses(robot, plate), identified_names(robot, base=base, tool=tool)
     if wish is not None:
-        return search(wish)
+        return search(wish) if wish.shapes is None else _few_shapes(search, wish)
     try:
         return search(Wish())
     except DataError as error:
@@ -107,6 +108,40 @@ def optimise_plate(
         return replace(
             design, notes=(f"{error}; kept: 5 mm clear, targets 60 mm apart, 25 mm of retreat", *design.notes)
         )
+
+
+def _few_shapes(search: Callable[[Wish], PlateDesign], wish: Wish) -> PlateDesign:
+    """The best plate of few different blocks, and what that costs against blocks at will.
+
+    The shapes are those from which the other ones are least unlike: of the free optimum, then of the best
+    plate with twice as many.
+    """
+    assert wish.shapes is not None
+    free = source = search(wish)
+    best: PlateDesign | None = None
+    for more in (True, False):
+        places = places_of(source.plate, source.plate.poses)
+        if len(shapes_of(places)) <= wish.shapes:
+            break
+        few, twice = (
+            replace(wish, blocks=replace(wish.blocks, shapes=few_shapes(places, number)))
+            for number in (wish.shapes, 2 * wish.shapes)
+        )
+        found = search(few)
+        best = found if best is None or found.cost < best.cost else best
+        source = search(twice) if more else source
+    if best is None:
+        return free
+    return replace(
+        best,
+        notes=(
+            f"{wish.shapes} shapes of block cost {max(100 * (best.cost / free.cost - 1.0), 0.0):.0f} % of "
+            "accuracy: "
+            f"{1e3 * best.cost:.3f} mm instead of {1e3 * free.cost:.3f} mm with "
+            f"{len(shapes_of(places_of(free.plate, free.plate.poses)))} different ones",
+            *best.notes,
+        ),
+    )
 
 
 def goal_poses(robot: Robot, plate: Plate) -> np.ndarray:

@@ -70,6 +70,7 @@ class Wish:
         blocks: What blocks may look like.
         constraints: Margins.
         making: Tolerances of the making; as the given plate says if None.
+        shapes: How many different blocks may be made; any number if None.
         places: Random blocks in the pool.
         starts: Exchanges from different starts.
 
@@ -82,12 +83,15 @@ class Wish:
     blocks: Blocks = field(default_factory=Blocks)
     constraints: Constraints = field(default_factory=Constraints)
     making: Making | None = None
+    shapes: int | None = None
     places: int = PLACES
     starts: int = STARTS
 
     def __post_init__(self):
         if self.places < 1 or self.starts < 1:
             raise OptionError(f"places and starts must be at least 1, got {self.places} and {self.starts}")
+        if self.shapes is not None and self.shapes < 1:
+            raise OptionError(f"the number of block shapes must be at least 1, got {self.shapes}")
 
 
 def optimise_plate(

@@ -29,6 +29,13 @@ FOOT = 0.012
 FLAT_HEIGHT = 0.05
 """Height of flat blocks [m]."""
 
+SHAPE = [2, 3, 5]
+"""Columns of a block's numbers that its drawing depends on: height, tilt, spin."""
+UNLIKE = np.array([0.03, np.deg2rad(12.0), np.deg2rad(40.0)])
+"""Differences of them that count alike [m], [rad]."""
+SAME = 1e-4
+"""Distance below which two shapes are one."""
+
 Places = Float[np.ndarray, "_ 6"]
 """u, v, h [m], tilt, azimuth, spin [rad] of each block."""
 
@@ -51,6 +58,8 @@ class Blocks:
         greatest_tilt: Of a face [rad].
         tilts: The only tilts that may be made, for cheap making; any up to the greatest if empty [rad].
         turn: Azimuths and spins are multiples of this [rad]; any if 0.
+        shapes: The only blocks that may be made, as height [m], tilt and spin [rad]; any if empty. Blocks of
+            one shape differ in where they stand and which way they face, and need one drawing.
 
     Raises:
         OptionError: heights or angles that no block can have.
@@ -61,6 +70,7 @@ class Blocks:
     greatest_tilt: float = float(np.deg2rad(45.0))
     tilts: tuple[float, ...] = ()
     turn: float = 0.0
+    shapes: tuple[tuple[float, float, float], ...] = ()
 
     def __post_init__(self):
         low, high = self.heights
@@ -103,11 +113,46 @@ class Blocks:
             made[:, 4:] = np.round(made[:, 4:] / self.turn) * self.turn
         made[:, 4:] = np.arctan2(np.sin(made[:, 4:]), np.cos(made[:, 4:]))
         made[:, 2] = np.maximum(made[:, 2], 0.5 * SIDE * np.tan(made[:, 3]) + FOOT)
+        if self.shapes:
+            shapes = np.array(self.shapes)
+            made[:, SHAPE] = shapes[shape_distances(made[:, SHAPE], shapes).argmin(1)]
         return made
 
     def fit(self, places: Places, half: Float[np.ndarray, "2"]) -> Bool[np.ndarray, " rows"]:
         """Which of some blocks may be made as they are."""
         return np.isclose(self.makeable(places, half), places, atol=1e-6).all(1)
+
+
+def shape_distances(
+    some: Float[np.ndarray, "a 3"], others: Float[np.ndarray, "b 3"]
+) -> Float[np.ndarray, "a b"]:
+    """How unlike shapes are: heights in units of 3 cm, tilts of 12°, spins of 40°."""
+    apart = some[:, None] - others[None]
+    apart[..., 2] = np.arctan2(np.sin(apart[..., 2]), np.cos(apart[..., 2]))
+    return np.linalg.norm(apart / UNLIKE, axis=2)
+
+
+def shapes_of(places: Places) -> Float[np.ndarray, "shapes 3"]:
+    """The different shapes among blocks: height [m], tilt and spin [rad]."""
+    found: list[np.ndarray] = []
+    for shape in places[:, SHAPE]:
+        if not found or shape_distances(shape[None], np.array(found)).min() > SAME:
+            found.append(shape)
+    return np.array(found).reshape(-1, 3)
+
+
+def few_shapes(places: Places, number: int) -> tuple[tuple[float, float, float], ...]:
+    """So many of the blocks' shapes, from which the others are least unlike (greedily, then exchanged)."""
+    apart = shape_distances(places[:, SHAPE], places[:, SHAPE]) ** 2
+    chosen: list[int] = []
+    for _ in range(min(number, len(places))):
+        near = apart[:, chosen].min(1) if chosen else np.full(len(places), np.inf)
+        chosen.append(int(np.minimum(apart, near[:, None]).sum(0).argmin()))
+    for slot in range(len(chosen)):
+        others = [c for i, c in enumerate(chosen) if i != slot]
+        near = apart[:, others].min(1) if others else np.full(len(places), np.inf)
+        chosen[slot] = int(np.minimum(apart, near[:, None]).sum(0).argmin())
+    return tuple((float(h), float(t), float(s)) for h, t, s in places[chosen][:, SHAPE])
 
 
 def tool_poses_at(plate: Plate, places: Places) -> Float[np.ndarray, "rows 4 4"]:

@@ -8,7 +8,8 @@ from rich.markup import escape
 from rich.text import Text
 
 from workbench.plate.optimiser.result import PlateDesign
-from workbench.plate.optimiser.target_blocks import places_of
+from workbench.plate.optimiser.target_blocks import places_of, shapes_of
+from workbench.plate.plate import Kind
 from workbench.plate.yield_trial.result import Yield
 from workbench.report.tables import new_table
 
@@ -43,6 +44,11 @@ def _design_words(design: PlateDesign) -> list[str]:
         f"predicted error in the region, root mean square: {error}",
         f"it holds: {design.holds}",
     ]
+    shapes, blocks = len(shapes_of(places_of(design.plate, design.plate.poses))), len(design.plate)
+    if any(target.kind is not Kind.POINT for target in design.plate.targets):
+        words.append(f"{shapes} different blocks for {blocks} targets")
+        if shapes > max(3, blocks // 3):
+            words[-1] += "; --shapes 3 or --angles 0deg,30deg make cheaper ones and say what they cost"
     if np.isfinite(design.start_cost):
         words.append(f"the given plate: {1e3 * design.start_cost:.3f} mm, {design.gain:.2f} times as much")
     if not design.outcome.ok:
@@ -64,6 +70,7 @@ def design_json(design: PlateDesign) -> Json:
             "given_position_rms_mm": 1e3 * design.start_cost if finite else None,
             "given_keeps_constraints": design.start_kept,
         },
+        "shapes": len(shapes_of(places_of(design.plate, design.plate.poses))),
         "spacing_mm": 1e3 * design.spacing if np.isfinite(design.spacing) else None,
         "targets": [
             {
