@@ -1,11 +1,15 @@
 """What the README shows is run: its commands, and its Python."""
 
+import json
 import os
 import re
 import shlex
 import subprocess
 import sys
 from pathlib import Path
+
+import numpy as np
+import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -55,6 +59,8 @@ def test_the_pencil(run, tmp_path):
     run_lines(run, lines)
     assert (tmp_path / "sheet.png").is_file()
     assert (tmp_path / "errors.png").is_file()
+    missed = np.linalg.norm(json.loads((tmp_path / "errors.json").read_text())["errors_mm"], axis=1)
+    assert missed.mean() == pytest.approx(1.0, abs=0.1)
 
 
 def test_the_recordings(run, tmp_path):

@@ -121,6 +121,23 @@ def test_every_decision_is_in_words(pictures, sample):
     assert all(line.entry.ending is Ending.DONE for line in sample.lines)
 
 
+def test_the_log_explains_the_curve(pictures, sample):
+    """Setting the noise halves the predicted error; fits and rows that were looked at end the session."""
+    log = dict(pictures.values("/log", "TextLog:text"))
+    names = {step: type(line.entry.command).__name__ for step, line in enumerate(sample.lines, start=1)}
+    told = {names[step] for step in log if step}
+    assert {"SetNoise", "ShowFit", "ShowRow", "ShowCubes", "SelectTarget"} <= told
+    assert "MoveTarget" not in told
+    assert max(log) == len(sample.lines)
+    assert sample.header["workbench"]
+
+
+def test_colours_of_cubes_have_a_legend(pictures):
+    about = " ".join(text[0] for text in dict(pictures.values("/about", "TextDocument:text")).values())
+    assert "**Cubes:**" in about
+    assert "green" in about
+
+
 def test_times_never_go_back(pictures):
     for path in ("/log", "/target/index_O"):
         pairs = [pair for batch in pictures.batches[path] for pair in both(batch)]

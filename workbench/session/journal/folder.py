@@ -12,6 +12,7 @@ to the last digit.
 import json
 import re
 import shutil
+import tomllib
 from dataclasses import dataclass
 from datetime import datetime
 from importlib.metadata import PackageNotFoundError, version
@@ -182,8 +183,18 @@ def _make(folder: Path | None, root: Path, robot: str) -> Path:
 def _version() -> str:
     try:
         return version("workbench")
-    except PackageNotFoundError:  # run from its source
-        return ""
+    except PackageNotFoundError:
+        return _source_version()
+
+
+def _source_version() -> str:
+    """The version in the project's file, where the package is run from its source and not installed."""
+    project = Path(__file__).resolve().parents[3] / "pyproject.toml"
+    try:
+        table = tomllib.loads(project.read_text(encoding="utf-8"))["project"]
+    except (OSError, KeyError, tomllib.TOMLDecodeError):
+        return "unknown"
+    return f"{table.get('version', 'unknown')} (source)"
 
 
 def _now() -> datetime:

@@ -115,7 +115,7 @@ def thinned(moments: Iterable[Moment]) -> Iterator[Moment]:
     """All decisions and the last moment, and of what is passing at most one in a while."""
     pace, last = Pace(), None
     for moment in moments:
-        if last is not None and not moment.is_passing:
+        if last is not None and not moment.replaces(last):
             yield last
         last = None
         if moment.is_passing and pace.wait(moment.at) > 0.0:

@@ -62,7 +62,7 @@ class Recorder(AbstractKeeper):
 
     def _put(self, moment: Moment) -> None:
         with self._changed:
-            if moment.is_passing and self._queue and self._queue[-1].is_passing:
+            if self._queue and moment.replaces(self._queue[-1]):
                 self._queue.pop()
             elif len(self._queue) >= MOST_WAITING:
                 self._queue.popleft()

@@ -10,6 +10,7 @@ from workbench.identification.fit import Fit
 from workbench.identification.record import Identification
 from workbench.identification.report.parameters import unseen
 from workbench.report.numbers import short, signed, standard_error
+from workbench.session import cubes
 from workbench.session.commands.drag import DropTarget, MoveTarget
 from workbench.session.journal.entry import Ending, Entry
 from workbench.session.state import Session
@@ -51,6 +52,7 @@ def about(session: Session) -> str:
         "",
         "**Timelines:** `step`: commands; `session_time`: seconds; `measured_row`: rows of the measurements.",
         "",
+        *cube_words(session),
         "**Blocks:** green where reached, blue where selected, amber where the arm is blocked, red where out",
         "of reach. **Arms:** the solid one is nominal, the amber shell calibrated. **Points** were measured:",
         "blue where fitted, amber where held out, grey where left out by hand. **Arrows** lead from",
@@ -58,6 +60,19 @@ def about(session: Session) -> str:
         "blue calibrated.",
     ]
     return "\n".join(lines)
+
+
+def cube_words(session: Session) -> Iterator[str]:
+    """What the colours of the region's cubes mean, where they are shown."""
+    shown, field = cubes.values(session), session.cube_view.field
+    if shown is None:
+        return
+    factor, unit = cubes.FACTORS[field], cubes.UNITS[field]
+    low, high = (f"{factor * bound:.3g} {unit}".strip() for bound in (shown.low, shown.high))
+    worst, best = (low, high) if field in cubes.LARGER_IS_BETTER else (high, low)
+    title = cubes.TITLES[field].lower()
+    yield f"**Cubes:** {title}, red {worst} or worse, green {best} or better; grey where not reached."
+    yield ""
 
 
 def parameters_markdown(found: Identification | None, name: str) -> str:

@@ -129,7 +129,7 @@ def _decisions(recording: Recording) -> Iterator[tuple[int, str, str]]:
 
 def _is_passed(line: Line) -> bool:
     """Whether nobody would miss the step: a place of a drag, or its beginning."""
-    passing = line.entry.command.key is not None or isinstance(line.entry.command, GrabTarget)
+    passing = isinstance(line.entry.command, GrabTarget | MoveTarget)
     return passing and line.entry.ending is Ending.DONE and not line.says
 
 

@@ -26,3 +26,9 @@ class Moment:
     def is_passing(self) -> bool:
         """Whether a newer command of the same kind makes it unimportant, as in the middle of a drag."""
         return self.entry is not None and self.entry.command.key is not None
+
+    def replaces(self, other: "Moment") -> bool:
+        """Whether it makes the other one unimportant: both pass, and are the same command to the queue."""
+        if self.entry is None or other.entry is None or not self.is_passing:
+            return False
+        return self.entry.command.key == other.entry.command.key

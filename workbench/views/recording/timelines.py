@@ -57,7 +57,8 @@ class Log(AbstractTimeline):
             return
         says = [m.text for m in moment.session.messages if m.number > self._told]
         self._told = moment.session.message_count
-        if moment.is_passing and not says and moment.entry.ending is Ending.DONE:
+        place = isinstance(moment.entry.command, MoveTarget) and moment.entry.ending is Ending.DONE
+        if place and not says:
             return
         text = sentence(moment.entry, moment.session, says)
         canvas.log("log", rr.TextLog(text, level=LEVELS[moment.entry.ending]))
