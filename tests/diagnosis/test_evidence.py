@@ -1,5 +1,6 @@
 """Evidence, p-values and cross-validation from inner products, against the explicit tables they stand for."""
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -148,6 +149,22 @@ def test_coefficients_are_those_of_least_squares_in_their_own_units(name, loose)
     for (coefficient, value), scaled in zip(found.items(), table.fitted(model)[GEOMETRY:], strict=True):
         scale = table.scale[table.names.index(coefficient)]
         assert value == pytest.approx(scaled / scale, rel=1e-4, abs=1e-7)
+
+
+@pytest.mark.parametrize("precision", [1e-12, 1e14, 1e18])
+def test_a_model_of_very_different_precisions_is_solved_without_a_warning(precision):
+    """A coefficient that is shrunk to nothing stands beside free ones: scipy warned of the condition."""
+    table = Table(3, **TRUE)
+    table.columns[:, 2] = table.columns[:, 3] + 1e-9 * table.columns[:, 4]
+    model = (*MODELS["free"], Term(SHRUNK, precision))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = coefficients(table.grams, model)
+        assert np.isfinite(validated(table.grams, model)).all()
+        assert np.isfinite(left_by(table.grams, model).square)
+    if precision > 1.0:
+        plain = coefficients(table.grams, MODELS["free"])
+        assert [found[n] for n in plain] == pytest.approx(list(plain.values()), rel=1e-3)
 
 
 def test_precisions_are_in_units_of_scaled_coefficients():

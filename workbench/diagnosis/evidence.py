@@ -28,6 +28,7 @@ UNSEEN = 1e-5
 PRECISIONS = np.logspace(-4.0, 8.0, 37)
 """Precisions that are tried for shrunk coefficients, relative to what the rows say of a typical one."""
 JITTER = 1e-10
+JITTERS = (1e-12, 1e-9, 1e-6)
 ALLOWED = 2.0
 """Standard errors by which a coefficient that can't be negative may be."""
 EVIDENT = 4.0
@@ -92,10 +93,11 @@ def left_by(grams: Grams, model: Model, only: Sequence[str] | None = None) -> Le
     own, precision = _own(grams, model)
     used = np.concatenate([np.arange(grams.geometry), own])
     block = _curved(grams, grams.total, used, precision)
-    factor = linalg.cholesky(block, lower=True, check_finite=False)
+    factor, scale = _factor(block)
     last = grams.total.shape[0] - 1
     asked = np.arange(last + 1) if only is None else np.append(grams.columns(only), last)
-    half = linalg.solve_triangular(factor, grams.total[np.ix_(used, asked)], lower=True, check_finite=False)
+    right = scale[:, None] * grams.total[np.ix_(used, asked)]
+    half = linalg.solve_triangular(factor, right, lower=True, check_finite=False)
     part = grams.total[np.ix_(asked, asked)] - half.T @ half
     inner = part if only is None else np.zeros_like(grams.total)
     if only is not None:
@@ -184,7 +186,7 @@ def solve(grams: Grams, model: Model, inner: Float[np.ndarray, "gc1 gc1"]) -> Fl
     used = np.concatenate([np.arange(grams.geometry), own])
     block = _curved(grams, inner, used, precision)
     out = np.zeros(grams.total.shape[0] - 1)
-    out[used] = linalg.solve(block, inner[used, -1], assume_a="pos", check_finite=False)
+    out[used] = _solver(block)(inner[used, -1])
     return out
 
 
@@ -195,8 +197,30 @@ def curvature(
     own, precision = _own(grams, model)
     used = np.concatenate([np.arange(grams.geometry), own])
     block = _curved(grams, grams.total, used, precision)
-    factor = linalg.cho_factor(block, check_finite=False)
-    return (lambda right: linalg.cho_solve(factor, right, check_finite=False)), block
+    return _solver(block), block
+
+
+def _solver(block: Float[np.ndarray, "n n"]) -> Callable[[np.ndarray], np.ndarray]:
+    """Solver for a curvature."""
+    factor, scale = _factor(block)
+    return lambda right: scale * linalg.cho_solve((factor, True), scale * right, check_finite=False)
+
+
+def _factor(block: Float[np.ndarray, "n n"]) -> tuple[Float[np.ndarray, "n n"], Float[np.ndarray, " n"]]:
+    """Lower root of a curvature whose diagonal was scaled to 1, and the scale.
+
+    Its own diagonal spans as much as precisions do, some 20 orders, which no factorisation bears unscaled.
+    Where rounding makes it indefinite, a little is added to the diagonal.
+    """
+    scale = 1.0 / np.sqrt(np.diagonal(block))
+    scaled = scale[:, None] * block * scale
+    for jitter in (0.0, *JITTERS):
+        try:
+            scaled[np.diag_indices(len(scaled))] = 1.0 + jitter
+            return linalg.cholesky(scaled, lower=True, check_finite=False), scale
+        except linalg.LinAlgError:
+            continue
+    raise linalg.LinAlgError("a curvature is indefinite beyond rounding")
 
 
 def coefficients(grams: Grams, model: Model) -> dict[str, float]:
