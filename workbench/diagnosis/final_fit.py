@@ -16,7 +16,7 @@ from workbench.identification.algorithms.identifier import OnStep
 from workbench.identification.fit import Fit
 from workbench.identification.preparation import Prepared
 from workbench.identification.problem import Problem
-from workbench.identification.row_errors import Errors
+from workbench.identification.row_errors import Errors, instrument_places
 
 NAMED = 15
 """Most suspects that are named."""
@@ -36,19 +36,22 @@ def suspects(ready: Prepared, first: Stage, last: Stage) -> Bool[np.ndarray, " r
     if not len(held):
         return np.zeros(0, bool)
     fit = last.fitted.fit
+    found = _found(last.fitted)
+    home = ready.at_home(fit.calibrated, held)
+    places = instrument_places(home, held, known={**ready.places, **found})
     there = Problem.build(
         ready.at_home(fit.problem.robot, held),
         held,
         free=[p.name for p in fit.parameters if p.is_geometry],
         frames=fit.problem.frames,
         noise=fit.problem.noise,
-        known=ready.places,
+        known={name: value for name, value in places.items() if name not in found},
         effects=[p.name for p in fit.parameters if p.is_coefficient],
     )
     nobody = np.zeros(len(held), bool)
     after, *others = (
         row_sizes(there, _at(there, known), nobody, root=_root(there, fit))
-        for known in (_found(last.fitted), _found(first.fitted), {})
+        for known in (found, _found(first.fitted), {})
     )
     own = row_sizes(fit.problem, fit.x, np.ones(len(fit.problem.data), bool), root=fit.factor.root)
     most = limits(np.concatenate([own, after]))

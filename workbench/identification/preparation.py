@@ -29,6 +29,9 @@ from workbench.identification.problem import FrameFreedom, Noise, Problem
 from workbench.identification.row_errors import RowErrors, instrument_places, row_errors
 from workbench.plate.region import Region
 
+ENOUGH = 6
+"""Held-out rows of an anchor or contact that show its place and the arm's error: twice its three unknowns."""
+
 Progress = Callable[[float, str], None]
 Cancel = Callable[[], bool]
 
@@ -170,15 +173,14 @@ def prepare(
     report(0.75, "estimating the noise")
     problem, noise_note = _with_noise(problem, noise, cancel)
     notes += [*choice.notes, noise_note]
-    held_data, unplaced = _seen_places(held_data, {**places, **dict.fromkeys(problem.names, 0.0)})
+    held_data, placing = _placeable(held_data, {**places, **dict.fromkeys(problem.names, 0.0)})
+    notes += placing
     strangers = _strangers(held_data, fitted, choice, sessions)
     if strangers:
         notes.append(
             f"held-out session {', '.join(strangers)}: where base stands was found from its own rows, "
             "the arm from the others"
         )
-    if unplaced:
-        notes.append(f"{unplaced} held-out rows name anchors or contacts that no fitted row has; left out")
     return Prepared(
         data=data,
         train_rows=rows[train],
@@ -200,10 +202,23 @@ def _other_rows(robot: Robot, data: Dataset, region: Region | None) -> Dataset:
     return data.take(choose_rows(robot, data, {}, region)[0])
 
 
-def _seen_places(held: Dataset, known: Mapping[str, float]) -> tuple[Dataset, int]:
-    """Held-out rows whose anchors and contacts the fit knows, and how many others there were."""
-    keep = placed(held, known)
-    return held.take(keep), int((~keep).sum())
+def _placeable(held: Dataset, known: Mapping[str, float]) -> tuple[Dataset, list[str]]:
+    """Held-out rows whose anchors and contacts the fit knows or their own rows show, and what is said of it."""
+    keep, notes = placed(held, known), []
+    if keep.all():
+        return held, notes
+    other = np.flatnonzero(~keep)
+    columns = [np.asarray(c)[other].astype(str) for c in (held.anchor, held.contact) if c is not None]
+    _, label, count = np.unique(np.array(columns), axis=1, return_inverse=True, return_counts=True)
+    enough = count[label.ravel()] >= ENOUGH
+    keep[other[enough]] = True
+    strange = "held-out rows name anchors or contacts that no fitted row has"
+    if enough.any():
+        where = "their places were found from these rows, the arm from the others"
+        notes.append(f"{int(enough.sum())} {strange}: {where}")
+    if not enough.all():
+        notes.append(f"{int((~enough).sum())} {strange}, fewer than {ENOUGH} each; left out")
+    return held.take(keep), notes
 
 
 def _strangers(held: Dataset, fitted: Dataset, choice: FrameChoice, sessions: Sessions) -> tuple[str, ...]:

@@ -1,0 +1,53 @@
+"""Distances from anchors alone: judged on held-out rows too, without a warning of any library."""
+
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from workbench.diagnosis.diagnose import diagnose
+from workbench.diagnosis.report.results_json import diagnosis_json
+from workbench.identification.identify import identify
+from workbench.plate.virtual_measuring import measure_poses
+
+ANCHORS, EACH = 6, 16
+
+
+@pytest.fixture(scope="module")
+def distances(aria):
+    """A wire's length from six anchors to an arm that gives way, one group of rows for each anchor."""
+    _, rows = measure_poses(aria, ANCHORS * EACH, effects=("joint-compliance:2:2e-4",), seed=3)
+    place = np.random.default_rng(0).uniform(-1.0, 1.0, (ANCHORS, 3)).repeat(EACH, axis=0)
+    names = np.array([f"wire {i}" for i in range(ANCHORS)]).repeat(EACH)
+    length = np.linalg.norm(rows.position - place, axis=1)
+    return replace(rows, position=None, rotation=None, sigma=None, distance=length, anchor=names, group=names)
+
+
+def test_held_out_anchors_are_judged_by_identify_and_diagnose(aria, distances):
+    """Every held-out row was left out, since no fitted row has its anchor."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        plain = identify(aria, distances, algorithms=("opt2",))
+        found = diagnosis_json(diagnose(aria, distances))
+    assert plain.runs["opt2"].held_out.position_mm.rms < 0.5 * plain.nominal.held_out.position_mm.rms
+    assert found["measurements"]["held_out"] == EACH
+    assert found["before"]["held_out"]["position_mm"]["mean"] > 0.0
+    assert found["suspects"] == []
+    assert sum(f"{EACH} held-out rows name anchors" in note for note in found["notes"]) == 1
+
+
+def test_an_anchor_of_a_few_rows_judges_nothing(aria, distances):
+    names = distances.anchor.copy()
+    names[:5] = "new"
+    other = replace(distances, anchor=names).take(np.r_[0:5, 20:30])
+    judged = identify(aria, distances.take(np.arange(5, 96)), algorithms=("opt2",), held_out=other)
+    assert len(judged.held_out_data) == 10
+    assert any("5 held-out rows" in note and "fewer than 6 each; left out" in note for note in judged.notes)
+
+
+def test_few_rows_warn_of_nothing(aria):
+    _, rows = measure_poses(aria, 14, seed=4)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert str(diagnose(aria, replace(rows, sigma=None)).verdict) == "no effect found"
