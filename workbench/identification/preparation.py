@@ -203,7 +203,7 @@ def _other_rows(robot: Robot, data: Dataset, region: Region | None) -> Dataset:
 
 
 def _placeable(held: Dataset, known: Mapping[str, float]) -> tuple[Dataset, list[str]]:
-    """Held-out rows whose anchors and contacts the fit knows or their own rows show, and what is said of it."""
+    """Held-out rows whose anchors and contacts the fit or they themselves show, and what is said of it."""
     keep, notes = placed(held, known), []
     if keep.all():
         return held, notes
