@@ -204,7 +204,8 @@ def _other_rows(robot: Robot, data: Dataset, region: Region | None) -> Dataset:
 
 def _placeable(held: Dataset, known: Mapping[str, float]) -> tuple[Dataset, list[str]]:
     """Held-out rows whose anchors and contacts the fit or they themselves show, and what is said of it."""
-    keep, notes = placed(held, known), []
+    keep = placed(held, known)
+    notes: list[str] = []
     if keep.all():
         return held, notes
     other = np.flatnonzero(~keep)
