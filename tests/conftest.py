@@ -8,6 +8,10 @@ import pytest
 
 # One thread of linear algebra a worker: several workers with several threads each only wait for each other.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# Bytecode is kept even where the caller would not: every worker, and every command that a test starts in a
+# process of its own, would compile the whole package and rewrite all assertions again, seconds each time.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
