@@ -2,9 +2,12 @@
 
 import os
 import sys
-from pathlib import Path
+from itertools import groupby
+from pathlib import Path, PurePath
+from typing import Any
 
 import pytest
+from xdist.scheduler import LoadFileScheduling
 
 # One thread of linear algebra a worker: several workers with several threads each only wait for each other.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -14,9 +17,35 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
 
 
+FIRST = ("browser", "data", "views", "session", "test_readme", "plate", "cli", "diagnosis")
+"""Marks, folders and files that take long, longest first: one that comes late leaves a worker idle."""
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Files with a browser or measured arms first: a long one at the end leaves a worker idle."""
-    items.sort(key=lambda item: not any(item.iter_markers("browser")) and not any(item.iter_markers("data")))
+    """What takes long first."""
+
+    def rank(item: pytest.Item) -> int:
+        words = {
+            *PurePath(item.nodeid.partition(".py")[0]).parts,
+            *(mark.name for mark in item.iter_markers()),
+        }
+        return next((k for k, word in enumerate(FIRST) if word in words), len(FIRST))
+
+    ranks = {path: min(map(rank, group)) for path, group in groupby(items, key=lambda item: item.path)}
+    items.sort(key=lambda item: ranks[item.path])
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> LoadFileScheduling | None:
+    """One worker has the browser: its tests mostly wait, and share a page."""
+    return OneBrowser(config, log) if config.getvalue("dist") == "loadfile" else None
+
+
+class OneBrowser(LoadFileScheduling):
+    """A file goes to one worker, and all that drive the browser to the same one."""
+
+    def _split_scope(self, nodeid: str) -> str:
+        return "browser" if "/test_browser" in nodeid else super()._split_scope(nodeid)
 
 
 @pytest.fixture(scope="session")

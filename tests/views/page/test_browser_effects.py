@@ -8,6 +8,8 @@ from workbench.data.readers import read_measurements
 from workbench.identification.evaluate import evaluate
 from workbench.views.page.html import number
 
+pytestmark = pytest.mark.browser
+
 
 def test_what_was_found_is_added_and_compared(app, look, tmp_path):
     """Whatever column drives the effect, Compare shows the errors that `evaluate` finds."""
