@@ -101,19 +101,23 @@ class VirtualArm:
         return len(self.table)
 
     @property
+    def sliding(self):
+        """Mask of prismatic joints."""
+        return np.array(self.slides or (False,) * self.dof)
+
+    @property
     def parallel(self):
         """Per joint: whether its constants lie between two nominally parallel revolute axes."""
         straight = np.abs(np.sin(self.table[:, 3])) < PARALLEL
         ends = np.zeros(self.dof, bool)
         ends[0 if self.convention == "craig" else -1] = True
-        slides = np.array(self.slides or (False,) * self.dof)
-        other = np.roll(slides, 1 if self.convention == "craig" else -1)
-        return straight & ~ends & ~slides & ~other
+        other = np.roll(self.sliding, 1 if self.convention == "craig" else -1)
+        return straight & ~ends & ~self.sliding & ~other
 
     def parts(self, q):
         """Per joint: transforms (rows, 4, 4) before, of, and after the driven element."""
         for i, (theta, d, a, alpha, beta) in enumerate(self.table):
-            slide = self.slides is not None and self.slides[i]
+            slide = self.sliding[i]
             tilt = turn("x", alpha) @ turn("y", beta)
             rotate, shift = turn("z", theta), move("z", d)
             driven = move("z", q[:, i]) if slide else turn("z", q[:, i])
@@ -208,7 +212,7 @@ class VirtualArm:
         for i, row in enumerate(self.table):
             lines.append("[[joint]]")
             lines += [f"{k} = {float(v)!r}" for k, v in zip(NAMES, row, strict=True)]
-            if self.slides is not None and self.slides[i]:
+            if self.sliding[i]:
                 lines.append('type = "prismatic"')
             if self.limits is not None:
                 lines.append(f"limits = {_list(self.limits[i])}")

@@ -1,11 +1,13 @@
 """Diagnose measured arms, and print what was found and the errors on rows that took no part.
 
-    python tests/benchmarks/real_diagnosis.py                         # five folds of every set
-    python tests/benchmarks/real_diagnosis.py --sets ur5,wam --seeds 0:3
+    python tests/benchmarks/real_diagnosis.py                         # five folds and two halves of every set
+    python tests/benchmarks/real_diagnosis.py --sets ur5,wam --seeds 0:3 --json ur5.jsonl
     python tests/benchmarks/real_diagnosis.py --x-plane 0.8           # the UR10 without one plane of its grid
 
 Folds are drawn over whole groups where the data have them (the UR10: grid points). Every fold is a diagnosis
-of its own, so effects may differ from fold to fold; errors are means over the held-out rows of all folds.
+of its own, so causes may differ from fold to fold; errors are means over the held-out rows of all folds. Then
+each half of the rows is diagnosed without the other: two halves of one arm should name the same causes. With
+`--json` an interrupted run goes on where it stopped.
 """
 
 import argparse
@@ -15,14 +17,16 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Iterator
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import NamedTuple
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 TESTS = Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(TESTS.parent), str(TESTS)]
+sys.path[:0] = [str(TESTS.parent), str(TESTS), str(TESTS / "diagnosis")]
 
 import numpy as np
+from claims import claims, map_gain
+from ledger import Ledger
 from real_arms import SETS, load, plane, splits
 from rich.console import Console
 from rich.table import Table
@@ -42,26 +46,32 @@ BOUNDS = {
 """Greatest held-out errors with effects [mm], [deg]; None of the WAM: no worse than its geometry."""
 MARGIN = 1.02
 """How much worse than geometry the mean may be by chance and count as no worse."""
+MOST = 6
+"""Causes that a person can act on."""
 
 
-class Fold(NamedTuple):
-    """One diagnosis.
+@dataclass(frozen=True)
+class Part:
+    """One diagnosis of a part of the rows.
 
     Args:
-        before, after: Mean held-out position errors of geometry alone and with effects [mm].
+        position: Mean held-out position error of the nominal arm, geometry alone and the final model [mm].
         turned: Likewise of orientations [deg]; NaN where none was measured.
-        rows: Held-out rows, and how many of them the model can't speak of.
-        effects: What was found.
+        rows: Fitted rows, held-out rows, and how many of these the model can't speak of.
+        causes: Kind and joints of every claim.
+        sentences: What people read of each.
+        map_mm: What the residual map takes off the held-out error [mm]; NaN where there is none.
         verdict: What the rows allow to be said.
         joint_noise: Of joint readings, the greatest, if the rows show any [mrad].
         seconds: What it took.
     """
 
-    before: float
-    after: float
-    turned: tuple[float, float]
-    rows: tuple[int, int]
-    effects: tuple[str, ...]
+    position: tuple[float, float, float]
+    turned: tuple[float, float, float]
+    rows: tuple[int, int, int]
+    causes: tuple[str, ...]
+    sentences: tuple[str, ...]
+    map_mm: float
     verdict: str
     joint_noise: float | None
     seconds: float
@@ -76,95 +86,145 @@ def options(arguments=None):
     parser.add_argument(
         "--x-plane", type=float, nargs="+", help="hold these planes of the UR10's grid out [m]"
     )
+    parser.add_argument("--no-halves", action="store_true", help="leave the comparison of two halves out")
     parser.add_argument("--data", type=Path, default=DATA, help="folder of the measurements")
-    parser.add_argument("--json", type=Path, help="write every fold to this file")
+    parser.add_argument("--json", type=Path, help="keep every diagnosis in this file, and go on from it")
     parser.add_argument("--check", action="store_true", help="exit status 1 if a bound is broken")
     return parser.parse_args(arguments)
 
 
-def one(robot, train, held) -> Fold:
+def one(robot, train, held) -> Part:
     """Diagnose the one part, judged on the other."""
     start = time.perf_counter()
     said = diagnose(robot, train, held_out=held)
     seconds = time.perf_counter() - start
-    (_, before), (_, after) = said.before_rows, said.after_rows
-    return Fold(
-        before=1e3 * float(before.position.mean()),
-        after=1e3 * float(after.position.mean()),
-        turned=tuple(float(np.rad2deg(rows.rotation.mean())) for rows in (before, after)),
-        rows=(len(held), len(held) - len(after.position)),
-        effects=tuple(a.effect.label for a in said.effects),
+    errors = [v.held_out for v in (said.nominal, said.before, said.after)]
+    turned = [e.orientation_deg for e in errors]
+    found = claims(said)
+    return Part(
+        position=tuple(e.position_mm.mean for e in errors),
+        turned=tuple(float("nan") if t is None else t.mean for t in turned),
+        rows=(len(train), len(held), len(held) - len(said.after_rows[1].position)),
+        causes=tuple(word(claim) for claim in found),
+        sentences=tuple(claim.sentence for claim in found),
+        map_mm=map_gain(said),
         verdict=str(said.verdict),
         joint_noise=None if said.joint_noise is None else 1e3 * max(said.joint_noise.sigma),
         seconds=seconds,
     )
 
 
-def tasks(given) -> Iterator[tuple[str, object, object, object]]:
-    """Set, arm, rows to fit and rows held out, one diagnosis after the other."""
+def word(claim) -> str:
+    """Kinds and joints of a claim; a band of orders by its ends."""
+    joints = "/".join(map(str, sorted({j + 1 for n in claim.names for j in n.joints})))
+    details = sorted({n.detail for n in claim.names if n.detail is not None}, key=str)
+    numbers = [d for d in details if isinstance(d, int)]
+    detail = f"{min(numbers)}–{max(numbers)}" if len(numbers) > 1 else "/".join(map(str, details))
+    kinds = "/".join(dict.fromkeys(n.name for n in claim.names))
+    return " ".join(w for w in (kinds, joints and f"joint {joints}", detail, claim.confidence) if w)
+
+
+def tasks(given) -> Iterator[tuple[str, str, object, object, object]]:
+    """Set, which part of it, arm, rows to fit and rows held out, one diagnosis after the other."""
     if given.x_plane:
         robot, data = load(given.data, "ur10")
         for x in given.x_plane:
-            yield ("ur10 without a plane", robot, *plane(data, given.data, x))
+            yield ("ur10 without a plane", f"x {x}", robot, *plane(data, given.data, x))
         return
     first, end = map(int, given.seeds.split(":"))
     for name in given.sets.split(","):
         robot, data = load(given.data, name)
         for seed in range(first, end):
-            for train, held in list(splits(data, seed, given.folds))[: given.first]:
-                yield name, robot, train, held
+            for k, rows in enumerate(list(splits(data, seed, given.folds))[: given.first]):
+                yield (name, f"fold {seed}.{k}", robot, *rows)
+        if not given.no_halves:
+            for k, rows in enumerate(splits(data, first, 2)):
+                yield (name, f"half {k}", robot, *rows)
 
 
-def row(name, folds: list[Fold]):
+def row(name, folds: list[Part]):
     """Cells of a set."""
-    mean = {key: np.mean([getattr(f, key) for f in folds], axis=0) for key in ("before", "after", "turned")}
-    found = Counter(effect for f in folds for effect in f.effects)
+    position, turned = (np.mean([getattr(f, key) for f in folds], axis=0) for key in ("position", "turned"))
+    found = Counter(cause for f in folds for cause in f.causes)
+    gains = [f.map_mm for f in folds if np.isfinite(f.map_mm)]
     noises = [f.joint_noise for f in folds if f.joint_noise is not None]
     yield name
     yield str(len(folds))
-    yield f"{mean['before']:.4f} → {mean['after']:.4f}"
-    yield "" if np.isnan(mean["turned"]).any() else "{:.4f} → {:.4f}".format(*mean["turned"])
-    yield " ".join(str(f.rows[1]) for f in folds) if any(f.rows[1] for f in folds) else ""
-    yield ", ".join(f"{effect} ({times})" for effect, times in found.most_common()) or "nothing"
+    yield " → ".join(f"{p:.4f}" for p in position)
+    yield "" if np.isnan(turned).any() else " → ".join(f"{t:.4f}" for t in turned)
+    yield " ".join(str(f.rows[2]) for f in folds) if any(f.rows[2] for f in folds) else ""
+    yield ", ".join(f"{cause} ({times})" for cause, times in found.most_common()) or "nothing"
+    yield f"{np.mean([len(f.causes) for f in folds]):.1f}"
+    yield f"{np.mean(gains):.4f}" if gains else ""
     yield ", ".join(f"{verdict} ({times})" for verdict, times in Counter(f.verdict for f in folds).items())
     yield f"{np.mean(noises):.2g} mrad ({len(noises)})" if noises else ""
     yield f"{np.mean([f.seconds for f in folds]):.1f}"
 
 
-def bounds(done: dict[str, list[Fold]]) -> Iterator[tuple[str, bool]]:
+def halves(name, pair: list[Part]) -> Iterator[str]:
+    """Whether two halves of a set name the same causes."""
+    first, second = (set(p.causes) for p in pair)
+    yield f"{name}: {'the same' if first == second else 'different'} causes from two halves of the rows"
+    for title, names in (("both", first & second), ("first", first - second), ("second", second - first)):
+        if names:
+            yield f"    {title}: {', '.join(sorted(names))}"
+
+
+def bounds(done: dict[str, list[Part]]) -> Iterator[tuple[str, bool]]:
     """Sentences and whether they hold."""
     for name, folds in done.items():
         position, rotation = BOUNDS[name]
-        before, after = (float(np.mean([getattr(f, key) for f in folds])) for key in ("before", "after"))
+        _, before, after = np.mean([f.position for f in folds], axis=0)
+        straight, _, turned = np.mean([f.turned for f in folds], axis=0)
         if position is None:
             yield f"{name}: {after:.4f} mm, no worse than geometry {before:.4f} mm", after <= MARGIN * before
         else:
             yield f"{name}: {after:.4f} mm ≤ {position} mm", after <= position
         if rotation is not None:
-            turned = float(np.mean([f.turned[1] for f in folds]))
             yield f"{name}: {turned:.4f}° ≤ {rotation}°", turned <= rotation
+        if np.isfinite(turned):
+            yield f"{name}: {turned:.4f}° no worse than nominal {straight:.4f}°", turned <= straight
+        most = max(len(f.causes) for f in folds)
+        yield f"{name}: at most {most} causes ≤ {MOST}", most <= MOST
 
 
-HEADS = ("set", "folds", "held out [mm]", "held out [°]", "unspoken", "found", "verdict", "joint noise", "s")
+HEADS = (
+    "set",
+    "folds",
+    "held out [mm]",
+    "held out [°]",
+    "unspoken",
+    "found",
+    "causes",
+    "map [mm]",
+    "verdict",
+)
 
 
 def main(arguments=None):
     given = options(arguments)
-    done: dict[str, list[Fold]] = {}
-    for name, robot, train, held in tasks(given):
-        fold = one(robot, train, held)
-        done.setdefault(name, []).append(fold)
-        print(name, json.dumps(fold._asdict(), ensure_ascii=False), file=sys.stderr, flush=True)
-    table = Table(*HEADS, title="diagnosis of measured arms")
-    for name, folds in done.items():
-        table.add_row(*row(name, folds))
+    ledger = Ledger(given.json)
+    folds: dict[str, list[Part]] = {}
+    pairs: dict[str, list[Part]] = {}
+    for name, part, robot, train, held in tasks(given):
+        key = f"{name}, {part}"
+        if key not in ledger:
+            ledger.add(key, asdict(one(robot, train, held)))
+            print(key, json.dumps(ledger.records[key], ensure_ascii=False), file=sys.stderr, flush=True)
+        (pairs if part.startswith("half") else folds).setdefault(name, []).append(Part(**ledger.records[key]))
+    table = Table(*HEADS, "joint noise", "s", title="diagnosis of measured arms: nominal → geometry → final")
+    for name, parts in folds.items():
+        table.add_row(*row(name, parts))
     console = Console(width=max(Console().width, 200))
     console.print(table)
-    checks = list(bounds(done))
+    for name, parts in folds.items():
+        for sentence, times in Counter(s for p in parts for s in p.sentences).most_common():
+            console.print(f"{name} ({times}): {sentence}", highlight=False)
+    for line in (line for name, pair in pairs.items() for line in halves(name, pair)):
+        console.print(line, highlight=False)
+    checks = list(bounds(folds))
     for text, holds in checks:
         console.print(f"{'✓' if holds else '✗'} {text}", highlight=False)
-    if given.json:
-        given.json.write_text(json.dumps({n: [f._asdict() for f in fs] for n, fs in done.items()}))
     return int(given.check and not all(holds for _, holds in checks))
 
 

@@ -16,14 +16,14 @@ import zlib
 from dataclasses import replace
 from pathlib import Path
 
-import generator
 import numpy as np
-from cases import ANY, CASES, POOL, Case, named
+from cases import ANY, CASES, POOL, Case, permitted, required
 from decide import Sight, decidable, shows
 from draws import HOUR, draw, settled
-from generator import four, move, rotation, turn
-from laws import State
+from generator import four, move, rotation
+from laws import State, wound
 from laws import poses as bent_poses
+from morphologies import ARMS, MORPHOLOGIES
 
 from workbench.arm.robot_toml import read_toml
 from workbench.data.dataset import Dataset
@@ -42,31 +42,11 @@ MISSEATED, BADLY = 2e-3, (3, 6)
 ABOVE, ASIDE = 0.02, 0.12
 """Least height of the tool above the mount, and least distance from its axis [m]."""
 TRIES = 60
+__all__ = ["ARMS", "MORPHOLOGIES", "make", "states", "useful"]
 
 
-def ranged(arm, degrees):
-    """The arm with these limits either way [deg]."""
-    return replace(arm, limits=np.deg2rad(np.array(degrees, float)))
-
-
-def _tool(length, aside):
-    return move("z", length) @ move("x", aside) @ turn("y", 0.4)
-
-
-def _ur():
-    arm = replace(generator.three_parallel(), tool=_tool(0.12, 0.06))
-    coms = arm.coms.copy()
-    coms[-1] = 0.01, 0.0, -0.02
-    limits = [(-180, 180), (-180, 0), (-150, 150), (-180, 180), (-180, 180), (-180, 180)]
-    return ranged(replace(arm, coms=coms), limits)
-
-
-ARMS = {
-    "aria": lambda: replace(generator.aria(), tool=_tool(0.10, 0.05)),
-    "three-parallel": _ur,
-    "katana": generator.katana,
-}
-"""A 6R arm, a 6R arm with three parallel axes, and a 5R arm, all with masses."""
+class UnseenError(ValueError):
+    """No draw of a kind can be told apart on an arm."""
 
 
 def make(
@@ -84,17 +64,20 @@ def make(
     Args:
         kind: One of `CASES`.
         seed: From `TUNING` or `JUDGING`.
-        arm: One of `ARMS`.
+        arm: One of `MORPHOLOGIES`.
         poses: Measured rows, up to `ROWS` or more.
         noise: Factor of `SIGMA`.
         observation: `pose` or `point`.
         free_frames: Whether base and tool are unknown, or known exactly.
+
+    Raises:
+        UnseenError: This arm can't show such an effect.
     """
     if seed not in TUNING and seed not in JUDGING:
         raise ValueError(f"seed {seed} is neither for tuning nor for judging")
     source = np.random.SeedSequence([seed, zlib.crc32(f"{kind} {arm}".encode())])
     of_arm, of_rows, of_exact, of_effect, of_noise = (np.random.default_rng(s) for s in source.spawn(5))
-    nominal = ARMS[arm]()
+    nominal = MORPHOLOGIES[arm]()
     actual = nominal.perturbed(of_arm, LENGTH, ANGLE)
     if free_frames:
         actual = replace(actual, base=_off(actual.base, of_arm), tool=_off(actual.tool, of_arm))
@@ -103,6 +86,9 @@ def make(
     drawn = states(actual, max(ROWS, poses), of_rows, load)
     sight = Sight(actual, drawn.take(slice(0, ROWS)), free_frames, SIGMA)
     hidden, tries = _hide(chosen, sight, of_effect)
+    if chosen.leaning:
+        lean = np.deg2rad(chosen.leaning) * _across(actual.gravity, of_arm)
+        actual = replace(actual, gravity=rotation(lean) @ actual.gravity)
     state, exact = drawn.take(slice(0, poses)), states(actual, 2 * EXACT, of_exact, load)
     exact = exact.take(np.flatnonzero(settled(actual, hidden, exact))[:EXACT])
     sigma = (noise * SIGMA[0], noise * SIGMA[1])
@@ -116,8 +102,8 @@ def make(
         robot=robot_of(nominal, arm, free_frames),
         data=_table(data, state, known, observation),
         exact=_table(bent_poses(actual, hidden, exact), exact, known, "pose"),
-        truth=tuple(named(e) for e in hidden if e not in small),
-        allowed=tuple(named(e) for e in small),
+        truth=tuple(required(e) for e in hidden if e not in small and not chosen.nameless),
+        allowed=tuple(permitted(chosen, hidden, nominal.dof)),
         misseated=off,
         hidden=hidden,
         actual=actual,
@@ -130,6 +116,12 @@ def make(
 def _off(frame, rng):
     """A frame as it stands, away from where it is said to be."""
     return frame @ four(rotation(TURNED * rng.uniform(-1, 1, 3))) @ _shift(PLACED * rng.uniform(-1, 1, 3))
+
+
+def _across(vector, rng):
+    """A unit vector across another, at random."""
+    found = np.cross(vector, rng.standard_normal(3))
+    return found / np.linalg.norm(found)
 
 
 def _shift(vector):
@@ -149,6 +141,7 @@ def states(arm, rows, rng, payload):
     return State(
         q=q[1:],
         direction=np.sign(np.diff(q, axis=0)),
+        wound=wound(q),
         time=time,
         temperature=warmth,
         payload=low + (high - low) * rng.integers(0, 5, rows) / 4.0,
@@ -167,7 +160,7 @@ def _hide(kind, sight, rng):
         effects = _drawn(kind, sight.arm, sight.state, rng)
         if effects is not None and (kind.everywhere or decidable(sight, effects)):
             return effects, tries
-    raise AssertionError(f"none of {TRIES} draws of {kind} can be told apart")
+    raise UnseenError(f"none of {TRIES} draws of {kind} can be told apart")
 
 
 def _drawn(kind, arm, state, rng):
@@ -176,8 +169,10 @@ def _drawn(kind, arm, state, rng):
         return tuple(e for e in found if e is not None)
     chosen = [POOL[rng.integers(len(POOL))] if item == ANY else item for item in kind.effects]
     found = [draw(name, arm, state, rng, detail=detail) for name, detail in chosen]
-    different = {(e.name, e.joints, e.detail) for e in found if e is not None}
-    return tuple(found) if len(different) == len(found) else None
+    if None in found or len({(e.name, e.joints, e.detail) for e in found}) < len(found):
+        return None
+    apart = min(len({e.name for e in found}), len({e.joints[:1] or e.name for e in found})) == len(found)
+    return tuple(found) if apart or not kind.apart else None
 
 
 def _measured(arm, hidden, state, sigma, rng, misseated):

@@ -1,5 +1,6 @@
 """Kinds of cases: what is hidden, what should be named, and what is given to the program."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from generator import VirtualArm
@@ -31,20 +32,22 @@ class Case:
 
     Args:
         kind: Which of `CASES`.
-        arm: Which of `ARMS`.
+        arm: Which of `MORPHOLOGIES`.
         seed: What it was drawn from.
         robot: The nominal arm as the program gets it; base and tool fixed or free.
         data: The measured rows as the program gets them.
         exact: Noise-free rows of the same arm and tool with their drivers, none of them misplaced, and none
             in which play hangs between its flanks.
-        truth: What should be named.
-        allowed: What may be named beside it: true as well, but too small to be asked for.
+        truth: What should be named; nothing where what is hidden has no name.
+        allowed: What may be named beside it: true as well, but too small to be asked for, or nearly what a
+            law without a name does.
         misseated: Rows that are off.
         hidden: The effects with their sizes.
         actual: The arm as made.
         state: Drivers of the measured rows.
         sigma: Noise per axis [m, rad].
         draws: How many draws it took until one could be told apart.
+        seen: Whether the measured rows show it beside geometry and any rival, as they do under no conditions.
     """
 
     kind: str
@@ -61,6 +64,7 @@ class Case:
     state: State
     sigma: tuple[float, float]
     draws: int
+    seen: bool = True
 
 
 @dataclass(frozen=True)
@@ -72,12 +76,21 @@ class Kind:
         everywhere: Whether every joint has it.
         payload: Least and greatest mass at the tool [kg], if it is always there; equal for a tool's own.
         misseated: Whether some rows are off.
+        apart: Whether effects are of different names and joints.
+        leaning: How far gravity is from where the robot's file has it [deg].
     """
 
     effects: tuple[tuple[str, int | str | None], ...] = ()
     everywhere: bool = False
     payload: tuple[float, float] | None = None
     misseated: bool = False
+    apart: bool = False
+    leaning: float = 0.0
+
+    @property
+    def nameless(self) -> bool:
+        """Whether the catalogue has no name for what is hidden."""
+        return bool(self.effects) and all(name in NAMELESS for name, _ in self.effects)
 
 
 ANY = ("any", None)
@@ -97,29 +110,52 @@ CASES = {
     "clearance": Kind((("clearance-tilt", None),)),
     "bearing": Kind((("bearing-compliance", None),)),
     "flexure": Kind((("link-flexure", None),)),
+    "ripple": Kind((("joint-harmonic", "ripple"),)),
     "two": Kind((ANY, ANY)),
+    "three": Kind((ANY, ANY, ANY), apart=True),
+    "leaning-mount": Kind((("joint-compliance", None),), leaning=2.0),
     "dent": Kind((("dent", None),)),
     "kinked-gear": Kind((("kinked gear", None),)),
     "dragging-hose": Kind((("dragging hose", None),)),
     "wobbling-mount": Kind((("wobbling mount", None),)),
+    "hardening-drive": Kind((("hardening drive", None),)),
+    "belt-stretch": Kind((("belt stretch", None),)),
+    "wind-up": Kind((("wind-up", None),)),
     "misseated": Kind(misseated=True),
     "misseated-any": Kind((ANY,), misseated=True),
 }
+WITHOUT = ("none", "misseated")
+"""Kinds without an effect."""
 POOL = tuple(
     kind.effects[0]
-    for kind in CASES.values()
-    if kind.effects and kind.effects[0] != ANY and kind.effects[0][0] not in NAMELESS
+    for name, kind in CASES.items()
+    if kind.effects
+    and kind.effects[0] != ANY
+    and not kind.nameless
+    and name not in ("ripple", "leaning-mount")
 )
 """What `any` may be."""
+NEARLY = {
+    "wobbling mount": (("any", None),),
+    "hardening drive": (("joint-compliance", None), ("backlash", "moment")),
+    "belt stretch": (("joint-compliance", None),),
+    "wind-up": (("backlash", "motion"),),
+}
+"""What may be blamed, beside a local joint error, in the joint that such a law bends; `any`: whatever."""
 
 
-def named(effect: Effect) -> Named:
-    """What a diagnosis should call an effect."""
-    if effect.name == "wobbling mount":
-        return Named(effect.name, effect.joints)
-    if effect.name in NAMELESS:
-        return Named("local-joint-error", effect.joints)
+def required(effect: Effect) -> Named:
+    """What a diagnosis should call an effect of the catalogue."""
     return Named(effect.name, effect.joints, effect.detail)
+
+
+def permitted(kind: Kind, hidden: tuple[Effect, ...], dof: int) -> Iterator[Named]:
+    """What is not wrong to say beside the truth: of many soft joints any, and what a law is nearly."""
+    if kind.everywhere:
+        yield from (Named(name, (j,), detail) for name, detail in kind.effects for j in range(dof))
+    for effect in hidden if kind.nameless else ():
+        for name, detail in (("local-joint-error", None), *NEARLY.get(effect.name, ())):
+            yield Named(name, effect.joints, detail)
 
 
 def told(effect: Effect) -> AbstractEffect:

@@ -9,10 +9,11 @@ Every condition breaks an assumption that the diagnosis makes. The hidden arm an
 from dataclasses import dataclass, replace
 
 import numpy as np
-from arms import ARMS, SIGMA, make, robot_of, states
-from cases import Case
+from arms import MORPHOLOGIES, SIGMA, make, robot_of, states
+from cases import CASES, Case, required
+from decide import Sight, decidable, shows
 from generator import rotation
-from laws import State
+from laws import State, wound
 from laws import poses as bent_poses
 
 GRID = 5
@@ -35,6 +36,8 @@ class Conditions:
         poses: How many rows.
         choice: `random`, `grid` (few positions of each joint), or `half` (half of each joint's range).
         point: Positions without orientation.
+        noise: Times the usual noise.
+        free: Whether base and tool are unknown.
     """
 
     masses: float = 0.0
@@ -46,6 +49,13 @@ class Conditions:
     poses: int = 120
     choice: str = "random"
     point: bool = False
+    noise: float = 1.0
+    free: bool = False
+
+    @property
+    def sigma(self) -> tuple[float, float]:
+        """Noise per axis [m, rad]."""
+        return self.noise * SIGMA[0], self.noise * SIGMA[1]
 
 
 CONDITIONS = {
@@ -54,24 +64,27 @@ CONDITIONS = {
     "masses30": Conditions(masses=0.3, coms=0.01),
     "t3": Conditions(tails=3.0),
     "stated3": Conditions(stated=1 / 3),
+    "overstated3": Conditions(stated=3.0),
     "sigma10": Conditions(stated=0.1, spread=0.7),
     "joints": Conditions(joint_noise=2e-4),
     "few": Conditions(poses=40),
     "point": Conditions(point=True),
     "grid": Conditions(choice="grid"),
     "half": Conditions(choice="half"),
+    "free": Conditions(free=True),
+    "noise3": Conditions(noise=3.0),
 }
 """Conditions by the names that the benchmark takes."""
 
 
 def under(given: Conditions, kind: str, seed: int, arm: str = "aria") -> Case:
     """A case of `arms.make` as it is met under some conditions; arguments as there."""
-    case = make(kind, seed, arm, poses=given.poses)
+    case = make(kind, seed, arm, poses=given.poses, free_frames=given.free)
     rng = np.random.default_rng([seed, 77])
     state = _chosen(case, given, rng)
-    told = _as_filed(ARMS[arm](), given, rng)
+    told = _as_filed(MORPHOLOGIES[arm](), given, rng)
     seen = bent_poses(case.actual, case.hidden, state)
-    noise = _noise(given, rng, (len(seen), 6)) * np.repeat(SIGMA, 3)
+    noise = _noise(given, rng, (len(seen), 6)) * np.repeat(given.sigma, 3)
     seen[:, :3, 3] += noise[:, :3]
     seen[:, :3, :3] = rotation(noise[:, 3:]) @ seen[:, :3, :3]
     data = replace(
@@ -85,7 +98,25 @@ def under(given: Conditions, kind: str, seed: int, arm: str = "aria") -> Case:
         payload=state.payload if case.data.payload is not None else None,
         sigma=_stated(given, rng, len(seen)),
     )
-    return replace(case, robot=robot_of(told, arm, False), data=data, state=state, misseated=())
+    return replace(
+        case,
+        robot=robot_of(told, arm, given.free),
+        data=data,
+        state=state,
+        misseated=(),
+        sigma=given.sigma,
+        seen=_seen(case, given, state),
+    )
+
+
+def _seen(case: Case, given: Conditions, state: State) -> bool:
+    """Whether these rows show what is hidden, beside geometry and any rival."""
+    sigma = given.sigma if not given.point else (given.sigma[0], np.inf)
+    sight = Sight(case.actual, state, given.free, sigma)
+    if CASES[case.kind].everywhere:
+        asked = [e for e in case.hidden if required(e) in case.truth]
+        return all(shows(sight, e, case.hidden) for e in asked)
+    return decidable(sight, case.hidden)
 
 
 def _chosen(case: Case, given: Conditions, rng: np.random.Generator) -> State:
@@ -101,10 +132,10 @@ def _chosen(case: Case, given: Conditions, rng: np.random.Generator) -> State:
         low, high = np.quantile(state.q, [0.05, 0.95], axis=0)
         step = (high - low) / (GRID - 1)
         q = low + step * np.round((np.clip(state.q, low, high) - low) / step)
-        direction = np.sign(np.diff(q, axis=0, prepend=q[:1]))
-        return replace(state, q=q, direction=np.where(direction == 0.0, state.direction, direction)).take(
-            slice(0, given.poses)
-        )
+        way = np.vstack([q[:1], q])
+        direction = np.sign(np.diff(way, axis=0))
+        direction = np.where(direction == 0.0, state.direction, direction)
+        return replace(state, q=q, direction=direction, wound=wound(way)).take(slice(0, given.poses))
     return state.take(slice(0, given.poses))
 
 
@@ -126,4 +157,4 @@ def _stated(given: Conditions, rng: np.random.Generator, rows: int) -> np.ndarra
     if given.stated is None:
         return None
     factor = given.stated * np.exp(given.spread * rng.standard_normal((rows, 1)))
-    return factor * np.repeat(SIGMA, 3)
+    return factor * np.repeat(given.sigma, 3)

@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 from generator import VirtualArm, four, rotation
-from laws import NAMELESS, WHOLE, Effect, State, change, holding, poses, straight, turns
+from laws import NAMELESS, WHOLE, Effect, State, change, holding, own_shift, poses, straight, turns
 
 SHOWN, APART = 20.0, 7.0
 STEP = 1e-6
@@ -54,9 +54,10 @@ class Sight:
             return self._white(change(poses(self.arm, [effect], self.state), self.poses))
         before, held = self.drives
         bend = turns(self.arm, effect, self.state, held)
-        turned = np.einsum("jrab,rjb->jra", before[:, :, :3, :3], bend)
+        way = own_shift(self.arm, bend)
+        turned, moved = (np.einsum("jrab,rjb->jra", before[:, :, :3, :3], v) for v in (bend - way, way))
         lever = self.poses[:, :3, 3] - before[:, :, :3, 3]
-        return self._white(np.hstack([np.cross(turned, lever).sum(0), turned.sum(0)]))
+        return self._white(np.hstack([(np.cross(turned, lever) + moved).sum(0), turned.sum(0)]))
 
     def columns(self, effect):
         """Per coefficient of an effect (6 rows, c)."""
@@ -106,14 +107,15 @@ def shows(sight: Sight, effect, effects):
     return bool(np.linalg.norm(left) >= SHOWN)
 
 
-def catalogue(arm):
-    """Every effect of the catalogue in every joint."""
-    joints = [(j,) for j in range(arm.dof)]
+def catalogue(arm, orders=ORDERS):
+    """Every effect of the catalogue in every joint that can have it."""
+    joints, turning = ([(int(j),) for j in np.flatnonzero(m)] for m in (arm.sliding | True, ~arm.sliding))
     found = [Effect("thermal-growth"), Effect("base-drift")]
-    for name in ("joint-compliance", "bearing-compliance", "clearance-tilt", "link-flexure", "encoder-scale"):
+    for name in ("joint-compliance", "bearing-compliance", "clearance-tilt", "encoder-scale"):
         found += [Effect(name, j) for j in joints]
+    found += [Effect("link-flexure", j) for j in turning]
     found += [Effect("backlash", j, detail=cause) for j in joints for cause in ("moment", "motion")]
-    found += [Effect("joint-harmonic", j, detail=k) for j in joints for k in ORDERS]
+    found += [Effect("joint-harmonic", j, detail=k) for j in turning for k in orders]
     pairs = [(i, k) for i in range(arm.dof) for k in (i - 1, i + 1) if 0 <= k < arm.dof]
     return found + [Effect("joint-coupling", pair) for pair in pairs]
 
@@ -123,7 +125,9 @@ def _rivals(arm, effect):
 
     A wobbling mount is mostly the tilt of joint 1, which may stand for it.
     """
-    found = [r for r in catalogue(arm) if coefficients(r) <= coefficients(effect)]
+    near = [effect.detail + k for k in (-2, -1, 1, 2)] if isinstance(effect.detail, int) else []
+    orders = sorted({*ORDERS, *(k for k in near if k > ORDERS[-1])})
+    found = [r for r in catalogue(arm, orders) if coefficients(r) <= coefficients(effect)]
     if effect.name == "wobbling mount":
         return [r for r in found if r.joints != (0,)]
     me = (effect.name, effect.joints, effect.detail)

@@ -7,7 +7,7 @@ measuring frame creeps as on a tripod that somebody brushed against and that set
 """
 
 import numpy as np
-from laws import TURN, WHOLE, Effect, change, poses, straight_moments, turns
+from laws import TURN, TURNING, WHOLE, Effect, change, poses, straight_moments, turned, turns
 
 PEAKS = {
     "joint-compliance": (0.5, 2.0),
@@ -22,6 +22,9 @@ PEAKS = {
     "kinked gear": (0.6, 2.0),
     "dragging hose": (0.6, 2.0),
     "wobbling mount": (0.6, 2.0),
+    "hardening drive": (0.6, 2.0),
+    "belt stretch": (0.6, 2.0),
+    "wind-up": (0.6, 2.0),
 }
 """Least and greatest size [mm]."""
 LARGEST = 4e-3
@@ -37,7 +40,16 @@ CREEP, TWIST = (0.3e-3, 0.8e-3), (0.1e-3, 0.4e-3)
 HOUR = 3600.0
 TEETH = 6
 """Corners of a kinked gear error a turn."""
-PROPORTIONAL = ("joint-compliance", "bearing-compliance", "link-flexure", "wobbling mount")
+PROPORTIONAL = (
+    "joint-compliance",
+    "bearing-compliance",
+    "link-flexure",
+    "wobbling mount",
+    "hardening drive",
+    "belt stretch",
+)
+RIPPLE = 13, 20
+"""Least and greatest order of a gear's ripple."""
 
 
 def draw(name, arm, state, rng, *, detail=None, joint=None):
@@ -48,12 +60,15 @@ def draw(name, arm, state, rng, *, detail=None, joint=None):
         arm: The arm as made, whose weights move it.
         state: The measured poses, which the size refers to.
         rng: Source of joint, size and shape.
-        detail: Order of a harmonic, cause of a backlash.
+        detail: Order of a harmonic or `ripple`, cause of a backlash.
         joint: Instead of one at random.
     """
     if name in WHOLE:
         return _whole(name, rng)
     joint = int(rng.integers(arm.dof)) if joint is None else joint
+    if name in TURNING and arm.sliding[joint]:
+        return None
+    detail = int(rng.integers(RIPPLE[0], RIPPLE[1] + 1)) if detail == "ripple" else detail
     template = SHAPES.get(name, _plain)(name, joint, arm, state, rng)
     return sized(Effect(**({"name": name, "joints": (joint,), "detail": detail} | template)), arm, state, rng)
 
@@ -132,7 +147,7 @@ def _flexible(name, joint, arm, state, rng):
 
 
 def _dent(name, joint, arm, state, rng):
-    low, high = np.quantile(state.q[:, joint], [0.2, 0.8])
+    low, high = np.quantile(turned(arm, joint, state.q), [0.2, 0.8])
     shape = (float(rng.uniform(low, high)), float(rng.uniform(0.5, 1.0)))
     return {"shape": shape} | _signed(name, joint, arm, state, rng)
 
@@ -144,7 +159,8 @@ def _kinked(name, joint, arm, state, rng):
 
 def _hose(name, joint, arm, state, rng):
     """Slack over the middle third of the joint's range or so."""
-    low, high = np.quantile(state.q[:, joint], [rng.uniform(0.2, 0.45), rng.uniform(0.55, 0.8)])
+    q = turned(arm, joint, state.q)
+    low, high = np.quantile(q, [rng.uniform(0.2, 0.45), rng.uniform(0.55, 0.8)])
     return {"shape": (float(low), float(high))}
 
 
@@ -152,6 +168,17 @@ def _mount(name, joint, arm, state, rng):
     """Stuck in a third of the poses or so; always beneath the first joint."""
     moment = np.linalg.norm(straight_moments(arm, state)[:, 0, :2], axis=1)
     return {"joints": (0,), "shape": (float(np.quantile(moment, rng.uniform(0.3, 0.5))),)}
+
+
+def _hardening(name, joint, arm, state, rng):
+    """Half as soft at a fifth of the greatest load or so; never where nothing loads it."""
+    load = np.abs(straight_moments(arm, state)[:, joint, 2]).max()
+    return {"shape": (float(max(load, FEEBLE) * rng.uniform(0.1, 0.3)),)}
+
+
+def _belt(name, joint, arm, state, rng):
+    low, high = state.q[:, joint].min(), state.q[:, joint].max()
+    return {"shape": (float(low - 0.05 * (high - low)), float(high + 0.05 * (high - low)))}
 
 
 SHAPES = {
@@ -163,4 +190,7 @@ SHAPES = {
     "kinked gear": _kinked,
     "dragging hose": _hose,
     "wobbling mount": _mount,
+    "hardening drive": _hardening,
+    "belt stretch": _belt,
+    "wind-up": _signed,
 }

@@ -1,19 +1,22 @@
-"""What a diagnosis of one virtual arm is worth: what it named, set apart and left, against the truth.
+"""What a diagnosis of one virtual arm is worth: what it claimed, set apart and left, against the truth.
 
 Right is a diagnosis that names every true effect with its joint (a harmonic with its order, a coupling with
 both joints, backlash with its cause), and nothing else. Of many compliant joints those that matter must be
-named and the others may be. An effect without a name is a local joint error of its joint; a wobbling mount is
-right where nothing but joint 1 is blamed, or where nothing is and the verdict admits it.
+named and the others may be. A claim that leaves several open names none of them; where the truth is among
+them the diagnosis is right in a named class, which is counted apart. An effect without a name asks for no
+claim: right is who claims nothing false and halves the error of the geometry alone.
 
-The saved model is good if its error on the noise-free rows is at most `HALF` of the noise: root mean square
-of the position's errors over rows and axes, per standard deviation of the noise per axis.
+Errors are those of noise-free rows that nobody fitted: root mean square of the position's errors over rows
+and axes, per standard deviation of the noise per axis. The saved model is good if its error is at most
+`HALF`.
 """
 
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 
 import numpy as np
-from cases import Case, Named
+from cases import ANY, CASES, Case, Named
+from claims import claims, map_gain
 
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
@@ -21,8 +24,7 @@ from workbench.base.errors import DataError
 from workbench.data.dataset import Dataset
 
 HALF = 0.5
-ADMITTED = ("partly explained", "unexplained")
-"""Verdicts that say that something is left."""
+"""Of the noise that a good model may be off; of geometry's error that may be left of a law without a name."""
 
 
 @dataclass(frozen=True)
@@ -36,13 +38,19 @@ class Judged:
         truth: What should be named.
         found: What was named, one entry a joint (and order).
         missed: True effects that were not named.
-        extra: Named effects that are not there.
+        extra: Named effects that are not there, and leaders of classes that hold no truth.
+        left_open: True effects that a class of look-alikes holds, and no claim names.
+        odds: Per claim with odds: the probability that it states, and whether it is true.
+        nameless: Whether what is hidden has no name.
+        seen: Whether the rows can show what is hidden, whatever is told of them.
         verdict: As the diagnosis says it; the error's sentence if it gave none.
         failed: Whether it gave none.
         misseated: How many rows are off.
         overlooked: How many of them were not set apart.
         accused: How many good rows were set apart.
-        error: Of the saved model, per standard deviation of the noise; NaN if it gives no poses.
+        before: Error of the geometry alone, per standard deviation of the noise; NaN if none is told.
+        error: Of the saved model; NaN if it gives no poses.
+        map_mm: What the residual map takes off the held-out error [mm]; NaN where there is none.
         seconds: What the diagnosis took.
     """
 
@@ -53,18 +61,39 @@ class Judged:
     found: tuple[Named, ...] = ()
     missed: tuple[Named, ...] = ()
     extra: tuple[Named, ...] = ()
+    left_open: tuple[Named, ...] = ()
+    odds: tuple[tuple[float, bool], ...] = ()
+    nameless: bool = False
+    seen: bool = True
     verdict: str = ""
     failed: bool = False
     misseated: int = 0
     overlooked: int = 0
     accused: int = 0
+    before: float = float("nan")
     error: float = float("nan")
+    map_mm: float = float("nan")
     seconds: float = float("nan")
 
     @property
     def right(self):
-        """Whether the names are right."""
-        return not (self.failed or self.missed or self.extra)
+        """Whether the names are right, or nothing is falsely named and the error is halved."""
+        return self.clean and not self.missed and (self.halved or not self.nameless)
+
+    @property
+    def right_or_class(self):
+        """Likewise, where classes of look-alikes that hold the truth count as naming it."""
+        return self.right or (self.clean and not self.nameless and set(self.missed) <= set(self.left_open))
+
+    @property
+    def clean(self):
+        """Whether nothing is falsely named."""
+        return not (self.failed or self.extra)
+
+    @property
+    def halved(self):
+        """Whether the saved model leaves half of the geometry's error, or is good."""
+        return self.good or self.error <= HALF * self.before
 
     @property
     def rows_right(self):
@@ -80,6 +109,14 @@ class Judged:
         """Plain numbers and words."""
         return asdict(self) | {"right": self.right, "good": bool(self.good)}
 
+    @classmethod
+    def from_json(cls, record):
+        """As `as_json` wrote it, and a file read it."""
+        known = {f.name: record[f.name] for f in fields(cls)}
+        for name in ("truth", "found", "missed", "extra", "left_open"):
+            known[name] = tuple(Named(n["name"], tuple(n["joints"]), n["detail"]) for n in known[name])
+        return cls(**known | {"odds": tuple((p, true) for p, true in known["odds"])})
+
 
 def judge(case: Case, diagnose, **options) -> Judged:
     """Diagnose one arm and compare.
@@ -90,48 +127,56 @@ def judge(case: Case, diagnose, **options) -> Judged:
         options: Passed on to it.
     """
     start = time.perf_counter()
-    facts = {"kind": case.kind, "arm": case.arm, "seed": case.seed, "truth": case.truth}
+    facts = {"kind": case.kind, "arm": case.arm, "seed": case.seed, "truth": case.truth, "seen": case.seen}
+    facts["nameless"] = CASES[case.kind].nameless
     try:
         said = diagnose(case.robot, case.data, **options)
     except Exception as error:  # one that breaks is counted, and the others are still judged
         said = f"{type(error).__name__}: {error}"
         return Judged(**facts, missed=case.truth, verdict=said, failed=True, misseated=len(case.misseated))
     seconds = time.perf_counter() - start
-    found = names(said.effects)
-    missed, extra = compare(case, found, str(said.verdict))
+    geometry = getattr(said, "before_fit", None)
+    said_of = claims(said)
+    found = tuple(n for claim in said_of if claim.decided for n in claim.names)
     off, apart = set(case.misseated), {int(r) for r in said.outliers}
     return Judged(
         **facts,
         found=found,
-        missed=missed,
-        extra=extra,
+        missed=tuple(t for t in case.truth if t not in found),
+        extra=tuple(n for claim in said_of for n in false_names(case, claim)),
+        left_open=tuple(t for t in case.truth if t not in found and _open(t, said_of)),
+        odds=tuple((c.probability, not false_names(case, c)) for c in said_of if np.isfinite(c.probability)),
         verdict=str(said.verdict),
         misseated=len(off),
         overlooked=len(off - apart),
         accused=len(apart - off),
+        before=error_of(geometry.calibrated, case) if geometry is not None else float("nan"),
         error=error_of(said.calibrated, case),
+        map_mm=map_gain(said),
         seconds=seconds,
     )
 
 
-def names(effects) -> tuple[Named, ...]:
-    """What accepted effects are called, one entry a joint and order."""
-    out = []
-    for effect in (accepted.effect for accepted in effects):
-        whole = effect.name == "joint-coupling" or not effect.joints
-        details = getattr(effect, "orders", (getattr(effect, "by", None),))
-        for joints in [effect.joints] if whole else [(j,) for j in effect.joints]:
-            out += [Named(effect.name, joints, detail) for detail in details]
-    return tuple(out)
+def false_names(case: Case, claim) -> tuple[Named, ...]:
+    """Names of a claim that are not there; none where it leaves open what may be."""
+    if not claim.decided and any(_true(case, n) for n in (*claim.names, *claim.rivals)):
+        return ()
+    return tuple(n for n in claim.names if not _true(case, n))
 
 
-def compare(case: Case, found, verdict):
-    """True effects that were missed, and named ones that are not there."""
-    if any(t.name == "wobbling mount" for t in case.truth):
-        elsewhere = tuple(f for f in found if f.joints != (0,))
-        return (() if found or verdict in ADMITTED else case.truth), elsewhere
-    missed = tuple(t for t in case.truth if t not in found)
-    return missed, tuple(f for f in found if f not in (*case.truth, *case.allowed))
+def _true(case: Case, name: Named) -> bool:
+    """Whether something may be said, in full or without a word on details."""
+    whatever = any(a.name == ANY[0] and a.joints == name.joints for a in case.allowed)
+    return whatever or any(_same(name, t) for t in (*case.truth, *case.allowed))
+
+
+def _same(said: Named, truth: Named) -> bool:
+    return said == truth or said == Named(truth.name, truth.joints) or said == Named(truth.name)
+
+
+def _open(truth: Named, said_of) -> bool:
+    """Whether a class of look-alikes holds an effect."""
+    return any(_same(n, truth) for c in said_of if not c.decided for n in (*c.names, *c.rivals))
 
 
 def error_of(robot, case: Case) -> float:

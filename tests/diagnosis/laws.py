@@ -4,14 +4,16 @@ The laws are written anew from the words of the catalogue. A joint turns by a sm
 before its drive, in the axes there; lengths may grow, and the measuring frame may creep. Moments are those
 that hold the links at rest, taken on the arm as it is bent: the bent arm is found by rounds.
 
-Effects that the catalogue does not hold have names of their own: `dent`, `kinked gear`, `dragging hose`
-(all of one joint's angle) and `wobbling mount` (of the moment at the mount).
+Of a sliding joint the third number of such a vector is a shift along its axis, and the third of its moments
+the force along it. Effects that the catalogue does not hold have names of their own: `dent`, `kinked gear`,
+`dragging hose` (all of one joint's position), `wind-up` (of where it came from), `hardening drive`, `belt
+stretch` (of the moment about its axis) and `wobbling mount` (of the moment at the mount).
 """
 
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
-from generator import VirtualArm, four, rotation
+from generator import VirtualArm, four, move, rotation
 
 ROUNDS = 10
 """Most rounds of the bent arm; each brings three digits, half of one where moments flip play."""
@@ -20,6 +22,10 @@ SAME = 1e-15
 WARM = 20.0
 """Temperature at which lengths are as given [degC]."""
 TURN = 2.0 * np.pi
+LEAD = 1.0
+"""Way of a slide that counts as a turn, where a law speaks of turns [m]."""
+WAY = 1.0
+"""How far a joint goes until it is wound up, per standard deviation of its positions."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +39,8 @@ class State:
     payload: np.ndarray
     wrench: np.ndarray | None = None
     """[f; τ] that pulls at the tool's origin, (rows, 6), in the axes of the arm's first frame [N, N m]."""
+    wound: np.ndarray | None = None
+    """How far each joint is wound up by the way that it came, (rows, n), from −1 to 1."""
 
     def take(self, rows):
         """The chosen rows."""
@@ -81,6 +89,24 @@ def _angle(effect, state):
     return state.q[:, effect.joints[0]]
 
 
+def turned(arm, joint, q):
+    """Positions of a joint as angles of its gear [rad]."""
+    return q[:, joint] * (TURN / LEAD if arm.sliding[joint] else 1.0)
+
+
+def wound(q):
+    """How far joints are wound up (rows − 1, n), after poses (rows, n) that were reached one after the other.
+
+    A spring drags a block that slips (one element of Maxwell and Jenkin): the error depends on the whole way.
+    """
+    steps = np.diff(q, axis=0) / np.maximum(WAY * q.std(axis=0), 1e-12)
+    out, now = np.zeros_like(steps), np.zeros(q.shape[1])
+    for row, step in enumerate(steps):
+        now = np.clip(now + step, -1.0, 1.0)
+        out[row] = now
+    return out
+
+
 def _compliance(effect, arm, state, held):
     return _about(effect, state, -held[:, effect.joints[0], 2])
 
@@ -102,8 +128,8 @@ def _bearing(effect, arm, state, held):
 def _flexure(effect, arm, state, held):
     """The link bends at its root, about axes that turn with it."""
     joint = effect.joints[0]
-    turned = _angle(effect, state) + arm.table[joint, 0]
-    c, s = np.cos(turned), np.sin(turned)
+    angle = np.where(arm.sliding[joint], 0.0, _angle(effect, state) + arm.table[joint, 0])
+    c, s = np.cos(angle), np.sin(angle)
     x, y = held[:, joint, 0], held[:, joint, 1]
     bend_x, bend_y = -effect.size[0] * (c * x + s * y), -effect.size[1] * (c * y - s * x)
     return _across(effect, state, np.stack([c * bend_x - s * bend_y, s * bend_x + c * bend_y], 1))
@@ -128,7 +154,7 @@ def _coupling(effect, arm, state, held):
 def _dent(effect, arm, state, held):
     """A cosine bump of a gear's angle, once a turn; shape = its middle and half its width [rad]."""
     middle, width = effect.shape
-    away = np.abs((_angle(effect, state) - middle + np.pi) % TURN - np.pi)
+    away = np.abs((turned(arm, effect.joints[0], state.q) - middle + np.pi) % TURN - np.pi)
     return _about(effect, state, np.where(away < width, 0.5 + 0.5 * np.cos(np.pi * away / width), 0.0))
 
 
@@ -136,14 +162,14 @@ def _kinked(effect, arm, state, held):
     """Straight pieces between evenly spaced teeth of a turn; shape = the first one's place, then heights."""
     first, *heights = effect.shape
     places = np.arange(len(heights) + 1) * TURN / len(heights)
-    turned = (_angle(effect, state) - first) % TURN
-    return _about(effect, state, np.interp(turned, places, [*heights, heights[0]]))
+    angle = (turned(arm, effect.joints[0], state.q) - first) % TURN
+    return _about(effect, state, np.interp(angle, places, [*heights, heights[0]]))
 
 
 def _hose(effect, arm, state, held):
     """Hoses that wind about a joint pull it: slack between two angles, taut at once beyond; shape = these."""
     low, high = effect.shape
-    q = _angle(effect, state)
+    q = turned(arm, effect.joints[0], state.q)
     pull = np.where(q > high, 1.0 - np.exp(high - q), 0.0) - np.where(q < low, 1.0 - np.exp(q - low), 0.0)
     return _about(effect, state, -pull)
 
@@ -155,6 +181,23 @@ def _mount(effect, arm, state, held):
     return _across(effect, state, -effect.size[0] * across * np.maximum(1.0 - effect.shape[0] / moment, 0.0))
 
 
+def _hardening(effect, arm, state, held):
+    """A drive that gets stiffer the more it gives way; shape[0] halves its compliance [N m or N]."""
+    load = held[:, effect.joints[0], 2]
+    return _about(effect, state, -load / (1.0 + np.abs(load) / effect.shape[0]))
+
+
+def _belt(effect, arm, state, held):
+    """A belt between two pulleys, soft where both free lengths are long; shape = the pulleys' places."""
+    low, high = effect.shape
+    place = (_angle(effect, state) - low) / (high - low)
+    return _about(effect, state, -4.0 * place * (1.0 - place) * held[:, effect.joints[0], 2])
+
+
+def _wind_up(effect, arm, state, held):
+    return _about(effect, state, state.wound[:, effect.joints[0]])
+
+
 BY_MOMENT = {
     "joint-compliance": _compliance,
     "backlash": _backlash,
@@ -162,6 +205,8 @@ BY_MOMENT = {
     "bearing-compliance": _bearing,
     "link-flexure": _flexure,
     "wobbling mount": _mount,
+    "hardening drive": _hardening,
+    "belt stretch": _belt,
 }
 BY_STATE = {
     "joint-harmonic": _harmonic,
@@ -170,9 +215,13 @@ BY_STATE = {
     "dent": _dent,
     "kinked gear": _kinked,
     "dragging hose": _hose,
+    "wind-up": _wind_up,
 }
 WHOLE = ("thermal-growth", "base-drift")
-NAMELESS = ("dent", "kinked gear", "dragging hose", "wobbling mount")
+TURNING = ("joint-harmonic", "link-flexure")
+"""What only a joint that turns has."""
+LOCAL = ("dent", "kinked gear", "dragging hose")
+NAMELESS = (*LOCAL, "wobbling mount", "hardening drive", "belt stretch", "wind-up")
 
 
 def pieces(arm: VirtualArm, q, growth):
@@ -180,26 +229,36 @@ def pieces(arm: VirtualArm, q, growth):
     return [[_grown(part, growth) for part in parts] for parts in arm.parts(q)]
 
 
-def frames(joints, bend):
+def frames(arm: VirtualArm, joints, bend):
     """Transforms (joints, rows, 4, 4) to right before each drive, and to each link, in the arm's first frame.
 
     Args:
-        joints: The arm's `pieces`, with revolute joints.
+        arm: The arm.
+        joints: Its `pieces`.
         bend: Rotation vectors (rows, n, 3) right before each drive.
     """
     here = np.broadcast_to(np.eye(4), (len(bend), 4, 4))
-    tilts = four(rotation(bend))
+    way = own_shift(arm, bend)
+    tilts, shifts = four(rotation(bend - way)), move("z", way[..., 2])
     before, links = [], []
     for i, (fixed, driven, after) in enumerate(joints):
         here = here @ fixed
         before.append(here)
-        here = here @ tilts[:, i] @ driven @ after
+        here = here @ tilts[:, i]
+        here = (here @ shifts[:, i] if arm.sliding[i] else here) @ driven @ after
         links.append(here)
     return np.array(before), np.array(links)
 
 
+def own_shift(arm, bend):
+    """The part of rotation vectors (rows, n, 3) that is none: shifts along the axes of sliding joints [m]."""
+    return bend * (arm.sliding[:, None] & np.array([False, False, True]))
+
+
 def holding(arm: VirtualArm, before, links, state):
     """Moments (rows, n, 3) that hold the later links against weight, about each drive, in the axes there.
+
+    The third one of a sliding joint is the force along it.
 
     Every link's weight acts at its centre of mass, payload and wrench at the tool; all in the first frame.
     """
@@ -217,13 +276,16 @@ def holding(arm: VirtualArm, before, links, state):
     for i, frame in enumerate(before):
         weight, moment = pull[i:].sum(0), turning[i:].sum(0)
         load = moment + outside[:, 3:] - np.cross(frame[:, :3, 3], weight)
-        out.append(-np.einsum("rba,rb->ra", frame[:, :3, :3], load))
+        held = -np.einsum("rba,rb->ra", frame[:, :3, :3], load)
+        if arm.sliding[i]:
+            held[:, 2] = -np.einsum("rb,rb->r", frame[:, :3, 2], weight + outside[:, :3])
+        out.append(held)
     return np.stack(out, 1)
 
 
 def straight(arm: VirtualArm, state: State):
     """Transforms as `frames` of the arm that nothing bends."""
-    return frames(pieces(arm, state.q, np.ones(len(state.q))), np.zeros((*state.q.shape, 3)))
+    return frames(arm, pieces(arm, state.q, np.ones(len(state.q))), np.zeros((*state.q.shape, 3)))
 
 
 def straight_moments(arm: VirtualArm, state: State):
@@ -238,11 +300,11 @@ def bent_links(arm: VirtualArm, effects, state: State):
     joints, bend = pieces(arm, state.q, growth), np.zeros((*state.q.shape, 3))
     by_moment = any(e.name in BY_MOMENT for e in effects)
     for _ in range(ROUNDS if by_moment else 1):
-        held, last = holding(arm, *frames(joints, bend), state) if by_moment else None, bend
+        held, last = holding(arm, *frames(arm, joints, bend), state) if by_moment else None, bend
         bend = sum((turns(arm, e, state, held) for e in effects), np.zeros_like(bend))
         if np.abs(bend - last).max(initial=0.0) < SAME:
             break
-    return frames(joints, bend)[1], growth
+    return frames(arm, joints, bend)[1], growth
 
 
 def poses(arm: VirtualArm, effects, state: State):

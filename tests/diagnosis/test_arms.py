@@ -6,11 +6,11 @@ import generator
 import numpy as np
 import pinocchio as pin
 import pytest
-from arms import ARMS, BADLY, JUDGING, MISSEATED, ROWS, SIGMA, TUNING, make, useful
-from cases import CASES, told
+from arms import ARMS, BADLY, JUDGING, MISSEATED, MORPHOLOGIES, ROWS, SIGMA, TUNING, make, useful
+from cases import CASES, Named, told
 from decide import Sight, catalogue, coefficients, decidable
 from draws import CREEP, FEEBLE, GROWTH, HOUR, LARGEST, PEAKS, PROPORTIONAL, SOFTEST, TWIST, draw, sized
-from laws import BY_STATE, NAMELESS, WHOLE, Effect, change, poses, straight_moments, turns
+from laws import BY_STATE, NAMELESS, WAY, WHOLE, Effect, change, poses, straight_moments, turns, wound
 
 from workbench.arm.effects import EFFECTS
 from workbench.arm.kinematics.forward import tool_poses
@@ -29,7 +29,8 @@ def pinned(arm, payload):
     model.gravity.linear = arm.base[:3, :3] @ arm.gravity
     for i, (before, driven, rest) in enumerate(arm.parts(np.zeros((1, arm.dof)))):
         place = after @ before
-        parent = model.addJoint(parent, pin.JointModelRZ(), pin.SE3(place), f"joint{i + 1}")
+        kind = pin.JointModelPZ() if arm.sliding[i] else pin.JointModelRZ()
+        parent = model.addJoint(parent, kind, pin.SE3(place), f"joint{i + 1}")
         after = driven[0] @ rest
         com = after[:3, :3] @ arm.coms[i] + after[:3, 3]
         model.appendBodyToJoint(parent, pin.Inertia(arm.masses[i], com, np.zeros((3, 3))), pin.SE3.Identity())
@@ -43,7 +44,7 @@ def cases():
     return {kind: make(kind, TUNING[3], arm) for kind, arm in KINDS}
 
 
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("name", MORPHOLOGIES)
 def test_poses_and_moments_equal_pin(name):
     case = make("none", TUNING[1], name, free_frames=True)
     arm, payload = case.actual, 1.3
@@ -56,23 +57,26 @@ def test_poses_and_moments_equal_pin(name):
         pin.forwardKinematics(model, data, q)
         np.testing.assert_allclose(found[row], (data.oMi[arm.dof] * tool).homogeneous, atol=1e-12)
         for joint in range(arm.dof):
-            held = generator.turn("z", q[joint])[:3, :3] @ data.f[joint + 1].angular
+            slides = arm.sliding[joint]
+            driven = generator.move("z", q[joint]) if slides else generator.turn("z", q[joint])
+            wrench = pin.SE3(driven).act(data.f[joint + 1])
+            held = [*wrench.angular[:2], wrench.linear[2] if slides else wrench.angular[2]]
             np.testing.assert_allclose(moments[row, joint], held, atol=1e-10)
 
 
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("name", MORPHOLOGIES)
 def test_poses_equal_the_package(name):
     case = make("none", TUNING[2], name)
     robot = case.robot
     np.testing.assert_allclose(
-        tool_poses(robot, Motion(case.data.q)), ARMS[name]().pose(case.data.q), atol=1e-13
+        tool_poses(robot, Motion(case.data.q)), MORPHOLOGIES[name]().pose(case.data.q), atol=1e-13
     )
     assert (case.data.q >= robot.limits[:, 0]).all()
     assert (case.data.q <= robot.limits[:, 1]).all()
     assert len(useful(case.actual, case.data.q)) == ROWS
 
 
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("name", [*ARMS, "scara", "gantry"])
 def test_laws_equal_the_package_to_first_order(name, tmp_path):
     """Every effect of the catalogue in every joint: the check of conventions and signs."""
     case = make("payload", TUNING[4], name, free_frames=True)
@@ -238,6 +242,52 @@ def test_nameless_laws_by_hand():
         np.linalg.norm(loose, axis=1), 1e-4 * (np.linalg.norm(across, axis=1) - 1.0), atol=1e-12
     )
     assert ((loose * across).sum(1) < 0).all()
+    load = moment[:, 2, 2]
+    hard = turns(arm, Effect("hardening drive", (2,), (1e-4,), shape=(2.0,)), state, moment)[:, 2, 2]
+    np.testing.assert_allclose(hard, -1e-4 * load / (1.0 + np.abs(load) / 2.0), atol=1e-15)
+    belt = turns(arm, Effect("belt stretch", (2,), (1e-4,), shape=(-1.0, 1.0)), state, moment)[:, 2, 2]
+    np.testing.assert_allclose(belt[:4], -1e-4 * load[:4] * [0.0, 1.0, 0.9375, 0.75], atol=1e-15)
+
+
+def test_joints_wind_up_by_the_way_that_they_came():
+    """Way and back again: full at once where the way is long enough, and part of it undone by half a way."""
+    wave = np.array([[-1.0], [1.0], [1.0], [0.0], [-1.0], [-1.0], [1.0], [0.0]])
+    wave *= WAY / wave.std()
+    step = 1.0 / np.std(wave / wave.max())
+    expected = [1.0, 1.0, 1.0 - step, -1.0, -1.0, 1.0, 1.0 - step]
+    np.testing.assert_allclose(wound(wave)[:, 0], expected, atol=1e-12)
+
+
+def test_a_slide_shifts_where_a_joint_turns():
+    """Its compliance is that of the force along it, and a law of turns counts its way."""
+    case = make("none", TUNING[2], "scara")
+    arm, state = replace(case.actual, table=MORPHOLOGIES["scara"]().table), case.state.take(slice(0, 5))
+    state = replace(state, payload=np.full(5, 2.0))
+    held = straight_moments(arm, state)
+    weight = 9.81 * (0.9 + 0.4 + 2.0)
+    np.testing.assert_allclose(held[:, 2, 2], -weight, rtol=1e-12)  # its axis points down
+    moved = change(poses(arm, [Effect("joint-compliance", (2,), (1e-5,))], state), poses(arm, [], state))
+    np.testing.assert_allclose(moved, [[0, 0, -1e-5 * weight, 0, 0, 0]] * 5, atol=1e-12)
+    assert draw("joint-harmonic", arm, state, np.random.default_rng(0), joint=2, detail=1) is None
+    dent = Effect("dent", (2,), (1e-3,), shape=(2 * np.pi * 0.1, 1.0))
+    middle = replace(state, q=state.q * [1, 1, 0, 1] + [0, 0, 0.1, 0])
+    np.testing.assert_allclose(turns(arm, dent, middle, None)[:, 2, 2], 1e-3)
+
+
+def test_three_at_once_are_apart_and_ripples_are_fine():
+    three = make("three", TUNING[2], "three-parallel").hidden
+    assert len({e.name for e in three}) == len({e.joints[:1] or e.name for e in three}) == 3
+    orders = {make("ripple", seed, "aria").truth[0].detail for seed in TUNING[:4]}
+    assert len(orders) > 1
+    assert orders <= set(range(13, 21))
+
+
+def test_a_mount_that_leans_turns_gravity_and_nobody_says_so():
+    case = make("leaning-mount", TUNING[2])
+    down = np.array([0.0, 0.0, -1.0])
+    assert np.degrees(np.arccos(case.actual.gravity @ down / 9.81)) == pytest.approx(2.0)
+    np.testing.assert_array_equal(case.robot.gravity, [0.0, 0.0, -9.81])
+    assert case.truth == tuple(Named(e.name, e.joints) for e in case.hidden)
 
 
 def test_nameless_effects_are_not_in_the_catalogue():

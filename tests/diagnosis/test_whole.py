@@ -1,4 +1,4 @@
-"""Whole diagnoses of virtual arms, on seeds for tuning; the full table is `tests/benchmarks/confusion.py`."""
+"""Whole diagnoses of virtual arms, on seeds for tuning; the full table is `tests/benchmarks/zoo.py`."""
 
 from dataclasses import replace
 

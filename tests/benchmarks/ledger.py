@@ -1,0 +1,63 @@
+"""Results of long runs, written line by line: a run that was interrupted goes on where it stopped.
+
+The first line says which sources made them; results of other sources are never mixed with them.
+"""
+
+import hashlib
+import json
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+SOURCES = ("workbench", "tests/diagnosis")
+
+
+def fingerprint() -> str:
+    """Of the package and of what judges it."""
+    digest = hashlib.sha256()
+    for path in sorted(p for folder in SOURCES for p in (ROOT / folder).rglob("*.py")):
+        digest.update(path.relative_to(ROOT).as_posix().encode() + path.read_bytes())
+    return digest.hexdigest()[:12]
+
+
+class Ledger:
+    """Records by key, in a file of one JSON pair a line.
+
+    Args:
+        path: Where they are kept; None: in memory only.
+        about: What else must be the same for records to be of one run.
+    """
+
+    def __init__(self, path: Path | None, about: str = ""):
+        self._path, self.records = path, {}
+        head = ["sources", f"{fingerprint()} {about}".strip()]
+        if path is None:
+            return
+        pairs = _pairs(path) if path.exists() else []
+        if pairs and pairs[0] != head:
+            raise SystemExit(
+                f"{path} holds results of other sources or options ({pairs[0][1]}, now {head[1]}); "
+                "give another --json, or remove it"
+            )
+        self.records = dict(pairs[1:])
+        path.write_text("".join(f"{json.dumps(p)}\n" for p in [head, *self.records.items()]))
+
+    def __contains__(self, key: str) -> bool:
+        return key in self.records
+
+    def add(self, key: str, record: dict) -> None:
+        """Keep one more."""
+        self.records[key] = record
+        if self._path is not None:
+            with self._path.open("a") as file:
+                file.write(f"{json.dumps([key, record], ensure_ascii=False)}\n")
+
+
+def _pairs(path: Path) -> list[list]:
+    """All whole lines; the last may be torn."""
+    out = []
+    for line in path.read_text().splitlines():
+        try:
+            out.append(json.loads(line))
+        except json.JSONDecodeError:
+            break
+    return out

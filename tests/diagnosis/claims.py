@@ -1,0 +1,86 @@
+"""What a diagnosis claims, one form for whatever it hands out: its causes, or its effects where it has none.
+
+An effect of several joints or orders is several names. A claim that `cannot tell` leads a class of
+look-alikes: it names nothing, and is no accusation either if the truth is in its class.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from cases import Named
+
+UNDECIDED = "cannot tell"
+
+
+@dataclass(frozen=True)
+class Claim:
+    """One cause that a diagnosis names.
+
+    Args:
+        names: What it says is there, one entry a joint and order.
+        rivals: What it says may be there instead.
+        confidence: `certain`, `probable` or `cannot tell`; empty where the diagnosis states none.
+        odds: Posterior odds against the best rival of another kind; NaN where none are stated.
+        sentence: As people read it.
+    """
+
+    names: tuple[Named, ...]
+    rivals: tuple[Named, ...] = ()
+    confidence: str = ""
+    odds: float = float("nan")
+    sentence: str = ""
+
+    @property
+    def decided(self) -> bool:
+        """Whether it names one thing."""
+        return self.confidence != UNDECIDED
+
+    @property
+    def probability(self) -> float:
+        """What it says of itself, from its odds."""
+        return 1.0 if np.isposinf(self.odds) else self.odds / (1.0 + self.odds)
+
+
+def claims(said) -> tuple[Claim, ...]:
+    """Causes of a diagnosis; its effects, without odds, where it has no such list."""
+    if getattr(said, "causes", None) is None:
+        return tuple(Claim(tuple(named(e)), sentence=getattr(e, "words", "")) for e in said.effects)
+    return tuple(
+        Claim(
+            names=tuple(named(cause)),
+            rivals=tuple(n for other in cause.look_alikes for n in named(other)),
+            confidence=str(cause.confidence),
+            odds=float(cause.odds),
+            sentence=cause.sentence,
+        )
+        for cause in said.causes
+    )
+
+
+def named(thing) -> Iterator[Named]:
+    """Names in an effect, in a record that holds one, or in a cause of several."""
+    if isinstance(thing, str):
+        yield Named(thing)
+    elif getattr(thing, "effects", ()):
+        for effect in thing.effects:
+            yield from named(effect)
+    elif hasattr(thing, "effect"):
+        yield from named(thing.effect)
+    elif hasattr(thing, "kind"):
+        yield from (
+            (Named(str(thing.kind), (j,)) for j in thing.joints)
+            if thing.joints
+            else (Named(str(thing.kind)),)
+        )
+    else:
+        whole = thing.name == "joint-coupling" or not thing.joints
+        details = getattr(thing, "orders", (getattr(thing, "by", None),))
+        for joints in [thing.joints] if whole else [(j,) for j in thing.joints]:
+            yield from (Named(thing.name, joints, detail) for detail in details)
+
+
+def map_gain(said) -> float:
+    """What the residual map takes off the mean held-out error [mm]; NaN where there is none."""
+    found = getattr(said, "map", None)
+    return float(getattr(found, "gain_mm", float("nan")))

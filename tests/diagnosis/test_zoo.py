@@ -1,0 +1,116 @@
+"""The benchmark of the diagnosis, run with the geometric fit alone: it names nothing, and is told so."""
+
+import json
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from arms import make
+
+from workbench.identification.identify import identify
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "benchmarks"))
+import ledger
+import zoo
+
+ALONE = ["--jobs", "0", "--on", "classic", "--diagnose", f"{__name__}:geometry"]
+
+
+def geometry(robot, data, held_out):
+    """The diagnosis of somebody who believes in geometry."""
+    run = identify(robot, data, algorithms=("ols",), held_out=held_out)
+    arm = run.runs["ols"].calibrated
+    return SimpleNamespace(
+        effects=(),
+        outliers=(),
+        calibrated=arm,
+        verdict="no effect found",
+        before_fit=SimpleNamespace(calibrated=arm),
+    )
+
+
+def test_geometry_alone_is_judged(tmp_path, capsys):
+    kept = tmp_path / "judged.jsonl"
+    arguments = [*ALONE, "--cases", "none,scale,dent,misseated", "--arms", "3", "--alarms", "ideal,masses10"]
+    arguments += ["--wrong", "--check", "--json", str(kept)]
+    assert zoo.main(arguments) == 1
+    printed = capsys.readouterr().out
+    for line in (
+        "✗ scale: right ≥ 95%: 0 % (0–56)",
+        "✗ dent: right ≥ 95%: 0 % (0–56)",
+        "✗ saved model within half of the noise ≥ 95%: 0 % (0–56)",
+        "✓ no effect, ideal: accused ≤ 2%: 0 of 6",
+        "✓ no effect, masses10: accused ≤ 2%: 0 of 3",
+        "✓ false causes per arm ≤ 0.05: 0.000",
+        "✗ misplaced rows found, ≤ 1 false: 0 of 3",
+    ):
+        assert line in printed
+    assert printed.count("encoder-scale ") == 3
+    (head, _), *records = (json.loads(line) for line in kept.read_text().splitlines())
+    assert head == "sources"
+    assert [key for key, _ in records[:3]] == ["none, ideal, 0", "none, masses10, 0", "scale, ideal, 0"]
+    assert {r["arm"] for key, r in records if key.startswith("none")} == {"aria", "three-parallel", "katana"}
+    assert all(r["good"] for key, r in records if key.startswith("none"))
+    assert not any(r["good"] for key, r in records if key.startswith("scale"))
+
+
+def test_an_interrupted_run_goes_on(tmp_path, capsys, monkeypatch):
+    kept = tmp_path / "judged.jsonl"
+    arguments = [*ALONE, "--cases", "none", "--alarms", "ideal", "--json", str(kept), "--arms"]
+    assert zoo.main([*arguments, "1"]) == 0
+    with kept.open("a") as file:
+        file.write('["none, ideal, 1", {"kind": "no')  # killed while it wrote
+    tried = []
+    monkeypatch.setattr(zoo, "one", lambda task, given: tried.append(task.seed) or {})
+    assert zoo.main([*arguments, "2"]) == 0
+    assert tried == [1]
+    monkeypatch.setattr(ledger, "fingerprint", lambda: "other sources")
+    with pytest.raises(SystemExit, match="holds results of other sources"):
+        zoo.main([*arguments, "2"])
+
+
+def test_parts_are_switched_off_by_name(monkeypatch):
+    monkeypatch.setitem(zoo.OFF, "groups", (("workbench.diagnosis.catalogue", "CONFOUNDED", 2.0),))
+    monkeypatch.setitem(zoo.OFF, "lost", (("workbench.diagnosis.catalogue", "GONE", None),))
+    from workbench.diagnosis import catalogue
+
+    monkeypatch.setattr(catalogue, "CONFOUNDED", catalogue.CONFOUNDED)
+    zoo.switch_off(["groups"])
+    assert catalogue.CONFOUNDED == 2.0
+    with pytest.raises(SystemExit, match="catalogue has no GONE"):
+        zoo.switch_off(["lost"])
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--cases", "nonsense"], "--cases doesn't know nonsense; choose from none, compliance"),
+        (["--conditions", "rain"], "--conditions doesn't know rain"),
+        (["--on", "hexapod"], "--on doesn't know hexapod"),
+        (["--off", "everything"], "--off doesn't know everything"),
+    ],
+)
+def test_unknown_words_are_refused(words, message, capsys):
+    with pytest.raises(SystemExit) as ended:
+        zoo.main(words)
+    assert ended.value.code == 2
+    assert message in capsys.readouterr().err
+
+
+def test_seeds_are_those_for_tuning_or_for_judging():
+    assert list(zoo.options(["--arms", "2"]).seeds) == [0, 1]
+    assert list(zoo.options(["--arms", "2", "--seeds", "judging"]).seeds) == [1_000_000, 1_000_001]
+    assert list(zoo.options(["--seeds", "5:8"]).seeds) == [5, 6, 7]
+    for seeds in ("9999:10001", "500000:500001"):
+        with pytest.raises(ValueError, match="neither for tuning nor for judging"):
+            zoo.main([*ALONE, "--cases", "none", "--alarms", "ideal", "--seeds", seeds])
+
+
+def test_where_an_arm_shows_nothing_the_next_one_does(monkeypatch):
+    """A SCARA's slide always carries the same weight, which no play of it can tell."""
+    monkeypatch.setattr("arms.TRIES", 5)
+    with pytest.raises(ValueError, match="can be told apart"):
+        make("backlash-moment", 2, "scara")
+    assert zoo.drawn(zoo.Task("backlash-moment", "ideal", 2), ("aria", "katana", "scara")).arm == "aria"
+    assert zoo.drawn(zoo.Task("backlash-moment", "ideal", 2), ("scara",)) is None
