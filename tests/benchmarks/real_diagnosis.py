@@ -218,8 +218,10 @@ def main(arguments=None):
     console = Console(width=max(Console().width, 200))
     console.print(table)
     for name, parts in folds.items():
-        for sentence, times in Counter(s for p in parts for s in p.sentences).most_common():
-            console.print(f"{name} ({times}): {sentence}", highlight=False)
+        said = [pair for p in parts for pair in zip(p.causes, p.sentences, strict=True)]
+        for cause, times in Counter(cause for cause, _ in said).most_common():
+            first = next(sentence for other, sentence in said if other == cause)
+            console.print(f"{name} ({times} of {len(parts)}): {first}", highlight=False)
     for line in (line for name, pair in pairs.items() for line in halves(name, pair)):
         console.print(line, highlight=False)
     checks = list(bounds(folds))
