@@ -47,6 +47,7 @@ HOOKS = {
     "AbstractLaw.slope",
     "AbstractLaw.growth",
     "AbstractLaw.learned",
+    "AbstractLaw.softened",
     "AbstractLaw.mistake",
     "AbstractEffect.variant",
     "AbstractEffect.offers",

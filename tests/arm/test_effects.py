@@ -26,6 +26,7 @@ SIZES = {"rad": 2e-3, "m": 1e-3, "rad/(N*m)": 2e-4, "m/N": 1e-5, "1": 1e-3, "1/K
 CATALOGUE = {
     "joint-compliance": EFFECTS["joint-compliance"]((1, 2)),
     "backlash": EFFECTS["backlash"]((1, 2)),
+    "backlash of some width": EFFECTS["backlash"]((1, 2), width=0.5),
     "backlash by motion": EFFECTS["backlash"]((0, 3), by="motion"),
     "clearance-tilt": EFFECTS["clearance-tilt"]((2, 0)),
     "bearing-compliance": EFFECTS["bearing-compliance"]((1, 3)),
@@ -326,6 +327,8 @@ def test_what_repeats_every_turn_does_not_fade(arms):
         ("joint-harmonic", {"joints": (1,), "order": 0}, "order"),
         ("joint-coupling", {"joints": (1,)}, "two"),
         ("backlash", {"joints": (1,), "by": "magic"}, "moment and motion"),
+        ("backlash", {"joints": (1,), "width": -1.0}, "width = -1"),
+        ("backlash", {"joints": (1,), "by": "motion", "width": 1.0}, "none with by = 'motion'"),
         ("thermal-growth", {"joints": (1,)}, "whole arm"),
         ("base-drift", {"joints": (1,)}, "joints out"),
         ("local-joint-error", {"joints": (1,), "knots": (0.0, 1.0)}, "three"),

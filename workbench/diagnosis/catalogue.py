@@ -4,7 +4,7 @@ What can't be tried is said, with the reason.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -13,6 +13,7 @@ from workbench.arm.effects import EFFECTS, Candidate
 from workbench.arm.effects.effect import moved_joints
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
+from workbench.diagnosis.columns import known_wrenches
 
 CONFOUNDED = 0.95
 """Correlation of two drivers from which on they are called confounded."""
@@ -42,6 +43,9 @@ def catalogue(robot: Robot, motion: Motion) -> Catalogue:
     found = (offer for offer in offers if isinstance(offer, Candidate))
     own = set(robot.coefficients)
     kept = [c for c in found if not own & set(c.names) and c.effect.mistake(robot.chain) is None]
+    if any(c.effect.has_play and c.effect.loads for c in kept):
+        loads = known_wrenches(robot, motion)
+        kept = [replace(c, effect=c.effect.softened(robot.chain, loads)) for c in kept]
     notes = [*_still(motion), *(offer for offer in offers if isinstance(offer, str)), *_drivers(motion)]
     return Catalogue(tuple(kept), tuple(dict.fromkeys(notes)))
 

@@ -86,7 +86,7 @@ def effect_twists(
     shift = np.zeros((len(motion), len(chain.elements)))
     shift[:, chain.indices([e.name for e in robot.chain.elements])] = bent.shift
     loaded = any(e.loads for e in effects)
-    wrenches = _wrenches(robot, motion, bent.shift) if loaded else NO_WRENCHES
+    wrenches = known_wrenches(robot, motion, bent.shift) if loaded else NO_WRENCHES
     moved = {e: chain.indices(e.elements(chain)) for e in effects}
     union, where = np.unique(np.concatenate(list(moved.values())), return_inverse=True)
     view = watched(wide, link)
@@ -99,7 +99,7 @@ def effect_twists(
     return poses, np.concatenate(parts, axis=2)
 
 
-def _wrenches(robot: Robot, motion: Motion, shift: np.ndarray) -> np.ndarray:
+def known_wrenches(robot: Robot, motion: Motion, shift: np.ndarray = chains.NO_SHIFT) -> np.ndarray:
     """Through every joint, from masses or else from measured torques; empty where neither is known."""
     if robot.has_masses:
         return motion_wrenches(robot, motion, shift=shift)

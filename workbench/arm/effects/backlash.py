@@ -1,22 +1,26 @@
 """Backlash: a joint lies on one flank of its play or on the other.
 
-    Δv = −c sign(τ),        by = "moment": the load decides; τ the holding moment about the axis
+    Δv = −c tanh(τ/w),      by = "moment": the load decides; τ the holding moment about the axis
     Δv = −c direction,      by = "motion": the link lags behind the drive
 
-c is half the play [rad or m]. A row in which the flanks hand over within the play itself has no steady
-answer; it keeps the side of the last round.
+c is half the play [rad or m]; w is the moment over which the joint passes from one flank to the other, and
+tanh(τ/0) the sign. A diagnosis takes a small part of the moment's spread: where rows lie near the change, a
+cost that leaps has no slope to follow. With w = 0 a row in which the flanks hand over within the play itself
+has no steady answer; it keeps the side of the last round.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
 
 from workbench.arm.effects.axes import diagonal, own
 from workbench.arm.effects.effect import AbstractEffect, offered
-from workbench.arm.effects.law import Loads
+from workbench.arm.effects.law import NO_COMPONENTS, Loads
 
 CAUSES = ("moment", "motion")
+SOFT = 0.01
+"""Width that a diagnosis takes, as part of the moment's standard deviation over the rows."""
 
 
 @final
@@ -26,9 +30,11 @@ class Backlash(AbstractEffect):
 
     Args:
         by: `moment` or `motion`: what decides on which flank a joint lies.
+        width: Moment over which it passes from one to the other [N m or N]; by the sign alone if 0.
     """
 
     by: str = "moment"
+    width: float = 0.0
     name = "backlash"
     coefficient = "backlash"
     has_play = True
@@ -53,10 +59,28 @@ class Backlash(AbstractEffect):
     def law(self, chain, motion, wrenches):
         if self.by == "motion":
             return diagonal(-np.sign(motion.need("direction", self.name)[:, list(self.joints)]))
-        return diagonal(-np.sign(own(chain, self.joints, wrenches)))
+        load = own(chain, self.joints, wrenches)
+        return diagonal(-np.tanh(load / self.width) if self.width else -np.sign(load))
+
+    def components(self, chain):
+        return super().components(chain) if self.width else NO_COMPONENTS
+
+    def slope(self, chain, motion, wrenches):
+        if not self.width:
+            return np.zeros((len(motion), len(self.joints), 0))
+        steep = np.cosh(np.clip(own(chain, self.joints, wrenches) / self.width, -300.0, 300.0)) ** -2.0
+        return diagonal(-steep * np.array(self.coefficients) / self.width)
+
+    def softened(self, chain, wrenches):
+        spread = float(np.std(own(chain, self.joints, wrenches))) if self.loads else 0.0
+        return replace(self, width=SOFT * spread) if np.isfinite(spread) else self
 
     def mistake(self, chain):
-        return None if self.by in CAUSES else f"has by = '{self.by}'; known are {' and '.join(CAUSES)}"
+        if self.by not in CAUSES:
+            return f"has by = '{self.by}'; known are {' and '.join(CAUSES)}"
+        if not self.width >= 0.0 or (self.width and self.by == "motion"):
+            return f"has width = {self.width:g}; give a moment from 0, and none with by = 'motion'"
+        return None
 
     def sentence(self, chain, motion):
         cause = "last motion" if self.by == "motion" else "load"

@@ -146,6 +146,10 @@ class AbstractLaw(ABC):
         """Where the map of its one joint was learned; beyond, it fades out. None if it holds anywhere."""
         return None
 
+    def softened(self: Same, chain: Chain, wrenches: Wrenches) -> Same:
+        """The same effect for a fit to rows with these wrenches; one that leaps may take a width."""
+        return self
+
     def mistake(self, chain: Chain) -> str | None:
         """What is wrong with its own settings, as a clause after its name; None if nothing is."""
         return None
