@@ -16,7 +16,7 @@ import numpy as np
 
 from workbench.arm.effects.axes import diagonal, own
 from workbench.arm.effects.effect import AbstractEffect, offered
-from workbench.arm.effects.law import NO_COMPONENTS, Loads
+from workbench.arm.effects.law import Loads
 
 CAUSES = ("moment", "motion")
 SOFT = 0.01
@@ -62,12 +62,9 @@ class Backlash(AbstractEffect):
         load = own(chain, self.joints, wrenches)
         return diagonal(-np.tanh(load / self.width) if self.width else -np.sign(load))
 
-    def components(self, chain):
-        return super().components(chain) if self.width else NO_COMPONENTS
-
     def slope(self, chain, motion, wrenches):
         if not self.width:
-            return np.zeros((len(motion), len(self.joints), 0))
+            return super().slope(chain, motion, wrenches)
         steep = np.cosh(np.clip(own(chain, self.joints, wrenches) / self.width, -300.0, 300.0)) ** -2.0
         return diagonal(-steep * np.array(self.coefficients) / self.width)
 
