@@ -18,8 +18,10 @@ os.environ.setdefault("RERUN_ANALYTICS_ENABLED", "false")
 from rerun.chunk import RrdReader
 
 from workbench.base.errors import FileError, OptionError
+from workbench.base.files import write_bytes
 from workbench.session.journal.reader import Recording
 from workbench.views.recording.canvas import STEP
+from workbench.views.recording.door import ADDRESS, opened
 from workbench.views.recording.make import Progress, write_comparison, write_pictures
 from workbench.views.recording.recorder import parts
 
@@ -55,7 +57,7 @@ def show_recordings(
         else:
             files = pictures_of(recordings[0], Path(room), progress=progress, say=say)
         if out is not None:
-            return _join(files, out)
+            return _join(files, out, Path(room))
         _open(files, web)
     return None
 
@@ -115,25 +117,28 @@ def _mended(path: Path, room: Path) -> Path:
     return copy
 
 
-def _join(files: list[Path], out: Path) -> Path:
-    """One file of several."""
-    out.parent.mkdir(parents=True, exist_ok=True)
-    if len(files) == 1:
-        shutil.copyfile(files[0], out)
-        return out
-    done = subprocess.run(
-        [_program(), "rrd", "merge", *map(str, files), "-o", str(out)], capture_output=True, check=False
-    )
-    if done.returncode != 0:
-        raise FileError("the recording's parts can't be joined there", path=str(out))
-    return out
+def _join(files: list[Path], out: Path, room: Path) -> Path:
+    """One file of several, written whole or not at all."""
+    joined = files[0]
+    if len(files) > 1:
+        joined = room / "joined.rrd"
+        done = subprocess.run(
+            [_program(), "rrd", "merge", *map(str, files), "-o", str(joined)],
+            capture_output=True,
+            check=False,
+        )
+        if done.returncode != 0:
+            raise FileError(
+                f"the recording's parts can't be joined in {room}; make room there", path=str(out)
+            )
+    return write_bytes(out, joined.read_bytes())
 
 
 def _open(files: list[Path], web: bool) -> None:
-    options = ["--web-viewer"] if web else []
-    command = [_program(), "--bind", "127.0.0.1", *options, *map(str, files)]
-    with contextlib.suppress(KeyboardInterrupt):
-        done = subprocess.run(command, check=False)
+    command = [_program(), "--bind", ADDRESS]
+    with contextlib.suppress(KeyboardInterrupt), opened(files if web else []) as links:
+        shown = ["--web-viewer", *links] if web else map(str, files)
+        done = subprocess.run([*command, *shown], check=False)
         if done.returncode != 0:
             raise OptionError("the rerun viewer could not be opened; try --web, or --out FILE.rrd")
 

@@ -1,0 +1,65 @@
+"""The door of `review --web`: a recording only for who knows its path and names this server."""
+
+import urllib.error
+import urllib.request
+
+import pytest
+
+from workbench.views.recording import review
+from workbench.views.recording.door import opened
+
+
+@pytest.fixture
+def link(tmp_path):
+    (tmp_path / "session.rrd").write_bytes(b"RRF2")
+    with opened([tmp_path / "session.rrd"]) as links:
+        yield links[0]
+
+
+def get(address: str, **headers: str) -> bytes | int:
+    try:
+        with urllib.request.urlopen(urllib.request.Request(address, headers=headers), timeout=20) as answer:
+            return answer.read()
+    except urllib.error.HTTPError as error:
+        return error.code
+
+
+def test_whoever_knows_the_path_gets_the_recording(link):
+    assert get(link) == b"RRF2"
+
+
+@pytest.mark.parametrize("host", ["evil.example", "localhost", "127.0.0.1:9090", ""])
+def test_a_rebound_name_is_refused(link, host):
+    assert get(link, Host=host) == 403
+
+
+def test_a_guessed_path_is_refused(link):
+    start = link.split("/", 3)
+    for path in ("session.rrd", "guess/0/session.rrd", "../session.rrd", ""):
+        assert get("/".join([*start[:3], path])) == 403
+
+
+def test_the_viewer_in_the_browser_is_given_addresses_and_serves_no_data(tmp_path, monkeypatch):
+    """With addresses alone rerun opens no port of its own for data."""
+    (tmp_path / "session.rrd").write_bytes(b"RRF2")
+    commands = []
+
+    class Done:
+        returncode = 0
+
+    monkeypatch.setattr(review.subprocess, "run", lambda command, **_: commands.append(command) or Done())
+    review._open([tmp_path / "session.rrd"], web=True)
+    assert "--web-viewer" in commands[0]
+    assert commands[0][-1].startswith("http://127.0.0.1:")
+    assert str(tmp_path) not in " ".join(commands[0])
+
+
+def test_a_disk_that_is_full_leaves_no_half_file(tmp_path, monkeypatch):
+    from tests.base.test_files import no_room
+    from workbench.base.errors import FileError
+
+    (tmp_path / "session.rrd").write_bytes(b"RRF2")
+    monkeypatch.setattr("os.fsync", no_room)
+    with pytest.raises(FileError, match="make room"):
+        review._join([tmp_path / "session.rrd"], tmp_path / "out.rrd", tmp_path)
+    assert not (tmp_path / "out.rrd").exists()
