@@ -5,7 +5,7 @@ from workbench.base.errors import DataError
 from workbench.base.threads import one_thread
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_drivers
-from workbench.data.plausibility import check_plausible
+from workbench.data.misread import checked
 from workbench.identification.frames import choose_frames
 from workbench.identification.record import Evaluation
 from workbench.identification.row_errors import row_errors
@@ -21,7 +21,7 @@ def evaluate(robot: Robot, data: Dataset, *, fit_frames: bool = False) -> Evalua
         fit_frames: Whether base and tool are fitted where the robot's file does not say they are fixed.
     """
     robot.check_joints(data.q, data.source)
-    data = with_drivers(robot, check_plausible(data, robot.limits, robot.reach))
+    data = with_drivers(robot, checked(robot, data))
     notes = list(data.notes)
     used = data.take(data.included)
     if not len(used):

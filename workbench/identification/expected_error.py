@@ -66,7 +66,8 @@ def expected_error(fit: Fit, motion: Motion) -> Expected:
     covariance = (fit.covariance + _unseen(fit))[np.ix_(places, places)]
     spread = np.einsum("rip,pq,riq->ri", twists, covariance, twists)
     position, rotation = spread[:, :3].sum(1), spread[:, 3:].sum(1)
-    return Expected(float(np.sqrt(position.mean())), float(np.sqrt(rotation.mean())))
+    sizes = np.sqrt(np.maximum([position.mean(), rotation.mean()], 0.0))  # rounding may leave less than 0
+    return Expected(float(sizes[0]), float(sizes[1]))
 
 
 def _unseen(fit: Fit) -> Float[np.ndarray, "p p"]:

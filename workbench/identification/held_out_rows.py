@@ -12,6 +12,7 @@ from workbench.base.errors import DataError, OptionError
 from workbench.data.dataset import Dataset
 from workbench.data.observations import OBSERVATIONS, ContactObservation, PlaneObservation
 from workbench.data.observations.distance import DistanceObservation
+from workbench.data.plausibility import repeated_rows
 from workbench.identification.row_errors import count_measured
 from workbench.plate.region import Region
 
@@ -76,7 +77,7 @@ def divide(used: Dataset, held_out: float | Dataset | tuple[str, ...], seed: int
 def split(
     data: Dataset, fraction: float, *, rng: np.random.Generator
 ) -> tuple[Int[np.ndarray, " train"], Int[np.ndarray, " held"]]:
-    """Hold out a fraction of the rows, whole groups where the data have them.
+    """Hold out a fraction of the rows, whole groups where the data have them, and copies of a row with it.
 
     The units (rows, or means of groups) are divided by medians of their widest joint into as many cells
     as are to be held out, session by session; each cell gives one unit at random. The held-out rows are
@@ -99,7 +100,7 @@ def split(
     everything = np.arange(len(data))
     if fraction == 0.0:
         return everything, everything[:0]
-    labels = everything if data.group is None else np.unique(data.group, return_inverse=True)[1]
+    labels = _units(data)
     count = int(labels.max()) + 1 if len(labels) else 0
     if count < 2:
         raise DataError(f"{data.source}: {count} rows or groups can't be divided; use a held-out share of 0")
@@ -117,6 +118,15 @@ def split(
             held[rng.choice(cell)] = True
     mask = held[labels]
     return np.flatnonzero(~mask), np.flatnonzero(mask)
+
+
+def _units(data: Dataset) -> Int[np.ndarray, " rows"]:
+    """Number of each row's unit: its group, or the row itself; a row that stands twice is one unit."""
+    labels = np.arange(len(data)) if data.group is None else np.unique(data.group, return_inverse=True)[1]
+    copies = repeated_rows(data)
+    for first, again in copies:
+        labels[labels == labels[again]] = labels[first]
+    return np.unique(labels, return_inverse=True)[1] if copies else labels
 
 
 def split_sessions(
@@ -154,7 +164,9 @@ def _cells(centre: np.ndarray, units: np.ndarray, count: int) -> list[np.ndarray
 
 
 def check_enough(robot: Robot, data: Dataset, free: Sequence[str] | None) -> None:
-    """Refuse a fit of more parameters than measured numbers."""
+    """Refuse a fit of more parameters than measured numbers; a row that stands twice counts once."""
+    copies = [again for _, again in repeated_rows(data)]
+    data = data.take(np.delete(np.arange(len(data)), copies))
     count = len(robot.default_free if free is None else free)
     measured = count_measured(data)
     if measured < count:

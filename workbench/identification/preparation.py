@@ -10,7 +10,7 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_drivers
-from workbench.data.plausibility import check_plausible
+from workbench.data.misread import checked
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import align
@@ -130,7 +130,7 @@ def prepare(
     held_out, noise, places = choices.held_out, choices.noise, dict(choices.known)
     sessions = Sessions(choices.frames)
     report(0.0, "checking the rows")
-    data = with_drivers(robot, check_plausible(data, robot.limits, robot.reach))
+    data = with_drivers(robot, checked(robot, data))
     notes = [*data.notes, *unused_observations(data)]
     rows, excluded = choose_rows(robot, data, choices.exclude, choices.region)
     used = data.take(rows)
@@ -198,7 +198,7 @@ def prepare(
 def _other_rows(robot: Robot, data: Dataset, region: Region | None) -> Dataset:
     """Held-out rows of another file, chosen as the fitted ones are."""
     robot.check_joints(data.q, data.source)
-    data = with_drivers(robot, check_plausible(data, robot.limits, robot.reach))
+    data = with_drivers(robot, checked(robot, data))
     return data.take(choose_rows(robot, data, {}, region)[0])
 
 

@@ -18,7 +18,7 @@ from workbench.base.cancel import Cancel
 from workbench.base.errors import DataError, OptionError, WorkbenchError
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_drivers
-from workbench.data.plausibility import check_plausible
+from workbench.data.misread import checked
 from workbench.data.readers.preview import Preview
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument, Observes
 from workbench.data.simulation.simulate import simulate, virtual_arm
@@ -81,7 +81,7 @@ class LoadData(AbstractTask):
                 if understood.dataset is None:
                     raise DataError(understood.problems[0])
                 dataset = replace(understood.dataset, source=path.name)
-                dataset = check_plausible(dataset, session.robot.limits, session.robot.reach)
+                dataset = checked(session.robot, dataset)
             except WorkbenchError as error:
                 raise DataError(str(error).replace(f"{folder}/", "")) from error
         notes = tuple(note.replace(f"{folder}/", "") for note in dataset.notes)

@@ -7,7 +7,7 @@ from typing import final
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.data.dataset import Dataset
-from workbench.data.plausibility import check_plausible
+from workbench.data.misread import checked
 from workbench.plate.plate import Plate
 from workbench.session.commands.data import observed, with_data
 from workbench.session.journal.folder import Begun
@@ -111,6 +111,6 @@ def show(
 def _loaded(robot: Robot, data: Dataset) -> Loaded:
     """Measurements as the page keeps them."""
     robot.check_joints(data.q, data.source)
-    data = check_plausible(data, robot.limits, robot.reach)
+    data = checked(robot, data)
     facts = (("Rows", str(len(data))), ("Joints", str(data.joints)), ("Measured", observed(data)))
     return Loaded(data, data.source, facts, data.notes)

@@ -1,0 +1,76 @@
+"""Measurements that are plausible by themselves, and impossible for the arm."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
+from workbench.base import se3
+from workbench.base.errors import DataError
+from workbench.data.dataset import Dataset
+from workbench.data.misread import checked
+from workbench.identification.held_out_rows import check_enough, split
+
+NOTE = "orientation from the quaternion qw, qx, qy, qz"
+
+
+@pytest.fixture(scope="module")
+def rows(aria):
+    """Rows of an arm that stands somewhere, with another tool."""
+    rng = np.random.default_rng(2)
+    q = rng.uniform(*aria.limits.T, (30, aria.dof))
+    there, tool = (
+        se3.pose(se3.rpy_to_matrix(rng.uniform(-1, 1, 3)), rng.uniform(-1, 1, 3)) for _ in range(2)
+    )
+    poses = there @ tool_poses(aria, Motion(q)) @ tool
+    return Dataset(
+        q=q,
+        row=np.arange(30),
+        position=poses[:, :3, 3],
+        rotation=poses[:, :3, :3],
+        source="rows",
+        notes=(NOTE,),
+    )
+
+
+def misread(rows, order, signs):
+    quaternions = se3.matrix_to_quaternion(rows.rotation)[:, order] * signs
+    return replace(rows, rotation=se3.quaternion_to_matrix(quaternions))
+
+
+def test_what_is_right_passes(aria, rows):
+    assert checked(aria, rows) is not None
+
+
+@pytest.mark.parametrize(
+    ("order", "signs", "remedy"),
+    [
+        ([1, 2, 3, 0], [1, 1, 1, 1], "write qx, qy, qz, qw over its columns$"),
+        ([0, 1, 2, 3], [1, -1, -1, -1], "change the signs of qx, qy and qz$"),
+        ([1, 2, 3, 0], [-1, -1, -1, 1], "columns and change the signs"),
+    ],
+)
+def test_quaternions_of_another_order(aria, rows, order, signs, remedy):
+    with pytest.raises(DataError, match=remedy):
+        checked(aria, misread(rows, order, signs))
+
+
+@pytest.mark.parametrize(("factor", "words"), [(1e-3, "m labelled mm"), (1e3, "mm labelled m")])
+def test_lengths_of_another_unit(aria, rows, factor, words):
+    with pytest.raises(DataError, match=words):
+        checked(aria, replace(rows, position=factor * rows.position))
+
+
+def test_copies_of_a_row_are_held_out_together(rows):
+    data = replace(rows.take(np.tile(np.arange(15), 3)), row=np.arange(45))
+    train, held = split(data, 0.2, rng=np.random.default_rng(0))
+    assert len(held) == 9
+    assert not {i % 15 for i in train} & {i % 15 for i in held}
+
+
+def test_copies_of_a_row_measure_nothing_new(aria, rows):
+    data = replace(rows.take(np.tile(np.arange(2), 20)), row=np.arange(40))
+    with pytest.raises(DataError, match="2 rows give 12 numbers"):
+        check_enough(aria, data, None)
