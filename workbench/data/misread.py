@@ -23,12 +23,6 @@ MOST = 500
 """Rows that are looked at."""
 ENDS = np.radians(150.0)
 """Turns beyond this are left out where a direction is sought: theirs is uncertain."""
-READINGS = {
-    "write qx, qy, qz, qw over its columns": ((3, 0, 1, 2), 1.0),
-    "change the signs of qx, qy and qz": ((0, 1, 2, 3), -1.0),
-    "write qx, qy, qz, qw over its columns and change the signs of qx, qy and qz": ((3, 0, 1, 2), -1.0),
-}
-"""What to do for every other reading, where it has w, x, y, z, and the sign of x, y, z."""
 
 
 def checked(robot: Robot, dataset: Dataset) -> Dataset:
@@ -69,23 +63,23 @@ def _extent(points: Float[np.ndarray, "rows 3"]) -> float:
 
 
 def _refuse_quaternions(seen: Dataset, expected: Float[np.ndarray, "rows 3 3"]) -> None:
-    """Raise where another reading of the quaternions fits the arm, and theirs doesn't."""
+    """Raise where the quaternions fit the arm in another reading only.
+
+    Up to the frames of base and tool, quaternions in the order x, y, z, w are those of the opposite turns.
+    """
     if seen.rotation is None or not any("quaternion" in note for note in seen.notes):
         return
     there = ~np.isnan(seen.rotation).any((1, 2))
     if there.sum() < FEWEST:
         return
-    given, expected = se3.matrix_to_quaternion(seen.rotation[there]), expected[there]
-    off = _mismatch(seen.rotation[there], expected)
-    if off < WRONG:
-        return
-    for remedy, (places, sign) in READINGS.items():
-        other = given[:, places] * [1.0, sign, sign, sign]
-        if (left := _mismatch(se3.quaternion_to_matrix(other), expected)) < RIGHT:
-            raise DataError(
-                f"{seen.source}: the orientations differ by {np.degrees(off):.0f}° from the arm's, and by "
-                f"{np.degrees(left):.1f}° if the quaternion is meant otherwise: {remedy}"
-            )
+    given, expected = seen.rotation[there], expected[there]
+    off, left = _mismatch(given, expected), _mismatch(np.swapaxes(given, 1, 2), expected)
+    if off > WRONG and left < RIGHT:
+        raise DataError(
+            f"{seen.source}: the turns differ by {np.degrees(off):.0f}° from the arm's, and by "
+            f"{np.degrees(left):.1f}° if the quaternion has the order x, y, z, w or the opposite turn: name its "
+            "columns qx, qy, qz, qw, or change the signs of qx, qy and qz"
+        )
 
 
 def _mismatch(measured: Float[np.ndarray, "rows 3 3"], expected: Float[np.ndarray, "rows 3 3"]) -> float:
