@@ -77,8 +77,8 @@ def _refuse_quaternions(seen: Dataset, expected: Float[np.ndarray, "rows 3 3"]) 
     if off > WRONG and left < RIGHT:
         raise DataError(
             f"{seen.source}: the turns differ by {np.degrees(off):.0f}° from the arm's, and by "
-            f"{np.degrees(left):.1f}° if the quaternion has the order x, y, z, w or the opposite turn: name its "
-            "columns qx, qy, qz, qw, or change the signs of qx, qy and qz"
+            f"{np.degrees(left):.1f}° if the quaternion has the order x, y, z, w or the opposite turn: name "
+            "its columns qx, qy, qz, qw, or change the signs of qx, qy and qz"
         )
 
 
