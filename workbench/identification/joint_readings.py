@@ -13,7 +13,8 @@ that a mis-seated row tells nothing of the joints:
 
 Readings are exact unless the rows clearly say otherwise: by the Bayesian information criterion, and `MARGIN`
 more. All joints of one kind alike, or each for itself, whichever that criterion prefers. An effect that the
-model lacks lies along the joints' columns too; until it is found it counts as noise of the readings.
+model lacks lies along the joints' columns too; until it is found it counts as noise of the readings, unless
+it follows the angle of its joint.
 """
 
 from collections.abc import Sequence
@@ -41,6 +42,8 @@ NOTHING = 1e-3
 """… and that of a joint below which its readings count as exact."""
 LARGEST = 0.01
 """Joints that would have to be read as badly as this [rad or m] to make what is left count as exact."""
+SMOOTH = 3.0
+"""Standard deviations by which errors at neighbouring angles of a joint must agree to be no noise."""
 STEPS, HALVINGS, SETTLED = 30, 6, 3e-3
 """Most steps of scoring, halvings of each, and the gain of log likelihood that ends them."""
 
@@ -71,12 +74,13 @@ class Readings(NamedTuple):
 
 
 class _Table(NamedTuple):
-    """Rows with the same components: residuals, variances that rows state, what was measured, by_joint."""
+    """Rows with the same components: residuals, stated variances, what was measured, by_joint, joints."""
 
     residual: Float[np.ndarray, "rows m"]
     own: Float[np.ndarray, "rows m"]
     live: Bool[np.ndarray, "rows m"]
     by_joint: Float[np.ndarray, "rows m n"]
+    q: Float[np.ndarray, "rows n"]
     channel: np.ndarray
     """0 for positions, 1 for rotations."""
 
@@ -119,18 +123,18 @@ def with_joint_readings(
     tables = _tables(problem, residual)
     scale = _scale(tables)
     joints = np.flatnonzero((scale[2:] > 0.0) & (scale[2:] < LARGEST**2))
-    plain = _fit(tables, _members(scale, []), np.ones(2), stated)
-    kinds = np.array([turns(problem.blocks[0].chain, int(j)) for j in joints])
-    alike = _members(scale, [joints[kinds == kind] for kind in (True, False) if (kinds == kind).any()])
-    found = _fit(tables, alike, np.append(plain.size, np.full(alike.shape[1] - 2, 0.1)), stated)
-    single = _members(scale, joints[:, None])
-    begin = np.append(found.size[:2], np.maximum(found.variances[2 + joints] / scale[2 + joints], NOTHING))
-    each = _fit(tables, single, begin, stated)
-    charge = 0.5 * np.log(len(problem.data))
-    gains = [plain.cost - a.cost - charge * (a.size[2:] > NOTHING).sum() - MARGIN for a in (found, each)]
-    if max(gains) < 0.0:
-        return white
-    variances = (found, each)[int(np.argmax(gains))].variances
+    turning = np.array([turns(problem.blocks[0].chain, j) for j in range(len(scale) - 2)])
+    while True:
+        found = _likeliest(tables, scale, joints, turning, stated)
+        if found is None:
+            return white
+        smooth = [
+            j for j in joints if found.variances[2 + j] > 0.0 and _is_smooth(tables, found.variances, j)
+        ]
+        if not smooth:
+            break
+        joints = np.setdiff1d(joints, smooth)
+    variances = found.variances
     variances = np.where(variances > NOTHING * scale, variances, 0.0)
     if not stated:  # what is left is as large as it is, heavy tails or not
         sizes = [_whitened(t, variances)[2] ** 2 for t in tables]
@@ -138,6 +142,36 @@ def with_joint_readings(
     there = scale[:2] > 0.0
     channels = np.where(there, np.sqrt(variances[:2]), white[:2]).tolist()
     return Noise(channels[0], channels[1], tuple(np.sqrt(variances[2:]).tolist()))
+
+
+def _likeliest(
+    tables: Sequence[_Table], scale: np.ndarray, joints: np.ndarray, turning: np.ndarray, stated: bool
+) -> _Answer | None:
+    """The most likely variances if some joints are read badly; None if the rows don't clearly say so."""
+    if not len(joints):
+        return None
+    plain = _fit(tables, _members(scale, []), np.ones(2), stated)
+    kinds = turning[joints]
+    alike = _members(scale, [joints[kinds == kind] for kind in (True, False) if (kinds == kind).any()])
+    found = _fit(tables, alike, np.append(plain.size, np.full(alike.shape[1] - 2, 0.1)), stated)
+    single = _members(scale, joints[:, None])
+    begin = np.append(found.size[:2], np.maximum(found.variances[2 + joints] / scale[2 + joints], NOTHING))
+    each = _fit(tables, single, begin, stated)
+    charge = 0.5 * np.log(sum(len(t.residual) for t in tables))
+    gains = [plain.cost - a.cost - charge * (a.size[2:] > NOTHING).sum() - MARGIN for a in (found, each)]
+    return (found, each)[int(np.argmax(gains))] if max(gains) > 0.0 else None
+
+
+def _is_smooth(tables: Sequence[_Table], variances: np.ndarray, joint: int) -> bool:
+    """Whether the likeliest errors of a joint's readings follow its angle: an effect then, no noise."""
+    q, error = [], []
+    for table in tables:
+        inverse, _, white = _whitened(table, variances)
+        error.append(((inverse @ table.by_joint[:, :, [joint]])[..., 0] * white).sum(1))
+        q.append(table.q[:, joint])
+    ordered = np.concatenate(error)[np.argsort(np.concatenate(q), kind="stable")]
+    pairs = ordered[1:] * ordered[:-1]
+    return bool(pairs.sum() > SMOOTH * np.sqrt((pairs**2).sum()))
 
 
 def _tables(problem: Problem, residual: np.ndarray) -> list[_Table]:
@@ -152,14 +186,14 @@ def _tables(problem: Problem, residual: np.ndarray) -> list[_Table]:
         )
         channels = tuple(block.observation.channels)
         channel = np.array([int(c is Channel.ROTATION) for c in channels])
-        table = _Table(left, own, live, block.by_joint[every] * live[..., None], channel)
+        table = _Table(left, own, live, block.by_joint[every] * live[..., None], block.q[every], channel)
         alike.setdefault(channels, []).append(table)
     merged = []
     for same in alike.values():
-        residual, own, live, by_joint = (
-            np.concatenate(parts) for parts in zip(*(t[:4] for t in same), strict=True)
+        residual, own, live, by_joint, q = (
+            np.concatenate(parts) for parts in zip(*(t[:5] for t in same), strict=True)
         )
-        merged.append(_Table(residual, own, live, by_joint, same[0].channel))
+        merged.append(_Table(residual, own, live, by_joint, q, same[0].channel))
     return merged
 
 
