@@ -13,8 +13,8 @@ that a mis-seated row tells nothing of the joints:
 
 Readings are exact unless the rows clearly say otherwise: by the Bayesian information criterion, and `MARGIN`
 more. All joints of one kind alike, or each for itself, whichever that criterion prefers. An effect that the
-model lacks lies along the joints' columns too; until it is found it counts as noise of the readings, unless
-it follows the angle of its joint.
+model lacks lies along the joints' columns too. Until it is found it counts as noise of the readings, unless
+the errors of a joint follow its angle: then readings count as exact, and the effect is looked for first.
 """
 
 from collections.abc import Sequence
@@ -124,16 +124,12 @@ def with_joint_readings(
     scale = _scale(tables)
     joints = np.flatnonzero((scale[2:] > 0.0) & (scale[2:] < LARGEST**2))
     turning = np.array([turns(problem.blocks[0].chain, j) for j in range(len(scale) - 2)])
-    while True:
-        found = _likeliest(tables, scale, joints, turning, stated)
-        if found is None:
-            return white
-        smooth = [
-            j for j in joints if found.variances[2 + j] > 0.0 and _is_smooth(tables, found.variances, j)
-        ]
-        if not smooth:
-            break
-        joints = np.setdiff1d(joints, smooth)
+    found = _likeliest(tables, scale, joints, turning, stated)
+    if found is None:
+        return white
+    noisy = [j for j in joints if found.variances[2 + j] > 0.0]
+    if any(_is_smooth(tables, found.variances, j) for j in noisy):
+        return white
     variances = found.variances
     variances = np.where(variances > NOTHING * scale, variances, 0.0)
     if not stated:  # what is left is as large as it is, heavy tails or not
