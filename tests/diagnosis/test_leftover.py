@@ -87,7 +87,7 @@ def test_a_diagnosis_weighs_by_noisy_readings_and_begins_with_them():
     np.testing.assert_allclose(told, np.rad2deg(2e-4), rtol=0.2)
 
 
-@pytest.mark.parametrize("kind", ["dragging-hose", "kinked-gear", "scale"])
+@pytest.mark.parametrize("kind", ["dragging-hose", "kinked-gear"])
 def test_errors_that_follow_the_angle_of_a_joint_are_no_noise_of_its_readings(kind):
     assert joint_noise(fitted(make(kind, 31, "three-parallel"))) is None
 

@@ -127,7 +127,7 @@ def with_joint_readings(
     found = _likeliest(tables, scale, joints, turning, stated)
     if found is None:
         return white
-    noisy = [j for j in joints if found.variances[2 + j] > 0.0]
+    noisy = [int(j) for j in joints if found.variances[2 + j] > 0.0]
     if any(_is_smooth(tables, found.variances, j) for j in noisy):
         return white
     variances = found.variances
