@@ -25,7 +25,7 @@ def test_what_was_found_is_added_and_compared_as_evaluate_does(measured, do):
     assert run.calibrated is session.diagnosis.robot
     expected = evaluate(run.judged, read_measurements(path))
     shown = session.comparison
-    errors = np.array([shown.errors(i)[1] for i in range(len(shown))])
+    errors = shown.errors[:, 1]
     place = {int(number): i for i, number in enumerate(expected.row_numbers)}
     by_row = expected.rows.position[[place[int(number)] for number in shown.number]]
     assert len(shown) == len(expected.row_numbers) == 90

@@ -41,7 +41,7 @@ def test_a_virtual_arm_is_recovered(worker, do, first, tmp_path):
     assert found.runs["opt2"].held_out.position_mm.mean < 0.02 * found.nominal.held_out.position_mm.mean
     assert session.focus is Focus.ROW
     assert session.comparison.held_out.tolist() == [False] * 10 + [True] * 40
-    before, after = np.array([session.comparison.errors(i) for i in range(10, 50)]).T
+    before, after = session.comparison.errors[10:50].T
     assert 1e3 * before.mean() == pytest.approx(found.nominal.held_out.position_mm.mean)
     assert 1e3 * after.mean() == pytest.approx(found.runs[session.fit].held_out.position_mm.mean)
     again = replay(first, worker.journal)

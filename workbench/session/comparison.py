@@ -5,6 +5,7 @@ one, the nominal base) brings measured and predicted poses alike into the base's
 """
 
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -47,17 +48,17 @@ class Comparison:
     def __len__(self) -> int:
         return len(self.q)
 
-    def errors(self, row: int) -> tuple[float, float]:
-        """Position error of the nominal and of the calibrated arm [m]; NaN where unknown."""
-        before = float(np.linalg.norm(self.measured[row] - self.nominal[row, :3, 3]))
-        if self.calibrated is None:
-            return before, np.nan
-        return before, float(np.linalg.norm(self.measured[row] - self.calibrated[row, :3, 3]))
+    @cached_property
+    def errors(self) -> Float[np.ndarray, "rows 2"]:
+        """Position errors of the nominal and of the calibrated arm [m]; NaN where unknown."""
+        calibrated = np.full_like(self.nominal, np.nan) if self.calibrated is None else self.calibrated
+        places = np.stack([self.nominal, calibrated], 1)[..., :3, 3]
+        return frozen(np.linalg.norm(self.measured[:, None] - places, axis=2))
 
 
 def exaggeration_for(comparison: Comparison) -> float:
     """A round factor that draws the nominal arm's typical error about as long as a hand is wide."""
-    errors = np.linalg.norm(comparison.measured - comparison.nominal[:, :3, 3], axis=1)
+    errors = comparison.errors[:, 0]
     typical = np.nanmedian(errors) if np.isfinite(errors).any() else 0.0
     fitting = [step for step in STEPS if step * typical <= DRAWN_LENGTH]
     return max(fitting, default=STEPS[0])

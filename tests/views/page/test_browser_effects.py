@@ -1,6 +1,5 @@
 """Effects with columns of their own, from the file to the comparison, in a real browser."""
 
-import numpy as np
 import pytest
 from driven_effects import DRIVEN, driven_file
 
@@ -45,7 +44,7 @@ def test_what_was_found_is_added_and_compared(app, look, tmp_path):
             shown = screen.text("row").split("Calibrated")[1].split()[0]
             assert f"data row {row} " in screen.text("row")
             assert shown == number(1e3 * errors[row])
-        compared = 1e3 * np.array([session.comparison.errors(i)[1] for i in range(len(errors))])
+        compared = 1e3 * session.comparison.errors[:, 1]
         assert compared.mean() == pytest.approx(expected.errors.position_mm.mean, rel=1e-9)
         assert compared.max() == pytest.approx(expected.errors.position_mm.max, rel=1e-9)
         screen.shoot(f"compared-{name}")

@@ -33,6 +33,7 @@ from workbench.session.export import (
 from workbench.session.state import Focus, Severity, Units
 from workbench.views.appearance.bodies import body_frames
 from workbench.views.page import html
+from workbench.views.page.panels import fit
 from workbench.views.page.panels.arrange import rows_of, table_of
 from workbench.views.page.panels.choices import read_rows
 from workbench.views.page.panels.compare import ComparePanel
@@ -263,3 +264,15 @@ def test_a_refused_entry_goes_back_and_a_typed_table_stays(app):
     assert app.worker.session.messages[-1].severity is Severity.ERROR
     assert place.value == before
     assert table.value == "1 2 3"
+
+
+def test_a_message_draws_no_figure_again(app, monkeypatch):
+    drawn = []
+    real = fit.error_figure
+    monkeypatch.setattr(
+        fit, "error_figure", lambda *words, **options: drawn.append(1) or real(*words, **options)
+    )
+    for command in (MeasureVirtualArm(2), Identify(("opt2",)), Tell("one"), Tell("two")):
+        app.worker.submit(command)
+        assert app.worker.wait(60.0)
+    assert len(drawn) == 1

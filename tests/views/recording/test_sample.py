@@ -98,7 +98,7 @@ def test_the_arm_stands_at_every_measured_row(pictures, replayed):
         assert any(ROW in batch.schema.names for batch in pictures.batches[f"/world/{path}"]), path
     for k, arm in enumerate(("nominal", "calibrated")):
         errors = [v[0] for _, v in pictures.values(f"/row_error/{arm}_mm/1_opt2", "Scalars:scalars", ROW)]
-        assert errors == pytest.approx([1e3 * rows.errors(i)[k] for i in range(len(rows))], rel=1e-9)
+        assert errors == pytest.approx((1e3 * rows.errors[:, k]).tolist(), rel=1e-9)
 
 
 def test_the_targets_stand_where_they_were_left(pictures, replayed):

@@ -135,8 +135,7 @@ def _comparison(session: Session) -> Json | None:
     rows = session.comparison
     if rows is None:
         return None
-    errors = np.array([rows.errors(i) for i in range(len(rows))]).reshape(-1, 2)
-    return {"rows": len(rows), "nominal": errors[:, 0], "calibrated": errors[:, 1]}
+    return {"rows": len(rows), "nominal": rows.errors[:, 0], "calibrated": rows.errors[:, 1]}
 
 
 def _rows_taken(session: Session) -> Json | None:

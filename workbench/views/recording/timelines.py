@@ -155,8 +155,7 @@ class RowErrors(AbstractTimeline):
         if rows is None or rows.calibrated is None or group in self._drawn:
             return
         self._drawn.add(group)
-        errors = 1e3 * np.array([rows.errors(i) for i in range(len(rows))])
-        for values, (name, colour) in zip(errors.T, ARMS.items(), strict=True):
+        for values, (name, colour) in zip(1e3 * rows.errors.T, ARMS.items(), strict=True):
             path = f"row_error/{name}_mm/{group}"
             canvas.log(path, rr.SeriesLines(names=f"{session.fit}: {name} mm", colors=colour), static=True)
             canvas.rows(path, rr.Scalars.columns(scalars=values), len(rows))

@@ -138,7 +138,7 @@ def _readout(session: Session) -> str:
     head = f"Pose {row + 1} of {len(comparison)} · data row {int(comparison.number[row])}"
     if session.identification is None:
         return block(f"{head}{_as_opened(comparison, row)}", testid="row", style="margin:6px 0")
-    before, after = comparison.errors(row)
+    before, after = comparison.errors[row]
     if np.isnan(before):
         words = "No position was measured here."
         return block(f"{head} · {kind}<br>{words}", testid="row", style="margin:6px 0")

@@ -83,6 +83,7 @@ class FitPanel(AbstractPanel):
         )
         on_change(self._errors_of, self._draw_figure)
         self._figure = gui.add_html("", visible=False)
+        self._figure_of: tuple[Identification, bool] | None = None
         self._parameters = gui.add_html("", visible=False)
         self._remarks = gui.add_html("", visible=False)
 
@@ -110,10 +111,11 @@ class FitPanel(AbstractPanel):
         self._worker.submit(Identify(algorithms, share, FRAMES[self._frames.value]))
 
     def _draw_figure(self) -> None:
-        found = self._worker.session.identification
-        if found is None:
+        """Draw the errors, unless they are drawn: every message comes by here."""
+        found, rotation = self._worker.session.identification, self._errors_of.value == ORIENTATION
+        if found is None or self._figure_of == (found, rotation):
             return
-        rotation = self._errors_of.value == ORIENTATION
+        self._figure_of = found, rotation
         drawing = error_figure(found, rotation=rotation) or "Not measured."
         self._figure.content = block(drawing, style="margin:4px 0 8px")
 
