@@ -120,7 +120,10 @@ def bounds(
 
 def wrong(j: Judged) -> str:
     """One line on a case that is not right."""
-    spoken = (", ".join(_word(n) for n in group) or NOTHING for group in (j.truth, (*j.found, *j.extra)))
+    spoken = (
+        ", ".join(_word(n) for n in group) or NOTHING
+        for group in (j.truth, dict.fromkeys((*j.found, *j.extra)))
+    )
     rows = f"; rows −{j.overlooked} +{j.accused}" if j.overlooked or j.accused else ""
     blind = "" if j.seen else ", can't be seen"
     errors = f"error {j.before:.2f} → {j.error:.2f} σ"

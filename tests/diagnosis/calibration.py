@@ -71,7 +71,7 @@ def reliability(found: Sequence[Bin]) -> Figure:
         axes.set_xlabel("stated probability")
         axes.set_ylabel("claims that are true")
         axes.set_title(f"{sum(b.claims for b in found)} claims, expected error {expected_error(found):.1%}")
-        axes.set_aspect("equal")
+        axes.set(aspect="equal", xlim=(-2.2, 4.5), ylim=(-2.2, 4.5))
         grid(axes, "both")
     return figure
 
