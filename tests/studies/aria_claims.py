@@ -11,8 +11,8 @@ from workbench.plate.branches import plate_solutions, single_branches
 from workbench.plate.clustering import Clustering
 from workbench.plate.plate import Plate
 
-ALIKE = 10.0
-"""Errors within this factor are of the same order of magnitude."""
+ALIKE = float(np.sqrt(10.0))
+"""Errors within this factor are of the same order of magnitude: half of one up or down."""
 ROUNDING = 1e-9
 """Errors below this [m] are rounding."""
 

@@ -5,7 +5,7 @@ from jaxtyping import Float
 
 from studies import aria_printed as printed
 from studies.aria_arms import TITLES, Acquisition, identified, mean_errors
-from studies.finding import Finding, judged, without
+from studies.finding import Finding, checked, judged, without
 from studies.page import Sheet
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import link_frames, sensitivity, tool_poses
@@ -135,17 +135,17 @@ def virtual_example(robot: Robot, tool: Acquisition) -> tuple[tuple[Finding, ...
     rounded = np.abs(ours - values) <= units + 1e-9
     other = ~hidden & ~tiny
     findings = [
-        judged("Table 3", name, texts[name], f"{ours[names.index(name)]:.6g}",
+        checked("Table 3", name, texts[name], f"{ours[names.index(name)]:.6g}",
                rounded[names.index(name)], "hidden in our virtual arm too")
         for name in printed.TABLE_3_HIDDEN
     ]  # fmt: skip
     findings += [
-        judged(
+        checked(
             "Table 3", f"{int(tiny.sum())} constants near zero", f"up to {np.abs(values[tiny]).max():.1e}",
             f"up to {np.abs(ours[tiny]).max():.0e}", np.abs(ours[tiny]).max() < 1e-5,
             "zero in both; how nearly says where a search stops",
         ),
-        judged(
+        checked(
             "Table 3", f"{int(other.sum())} further constants", "nominal, rounded",
             f"{int(rounded[other].sum())} agree to the last digit", rounded[other].all(),
         ),
@@ -185,7 +185,7 @@ def real_example(robot: Robot, tool: Acquisition) -> tuple[tuple[Finding, ...], 
                f"{1e3 * position:.1f} and {np.rad2deg(angle):.1f}", position < 5e-3, rounding),
         without("Fig. 11", "position error after calibration [mm]", "≈ 0.5", alone),
         without("Fig. 11", "orientation error after calibration [°]", "≈ 0.43", alone),
-        judged("§5.3", "0.5 mm and 0.43° meet §2.4", "yes", "0.50 < 1 and 0.43 < 0.66",
+        checked("§5.3", "0.5 mm and 0.43° meet §2.4", "yes", "0.50 < 1 and 0.43 < 0.66",
                printed.MEASURED_POSITION < 1e3 * printed.REQUIRED_POSITION
                and printed.MEASURED_ANGLE < printed.REQUIRED_ANGLE),
     )  # fmt: skip

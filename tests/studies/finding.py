@@ -16,7 +16,13 @@ class Verdict(StrEnum):
 
     AGREES = "agrees"
     DIFFERS = "differs"
+    HOLDS = "holds (not counted)"
+    FAILS = "fails (not counted)"
     NONE = "none can be given"
+
+
+GOOD = (Verdict.AGREES, Verdict.HOLDS)
+"""Verdicts that need no reason."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,8 +49,23 @@ class Finding:
 def judged(
     where: str, what: str, printed: str, here: str, agrees: bool | np.bool_, reason: str = ""
 ) -> Finding:
-    """A finding that agrees or not."""
+    """A printed result that agrees or not.
+
+    One rule for numbers over several arms: they agree if the interval of nine arms in ten encloses what is
+    printed.
+    Where nothing is printed (a dash, or words in brackets) there is nothing to agree with: see `checked`.
+    """
+    if printed.startswith(("–", "(")):
+        return checked(where, what, printed, here, agrees, reason)
     verdict = Verdict.AGREES if agrees else Verdict.DIFFERS
+    return Finding(where=where, what=what, printed=printed, here=here, verdict=verdict, reason=reason)
+
+
+def checked(
+    where: str, what: str, printed: str, here: str, holds: bool | np.bool_, reason: str = ""
+) -> Finding:
+    """A check of ours: a value that was hidden here, arithmetic on the work's own numbers, a bound."""
+    verdict = Verdict.HOLDS if holds else Verdict.FAILS
     return Finding(where=where, what=what, printed=printed, here=here, verdict=verdict, reason=reason)
 
 
@@ -63,7 +84,7 @@ def findings_table(findings: tuple[Finding, ...]) -> RenderableType:
         table.add_row(*(escape(cell) for cell in cells))
     reasons: dict[str, list[str]] = {}
     for finding in findings:
-        if finding.verdict is not Verdict.AGREES:
+        if finding.verdict not in GOOD:
             reasons.setdefault(finding.reason, []).append(f"{finding.where}, {finding.what}")
     lines = (f"{'; '.join(which)}: {reason}" for reason, which in reasons.items())
     return Group(table, Text("\n".join(lines)))

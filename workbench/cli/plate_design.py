@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from workbench.base.errors import OptionError
 from workbench.cli.options import (
     JsonOption,
     RobotOption,
@@ -34,8 +35,8 @@ def optimise(
     ] = None,
     branches: Annotated[str, typer.Option(help="mixed, or single: one branch for all targets.")] = "mixed",
     reading: Annotated[
-        str, typer.Option(help="What is read at a target: seat, socket, point, contacts, ball-bar.")
-    ] = "seat",
+        str | None, typer.Option(help="What is read: seat (if not given), socket, point, contacts, ball-bar.")
+    ] = None,
     blocks: Annotated[str, typer.Option(help="Blocks: flat, stepped or tilted.")] = "tilted",
     heights: Annotated[str | None, typer.Option(help='Heights of blocks: "40mm,120mm".')] = None,
     angles: Annotated[
@@ -47,6 +48,10 @@ def optimise(
         typer.Option(
             help="How many different blocks may be made, for cheap making; any number if not given."
         ),
+    ] = None,
+    made: Annotated[
+        str | None,
+        typer.Option(help="From what people own: machined, printed or breadboard; sets what fits it."),
     ] = None,
     tilt: Annotated[str, typer.Option(help="Greatest tilt of a block.")] = "45deg",
     turn: Annotated[
@@ -83,9 +88,13 @@ def optimise(
     check_writable(out, json)
     base, tool = unknown_frames(unknown)
     arm, given = load_robot(robot), load_plate(plate)
+    manner = None if made is None else _manner(made)
+    reading = reading or ("seat" if manner is None else manner.reading)
+    if manner is not None and tolerance is None:
+        given = replace(given, making=manner.making)
     making = making_of(given, tolerance, play or ("pins" if reading == "seat" else "none"))
     wish = _wish(targets, branches, reading, blocks, heights, angles, tilt, turn, making, places)
-    wish = replace(wish, shapes=shapes)
+    wish = replace(wish, shapes=shapes, blocks=wish.blocks if manner is None else manner.blocks(wish.blocks))
     wish = _within(wish, clearance, limit_margin, spacing, retreat, floor)
     with progress_bar("optimise") as progress:
         found = plate_design.optimise_plate(
@@ -101,6 +110,8 @@ def optimise(
             tool=tool,
         )
     show(design_tables(found))
+    if manner is not None:
+        say(f"{made}: {manner.words}")
     say(f"plate: {write_plate(found.plate, out)}")
     write_result(json, design_json(found))
 
@@ -163,6 +174,58 @@ def yield_(
         )
     show(yield_tables(found))
     write_result(json, yield_json(found))
+
+
+@plates.command()
+def tradeoff(
+    plate: PlateArgument,
+    robot: RobotOption,
+    out: Annotated[Path, typer.Option(help="Folder for the picture and a plate (.toml) for each choice.")],
+    targets: Annotated[str, typer.Option(help="Numbers of targets.")] = "8,12,16",
+    made: Annotated[str, typer.Option(help="Ways to make them.")] = "machined,printed,breadboard",
+    places: Annotated[int, typer.Option(help="Random blocks from which each search begins.")] = 500,
+    arms: Annotated[int, typer.Option(help="Try each on so many virtual arms; 0: none.")] = 0,
+    json: JsonOption = None,
+    seed: SeedOption = 0,
+) -> None:
+    """What does it buy me: predicted error against price, by targets, shapes and ways to make them."""
+    from workbench.arm.built_in_arms import load_robot
+    from workbench.base.files import write_folder
+    from workbench.cli.options import whole_numbers
+    from workbench.plate.parts.as_measured import load_plate
+    from workbench.plate.plate_toml import plate_text
+    from workbench.plate.report.design import tradeoff_json
+    from workbench.plate.tradeoff import weigh_choices
+    from workbench.report.figures import png
+
+    check_writable(json, folder=out)
+    with progress_bar("tradeoff") as progress:
+        found = weigh_choices(
+            load_robot(robot),
+            load_plate(plate),
+            numbers=whole_numbers(targets, "--targets"),
+            manners=tuple(name.strip() for name in made.split(",")),
+            places=places,
+            arms=arms,
+            seed=seed,
+            progress=lambda part: progress(part, "searching plates"),
+        )
+    show(found.summary())
+    files = {f"{c.name.replace(', ', '-').replace(' ', '-')}.toml": c.design.plate for c in found.choices}
+    written = {name: plate_text(each).encode() for name, each in files.items()}
+    say(
+        f"picture and {len(files)} plates: {write_folder(out, written | {'tradeoff.png': png(found.plot())})}"
+    )
+    write_result(json, tradeoff_json(found))
+
+
+def _manner(name: str):
+    """A way to make a plate, by name."""
+    from workbench.plate.optimiser.makings import MANNERS
+
+    if name not in MANNERS:
+        raise OptionError(f"--made must be one of {', '.join(MANNERS)}, got '{name}'")
+    return MANNERS[name]
 
 
 def _wish(targets, branches, reading, blocks, heights, angles, tilt, turn, making, places):

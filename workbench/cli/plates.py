@@ -196,6 +196,9 @@ def export(
     ] = None,
     noise: NoiseOption = "0.1mm,0.02deg",
     tolerance: ToleranceOption = None,
+    printed: Annotated[
+        bool, typer.Option("--printed", help="For a 3D printer: magnets under the cones, thread inserts.")
+    ] = False,
 ) -> None:
     """Everything to make a plate: drawing set, solids, lists, and a sheet with the expected accuracy."""
     from dataclasses import replace
@@ -203,6 +206,7 @@ def export(
     from workbench.arm.built_in_arms import load_robot
     from workbench.plate.parts import export as plate_making
     from workbench.plate.parts.as_measured import load_plate
+    from workbench.plate.parts.stock import Stock
 
     wanted = plate_making.LEAN if formats is None else plate_making.formats_named(formats)
     check_writable(folder=out)
@@ -215,6 +219,7 @@ def export(
             formats=wanted,
             robot=None if robot is None else load_robot(robot),
             sigma=(sigma.position, sigma.rotation),
+            stock=Stock.printed() if printed else None,
             progress=progress,
         )
     shapes = ", ".join(f"{len(shape.numbers)} × {shape.letter}" for shape in fixture.shapes)

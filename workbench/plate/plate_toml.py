@@ -138,9 +138,14 @@ def _target_table(target: Target) -> dict[str, Any]:
     return table
 
 
+def plate_text(plate: Plate) -> str:
+    """A plate's file as text."""
+    return tomli_w.dumps(plate_to_table(plate))
+
+
 def write_plate(plate: Plate, path: Path | str) -> Path:
     """Write a plate's file, whole or not at all."""
-    return write_text(path, tomli_w.dumps(plate_to_table(plate)))
+    return write_text(path, plate_text(plate))
 
 
 def built_in_plates() -> dict[str, Path]:

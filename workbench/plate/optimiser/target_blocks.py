@@ -58,6 +58,8 @@ class Blocks:
         greatest_tilt: Of a face [rad].
         tilts: The only tilts that may be made, for cheap making; any up to the greatest if empty [rad].
         turn: Azimuths and spins are multiples of this [rad]; any if 0.
+        grid: Distance of the holes that blocks stand on, about the plate's centre [m]; anywhere if 0.
+        levels: The only heights there are, such as those of posts [m]; any within `heights` if empty.
         shapes: The only blocks that may be made, as height [m], tilt and spin [rad]; any if empty. Blocks of
             one shape differ in where they stand and which way they face, and need one drawing.
 
@@ -70,6 +72,8 @@ class Blocks:
     greatest_tilt: float = float(np.deg2rad(45.0))
     tilts: tuple[float, ...] = ()
     turn: float = 0.0
+    grid: float = 0.0
+    levels: tuple[float, ...] = ()
     shapes: tuple[tuple[float, float, float], ...] = ()
 
     def __post_init__(self):
@@ -81,6 +85,8 @@ class Blocks:
                 f"the tilt of a block must be 0 to {np.rad2deg(STEEPEST):.0f}°, got "
                 f"{np.rad2deg(max((self.greatest_tilt, *self.tilts), key=abs)):g}°"
             )
+        if self.grid < 0.0 or min(self.levels, default=1.0) <= 0.0:
+            raise OptionError("the grid of holes must not be negative, and the levels must be positive")
         if self.turn < 0.0:
             raise OptionError(
                 f"the step of block angles must not be negative, got {np.rad2deg(self.turn):g}°"
@@ -99,6 +105,9 @@ class Blocks:
         """The nearest blocks that may be made."""
         made = places.copy()
         made[:, :2] = np.clip(made[:, :2], -half, half)
+        if self.grid > 0.0:
+            most = np.floor(half / self.grid)
+            made[:, :2] = self.grid * np.clip(np.round(made[:, :2] / self.grid), -most, most)
         made[:, 2] = np.clip(made[:, 2], *self.heights)
         if self.style is BlockStyle.TILTED:
             made[:, 3] = np.clip(made[:, 3], 0.0, self.greatest_tilt)
@@ -112,7 +121,12 @@ class Blocks:
         if self.turn > 0.0:
             made[:, 4:] = np.round(made[:, 4:] / self.turn) * self.turn
         made[:, 4:] = np.arctan2(np.sin(made[:, 4:]), np.cos(made[:, 4:]))
-        made[:, 2] = np.maximum(made[:, 2], 0.5 * SIDE * np.tan(made[:, 3]) + FOOT)
+        least = 0.5 * SIDE * np.tan(made[:, 3]) + FOOT
+        made[:, 2] = np.maximum(made[:, 2], least)
+        if self.levels:
+            levels = np.sort(self.levels)
+            apart = np.abs(made[:, 2, None] - levels) + np.where(levels < least[:, None], 1.0, 0.0)
+            made[:, 2] = levels[apart.argmin(1)]
         if self.shapes:
             shapes = np.array(self.shapes)
             made[:, SHAPE] = shapes[shape_distances(made[:, SHAPE], shapes).argmin(1)]

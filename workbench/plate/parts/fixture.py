@@ -113,7 +113,8 @@ def _face_bores(number: int, kind: Kind, face: Vector3, tool: np.ndarray, stock:
         ]
     if kind is Kind.SOCKET:
         depth = (np.sqrt(2.0) - 0.5) * 0.5 * stock.ball
-        return [bore(Purpose.SOCKET, face, 2.0 * depth, depth)]
+        pocket = [] if stock.magnet is None else [bore(Purpose.MAGNET, face, *stock.magnet)]
+        return [bore(Purpose.SOCKET, face, 2.0 * depth, depth), *pocket]
     return [bore(Purpose.TIP, face, stock.centre, 0.5 * stock.centre)]
 
 

@@ -73,6 +73,7 @@ SHORT = {
     Purpose.INDEX: "index pin",
     Purpose.SOCKET: "ball",
     Purpose.TIP: "pointed probe",
+    Purpose.MAGNET: "magnet",
     Purpose.PIN: "dowel pin",
     Purpose.FLANGE: "flange screw",
     Purpose.STANDOFF: "stand-off",

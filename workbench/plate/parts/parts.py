@@ -30,6 +30,7 @@ class Purpose(StrEnum):
     INDEX = "index pin along the tool's x axis, H7"
     SOCKET = "90° cone for the ball"
     TIP = "90° centre for the pointed probe"
+    MAGNET = "pocket for the magnet under the ball"
     PIN = "press fit for a dowel pin, N7"
     FLANGE = "screw hole of the flange, ISO 9409-1"
     STANDOFF = "screw hole for a stand-off"

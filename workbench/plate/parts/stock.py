@@ -32,6 +32,7 @@ class Stock:
         index_depth: Its depth.
         index_offset: Its distance from the seat along the tool's x axis.
         ball: Diameter of the ball that sits in sockets.
+        magnet: Diameter of the magnet under the ball, and depth of its pocket from the face; none if None.
         centre: Diameter of the centre for a pointed probe.
         mounting: Diameter of the plate's mounting holes.
         inset: Distance of the mounting holes from both edges.
@@ -59,6 +60,7 @@ class Stock:
     index_depth: float = 0.006
     index_offset: float = 0.015
     ball: float = 0.012
+    magnet: tuple[float, float] | None = None
     centre: float = 0.003
     mounting: float = 0.009
     inset: float = 0.020
@@ -74,6 +76,11 @@ class Stock:
     def play(self) -> tuple[float, float]:
         """Greatest shift [m] and turn [rad] of a probe on g6 pins in a seat."""
         return pin_play(self.seat, self.index, self.index_offset)
+
+    @classmethod
+    def printed(cls) -> "Stock":
+        """For a printer: cones for balls of 12 mm over magnets Ø5 × 4, threads as inserts, thicker plate."""
+        return cls(magnet=(0.005, 0.0072), core=0.008, thickness=0.016)
 
     def lift(self, kind: Kind) -> float:
         """How far the face lies above the target along its normal [m]."""

@@ -10,11 +10,13 @@ from rich.text import Text
 from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.optimiser.target_blocks import places_of, shapes_of
 from workbench.plate.plate import Kind
+from workbench.plate.tradeoff import Tradeoff
 from workbench.plate.yield_trial.result import Yield
 from workbench.report.tables import new_table
 
 DESIGN = "workbench.plate-design/1"
 YIELD = "workbench.plate-yield/1"
+TRADEOFF = "workbench.plate-tradeoff/1"
 
 Json = dict[str, Any]
 
@@ -38,7 +40,8 @@ def design_tables(design: PlateDesign) -> RenderableType:
 
 
 def _design_words(design: PlateDesign) -> list[str]:
-    error = f"{1e3 * design.cost:.3f} mm, {np.rad2deg(design.rotation):.3f}°"
+    turned = f"{np.rad2deg(design.rotation):.3f}°" if np.isfinite(design.rotation) else "orientation open"
+    error = f"{1e3 * design.cost:.3f} mm, {turned}"
     words = [
         "place: x, y on the plate, height; angles: tilt, azimuth, spin; clear of anything; joints to limits",
         f"predicted error in the region, root mean square: {error}",
@@ -66,7 +69,9 @@ def design_json(design: PlateDesign) -> Json:
         "holds": design.holds,
         "predicted": {
             "position_rms_mm": 1e3 * design.cost,
-            "orientation_rms_deg": float(np.rad2deg(design.rotation)),
+            "orientation_rms_deg": float(np.rad2deg(design.rotation))
+            if np.isfinite(design.rotation)
+            else None,
             "given_position_rms_mm": 1e3 * design.start_cost if finite else None,
             "given_keeps_constraints": design.start_kept,
         },
@@ -87,6 +92,27 @@ def design_json(design: PlateDesign) -> Json:
         ],
         "history_mm": [1e3 * cost for cost in design.history],
         "notes": list(design.notes),
+    }
+
+
+def tradeoff_json(found: Tradeoff) -> Json:
+    """Every choice with its price and predicted error."""
+    return {
+        "schema": TRADEOFF,
+        "choices": [
+            {
+                "name": choice.name,
+                "made": choice.manner,
+                "targets": len(choice.design.plate),
+                "shapes": choice.shapes,
+                "price_eur": choice.price,
+                "position_rms_mm": 1e3 * choice.design.cost,
+                "holds": choice.design.holds,
+                "share": choice.share,
+                "front": choice in found.front,
+            }
+            for choice in found.choices
+        ],
     }
 
 

@@ -1,0 +1,70 @@
+"""Five plates side by side on 10 000 virtual arms each, all error sources in.
+
+Table 2 and the optimised plates (any blocks, three shapes) as a workshop makes them, with the play of their
+pins; sockets on a breadboard and from a printer, as they come and as measured to 0.05 mm. Run by hand:
+
+    python -m tests.benchmarks.five_plates [arms] [places]
+"""
+
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+from rich.console import Console
+
+from workbench.arm.built_in_arms import load_robot
+from workbench.arm.effects import JointHarmonic
+from workbench.arm.robot import Robot
+from workbench.plate.design import optimise_plate, try_plate
+from workbench.plate.optimiser.makings import MANNERS
+from workbench.plate.optimiser.optimise import Wish
+from workbench.plate.optimiser.target_blocks import Blocks
+from workbench.plate.parts.stock import Stock
+from workbench.plate.plate import Plate
+from workbench.plate.plate_toml import load_plate
+from workbench.report.tables import new_table
+
+JOINT = float(np.deg2rad(0.002))
+"""Noise of the joint readings [rad]."""
+UNDECLARED = (JointHarmonic((1,), (1e-5, 1e-5), 1),)
+"""What the arms have and nobody knows: an eccentric encoder of joint 2, 15 µrad."""
+MEASURED = (5e-5, 1.0)
+"""How well a measured socket is known [m], [rad]."""
+SEATS = (1e-4, float(np.deg2rad(0.02)))
+SOCKETS = (5e-5, float(np.deg2rad(0.02)))
+
+
+def plates(robot: Robot, places: int) -> Iterator[tuple[str, Plate, tuple[float, float]]]:
+    """Name, plate, and how well a target returns and is read."""
+    given = load_plate("table2")
+    machined = replace(MANNERS["machined"].making, play=Stock().play)
+    yield "Table 2", given.made(machined), SEATS
+    for name, shapes in (("optimised", None), ("three shapes", 3)):
+        wish = Wish(making=machined, shapes=shapes, places=places)
+        yield name, optimise_plate(robot, given, wish=wish).plate, SEATS
+    for name in ("breadboard", "printed"):
+        manner = MANNERS[name]
+        wish = Wish(number=14, making=manner.making, blocks=manner.blocks(Blocks()), places=places)
+        plate = optimise_plate(robot, given, wish=wish, reading=manner.reading).plate
+        yield name, plate, SOCKETS
+        known = tuple(replace(t, sigma=MEASURED) for t in plate.targets)
+        yield f"{name}, measured", replace(plate, targets=known), SOCKETS
+
+
+def main(arms: int = 10_000, places: int = 1200) -> None:
+    robot, table2 = load_robot("aria"), load_plate("table2")
+    table = new_table(f"{arms} arms", "", *("rms [mm]", "95 % [mm]", "predicted [mm]", "yield [%]", "blame"))
+    for name, plate, sigma in plates(robot, places):
+        options = {"joint_sigma": JOINT, "undeclared": UNDECLARED, "towards": table2}
+        found = try_plate(robot, plate, arms=arms, sigma=sigma, **options)
+        worst = np.percentile(found.position[found.reached], 95)
+        predicted = np.sqrt((found.predicted[:, 0] ** 2 * found.samples).sum() / found.samples.sum())
+        cells = (1e3 * found.position_rms, 1e3 * worst, 1e3 * predicted, 100 * found.share)
+        table.add_row(name, *(f"{cell:.3f}" for cell in cells), str(found.blame))
+        print(name, *(f"{cell:.3f}" for cell in cells), found.blame, flush=True)
+    Console().print(table)
+
+
+if __name__ == "__main__":
+    main(*map(int, sys.argv[1:]))

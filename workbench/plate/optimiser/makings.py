@@ -1,0 +1,93 @@
+"""Ways to make a plate, from what people own: how exact each is, what it costs, what is to be measured after.
+
+| name       | what it is                                                              | targets within     |
+|------------|-------------------------------------------------------------------------|--------------------|
+| machined   | mitred blocks on a drilled plate, dowels and pins (ARIA Fig. 6)         | ±0.05 mm, ±0.05°   |
+| printed    | 3D-printed cones with a magnet, for a steel ball on the tool            | ±0.25 mm, ±0.3°    |
+| breadboard | posts and angle plates on an optical breadboard, M6 holes 25 mm apart   | ±0.30 mm, ±0.3°    |
+
+A printed or bolted target is where it is, only not where it was drawn: measured once it is as good as the
+machine that measures it, so that the tolerance stands for plates that are used as they are. Printers of
+filament keep 0.1 to 0.3 mm on 100 mm; an M6 screw in its hole of 6.6 mm leaves ±0.3 mm. Prices are orders of
+magnitude for ten targets.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+
+import numpy as np
+
+from workbench.plate.making import Making
+from workbench.plate.optimiser.target_blocks import Blocks
+
+DEGREE = float(np.deg2rad(1.0))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Manner:
+    """A way to make a plate.
+
+    Args:
+        making: How exact it is; the play of seats comes on top where there are pins.
+        reading: What is read at a target.
+        price: Order of magnitude for ten targets [€].
+        afterwards: What to measure when it stands.
+        grid: Distance of the holes [m]; 0 for none.
+        levels: Heights that can be bought [m]; any if empty.
+        tilts: Angles that can be bought [rad]; any if empty.
+        turn: Directions are multiples of this [rad]; any if 0.
+    """
+
+    making: Making
+    reading: str
+    price: int
+    afterwards: str
+    grid: float = 0.0
+    levels: tuple[float, ...] = ()
+    tilts: tuple[float, ...] = ()
+    turn: float = 0.0
+
+    def blocks(self, blocks: Blocks) -> Blocks:
+        """The blocks that can be had in this way, of those that were asked for."""
+        return replace(
+            blocks,
+            grid=self.grid or blocks.grid,
+            levels=self.levels or blocks.levels,
+            tilts=self.tilts or blocks.tilts,
+            turn=self.turn or blocks.turn,
+        )
+
+    @property
+    def words(self) -> str:
+        """Price and what is to be measured, for people."""
+        return f"about {self.price} € for ten targets; afterwards: {self.afterwards}"
+
+
+MANNERS: Mapping[str, Manner] = MappingProxyType(
+    {
+        "machined": Manner(
+            making=Making(position=5e-5, angle=0.05 * DEGREE),
+            reading="seat",
+            price=1500,
+            afterwards="nothing, or the inspection list",
+        ),
+        "printed": Manner(
+            making=Making(position=2.5e-4, angle=0.3 * DEGREE),
+            reading="socket",
+            price=30,
+            afterwards="every ball's centre, to 0.05 mm or better, and again after warm days",
+        ),
+        "breadboard": Manner(
+            making=Making(position=3e-4, angle=0.3 * DEGREE),
+            reading="socket",
+            price=600,
+            afterwards="every ball's centre, to 0.05 mm or better, and after each change of a post",
+            grid=0.025,
+            levels=(0.05, 0.075, 0.1),
+            tilts=(0.0, 30.0 * DEGREE, 45.0 * DEGREE),
+            turn=90.0 * DEGREE,
+        ),
+    }
+)
+"""Every way by name; an outsider's table is `{**MANNERS, "mine": Manner(…)}`."""

@@ -1,0 +1,180 @@
+"""What does it buy me: predicted error against price, by numbers of targets, shapes and ways to make them.
+
+Every choice is a plate of its own, searched for and kept, so that whoever picks one has it. A choice is on
+the front if no other is both cheaper and better. Prices are orders of magnitude (`optimiser.makings`); of
+machined blocks half the price is for setting up a shape.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import final
+
+import numpy as np
+from matplotlib.figure import Figure
+from rich.console import RenderableType
+
+from workbench.arm.robot import Robot
+from workbench.base.errors import OptionError
+from workbench.data.accuracy_requirement import Requirement
+from workbench.plate.design import optimise_plate, try_plate
+from workbench.plate.optimiser.makings import MANNERS, Manner
+from workbench.plate.optimiser.optimise import Wish
+from workbench.plate.optimiser.result import PlateDesign
+from workbench.plate.optimiser.target_blocks import Blocks, places_of, shapes_of
+from workbench.plate.parts.stock import Stock
+from workbench.plate.plate import Plate
+from workbench.report.figures import COLOURS, INK, grid, look, new_figure, on_white
+from workbench.report.result_display import AbstractShown
+from workbench.report.tables import new_table
+
+SETTING_UP = 0.5
+"""Share of a machined block's price that a shape costs once."""
+FEW = 3
+"""Shapes where few are wanted."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Choice:
+    """A plate that could be made.
+
+    Args:
+        manner: Name of the way to make it.
+        design: The plate with its predicted error.
+        price: Order of magnitude [€].
+        share: Share of virtual arms that meet the requirement; None if not tried.
+    """
+
+    manner: str
+    design: PlateDesign
+    price: float
+    share: float | None = None
+
+    @property
+    def shapes(self) -> int:
+        """Different blocks."""
+        return len(shapes_of(places_of(self.design.plate, self.design.plate.poses)))
+
+    @property
+    def name(self) -> str:
+        """For people and for its file."""
+        return f"{self.manner}, {len(self.design.plate)} targets, {self.shapes} shapes"
+
+
+@final
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class Tradeoff(AbstractShown):
+    """All choices, the cheapest first."""
+
+    choices: tuple[Choice, ...]
+
+    @property
+    def front(self) -> tuple[Choice, ...]:
+        """Choices than which none is both cheaper and better."""
+        kept: list[Choice] = []
+        for choice in self.choices:
+            if not kept or choice.design.cost < kept[-1].design.cost:
+                kept.append(choice)
+        return tuple(kept)
+
+    def summary(self) -> RenderableType:
+        table = new_table(
+            "What does it buy me", "plate", "about [€]", "error, rms [mm]", "yield [%]", "front"
+        )
+        for choice in self.choices:
+            share = "–" if choice.share is None else f"{100 * choice.share:.0f}"
+            cells = (f"{choice.price:.0f}", f"{1e3 * choice.design.cost:.3f}", share)
+            table.add_row(choice.name, *cells, "●" if choice in self.front else "")
+        return table
+
+    def plot(self) -> Figure:
+        """Predicted error against price; the line joins the choices that nothing beats."""
+        with look():
+            figure = new_figure(8.0, 4.4)
+            axes = figure.subplots()
+            for colour, manner in zip(COLOURS, dict.fromkeys(c.manner for c in self.choices), strict=False):
+                mine = [c for c in self.choices if c.manner == manner]
+                xy = np.array([(c.price, 1e3 * c.design.cost) for c in mine])
+                axes.plot(*xy.T, "o", color=colour, label=manner)
+            front = np.array([(c.price, 1e3 * c.design.cost) for c in self.front])
+            axes.step(*front.T, where="post", color=INK, lw=0.8)
+            for choice in self.choices:
+                words = f"{len(choice.design.plate)} targets, {choice.shapes} shapes"
+                at = (choice.price, 1e3 * choice.design.cost)
+                axes.annotate(words, at, xytext=(5, 3), textcoords="offset points", fontsize=7)
+            axes.set_xscale("log")
+            axes.set_ylim(0.0, None)
+            axes.set_xlabel("price, order of magnitude [€]")
+            axes.set_ylabel("predicted position error, rms [mm]")
+            axes.legend(loc="upper right")
+            grid(axes, "both")
+        return on_white(figure)
+
+
+def weigh_choices(
+    robot: Robot,
+    plate: Plate,
+    *,
+    numbers: Sequence[int] = (8, 12, 16),
+    manners: Sequence[str] = tuple(MANNERS),
+    places: int = 500,
+    arms: int = 0,
+    requirement: Requirement | None = None,
+    seed: int = 0,
+    progress: Callable[[float], None] | None = None,
+) -> Tradeoff:
+    """Plates of several sizes, made in several ways, machined ones also of few shapes.
+
+    Args:
+        robot: Nominal arm with limits.
+        plate: Where the plates lie, and the region.
+        numbers: Of targets.
+        manners: Ways to make them, by name.
+        places: Random blocks from which each search begins.
+        arms: Virtual arms on which each plate is tried; 0 for none.
+        requirement: What is asked of them; ARIA eq. (3) if None.
+        seed: Of everything random.
+        progress: Called with the share of the work done.
+
+    Raises:
+        OptionError: no such way.
+        DataError: a plate that can't be had.
+    """
+    if unknown := [name for name in manners if name not in MANNERS]:
+        raise OptionError(f"there is no way to make a plate '{unknown[0]}'; known are {', '.join(MANNERS)}")
+    wanted = [
+        (name, number, shapes)
+        for name in manners
+        for number in numbers
+        for shapes in ((None, FEW) if MANNERS[name].reading == "seat" else (None,))
+    ]
+    choices = []
+    for done, (name, number, shapes) in enumerate(wanted):
+        choice = _choice(robot, plate, name, Wish(number=number, shapes=shapes, places=places), seed)
+        if arms:
+            found = try_plate(
+                robot, choice.design.plate, arms=arms, requirement=requirement, towards=plate, seed=seed
+            )
+            choice = replace(choice, share=found.share)
+        choices.append(choice)
+        if progress is not None:
+            progress((done + 1) / len(wanted))
+    return Tradeoff(choices=tuple(sorted(choices, key=lambda c: c.price)))
+
+
+def _choice(robot: Robot, plate: Plate, name: str, wish: Wish, seed: int) -> Choice:
+    manner = MANNERS[name]
+    making = manner.making
+    if manner.reading == "seat":
+        making = replace(making, play=Stock().play)
+    asked = replace(wish, making=making, blocks=manner.blocks(Blocks()))
+    design = optimise_plate(robot, plate, wish=asked, reading=manner.reading, seed=seed)
+    choice = Choice(manner=name, design=design, price=0.0)
+    return replace(choice, price=_price(manner, len(design.plate), choice.shapes))
+
+
+def _price(manner: Manner, targets: int, shapes: int) -> float:
+    """By the number of targets, and of machined blocks by their shapes."""
+    each = manner.price / 10.0
+    if manner.reading != "seat":
+        return each * targets
+    return each * (targets * (1.0 - SETTING_UP) + shapes * SETTING_UP)
