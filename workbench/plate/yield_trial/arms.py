@@ -5,7 +5,7 @@ row by row, so that a stack of arms is no more than a stack of rows:
 
     made       δ ~ U(±5 mm, ±5°) of every constant
     measured   q of the actual arm at the actual target, nearest to the nominal arm's (`reach_targets`)
-    calibrated δ̂ by Gauss–Newton on Σ |S⁻¹ (y − k(q, δ̂))|², within what the targets show
+    calibrated δ̂ by damped Gauss–Newton on Σ |S⁻¹ (y − k(q, δ̂))|²
     judged     e = k(q, δ) − k(q, δ̂) at poses of the region that took no part
 
 Source: ARIA §4.1.2 (second way of acquisition), eqs. (19)–(21), §2.4 eq. (3).
@@ -25,7 +25,7 @@ from workbench.plate.yield_trial.reach_targets import Reached, reach_targets
 
 CHUNK = 250
 """Arms that are computed as one stack, with one seed."""
-CALIBRATING = 8
+CALIBRATING = 16
 """Greatest number of Gauss–Newton steps."""
 SETTLED = 1e-9
 """A calibration has settled when no constant moves by more than this [m, rad]."""
@@ -99,20 +99,24 @@ def _actual_targets(job: Job, arms: int, rng: np.random.Generator) -> Float[np.n
 
 
 def _calibrate(job: Job, readings: Float[np.ndarray, "arms targets n"]) -> Float[np.ndarray, "arms p"]:
-    """Identified errors of the constants, the plate taken as true."""
+    """Identified errors of the constants, the plate taken as true.
+
+    Steps are damped by what is known beforehand (`Job.prior`), so that what the targets leave open stays near
+    nominal. It is no fixed set of directions: a socket on the last axis shows nothing of that joint's angle
+    at the nominal arm, but a made arm has the socket beside its axis.
+    """
     arms, count, _ = readings.shape
     chain, columns = job.robot.chain, job.robot.chain.indices(job.names)
     q, nominal = readings.reshape(arms * count, -1), np.tile(job.poses, (arms, 1, 1))
     weights = np.where(job.constrained, 1.0 / job.sigma, 0.0)
-    basis = job.visible
     found = np.zeros((arms, len(columns)))
     for _ in range(CALIBRATING):
         at, twists = chains.twists(chain, q, columns, shift=_spread(chain, columns, found, count))
         residual = (se3.pose_error(nominal, at).reshape(arms, count, 6) * weights).reshape(arms, -1)
-        rows = (twists @ basis).reshape(arms, count, 6, -1) * weights[None, :, :, None]
+        rows = twists.reshape(arms, count, 6, -1) * weights[None, :, :, None]
         rows = rows.reshape(arms, count * 6, -1)
         across = np.swapaxes(rows, 1, 2)
-        step = np.linalg.solve(across @ rows, across @ residual[..., None])[..., 0] @ basis.T
+        step = np.linalg.solve(across @ rows + np.diag(job.prior), across @ residual[..., None])[..., 0]
         found = found + step
         if np.abs(step).max() < SETTLED:
             break

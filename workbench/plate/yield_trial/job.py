@@ -141,10 +141,12 @@ class Job:
         )
 
     @cached_property
-    def visible(self) -> Float[np.ndarray, "p r"]:
-        """Directions of the constants that the targets show; the others stay nominal."""
-        rank = self.linearisation.rank()
-        return frozen(self.linearisation.weights[:, None] * self.linearisation.factors[2][:rank].T)
+    def prior(self) -> Float[np.ndarray, " p"]:
+        """What is known of each constant's error beforehand, from its bounds: 1/σ² [1/m² or 1/rad²]."""
+        chain = self.robot.chain
+        turns = np.array([chain.elements[i].axis.turns for i in chain.indices(self.names)], bool)
+        bounds = np.maximum(np.where(turns, self.angle, self.length), LEAST)
+        return frozen(3.0 / bounds**2)
 
     @cached_property
     def bend(self) -> Float[np.ndarray, "rows k"]:
