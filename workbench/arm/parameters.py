@@ -19,12 +19,12 @@ class Parameter:
 
     Args:
         name: `joint2.alpha`, `base.x`, `base[front].yaw`, `anchor[A].z` …
-        unit: `rad` or `m`.
+        unit: `rad` or `m`; `kg` for a mass.
         nominal: Where the search begins, in that unit.
         lower: Least value for bounded algorithms.
         upper: Greatest value for bounded algorithms.
-        prior: Standard deviation of the nominal value, where it is known; infinite where it is not.
         is_coefficient: Whether it is the size of an effect, in whatever unit that has.
+        is_inertia: Whether it is a link's mass, or a coordinate of its centre.
     """
 
     name: str
@@ -32,8 +32,8 @@ class Parameter:
     nominal: float
     lower: float = -np.inf
     upper: float = np.inf
-    prior: float = np.inf
     is_coefficient: bool = False
+    is_inertia: bool = False
 
     @property
     def words(self) -> str:
@@ -47,6 +47,7 @@ class Parameter:
         return (
             not self.is_instrument
             and not self.is_coefficient
+            and not self.is_inertia
             and self.name.split(".")[0].split("[")[0] not in FRAMES
         )
 

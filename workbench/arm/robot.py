@@ -32,6 +32,12 @@ MOST_JOINTS = 50
 """Joints that move beyond this number are refused: what is computed from them would never end."""
 BASE, TOOL = -1, -2
 """Link numbers of the elements of the base and of the tool."""
+MASS_TOLERANCE, COM_TOLERANCE = 0.1, 0.015
+"""How well a file's masses (relative) and centres of mass [m] are known, where it does not say."""
+INERTIA = ("mass", "com_x", "com_y", "com_z")
+"""What is known of the weight of a link."""
+EXACT = 1e-6
+"""Least standard deviation of a mass [kg] or centre [m]."""
 FRAME_PARTS = ("x", "y", "z", "roll", "pitch", "yaw")
 """The six constants of a frame, in the order of the chain."""
 
@@ -54,6 +60,8 @@ class Joint:
         limits: Least and greatest coordinate [rad or m]; infinite where there is none.
         mass: Mass of the link [kg]; None if unknown.
         com: Its centre of mass in the link frame [m].
+        mass_tolerance: Relative standard deviation of the mass.
+        com_tolerance: Standard deviation of the centre of mass, each axis [m].
         max_moment: Greatest moment about the axis [N m].
     """
 
@@ -62,6 +70,8 @@ class Joint:
     limits: tuple[float, float] = (-np.inf, np.inf)
     mass: float | None = None
     com: Vector3 = field(default_factory=lambda: np.zeros(3))
+    mass_tolerance: float = MASS_TOLERANCE
+    com_tolerance: float = COM_TOLERANCE
     max_moment: float | None = None
 
 
@@ -265,6 +275,25 @@ class Robot:
         return {n: u for e in self.effects for n, u in zip(e.names, e.units(self.chain), strict=True)}
 
     @cached_property
+    def inertia(self) -> dict[str, float]:
+        """Mass [kg] and centre of mass [m] of every link that weighs: `joint3.mass`, `joint3.com_x` …"""
+        heavy = [j for j in self.joints if j.mass]
+        return {
+            f"{j.name}.{p}": float(v) for j in heavy for p, v in zip(INERTIA, (j.mass, *j.com), strict=True)
+        }
+
+    @cached_property
+    def inertia_tolerance(self) -> dict[str, float]:
+        """Their standard deviations, by the same names."""
+        heavy = [j for j in self.joints if j.mass]
+        sizes = [(j, (j.mass_tolerance * j.mass, *[j.com_tolerance] * 3)) for j in heavy]
+        return {
+            f"{j.name}.{p}": max(float(s), EXACT)
+            for j, each in sizes
+            for p, s in zip(INERTIA, each, strict=True)
+        }
+
+    @cached_property
     def moving(self) -> tuple[Joint, ...]:
         """The joints that have a coordinate, in the order of q."""
         return tuple(j for j in self.joints if j.kind is not JointKind.FIXED)
@@ -319,9 +348,9 @@ class Robot:
         return self.chain.values[self.chain.indices(names)]
 
     def with_values(self, values: Mapping[str, float]) -> "Robot":
-        """The same robot with other constants or coefficients; `base.…` and `tool.…` move the frames."""
+        """The same robot with other constants, coefficients or masses; `base.…`, `tool.…` move the frames."""
         chain = self.chain
-        if unknown := set(values) - set(chain.index) - set(self.coefficients):
+        if unknown := set(values) - set(chain.index) - set(self.coefficients) - set(self.inertia):
             raise RobotError(f"robot '{self.name}' has no constant '{sorted(unknown)[0]}'")
         elements = tuple(
             replace(e, value=float(values[e.name])) if e.name in values else e for e in self.elements
@@ -336,11 +365,21 @@ class Robot:
         effects = tuple(e.sized(values) for e in self.effects)
         return replace(
             self,
+            joints=self.joints if self.inertia.keys().isdisjoint(values) else self._reweighed(values),
             elements=elements,
             base=moved(self.base, "base"),
             tool=moved(self.tool, "tool"),
             effects=effects,
         )
+
+    def _reweighed(self, values: Mapping[str, float]) -> tuple[Joint, ...]:
+        """The joints with other masses and centres."""
+        out = []
+        for joint in self.joints:
+            own = [joint.mass, *joint.com]
+            mass, *com = (values.get(f"{joint.name}.{p}", v) for p, v in zip(INERTIA, own, strict=True))
+            out.append(replace(joint, mass=mass, com=frozen(np.array(com, float))))
+        return tuple(out)
 
     def with_effects(self, *effects: AbstractEffect) -> "Robot":
         """The same arm with these effects instead of its own."""

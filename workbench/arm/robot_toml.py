@@ -19,7 +19,7 @@ from workbench.arm.conventions import (
 )
 from workbench.arm.effects import EFFECTS, AbstractEffect
 from workbench.arm.masses import carried
-from workbench.arm.robot import Frame, Joint, JointKind, Robot, SessionFrames
+from workbench.arm.robot import COM_TOLERANCE, MASS_TOLERANCE, Frame, Joint, JointKind, Robot, SessionFrames
 from workbench.base import se3
 from workbench.base.errors import RobotError
 from workbench.base.files import write_text
@@ -28,10 +28,11 @@ from workbench.base.types import Freedom, frozen
 
 CONVENTIONS = (*ORDERS, "three-rotation", "elementary")
 ROBOT_KEYS = {"name", "convention", "gravity", "joint", "element", "base", "tool", "session", "effect"}
-JOINT_KEYS = {"type", "free", "limits", "mass", "com", "max_moment", "order", "name", *CONSTANTS}
+LINK_KEYS = {"mass", "com", "mass_tolerance", "com_tolerance", "max_moment"}
+JOINT_KEYS = {"type", "free", "limits", *LINK_KEYS, "order", "name", *CONSTANTS}
 ELEMENT_AXES = ("rx", "ry", "rz", "tx", "ty", "tz")
 ELEMENT_KEYS = {"axis", "value", "joint", "free", "name"}
-FACT_KEYS = {"type", "limits", "mass", "com", "max_moment", "name"}
+FACT_KEYS = {"type", "limits", *LINK_KEYS, "name"}
 FREEDOMS = {False: Freedom.FIXED, True: Freedom.FREE, "auto": Freedom.AUTO}
 
 
@@ -68,8 +69,21 @@ class _Reader(AbstractTableReader):
             raise self.fail(f"{name} max_moment is {moment:g} N m; give its size, which can't be negative")
         com = frozen(self.numbers(table.get("com", [0, 0, 0]), 3, f"{name} com"))
         return Joint(
-            name=name, kind=self.kind(table, name), limits=limits, mass=mass, com=com, max_moment=moment
+            name=name,
+            kind=self.kind(table, name),
+            limits=limits,
+            mass=mass,
+            com=com,
+            mass_tolerance=self._tolerance(table, name, "mass_tolerance", MASS_TOLERANCE),
+            com_tolerance=self._tolerance(table, name, "com_tolerance", COM_TOLERANCE),
+            max_moment=moment,
         )
+
+    def _tolerance(self, table: dict, name: str, key: str, default: float) -> float:
+        value = self.number(table.get(key, default), f"{name} {key}")
+        if value < 0:
+            raise self.fail(f"{name} {key} is {value:g}; give a standard deviation, which can't be negative")
+        return value
 
     def kind(self, table: dict, name: str) -> JointKind:
         try:
@@ -325,6 +339,10 @@ def _joint_facts(joint: Joint) -> dict[str, Any]:
     if joint.mass is not None:
         facts["mass"] = joint.mass
         facts["com"] = joint.com.tolist()
+        if joint.mass_tolerance != MASS_TOLERANCE:
+            facts["mass_tolerance"] = joint.mass_tolerance
+        if joint.com_tolerance != COM_TOLERANCE:
+            facts["com_tolerance"] = joint.com_tolerance
     if joint.max_moment is not None:
         facts["max_moment"] = joint.max_moment
     return facts

@@ -32,7 +32,10 @@ class Grams:
         names: Names of the coefficients, C of them.
         folds: Inner products within each fold; G geometric directions.
         scale: Length of every coefficient's column: scaled coefficients are SI ones times this.
-        basis: The geometric directions in the unknowns that are no coefficients [rad, m].
+        basis: The geometric directions in the unknowns that are no coefficients [rad, m], those of masses
+            among them.
+        prior: Inner products of what is known beforehand of the masses, which belongs to no fold.
+        tether: Precision that keeps geometry near the fit where effects leave it open: within `TETHER`.
         count: Number of measured components.
     """
 
@@ -40,12 +43,9 @@ class Grams:
     folds: Float[np.ndarray, "folds gc1 gc1"]
     scale: Float[np.ndarray, " c"]
     basis: Float[np.ndarray, "p g"]
+    prior: Float[np.ndarray, "gc1 gc1"]
+    tether: Float[np.ndarray, "g g"]
     count: int
-
-    @cached_property
-    def tether(self) -> Float[np.ndarray, "g g"]:
-        """Precision that keeps geometry near the fit where effects leave it open: within `TETHER`."""
-        return self.basis.T @ self.basis / TETHER**2
 
     @property
     def geometry(self) -> int:
@@ -54,8 +54,8 @@ class Grams:
 
     @cached_property
     def total(self) -> Float[np.ndarray, "gc1 gc1"]:
-        """Over all rows."""
-        return self.folds.sum(0)
+        """Over all rows, with what is known beforehand."""
+        return self.folds.sum(0) + self.prior
 
     @cached_property
     def index(self) -> dict[str, int]:
@@ -86,11 +86,17 @@ def compress(
     names = tuple(name for e in bearers for name in e.names)
     plain = np.array([not p.is_coefficient for p in problem.parameters], bool)
     residual, jacobian = np.empty(problem.size), np.empty((problem.size, int(plain.sum())))
+    known, off = np.zeros((0, int(plain.sum()))), np.zeros(0)
     for block, piece in problem.pieces(x):
         if block is not None:
             jacobian[block.start : block.stop] = piece.jacobian[:, plain]
             residual[block.start : block.stop] = piece.residual
-    basis = factorise(jacobian, residual).root
+        else:
+            mine = piece.jacobian[:, plain].any(1)
+            known, off = piece.jacobian[mine][:, plain], piece.residual[mine]
+    basis = factorise(
+        np.concatenate([jacobian, known]), np.concatenate([residual, off]), problem.units[plain]
+    ).root
     accepted = {p.name: v for p, v in zip(problem.parameters, x.tolist(), strict=True) if p.is_coefficient}
     size = basis.shape[1] + len(names) + 1
     sums = np.zeros((int(fold.max()) + 1, size, size))
@@ -106,4 +112,14 @@ def compress(
     length = np.sqrt(np.maximum(np.diagonal(sums.sum(0)), 0.0))[basis.shape[1] : -1]
     scale = np.where(length > SHORTEST, length, 1.0)
     by = np.concatenate([np.ones(basis.shape[1]), scale, [1.0]])
-    return Grams(names, sums / np.outer(by, by), scale, basis, problem.count)
+    table = np.concatenate([known @ basis, np.zeros((len(off), len(names))), off[:, None]], axis=1)
+    loose = basis[[not p.is_inertia for p in problem.parameters if not p.is_coefficient]]
+    return Grams(
+        names=names,
+        folds=sums / np.outer(by, by),
+        scale=scale,
+        basis=basis,
+        prior=table.T @ table,
+        tether=loose.T @ loose / TETHER**2,
+        count=problem.count,
+    )

@@ -75,7 +75,14 @@ def refit(
     names = [n for t in model for n in t.candidate.names]
     free = [p.name for p in problem.parameters if p.is_geometry]
     built = Problem.build(
-        robot, rows, free=free, frames=problem.frames, noise=problem.noise, known=known, effects=names
+        robot,
+        rows,
+        free=free,
+        frames=problem.frames,
+        noise=problem.noise,
+        known=known,
+        effects=names,
+        inertia=needs_inertia(robot),
     )
     if grams is not None and any(t.candidate.shrunk for t in model):
         built = _shrinking(built, grams, model)
@@ -94,6 +101,11 @@ def refit(
         seconds=0.0,
     )
     return Fitted(model, fit)
+
+
+def needs_inertia(robot: Robot) -> bool:
+    """Whether it matters to an arm's effects how well its masses are known."""
+    return robot.has_masses and any(e.loads for e in robot.effects)
 
 
 def large(problem: Problem) -> bool:

@@ -33,6 +33,9 @@ from workbench.identification.problem_blocks import (
     own_sigma_of,
 )
 
+WELL_KNOWN = 10.0
+"""Standard deviations of prior knowledge that count as one natural unit, so that it is always seen."""
+
 
 class Evaluation(NamedTuple):
     """A problem at one x.
@@ -85,6 +88,7 @@ class Problem:
         bounds: Mapping[str, tuple[float, float]] | None = None,
         known: Mapping[str, float] | None = None,
         effects: Sequence[str] = (),
+        inertia: bool = False,
     ) -> "Problem":
         """Set up the problem of some rows.
 
@@ -98,6 +102,7 @@ class Problem:
             known: Values of instrument unknowns that are known, such as `anchor[A].x` [m].
             effects: Coefficients of the robot's effects that are unknown, such as `joint3.compliance`; the
                 others act as they are.
+            inertia: Whether the links' masses and centres are unknowns too, known as well as the robot says.
 
         Raises:
             DataError: a row carries nothing that can be compared with a pose, or not what drives an effect.
@@ -124,6 +129,8 @@ class Problem:
             _parameter(n, robot.coefficient_units[n], robot.coefficients[n], bounds, effect=True)
             for n in effects
         ]
+        weighing = tuple(robot.inertia) if inertia else ()
+        parameters += [_inertial(robot, n) for n in weighing]
         parameters += _frame_parameters(robot, data.sessions, frames, bounds)
         unknown_start = instrument_start(robot, data, kinds, frames)
         parameters += [
@@ -133,8 +140,8 @@ class Problem:
             raise OptionError(f"bounds name '{sorted(stray)[0]}', which is not identified here")
         index = {p.name: i for i, p in enumerate(parameters)}
         values = {**unknown_start, **(known or {})}
-        blocks = build_blocks(robot, data, kinds, names, effects, frames, noise, index, values)
-        return cls(
+        blocks = build_blocks(robot, data, kinds, names, effects, weighing, frames, noise, index, values)
+        problem = cls(
             robot=robot,
             data=data,
             parameters=tuple(parameters),
@@ -142,6 +149,13 @@ class Problem:
             frames=frames,
             blocks=blocks,
             bounded=frozenset(bounds or ()),
+        )
+        known_by = robot.inertia_tolerance
+        nominal, width = ([d[n] for n in weighing] for d in (robot.inertia, known_by))
+        return (
+            problem.with_prior(weighing, np.array(nominal), np.diag(1.0 / np.array(width)))
+            if weighing
+            else problem
         )
 
     @cached_property
@@ -165,12 +179,16 @@ class Problem:
     @cached_property
     def units(self) -> Float[np.ndarray, " p"]:
         """What of each unknown changes the arm by 1 rad or 1 m: itself, or for a coefficient of an effect the
-        reciprocal of its law's largest value over the rows [unit of the unknown]."""
+        reciprocal of its law's largest value over the rows [unit of the unknown]. Of masses, which are known
+        beforehand, it is `WELL_KNOWN` of their standard deviations."""
         largest: dict[str, float] = {}
         for bent in (b.bent for b in self.blocks if b.bent is not None):
             for name, size in law_sizes(bent.robot, bent.motion, bent.names).items():
                 largest[name] = max(size, largest.get(name, 0.0))
-        return frozen(np.array([1.0 / (largest.get(p.name) or 1.0) for p in self.parameters]))
+        known = {n: WELL_KNOWN * s for n, s in self.robot.inertia_tolerance.items()}
+        return frozen(
+            np.array([known.get(p.name) or 1.0 / (largest.get(p.name) or 1.0) for p in self.parameters])
+        )
 
     @property
     def size(self) -> int:
@@ -315,7 +333,7 @@ class Problem:
     def with_prior(
         self, names: Sequence[str], values: Float[np.ndarray, " k"], whitening: Float[np.ndarray, "k k"]
     ) -> "Problem":
-        """The same problem with an older calibration's knowledge of some unknowns.
+        """The same problem with knowledge of some unknowns, beside what it knows of others already.
 
         Args:
             names: Unknowns that it speaks of.
@@ -326,7 +344,9 @@ class Problem:
             raise OptionError(f"the prior speaks of '{missing[0]}', which is not identified here")
         columns = [self.names.index(n) for n in names]
         wide, centre = np.zeros((len(whitening), len(self.names))), self.start.copy()
-        wide[:, columns], centre[columns] = whitening, values
+        if self.prior is not None and self.prior_centre is not None:
+            wide, centre = np.concatenate([self.prior, wide]), self.prior_centre.copy()
+        wide[-len(whitening) :, columns], centre[columns] = whitening, values
         return replace(self, prior=frozen(wide), prior_centre=frozen(centre))
 
     def robot_at(self, x: Float[np.ndarray, " p"]) -> Robot:
@@ -380,6 +400,12 @@ def _parameter(
             f"the bounds [{lower:g}, {upper:g}] of {name} leave its nominal value {nominal:g} out; widen them"
         )
     return Parameter(name, unit, nominal, lower, upper, is_coefficient=effect)
+
+
+def _inertial(robot: Robot, name: str) -> Parameter:
+    """A link's mass, or a coordinate of its centre."""
+    unit = "kg" if name.endswith(".mass") else "m"
+    return Parameter(name, unit, robot.inertia[name], is_inertia=True)
 
 
 def _frame_parameters(

@@ -21,6 +21,7 @@ from workbench.arm.kinematics.observed_link import TOOL, Watched, watched
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot, SessionFrames
 from workbench.arm.statics.deflection import effect_columns, shift_of
+from workbench.arm.statics.wrenches import Masses, masses
 from workbench.base.errors import DataError
 from workbench.data.dataset import Dataset
 from workbench.data.observations import OBSERVATIONS, AbstractObservation, Channel
@@ -88,12 +89,18 @@ class Bent:
         motion: State of the block's rows.
         names: Coefficients of effects that are unknown.
         places: Their places in x.
+        inertia: Places in x of the links' masses and centres, in the order of `Robot.inertia`; empty if known.
     """
 
     robot: Robot
     motion: Motion
     names: tuple[str, ...]
     places: np.ndarray
+    inertia: np.ndarray
+
+    def weights(self, x: np.ndarray) -> Masses | None:
+        """The links' masses at x; None where they are known."""
+        return masses(self.robot).with_values(x[self.inertia]) if len(self.inertia) else None
 
     def effects(self, x: np.ndarray) -> tuple[AbstractEffect, ...]:
         """The robot's effects with the coefficients set."""
@@ -112,7 +119,7 @@ class Block:
         observation: How they were seen.
         chain: Base, arm and tool of the session.
         elements: Elements whose constants are unknown.
-        places: Places of the unknown constants in x, then those of unknown coefficients of effects.
+        places: Places in x of the unknown constants, then of unknown coefficients of effects, then of masses.
         unknowns: Places of the instrument's unknowns in x, -1 for known ones.
         known: Values of the instrument's unknowns that are known.
         inverse_sigma: Reciprocal standard deviation of every residual component, joint readings exact.
@@ -201,7 +208,8 @@ class Block:
         values, part, shift = self.values(x), self.watched.part, chains.NO_SHIFT
         if self.bent is not None:
             bent = self.bent
-            shift = shift_of(bent.robot, bent.motion, values=values, effects=bent.effects(x))
+            own = {"values": values, "effects": bent.effects(x), "weights": bent.weights(x)}
+            shift = shift_of(bent.robot, bent.motion, **own)
         poses = chains.poses(self.chain, self.q, values=values, shift=shift, part=part)
         return self.watched.turned(poses, np.zeros((len(poses), 6, 0)))[0]
 
@@ -211,10 +219,9 @@ class Block:
         if self.bent is None:
             found = chains.twists(self.chain, self.q, self.elements, values=values, part=part)
         else:
-            bent, effects = self.bent, self.bent.effects(x)
-            found = effect_columns(
-                bent.robot, bent.motion, self.elements, bent.names, values=values, effects=effects, part=part
-            )
+            bent = self.bent
+            own = {"values": values, "effects": bent.effects(x), "weights": bent.weights(x), "part": part}
+            found = effect_columns(bent.robot, bent.motion, self.elements, bent.names, **own)
         return self.watched.turned(*found)
 
     @property
@@ -272,7 +279,9 @@ def instrument_start(robot: Robot, data: Dataset, kinds, freedom: FrameFreedom) 
     return start
 
 
-def build_blocks(robot, data, kinds, names, effects, frames, noise, index, values) -> tuple[Block, ...]:
+def build_blocks(
+    robot, data, kinds, names, effects, inertia, frames, noise, index, values
+) -> tuple[Block, ...]:
     """Divide the rows by session, observation and size.
 
     Args:
@@ -281,6 +290,7 @@ def build_blocks(robot, data, kinds, names, effects, frames, noise, index, value
         kinds: Rows of every observation, from `observed_kinds`.
         names: Constants of the arm that are unknown.
         effects: Coefficients of its effects that are unknown.
+        inertia: Masses and centres of its links that are unknown: all of them or none.
         frames: What of base and tool is unknown.
         noise: Standard deviations on top of the rows' own.
         index: Place of every unknown in x.
@@ -300,7 +310,8 @@ def build_blocks(robot, data, kinds, names, effects, frames, noise, index, value
                 elements.append(full.index[f"{kind}.{part}"])
                 places.append(index[f"{frame_name(kind, own, session)}.{part}"])
         coefficients = np.array([index[n] for n in effects], np.int64)
-        places += coefficients.tolist()
+        weighing = np.array([index[n] for n in inertia], np.int64)
+        places += [*coefficients.tolist(), *weighing.tolist()]
         for observation, rows in pieces(data, kinds, in_session):
             inverse = inverse_sigma_of(data.take(rows), observation, noise)
             blocks.append(
@@ -316,7 +327,7 @@ def build_blocks(robot, data, kinds, names, effects, frames, noise, index, value
                     known=np.array([values[n] for n in observation.unknowns], float),
                     inverse_sigma=inverse,
                     start=start,
-                    bent=Bent(arm, Motion.of(data).take(rows), tuple(effects), coefficients)
+                    bent=Bent(arm, Motion.of(data).take(rows), tuple(effects), coefficients, weighing)
                     if robot.effects
                     else None,
                     watched=watched(arm, observation.link),

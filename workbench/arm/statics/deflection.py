@@ -30,7 +30,7 @@ from workbench.arm.effects.law import NO_WRENCHES
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.load_derivatives import wrench_derivative
-from workbench.arm.statics.wrenches import motion_wrenches, own_axis
+from workbench.arm.statics.wrenches import Masses, inertia_regressor, motion_wrenches, own_axis
 from workbench.base.errors import DataError
 
 ROUNDS = 20
@@ -58,6 +58,7 @@ def deflect(
     *,
     values: Float[np.ndarray, " k"] | None = None,
     effects: Sequence[AbstractEffect] | None = None,
+    weights: Masses | None = None,
 ) -> Deflection:
     """The fixed point of a robot's effects.
 
@@ -66,13 +67,14 @@ def deflect(
         motion: State of every row.
         values: Constants of the chain to use instead of the robot's own.
         effects: The robot's effects with other coefficients, to use instead.
+        weights: Masses to use instead of the robot's own.
 
     Raises:
         DataError: an effect misses its driver, or masses and torques are both unknown.
     """
     chain = robot.chain if values is None else robot.chain.with_values(values)
     effects = robot.effects if effects is None else effects
-    return _fixed_point(robot, chain, motion, effects, _laws(chain, motion, effects, loaded=False))
+    return _fixed_point(robot, chain, motion, effects, _laws(chain, motion, effects, loaded=False), weights)
 
 
 def shift_of(
@@ -81,9 +83,12 @@ def shift_of(
     *,
     values: Float[np.ndarray, " k"] | None = None,
     effects: Sequence[AbstractEffect] | None = None,
+    weights: Masses | None = None,
 ) -> Float[np.ndarray, "_ _"]:
     """What the effects add to each element of the chain; empty for a robot without any."""
-    return deflect(robot, motion, values=values, effects=effects).shift if robot.effects else NO_SHIFT
+    if not robot.effects:
+        return NO_SHIFT
+    return deflect(robot, motion, values=values, effects=effects, weights=weights).shift
 
 
 def effect_columns(
@@ -94,9 +99,10 @@ def effect_columns(
     *,
     values: Float[np.ndarray, " k"] | None = None,
     effects: Sequence[AbstractEffect] | None = None,
+    weights: Masses | None = None,
     part: slice = WHOLE,
-) -> tuple[Float[np.ndarray, "rows 4 4"], Float[np.ndarray, "rows 6 pc"]]:
-    """Poses of the bent arm, and the tool's twist per constant and per coefficient: the total derivative.
+) -> tuple[Float[np.ndarray, "rows 4 4"], Float[np.ndarray, "rows 6 pcw"]]:
+    """Poses of the bent arm, and the tool's twist per constant, coefficient, mass: the total derivative.
 
     Args:
         robot: Arm with its effects.
@@ -105,29 +111,33 @@ def effect_columns(
         coefficients: Names of the coefficients that vary, C of them.
         values: Constants of the chain to use instead of the robot's own.
         effects: The robot's effects with other coefficients, to use instead.
+        weights: Masses to use instead of the robot's own, which vary: W numbers, as in `Robot.inertia`.
         part: Elements between the first frame and the one that is watched in place of the tool, if not all.
 
     Returns:
-        Poses, and twists [v; w] at the tool's origin in base axes, P + C columns.
+        Poses, and twists [v; w] at the tool's origin in base axes, P + C + W columns.
     """
     chain = robot.chain if values is None else robot.chain.with_values(values)
     effects = robot.effects if effects is None else effects
     laws = _laws(chain, motion, effects, loaded=False)
-    bent = _fixed_point(robot, chain, motion, effects, laws)
+    bent = _fixed_point(robot, chain, motion, effects, laws, weights)
     laws |= _laws(chain, motion, effects, loaded=True, wrenches=bent.wrenches)
     places = [chain.indices(e.elements(chain)) for e in effects]
     moved = np.unique(np.concatenate(places))
     union, where = np.unique(np.concatenate([columns, moved]), return_inverse=True)
     poses, twists = chains.twists(chain, motion.q, union, shift=bent.shift, part=part)
     rows = [np.searchsorted(moved, p) for p in places]
-    gain, change = _loads(robot, chain, motion, bent, effects, union, rows)
-    out = np.empty((len(motion), 6, len(columns) + len(coefficients)))
+    gain, change = _loads(robot, chain, motion, bent, effects, union, rows, weights)
+    own = _chosen(effects, laws, rows, coefficients)
+    if weights is not None:
+        own = np.concatenate([own, _by_inertia(robot, chain, motion, bent, effects, gain, weights)], axis=2)
+    out = np.empty((len(motion), 6, len(columns) + own.shape[2]))
     _total(
         twists,
         change,
         gain,
         _growth(chain, motion, bent, effects, columns, rows),
-        _chosen(effects, laws, rows, coefficients),
+        own,
         where[: len(columns)],
         where[len(columns) :],
         out,
@@ -163,7 +173,12 @@ def _laws(
 
 
 def _fixed_point(
-    robot: Robot, chain: Chain, motion: Motion, effects: Sequence[AbstractEffect], laws: dict[int, np.ndarray]
+    robot: Robot,
+    chain: Chain,
+    motion: Motion,
+    effects: Sequence[AbstractEffect],
+    laws: dict[int, np.ndarray],
+    weights: Masses | None,
 ) -> Deflection:
     """The bent arm, from the laws of the effects that need no wrenches."""
     robot.check_joints(motion.q)
@@ -175,7 +190,7 @@ def _fixed_point(
         return Deflection(fixed, NO_WRENCHES)
     _check_loads(robot, motion, bent)
     if robot.has_masses:
-        return _settled(robot, chain, motion, bent, fixed)
+        return _settled(robot, chain, motion, bent, fixed, weights)
     measured = np.full((*motion.q.shape, 6), np.nan)
     measured[:, np.arange(robot.dof), own_axis(robot)] = motion.torque
     for effect in bent:
@@ -185,14 +200,19 @@ def _fixed_point(
 
 
 def _settled(
-    robot: Robot, chain: Chain, motion: Motion, bent: Sequence[AbstractEffect], fixed: np.ndarray
+    robot: Robot,
+    chain: Chain,
+    motion: Motion,
+    bent: Sequence[AbstractEffect],
+    fixed: np.ndarray,
+    weights: Masses | None,
 ) -> Deflection:
     """Rounds of the fixed point, each over the rows that the last one still moved."""
     moved = np.unique(np.concatenate([chain.indices(e.elements(chain)) for e in bent]))
     shift, wrenches = fixed.copy(), np.empty((*motion.q.shape, 6))
     rows, now, start = np.arange(len(motion)), shift, fixed[:, moved]
     for _ in range(ROUNDS):
-        loads = motion_wrenches(robot, motion, values=chain.values, shift=now)
+        loads = motion_wrenches(robot, motion, values=chain.values, shift=now, weights=weights)
         new = start.copy()
         for effect in bent:
             places = np.searchsorted(moved, chain.indices(effect.elements(chain)))
@@ -256,7 +276,7 @@ def _growth(chain, motion, bent, effects, columns, rows) -> np.ndarray:
     return out
 
 
-def _loads(robot, chain, motion, bent, effects, union, rows) -> tuple[np.ndarray, np.ndarray]:
+def _loads(robot, chain, motion, bent, effects, union, rows, weights) -> tuple[np.ndarray, np.ndarray]:
     """Derivative of the moved elements' increments in M wrench components, and of those in the union."""
     size = 1 + max(int(r.max()) for r in rows)
     asked = [e.components(chain) for e in effects]
@@ -278,8 +298,18 @@ def _loads(robot, chain, motion, bent, effects, union, rows) -> tuple[np.ndarray
         wrench=motion.wrench,
         values=chain.values,
         shift=bent.shift,
+        weights=weights,
     )
     return gain, change
+
+
+def _by_inertia(robot, chain, motion, bent, effects, gain, weights) -> np.ndarray:
+    """Derivative of the moved elements' increments in the links' masses and centres, (rows, E, W)."""
+    components = np.concatenate([e.components(chain) for e in effects])
+    if not gain.shape[2]:
+        return np.zeros((len(motion), gain.shape[1], 4 * len(weights.mass)))
+    known = inertia_regressor(robot, motion, weights, values=chain.values, shift=bent.shift)
+    return gain @ known[:, components[:, 0], components[:, 1]]
 
 
 @njit(cache=True)

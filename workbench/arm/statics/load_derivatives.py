@@ -29,7 +29,7 @@ from numba import njit
 
 from workbench.arm.chain import NO_SHIFT, _advance
 from workbench.arm.robot import Robot
-from workbench.arm.statics.wrenches import NO_PULL, masses, mounts
+from workbench.arm.statics.wrenches import NO_PULL, Masses, masses, mounts
 from workbench.base.types import JointRows, frozen
 
 
@@ -43,6 +43,7 @@ def wrench_derivative(
     wrench: Float[np.ndarray, "_ 6"] | None = None,
     values: Float[np.ndarray, " k"] | None = None,
     shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
+    weights: Masses | None = None,
 ) -> Float[np.ndarray, "rows m p"]:
     """Derivative of some components of `statics.joint_wrenches` in the values of some elements.
 
@@ -55,8 +56,9 @@ def wrench_derivative(
         wrench: What pulls at the tool, as `joint_wrenches` takes it.
         values: Constants of the chain to use instead of the robot's own.
         shift: What effects add to each element's value.
+        weights: Masses to use instead of the robot's own.
     """
-    chain, weights = robot.chain, masses(robot)
+    chain, weights = robot.chain, masses(robot) if weights is None else weights
     out = np.empty((len(q), len(components), len(columns)))
     _derivatives(
         robot.base_size,

@@ -19,7 +19,7 @@ Links are point masses at their centres of mass; a payload is one in the tool fr
 the tool from outside adds its negative to every joint's.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import no_type_check
 
@@ -51,6 +51,11 @@ class Masses:
     mass: Float[np.ndarray, " links"]
     com: Float[np.ndarray, "links 3"]
 
+    def with_values(self, values: Float[np.ndarray, " links4"]) -> "Masses":
+        """The same links with other masses and centres, in the order of `Robot.inertia`."""
+        table = np.ascontiguousarray(values, float).reshape(-1, 4)
+        return Masses(self.after, table[:, 0].copy(), table[:, 1:].copy())
+
 
 @lru_cache(maxsize=16)
 def masses(robot: Robot) -> Masses:
@@ -65,12 +70,9 @@ def masses(robot: Robot) -> Masses:
                 f"{joint.name} of robot '{robot.name}' has no mass, which its joint moments need; add "
                 "'mass' [kg] and 'com' [m, link frame] to its [[joint]], or <inertial> to its URDF link"
             )
-    heavy = [(a, joint) for a, joint in zip(robot.chain_ends, robot.joints, strict=True) if joint.mass]
-    return Masses(
-        frozen(np.array([after for after, _ in heavy], np.int64)),
-        frozen(np.array([joint.mass for _, joint in heavy], float)),
-        frozen(np.array([joint.com for _, joint in heavy], float).reshape(-1, 3)),
-    )
+    ends = [a for a, joint in zip(robot.chain_ends, robot.joints, strict=True) if joint.mass]
+    table = np.array([*robot.inertia.values()], float).reshape(-1, 4)
+    return Masses(frozen(np.array(ends, np.int64)), frozen(table[:, 0].copy()), frozen(table[:, 1:].copy()))
 
 
 @lru_cache(maxsize=16)
@@ -95,6 +97,7 @@ def joint_wrenches(
     acceleration: Float[np.ndarray, "_ _"] | None = None,
     values: Float[np.ndarray, " k"] | None = None,
     shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
+    weights: Masses | None = None,
 ) -> Float[np.ndarray, "rows n 6"]:
     """Wrench [f; τ] that the link before each joint exerts on the link after it, in the joint's own axes.
 
@@ -109,6 +112,7 @@ def joint_wrenches(
         acceleration: Joint accelerations, shaped as q [rad/s² or m/s²]; none if None.
         values: Constants of the chain to use instead of the robot's own.
         shift: What effects add to each element's value; an empty array for nothing.
+        weights: Masses to use instead of the robot's own.
 
     Returns:
         By column of q: force [N] and moment [N m] at the origin of the joint's mount, in the mount's axes.
@@ -126,7 +130,7 @@ def joint_wrenches(
     for given, source in ((payload, "payloads"), (wrench, "wrenches at the tool")):
         if given is not None:
             _check_rows(len(given), len(q), source)
-    weights = masses(robot)
+    weights = masses(robot) if weights is None else weights
     if np.count_nonzero(robot.chain.drivers >= 0) != robot.dof:
         raise RobotError(f"a joint of robot '{robot.name}' drives several elements; let each drive one")
     moving = velocity is not None or acceleration is not None
@@ -161,6 +165,7 @@ def motion_wrenches(
     *,
     values: Float[np.ndarray, " k"] | None = None,
     shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
+    weights: Masses | None = None,
 ) -> Float[np.ndarray, "rows n 6"]:
     """`joint_wrenches` of rows with all that they know of: payload, wrench at the tool, how they move."""
     return joint_wrenches(
@@ -172,7 +177,40 @@ def motion_wrenches(
         acceleration=motion.acceleration,
         values=values,
         shift=shift,
+        weights=weights,
     )
+
+
+def inertia_regressor(
+    robot: Robot,
+    motion: Motion,
+    weights: Masses,
+    *,
+    values: Float[np.ndarray, " k"] | None = None,
+    shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
+) -> Float[np.ndarray, "rows n 6 links4"]:
+    """Derivative of `motion_wrenches` in every link's mass and centre, in the order of `Robot.inertia`.
+
+    Wrenches are proportional to a point mass, and at most quadratic in its place, so that the differences
+    below are exact. Payload and outer wrench do not depend on them.
+
+    Pinocchio's regressors are those of the drives' own torques, of links that nothing bends; here the
+    moments across the joints' axes are wanted too. The tests compare the two where both apply.
+    """
+    bare = replace(motion, payload=None, wrench=None)
+
+    def loads(link: int, mass: float, com: np.ndarray) -> np.ndarray:
+        alone = Masses(weights.after[link : link + 1], np.array([mass]), np.ascontiguousarray(com[None]))
+        return motion_wrenches(robot, bare, values=values, shift=shift, weights=alone)
+
+    out = np.empty((*motion.q.shape, 6, 4 * len(weights.mass)))
+    for link, (mass, com) in enumerate(zip(weights.mass, weights.com, strict=True)):
+        out[..., 4 * link] = loads(link, 1.0, com)
+        for axis, step in enumerate(np.eye(3)):
+            out[..., 4 * link + 1 + axis] = 0.5 * (
+                loads(link, mass, com + step) - loads(link, mass, com - step)
+            )
+    return out
 
 
 def own_axis(robot: Robot) -> Int[np.ndarray, " n"]:
