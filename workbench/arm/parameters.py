@@ -45,11 +45,13 @@ class Parameter:
     def is_geometry(self) -> bool:
         """True for a constant of the arm, false for effects, frames and the instrument's unknowns."""
         return (
-            not self.is_instrument
-            and not self.is_coefficient
-            and not self.is_inertia
-            and self.name.split(".")[0].split("[")[0] not in FRAMES
+            self.is_plain and not self.is_instrument and self.name.split(".")[0].split("[")[0] not in FRAMES
         )
+
+    @property
+    def is_plain(self) -> bool:
+        """True for whatever is there without effects: constants of the arm, frames, the instrument's unknowns."""
+        return not (self.is_coefficient or self.is_inertia)
 
     @property
     def is_instrument(self) -> bool:

@@ -286,7 +286,7 @@ class Robot:
     def inertia_tolerance(self) -> dict[str, float]:
         """Their standard deviations, by the same names."""
         heavy = [j for j in self.joints if j.mass]
-        sizes = [(j, (j.mass_tolerance * j.mass, *[j.com_tolerance] * 3)) for j in heavy]
+        sizes = [(j, (j.mass_tolerance * (j.mass or 0.0), *[j.com_tolerance] * 3)) for j in heavy]
         return {
             f"{j.name}.{p}": max(float(s), EXACT)
             for j, each in sizes

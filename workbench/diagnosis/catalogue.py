@@ -13,8 +13,11 @@ from workbench.arm.effects import EFFECTS, Candidate
 from workbench.arm.effects.effect import moved_joints
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
+from workbench.arm.statics.deflection import law_sizes
 from workbench.diagnosis.columns import known_wrenches
 
+IDLE = 0.01
+"""Part of the most that any joint's law moves it, below which a joint is not driven."""
 CONFOUNDED = 0.95
 """Correlation of two drivers from which on they are called confounded."""
 
@@ -42,12 +45,25 @@ def catalogue(robot: Robot, motion: Motion) -> Catalogue:
     offers = [offer for kind in EFFECTS.values() for offer in kind.offers(robot, motion)]
     found = (offer for offer in offers if isinstance(offer, Candidate))
     own = set(robot.coefficients)
-    kept = [c for c in found if not own & set(c.names) and c.effect.mistake(robot.chain) is None]
+    sized = (_alike(c, robot, motion) if c.alike else c for c in found if not own & set(c.names))
+    kept = [c for c in sized if c is not None and c.effect.mistake(robot.chain) is None]
     if any(c.effect.has_play and c.effect.loads for c in kept):
         loads = known_wrenches(robot, motion)
         kept = [replace(c, effect=c.effect.softened(robot.chain, loads)) for c in kept]
     notes = [*_still(motion), *(offer for offer in offers if isinstance(offer, str)), *_drivers(motion)]
     return Catalogue(tuple(kept), tuple(dict.fromkeys(notes)))
+
+
+def _alike(candidate: Candidate, robot: Robot, motion: Motion) -> Candidate | None:
+    """An effect of many joints with those that something drives, expected to move all about as far."""
+    effect = candidate.effect
+    sizes = law_sizes(robot.with_effects(effect), motion, effect.names)
+    largest = max(sizes.values())
+    driven = tuple(j for j, n in zip(effect.joints, effect.names, strict=True) if sizes[n] > IDLE * largest)
+    if len(driven) < 2:
+        return None
+    fewer = replace(effect, joints=driven, coefficients=())
+    return Candidate(fewer, np.diag([sizes[n] ** -2.0 for n in fewer.names]), alike=True)
 
 
 def _still(motion: Motion) -> Iterator[str]:

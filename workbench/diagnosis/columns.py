@@ -17,7 +17,7 @@ from workbench.arm.kinematics.observed_link import watched
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import deflect
-from workbench.arm.statics.wrenches import motion_wrenches, own_axis
+from workbench.arm.statics.wrenches import inertia_regressor, masses, motion_wrenches, own_axis
 from workbench.identification.problem import Problem
 from workbench.identification.problem_blocks import Block
 
@@ -34,7 +34,11 @@ def carriers(effects: Sequence[AbstractEffect]) -> tuple[AbstractEffect, ...]:
 
 
 def candidate_columns(
-    problem: Problem, x: Float[np.ndarray, " p"], effects: Sequence[AbstractEffect]
+    problem: Problem,
+    x: Float[np.ndarray, " p"],
+    effects: Sequence[AbstractEffect],
+    *,
+    weighed: Sequence[AbstractEffect] = (),
 ) -> Iterator[tuple[Block, Float[np.ndarray, "m k"]]]:
     """Whitened columns of some effects, block by block.
 
@@ -42,14 +46,17 @@ def candidate_columns(
         problem: Its arm carries what was accepted so far.
         x: Its answer.
         effects: Without common coefficients; K of these in all.
+        weighed: Fitted effects of load; masses and centres act through each of them.
 
     Yields:
-        A block of the problem, and its residual components' derivative in the coefficients.
+        A block of the problem, and its residual components' derivative in the coefficients, then in the masses
+        and centres through each of `weighed`.
     """
     for block, robot, motion in _arms(problem, x):
         if effects:
             link = block.observation.link
-            yield block, _seen(problem, x, block, *effect_twists(robot, motion, effects, link=link))
+            found = effect_twists(robot, motion, effects, weighed=weighed, link=link)
+            yield block, _seen(problem, x, block, *found)
         else:
             yield block, np.zeros((block.stop - block.start, 0))
 
@@ -69,7 +76,12 @@ def _seen(problem: Problem, x: np.ndarray, block: Block, poses: np.ndarray, twis
 
 
 def effect_twists(
-    robot: Robot, motion: Motion, effects: Sequence[AbstractEffect], *, link: int | None = None
+    robot: Robot,
+    motion: Motion,
+    effects: Sequence[AbstractEffect],
+    *,
+    weighed: Sequence[AbstractEffect] = (),
+    link: int | None = None,
 ) -> tuple[Float[np.ndarray, "rows 4 4"], Float[np.ndarray, "rows 6 k"]]:
     """Poses of an arm with the effects that it has, and the tool's twist per coefficient of further ones.
 
@@ -77,6 +89,7 @@ def effect_twists(
         robot: The arm.
         motion: State of the rows.
         effects: Further ones.
+        weighed: Effects of load, sized, through which the twists per mass and centre are wanted too.
         link: The moving link, from 1, that is watched from a level frame in place of the tool.
     """
     bent = deflect(robot, motion)
@@ -87,14 +100,20 @@ def effect_twists(
     shift[:, chain.indices([e.name for e in robot.chain.elements])] = bent.shift
     loaded = any(e.loads for e in effects)
     wrenches = known_wrenches(robot, motion, bent.shift) if loaded else NO_WRENCHES
-    moved = {e: chain.indices(e.elements(chain)) for e in effects}
+    moved = {e: chain.indices(e.elements(chain)) for e in (*effects, *weighed)}
     union, where = np.unique(np.concatenate(list(moved.values())), return_inverse=True)
     view = watched(wide, link)
     poses, twists = view.turned(*chains.twists(chain, motion.q, union, shift=shift, part=view.part))
+    known = inertia_regressor(robot, motion, masses(robot), shift=bent.shift) if weighed else NO_WRENCHES
     parts, start = [], 0
-    for effect, places in moved.items():
+    for k, (effect, places) in enumerate(moved.items()):
         mine = twists[:, :, where[start : start + len(places)]]
-        parts.append(mine @ effect.law(chain, motion, wrenches))
+        if k < len(effects):
+            law = effect.law(chain, motion, wrenches)
+        else:
+            loads = effect.components(chain)
+            law = effect.slope(chain, motion, wrenches) @ known[:, loads[:, 0], loads[:, 1]]
+        parts.append(mine @ law)
         start += len(places)
     return poses, np.concatenate(parts, axis=2)
 

@@ -13,16 +13,17 @@ from workbench.arm.robot import Robot
 from workbench.base.threads import one_thread
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_directions
+from workbench.diagnosis.causes import Cause, ResidualMap, find_causes
 from workbench.diagnosis.evidence import Model
 from workbench.diagnosis.final_fit import fitted_on_all, suspect_words, suspects
 from workbench.diagnosis.leftover import structured
 from workbench.diagnosis.next_poses import next_poses
 from workbench.diagnosis.record import Accepted, Diagnosis, Ranked, Verdict, judged
 from workbench.diagnosis.refit import robot_with
-from workbench.diagnosis.rivals import ambiguous, ranked, rivals_of
+from workbench.diagnosis.rivals import ranked, rivals_of
 from workbench.diagnosis.rounds import Searched, Stage, geometry_first, rounds
 from workbench.diagnosis.undetectable import describe, hidden_variance, undetectable
-from workbench.diagnosis.verdict import conclude, coverage, explains_little, too_few_rows
+from workbench.diagnosis.verdict import conclude, coverage, explains_little, too_few_rows, weights_that_differ
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.identifier import OnStep
 from workbench.identification.fit import Fit
@@ -145,10 +146,11 @@ def _concluded(
     before, after = judged(search.before.errors), judged(search.after.errors)
     is_short = search.short is not None
     missing = () if is_short else undetectable(last, fit.calibrated, Motion.of(fit.problem.data))
+    motion, judge = Motion.of(fit.problem.data), Trial(ready, last)
     accepted = _accepted(
         last,
         final,
-        Trial(ready, last),
+        judge,
         hidden_variance(last, missing),
         before_mm=before.position_mm.mean,
         after_mm=after.position_mm.mean,
@@ -156,8 +158,11 @@ def _concluded(
     shaky = readings(fit.problem.with_noise(last.stage.geometric.noise))
     floor = noises.stated(ready.problem) or noise or noises.from_repeats(ready.problem.data)
     left = noises.of_residual(fit.problem, fit.x, fit.factor) or last.stage.geometric.noise
+    causes = find_causes(last, final.calibrated, motion, floor) if accepted else ()
+    residual_map = _residual_map(last.found.model, accepted, causes, judge, search)
     verdict, message = conclude(
-        accepted,
+        causes,
+        residual_map,
         nominal=judged(search.nominal),
         reach=robot.reach,
         noise=left,
@@ -177,7 +182,7 @@ def _concluded(
     if worse := made_worse((fitted.take(last.stage.keep), held), search.after.rows):
         message = f"{message} Beware: {worse}."
     report(0.9, "choosing poses to measure next")
-    asked = [e.effect for e in accepted] + ambiguous(accepted)
+    asked = [e.effect for e in accepted] + [e for c in causes for e in c.look_alikes]
     seen = [] if is_short else coverage(fit.problem.data, robot.chain)
     beyond = beyond_learned([a.effect for a in accepted], robot.chain, ready.held.q, ready.held.row)
     notes = [*ready.notes, *last.offered.notes, *seen, *(f"held out: {words}" for words in beyond)]
@@ -206,6 +211,8 @@ def _concluded(
         before_rows=search.before.rows,
         after_rows=search.after.rows,
         effects=accepted,
+        causes=causes,
+        residual_map=residual_map,
         ranking=ranked(search.rounds[0], Trial(ready, search.rounds[0]).mean_mm),
         noise=left if fit.problem.component_channels.any() else left._replace(rotation=np.nan),
         floor=floor,
@@ -214,11 +221,24 @@ def _concluded(
         message=message,
         undetectable=missing,
         measure_next=next_poses(fit.problem, fit.x, asked, rng=rng),
-        notes=(*notes, *(c for a in accepted if (c := a.effect.caveat(Motion.of(fit.problem.data))))),
+        notes=(*notes, *weights_that_differ(final), *(c for a in accepted if (c := a.effect.caveat(motion)))),
         seconds=perf_counter() - began,
     )
     report(1.0, "done")
     return result
+
+
+def _residual_map(
+    model: Model, accepted: Sequence[Accepted], causes: Sequence[Cause], judge: "Trial", search: _Search
+) -> ResidualMap | None:
+    """The accepted effects that are no causes, with what they bring to those that are."""
+    claimed = {e.names for c in causes for e in c.effects}
+    others = tuple(a.effect for a in accepted if a.effect.names not in claimed)
+    if not others:
+        return None
+    blamed = tuple(t for t in model if t.candidate.names in claimed)
+    before, after = (judged(v.errors).position_mm.mean for v in (search.before, search.after))
+    return ResidualMap(effects=others, before_mm=judge.mean_mm(blamed) if blamed else before, after_mm=after)
 
 
 _GROSS_REASON = "gross outlier"

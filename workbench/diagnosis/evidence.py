@@ -14,7 +14,7 @@ Neural Computation 4(3), 1992.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -89,13 +89,14 @@ class Offer:
 
 
 def left_by(grams: Grams, model: Model, only: Sequence[str] | None = None) -> Left:
-    """Fit a model and geometry, and take them off all columns, or off those of some coefficients only."""
+    """Fit a model and geometry, and take them off all columns, or off those of one effect only."""
     own, precision = _own(grams, model)
     used = np.concatenate([np.arange(grams.geometry), own])
     block = _curved(grams, grams.total, used, precision)
     factor, scale = _factor(block)
     last = grams.total.shape[0] - 1
-    asked = np.arange(last + 1) if only is None else np.append(grams.columns(only), last)
+    mine = (*only, *grams.inertia.get(tuple(only), ())) if only is not None else ()
+    asked = np.arange(last + 1) if only is None else np.append(grams.columns(mine), last)
     right = scale[:, None] * grams.total[np.ix_(used, asked)]
     half = linalg.solve_triangular(factor, right, lower=True, check_finite=False)
     part = grams.total[np.ix_(asked, asked)] - half.T @ half
@@ -113,7 +114,12 @@ def offer(left: Left, candidate: Candidate) -> Offer | None:
 
 def offers(left: Left, candidates: Sequence[Candidate]) -> list[Offer]:
     """What candidates would bring to a model, each alone; those that the rows don't show are left out."""
-    found = [o for c in candidates if c.shrunk and (o := _shrunk(left, c)) is not None]
+    found = []
+    for c in candidates:
+        if c.names in left.grams.inertia:
+            found += _weighed(left, c)
+    candidates = [c for c in candidates if c.names not in left.grams.inertia]
+    found += [o for c in candidates if c.shrunk and (o := _shrunk(left, c)) is not None]
     sizes: dict[int, list[Candidate]] = {}
     for c in candidates:
         if not c.shrunk:
@@ -121,6 +127,28 @@ def offers(left: Left, candidates: Sequence[Candidate]) -> list[Offer]:
     for alike in sizes.values():
         found += _free(left, alike)
     return found
+
+
+def _weighed(left: Left, candidate: Candidate) -> list[Offer]:
+    """A fitted effect of load, together with the masses and centres that act through it."""
+    columns = left.grams.columns(left.grams.inertia[candidate.names])
+    precision = np.diag(_known(left.grams, candidate.names))
+    block = left.inner[np.ix_(columns, columns)]
+    factor = linalg.cholesky(block + precision, lower=True, check_finite=False)
+    mine = np.append(left.grams.columns(candidate.names), left.inner.shape[0] - 1)
+    half = linalg.solve_triangular(factor, left.inner[np.ix_(columns, mine)], lower=True, check_finite=False)
+    inner = left.inner.copy()
+    inner[np.ix_(mine, mine)] -= half.T @ half
+    beside = replace(left, inner=inner)
+    charge = np.log(np.diagonal(factor)).sum() - 0.5 * np.log(np.diagonal(precision)).sum()
+    taken = 0.5 * left.freedom * np.log(left.square / beside.square) - float(charge)
+    found = [_shrunk(beside, candidate)] if candidate.shrunk else _free(beside, [candidate])
+    return [replace(o, gain=o.gain + taken) for o in found if o is not None]
+
+
+def _known(grams: Grams, names: Sequence[str]) -> np.ndarray:
+    """Precisions of the masses and centres that act through an effect; none where it was not fitted."""
+    return np.array([grams.known[n] for n in grams.inertia.get(tuple(names), ())]) ** -2.0
 
 
 def _free(left: Left, candidates: Sequence[Candidate]) -> list[Offer]:
@@ -175,9 +203,23 @@ def _shrunk(left: Left, candidate: Candidate) -> Offer | None:
     gains = 0.5 * left.freedom * np.log(left.square / np.maximum(rest, 1e-300)) - charge
     best = int(np.argmax(gains))
     gain = float(gains[best])
+    if pushing := _pushing_joints(
+        candidate, vectors, value, tried[best], root, along, rest[best] / left.freedom
+    ):
+        kept = [i for i in range(len(candidate.names)) if i not in pushing]
+        return _shrunk(left, candidate.only(kept)) if len(kept) > 1 else None
     log_p = -max(gain, 0.0)  # of twice the gain, by the chi-squared distribution with two degrees of freedom
     charged = gain - 0.5 * float(np.log(left.grams.count)) - candidate.effect.handicap
     return Offer(Term(candidate, float(tried[best])), charged, log_p)
+
+
+def _pushing_joints(candidate, vectors, value, precision, root, along, variance) -> set[int]:
+    """Places of the coefficients that would have to push back against their load, as in `_pushing`."""
+    if not (candidate.alike and candidate.effect.gives_way):
+        return set()
+    spread = root @ vectors / np.sqrt(value + precision)
+    found = spread @ (spread.T @ along)
+    return set(np.flatnonzero(found < -ALLOWED * np.sqrt(variance * (spread**2).sum(1))).tolist())
 
 
 def solve(grams: Grams, model: Model, inner: Float[np.ndarray, "gc1 gc1"]) -> Float[np.ndarray, " gc"]:
@@ -193,8 +235,11 @@ def solve(grams: Grams, model: Model, inner: Float[np.ndarray, "gc1 gc1"]) -> Fl
 def curvature(
     grams: Grams, model: Model
 ) -> tuple[Callable[[np.ndarray], np.ndarray], Float[np.ndarray, "n n"]]:
-    """Solver for, and matrix of, the curvature of a cost in geometry steps and scaled coefficients."""
-    own, precision = _own(grams, model)
+    """Solver for, and matrix of, the curvature of a cost in geometry steps and scaled coefficients.
+
+    Masses and centres are taken as they are.
+    """
+    own, precision = _own(grams, model, inertia=False)
     used = np.concatenate([np.arange(grams.geometry), own])
     block = _curved(grams, grams.total, used, precision)
     return _solver(block), block
@@ -263,12 +308,16 @@ def _curved(grams: Grams, inner: np.ndarray, used: np.ndarray, precision: np.nda
     return block
 
 
-def _own(grams: Grams, model: Model) -> tuple[np.ndarray, np.ndarray]:
-    """Columns of a model's coefficients, and their precision matrix."""
+def _own(grams: Grams, model: Model, *, inertia: bool = True) -> tuple[np.ndarray, np.ndarray]:
+    """Columns of a model's coefficients and of the masses that act through it, and their precision."""
     if not model:
         return np.zeros(0, np.int64), np.zeros((0, 0))
-    own = np.concatenate([grams.columns(t.candidate.names) for t in model])
-    return own, linalg.block_diag(*(precision_of(grams, t) for t in model))
+    names = [t.candidate.names for t in model]
+    columns, precisions = [grams.columns(n) for n in names], [precision_of(grams, t) for t in model]
+    if inertia:
+        columns += [grams.columns(grams.inertia.get(n, ())) for n in names]
+        precisions += [np.diag(_known(grams, n)) for n in names if n in grams.inertia]
+    return np.concatenate(columns), linalg.block_diag(*precisions)
 
 
 def grown(grams: Grams, model: Model) -> Model:

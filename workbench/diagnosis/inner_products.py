@@ -1,19 +1,21 @@
 """The rows of a problem compressed to inner products, from which every model of effects is judged.
 
 Columns are, in this order: the directions of the geometry that the rows show (orthonormal over all rows),
-the coefficients of all candidates (scaled to unit length), and the residual that is left without any effect.
+the coefficients of all candidates (scaled to unit length), the masses and centres that act through each
+fitted effect of load, and the residual that is left without any effect and with the masses of the file.
 Inner products are kept for every fold of the rows, so that models can be cross-validated too: fitting,
 testing and validating a model is linear algebra of its own size, whatever the number of rows.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.effects import AbstractEffect
+from workbench.arm.robot import Robot
 from workbench.diagnosis.columns import candidate_columns, carriers
 from workbench.identification.factorisation import factorise
 from workbench.identification.problem import Problem
@@ -29,23 +31,28 @@ class Grams:
     """Inner products of columns.
 
     Args:
-        names: Names of the coefficients, C of them.
+        names: Names of the coefficients, C of them, those of masses among them.
         folds: Inner products within each fold; G geometric directions.
         scale: Length of every coefficient's column: scaled coefficients are SI ones times this.
-        basis: The geometric directions in the unknowns that are no coefficients [rad, m], those of masses
-            among them.
-        prior: Inner products of what is known beforehand of the masses, which belongs to no fold.
-        tether: Precision that keeps geometry near the fit where effects leave it open: within `TETHER`.
+        basis: The geometric directions in the unknowns that are no coefficients [rad, m].
         count: Number of measured components.
+        inertia: By the coefficients of a fitted effect of load, columns of the masses and centres that act
+            through it. They go with the effect: without it, no mass is seen.
+        known: Standard deviations of these, scaled as the columns are.
     """
 
     names: tuple[str, ...]
     folds: Float[np.ndarray, "folds gc1 gc1"]
     scale: Float[np.ndarray, " c"]
     basis: Float[np.ndarray, "p g"]
-    prior: Float[np.ndarray, "gc1 gc1"]
-    tether: Float[np.ndarray, "g g"]
     count: int
+    inertia: Mapping[tuple[str, ...], tuple[str, ...]]
+    known: Mapping[str, float]
+
+    @cached_property
+    def tether(self) -> Float[np.ndarray, "g g"]:
+        """Precision that keeps geometry near the fit where effects leave it open: within `TETHER`."""
+        return self.basis.T @ self.basis / TETHER**2
 
     @property
     def geometry(self) -> int:
@@ -54,8 +61,8 @@ class Grams:
 
     @cached_property
     def total(self) -> Float[np.ndarray, "gc1 gc1"]:
-        """Over all rows, with what is known beforehand."""
-        return self.folds.sum(0) + self.prior
+        """Over all rows."""
+        return self.folds.sum(0)
 
     @cached_property
     def index(self) -> dict[str, int]:
@@ -83,25 +90,25 @@ def compress(
         fold: Fold of every row, counted from 0.
     """
     bearers = carriers(effects)
-    names = tuple(name for e in bearers for name in e.names)
-    plain = np.array([not p.is_coefficient for p in problem.parameters], bool)
+    arm = problem.robot_at(x)
+    off = {n: v - problem.robot.inertia[n] for n, v in arm.inertia.items()}
+    loaded = weighed(problem, arm)
+    inertia = {e.names: tuple(f"{n} by {' '.join(e.names)}" for n in off) for e in loaded}
+    names = (*(name for e in bearers for name in e.names), *(n for each in inertia.values() for n in each))
+    plain = np.array([p.is_plain for p in problem.parameters], bool)
     residual, jacobian = np.empty(problem.size), np.empty((problem.size, int(plain.sum())))
-    known, off = np.zeros((0, int(plain.sum()))), np.zeros(0)
     for block, piece in problem.pieces(x):
         if block is not None:
             jacobian[block.start : block.stop] = piece.jacobian[:, plain]
             residual[block.start : block.stop] = piece.residual
-        else:
-            mine = piece.jacobian[:, plain].any(1)
-            known, off = piece.jacobian[mine][:, plain], piece.residual[mine]
-    basis = factorise(
-        np.concatenate([jacobian, known]), np.concatenate([residual, off]), problem.units[plain]
-    ).root
+    basis = factorise(jacobian, residual).root
     accepted = {p.name: v for p, v in zip(problem.parameters, x.tolist(), strict=True) if p.is_coefficient}
     size = basis.shape[1] + len(names) + 1
     sums = np.zeros((int(fold.max()) + 1, size, size))
+    fitted = [e.names for e in loaded if e in arm.effects]
+    accepted |= {n: v for each in fitted for n, v in zip(inertia[each], off.values(), strict=True)}
     present = np.array([accepted.get(n, 0.0) for n in names])
-    for block, columns in candidate_columns(problem, x, bearers):
+    for block, columns in candidate_columns(problem, x, bearers, weighed=loaded):
         rows = slice(block.start, block.stop)
         whole = residual[rows] + columns @ present
         table = np.concatenate([jacobian[rows] @ basis, columns, whole[:, None]], axis=1)
@@ -112,14 +119,25 @@ def compress(
     length = np.sqrt(np.maximum(np.diagonal(sums.sum(0)), 0.0))[basis.shape[1] : -1]
     scale = np.where(length > SHORTEST, length, 1.0)
     by = np.concatenate([np.ones(basis.shape[1]), scale, [1.0]])
-    table = np.concatenate([known @ basis, np.zeros((len(off), len(names))), off[:, None]], axis=1)
-    loose = basis[[not p.is_inertia for p in problem.parameters if not p.is_coefficient]]
-    return Grams(
-        names=names,
-        folds=sums / np.outer(by, by),
-        scale=scale,
-        basis=basis,
-        prior=table.T @ table,
-        tether=loose.T @ loose / TETHER**2,
-        count=problem.count,
-    )
+    widths = list(problem.robot.inertia_tolerance.values()) * len(inertia)
+    known = dict(zip((n for each in inertia.values() for n in each), widths, strict=True))
+    scales = dict(zip(names, scale.tolist(), strict=True))
+    known = {n: width * scales[n] for n, width in known.items()}
+    return Grams(names, sums / np.outer(by, by), scale, basis, problem.count, inertia, known)
+
+
+def weighed(problem: Problem, arm: Robot) -> list[AbstractEffect]:
+    """Effects through which masses are seen: every fitted effect of load, and each of its joints alone."""
+    if not any(p.is_inertia for p in problem.parameters):
+        return []
+    fitted = {p.name for p in problem.parameters if p.is_coefficient}
+    loaded = [
+        e for e in arm.effects if e.loads and fitted.issuperset(e.names) and len(e.components(arm.chain))
+    ]
+    alone = [
+        replace(e, joints=(j,), coefficients=(c,))
+        for e in loaded
+        if len(e.joints) == len(e.coefficients) > 1
+        for j, c in zip(e.joints, e.coefficients, strict=True)
+    ]
+    return [*loaded, *alone]

@@ -105,7 +105,7 @@ def _columns(problem: Problem, x: np.ndarray, rows: Problem, effects: Sequence[A
     """
     found = dict(zip(problem.names, x.tolist(), strict=True))
     here = np.array([found.get(p.name, p.nominal) for p in rows.parameters])
-    plain = [p.name for p in problem.parameters if not (p.is_coefficient or p.is_inertia)]
+    plain = [p.name for p in problem.parameters if p.is_plain]
     seen = [i for i, name in enumerate(plain) if name in rows.names]
     geometry = np.zeros((rows.size, len(plain)))
     mine = [rows.names.index(plain[i]) for i in seen]

@@ -12,6 +12,7 @@ from rich.console import RenderableType
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
+from workbench.diagnosis.causes import Cause, ResidualMap
 from workbench.diagnosis.undetectable import Undetectable
 from workbench.identification.fit import Fit
 from workbench.identification.joint_readings import Readings
@@ -104,6 +105,8 @@ class Diagnosis(AbstractShown):
         before_rows: Row by row: fitted rows (outliers left out), held-out rows.
         after_rows: Likewise.
         effects: What was accepted, in the order in which it was found.
+        causes: What is claimed of them: physical, of a size that matters, the largest first.
+        residual_map: What the others predict; None if there are none.
         ranking: What each candidate would have brought to the geometry alone, the best first.
         noise: What is left, per axis [m], [rad]; NaN for rotations that nobody measured.
         floor: Noise that was known beforehand, from repeats or as given; None if it was not.
@@ -135,6 +138,8 @@ class Diagnosis(AbstractShown):
     before_rows: tuple[RowErrors, RowErrors]
     after_rows: tuple[RowErrors, RowErrors]
     effects: tuple[Accepted, ...]
+    causes: tuple[Cause, ...]
+    residual_map: ResidualMap | None
     ranking: tuple[Ranked, ...]
     noise: Noise
     floor: Noise | None

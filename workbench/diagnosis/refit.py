@@ -117,10 +117,10 @@ def linear_answer(fitted: Fitted, grams: Grams, model: Model) -> dict[str, float
     """Unknowns of another model by the linear solution at a fit, by name [SI]."""
     problem, x = fitted.problem, fitted.fit.x
     step = grams.basis @ solve(grams, model, grams.total)[: grams.geometry]
-    plain = [p.name for p in problem.parameters if not p.is_coefficient]
-    known = dict(zip(problem.names, x.tolist(), strict=True))
+    plain = [p.name for p in problem.parameters if p.is_plain]
+    known = {p.name: v for p, v in zip(problem.parameters, x.tolist(), strict=True) if not p.is_coefficient}
     moved = {name: known[name] + change for name, change in zip(plain, step.tolist(), strict=True)}
-    return moved | coefficients(grams, model)
+    return known | moved | coefficients(grams, model)
 
 
 def with_own_noise(fitted: Fitted, problem: Problem) -> Problem:
@@ -143,7 +143,7 @@ def _chord(problem: Problem, x: np.ndarray, grams: Grams, model: Model, on_step:
     """Gauss–Newton with the curvature of the inner products: the gradient alone is taken anew."""
     names = [n for t in model for n in t.candidate.names]
     solve_for, spread = curvature(grams, model)
-    plain = np.array([not p.is_coefficient for p in problem.parameters], bool)
+    plain = np.array([p.is_plain for p in problem.parameters], bool)
     into = np.zeros((len(x), grams.geometry + len(names)))
     into[plain, : grams.geometry] = grams.basis
     index = {p.name: i for i, p in enumerate(problem.parameters)}

@@ -140,7 +140,10 @@ def _as_fitted(searched: Searched) -> Searched:
 
 
 def _better(searched: Searched) -> bool:
-    """Whether what was found predicts other folds noticeably better than the fitted model."""
+    """Whether what was found predicts other folds noticeably better than the fitted model, or says less."""
+    found = {_key(t.candidate) for t in searched.found.model}
+    if found < {_key(t.candidate) for t in searched.stage.fitted.model}:
+        return True
     fitted = _among(searched.stage.fitted.model, searched.offered.candidates)
     before, after = (validated(searched.grams, m).sum() for m in (fitted, searched.found.model))
     return bool(abs(before - after) > WORTH * before)
@@ -242,7 +245,10 @@ def _same(a: Model, b: Model) -> bool:
 
 def _among(model: Model, candidates: tuple[Candidate, ...]) -> Model:
     """A model's terms as candidates of another round, as far as that offers them."""
-    offered = {_key(c): c for c in candidates}
-    return tuple(
-        replace(t, candidate=offered[_key(t.candidate)]) for t in model if _key(t.candidate) in offered
+    offered, known = {_key(c): c for c in candidates}, {n for c in candidates for n in c.names}
+    kept = (
+        t
+        for t in model
+        if _key(t.candidate) in offered or (t.candidate.alike and known.issuperset(t.candidate.names))
     )
+    return tuple(replace(t, candidate=offered.get(_key(t.candidate), t.candidate)) for t in kept)

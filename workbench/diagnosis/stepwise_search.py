@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.arm.effects import Candidate
-from workbench.diagnosis.evidence import Left, Model, Offer, drop, left_by, offer, offers, validated
+from workbench.diagnosis.evidence import Left, Model, Offer, Term, drop, left_by, offer, offers, validated
 from workbench.diagnosis.inner_products import Grams
 
 ALPHA = 0.002
@@ -90,17 +90,36 @@ def significant(found: Offer, tries: int) -> bool:
 
 
 def confirmed(grams: Grams, smaller: Model, larger: Model) -> bool:
-    """Whether the larger model predicts other folds noticeably better: the middle one, and all but one.
-
-    A fold may lie where the others say little; what it predicts there is no vote.
-    """
-    before = validated(grams, smaller)
-    fall = 1.0 - validated(grams, larger) / before
-    return bool(np.median(fall) > WORTH and (fall > 0.0).sum() >= len(fall) - 1)
+    """Whether the larger model predicts other folds noticeably better: beyond one standard error."""
+    fall = 1.0 - validated(grams, larger) / validated(grams, smaller)
+    error = fall.std(ddof=1) / np.sqrt(len(fall)) if len(fall) > 1 else 0.0
+    return bool(fall.mean() > max(WORTH, error))
 
 
 def _improved(grams: Grams, candidates: Sequence[Candidate], model: Model) -> Model:
-    return prune(grams, candidates, exchange(grams, candidates, model))
+    return prune(grams, candidates, exchange(grams, candidates, trimmed(grams, model)))
+
+
+def trimmed(grams: Grams, model: Model) -> Model:
+    """Effects of many joints without the joints whose part in them the rows don't ask for."""
+    for term in [t for t in model if t.candidate.alike]:
+        rest = drop(model, [term])
+        left = left_by(grams, rest, term.candidate.names)
+        best = offer(left, term.candidate)
+        while best is not None and len(best.term.candidate.effect.joints) > 2:
+            fewer = [o for c in _without_one(best.term.candidate) if (o := offer(left, c)) is not None]
+            better = max(fewer, key=lambda o: o.gain, default=None)
+            if better is None or better.gain < best.gain:
+                break
+            best = better
+        model = rest if best is None else (*rest, best.term)
+    return model
+
+
+def _without_one(candidate: Candidate) -> list[Candidate]:
+    """The same effect without each of its joints."""
+    joints = range(len(candidate.effect.joints))
+    return [candidate.only([i for i in joints if i != k]) for k in joints]
 
 
 def _add(grams: Grams, candidates: Sequence[Candidate], model: Model) -> tuple[Model | None, list[Offer]]:
@@ -139,22 +158,24 @@ def _one_exchange(grams: Grams, candidates: Sequence[Candidate], model: Model) -
     for group in _groups(model):
         rest = drop(model, group)
         left = left_by(grams, rest)
-        present = _worth(grams, rest, group)
-        others = [
-            o for o in _offers(left, candidates) if len(group) == 1 or o.term.candidate.effect.maps_joint
-        ]
+        present = worth(grams, rest, group)
+        others = [o for o in _offers(left, candidates) if len(group) == 1 or _takes_place(o.term, group)]
         best = max(others, key=lambda o: o.gain, default=None)
         same = best is not None and len(group) == 1 and best.term.candidate is group[0].candidate
         if best is not None and not same and best.gain > present + BETTER:
-            return (*rest, best.term)
+            return trimmed(grams, (*rest, best.term))
         if same and best is not None and not np.isclose(best.term.precision, group[0].precision, rtol=0.7):
             return (*rest, best.term)
     return None
 
 
 def _groups(model: Model) -> list[Model]:
-    """Every term alone, and all maps of one joint where there are several."""
+    """Every term alone, all maps of one joint where there are several, all effects of one kind likewise."""
     groups: list[Model] = [(t,) for t in model]
+    for kind in {kind_of(t) for t in model if t.candidate.effect.of_many_joints}:
+        alike = tuple(t for t in model if kind_of(t) == kind)
+        if len(alike) > 1:
+            groups.append(alike)
     for joints in {t.candidate.effect.joints for t in model if t.candidate.effect.maps_joint}:
         maps = tuple(
             t for t in model if t.candidate.effect.maps_joint and t.candidate.effect.joints == joints
@@ -164,7 +185,19 @@ def _groups(model: Model) -> list[Model]:
     return groups
 
 
-def _worth(grams: Grams, rest: Model, group: Model) -> float:
+def kind_of(term: Term) -> tuple[str, str]:
+    """What an effect is called, without its joints."""
+    return term.candidate.effect.name, term.candidate.effect.variant
+
+
+def _takes_place(term: Term, group: Model) -> bool:
+    """Whether one effect may take the place of several: a map of a joint's, or one of all joints together."""
+    if group[0].candidate.effect.maps_joint:
+        return term.candidate.effect.maps_joint
+    return term.candidate.alike and kind_of(term) == kind_of(group[0])
+
+
+def worth(grams: Grams, rest: Model, group: Model) -> float:
     """Evidence that a group of terms brings to the rest, one after the other."""
     total, model = 0.0, rest
     for term in group:

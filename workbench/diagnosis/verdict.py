@@ -8,9 +8,9 @@ from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import turns
 from workbench.arm.effects.effect import STILL
 from workbench.data.dataset import Dataset
+from workbench.diagnosis.causes import Cause, ResidualMap
 from workbench.diagnosis.evidence import Offer
-from workbench.diagnosis.record import Accepted, Verdict
-from workbench.diagnosis.rivals import ambiguous
+from workbench.diagnosis.record import Verdict
 from workbench.identification.fit import Fit
 from workbench.identification.joint_readings import Readings
 from workbench.identification.problem import Noise
@@ -27,12 +27,15 @@ LITTLE = np.deg2rad(30.0)
 """A joint that turned less than this moved little [rad]; less than `STILL`, not at all."""
 TOGETHER = 0.02
 """Part of the widest spread of poses below which a direction in joint space was not measured."""
+CONTRADICTED = 3.0
+"""Standard deviations by which a mass or its centre may differ from the file."""
 SPARE = 2.0
 """Measured numbers for each unknown below which effects can hardly be told from the geometry."""
 
 
 def conclude(
-    accepted: Sequence[Accepted],
+    causes: Sequence[Cause],
+    residual_map: ResidualMap | None,
     *,
     nominal: Errors,
     reach: float,
@@ -48,7 +51,8 @@ def conclude(
     """Verdict and message.
 
     Args:
-        accepted: Effects that were added.
+        causes: What is claimed, the largest first.
+        residual_map: What else was added, and predicts alone.
         nominal: Errors of the nominal arm, on the rows that judge it.
         reach: Of the arm [m].
         noise: What is left, per axis [m], [rad].
@@ -62,7 +66,7 @@ def conclude(
     """
     left = after.position_mm.mean
     if explains_little(nominal, after, reach):
-        return Verdict.UNEXPLAINED, _lost(accepted, nominal, after)
+        return Verdict.UNEXPLAINED, _lost(bool(causes or residual_map), nominal, after)
     more = structure or bool(distrusted)
     rest = "shows no structure, so it is taken to be noise"
     if floor is not None:
@@ -84,16 +88,18 @@ def conclude(
         else:
             rest += f"; noise of the joint readings ({size}) makes {part} of it"
     rest = f"the remaining error of {left:.3g} mm {rest}"
-    if not accepted:
+    if not (causes or residual_map):
         verdict = Verdict.UNEXPLAINED if more else Verdict.NONE
         return verdict, f"{lead}No effect was found beside the geometry; {rest}."
     verdict = Verdict.PARTLY if more else Verdict.EXPLAINED
-    names = lead + " ".join(f"{a.words}." for a in accepted[:3])
-    if len(accepted) > 3:
-        names += f" {len(accepted) - 3} more effects are listed."
+    words = [f"{c.sentence} ({c.confidence})." for c in causes[:3]]
+    if len(causes) > 3:
+        words.append(f"{len(causes) - 3} more causes are listed.")
+    if residual_map is not None:
+        words += [*([] if causes else ["No cause was found."]), f"{residual_map.sentence}."]
     fall = f"reduces the error from {before.position_mm.mean:.3g} to {left:.3g} mm"
-    subject = "Adding it" if len(accepted) == 1 else "Adding these"
-    return verdict, f"{names} {subject} {fall}; {rest}.{_doubt(accepted)}"
+    subject = "Adding it" if len(causes) + (residual_map is not None) == 1 else "Adding these"
+    return verdict, f"{lead}{' '.join(words)} {subject} {fall}; {rest}."
 
 
 def explains_little(nominal: Errors, found: Errors, reach: float) -> bool:
@@ -108,9 +114,9 @@ def explains_little(nominal: Errors, found: Errors, reach: float) -> bool:
     return left > max(min(HARDLY_BETTER * before, 1e3 * FAR_FROM_GOOD * reach), COARSE)
 
 
-def _lost(accepted: Sequence[Accepted], nominal: Errors, after: Errors) -> str:
+def _lost(added: bool, nominal: Errors, after: Errors) -> str:
     """A sentence where not even the geometry explains much."""
-    end = "The effects that were added mean little until then" if accepted else "No effects were added"
+    end = "The effects that were added mean little until then" if added else "No effects were added"
     return (
         f"The geometry explains little: {after.position_mm.rms:.3g} of {nominal.position_mm.rms:.3g} mm "
         f"remain. Check the robot, the units, the frames and the sessions. {end}."
@@ -163,10 +169,17 @@ def coverage(data: Dataset, chain: Chain) -> list[str]:
     return notes
 
 
-def _doubt(accepted: Sequence[Accepted]) -> str:
-    """A sentence on what the rows can't tell apart."""
-    pairs = [(a, r) for a in accepted for r in a.alternatives if r.effect in ambiguous((a,))]
-    if not pairs:
-        return ""
-    words = "; ".join(f"{a.effect.label} from {r.effect.label}" for a, r in pairs[:2])
-    return f" These rows can't tell {words}."
+def weights_that_differ(fit: Fit) -> list[str]:
+    """Sentences on masses and centres that the rows contradict."""
+    known = fit.problem.robot.inertia_tolerance
+    out = []
+    for p, value, error in zip(fit.parameters, fit.x.tolist(), fit.std.tolist(), strict=True):
+        if p.is_inertia and abs(value - p.nominal) > CONTRADICTED * known[p.name]:
+            link, part = p.name.split(".")
+            what = "mass" if part == "mass" else f"centre of mass ({part[-1]})"
+            factor, unit = (1.0, "kg") if part == "mass" else (1e3, "mm")
+            out.append(
+                f"the file's {what} of the link after {link} doesn't fit: it says {factor * p.nominal:.3g} "
+                f"{unit}, the measurements {factor * value:.3g} ± {factor * error:.2g} {unit}"
+            )
+    return out

@@ -89,7 +89,7 @@ class Bent:
         motion: State of the block's rows.
         names: Coefficients of effects that are unknown.
         places: Their places in x.
-        inertia: Places in x of the links' masses and centres, in the order of `Robot.inertia`; empty if known.
+        inertia: Places in x of the links' masses and centres, as in `Robot.inertia`; empty if known.
     """
 
     robot: Robot
@@ -206,22 +206,28 @@ class Block:
     def poses(self, x: np.ndarray) -> np.ndarray:
         """Poses of what is watched, at x."""
         values, part, shift = self.values(x), self.watched.part, chains.NO_SHIFT
-        if self.bent is not None:
-            bent = self.bent
-            own = {"values": values, "effects": bent.effects(x), "weights": bent.weights(x)}
-            shift = shift_of(bent.robot, bent.motion, **own)
+        if (bent := self.bent) is not None:
+            effects, weights = bent.effects(x), bent.weights(x)
+            shift = shift_of(bent.robot, bent.motion, values=values, effects=effects, weights=weights)
         poses = chains.poses(self.chain, self.q, values=values, shift=shift, part=part)
         return self.watched.turned(poses, np.zeros((len(poses), 6, 0)))[0]
 
     def twists(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Poses of what is watched, at x, and its twists per unknown in the order of `places`."""
         values, part = self.values(x), self.watched.part
-        if self.bent is None:
+        if (bent := self.bent) is None:
             found = chains.twists(self.chain, self.q, self.elements, values=values, part=part)
         else:
-            bent = self.bent
-            own = {"values": values, "effects": bent.effects(x), "weights": bent.weights(x), "part": part}
-            found = effect_columns(bent.robot, bent.motion, self.elements, bent.names, **own)
+            found = effect_columns(
+                bent.robot,
+                bent.motion,
+                self.elements,
+                bent.names,
+                values=values,
+                effects=bent.effects(x),
+                weights=bent.weights(x),
+                part=part,
+            )
         return self.watched.turned(*found)
 
     @property

@@ -21,6 +21,7 @@ class BearingCompliance(AbstractEffect):
     """One coefficient a joint."""
 
     name = "bearing-compliance"
+    of_many_joints = True
     loads = Loads.ALL
     insertion = Insertion.TILT
 

@@ -25,6 +25,7 @@ class ClearanceTilt(AbstractEffect):
     """One coefficient a joint."""
 
     name = "clearance-tilt"
+    of_many_joints = True
     coefficient = "clearance"
     loads = Loads.ALL
     insertion = Insertion.TILT

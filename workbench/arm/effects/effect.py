@@ -6,7 +6,7 @@ asks them; nobody else tells one from another.
 """
 
 from abc import abstractmethod
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import ClassVar, Protocol, runtime_checkable
@@ -59,6 +59,8 @@ class AbstractEffect(AbstractLaw):
     """Whether it leaps by its coefficients [rad or m] where its cause changes sign."""
     handicap: ClassVar[float] = 0.0
     """Log evidence that it must bring in a diagnosis beyond any other effect [nat]."""
+    of_many_joints: ClassVar[bool] = False
+    """Whether joints have it together as a rule, so that a diagnosis tries it on all of them at once."""
     typical_size: ClassVar[float | None] = None
     """Usual greatest coefficient [SI]; None if a virtual arm should choose one that shows well."""
 
@@ -70,6 +72,11 @@ class AbstractEffect(AbstractLaw):
             chain: Of the arm.
             motion: State of the measured rows.
         """
+
+    @property
+    def names_cause(self) -> bool:
+        """Whether it is something physical, which a diagnosis may blame; what only predicts is not."""
+        return True
 
     @property
     def variant(self) -> str:
@@ -87,7 +94,7 @@ class AbstractEffect(AbstractLaw):
             return offered([cls()], arm, motion)
         one = cls((0,))
         joints = range(arm.dof) if one.loads or one.needs else moved_joints(motion)
-        return offered([cls((j,)) for j in joints], arm, motion)
+        return offered(alone_and_together(cls((j,)) for j in joints), arm, motion)
 
     @classmethod
     def usual_joint(cls, dof: int) -> int:
@@ -152,10 +159,13 @@ class Candidate:
         effect: With zero coefficients.
         covariance: Of its coefficients up to a common factor, where they are many and shrunk together; None
             for a few free ones.
+        alike: Whether that covariance follows from its laws' sizes over the rows: all joints are expected to
+            give way about as far.
     """
 
     effect: AbstractEffect
     covariance: Float[np.ndarray, "k k"] | None = None
+    alike: bool = False
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -173,12 +183,28 @@ class Candidate:
         assert self.covariance is not None, "only shrunk candidates have one"
         return np.linalg.cholesky(self.covariance)
 
+    def only(self, places: Sequence[int]) -> "Candidate":
+        """One of many joints, alike, with some of its joints: those at the given places."""
+        assert self.covariance is not None, "only shrunk candidates are of many joints"
+        joints = tuple(self.effect.joints[i] for i in places)
+        fewer = replace(self.effect, joints=joints, coefficients=())
+        return Candidate(fewer, self.covariance[np.ix_(places, places)], alike=True)
+
     def excludes(self, other: "Candidate") -> bool:
         """Whether the two can't stand in one model: one holds the other, or a part of it."""
         if set(self.names) & set(other.names):
             return True
         both_map = self.effect.maps_joint and other.effect.maps_joint
         return both_map and self.effect.joints == other.effect.joints and (self.shrunk or other.shrunk)
+
+
+def alone_and_together(effects: Iterable[AbstractEffect]) -> list[AbstractEffect | Candidate]:
+    """Effects of one joint each, and all of them as one effect if joints have such effects together."""
+    alone = list(effects)
+    if len(alone) < 2 or not alone[0].of_many_joints:
+        return [*alone]
+    together = replace(alone[0], joints=tuple(j for e in alone for j in e.joints), coefficients=())
+    return [*alone, Candidate(together, alike=True)]
 
 
 def offered(

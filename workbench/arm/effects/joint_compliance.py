@@ -19,6 +19,7 @@ class JointCompliance(AbstractEffect):
     """One coefficient a joint."""
 
     name = "joint-compliance"
+    of_many_joints = True
     coefficient = "compliance"
     loads = Loads.OWN
 

@@ -4,6 +4,7 @@ import numpy as np
 
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.axes import turns
+from workbench.diagnosis.causes import Cause, ResidualMap
 from workbench.diagnosis.record import Accepted, Diagnosis, Ranked
 from workbench.diagnosis.undetectable import Undetectable
 from workbench.identification.report.results_json import validation_json
@@ -28,6 +29,8 @@ def diagnosis_json(result: Diagnosis) -> Json:
             "nominal": validation_json(result.nominal),
             "before": validation_json(result.before),
             "effects": [_accepted(e, result) for e in result.effects],
+            "causes": [_cause(c) for c in result.causes],
+            "map": None if result.residual_map is None else _map(result.residual_map),
             "after": validation_json(result.after),
             "noise": _noise(result.noise),
             "noise_floor": None if result.floor is None else _noise(result.floor),
@@ -89,6 +92,27 @@ def _accepted(found: Accepted, result: Diagnosis) -> Json:
         "after_held_out_mm": found.after_mm,
         "alternatives": [_ranked(r) for r in found.alternatives],
         "words": found.words,
+    }
+
+
+def _cause(cause: Cause) -> Json:
+    return {
+        "kind": cause.kind,
+        **_effect(cause.whole),
+        "confidence": str(cause.confidence),
+        "odds": cause.odds,
+        "contribution_mm": cause.contribution_mm if np.isfinite(cause.contribution_mm) else None,
+        "sentence": cause.sentence,
+        "look_alikes": [_effect(e) for e in cause.look_alikes],
+    }
+
+
+def _map(found: ResidualMap) -> Json:
+    return {
+        "joints": [j + 1 for j in found.joints],
+        "effects": [_effect(e) for e in found.effects],
+        "before_held_out_mm": found.before_mm,
+        "after_held_out_mm": found.after_mm,
     }
 
 

@@ -1,0 +1,237 @@
+"""What a diagnosis claims: causes of a size that matters, with odds. The rest predicts and claims nothing.
+
+Effects of one kind that joints have together are one cause. An accepted effect is a cause if
+
+- it is physically possible: over the rows it moves no element by more than `POSSIBLE`;
+- what it brings to rows that took no part in its fit, fold by fold, exceeds one standard error;
+- that is at least a tenth of what is left, and a third of the noise.
+
+All others, and effects without a physical name, are the *residual map*. The odds are those of the evidence
+against the best effect of another claim in the cause's place, or against none.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+
+import numpy as np
+
+from workbench.arm.effects import AbstractEffect
+from workbench.arm.motion import Motion
+from workbench.arm.robot import Robot
+from workbench.arm.statics.deflection import law_sizes
+from workbench.diagnosis.evidence import Model, Offer, Term, drop, left_by, offers, validated
+from workbench.diagnosis.rounds import Searched
+from workbench.diagnosis.stepwise_search import kind_of, worth
+from workbench.identification.problem import Noise
+
+POSSIBLE = 0.1
+"""Most that a cause may move any element [rad or m]."""
+PART_OF_REST, PART_OF_NOISE = 0.1, 1.0 / 3.0
+"""Parts of what is left, and of the noise, that a cause must bring at least."""
+CERTAIN, PROBABLE = 1000.0, 20.0
+"""Odds from which on a cause is called so; below, it can't be told from its rival."""
+MOST_ODDS = 1e12
+"""Odds beyond this say nothing more."""
+LOOK_ALIKES = 3
+"""Look-alikes that are listed."""
+
+
+class Confidence(StrEnum):
+    """How sure a cause is, by its odds."""
+
+    CERTAIN = "certain"
+    PROBABLE = "probable"
+    OPEN = "cannot tell"
+
+    @classmethod
+    def of(cls, odds: float) -> "Confidence":
+        """The word for some odds."""
+        return cls.CERTAIN if odds >= CERTAIN else cls.PROBABLE if odds >= PROBABLE else cls.OPEN
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Cause:
+    """A physical cause of what the geometry leaves.
+
+    Args:
+        kind: Name of its effect.
+        joints: Counted from 0; empty where it concerns the whole arm.
+        effects: What of the saved model it is.
+        odds: Against the best other claim.
+        contribution_mm: Root mean square of what it brings at the tool, on folds that took no part in its fit
+            [mm]; NaN where no positions were measured.
+        sentence: What it does, in plain English.
+        look_alikes: Other claims that the rows can't tell from it, the best first.
+    """
+
+    kind: str
+    joints: tuple[int, ...]
+    effects: tuple[AbstractEffect, ...]
+    odds: float
+    contribution_mm: float
+    sentence: str
+    look_alikes: tuple[AbstractEffect, ...]
+
+    @property
+    def confidence(self) -> Confidence:
+        """How sure it is."""
+        return Confidence.of(self.odds)
+
+    @property
+    def label(self) -> str:
+        """Short, for tables: `joint-compliance, joints 2 by 3`."""
+        return self.whole.label
+
+    @property
+    def whole(self) -> AbstractEffect:
+        """Its effects as one."""
+        return together(self.effects)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ResidualMap:
+    """What of the saved model predicts and claims nothing.
+
+    Args:
+        effects: Smooth errors of joints, and effects too small to be called causes.
+        before_mm: Mean held-out error without them [mm].
+        after_mm: With them.
+    """
+
+    effects: tuple[AbstractEffect, ...]
+    before_mm: float
+    after_mm: float
+
+    @property
+    def joints(self) -> tuple[int, ...]:
+        """Joints that they concern."""
+        return tuple(sorted({j for e in self.effects for j in e.joints}))
+
+    @property
+    def sentence(self) -> str:
+        """What it brings."""
+        names = ", ".join(str(j + 1) for j in self.joints)
+        where = f" of joint{'s' if len(self.joints) > 1 else ''} {names}" if names else ""
+        return (
+            f"A residual map{where} takes the error from {self.before_mm:.3g} to {self.after_mm:.3g} mm; "
+            "it predicts, and names no cause"
+        )
+
+
+def together(effects: Sequence[AbstractEffect]) -> AbstractEffect:
+    """Effects of one kind as one of all their joints."""
+    first, *others = sorted(effects, key=lambda e: e.joints)
+    if not others:
+        return first
+    joints = tuple(j for e in (first, *others) for j in e.joints)
+    sizes = tuple(c for e in (first, *others) for c in e.coefficients)
+    order = np.argsort(joints)
+    return replace(first, joints=tuple(joints[i] for i in order), coefficients=tuple(sizes[i] for i in order))
+
+
+def find_causes(searched: Searched, arm: Robot, motion: Motion, floor: Noise | None) -> tuple[Cause, ...]:
+    """The causes among the accepted effects, the largest contribution first.
+
+    Args:
+        searched: The last search, at the final fit.
+        arm: The arm as it was found.
+        motion: State of the fitted rows.
+        floor: Noise that was known beforehand.
+    """
+    sized = {e.names: e for e in arm.effects}
+    known = searched.stage.geometric.typical_noise
+    after = validated(searched.grams, searched.found.model)
+    count = searched.grams.count
+    least = PART_OF_NOISE * _noise(after, count, known, floor)
+    least = max(least, PART_OF_REST * float(np.sqrt(after.sum() / count)))
+    found = []
+    for group in _groups(searched.found.model):
+        effects = tuple(sized[t.candidate.names] for t in group)
+        fall = validated(searched.grams, drop(searched.found.model, group)) - after
+        size = float(np.sqrt(max(fall.sum(), 0.0) / count))
+        if not effects[0].names_cause or size < least or not _beyond_chance(fall):
+            continue
+        if not _possible(arm, motion, effects):
+            continue
+        odds, rivals = _against_rivals(searched, group)
+        whole = together(effects)
+        words = whole.sentence(arm.chain, motion)
+        found.append(
+            Cause(
+                kind=str(whole.name),
+                joints=whole.joints,
+                effects=effects,
+                odds=odds,
+                contribution_mm=1e3 * float(np.sqrt(3.0)) * known.position * size,
+                sentence=words if not rivals else f"{words}; or else {_listed(rivals)}",
+                look_alikes=rivals,
+            )
+        )
+    return tuple(sorted(found, key=lambda c: -np.nan_to_num(c.contribution_mm)))
+
+
+def _noise(after: np.ndarray, count: int, known: Noise, floor: Noise | None) -> float:
+    """Standard deviation of a whitened component by noise alone."""
+    left = float(np.sqrt(after.sum() / count))
+    if floor is None:
+        return left
+    ratios = np.array(floor) / np.array(known)
+    return min(left, float(np.nanmin(ratios))) if np.isfinite(ratios).any() else left
+
+
+def _groups(model: Model) -> list[Model]:
+    """Terms of one claim: those of one kind that joints have together, every other one alone."""
+    out: dict[object, Model] = {}
+    for k, term in enumerate(model):
+        key: object = kind_of(term) if term.candidate.effect.of_many_joints else k
+        out[key] = (*out.get(key, ()), term)
+    return list(out.values())
+
+
+def _beyond_chance(fall: np.ndarray) -> bool:
+    """Whether what folds gain exceeds its standard error."""
+    return bool(len(fall) < 2 or fall.mean() > fall.std(ddof=1) / np.sqrt(len(fall)))
+
+
+def _possible(arm: Robot, motion: Motion, effects: Sequence[AbstractEffect]) -> bool:
+    sizes = law_sizes(arm, motion, [n for e in effects for n in e.names])
+    return all(
+        sizes[n] * abs(c) < POSSIBLE for e in effects for n, c in zip(e.names, e.coefficients, strict=True)
+    )
+
+
+def _against_rivals(searched: Searched, group: Model) -> tuple[float, tuple[AbstractEffect, ...]]:
+    """Odds of some terms against the best other claim, and the claims that can't be told from them."""
+    rest = drop(searched.found.model, group)
+    own = worth(searched.grams, rest, group)
+    others = [
+        c
+        for c in searched.offered.candidates
+        if not _same_claim(Term(c), group) and not any(c.excludes(t.candidate) for t in rest)
+    ]
+    ordered = sorted(offers(left_by(searched.grams, rest), others), key=lambda o: -o.gain)
+    best = max(ordered[0].gain if ordered else 0.0, 0.0)
+    odds = float(np.exp(np.clip(own - best, 0.0, np.log(MOST_ODDS))))
+    close = [o for o in ordered if own - o.gain < np.log(PROBABLE)]
+    return odds, tuple(_distinct(close))
+
+
+def _same_claim(other: Term, group: Model) -> bool:
+    """Whether another candidate would claim the same as some terms."""
+    if kind_of(other) != kind_of(group[0]):
+        return False
+    joints = {j for t in group for j in t.candidate.effect.joints}
+    return other.candidate.alike or len(group) > 1 or set(other.candidate.effect.joints) == joints
+
+
+def _distinct(close: Sequence[Offer]) -> Iterator[AbstractEffect]:
+    """The first few, one for each label."""
+    best: Mapping[str, AbstractEffect] = {
+        e.label: e for e in reversed([o.term.candidate.effect for o in close])
+    }
+    yield from sorted(best.values(), key=[o.term.candidate.effect for o in close].index)[:LOOK_ALIKES]
+
+
+def _listed(effects: Sequence[AbstractEffect]) -> str:
+    return " or ".join(e.phrase for e in effects)
