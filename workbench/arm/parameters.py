@@ -50,7 +50,7 @@ class Parameter:
 
     @property
     def is_plain(self) -> bool:
-        """True for whatever is there without effects: constants of the arm, frames, the instrument's unknowns."""
+        """True for what is there without effects: constants of the arm, of frames and of the instrument."""
         return not (self.is_coefficient or self.is_inertia)
 
     @property

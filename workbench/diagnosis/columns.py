@@ -49,7 +49,7 @@ def candidate_columns(
         weighed: Fitted effects of load; masses and centres act through each of them.
 
     Yields:
-        A block of the problem, and its residual components' derivative in the coefficients, then in the masses
+        A block of the problem, and the derivative of its residual components in coefficients, then in masses
         and centres through each of `weighed`.
     """
     for block, robot, motion in _arms(problem, x):

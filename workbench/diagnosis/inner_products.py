@@ -8,7 +8,7 @@ testing and validating a model is linear algebra of its own size, whatever the n
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -46,8 +46,8 @@ class Grams:
     scale: Float[np.ndarray, " c"]
     basis: Float[np.ndarray, "p g"]
     count: int
-    inertia: Mapping[tuple[str, ...], tuple[str, ...]]
-    known: Mapping[str, float]
+    inertia: Mapping[tuple[str, ...], tuple[str, ...]] = field(default_factory=dict)
+    known: Mapping[str, float] = field(default_factory=dict)
 
     @cached_property
     def tether(self) -> Float[np.ndarray, "g g"]:
