@@ -176,7 +176,7 @@ def _noise(after: np.ndarray, count: int, known: Noise, floor: Noise | None) -> 
     left = float(np.sqrt(after.sum() / count))
     if floor is None:
         return left
-    ratios = np.array(floor) / np.array(known)
+    ratios = np.array(floor[:2]) / np.array(known[:2])
     return min(left, float(np.nanmin(ratios))) if np.isfinite(ratios).any() else left
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from scipy import linalg
@@ -21,7 +22,7 @@ from workbench.identification.problem import Problem
 STEPS = 60
 """Most steps of a fit."""
 LARGE = 10_000_000
-"""Numbers of a Jacobian from which on it is not formed any more."""
+"""Numbers of a Jacobian from which on it is not formed any more, and masses are taken as they are."""
 SHORTER = (1.0, 0.3, 0.1)
 """Parts of a step that are tried."""
 CHORDS = 6
@@ -73,17 +74,16 @@ def refit(
     own = problem.robot.effects
     robot = problem.robot.with_effects(*own, *(t.candidate.effect for t in model))
     names = [n for t in model for n in t.candidate.names]
-    free = [p.name for p in problem.parameters if p.is_geometry]
-    built = Problem.build(
-        robot,
-        rows,
-        free=free,
-        frames=problem.frames,
-        noise=problem.noise,
-        known=known,
-        effects=names,
-        inertia=needs_inertia(robot),
-    )
+    told: dict[str, Any] = {
+        "free": [p.name for p in problem.parameters if p.is_geometry],
+        "frames": problem.frames,
+        "noise": problem.noise,
+        "known": known,
+        "effects": names,
+    }
+    built = Problem.build(robot, rows, **told, inertia=needs_inertia(robot))
+    if large(built):
+        built = Problem.build(robot, rows, **told)
     if grams is not None and any(t.candidate.shrunk for t in model):
         built = _shrinking(built, grams, model)
     here = np.array([(begin or {}).get(p.name, p.nominal) for p in built.parameters])

@@ -17,7 +17,7 @@ from workbench.diagnosis.catalogue import Catalogue, catalogue
 from workbench.diagnosis.evidence import Model, rescaled, validated
 from workbench.diagnosis.inner_products import Grams, compress
 from workbench.diagnosis.outliers import find_outliers, robust_fit
-from workbench.diagnosis.refit import Fitted, large, linear_answer, needs_inertia, refit, with_own_noise
+from workbench.diagnosis.refit import Fitted, large, linear_answer, refit, with_own_noise
 from workbench.diagnosis.stepwise_search import WORTH, Found, as_found
 from workbench.diagnosis.stepwise_search import search as search_effects
 from workbench.identification.algorithms.identifier import OnStep
@@ -227,7 +227,7 @@ def _on_all_rows(stage: Stage, known) -> Problem:
         noise=stage.geometric.noise,
         known=known,
         effects=[p.name for p in problem.parameters if p.is_coefficient],
-        inertia=needs_inertia(problem.robot),
+        inertia=any(p.is_inertia for p in problem.parameters),
     )
 
 

@@ -27,6 +27,8 @@ MANY = 8
 """… and up to which they are tried once nothing enters."""
 WORTH = 0.005
 """Part of a fold's square that an effect must explain when the fold took no part in its fit."""
+NEEDED = 2.0
+"""Log evidence that each joint of an effect of many must bring."""
 BETTER = 0.5
 """Log evidence by which an exchange must be better, so that equals stay."""
 
@@ -109,7 +111,7 @@ def trimmed(grams: Grams, model: Model) -> Model:
         while best is not None and len(best.term.candidate.effect.joints) > 2:
             fewer = [o for c in _without_one(best.term.candidate) if (o := offer(left, c)) is not None]
             better = max(fewer, key=lambda o: o.gain, default=None)
-            if better is None or better.gain < best.gain:
+            if better is None or better.gain < best.gain - NEEDED:
                 break
             best = better
         model = rest if best is None else (*rest, best.term)
