@@ -6,7 +6,7 @@ Effects of one kind that joints have together are one cause. An accepted effect 
 - what it brings to rows that took no part in its fit, fold by fold, exceeds one standard error;
 - that is at least a tenth of what is left, and a third of the noise.
 
-All others, and effects without a physical name, are the *residual map*. The odds are those of the evidence
+All others, and smooth errors of a joint that have no physical name, are the *residual map*. The odds are those of the evidence
 against the best effect of another claim in the cause's place, or against none.
 """
 
@@ -150,7 +150,7 @@ def find_causes(searched: Searched, arm: Robot, motion: Motion, floor: Noise | N
         effects = tuple(sized[t.candidate.names] for t in group)
         fall = validated(searched.grams, drop(searched.found.model, group)) - after
         size = float(np.sqrt(max(fall.sum(), 0.0) / count))
-        if not effects[0].names_cause or size < least or not _beyond_chance(fall):
+        if _is_map(group[0]) or size < least or not _beyond_chance(fall):
             continue
         if not _possible(arm, motion, effects):
             continue
@@ -178,6 +178,11 @@ def _noise(after: np.ndarray, count: int, known: Noise, floor: Noise | None) -> 
         return left
     ratios = np.array(floor[:2]) / np.array(known[:2])
     return min(left, float(np.nanmin(ratios))) if np.isfinite(ratios).any() else left
+
+
+def _is_map(term: Term) -> bool:
+    """Whether it is a smooth error of a joint, of many coefficients, which names nothing physical."""
+    return term.candidate.shrunk and term.candidate.effect.maps_joint
 
 
 def _groups(model: Model) -> list[Model]:

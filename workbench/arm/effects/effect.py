@@ -74,11 +74,6 @@ class AbstractEffect(AbstractLaw):
         """
 
     @property
-    def names_cause(self) -> bool:
-        """Whether it is something physical, which a diagnosis may blame; what only predicts is not."""
-        return True
-
-    @property
     def variant(self) -> str:
         """What tells it from others of its name at its joints, such as `order 2`; nothing by default."""
         return ""

@@ -55,10 +55,6 @@ class JointHarmonic(AbstractEffect):
         """Its orders."""
         return self.order if isinstance(self.order, tuple) else (self.order,)
 
-    @property
-    def names_cause(self):
-        return len(self.orders) == 1
-
     @cached_property
     def names(self):
         return tuple(

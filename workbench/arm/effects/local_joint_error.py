@@ -48,7 +48,6 @@ class LocalJointError(AbstractEffect):
     periodic: bool = False
     name = "local-joint-error"
     maps_joint = True
-    names_cause = False
     handicap = 6.0
 
     @property
