@@ -6,8 +6,8 @@ Effects of one kind that joints have together are one cause. An accepted effect 
 - what it brings to rows that took no part in its fit, fold by fold, exceeds one standard error;
 - that is at least a tenth of what is left, and a third of the noise.
 
-All others, and smooth errors of a joint that have no physical name, are the *residual map*. The odds are those
-of the evidence against the best effect of another claim in the cause's place, or against none.
+All others, and smooth errors of a joint that have no physical name, are the *residual map*. The odds are
+those of the evidence against the best effect of another claim in the cause's place, or against none.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
