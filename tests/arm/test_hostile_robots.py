@@ -28,6 +28,13 @@ def test_too_many_joints(tmp_path):
 
 
 @pytest.mark.parametrize("read", [load_robot, load_plate])
+def test_a_number_of_thousands_of_digits(tmp_path, read):
+    (tmp_path / "digits.toml").write_text(f"a = {'9' * 5000}")
+    with pytest.raises(FileError, match="no valid TOML"):
+        read(tmp_path / "digits.toml")
+
+
+@pytest.mark.parametrize("read", [load_robot, load_plate])
 def test_nested_toml(tmp_path, read):
     (tmp_path / "deep.toml").write_text("a = " + 1500 * "[")
     with pytest.raises(FileError, match="too many brackets"):

@@ -43,7 +43,7 @@ class AbstractTableReader(ABC):
             return tomllib.loads(content.decode("utf-8-sig"))
         except UnicodeDecodeError as error:
             raise self.fail(f"can't be read as a text file ({error}); give {self.wanted}") from None
-        except tomllib.TOMLDecodeError as error:
+        except ValueError as error:  # of TOML, or of a number with thousands of digits
             raise self.fail(f"is no valid TOML: {error}") from None
         except RecursionError:
             raise self.fail("is no valid TOML: it has too many brackets within brackets") from None

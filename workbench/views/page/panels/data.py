@@ -18,7 +18,7 @@ from workbench.session.worker import Worker
 from workbench.views.page.html import LINE, MUTED, block, heading, pairs, text
 from workbench.views.page.panels.panel import AbstractPanel, on_press
 
-FILES = ".csv,.tsv,.txt,.xlsx,.parquet,.mat"
+FILES = ".csv,.tsv,.txt,.xlsx,.parquet"
 SEAT = "plate seats"
 NOTES = 8
 """Notes shown before the rest is counted."""
