@@ -1,7 +1,8 @@
 """The bodies that a URDF shows for its links, as triangles in the frames of the links.
 
-Meshes are looked for as the file says, and for `package://name/…` in every folder above the file. A file
-without its meshes gives none: the arm is then drawn from its geometry.
+Meshes are looked for as the file says, in its folder and the one around it, and for `package://name/…` in
+every folder above the file. A file without its meshes gives none, as does one that names files elsewhere or
+meshes too large to be drawn: the arm is then drawn from its geometry.
 """
 
 import logging
@@ -16,10 +17,13 @@ import yourdfpy
 from jaxtyping import Float, Int
 
 from workbench.arm.robot import Robot, UrdfSource
+from workbench.base.errors import FileError
 
 GREY = (200, 204, 210)
 MOST_FACES = 400_000
 """Heavier arms are drawn from their geometry instead."""
+LARGEST = 100 * 2**20
+"""A mesh file beyond this size is not read [bytes]."""
 SCHEME = "package://"
 
 
@@ -51,7 +55,7 @@ def link_meshes(robot: Robot) -> tuple[LinkMesh, ...]:
             str(path),
             build_scene_graph=True,
             load_meshes=True,
-            filename_handler=lambda fname: find_mesh(fname, path),
+            filename_handler=lambda fname: _found(fname, path),
         )
         pieces = tuple(_pieces(model, robot.urdf))
     except Exception:  # whatever a mesh file has wrong: the arm can be drawn without it
@@ -60,16 +64,33 @@ def link_meshes(robot: Robot) -> tuple[LinkMesh, ...]:
 
 
 def find_mesh(name: str, urdf: Path) -> str:
-    """Path of a mesh that a URDF names; the name itself where nothing is found."""
+    """Path of a mesh that a URDF names.
+
+    Raises:
+        FileError: there is none in the robot's folders, or it is too large.
+    """
     relative = name.removeprefix(SCHEME).removeprefix("file://")
-    if not name.startswith(SCHEME):
-        return str(urdf.parent / relative)
-    inside = relative.partition("/")[2]
-    for folder in urdf.resolve().parents:
-        for candidate in (folder / relative, folder / inside):
-            if candidate.is_file():
-                return str(candidate)
-    return relative
+    folders = urdf.resolve().parents
+    if name.startswith(SCHEME):
+        inside = relative.partition("/")[2]
+        places = [(folder, folder / part) for folder in folders[:-1] for part in (relative, inside)]
+    else:
+        places = [(folders[min(1, len(folders) - 1)], folders[0] / relative)]
+    for folder, candidate in places:
+        path = candidate.resolve()
+        if path.is_relative_to(folder) and path.is_file():
+            if path.stat().st_size > LARGEST:
+                raise FileError(f"is larger than {LARGEST // 2**20} MiB; give a coarser mesh", path=str(path))
+            return str(path)
+    raise FileError("there is no such mesh in the robot's folders; put it there", path=name)
+
+
+def _found(name: str, urdf: Path) -> str:
+    """Path of a mesh; empty where there is none that may be read, so that the others are drawn."""
+    try:
+        return find_mesh(name, urdf)
+    except FileError:
+        return ""
 
 
 def _pieces(model: yourdfpy.URDF, source: UrdfSource) -> Iterator[LinkMesh]:

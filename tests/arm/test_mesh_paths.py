@@ -1,0 +1,34 @@
+"""Meshes of a URDF come from the robot's own folders, and are of a size that can be drawn."""
+
+import pytest
+
+from workbench.arm import meshes
+from workbench.base.errors import FileError
+
+
+@pytest.fixture
+def urdf(tmp_path):
+    for name in ("robot/urdf/arm.urdf", "robot/meshes/link.stl", "robot/urdf/near.stl", "elsewhere.stl"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_bytes(b"solid")
+    return tmp_path / "robot" / "urdf" / "arm.urdf"
+
+
+@pytest.mark.parametrize("name", ["near.stl", "../meshes/link.stl", "package://robot/meshes/link.stl"])
+def test_meshes_of_the_robot_are_found(urdf, name):
+    assert meshes.find_mesh(name, urdf).endswith(".stl")
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["../../elsewhere.stl", "/etc/passwd", "file:///etc/passwd", "package://../../etc/passwd", "none.stl"],
+)
+def test_files_elsewhere_are_refused_by_name(urdf, name):
+    with pytest.raises(FileError, match="no such mesh in the robot's folders"):
+        meshes.find_mesh(name, urdf)
+
+
+def test_a_mesh_too_large_to_be_drawn(urdf, monkeypatch):
+    monkeypatch.setattr(meshes, "LARGEST", 4)
+    with pytest.raises(FileError, match="coarser mesh"):
+        meshes.find_mesh("near.stl", urdf)
