@@ -366,7 +366,12 @@ SHOWN = ("turned base", "too few rows", "one row")
 
 @pytest.mark.parametrize(
     ("command", "case"),
-    [(c, case) for c in ("identify", "evaluate") for case in BAD_DATA if c == "identify" or case not in SHOWN],
+    [
+        (c, case)
+        for c in ("identify", "evaluate")
+        for case in BAD_DATA
+        if c == "identify" or case not in SHOWN
+    ],
 )
 def test_bad_data(run, measured, command, case):
     make, robot, words = BAD_DATA[case]

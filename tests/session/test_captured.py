@@ -1,10 +1,12 @@
 """Poses kept while jogging, before and after calibration."""
 
 import csv
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from workbench.arm.effects import EFFECTS
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
@@ -48,3 +50,10 @@ def test_nothing_kept_is_said(do):
     session = do(ForgetPoses())
     assert "no poses have been kept" in session.messages[-1].text
     assert do(Jog(ONE), CapturePose(), ForgetPoses()).captured == ()
+
+
+def test_an_arm_whose_effect_the_pose_does_not_drive(first):
+    warm = first.robot.with_effects(EFFECTS["thermal-growth"]((), (2.3e-5,)))
+    session = replace(first, robot=warm, captured=((0.0,) * 6,))
+    expected = captured(replace(session, robot=first.robot)).nominal
+    np.testing.assert_array_equal(captured(session).nominal, expected)

@@ -36,7 +36,9 @@ def checked(robot: Robot, dataset: Dataset) -> Dataset:
     rows = np.flatnonzero(dataset.included & dataset.in_session(dataset.sessions[0]))[:MOST]
     if len(rows) >= FEWEST:
         seen = dataset.take(rows)
-        poses = tool_poses(robot.with_effects(), Motion(seen.q))  # effects are far smaller than what is refused
+        poses = tool_poses(
+            robot.with_effects(), Motion(seen.q)
+        )  # effects are far smaller than what is refused
         _refuse_lengths(seen, poses[:, :3, 3])
         _refuse_quaternions(seen, poses[:, :3, :3])
     return dataset

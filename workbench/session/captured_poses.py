@@ -66,7 +66,9 @@ def captured_table(session: Session) -> str:
 
 
 def _in_base(robot: Robot, q: np.ndarray) -> Float[np.ndarray, "poses 4 4"]:
-    return se3.inverse(robot.base.pose) @ tool_poses(robot, Motion(q))
+    """By what joint positions tell: neither time, temperature nor motion is known of a kept pose."""
+    known = robot.with_effects(*(effect for effect in robot.effects if not effect.needs))
+    return se3.inverse(robot.base.pose) @ tool_poses(known, Motion(q))
 
 
 def _coordinates(poses: Float[np.ndarray, "poses 4 4"]) -> Float[np.ndarray, "poses 6"]:
