@@ -12,7 +12,7 @@ from workbench.arm.built_in_arms import built_in_robots, load_robot
 from workbench.arm.kinematics.forward import link_frames
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame
-from workbench.arm.statics.wrenches import joint_wrenches, masses, own_axis
+from workbench.arm.statics.wrenches import inertia_regressor, joint_wrenches, masses, own_axis
 from workbench.base import se3
 from workbench.base.errors import RobotError, ShapeError
 from workbench.base.types import frozen
@@ -208,3 +208,15 @@ def test_thousands_of_rows_take_milliseconds():
         joint_wrenches(arm, q)
         seconds.append(time.perf_counter() - began)
     assert min(seconds) < 0.1  # 0.018 s on an idle core
+
+
+def test_the_inertia_regressor_is_how_pinocchio_s_wrenches_change(mixed):
+    """By every mass and centre, also of rows that move; of each weight alone, as wrenches add up."""
+    q, speed, change = (rows(mixed, seed=s) for s in range(3))
+    motion = Motion(q, velocity=speed, acceleration=change)
+    found = inertia_regressor(mixed, motion, masses(mixed))
+    step = 1e-3
+    for column, (name, value) in enumerate(mixed.inertia.items()):
+        ends = (rigid_body(mixed.with_values({name: value + s})) for s in (step, -step))
+        up, down = (body.wrenches(q, velocity=speed, acceleration=change) for body in ends)
+        np.testing.assert_allclose(found[..., column], (up - down) / (2.0 * step), atol=1e-8)

@@ -96,9 +96,14 @@ def conclude(
     if len(causes) > 3:
         words.append(f"{len(causes) - 3} more causes are listed.")
     if residual_map is not None:
-        words += [*([] if causes else ["No cause was found."]), f"{residual_map.sentence}."]
+        words += [
+            *([] if causes else ["No cause was found beside the geometry."]),
+            f"{residual_map.sentence}.",
+        ]
+    if not causes:
+        return verdict, f"{lead}{' '.join(words)} {rest[0].upper()}{rest[1:]}."
     fall = f"reduces the error from {before.position_mm.mean:.3g} to {left:.3g} mm"
-    subject = "Adding it" if len(causes) + (residual_map is not None) == 1 else "Adding these"
+    subject = "Adding it" if len(causes) == 1 and residual_map is None else "Adding these"
     return verdict, f"{lead}{' '.join(words)} {subject} {fall}; {rest}."
 
 

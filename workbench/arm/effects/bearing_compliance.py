@@ -35,4 +35,6 @@ class BearingCompliance(AbstractEffect):
         return np.tile(-np.diag(np.repeat(self.coefficients, 2)), (len(motion), 1, 1))
 
     def sentence(self, chain, motion):
+        if len(self.joints) > 1:
+            return f"{self.where} tip over by up to {self.size(chain)} under the moments across their axes"
         return f"{self.where} tips over by {self.size(chain)} under the moment across its axis"

@@ -40,6 +40,8 @@ class ClearanceTilt(AbstractEffect):
         return blocks(-turning / size[..., None] * np.array(self.coefficients)[:, None, None])
 
     def sentence(self, chain, motion):
+        if len(self.joints) > 1:
+            return f"{self.where} have loose bearings: they tip over by up to {self.size(chain)} under load"
         return f"{self.where} has a loose bearing: it tips over by {self.size(chain)} the way the load pushes"
 
 

@@ -119,7 +119,7 @@ class AbstractEffect(AbstractLaw):
     @property
     def label(self) -> str:
         """Short, for tables: `joint-harmonic, joint 3, order 2`."""
-        joints = " by ".join(str(j + 1) for j in self.joints)
+        joints = (", " if self.of_many_joints else " by ").join(str(j + 1) for j in self.joints)
         where = f"joint{'s' if len(self.joints) > 1 else ''} {joints}" if joints else ""
         return ", ".join(part for part in (self.name, where, self.variant) if part)
 

@@ -34,4 +34,6 @@ class JointCompliance(AbstractEffect):
 
     def sentence(self, chain, motion):
         load = "moment about" if turns(chain, self.joints[0]) else "force along"
+        if len(self.joints) > 1:
+            return f"{self.where} give way by up to {self.size(chain)} under the {load} their axes"
         return f"{self.where} gives way by {self.size(chain)} under the {load} its axis"

@@ -8,10 +8,18 @@ from markupsafe import Markup
 
 from workbench.arm.effects.axes import turns
 from workbench.base.files import check_folder, write_folder
+from workbench.diagnosis.causes import Cause
 from workbench.diagnosis.record import Diagnosis, Verdict, judged
 from workbench.diagnosis.report.pictures import pictures
 from workbench.diagnosis.report.results_json import diagnosis_json
-from workbench.diagnosis.report.table import alternatives, chance, joint_noise_words, lines, outlier_words
+from workbench.diagnosis.report.table import (
+    alternatives,
+    chance,
+    joint_noise_words,
+    lines,
+    odds_words,
+    outlier_words,
+)
 from workbench.identification.report.html_report import error_cards
 from workbench.report.figures import Drawing, png, svg
 from workbench.report.html import page_template, themed
@@ -69,6 +77,8 @@ def render(result: Diagnosis, drawings: tuple[Drawing, ...]) -> str:
         verdict=str(result.verdict),
         good=result.verdict in (Verdict.EXPLAINED, Verdict.NONE),
         message=result.message,
+        causes=[_cause(c) for c in result.causes],
+        residual_map=result.residual_map.sentence if result.residual_map is not None else "",
         effects=[_effect(result, k) for k in range(len(result.effects))],
         held_out=result.after.held_out is not None,
         cards=error_cards(judged(result.before), judged(result.after)),
@@ -91,6 +101,16 @@ def render(result: Diagnosis, drawings: tuple[Drawing, ...]) -> str:
         drawings=[(d, Markup(themed(d.svg))) for d in drawings],
         notes=result.notes,
     )
+
+
+def _cause(cause: Cause) -> dict[str, object]:
+    return {
+        "label": cause.label,
+        "words": cause.sentence,
+        "confidence": str(cause.confidence),
+        "odds": odds_words(cause.odds),
+        "brings": short(cause.contribution_mm) if np.isfinite(cause.contribution_mm) else "–",
+    }
 
 
 def _effect(result: Diagnosis, place: int) -> dict[str, object]:

@@ -31,6 +31,10 @@ RANKED = 5
 def diagnosis_tables(result: Diagnosis) -> RenderableType:
     """Everything that a diagnosis found, the verdict first."""
     parts = _beginning(result)
+    if result.causes:
+        parts.append(causes_table(result))
+    if result.residual_map is not None:
+        parts.append(line("map", result.residual_map.sentence))
     if result.effects:
         parts.append(effects_table(result))
         parts += [line("effect", found.words) for found in result.effects]
@@ -111,6 +115,24 @@ def errors_table(result: Diagnosis) -> Table:
                 table.add_row(title if rows == "fitted" else "", rows, *error_cells(errors, turned))
         table.add_section()
     return table
+
+
+def causes_table(result: Diagnosis) -> Table:
+    """What is claimed, how surely, and what it brings."""
+    table = new_table("Causes, and what each brings to rows that took no part in its fit")
+    table.add_column("cause", overflow="fold")
+    table.add_column("is", no_wrap=True)
+    table.add_column("odds", justify="right", no_wrap=True)
+    table.add_column("brings\n\\[mm]", justify="right", no_wrap=True)
+    for cause in result.causes:
+        brings = short(cause.contribution_mm) if np.isfinite(cause.contribution_mm) else "–"
+        table.add_row(cause.label, str(cause.confidence), odds_words(cause.odds), brings)
+    return table
+
+
+def odds_words(odds: float) -> str:
+    """`340 : 1`, at most a million."""
+    return "> 10⁶ : 1" if odds > 1e6 else f"{odds:.0f} : 1"
 
 
 def effects_table(result: Diagnosis) -> Table:

@@ -1,0 +1,46 @@
+"""What is claimed has a size that matters; what only predicts is a map; effects of one kind are one claim."""
+
+import numpy as np
+import pytest
+from arms import make
+
+from workbench.arm.effects.bearing_compliance import BearingCompliance
+from workbench.arm.effects.joint_compliance import JointCompliance
+from workbench.diagnosis.causes import Confidence, together
+from workbench.diagnosis.diagnose import diagnose
+
+
+def test_one_soft_joint_is_named_alone():
+    case = make("compliance", 4)
+    found = diagnose(case.robot, case.data)
+    assert [(c.kind, c.joints) for c in found.causes] == [("joint-compliance", case.truth[0].joints)]
+
+
+def test_a_dent_is_a_map_and_no_cause():
+    case = make("dent", 5)
+    found = diagnose(case.robot, case.data)
+    assert found.causes == ()
+    assert found.residual_map.joints == case.hidden[0].joints
+    assert found.residual_map.after_mm < 0.7 * found.residual_map.before_mm
+    assert "names no cause" in found.message
+
+
+def test_no_cause_where_nothing_is_hidden():
+    case = make("none", 6)
+    found = diagnose(case.robot, case.data)
+    assert found.causes == ()
+
+
+@pytest.mark.parametrize(
+    ("odds", "word"), [(1e6, "certain"), (1000.0, "certain"), (999.0, "probable"), (19.0, "cannot tell")]
+)
+def test_words_are_odds(odds, word):
+    assert Confidence.of(odds) == word
+
+
+def test_effects_of_one_kind_are_one_of_all_their_joints():
+    whole = together([JointCompliance((3,), (4e-4,)), JointCompliance((0, 1), (1e-4, 2e-4))])
+    assert whole.joints == (0, 1, 3)
+    np.testing.assert_allclose(whole.coefficients, (1e-4, 2e-4, 4e-4))
+    alone = BearingCompliance((2,), (1e-4,))
+    assert together([alone]) is alone

@@ -1,0 +1,104 @@
+"""Masses and centres of mass are known as well as the robot's file says, and are found beside the effects."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from arms import make
+from conditions import CONDITIONS, under
+
+from workbench.arm.built_in_arms import load_robot
+from workbench.arm.effects.bearing_compliance import BearingCompliance
+from workbench.arm.effects.clearance_tilt import ClearanceTilt
+from workbench.arm.effects.joint_compliance import JointCompliance
+from workbench.base.errors import FileError
+from workbench.diagnosis.diagnose import diagnose
+from workbench.diagnosis.report.results_json import diagnosis_json
+from workbench.identification.problem import Problem
+
+LOADED = (
+    JointCompliance((0, 1, 2), (1e-4, 2e-4, 3e-4)),
+    BearingCompliance((1, 3), (2e-4, 1e-4)),
+    ClearanceTilt((0,), (2e-4,)),
+)
+
+
+def test_columns_of_masses_are_central_differences():
+    """Of the bent arm: moments change with the masses, and with them how far joints give way."""
+    case = make("compliance", 3, poses=12)
+    names = [n for e in LOADED for n in e.names]
+    problem = Problem.build(case.robot.with_effects(*LOADED), case.data, effects=names, inertia=True)
+    x, jacobian = problem.start, problem.jacobian(problem.start)
+    mine = [i for i, p in enumerate(problem.parameters) if p.is_inertia]
+    assert len(mine) == 4 * case.robot.dof
+    for i in mine:
+        ends = [np.where(np.arange(len(x)) == i, x + s, x) for s in (1e-5, -1e-5)]
+        slope = (problem.residual(ends[0]) - problem.residual(ends[1])) / -2e-5
+        assert np.abs(slope - jacobian[:, i]).max() < 1e-5 * max(1.0, np.abs(jacobian[:, i]).max())
+
+
+@pytest.fixture(scope="module")
+def misjudged():
+    """All joints of an arm give way, and the file's masses are up to 30 % off."""
+    case = under(CONDITIONS["masses30"], "compliance-all", 100)
+    return case, diagnose(case.robot, case.data)
+
+
+def test_wrong_masses_are_no_cause(misjudged):
+    """One cause, the drives: what the masses are off by is called neither a harmonic nor a bearing."""
+    case, found = misjudged
+    assert [c.kind for c in found.causes] == ["joint-compliance"]
+    assert {j for t in case.truth for j in t.joints} <= set(found.causes[0].joints)
+    assert found.residual_map is None
+    assert found.causes[0].confidence == "certain"
+
+
+def test_what_the_rows_show_of_the_masses_is_found(misjudged):
+    """Centres of the wrist's links across its axes, which no stiffness can stand for."""
+    case, found = misjudged
+    told, now = (
+        np.array([*arm.inertia.values()]).reshape(-1, 4)[3:, 1:3] for arm in (case.robot, found.robot)
+    )
+    true = case.actual.coms[3:, :2]
+    assert np.abs(told - true).mean() > 0.003
+    assert np.abs(now - true).mean() < 0.6 * np.abs(told - true).mean()
+
+
+def test_a_centre_of_mass_that_is_far_off_is_said():
+    """80 mm across the last axis, five times what the file is taken to be sure of."""
+    case = make("compliance-all", 100)
+    *others, last = case.robot.joints
+    told = (*others, replace(last, com=last.com + np.array([0.08, 0.0, 0.0])))
+    found = diagnose(replace(case.robot, joints=told), case.data)
+    (note,) = [note for note in found.notes if "doesn't fit: it says" in note]
+    assert note.startswith(
+        "the file's centre of mass (x) of the link after joint6 doesn't fit: it says 80 mm"
+    )
+
+
+def test_causes_and_map_are_in_the_plain_data(misjudged):
+    _, found = misjudged
+    data = diagnosis_json(found)
+    (cause,) = data["causes"]
+    assert cause["kind"] == "joint-compliance"
+    assert cause["joints"] == [j + 1 for j in found.causes[0].joints]
+    assert cause["confidence"] == "certain"
+    assert cause["odds"] > 1000.0
+    assert cause["contribution_mm"] > 3.0 * data["noise"]["position_mm"]
+    assert cause["sentence"].startswith("Joints ")
+    assert cause["look_alikes"] == []
+    assert data["map"] is None
+
+
+def test_tolerances_are_read_written_and_judged(tmp_path):
+    path = tmp_path / "arm.toml"
+    text = 'convention = "hayati"\n[[joint]]\nmass = 2.0\nmass_tolerance = 0.05\ncom_tolerance = 0.003\n'
+    path.write_text(text)
+    arm = load_robot(path)
+    assert arm.inertia_tolerance == pytest.approx(
+        {"joint1.mass": 0.1, "joint1.com_x": 0.003, "joint1.com_y": 0.003, "joint1.com_z": 0.003}
+    )
+    assert load_robot(arm.save(tmp_path / "again.toml")).inertia_tolerance == arm.inertia_tolerance
+    path.write_text(text.replace("0.05", "-0.05"))
+    with pytest.raises(FileError, match=r"mass_tolerance is -0\.05; give a standard deviation"):
+        load_robot(path)
