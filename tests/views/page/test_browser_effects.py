@@ -31,8 +31,7 @@ def test_what_was_found_is_added_and_compared(app, look, tmp_path):
         screen.shoot(f"added-{name}")
         session = app.worker.session
         assert [effect.name for effect in session.accepted] == [name]
-        calibrated = session.identification.runs[session.fit].calibrated
-        expected = evaluate(calibrated, read_measurements(path))
+        expected = evaluate(session.identification.runs[session.fit].judged, read_measurements(path))
         errors = dict(zip(expected.row_numbers.tolist(), expected.rows.position.tolist(), strict=True))
         screen.tab("Compare")
         slider = screen.page.get_by_role("slider").first
