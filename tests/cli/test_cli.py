@@ -23,7 +23,7 @@ from workbench.data.writer import RotationForm, write_measurements
 from workbench.plate.virtual_measuring import measure_poses
 
 ERRORS = {"position_mm", "orientation_deg"}
-SPREAD = {"mean", "rms", "max"}
+SPREAD = {"mean", "rms", "max", "median"}
 
 
 @pytest.fixture(scope="session")

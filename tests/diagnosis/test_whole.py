@@ -60,7 +60,7 @@ def test_held_out_rows_choose_nothing():
     position[said.held_out_rows] += 3e-4 * rng.standard_normal((len(said.held_out_rows), 3))
     other = diagnose(case.robot, replace(case.data, position=position), held_out=0.25)
     assert (other.held_out_rows == said.held_out_rows).all()
-    assert [a.effect for a in other.effects] == [a.effect for a in said.effects]
+    assert [c.label for c in other.causes] == [c.label for c in said.causes]
     assert (other.after_fit.x == said.after_fit.x).all()
     assert (other.before_fit.x == said.before_fit.x).all()
     assert (other.measure_next == said.measure_next).all()

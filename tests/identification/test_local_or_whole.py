@@ -31,7 +31,7 @@ EFFECTS = {
 
 def error(arm, q, tried, rng, effect):
     """Mean error [mm] inside the region after a calibration at some joint positions."""
-    position, rotation = arm.measure(q, rng, *NOISE, arm.sag(q, **effect))
+    position, rotation = arm.measure(q, rng, *NOISE[:2], arm.sag(q, **effect))
     data = Dataset(q=q, row=np.arange(len(q)), position=position, rotation=rotation)
     problem = Problem.build(load_robot("aria"), data, noise=NOISE)
     found = problem.robot_at(Opt2().search(problem).x)

@@ -111,7 +111,7 @@ def test_errors_are_as_large_as_their_standard_errors_say(tmp_path):
         rng = np.random.default_rng(seed)
         arm = generator.aria().perturbed(rng)
         problem = Problem.build(
-            nominal, rows_of(arm, arm.random(rng, 30), rng, *PLATE_NOISE), noise=PLATE_NOISE
+            nominal, rows_of(arm, arm.random(rng, 30), rng, *PLATE_NOISE[:2]), noise=PLATE_NOISE
         )
         search = Opt2().search(problem)
         actual = robot_of(arm, tmp_path).values(problem.names)
@@ -223,13 +223,13 @@ def test_a_replaced_joint_is_mastered_with_a_few_poses(tmp_path):
     arm = generator.aria().perturbed(rng)
     robot = load_robot("aria")
     first = identify(
-        robot, rows_of(arm, arm.random(rng, 60), rng, *PLATE_NOISE), noise=PLATE_NOISE, held_out=0.0
+        robot, rows_of(arm, arm.random(rng, 60), rng, *PLATE_NOISE[:2]), noise=PLATE_NOISE, held_out=0.0
     )
     table = arm.table.copy()
     table[3, 0] += 0.03  # joint 4 comes back with another offset
     renewed = replace(arm, table=table)
     prior = Prior.of(first.best.fit).keep(lambda name: not name.startswith("joint4."))
-    few = rows_of(renewed, arm.random(rng, 5), rng, *PLATE_NOISE)
+    few = rows_of(renewed, arm.random(rng, 5), rng, *PLATE_NOISE[:2])
     with_prior = identify(first.best.calibrated, few, noise=PLATE_NOISE, held_out=0.0, prior=prior)
     without = identify(first.best.calibrated, few, noise=PLATE_NOISE, held_out=0.0)
     errors = [held_out_error(r.best.calibrated, renewed, rng) for r in (with_prior, without)]
@@ -241,7 +241,7 @@ def test_a_replaced_joint_is_mastered_with_a_few_poses(tmp_path):
 def test_a_robust_loss_withstands_bad_rows_and_lists_them(loss):
     rng = np.random.default_rng(41)
     arm = generator.aria().perturbed(rng)
-    data = rows_of(arm, arm.random(rng, 80), rng, *PLATE_NOISE)
+    data = rows_of(arm, arm.random(rng, 80), rng, *PLATE_NOISE[:2])
     bad = np.arange(5, 80, 12)
     position = data.position.copy()
     position[bad] += rng.choice([-1, 1], (len(bad), 3)) * 0.02
@@ -260,7 +260,7 @@ def test_frames_change_nothing_that_is_held_out():
     rng = np.random.default_rng(51)
     arm = generator.aria().perturbed(rng)
     q = arm.random(rng, 60)
-    data = rows_of(arm, q, rng, *PLATE_NOISE)
+    data = rows_of(arm, q, rng, *PLATE_NOISE[:2])
     moved = se3.pose(se3.rotvec_to_matrix(np.array([0.3, 1.1, -0.4])), np.array([2.0, 1.0, -0.5]))
     other = replace(data, position=se3.apply(moved, data.position), rotation=moved[:3, :3] @ data.rotation)
     freedom = FrameFreedom(FRAME_PARTS, ())

@@ -217,13 +217,13 @@ def _check_known_base(robot: Robot, data: Dataset, noise: Noise | None, known: M
     for arm in (robot, aligned):
         problem = Problem.build(arm, data, free=(), known=known)
         components = problem.physical(problem.residual(problem.start))[~problem.component_channels]
-        found.append(float(np.sqrt((components**2).mean())))
+        found.append(float(np.sqrt(3.0 * (components**2).mean())))
     if found[0] > max(FAR_OFF * found[1], FAR * robot.reach):
         where = "; ".join(_where_the_base_is(robot, aligned)) or "elsewhere"
         raise DataError(
-            f"{data.source}: with the base as given the nominal arm is off by {1e3 * found[0]:.0f} mm, with "
-            f"a free base by {1e3 * found[1]:.1f} mm ({where}); choose the "
-            "robot that was measured, or mend [base] in its file or set its free = true"
+            f"{data.source}: the nominal arm is off by {1e3 * found[0]:.0f} mm with the base as given, by "
+            f"{1e3 * found[1]:.1f} mm with a free one ({where}); choose the robot that was measured, or mend "
+            "[base] in its file or set its free = true"
         )
 
 
@@ -236,7 +236,4 @@ def _where_the_base_is(robot: Robot, aligned: Robot) -> list[str]:
         return []
     axis = int(np.argmax(np.abs(turn)))
     about = f" about {'xyz'[axis]}" if angle and abs(turn[axis]) > 0.99 * angle else ""
-    return [
-        f"the measuring frame sees the base turned by {np.rad2deg(angle):.1f}°{about} and moved by "
-        f"{moved:.3f} m from its nominal place"
-    ]
+    return [f"turned by {np.rad2deg(angle):.1f}°{about} and moved by {moved:.3f} m in the measuring frame"]

@@ -11,7 +11,7 @@ from workbench.identification.report.results_json import evaluation_json, identi
 from workbench.report.json import json_text, plain, write_json
 
 ERRORS = {"position_mm", "orientation_deg"}
-SPREAD = {"mean", "rms", "max"}
+SPREAD = {"mean", "rms", "max", "median"}
 
 
 def numbers_of(value):

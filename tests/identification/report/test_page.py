@@ -1,3 +1,4 @@
+import errno
 import json
 import re
 
@@ -67,7 +68,7 @@ def test_it_says_what_matters(page, result):
     words = " ".join("".join(page[1].words).split())
     for sentence in (*result.notes, *result.warnings, *result.unidentifiable):
         assert " ".join(sentence.split()) in words
-    for value in result.best.held_out.position_mm:
+    for value in result.best.held_out.position_mm[:3]:
         assert f"{value:.3f}" in words
     assert "1 mm per axis and 0.66°" in words
     assert "joint offsets only" in words
@@ -113,12 +114,12 @@ def test_all_or_nothing(tmp_path, monkeypatch, moves):
     def failing(source, target):
         if count[0] == moves:
             count[0] += 1
-            raise OSError("full")
+            raise OSError(errno.ENOSPC, "full")
         count[0] += 1
         real(source, target)
 
     monkeypatch.setattr(files.os, "replace", failing)
-    with pytest.raises(OSError, match="full"):
+    with pytest.raises(FileError, match="full"):
         write_folder(home, {"a": b"x", "b": b"y", "c": b"z"}, replaces=("old",))
     assert {p.name: p.read_bytes() for p in home.iterdir()} == before
     assert [p.name for p in tmp_path.iterdir()] == ["home"]
@@ -126,9 +127,9 @@ def test_all_or_nothing(tmp_path, monkeypatch, moves):
 
 def test_nothing_is_left_when_a_folder_cannot_be_made(tmp_path, monkeypatch):
     def failing(source, target):
-        raise OSError("full")
+        raise OSError(errno.ENOSPC, "full")
 
     monkeypatch.setattr(files.os, "replace", failing)
-    with pytest.raises(OSError, match="full"):
+    with pytest.raises(FileError, match="full"):
         write_folder(tmp_path / "new", {"a": b"1"})
     assert list(tmp_path.iterdir()) == []
