@@ -7,7 +7,8 @@ Effects of one kind that joints have together are one cause. An accepted effect 
 - that is at least a tenth of what is left, and a third of the noise.
 
 All others, and smooth errors of a joint that have no physical name, are the *residual map*. The odds are
-those of the evidence against the best effect of another claim in the cause's place, or against none.
+those of the evidence against the best effect of another claim in the cause's place, or against none; one that
+holds the cause as a special case and has more coefficients is no rival.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -20,7 +21,7 @@ from workbench.arm.effects import AbstractEffect
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import law_sizes
-from workbench.diagnosis.evidence import Model, Offer, Term, drop, left_by, offers, validated
+from workbench.diagnosis.evidence import Left, Model, Offer, Term, drop, left_by, offers, validated
 from workbench.diagnosis.rounds import Searched
 from workbench.diagnosis.stepwise_search import kind_of, worth
 from workbench.identification.problem import Noise
@@ -33,6 +34,8 @@ CERTAIN, PROBABLE = 1000.0, 20.0
 """Odds from which on a cause is called so; below, it can't be told from its rival."""
 MOST_ODDS = 1e12
 """Odds beyond this say nothing more."""
+HELD = 0.01
+"""Share of a column's square that a rival leaves, below which it holds the claim as a special case."""
 LOOK_ALIKES = 3
 """Look-alikes that are listed."""
 
@@ -215,11 +218,26 @@ def _against_rivals(searched: Searched, group: Model) -> tuple[float, tuple[Abst
         for c in searched.offered.candidates
         if not _same_claim(Term(c), group) and not any(c.excludes(t.candidate) for t in rest)
     ]
-    ordered = sorted(offers(left_by(searched.grams, rest), others), key=lambda o: -o.gain)
+    left = left_by(searched.grams, rest)
+    ordered = sorted(offers(left, others), key=lambda o: -o.gain)
+    near = [o for o in ordered if own - o.gain < np.log(CERTAIN)]
+    holding = {id(o) for o in near if _holds(left, o, group)}
+    ordered = [o for o in ordered if id(o) not in holding]
     best = max(ordered[0].gain if ordered else 0.0, 0.0)
     odds = float(np.exp(np.clip(own - best, 0.0, np.log(MOST_ODDS))))
     close = [o for o in ordered if own - o.gain < np.log(PROBABLE)]
     return odds, tuple(_distinct(close))
+
+
+def _holds(left: Left, rival: Offer, group: Model) -> bool:
+    """Whether a rival of more coefficients can do all that some terms do: the simpler claim is preferred."""
+    names = [n for t in group for n in t.candidate.names]
+    if len(rival.term.candidate.names) <= len(names):
+        return False
+    columns = left.grams.columns(names)
+    beside = left_by(left.grams, (*left.model, rival.term))
+    before, after = (np.diagonal(side.inner)[columns] for side in (left, beside))
+    return bool((after < HELD * before).all())
 
 
 def _same_claim(other: Term, group: Model) -> bool:
