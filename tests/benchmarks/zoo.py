@@ -41,7 +41,14 @@ from workbench.report.figures import png
 WIDTH = 190
 """Characters that the tables need."""
 DIAGNOSE = "workbench.diagnosis.diagnose:diagnose"
-OFF: dict[str, tuple[tuple[str, str, object], ...]] = {}
+EFFECTS = "workbench.arm.effects.effect"
+CAUSES = "workbench.diagnosis.causes"
+OFF: dict[str, tuple[tuple[str, str, object], ...]] = {
+    "inertia": (("workbench.diagnosis.refit", "needs_inertia", lambda robot: False),),
+    "together": ((EFFECTS, "alone_and_together", list),),
+    "size": ((CAUSES, "PART_OF_REST", 0.0), (CAUSES, "PART_OF_NOISE", 0.0)),
+    "readings": (("workbench.identification.joint_readings", "MARGIN", float("inf")),),
+}
 """Parts of the diagnosis that an ablation switches off: module, name in it, and what it becomes."""
 GROUPS = {"all": tuple(MORPHOLOGIES), "six": SIX, "classic": tuple(ARMS)}
 """Morphologies by one word."""
