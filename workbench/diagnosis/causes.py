@@ -11,7 +11,7 @@ those of the evidence against the best effect of another claim in the cause's pl
 holds the cause as a special case and has more coefficients is no rival.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 
@@ -226,7 +226,7 @@ def _against_rivals(searched: Searched, group: Model) -> tuple[float, tuple[Abst
     best = max(ordered[0].gain if ordered else 0.0, 0.0)
     odds = float(np.exp(np.clip(own - best, 0.0, np.log(MOST_ODDS))))
     close = [o for o in ordered if own - o.gain < np.log(PROBABLE)]
-    return odds, tuple(_distinct(close))
+    return odds, _distinct(close)
 
 
 def _holds(left: Left, rival: Offer, group: Model) -> bool:
@@ -248,12 +248,12 @@ def _same_claim(other: Term, group: Model) -> bool:
     return other.candidate.alike or len(group) > 1 or set(other.candidate.effect.joints) == joints
 
 
-def _distinct(close: Sequence[Offer]) -> Iterator[AbstractEffect]:
+def _distinct(close: Sequence[Offer]) -> tuple[AbstractEffect, ...]:
     """The first few, one for each label."""
-    best: Mapping[str, AbstractEffect] = {
-        e.label: e for e in reversed([o.term.candidate.effect for o in close])
-    }
-    yield from sorted(best.values(), key=[o.term.candidate.effect for o in close].index)[:LOOK_ALIKES]
+    best: dict[str, AbstractEffect] = {}
+    for effect in (o.term.candidate.effect for o in close):
+        best.setdefault(effect.label, effect)
+    return tuple(best.values())[:LOOK_ALIKES]
 
 
 def _listed(effects: Sequence[AbstractEffect]) -> str:
