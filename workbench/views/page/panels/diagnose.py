@@ -106,13 +106,28 @@ def _bars(found: Diagnosis) -> str:
 
 def _details(found: Diagnosis) -> str:
     return block(
-        _accepted(found)
+        _causes(found)
+        + _accepted(found)
         + heading("Remaining error, row by row [mm]")
         + _residuals(found)
         + _ranking(found)
         + _notes(found),
         testid="diagnosis",
         style="margin-bottom:10px",
+    )
+
+
+def _causes(found: Diagnosis) -> str:
+    lines = [
+        f"<li>{text(cause.sentence)} <span style='color:{MUTED}'>({cause.confidence}"
+        + (f"; {number(cause.contribution_mm)} mm" if np.isfinite(cause.contribution_mm) else "")
+        + ")</span></li>"
+        for cause in found.causes
+    ]
+    if found.residual_map is not None:
+        lines.append(f"<li style='color:{MUTED}'>{text(found.residual_map.sentence)}</li>")
+    return (
+        heading("Causes") + f'<ul style="margin:0;padding-left:16px">{"".join(lines)}</ul>' if lines else ""
     )
 
 
@@ -126,7 +141,11 @@ def _accepted(found: Diagnosis) -> str:
             f"<li>{text(accepted.words)} <span style='color:{MUTED}'>(chance {chance}; "
             f"{number(accepted.before_mm)} → {number(accepted.after_mm)} mm)</span>{more}</li>"
         )
-    return heading("Found") + f'<ul style="margin:0;padding-left:16px">{"".join(lines)}</ul>' if lines else ""
+    return (
+        heading("Added to the model") + f'<ul style="margin:0;padding-left:16px">{"".join(lines)}</ul>'
+        if lines
+        else ""
+    )
 
 
 def _residuals(found: Diagnosis) -> str:
