@@ -4,15 +4,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from workbench.arm.effects import AbstractEffect
 from workbench.diagnosis.evidence import Model, Offer, Term, drop, left_by, offer, offers
-from workbench.diagnosis.record import Accepted, Ranked
+from workbench.diagnosis.record import Ranked
 from workbench.diagnosis.rounds import Searched
 
 LISTED = 3
 """Rivals that are listed for an effect."""
-CLOSE = np.log(20.0)
-"""Log evidence within which two effects can't be told apart: odds of twenty to one."""
 MENTIONED = 0.5
 """Part of an effect's evidence that a rival must have to be mentioned …"""
 FAR = 100.0
@@ -31,7 +28,9 @@ def rivals_of(searched: Searched, term: Term) -> list[tuple[Model, Offer]]:
     others = [
         c
         for c in searched.offered.candidates
-        if c is not term.candidate and not any(c.excludes(t.candidate) for t in rest)
+        if c is not term.candidate
+        and not (c.alike and c.effect.name == term.candidate.effect.name)
+        and not any(c.excludes(t.candidate) for t in rest)
     ]
     least = np.inf if own is None else max(MENTIONED * own.gain, own.gain - FAR)
     best: dict[tuple, Offer] = {}
@@ -40,11 +39,6 @@ def rivals_of(searched: Searched, term: Term) -> list[tuple[Model, Offer]]:
         if (effect.name, effect.joints) != (term.candidate.effect.name, term.candidate.effect.joints):
             best.setdefault((effect.name, effect.joints), found)
     return [(rest, found) for found in list(best.values())[:LISTED]]
-
-
-def ambiguous(accepted: tuple[Accepted, ...]) -> list[AbstractEffect]:
-    """Rivals that the rows can't tell from what was accepted."""
-    return [r.effect for a in accepted for r in a.alternatives if a.gain - r.gain < CLOSE]
 
 
 def ranked(searched: Searched, mean_mm: Callable[[Model], float]) -> tuple[Ranked, ...]:
