@@ -14,6 +14,7 @@ holds the cause as a special case and has more coefficients is no rival.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from functools import cached_property
 
 import numpy as np
 
@@ -21,7 +22,17 @@ from workbench.arm.effects import AbstractEffect
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import law_sizes
-from workbench.diagnosis.evidence import Left, Model, Offer, Term, drop, left_by, offers, validated
+from workbench.diagnosis.evidence import (
+    Left,
+    Model,
+    Offer,
+    Term,
+    drop,
+    left_by,
+    offers,
+    standard_error,
+    validated,
+)
 from workbench.diagnosis.rounds import Searched
 from workbench.diagnosis.stepwise_search import kind_of, worth
 from workbench.identification.problem import Noise
@@ -58,8 +69,6 @@ class Cause:
     """A physical cause of what the geometry leaves.
 
     Args:
-        kind: Name of its effect.
-        joints: Counted from 0; empty where it concerns the whole arm.
         effects: What of the saved model it is.
         odds: Against the best other claim.
         contribution_mm: Root mean square of what it brings at the tool, on folds that took no part in its fit
@@ -68,13 +77,21 @@ class Cause:
         look_alikes: Other claims that the rows can't tell from it, the best first.
     """
 
-    kind: str
-    joints: tuple[int, ...]
     effects: tuple[AbstractEffect, ...]
     odds: float
     contribution_mm: float
     sentence: str
     look_alikes: tuple[AbstractEffect, ...]
+
+    @property
+    def kind(self) -> str:
+        """Name of its effect."""
+        return str(self.whole.name)
+
+    @property
+    def joints(self) -> tuple[int, ...]:
+        """Counted from 0; empty where it concerns the whole arm."""
+        return self.whole.joints
 
     @property
     def confidence(self) -> Confidence:
@@ -83,10 +100,10 @@ class Cause:
 
     @property
     def label(self) -> str:
-        """Short, for tables: `joint-compliance, joints 2 by 3`."""
+        """Short, for tables: `joint-compliance, joints 2, 3`."""
         return self.whole.label
 
-    @property
+    @cached_property
     def whole(self) -> AbstractEffect:
         """Its effects as one."""
         return together(self.effects)
@@ -146,24 +163,21 @@ def find_causes(searched: Searched, arm: Robot, motion: Motion, floor: Noise | N
     known = searched.stage.geometric.typical_noise
     after = validated(searched.grams, searched.found.model)
     count = searched.grams.count
-    least = PART_OF_NOISE * _noise(after, count, known, floor)
-    least = max(least, PART_OF_REST * float(np.sqrt(after.sum() / count)))
+    left = float(np.sqrt(after.sum() / count))
+    least = max(PART_OF_NOISE * _noise(left, known, floor), PART_OF_REST * left)
     found = []
     for group in _groups(searched.found.model):
         effects = tuple(sized[t.candidate.names] for t in group)
         fall = validated(searched.grams, drop(searched.found.model, group)) - after
         size = float(np.sqrt(max(fall.sum(), 0.0) / count))
-        if _is_map(group[0]) or size < least or not _beyond_chance(fall):
+        if _is_map(group[0]) or size < least or fall.mean() <= standard_error(fall):
             continue
         if not _possible(arm, motion, effects):
             continue
         odds, rivals = _against_rivals(searched, group)
-        whole = together(effects)
-        words = whole.sentence(arm.chain, motion)
+        words = together(effects).sentence(arm.chain, motion)
         found.append(
             Cause(
-                kind=str(whole.name),
-                joints=whole.joints,
                 effects=effects,
                 odds=odds,
                 contribution_mm=1e3 * float(np.sqrt(3.0)) * known.position * size,
@@ -174,9 +188,8 @@ def find_causes(searched: Searched, arm: Robot, motion: Motion, floor: Noise | N
     return tuple(sorted(found, key=lambda c: -np.nan_to_num(c.contribution_mm)))
 
 
-def _noise(after: np.ndarray, count: int, known: Noise, floor: Noise | None) -> float:
-    """Standard deviation of a whitened component by noise alone."""
-    left = float(np.sqrt(after.sum() / count))
+def _noise(left: float, known: Noise, floor: Noise | None) -> float:
+    """Standard deviation of a whitened component by noise alone, at most what is left."""
     if floor is None:
         return left
     ratios = np.array(floor[:2]) / np.array(known[:2])
@@ -195,11 +208,6 @@ def _groups(model: Model) -> list[Model]:
         key: object = kind_of(term) if term.candidate.effect.of_many_joints else k
         out[key] = (*out.get(key, ()), term)
     return list(out.values())
-
-
-def _beyond_chance(fall: np.ndarray) -> bool:
-    """Whether what folds gain exceeds its standard error."""
-    return bool(len(fall) < 2 or fall.mean() > fall.std(ddof=1) / np.sqrt(len(fall)))
 
 
 def _possible(arm: Robot, motion: Motion, effects: Sequence[AbstractEffect]) -> bool:

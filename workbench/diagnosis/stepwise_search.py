@@ -12,7 +12,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.arm.effects import Candidate
-from workbench.diagnosis.evidence import Left, Model, Offer, Term, drop, left_by, offer, offers, validated
+from workbench.diagnosis.evidence import (
+    Left,
+    Model,
+    Offer,
+    Term,
+    drop,
+    left_by,
+    offer,
+    offers,
+    standard_error,
+    validated,
+)
 from workbench.diagnosis.inner_products import Grams
 
 ALPHA = 0.002
@@ -94,8 +105,7 @@ def significant(found: Offer, tries: int) -> bool:
 def confirmed(grams: Grams, smaller: Model, larger: Model) -> bool:
     """Whether the larger model predicts other folds noticeably better: beyond one standard error."""
     fall = 1.0 - validated(grams, larger) / validated(grams, smaller)
-    error = fall.std(ddof=1) / np.sqrt(len(fall)) if len(fall) > 1 else 0.0
-    return bool(fall.mean() > max(WORTH, error))
+    return bool(fall.mean() > max(WORTH, standard_error(fall)))
 
 
 def _improved(grams: Grams, candidates: Sequence[Candidate], model: Model) -> Model:
