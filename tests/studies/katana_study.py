@@ -120,7 +120,8 @@ class KatanaStudy:
         ten: |ΔP| at ten uncalibrated points [mm].
         held_out: Mean |ΔP| at 118 poses that took no part [mm].
         turned: Mean orientation error there, as one angle [°].
-        constants: By how much the first three ways miss the arm's 17 constants [rad, m].
+        errors: Of the arm's 17 constants [rad, m].
+        constants: By how much the first three ways miss them.
     """
 
     play: float
@@ -129,6 +130,7 @@ class KatanaStudy:
     ten: Float[np.ndarray, "arms columns points"]
     held_out: Float[np.ndarray, "arms columns"]
     turned: Float[np.ndarray, "arms columns"]
+    errors: Float[np.ndarray, "arms 17"]
     constants: Float[np.ndarray, "arms 3 17"]
 
     def reduction(self, before: int, after: int) -> Spread:
@@ -168,7 +170,7 @@ def katana_study(
         rows.append(_calibrated(measured_arm, craig, three.with_effects(*read_tilting(rng, play))))
         if progress is not None:
             progress((arm + 1) / arms)
-    measured, ten, held_out, turned, constants = (np.array(part) for part in zip(*rows, strict=True))
+    measured, ten, held_out, turned, errors, constants = (np.array(part) for part in zip(*rows, strict=True))
     return KatanaStudy(
         play=play,
         share=share,
@@ -176,6 +178,7 @@ def katana_study(
         ten=ten,
         held_out=held_out,
         turned=turned,
+        errors=errors,
         constants=constants,
     )
 
@@ -263,6 +266,7 @@ def _calibrated(arm: MeasuredArm, craig: Robot, tilting: Robot) -> tuple[np.ndar
         apart[:, ten, 3],
         apart[:, held, 3].mean(axis=1),
         np.rad2deg(np.array(turns)[:, held].mean(axis=1)),
+        arm.actual.errors,
         np.array(constants),
     )
 

@@ -82,7 +82,14 @@ def test_the_page_holds_every_picture_and_finding(found, tmp_path):
     text = page.read_text(encoding="utf-8")
     pictures = sorted(p.name for p in page.parent.glob("*.png"))
     assert pictures == sorted(
-        ["fig5.png", "fig6a.png", "fig7-arms.png", *(f"fig7{letter}.png" for letter in "abcdef")]
+        [
+            "fig5.png",
+            "fig6a.png",
+            "fig7-arms.png",
+            *(f"fig7{letter}.png" for letter in "abcdef"),
+            "fig11a.png",
+            "fig11b.png",
+        ]
     )
     assert all(f'src="{name}"' in text for name in pictures)
     assert all(p.read_bytes().startswith(b"\x89PNG") for p in page.parent.glob("*.png"))

@@ -100,6 +100,7 @@ def _draw(axes: Axes, errors: np.ndarray, place: np.ndarray, held: np.ndarray, c
             if not dashed:
                 axes.fill_between(share, 0.0, curve, color=ink, alpha=0.25, lw=0)
     axes.set_xlim(*_x_range(place))
+    axes.locator_params(axis="x", integer=True)
 
 
 def _x_range(place: np.ndarray) -> tuple[float, float]:
@@ -112,7 +113,7 @@ def _scale(axes: Axes, span: float, *, signed: bool) -> None:
 
 
 def _say(axes: Axes, words: str) -> None:
-    axes.text(0.98, 0.96, words, transform=axes.transAxes, ha="right", va="top", fontsize=6.5, alpha=0.85)
+    axes.set_title(words, loc="right", fontsize=6.5, fontweight="normal", pad=2.0, alpha=0.85)
 
 
 def _round(ratio: float) -> str:
