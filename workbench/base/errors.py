@@ -4,6 +4,7 @@ Every message is one sentence that says what, where, and what to do. Bad input r
 not converge or cannot see a parameter is an `Outcome` in the result, never an exception.
 """
 
+from workbench.base.distribution import install_command
 from workbench.base.wording import brief
 
 
@@ -59,5 +60,5 @@ class MissingExtraError(WorkbenchError):
     """An optional library is needed; carries the extra that installs it."""
 
     def __init__(self, what: str, *, extra: str):
-        super().__init__(f"{what} needs an optional library: pip install -e '.[{extra}]' in the checkout")
+        super().__init__(f"{what} needs an optional library: {install_command(extra)} in the checkout")
         self.extra = extra

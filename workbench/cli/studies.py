@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from workbench.base.distribution import install_command
 from workbench.base.errors import OptionError
 from workbench.cli.options import JsonOption, SeedOption, check_writable, progress_bar, say, show
 
@@ -28,7 +29,7 @@ def reproduce() -> None:
     if not (TESTS / "studies" / "__init__.py").is_file():
         raise OptionError(
             "the studies of the two works are not installed with the package; run this command in a checkout "
-            "of the project, after `pip install -e .`"
+            f"of the project, after `{install_command()}`"
         )
     if str(TESTS) not in sys.path:
         sys.path.insert(0, str(TESTS))

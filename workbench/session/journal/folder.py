@@ -12,10 +12,8 @@ to the last digit.
 import json
 import re
 import shutil
-import tomllib
 from dataclasses import dataclass
 from datetime import datetime
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +21,7 @@ import tomli_w
 
 from workbench.arm.robot import Robot
 from workbench.arm.robot_toml import read_toml, robot_to_table
+from workbench.base.distribution import package_version
 from workbench.base.errors import OptionError, WorkbenchError
 from workbench.base.files import write_text
 from workbench.plate.plate import Plate
@@ -150,7 +149,7 @@ def _header(session: Session) -> dict[str, Any]:
     return plain(
         {
             "schema": SCHEMA,
-            "workbench": _version(),
+            "workbench": package_version(),
             "began": _now().isoformat(timespec="seconds"),
             "robot": session.robot.name,
             "plate": session.plate.name,
@@ -178,23 +177,6 @@ def _make(folder: Path | None, root: Path, robot: str) -> Path:
         else:
             return made
     raise OptionError(f"{root} already has 999 recordings of this second; try again")
-
-
-def _version() -> str:
-    try:
-        return version("workbench")
-    except PackageNotFoundError:
-        return _source_version()
-
-
-def _source_version() -> str:
-    """The version in the project's file, where the package is run from its source and not installed."""
-    project = Path(__file__).resolve().parents[3] / "pyproject.toml"
-    try:
-        table = tomllib.loads(project.read_text(encoding="utf-8"))["project"]
-    except (OSError, KeyError, tomllib.TOMLDecodeError):
-        return "unknown"
-    return f"{table.get('version', 'unknown')} (source)"
 
 
 def _now() -> datetime:

@@ -1,0 +1,93 @@
+"""What is distributed: its name, its licence, and what texts tell people to install."""
+
+import re
+import shlex
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from workbench.base.distribution import NAME, install_command, package_version
+from workbench.base.errors import MissingExtraError
+
+ROOT = Path(__file__).resolve().parents[1]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+KINDS = (".py", ".md", ".toml", ".html", ".ipynb", ".yml", ".yaml", ".rst", ".txt", ".cff", ".cfg")
+INSTALL = re.compile(r"\b(?:pip3?|pipx|uv tool|uv pip|uv|uvx)(?: run)? (?:install|add|--from) (?P<words>[^\n`|]*)")
+
+
+def texts():
+    """Every text of the tree that people read, with its path."""
+    tops = (".ci", ".github", "assets", "tests", "workbench")
+    paths = [p for top in tops for p in (ROOT / top).rglob("*") if p.suffix in KINDS or p.parent.name == ".ci"]
+    for path in sorted({*paths, *ROOT.glob("*.md"), *ROOT.glob("*.toml")}):
+        if path.is_file() and path != Path(__file__):
+            yield path.relative_to(ROOT).as_posix(), path.read_text(encoding="utf-8")
+
+
+def strangers(text: str) -> list[str]:
+    """What a text tells to install that is not this checkout, with an extra that exists or without."""
+    wrong = [found for found in re.findall(r"\bworkbench\[\w+", text) if NAME not in text]
+    for found in INSTALL.finditer(text):
+        words = found["words"].replace('\\"', '"').split(" && ")[0].split(" #")[0]
+        for word in re.findall(r"(?:'[^']*'|\"[^\"]*\"|[^\s'\"])+", words):
+            word = word.strip("'\".,;:)(")
+            checkout = re.fullmatch(r"\[([\w,{}]+)\]|", word)  # `.` is stripped
+            extras = [e for e in ((checkout and checkout[1]) or "").split(",") if e and "{" not in e]
+            if word.startswith("-"):
+                continue
+            if word.startswith("{checkout"):  # as the helper writes it
+                break
+            if checkout is None or set(extras) - set(PROJECT["optional-dependencies"]):
+                wrong.append(found[0])
+            break
+    return wrong
+
+
+def test_texts_tell_to_install_this_checkout():
+    wrong = {name: found for name, text in texts() if (found := strangers(text))}
+    assert not wrong
+
+
+@pytest.mark.parametrize(
+    ("text", "right"),
+    [
+        ("python3 -m venv .venv && .venv/bin/pip install -q -e '.[cad]' && .venv/bin/pytest", True),
+        ("`pip install -e .`", True),
+        ("pip install .", True),
+        ("pip install workbench", False),
+        ("pip install 'workbench[rerun]'", False),
+        ("needs workbench[rerun]", False),
+        ("pip install -e '.[no-such-extra]'", False),
+        ("uvx --from workbench workbench", False),
+    ],
+)
+def test_a_stranger_is_seen(text, right):
+    assert (not strangers(text)) is right
+
+
+def test_every_extra_that_code_names_exists():
+    pattern = re.compile(r'extra="(\w+)"')
+    named = {e for name, text in texts() if name.startswith("workbench/") for e in pattern.findall(text)}
+    assert named
+    assert named <= set(PROJECT["optional-dependencies"])
+
+
+def test_a_missing_extra_says_what_works_in_a_checkout():
+    message = str(MissingExtraError("reading parquet files", extra="parquet"))
+    assert message.endswith("pip install -e '.[parquet]' in the checkout")
+    assert shlex.split(install_command("cad")) == ["pip", "install", "-e", ".[cad]"]
+
+
+def test_the_project_is_named_licensed_and_typed():
+    assert PROJECT["name"] == NAME != "workbench"
+    assert PROJECT["scripts"] == {"workbench": "workbench.cli:main"}
+    assert PROJECT["license"] == "Apache-2.0"
+    assert "Apache License" in (ROOT / PROJECT["license-files"][0]).read_text(encoding="utf-8")
+    assert (ROOT / "workbench" / "py.typed").is_file()
+    assert package_version().startswith(PROJECT["version"])
+
+
+def test_citation_and_changelog_know_the_version():
+    assert f"version = {{{PROJECT['version']}}}" in (ROOT / "README.md").read_text(encoding="utf-8")
+    assert f"**{PROJECT['version']}**" in (ROOT / "workbench" / "README.md").read_text(encoding="utf-8")
