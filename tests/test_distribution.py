@@ -13,13 +13,17 @@ from workbench.base.errors import MissingExtraError
 ROOT = Path(__file__).resolve().parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 KINDS = (".py", ".md", ".toml", ".html", ".ipynb", ".yml", ".yaml", ".rst", ".txt", ".cff", ".cfg")
-INSTALL = re.compile(r"\b(?:pip3?|pipx|uv tool|uv pip|uv|uvx)(?: run)? (?:install|add|--from) (?P<words>[^\n`|]*)")
+INSTALL = re.compile(
+    r"\b(?:pip3?|pipx|uv tool|uv pip|uv|uvx)(?: run)? (?:install|add|--from) (?P<words>[^\n`|]*)"
+)
 
 
 def texts():
     """Every text of the tree that people read, with its path."""
     tops = (".ci", ".github", "assets", "tests", "workbench")
-    paths = [p for top in tops for p in (ROOT / top).rglob("*") if p.suffix in KINDS or p.parent.name == ".ci"]
+    paths = [
+        p for top in tops for p in (ROOT / top).rglob("*") if p.suffix in KINDS or p.parent.name == ".ci"
+    ]
     for path in sorted({*paths, *ROOT.glob("*.md"), *ROOT.glob("*.toml")}):
         if path.is_file() and path != Path(__file__):
             yield path.relative_to(ROOT).as_posix(), path.read_text(encoding="utf-8")
