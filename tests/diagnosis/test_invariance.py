@@ -1,0 +1,76 @@
+"""What says nothing about the arm changes no verdict: the order of rows, units, where the measuring frame is."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from arms import make
+from scipy.spatial.transform import Rotation
+
+from workbench.arm.robot import Frame
+from workbench.base import se3
+from workbench.data.readers.read import read_measurements
+from workbench.diagnosis.diagnose import diagnose
+
+KINDS = ("none", "two")
+SEED = 5
+
+
+@pytest.fixture(scope="module", params=KINDS)
+def case(request):
+    return make(request.param, SEED, free_frames=True)
+
+
+@pytest.fixture(scope="module")
+def verdict(case):
+    return said(diagnose(case.robot, case.data, held_out=0.0))
+
+
+def said(found):
+    """Everything that is claimed, with sizes to a hundredth."""
+    causes = sorted((c.kind, c.joints, c.confidence) for c in found.causes)
+    sizes = found.robot.coefficients
+    return found.verdict, causes, sizes
+
+
+def agree(one, other):
+    assert one[:2] == other[:2]
+    assert one[2] == pytest.approx(other[2], rel=0.05, abs=1e-9)
+
+
+def test_the_order_of_the_rows(case, verdict):
+    order = np.random.default_rng(0).permutation(len(case.data))
+    rows = replace(case.data.take(order), row=np.arange(len(order)))
+    agree(said(diagnose(case.robot, rows, held_out=0.0)), verdict)
+
+
+def test_another_measuring_frame(case, verdict):
+    turn = Rotation.from_rotvec([0.7, -1.1, 2.0]).as_matrix()
+    away = np.array([1.5, -2.0, 0.4])
+    moved = se3.pose(turn, away)
+    rows = replace(
+        case.data,
+        position=case.data.position @ turn.T + away,
+        rotation=None if case.data.rotation is None else turn @ case.data.rotation,
+    )
+    base = Frame.from_pose(moved @ case.robot.base.pose, case.robot.base.free)
+    agree(said(diagnose(case.robot.with_frames(base=base), rows, held_out=0.0)), verdict)
+
+
+def test_other_units(case, verdict, tmp_path):
+    data, file = case.data, tmp_path / "rows.csv"
+    joints = [f"q{i + 1}[deg]" for i in range(data.joints)]
+    heading = [*joints, "x[in]", "y[in]", "z[in]", "rx[deg]", "ry[deg]", "rz[deg]"]
+    turns = Rotation.from_matrix(data.rotation).as_rotvec(degrees=True)
+    table = np.hstack([np.rad2deg(data.q), data.position / 0.0254, turns])
+    for name, unit in (("time", "min"), ("temperature", "K"), ("payload", "g")):
+        values = getattr(data, name)
+        if values is not None:
+            heading.append(f"{name}[{unit}]")
+            table = np.column_stack(
+                [table, {"min": values / 60, "K": values + 273.15, "g": 1e3 * values}[unit]]
+            )
+    heading += [f"direction{i + 1}" for i in range(data.joints)]
+    table = np.hstack([table, data.direction])
+    np.savetxt(file, table, delimiter=",", header=",".join(heading), comments="", fmt="%.17g")
+    agree(said(diagnose(case.robot, read_measurements(file), held_out=0.0)), verdict)
