@@ -1,4 +1,4 @@
-"""What says nothing about the arm changes no verdict: the order of rows, units, where the measuring frame is."""
+"""What says nothing about the arm changes no verdict: the order of rows, units, the measuring frame."""
 
 from dataclasses import replace
 
