@@ -26,6 +26,7 @@ class Quantity(StrEnum):
     MASS = "kg"
     TORQUE = "N*m"
     FORCE = "N"
+    PIXEL = "pixel"
     NUMBER = "1"
 
 
@@ -37,11 +38,12 @@ EXAMPLES = {
     Quantity.MASS: "kg",
     Quantity.TORQUE: "N*m",
     Quantity.FORCE: "N",
+    Quantity.PIXEL: "px",
     Quantity.NUMBER: "nothing",
 }
 
 # Spellings that the registry does not know, or knows as something else ('Nm' as number-metre, 'Grad' as
-# gigaradian). 'Grad' is German for degree; 'grad' is the gon.
+# gigaradian, 'px' as 1/96 inch). 'Grad' is German for degree; 'grad' is the gon.
 ALIASES = {
     "Grad": "degree",
     "Deg": "degree",
@@ -49,6 +51,7 @@ ALIASES = {
     "Rad": "radian",
     "RAD": "radian",
     "MM": "mm",
+    "px": "pixel",
     "gon": "grade",
     "sec": "second",
     "Zoll": "inch",

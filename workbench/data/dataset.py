@@ -13,12 +13,13 @@ from jaxtyping import Bool, Float, Int
 
 from workbench.base.errors import DataError, ShapeError
 from workbench.base.types import frozen
+from workbench.data.camera.rig import Rig
 
 Labels = np.ndarray  # one string a row
-LABELS = {"anchor", "contact", "point", "session", "group", "reason"}
-NOT_PER_ROW = {"tilt", "source", "notes"}
+LABELS = {"anchor", "contact", "point", "session", "group", "reason", "image"}
+NOT_PER_ROW = {"tilt", "rig", "source", "notes"}
 SHOWN = (
-    *("position", "rotation", "markers", "distance", "contact", "point", "tilt"),
+    *("position", "rotation", "markers", "distance", "contact", "point", "tilt", "pixels"),
     *("session", "time", "temperature", "payload", "torque", "direction", "wrench", "sigma"),
 )
 """Columns that are named where a table is printed."""
@@ -56,6 +57,10 @@ class Dataset:
         sigma: Standard deviation per row of position (first three, m) and rotation (last three, rad).
         tilt: Inclinometer readings about x and y of a link [rad], by link number counted from 1.
         wrench: [f; τ] that pulls at the tool from outside, in the axes of the robot's gravity [N, N m].
+        pixels: Where each camera saw each point of its target [px]; NaN where it did not.
+        sight: Pose of the target in each camera, from that camera's pixels alone; NaN where unknown.
+        image: Name of the row's picture.
+        rig: The cameras and their target.
         exclude: Rows that the file keeps out.
         reason: Why, for such rows.
         source: Where the rows came from, for messages.
@@ -82,6 +87,10 @@ class Dataset:
     sigma: Float[np.ndarray, "rows 6"] | None = None
     tilt: dict[int, Float[np.ndarray, "rows 2"]] | None = None
     wrench: Float[np.ndarray, "rows 6"] | None = None
+    pixels: Float[np.ndarray, "rows cameras points 2"] | None = None
+    sight: Float[np.ndarray, "rows cameras 4 4"] | None = None
+    image: Labels | None = None
+    rig: Rig | None = None
     exclude: Bool[np.ndarray, " rows"] | None = None
     reason: Labels | None = None
     source: str = "data"

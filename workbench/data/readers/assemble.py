@@ -5,6 +5,7 @@ marker, a distance with its anchor, a touched point, a socket, an inclinometer. 
 with its reason.
 """
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -30,13 +31,20 @@ _FALSE = {"", "false", "0", "0.0", "no", "n", "falsch", "nein"}
 Mask = Bool[np.ndarray, " rows"]
 
 
-def assemble(fields: Fields, *, joints: int | None, base: Matrix4 | None = None) -> Dataset:
+def assemble(
+    fields: Fields,
+    *,
+    joints: int | None,
+    base: Matrix4 | None = None,
+    beside: Mapping[str, np.ndarray] | None = None,
+) -> Dataset:
     """A `Dataset` of all columns.
 
     Args:
         fields: Columns in SI.
         joints: Number of joints that the robot has; None: as many as the file names.
         base: Pose of the robot's base in the measuring frame, for poses that are in the robot's base.
+        beside: What was observed otherwise, one number or more a row by its name, NaN where a row has none.
 
     Raises:
         ShapeError: The file has another number of joints.
@@ -51,7 +59,7 @@ def assemble(fields: Fields, *, joints: int | None, base: Matrix4 | None = None)
     position, rotation, moved = _measured(fields, position, rotation, base)
     markers, tilt = _markers(fields), _tilt(fields)
     sigma, rounded = _sigma(fields)
-    observed = _observations(fields, position, rotation, markers, tilt)
+    observed = _observations(fields, position, rotation, markers, tilt, beside or {})
     reasons = _gaps(fields, observed)
     found = np.array([bool(reason) for reason in reasons]) & ~excluded
     dataset = Dataset(
@@ -127,13 +135,13 @@ def joint_columns(fields: Fields, joints: int | None) -> Float[np.ndarray, "rows
     return np.stack([fields.values[f"q{i}"] for i in numbers], axis=1)
 
 
-def _observations(fields: Fields, position, rotation, markers, tilt) -> dict[str, np.ndarray]:
+def _observations(fields: Fields, position, rotation, markers, tilt, beside) -> dict[str, np.ndarray]:
     """Observations by name, as `_gaps` takes them.
 
     Raises:
         DataError: The file has none at all.
     """
-    observed: dict[str, np.ndarray] = {}
+    observed: dict[str, np.ndarray] = dict(beside)
     if position is not None:
         observed["position"] = position
     if rotation is not None:
@@ -145,7 +153,9 @@ def _observations(fields: Fields, position, rotation, markers, tilt) -> dict[str
     observed |= {f"tilt {link}": values for link, values in (tilt or {}).items()}
     if not observed and "contact" not in fields.values and "point" not in fields.values:
         raise DataError(
-            f"{fields.source}: nothing was observed: "
+            f"{fields.source}: pixels need --camera and --target"
+            if "u" in fields.values
+            else f"{fields.source}: nothing was observed: "
             "add x[m], y[m], z[m], or distance, contact, markers or tilt"
         )
     return observed

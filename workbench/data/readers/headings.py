@@ -11,7 +11,11 @@ from workbench.base.errors import UnitError
 from workbench.base.units import Quantity, conversion, parse_heading
 
 JOINT = (Quantity.ANGLE, Quantity.LENGTH)
-LABELS = ("session", "group", "point", "anchor", "contact", "pose_frame", "reason", "exclude")
+PIXEL_LABELS = ("image", "camera", "id", "corner")
+LABELS = (
+    *("session", "group", "point", "anchor", "contact", "pose_frame", "reason", "exclude"),
+    *PIXEL_LABELS,
+)
 
 _UR_JOINTS = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
 _JOINT_WORDS = "q|j|a|ax|joint|axis|achse|gelenk|theta|th|θ|joint_angle|joint_position|joint_pos|angle"
@@ -69,6 +73,8 @@ _WORDS = {
     "group": ("gruppe",),
     "point": ("socket", "punkt"),
     "pose_frame": (),
+    **dict.fromkeys(PIXEL_LABELS, ()),
+    **dict.fromkeys(("u", "v"), ()),
     "exclude": ("excluded", "ausschluss"),
     "reason": ("grund",),
 }
@@ -153,6 +159,8 @@ def quantities_of(key: str) -> tuple[Quantity, ...]:
         "time": (Quantity.TIME,),
         "temperature": (Quantity.TEMPERATURE,),
         "payload": (Quantity.MASS,),
+        "u": (Quantity.PIXEL,),
+        "v": (Quantity.PIXEL,),
     }.get(key, (Quantity.NUMBER,))
 
 

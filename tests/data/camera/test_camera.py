@@ -1,0 +1,127 @@
+"""A camera's projection against a plain one, its derivatives, and the files of cameras and targets."""
+
+import numpy as np
+import pytest
+
+from workbench.base.errors import DataError, FileError
+from workbench.data.camera.camera import INTRINSICS, project, read_cameras, write_cameras
+from workbench.data.camera.pixel_table import PixelRows, read_pixels
+from workbench.data.camera.rig import Rig
+from workbench.data.camera.target import Charuco, charuco_target, read_target, write_target
+
+K = np.array([900.0, 905.0, 640.0, 500.0, -0.12, 0.05, 0.002, -0.001, 0.01])
+CAMERA = """[[camera]]
+name = "cell"
+size = [1280, 1000]
+fx = 900.0
+fy = 905.0
+cx = 640.0
+cy = 500.0
+distortion = [-0.12, 0.05, 0.002, -0.001, 0.01]
+mounted = "world"
+free = "auto"
+"""
+POINTS = np.random.default_rng(0).uniform([-0.3, -0.3, 0.7], [0.3, 0.3, 1.5], (20, 3))
+BOARD = Charuco((5, 4), 0.03, 0.02, "DICT_6X6_250")
+
+
+def camera(tmp_path, text=CAMERA):
+    (tmp_path / "camera.toml").write_text(text)
+    return read_cameras(tmp_path / "camera.toml")
+
+
+def table(tmp_path, rows, name="pixels.csv"):
+    (tmp_path / name).write_text("\n".join(rows) + "\n")
+    return tmp_path / name
+
+
+def test_projection_is_opencvs():
+    cv2 = pytest.importorskip("cv2")
+    matrix = np.array([[K[0], 0, K[2]], [0, K[1], K[3]], [0, 0, 1.0]])
+    expected, _ = cv2.projectPoints(POINTS, np.zeros(3), np.zeros(3), matrix, K[4:])
+    assert project(POINTS, K).pixel == pytest.approx(expected[:, 0], abs=1e-9)
+
+
+def test_derivatives_are_those_of_differences():
+    at = project(POINTS, K)
+    for k in range(3):
+        step = np.eye(3)[k] * 1e-6
+        change = (project(POINTS + step, K).pixel - project(POINTS - step, K).pixel) / 2e-6
+        assert at.by_point[..., k] == pytest.approx(change, abs=1e-4)
+    for k in range(len(INTRINSICS)):
+        step = np.eye(9)[k] * 1e-5
+        change = (project(POINTS, K + step).pixel - project(POINTS, K - step).pixel) / 2e-5
+        assert at.by_intrinsics[..., k] == pytest.approx(change, abs=1e-5)
+
+
+def test_rays_through_pixels_lead_back(tmp_path):
+    (cell,) = camera(tmp_path)
+    assert cell.normalised(cell.project(POINTS).pixel) == pytest.approx(
+        POINTS[:, :2] / POINTS[:, 2:], abs=1e-8
+    )
+
+
+def test_files_are_read_as_they_are_written(tmp_path):
+    (cell,) = camera(tmp_path)
+    (again,) = read_cameras(write_cameras((cell,), tmp_path / "again.toml"))
+    assert (again.name, again.size, again.mounted, again.free) == (
+        cell.name,
+        cell.size,
+        cell.mounted,
+        cell.free,
+    )
+    assert again.intrinsics == pytest.approx(K)
+    board = charuco_target(BOARD, "tool", scale_sigma=0.001)
+    other = read_target(write_target(board, tmp_path / "target.toml"))
+    assert other.charuco == BOARD
+    assert other.scale_sigma == 0.001
+    assert len(other) == 12
+    assert other.points[4] == pytest.approx([0.03, 0.06, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [
+        (("fx = 900.0\n", ""), "fx"),
+        (('"world"', '"ceiling"'), "mounted"),
+        (("size = [1280, 1000]", "size = [1280]"), "size"),
+        (("fy = 905.0", "fy = -1.0"), "positive"),
+        (("cx =", "cz ="), "cz"),
+    ],
+)
+def test_a_camera_that_can_not_be_is_refused(tmp_path, change, word):
+    with pytest.raises(FileError, match=word):
+        camera(tmp_path, CAMERA.replace(*change))
+
+
+def test_a_table_of_pixels_becomes_a_row_a_picture(tmp_path):
+    rig = Rig(camera(tmp_path), charuco_target(BOARD, "tool"))
+    pixels = [f"shots/{i:02}.png,{k},{100 + 9 * k},{200.5 + k}" for i in (2, 10) for k in range(6)]
+    source = table(tmp_path, ["image,id,u[px],v[px]", *pixels])
+    joints = table(tmp_path, ["image,q1[deg],q2[deg]", "10,90,0", "2,45,10", "3,1,1"], "joints.csv")
+    data = read_pixels(source, rig, joints=joints)
+    assert data.image.tolist() == ["10", "2", "3"]
+    assert np.rad2deg(data.q[0]) == pytest.approx([90.0, 0.0])
+    assert np.isfinite(data.pixels[..., 0]).sum((1, 2)).tolist() == [6, 6, 0]
+    assert data.pixels[1, 0, 3] == pytest.approx([127.0, 203.5])
+    assert data.included.tolist() == [True, True, False]
+
+
+def test_pictures_and_joints_that_do_not_belong_together_are_refused(tmp_path):
+    rig = Rig(camera(tmp_path), charuco_target(BOARD, "tool"))
+    source = table(tmp_path, ["image,id,u[px],v[px]", "1,0,5,6", "2,0,5,6"])
+    with pytest.raises(DataError, match=r"1 pictures.*2"):
+        read_pixels(source, rig, joints=table(tmp_path, ["q1[deg]", "3"], "a.csv"))
+    with pytest.raises(DataError, match="'2' have no joints"):
+        read_pixels(source, rig, joints=table(tmp_path, ["image,q1[deg]", "1,3"], "b.csv"))
+    strange = PixelRows(
+        image=np.array(["1"]),
+        camera=np.array([""]),
+        id=np.array([57]),
+        corner=np.array([0]),
+        uv=np.ones((1, 2)),
+    )
+    with pytest.raises(DataError, match=r"id 57.*12 inner corners"):
+        read_pixels(strange, rig, joints=table(tmp_path, ["image,q1[deg]", "1,3"], "c.csv"))
+    with pytest.raises(DataError, match="both mounted"):
+        Rig(camera(tmp_path), charuco_target(BOARD, "world"))
