@@ -94,13 +94,13 @@ def read_pixels(
     Raises:
         WorkbenchError: a file can't be read, or pictures, joints, cameras and target don't belong together.
     """
-    fields = None if isinstance(source, PixelRows) else read_fields(source, layout="plain")
-    rows = source if fields is None else PixelRows.of(fields)
-    if joints is not None:
-        beside = read_fields(joints, layout="plain")
-    elif fields is not None:
-        beside = _one_a_picture(fields)
+    beside = None if joints is None else read_fields(joints, layout="plain")
+    if isinstance(source, PixelRows):
+        rows = source
     else:
+        fields = read_fields(source, layout="plain")
+        rows, beside = PixelRows.of(fields), beside or _one_a_picture(fields)
+    if beside is None:
         raise DataError(
             f"{rows.source}: pictures need the joints at which they were taken; give --joints TABLE"
         )

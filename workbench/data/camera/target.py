@@ -158,7 +158,7 @@ class _Reader(AbstractTableReader):
             raise self.fail(f"{what} must be a whole number, not {value!r}")
         return value
 
-    def points(self, tables: list[dict[str, Any]], mounted: Mount, knowledge: dict[str, float]) -> Target:
+    def points(self, tables: list[dict[str, Any]], mounted: Mount, knowledge: dict[str, Any]) -> Target:
         names, places = [], []
         for i, table in enumerate(tables):
             what = f"[[point]] {i + 1}"
@@ -189,7 +189,7 @@ def read_target(path: Path | str) -> Target:
     reader.keys(data, {"mounted", "charuco", "point", "scale_sigma", "flatness_sigma"}, "the file")
     if (mounted := data.get("mounted")) not in tuple(Mount):
         raise reader.fail(f'mounted must be "tool" or "world", not {mounted!r}')
-    knowledge = {
+    knowledge: dict[str, Any] = {
         key: reader.number(data[key], key) for key in ("scale_sigma", "flatness_sigma") if key in data
     }
     if any(value < 0.0 for value in knowledge.values()):

@@ -7,6 +7,7 @@ with its reason.
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -221,7 +222,7 @@ def _sigma(fields: Fields) -> tuple[np.ndarray | None, tuple[str, ...]]:
     return sigma, tuple(notes)
 
 
-def _plain(fields: Fields) -> dict[str, np.ndarray]:
+def _plain(fields: Fields) -> dict[str, Any]:
     """Labels and single numbers, which are taken as they are."""
     plain = {key: fields.values[key] for key in (*_LABELS, *_NUMBERS) if key in fields.values}
     if "distance" in fields.values and "anchor" not in plain:
