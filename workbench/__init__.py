@@ -35,6 +35,7 @@ _HOMES = {
     "workbench.identification.record": ("Identification", "Evaluation"),
     "workbench.identification.evaluate": ("evaluate",),
     "workbench.identification.identify": ("identify",),
+    "workbench.identification.verification.verify": ("verify", "Verification"),
     "workbench.identification.problem": ("Noise",),
     "workbench.diagnosis.record": ("Diagnosis",),
     "workbench.diagnosis.diagnose": ("diagnose",),

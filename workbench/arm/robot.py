@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from jaxtyping import Float
 
+from workbench.arm.calibration import Calibration
 from workbench.arm.chain import Axis, Chain, Element
 from workbench.arm.effects import AbstractEffect, beyond_learned
 from workbench.arm.effects.inserted_elements import drifting, with_insertions
@@ -167,6 +168,7 @@ class Robot:
         urdf: The URDF file that it came from, if any.
         effects: What bends the arm beside its geometry; acts wherever poses are computed from a `Motion`.
         notes: Decisions that its reader took, one sentence each.
+        calibration: What a calibrated arm says of where its values come from.
     """
 
     name: str
@@ -181,6 +183,7 @@ class Robot:
     urdf: UrdfSource | None = None
     effects: tuple[AbstractEffect, ...] = ()
     notes: tuple[str, ...] = ()
+    calibration: Calibration | None = None
 
     def __post_init__(self):
         if not any(e.joint is not None for e in self.elements):

@@ -8,6 +8,7 @@ from typing import Any, final
 import numpy as np
 import tomli_w
 
+from workbench.arm.calibration import Calibration, poses_of
 from workbench.arm.chain import Axis, Element
 from workbench.arm.conventions import (
     CONSTANTS,
@@ -27,7 +28,18 @@ from workbench.base.toml import AbstractTableReader
 from workbench.base.types import Freedom, frozen
 
 CONVENTIONS = (*ORDERS, "three-rotation", "elementary")
-ROBOT_KEYS = {"name", "convention", "gravity", "joint", "element", "base", "tool", "session", "effect"}
+ROBOT_KEYS = {
+    "name",
+    "convention",
+    "gravity",
+    "joint",
+    "element",
+    "base",
+    "tool",
+    "session",
+    "effect",
+    "calibration",
+}
 LINK_KEYS = {"mass", "com", "mass_tolerance", "com_tolerance", "max_moment"}
 JOINT_KEYS = {"type", "free", "limits", *LINK_KEYS, "order", "name", *CONSTANTS}
 ELEMENT_AXES = ("rx", "ry", "rz", "tx", "ty", "tz")
@@ -179,7 +191,8 @@ def robot_from_table(data: dict[str, Any], reader: _Reader) -> Robot:
         robot = replace(robot, effects=tuple(effects))
     except RobotError as error:
         raise reader.fail(str(error)) from None
-    return replace(robot, sessions=_sessions(reader.tables(data, "session"), robot, reader))
+    sessions = _sessions(reader.tables(data, "session"), robot, reader)
+    return replace(robot, sessions=sessions, calibration=_calibration(data.get("calibration"), reader))
 
 
 def _elementary(data: dict, facts: list[dict], joints: tuple[Joint, ...], reader: _Reader):
@@ -274,6 +287,18 @@ def _effect(table: dict, number: int, reader: _Reader) -> AbstractEffect:
     return kind(tuple(j - 1 for j in joints), coefficients, **settings)
 
 
+def _calibration(table: Any, reader: _Reader) -> Calibration | None:
+    if table is None:
+        return None
+    reader.keys(table, {"source", "poses", "std"}, "[calibration]")
+    poses = poses_of(str(table.get("poses", "")))
+    if poses is None:
+        raise reader.fail("[calibration] poses are damaged; take the file that the calibration wrote")
+    std = reader.table(table.get("std", {}), "[calibration] std")
+    errors = {name: reader.number(value, f"[calibration] std of {name}") for name, value in std.items()}
+    return Calibration(source=str(table.get("source", "")), poses=poses, std=errors)
+
+
 def _setting(default: Any, value: Any, what: str, reader: _Reader) -> Any:
     """A setting of an effect, which must be of its default's kind."""
     if isinstance(default, tuple):
@@ -324,6 +349,8 @@ def robot_to_table(robot: Robot) -> dict[str, Any]:
         ]
     if robot.effects:
         table["effect"] = [_effect_table(e) for e in robot.effects]
+    if robot.calibration is not None:
+        table["calibration"] = robot.calibration.table()
     return table
 
 

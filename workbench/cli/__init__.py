@@ -22,6 +22,7 @@ from workbench.cli import (
     plate_design,
     recordings,
     studies,
+    verification,
 )
 from workbench.cli.ending import Commands, run
 from workbench.cli.options import PlateOption, RobotOption, say
@@ -104,6 +105,7 @@ for command in (
     load_test.loading,
     arms.axes,
     arms.redundancy,
+    verification.verify,
     calibration.export,
     paths.compensate,
     recordings.review,

@@ -30,5 +30,4 @@ def evaluate(robot: Robot, data: Dataset, *, fit_frames: bool = False) -> Evalua
     if fit_frames:
         choice = choose_frames(robot, used, free=())
         robot, notes = choice.robot, [*notes, *choice.notes]
-    rows = row_errors(robot, used)
-    return Evaluation(robot, rows, used.row, tuple(notes))
+    return Evaluation(robot, used, row_errors(robot, used), tuple(notes))

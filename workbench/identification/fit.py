@@ -3,12 +3,14 @@
 Everything here is computed at the answer from one factorisation, whichever algorithm found it.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
 
+from workbench.arm.calibration import Calibration, pose_keys
 from workbench.arm.parameters import Parameter
 from workbench.arm.robot import Robot
 from workbench.arm.unidentifiable import Combination, combinations
@@ -59,8 +61,15 @@ class Fit:
 
     @cached_property
     def calibrated(self) -> Robot:
-        """The robot with the identified values."""
-        return self.problem.robot_at(self.x)
+        """The robot with the identified values, which says where they come from."""
+        hidden = {name for combination in self.unidentifiable for name in combination.names}
+        std = zip(self.problem.names, self.std.tolist(), strict=True)
+        calibration = Calibration(
+            source=Path(self.problem.data.source).name,
+            poses=pose_keys(self.problem.data.q),
+            std={name: value for name, value in std if name not in hidden and np.isfinite(value)},
+        )
+        return replace(self.problem.robot_at(self.x), calibration=calibration)
 
     @cached_property
     def factor(self) -> Factor:

@@ -175,15 +175,20 @@ class Evaluation(AbstractShown):
 
     Args:
         robot: The model, with the frames that were fitted if that was asked for.
-        rows: Row by row, in the order of the data's included rows.
-        row_numbers: Data row of each.
+        data: The rows that were judged.
+        rows: Their errors, row by row.
         notes: Decisions, one sentence each.
     """
 
     robot: Robot
+    data: Dataset
     rows: RowErrors
-    row_numbers: np.ndarray
     notes: tuple[str, ...]
+
+    @property
+    def row_numbers(self) -> np.ndarray:
+        """Data row of each."""
+        return self.data.row
 
     @property
     def errors(self) -> Errors:

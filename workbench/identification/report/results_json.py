@@ -52,7 +52,7 @@ def evaluation_json(result: Evaluation) -> Json:
         {
             "schema": EVALUATION,
             "robot": result.robot.name,
-            "errors": _errors(result.errors),
+            "errors": errors_json(result.errors),
             "rows": [
                 {"row": row, "position_mm": position, "orientation_deg": angle}
                 for row, position, angle in zip(
@@ -90,7 +90,8 @@ def _spread(spread: Spread | None) -> Json | None:
     return None if spread is None else spread._asdict()
 
 
-def _errors(errors: Errors | None) -> Json | None:
+def errors_json(errors: Errors | None) -> Json | None:
+    """The element `E` of formats.md; None without rows."""
     if errors is None:
         return None
     return {"position_mm": _spread(errors.position_mm), "orientation_deg": _spread(errors.orientation_deg)}
@@ -98,7 +99,7 @@ def _errors(errors: Errors | None) -> Json | None:
 
 def validation_json(validation: Validation | Run) -> Json:
     """Errors on the fitted and on the held-out rows."""
-    return {"train": _errors(validation.train), "held_out": _errors(validation.held_out)}
+    return {"train": errors_json(validation.train), "held_out": errors_json(validation.held_out)}
 
 
 def _pose_errors(errors: PoseErrors) -> Json:

@@ -1,0 +1,230 @@
+"""Verification on fresh poses: ISO 9283 by hand, intervals, what the calibration used, the certificate."""
+
+import csv
+import hashlib
+import json
+from dataclasses import replace
+from datetime import date
+from pathlib import Path
+
+import numpy as np
+import pytest
+from html_page import Page
+
+import workbench as wb
+from workbench.arm.calibration import Calibration, pose_keys
+from workbench.arm.robot import Frame, SessionFrames
+from workbench.base import se3
+from workbench.base.errors import DataError, OptionError
+from workbench.identification.verification.certificate import MAP, PAGE, PAPER, RESULT, write_certificate
+from workbench.identification.verification.intervals import Bounds, bound_of_share, least_share
+from workbench.identification.verification.iso9283 import RepeatedPose, pose_labels, repeated_poses
+from workbench.identification.verification.verify import Wanted
+
+
+@pytest.fixture(scope="module")
+def arm():
+    """A virtual ARIA, calibrated, with the rows that did it, and as many fresh ones of the same arm."""
+    actual, rows = wb.measure_poses(wb.load_robot("aria"), 30, seed=1)
+    calibrated = wb.identify(wb.load_robot("aria"), rows, algorithms=("opt2",), held_out=0).robot
+    return calibrated, rows, wb.measure_poses(wb.load_robot("aria"), 70, seed=2, actual=actual)[1]
+
+
+# -- ISO 9283 -------------------------------------------------------------------------------------
+
+
+def test_accuracy_and_repeatability_by_hand():
+    """Four visits at ±1 mm along x and ±2 mm along y about a barycentre that is (3, 4, 0) mm off."""
+    off = 1e-3 * np.array([[4, 4, 0], [2, 4, 0], [3, 6, 0], [3, 2, 0]], float)
+    turn = 1e-3 * np.array([[1, 0, 5], [1, 0, 5], [2, 0, 5], [2, 0, 5]], float)
+    pose = RepeatedPose.of(np.arange(4), off, turn)
+    assert pose.accuracy == pytest.approx(5e-3)
+    # l = 1, 1, 2, 2 mm: mean 1.5 mm, S = √(4 · 0.25 / 3) = 0.57735 mm
+    assert pose.repeatability == pytest.approx(1.5e-3 + 3 * 0.57735e-3, rel=1e-5)
+    np.testing.assert_allclose(pose.angle_accuracy, [1.5e-3, 0, 5e-3])
+    np.testing.assert_allclose(pose.angle_repeatability, [3 * 0.57735e-3, 0, 0], rtol=1e-5, atol=1e-18)
+
+
+def test_two_visits_have_no_spread_of_distances():
+    pose = RepeatedPose.of(np.arange(2), np.array([[1e-4, 0, 0], [3e-4, 0, 0]]), np.zeros((2, 3)))
+    assert pose.accuracy == pytest.approx(2e-4)
+    assert pose.repeatability == pytest.approx(1e-4)
+
+
+def test_visits_are_told_by_their_joints_and_sessions():
+    q = np.array([[0.0, 1.0], [0.5, 1.0], [2e-4, 1.0], [0.5, 1.0], [0.0, 1.0]])
+    data = wb.Dataset(q, np.zeros((5, 3)), session=np.array(["a", "a", "a", "a", "b"]))
+    assert pose_labels(data).tolist() == [0, 1, 0, 1, 2]
+    assert pose_labels(data, same=1e-5).tolist() == [0, 1, 2, 1, 3]
+
+
+@pytest.mark.data
+def test_repeated_poses_of_a_measured_arm(shared_data):
+    """Pairs of the UR10's grid that end in the same joints: half their distance, from the file by hand."""
+    with (shared_data / "ur10_ipa" / "measurements.csv").open() as file:
+        table = np.array([[float(cell) for cell in row[:12]] for row in list(csv.reader(file))[1:]])
+    q, place = table[:, :6], table[:, 6:9]
+    pairs = np.array([(i, j) for i, j in zip(range(len(q) - 9), range(9, len(q)), strict=True)])
+    pairs = pairs[np.abs(q[pairs[:, 0]] - q[pairs[:, 1]]).max(1) < 1e-3]
+    rows = pairs.ravel()
+    assert len(pairs) > 50
+    data = wb.Dataset(q[rows], place[rows], se3.rpy_to_matrix(np.deg2rad(table[rows, 9:])), row=rows)
+    robot = wb.evaluate(wb.load_robot("ur10"), data, fit_frames=True).robot
+    found = repeated_poses(robot, data, pose_labels(data, same=1e-3))
+    assert [pose.rows.tolist() for pose in found] == pairs.tolist()
+    commands = wb.tool_poses(robot, q[rows])[:, :3, 3].reshape(-1, 2, 3)
+    off = place[pairs] - commands
+    np.testing.assert_allclose(
+        [p.repeatability for p in found], np.linalg.norm(off[:, 0] - off[:, 1], axis=1) / 2
+    )
+    np.testing.assert_allclose([p.accuracy for p in found], np.linalg.norm(off.mean(1), axis=1))
+    assert 5e-6 < np.median([p.repeatability for p in found]) < 1e-4  # its data sheet says ±0.1 mm
+
+
+# -- intervals ------------------------------------------------------------------------------------
+
+
+def test_bounds_of_all_poses_are_exact():
+    assert bound_of_share(np.arange(59.0)) == 58.0  # 0.95^59 = 0.0485
+    assert np.isnan(bound_of_share(np.arange(58.0)))
+    assert least_share(100, 100) == pytest.approx(0.05 ** (1 / 100))
+    assert least_share(0, 5) == 0.0
+
+
+def test_intervals_of_means_agree_with_the_normal_law():
+    errors = np.abs(np.random.default_rng(1).normal(1.0, 0.1, 400))
+    place = np.arange(400)
+    bounds = Bounds.of(errors, place, place, np.random.default_rng(0))
+    half = 1.96 * errors.std(ddof=1) / 20.0
+    np.testing.assert_allclose(bounds.mean, [errors.mean() - half, errors.mean() + half], atol=0.1 * half)
+
+
+def test_visits_of_a_pose_are_one_pose():
+    """A pose that is measured a hundred times says nothing of the others."""
+    errors, pose = np.repeat([1.0, 2.0, 3.0], 100), np.repeat([0, 1, 2], 100)
+    bounds = Bounds.of(errors, pose, pose, np.random.default_rng(0))
+    assert bounds.mean.low < 1.4 < 2.6 < bounds.mean.high
+    assert np.isnan(bounds.most)
+
+
+# -- fresh poses ----------------------------------------------------------------------------------
+
+
+def test_the_robot_file_remembers_poses_and_standard_errors(arm, tmp_path):
+    calibrated, rows, _ = arm
+    again = wb.load_robot(calibrated.save(tmp_path / "arm.toml")).calibration
+    assert again.used(rows.q).all()
+    assert not again.used(rows.q + 1e-4).any()
+    assert again.std == calibrated.calibration.std
+    assert 0.0 < again.std["joint2.theta"] < 1e-3
+
+
+def test_poses_of_the_calibration_are_left_out(arm):
+    calibrated, rows, fresh = arm
+    found = wb.verify(calibrated, fresh.joined(rows))
+    assert len(found.data) == 70
+    assert "30 rows left out" in found.warnings[0]
+    with pytest.raises(DataError, match="every row was used"):
+        wb.verify(calibrated, rows)
+    forgetful = replace(calibrated, calibration=None)
+    assert "--used" in wb.verify(forgetful, fresh).warnings[0]
+    assert len(wb.verify(forgetful, fresh.joined(rows), used=rows).data) == 70
+
+
+def test_keys_of_poses_tell_them_apart():
+    q = np.random.default_rng(0).uniform(-3, 3, (2000, 6))
+    other = Calibration(source="", poses=pose_keys(q))
+    assert not other.used(np.random.default_rng(1).uniform(-3, 3, (2000, 6))).any()
+
+
+# -- verdict and certificate ----------------------------------------------------------------------
+
+
+def test_pass_and_fail(arm):
+    calibrated, _, fresh = arm
+    worst = float(wb.evaluate(calibrated, fresh).rows.position.max())
+    passed = wb.verify(calibrated, fresh, wanted=1.01 * worst)
+    assert passed.passed
+    assert f"{100 * 0.05 ** (1 / 70):.1f} %" in passed.verdict
+    failed = wb.verify(calibrated, fresh, wanted=0.99 * worst)
+    assert failed.verdict.startswith("Failed: 1 of 70 measurements of 70 fresh poses")
+    assert wb.verify(calibrated, fresh).passed is None
+    turned = wb.verify(calibrated, fresh, wanted=Wanted(position=1.0, rotation=1e-6))
+    assert not turned.passed
+    assert "70 different poses" in failed.warnings[0]  # fewer than 100
+    with pytest.raises(OptionError, match="must be positive"):
+        wb.verify(calibrated, fresh, wanted=0.0)
+    assert "Passed" in passed._repr_html_()
+    assert passed.plot()._repr_png_().startswith(b"\x89PNG")
+
+
+def test_points_alone_are_verified(arm):
+    calibrated, _, fresh = arm
+    found = wb.verify(calibrated, replace(fresh, rotation=None).take(np.repeat(np.arange(3), 2)), wanted=1e-3)
+    assert found.rotation is None
+    assert len(found.repeated) == 3
+    assert "–" in str(found)
+
+
+def test_a_certificate_says_what_was_done(arm, tmp_path):
+    calibrated, _, fresh = arm
+    robot = calibrated.save(tmp_path / "arm.toml")
+    found = wb.verify(
+        calibrated, fresh.joined(fresh.take(np.arange(5))), wanted=1e-3, facts={"Customer": "A <b> & C"}
+    )
+    page = write_certificate(found, tmp_path / "out", inputs=[robot], day=date(2026, 1, 2))
+    text = page.read_text()
+    assert {p.name for p in page.parent.iterdir()} == {PAGE, PAPER, MAP, RESULT}
+    html = Page()
+    html.feed(text)
+    words = " ".join(html.words)
+    for said in (
+        "PASSED",
+        "A <b> & C",
+        hashlib.sha256(robot.read_bytes()).hexdigest(),
+        "2026-01-02",
+        "ISO 9283",
+    ):
+        assert said in words
+    assert not [value for name, value in html.attributes if name in ("src", "href") and "http" in value]
+    assert json.loads((page.parent / RESULT).read_text())["iso9283"][0]["visits"] == 2
+    pdf = write_certificate(found, tmp_path / "c.pdf", inputs=[robot], day=date(2026, 1, 2)).read_bytes()
+    assert pdf == (page.parent / PAPER).read_bytes()
+    assert pdf.count(b"/Type /Page ") + pdf.count(b"/Type /Page\n") == 1
+
+
+def test_the_command_fails_where_the_arm_does(arm, run, tmp_path):
+    calibrated, _, fresh = arm
+    calibrated.save(tmp_path / "arm.toml")
+    wb.write_measurements(fresh, tmp_path / "fresh.csv")
+    words = ("verify", "fresh.csv", "--robot", "arm.toml", "--json", "r.json")
+    status, out, _ = run(*words, "--wanted", "1mm,0.5deg", "--report", "c.pdf", "--fact", "Serial=7")
+    assert status == 0
+    assert "Passed" in out
+    assert Path("c.pdf").read_bytes().startswith(b"%PDF")
+    assert json.loads(Path("r.json").read_text())["facts"] == {"Serial": "7"}
+    status, _, err = run(*words, "--wanted", "1um")
+    assert status == 2
+    assert "Failed: 70 of 70" in err
+    assert run(*words, "--wanted", "3")[0] == 1
+    assert run(*words, "--fact", "no")[0] == 1
+
+
+def test_command_poses_know_the_sessions(arm):
+    """Each placement of the instrument has its own base."""
+    calibrated, _, fresh = arm
+    moved = se3.pose(se3.rpy_to_matrix(np.array([0.0, 0.0, 1.0])), np.array([1.0, 2.0, 0.0]))
+    frames = (
+        SessionFrames("one", calibrated.base, calibrated.tool),
+        SessionFrames("two", Frame.from_pose(moved @ calibrated.base.pose), calibrated.tool),
+    )
+    robot = replace(calibrated, sessions=frames)
+    two = np.arange(70) % 2 == 1
+    poses = se3.pose(fresh.rotation, fresh.position)
+    poses[two] = moved @ poses[two]
+    data = replace(
+        fresh, position=poses[:, :3, 3], rotation=poses[:, :3, :3], session=np.where(two, "two", "one")
+    )
+    plain, both = wb.verify(calibrated, fresh), wb.verify(robot, data)
+    np.testing.assert_allclose(both.evaluation.rows.position, plain.evaluation.rows.position, atol=1e-12)
+    assert both.plot().axes

@@ -1,0 +1,1 @@
+"""Verification: fresh poses judge a calibrated arm, and a certificate says so."""

@@ -1,0 +1,254 @@
+"""A certificate on one page, as PDF and as HTML: what was verified, how, with which numbers, by whom.
+
+Both are made from the same words. The page needs nothing else: no network, no scripts, its picture inside.
+"""
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import date
+from pathlib import Path
+
+import numpy as np
+from markupsafe import Markup
+
+from workbench.base.errors import FileError
+from workbench.base.files import check_folder, write_bytes, write_folder
+from workbench.base.version import package_version
+from workbench.base.wording import counted
+from workbench.identification.verification.iso9283 import SAME, cycle_words
+from workbench.identification.verification.pictures import CAPTION, draw_error_map, error_map
+from workbench.identification.verification.results import (
+    REPEATS,
+    error_lines,
+    repeat_cells,
+    verification_json,
+    worst_first,
+)
+from workbench.identification.verification.verify import Verification
+from workbench.report.figures import svg
+from workbench.report.html import page_template, themed
+from workbench.report.json import json_text
+from workbench.report.numbers import short
+from workbench.report.paper import MARGIN, QUIET, WIDTH, Paper, Place
+
+PAGE, PAPER, MAP, RESULT = "certificate.html", "certificate.pdf", "error-map.svg", "result.json"
+REPEATED = 5
+"""Repeated poses in the table: as many as the standard's cycle has."""
+GOOD, BAD, PLAIN = "#00704f", "#b03a00", "#5d6672"
+ROOM = {"left": 0.07, "right": 0.99, "bottom": 0.17, "top": 0.9, "wspace": 0.3}
+SIGNATURES = ("Measured by", "Approved by")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Certificate:
+    """The words of the page.
+
+    Args:
+        title: Name of the arm.
+        stamp: Passed, failed, or verified where nothing was wanted.
+        passed: As in the verification.
+        verdict: One sentence.
+        arm: Names and texts about arm and measurement, left column.
+        conditions: Likewise, right column.
+        errors: Cells of the table of errors, headings first.
+        repeats: Cells of the table of repeated poses, headings first; empty without.
+        method: Sentences on how the numbers came about.
+        warnings: What weakens them.
+        inputs: Names and sha256 of the files.
+        made: Date and version.
+    """
+
+    title: str
+    stamp: str
+    passed: bool | None
+    verdict: str
+    arm: tuple[tuple[str, str], ...]
+    conditions: tuple[tuple[str, str], ...]
+    errors: tuple[tuple[str, ...], ...]
+    repeats: tuple[tuple[str, ...], ...]
+    method: tuple[str, ...]
+    warnings: tuple[str, ...]
+    inputs: tuple[tuple[str, str], ...]
+    made: str
+
+    @classmethod
+    def of(
+        cls, result: Verification, *, inputs: Sequence[Path | str] = (), day: date | None = None
+    ) -> "Certificate":
+        """The words for a verification.
+
+        Args:
+            result: What fresh poses said.
+            inputs: Files whose sha256 is given: measurements, robot.
+            day: Of the certificate; today if None.
+
+        Raises:
+            FileError: a file can't be read.
+        """
+        day = day or date.today()
+        data = result.data
+        arm = [("Arm", f"{result.robot.name}, {result.robot.dof} joints")]
+        arm += list(result.facts.items())
+        if (calibration := result.robot.calibration) is not None:
+            arm.append(("Calibrated from", f"{calibration.source}, {len(calibration.poses)} rows"))
+        arm.append(("Measurements", f"{Path(data.source).name}, {counted(len(data), 'row')}"))
+        return cls(
+            title=result.robot.name,
+            stamp={True: "PASSED", False: "FAILED", None: "VERIFIED"}[result.passed],
+            passed=result.passed,
+            verdict=result.verdict,
+            arm=tuple(arm),
+            conditions=tuple(_conditions(result)),
+            errors=tuple(_errors(result)),
+            repeats=tuple(_repeats(result)),
+            method=tuple(_method(result)),
+            warnings=result.warnings,
+            inputs=tuple((Path(path).name, _sha256(Path(path))) for path in inputs),
+            made=f"{day.isoformat()}, workbench {package_version()}",
+        )
+
+    def html(self, picture: str) -> str:
+        """The page, with the error map as SVG."""
+        return page_template("certificate.html").render(
+            c=self, picture=Markup(themed(picture)), caption=CAPTION, signatures=SIGNATURES
+        )
+
+    def paper(self, result: Verification) -> bytes:
+        """The page as PDF, A4."""
+        page = Paper()
+        colour = {True: GOOD, False: BAD, None: PLAIN}[self.passed]
+        page.badge(self.stamp, colour, at=Place(WIDTH - MARGIN - 38.0, 38.0))
+        left = Place(MARGIN, WIDTH - 2 * MARGIN - 44.0)
+        page.words("CERTIFICATE OF VERIFICATION", size=7.5, colour=QUIET, at=left)
+        page.words(self.title, size=19.0, bold=True, at=left, most=2)
+        page.space(1.5)
+        page.words(self.verdict, size=9.5, bold=True, colour=colour)
+        page.space(3.0)
+        half, top = 0.5 * (WIDTH - 2 * MARGIN) - 3.0, page.y
+        page.pairs(self.arm[:9], at=Place(MARGIN, half))
+        low, page.y = page.y, top
+        page.pairs(self.conditions, at=Place(MARGIN + half + 6.0, half))
+        page.y = max(low, page.y) + 2.0
+        page.table(self.errors[0], self.errors[1:], (0.25, 0.12, 0.21, 0.12, 0.12, 0.18))
+        page.space(2.0)
+        draw_error_map(page.picture(68.0), result, ROOM)
+        page.words(CAPTION, size=6.5, colour=QUIET)
+        if self.repeats:
+            page.space(2.0)
+            page.table(self.repeats[0], self.repeats[1:], (0.18, 0.1, 0.12, 0.12, 0.24, 0.24))
+        page.space(2.0)
+        for sentence in self.method:
+            page.words(sentence, size=7.0)
+        for sentence in self.warnings[:4]:
+            page.words(f"Note: {sentence}.", size=7.0, bold=True, most=3)
+        page.space(2.0)
+        for name, digest in self.inputs[:4]:
+            page.words(f"{name}: sha256 {digest}", size=6.0, colour=QUIET, most=2)
+        page.words(self.made, size=6.0, colour=QUIET)
+        page.y = max(page.y + 14.0, 274.0)
+        for k, who in enumerate(SIGNATURES):
+            place = Place(MARGIN + k * (half + 6.0), half)
+            page.rule(at=place)
+            low = page.y
+            page.words(f"{who}: name, date, signature", size=6.5, colour=QUIET, at=place)
+            page.y = low
+        return page.pdf()
+
+
+def write_certificate(
+    result: Verification, target: Path | str, *, inputs: Sequence[Path | str] = (), day: date | None = None
+) -> Path:
+    """Write the certificate: one PDF, or a folder with PDF, page, picture and numbers.
+
+    Args:
+        result: What fresh poses said.
+        target: A name ending in `.pdf`, or a folder, which is made if it is not there.
+        inputs: Files whose sha256 is given.
+        day: Of the certificate; today if None.
+
+    Returns:
+        Path of the PDF, or of the page in the folder.
+
+    Raises:
+        FileError: it can't be written.
+    """
+    target = Path(target)
+    words = Certificate.of(result, inputs=inputs, day=day)
+    paper = words.paper(result)
+    if target.suffix.lower() == ".pdf":
+        return write_bytes(target, paper)
+    check_folder(target)
+    picture = svg(error_map(result), "error-map")
+    files = {
+        PAGE: words.html(picture).encode(),
+        PAPER: paper,
+        MAP: picture.encode(),
+        RESULT: json_text(verification_json(result)).encode(),
+    }
+    return write_folder(target, files) / PAGE
+
+
+def _conditions(result: Verification) -> list[tuple[str, str]]:
+    data = result.data
+    rows = [("Poses", f"{result.poses} different, none of them used for the calibration")]
+    if result.robot.calibration is None:
+        rows = [("Poses", f"{result.poses} different")]
+    if len(data.sessions) > 1:
+        rows.append(("Placements", f"{len(data.sessions)}: {', '.join(map(str, data.sessions))}"))
+    for name, values, unit in (
+        ("Temperature", data.temperature, "°C"),
+        ("Payload", data.payload, "kg"),
+        ("Duration", None if data.time is None else (data.time - np.nanmin(data.time)) / 3600.0, "h"),
+    ):
+        if values is not None and np.isfinite(values).any():
+            low, high = float(np.nanmin(values)), float(np.nanmax(values))
+            span = f"{low:.3g}" if high - low < 1e-9 else f"{low:.3g} to {high:.3g}"
+            rows.append((name, f"{high:.3g} h" if unit == "h" else f"{span} {unit}"))
+    wanted = (
+        "no figure was given" if result.wanted is None else f"at most {result.wanted.words} at every pose"
+    )
+    return [*rows, ("Wanted", wanted)]
+
+
+def _errors(result: Verification) -> list[tuple[str, ...]]:
+    lines: list[tuple[str, ...]] = [("Error", "mean", "95 % interval", "rms", "largest", "95 % of all poses")]
+    for name, spread, bounds, scale in error_lines(result):
+        interval = f"{short(scale * bounds.mean.low)} … {short(scale * bounds.mean.high)}"
+        most = f"≤ {short(scale * bounds.most)}" if np.isfinite(bounds.most) else "too few poses"
+        lines.append((name, short(spread.mean), interval, short(spread.rms), short(spread.max), most))
+    return lines
+
+
+def _repeats(result: Verification) -> list[tuple[str, ...]]:
+    if not result.repeated:
+        return []
+    lines: list[tuple[str, ...]] = [("ISO 9283: rows", *REPEATS[1:])]
+    for pose in worst_first(result)[:REPEATED]:
+        lines.append(repeat_cells(pose))
+    return lines
+
+
+def _method(result: Verification) -> list[str]:
+    said = [
+        "Method: an error is the distance between the measured tool point and the one that the calibrated "
+        "model computes from the joint positions; orientation, the angle between both. Intervals of means "
+        "are bootstrapped over poses; the bound of 95 % of all poses holds with 95 % confidence whatever the "
+        "errors' distribution.",
+        f"Repeatability: {cycle_words(result.repeated)}.",
+    ]
+    if result.repeated:
+        said[1] += (
+            f" Visits are rows whose joints agree within {np.rad2deg(SAME):.2g}° or as given; AP: barycentre "
+            "of the visits against the command pose; RP: mean + 3 S of their distances from it."
+        )
+        if (more := len(result.repeated) - REPEATED) > 0:
+            said[1] += f" The least accurate {REPEATED} are listed, {more} more are in the result file."
+    return said
+
+
+def _sha256(path: Path) -> str:
+    try:
+        return hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError as error:
+        raise FileError(error.strerror or "can't be read", path=str(path)) from None

@@ -1,0 +1,106 @@
+"""Where in the work space a verified arm is how far off, and how many poses are within what."""
+
+import numpy as np
+from jaxtyping import Float
+from matplotlib.axes import Axes
+from matplotlib.collections import PathCollection
+from matplotlib.figure import Figure, SubFigure
+
+from workbench.base import se3
+from workbench.data.prediction import predict
+from workbench.identification.verification.verify import Verification
+from workbench.report.figures import COLOURS, INK, grid, look, new_figure
+
+CAPTION = (
+    "Left and middle: every fresh pose, in the robot's base frame, from above and from the side; the darker, "
+    "the larger its position error. Right: how many measurements have less than an error; dashed: what was "
+    "wanted."
+)
+LARGEST = 2000
+"""Poses that are drawn one by one; of more, the worst and every so many of the others."""
+
+
+def error_map(result: Verification) -> Figure:
+    """The picture on a page of its own."""
+    with look():
+        figure = new_figure(9.6, 3.1)
+        draw_error_map(figure, result)
+    return figure
+
+
+def draw_error_map(
+    figure: Figure | SubFigure, result: Verification, room: dict[str, float] | None = None
+) -> None:
+    """Two views of the work space and the distribution of the errors.
+
+    Args:
+        figure: Empty.
+        result: A verification.
+        room: Where the axes stand in a figure that does not lay them out itself, such as `left`.
+    """
+    errors, places = 1e3 * result.evaluation.rows.position, _places(result)
+    order = np.argsort(errors)
+    if len(order) > LARGEST:
+        order = np.union1d(order[:: -(-len(order) // LARGEST)], order[-LARGEST // 10 :])
+        order = order[np.argsort(errors[order])]
+    top = max(float(errors.max()), 1e-9)
+    if result.wanted is not None:
+        top = max(top, 1e3 * result.wanted.position)
+    with look():
+        axes = figure.subplots(1, 3, width_ratios=[1.0, 1.0, 1.05], gridspec_kw=room)
+        for panel, (i, j) in zip(axes, ((0, 1), (0, 2)), strict=False):
+            dots = panel.scatter(
+                *(1e3 * places[order][:, [i, j]]).T,
+                c=errors[order],
+                s=float(np.clip(1500 / len(order), 5, 26)),
+                cmap="viridis_r",
+                vmin=0.0,
+                vmax=top,
+                linewidths=0.3,
+                edgecolors=INK,
+            )
+            _frame(panel, i, j)
+        _scale(figure, axes[0], dots, result)
+        _distribution(axes[2], errors, result)
+
+
+def _places(result: Verification) -> Float[np.ndarray, "rows 3"]:
+    """Where the model expects the tool, in the robot's base frame [m]."""
+    poses, data = predict(result.robot, result.data), result.data
+    for session in data.sessions:
+        rows = data.in_session(session)
+        poses[rows] = se3.inverse(result.robot.in_session(session).base.pose) @ poses[rows]
+    return poses[:, :3, 3]
+
+
+def _frame(axes: Axes, i: int, j: int) -> None:
+    axes.plot(0.0, 0.0, "+", color=INK, ms=9)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_xlabel(f"{'xyz'[i]} [mm]")
+    axes.set_ylabel(f"{'xyz'[j]} [mm]")
+    axes.locator_params(nbins=5)
+    axes.set_title("from above" if j == 1 else "from the side")
+    grid(axes, "both")
+
+
+def _scale(figure: Figure | SubFigure, axes: Axes, dots: PathCollection, result: Verification) -> None:
+    inset = axes.inset_axes((0.03, 0.05, 0.03, 0.4))
+    bar = figure.colorbar(dots, cax=inset)
+    bar.outline.set_linewidth(0.4)  # type: ignore[operator]
+    inset.tick_params(labelsize=6)
+    inset.set_title("mm", fontsize=6, fontweight="normal")
+    if result.wanted is not None:
+        inset.axhline(1e3 * result.wanted.position, color=INK, lw=1.2)
+
+
+def _distribution(axes: Axes, errors: Float[np.ndarray, " rows"], result: Verification) -> None:
+    share = 100.0 * np.arange(1, len(errors) + 1) / len(errors)
+    axes.step(np.concatenate([[0.0], np.sort(errors)]), np.concatenate([[0.0], share]), color=COLOURS[0])
+    if result.wanted is not None:
+        axes.axvline(1e3 * result.wanted.position, color=INK, lw=0.9, ls=(0, (3, 2)))
+    axes.set_xlim(0.0, None)
+    axes.set_ylim(0.0, 103.0)
+    axes.set_xlabel("position error [mm]")
+    axes.set_ylabel("measurements with less [%]")
+    axes.set_title("distribution")
+    grid(axes, "both")

@@ -1,0 +1,234 @@
+"""Verification of a calibrated arm on poses that its calibration did not use."""
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, final
+
+import numpy as np
+from jaxtyping import Bool, Int
+from rich.console import RenderableType
+
+from workbench.arm.robot import Robot
+from workbench.base.errors import DataError, OptionError
+from workbench.base.threads import one_thread
+from workbench.base.types import frozen
+from workbench.base.wording import counted
+from workbench.data.dataset import Dataset
+from workbench.identification.evaluate import evaluate
+from workbench.identification.record import Evaluation
+from workbench.identification.verification.intervals import Bounds, least_share, worst_of
+from workbench.identification.verification.iso9283 import (
+    SAME,
+    RepeatedPose,
+    cycle_words,
+    pose_labels,
+    repeated_poses,
+)
+from workbench.report.result_display import AbstractShown
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+ENOUGH = 100
+"""Poses that practitioners ask of a verification."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wanted:
+    """What the arm has to keep at every verified pose.
+
+    Args:
+        position: Greatest position error [m].
+        rotation: Greatest orientation error [rad]; None: not judged.
+
+    Raises:
+        OptionError: a limit that is not positive.
+    """
+
+    position: float
+    rotation: float | None = None
+
+    def __post_init__(self):
+        if self.position <= 0.0 or (self.rotation is not None and self.rotation <= 0.0):
+            raise OptionError(f"wanted errors must be positive, got {self.words}")
+
+    @property
+    def words(self) -> str:
+        """For people."""
+        angle = "" if self.rotation is None else f" and {np.rad2deg(self.rotation):.3g}°"
+        return f"{1e3 * self.position:.3g} mm{angle}"
+
+
+@final
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class Verification(AbstractShown):
+    """What fresh poses say of a calibrated arm.
+
+    Args:
+        evaluation: The arm and its errors on the fresh rows.
+        position: Intervals of the position error [m].
+        rotation: Intervals of the orientation error [rad]; None where none was measured.
+        repeated: AP and RP of poses that were visited several times.
+        pose: Which pose each row visits, from 0.
+        wanted: What was asked for; None: nothing is judged.
+        facts: What the certificate says beside the data, such as instrument and serial number.
+        warnings: What weakens the statement, one sentence each.
+    """
+
+    evaluation: Evaluation
+    position: Bounds
+    rotation: Bounds | None
+    repeated: tuple[RepeatedPose, ...]
+    pose: Int[np.ndarray, " rows"]
+    wanted: Wanted | None = None
+    facts: dict[str, str] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def robot(self) -> Robot:
+        """The arm that was judged."""
+        return self.evaluation.robot
+
+    @property
+    def data(self) -> Dataset:
+        """The fresh rows."""
+        return self.evaluation.data
+
+    @cached_property
+    def within(self) -> Bool[np.ndarray, " rows"]:
+        """Rows that keep what was wanted; all of them where nothing was."""
+        rows = self.evaluation.rows
+        kept = np.ones(len(rows.position), bool)
+        if self.wanted is not None:
+            kept &= rows.position <= self.wanted.position
+            if self.wanted.rotation is not None:
+                kept &= ~(rows.rotation > self.wanted.rotation)
+        return kept
+
+    @property
+    def passed(self) -> bool | None:
+        """Whether every fresh row keeps what was wanted; None where nothing was."""
+        return None if self.wanted is None else bool(self.within.all())
+
+    @property
+    def poses(self) -> int:
+        """How many different poses there are."""
+        return int(self.pose.max()) + 1
+
+    @property
+    def least_share(self) -> float:
+        """Share of all poses like these that keep it, at least, with 95 % confidence."""
+        return least_share(int((worst_of((~self.within).astype(float), self.pose) == 0.0).sum()), self.poses)
+
+    @property
+    def verdict(self) -> str:
+        """The answer in one sentence."""
+        rows = f"{counted(len(self.within), 'measurement')} of {counted(self.poses, 'fresh pose')}"
+        if self.wanted is None:
+            return f"Not judged against a figure: {rows} (give a wanted error to have it judged)."
+        if self.passed:
+            return (
+                f"Passed: all {rows} are within {self.wanted.words}; with 95 % confidence so are at least "
+                f"{100.0 * self.least_share:.1f} % of all poses like these."
+            )
+        failed = int((~self.within).sum())
+        return f"Failed: {failed} of {rows} {'is' if failed == 1 else 'are'} beyond {self.wanted.words}."
+
+    def summary(self) -> RenderableType:
+        from workbench.identification.verification.results import verification_tables
+
+        return verification_tables(self)
+
+    def plot(self) -> "Figure":
+        """Where in the work space the errors are, and how large."""
+        from workbench.identification.verification.pictures import error_map
+        from workbench.report.figures import on_white
+
+        return on_white(error_map(self))
+
+
+@one_thread()
+def verify(
+    robot: Robot,
+    data: Dataset,
+    *,
+    wanted: Wanted | float | None = None,
+    used: Dataset | None = None,
+    same: float = SAME,
+    fit_frames: bool = False,
+    facts: dict[str, str] | None = None,
+    seed: int = 0,
+) -> Verification:
+    """Errors of a calibrated arm on fresh poses, with intervals; AP and RP where poses repeat.
+
+    Rows whose joints the calibration used are left out: those that the robot's file remembers, and those of
+    `used`.
+
+    Args:
+        robot: The calibrated arm.
+        data: Measurements of fresh poses; rows that the file excludes are left out.
+        wanted: What every row has to keep; a number is a position error [m].
+        used: Measurements of the calibration.
+        same: Greatest difference of any joint between visits of one pose [rad or m].
+        fit_frames: Whether base and tool are fitted first, where they are free: the instrument was moved.
+        facts: What a certificate says beside the data.
+        seed: Of the bootstrap.
+
+    Raises:
+        DataError: no fresh row is left, or data that contradict the robot beyond doubt.
+    """
+    robot.check_joints(data.q, data.source)
+    fresh, warnings = _fresh(robot, data, used, same)
+    found = evaluate(robot, data.take(fresh), fit_frames=fit_frames)
+    rng = np.random.default_rng(seed)
+    turned = np.isfinite(found.rows.rotation)
+    pose = pose_labels(found.data, same=same)
+    group = pose if found.data.group is None else found.data.group
+    repeated = repeated_poses(found.robot, found.data, pose)
+    poses = int(pose.max()) + 1
+    if poses < ENOUGH:
+        warnings.append(f"{counted(poses, 'different pose')}: practitioners ask for {ENOUGH} or more")
+    if fit_frames:
+        warnings.append("base and tool were fitted to these rows, which makes the errors smaller")
+    return Verification(
+        evaluation=replace(found, notes=(*found.notes, cycle_words(repeated))),
+        position=Bounds.of(found.rows.position, pose, group, rng),
+        rotation=Bounds.of(found.rows.rotation[turned], pose[turned], group[turned], rng)
+        if turned.any()
+        else None,
+        repeated=repeated,
+        pose=frozen(pose),
+        wanted=Wanted(position=wanted) if isinstance(wanted, int | float) else wanted,
+        facts=dict(facts or {}),
+        warnings=tuple(warnings),
+    )
+
+
+def _fresh(
+    robot: Robot, data: Dataset, used: Dataset | None, same: float
+) -> tuple[Bool[np.ndarray, " rows"], list[str]]:
+    """Rows that the calibration did not use, and what is to be said of the others.
+
+    Raises:
+        DataError: none is left.
+    """
+    from scipy.spatial import cKDTree
+
+    old = np.zeros(len(data), bool)
+    if robot.calibration is not None:
+        old |= robot.calibration.used(data.q)
+    if used is not None:
+        robot.check_joints(used.q, used.source)
+        old |= np.isfinite(cKDTree(used.q).query(data.q, distance_upper_bound=same, p=np.inf)[0])
+    if old[data.included].all() and old.any():
+        raise DataError(
+            f"{data.source}: every row was used for the calibration; measure other poses to verify it"
+        )
+    if old.any():
+        return ~old, [f"{counted(int(old.sum()), 'row')} left out: the calibration used the same joints"]
+    if robot.calibration is None and used is None:
+        return ~old, [
+            "the robot's file does not say which poses its calibration used: give them (--used) to be sure "
+            "that none of these is among them"
+        ]
+    return ~old, []
