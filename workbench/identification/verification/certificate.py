@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 from markupsafe import Markup
 
+from workbench.base.distribution import package_version
 from workbench.base.errors import FileError
 from workbench.base.files import check_folder, write_bytes, write_folder
-from workbench.base.version import package_version
 from workbench.base.wording import counted
 from workbench.identification.verification.iso9283 import SAME, cycle_words
 from workbench.identification.verification.pictures import CAPTION, draw_error_map, error_map

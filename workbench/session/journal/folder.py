@@ -24,7 +24,6 @@ from workbench.arm.robot_toml import read_toml, robot_to_table
 from workbench.base.distribution import package_version
 from workbench.base.errors import OptionError, WorkbenchError
 from workbench.base.files import write_text
-from workbench.base.version import package_version
 from workbench.plate.plate import Plate
 from workbench.plate.plate_toml import plate_to_table, read_plate
 from workbench.report.json import plain
