@@ -17,6 +17,7 @@ LADDER = [
     "identification",
     "diagnosis",
     "paths",
+    "exports",
     "session",
     "views",
     "cli",

@@ -76,7 +76,7 @@ def read_urdf(path: Path | str, *, tip: str | None = None) -> Robot:
                 Element(axis, f"{name}.{part}", free=True, link=link)
                 for axis, part in zip(CORRECTION_AXES, FRAME_PARTS, strict=True)
             ]
-            elements += _driven(name, kind, _unit_axis(joint, path), moving, link)
+            elements += driven_elements(name, kind, _unit_axis(joint, path), moving, link)
             moving += 1
         ends.append(len(elements) - 1)
         infos.append(_joint_info(joint, name, kind, model, path, notes))
@@ -201,7 +201,7 @@ def _unit_axis(joint, path: Path) -> Vector3:
     return axis / np.linalg.norm(axis)
 
 
-def _driven(name: str, kind: JointKind, axis: Vector3, joint: int, link: int) -> list[Element]:
+def driven_elements(name: str, kind: JointKind, axis: Vector3, joint: int, link: int) -> list[Element]:
     """The driven element, between constants that turn its axis onto x, y or z where it is none of them."""
     first = Axis.RX if kind is JointKind.REVOLUTE else Axis.TX
     main = int(np.argmax(axis))
@@ -319,7 +319,7 @@ def _skeleton(robot: Robot) -> ET.Element:
             raise RobotError(f"{joint.name} is prismatic without limits, which a URDF can't say; give limits")
         node = _joint_node(root, f"joint{number}", kind, parent, f"link{number}", segment)
         axis = np.eye(3)[element.axis % 3]
-        ET.SubElement(node, "axis", xyz=_text(axis))
+        ET.SubElement(node, "axis", xyz=numbers_text(axis))
         if kind != "continuous":
             effort = joint.max_moment or 0.0
             ET.SubElement(
@@ -342,7 +342,7 @@ def _inertial(link: ET.Element, mass: float | None, com: Vector3) -> None:
     if mass is None:
         return
     node = ET.SubElement(link, "inertial")
-    ET.SubElement(node, "origin", xyz=_text(com), rpy="0 0 0")
+    ET.SubElement(node, "origin", xyz=numbers_text(com), rpy="0 0 0")
     ET.SubElement(node, "mass", value=repr(float(mass)))
     ET.SubElement(node, "inertia", ixx="0", ixy="0", ixz="0", iyy="0", iyz="0", izz="0")
 
@@ -363,8 +363,8 @@ def _correct_origins(root: ET.Element, robot: Robot, names: tuple[str, ...]) -> 
         origin = node.find("origin")
         if origin is None:
             origin = ET.SubElement(node, "origin")
-        origin.set("xyz", _text(pose[:3, 3]))
-        origin.set("rpy", _text(se3.matrix_to_rpy(pose[:3, :3])))
+        origin.set("xyz", numbers_text(pose[:3, 3]))
+        origin.set("rpy", numbers_text(se3.matrix_to_rpy(pose[:3, :3])))
 
 
 def _add_frames(root: ET.Element, robot: Robot) -> None:
@@ -384,9 +384,12 @@ def _joint_node(root: ET.Element, name: str, kind: str, parent: str, child: str,
     node = ET.SubElement(root, "joint", name=name, type=kind)
     ET.SubElement(node, "parent", link=parent)
     ET.SubElement(node, "child", link=child)
-    ET.SubElement(node, "origin", xyz=_text(pose[:3, 3]), rpy=_text(se3.matrix_to_rpy(pose[:3, :3])))
+    ET.SubElement(
+        node, "origin", xyz=numbers_text(pose[:3, 3]), rpy=numbers_text(se3.matrix_to_rpy(pose[:3, :3]))
+    )
     return node
 
 
-def _text(numbers: np.ndarray) -> str:
+def numbers_text(numbers: np.ndarray) -> str:
+    """Numbers to the last digit with spaces between, as XML attributes hold them."""
     return " ".join(repr(float(v)) for v in numbers)

@@ -153,18 +153,40 @@ def export(
         Path | None,
         typer.Option(help="Write controller-ready numbers here (.json): joint offsets, tool, base."),
     ] = None,
-    nominal: Annotated[str | None, typer.Option(help="With --controller: the nominal robot.")] = None,
+    form: Annotated[
+        str | None, typer.Option("--for", help="Write --out in this form; `--for list` names them all.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="With --for: file to write.")] = None,
+    source: Annotated[
+        Path | None, typer.Option(help="With --for: file of this form to bring up to date; left as it is.")
+    ] = None,
+    nominal: Annotated[
+        str | None,
+        typer.Option(help="The robot as its controller computes it: for --controller, some --for."),
+    ] = None,
     tip: Annotated[str | None, typer.Option(help="Last link of the chain, for a URDF with several.")] = None,
+    json: JsonOption = None,
 ) -> None:
-    """Write a robot in another form: URDF, TOML, or the few numbers that a controller takes."""
+    """Write a robot in another form: URDF, TOML, or what a controller, a driver, a program loads."""
     from workbench.arm.built_in_arms import load_robot
+    from workbench.exports import FORMS
 
+    if form == "list":
+        for name, each in FORMS.items():
+            say(f"{name:20} {each.title}")
+        return
     arm = load_robot(calibrated, tip=tip)
-    if urdf is None and toml is None and controller is None:
-        raise OptionError("give at least one of --urdf FILE, --toml FILE, --controller FILE")
+    if urdf is None and toml is None and controller is None and form is None:
+        raise OptionError("give at least one of --for NAME --out FILE, --urdf, --toml, --controller FILE")
+    if (form is None) != (out is None) or (source is not None and form is None):
+        raise OptionError("--for NAME and --out FILE belong together; --source goes with them")
+    if form is not None and form not in FORMS:
+        raise OptionError(f"there is no form '{form}'; choose {', '.join(FORMS)}")
     if controller is not None and nominal is None:
         raise OptionError("--controller needs --nominal ROBOT, the model that the controller has")
-    check_writable(urdf, toml, controller)
+    check_writable(urdf, toml, controller, out, json)
+    if form is not None and out is not None:
+        _export_for(form, out, arm, nominal, source, json)
     for path in (urdf, toml):
         if path is not None:
             say(f"{arm.name}: {save_robot(arm, path)}")
@@ -175,3 +197,32 @@ def export(
         use = use_of(arm, load_robot(nominal))
         show(use.summary())
         say(f"controller: {write_json(controller, {'robot': arm.name, 'controller': use.json()})}")
+
+
+def _export_for(
+    form: str, out: Path, arm, nominal: str | None, source: Path | None, json: Path | None
+) -> None:
+    """Write one form, and say what it holds."""
+    from workbench.arm.built_in_arms import load_robot
+    from workbench.base.files import read_bytes
+    from workbench.exports import FORMS, Job, export_robot
+    from workbench.report.json import write_json
+
+    wanted = f"a {FORMS[form].title}"
+    text = None if source is None else read_bytes(source, wanted=wanted).decode(errors="replace")
+    job = Job(robot=arm, nominal=None if nominal is None else load_robot(nominal), source=text)
+    done = export_robot(FORMS[form], out, job)
+    say(f"{arm.name}: {done.path}")
+    say(f"it holds: {done.verdict}")
+    for note in done.notes:
+        say(f"note: {note}")
+    if json is not None:
+        content = {
+            "schema": "workbench.export/1",
+            "robot": arm.name,
+            "for": form,
+            "file": str(done.path),
+            "left": {"position_m": done.position, "rotation_rad": done.rotation, "poses": done.rows},
+            "notes": list(done.notes),
+        }
+        say(f"result: {write_json(json, content)}")

@@ -1,0 +1,27 @@
+"""What a controller, a driver or a program loads of a calibration: one file a form, and one line here."""
+
+from workbench.base.registry import Registry
+from workbench.exports.form import AbstractForm, Exported, Job, export_robot
+from workbench.exports.kinematics_yaml import FRANKA, OPENARM, UR, XARM
+from workbench.exports.offsets import MotorCalibration, OffsetsCard
+from workbench.exports.simulators import Mjcf, XacroProperties
+from workbench.exports.tables import DhCsv, DhLatex, UrCalibration
+
+FORMS: Registry[AbstractForm] = Registry(
+    "form",
+    UR,
+    XARM,
+    FRANKA,
+    OPENARM,
+    UrCalibration(),
+    MotorCalibration(),
+    Mjcf(),
+    XacroProperties(),
+    DhCsv(),
+    DhLatex(),
+    OffsetsCard(),
+    group="workbench.exports",
+)
+"""The forms by what follows `--for`."""
+
+__all__ = ["FORMS", "AbstractForm", "Exported", "Job", "export_robot"]

@@ -1,0 +1,185 @@
+"""Forms in which a calibration reaches a controller, a driver or a program: one file each.
+
+A form writes text and reads its own text back as the arm that whoever loads the file computes. That arm is
+compared with the calibrated one over poses within the limits, so that what a form can't hold is measured on
+the very file that was written, never claimed.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import ClassVar
+
+import numpy as np
+
+from workbench.arm.effects import AbstractEffect, Loads
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
+from workbench.arm.robot import Frame, Robot
+from workbench.base import se3
+from workbench.base.errors import OptionError
+from workbench.base.files import write_text
+from workbench.base.types import Matrix4
+from workbench.report.numbers import short
+
+POSES = 500
+"""Poses over which a file is compared with the calibration."""
+EXACT = 1e-9
+"""Difference [m or rad] below which a form holds an arm."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Job:
+    """What is to be written.
+
+    Args:
+        robot: The calibrated arm.
+        nominal: The arm as its controller computes it; None if nobody said.
+        source: Text of a file of this form that is to be brought up to date; None for a new one.
+    """
+
+    robot: Robot
+    nominal: Robot | None = None
+    source: str | None = None
+
+    def need_nominal(self, form: str) -> Robot:
+        """The nominal arm, with as many joints as the calibrated one."""
+        if self.nominal is None:
+            raise OptionError(f"--for {form} needs --nominal ROBOT, the model that the controller has")
+        if self.nominal.dof != self.robot.dof:
+            raise OptionError(
+                f"the calibrated arm has {self.robot.dof} joints, the nominal one {self.nominal.dof}; give "
+                "the arm that was calibrated"
+            )
+        return self.nominal
+
+
+class AbstractForm(ABC):
+    """One form. `write` and `read` have no default."""
+
+    ending: ClassVar[str]
+    """Usual ending of its files."""
+
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """What follows `--for`."""
+
+    @property
+    @abstractmethod
+    def title(self) -> str:
+        """What it is, for a list."""
+
+    @abstractmethod
+    def write(self, job: Job) -> str:
+        """Contents of the file.
+
+        Raises:
+            OptionError: the form can't be written for this arm, or needs something that is missing.
+        """
+
+    @abstractmethod
+    def read(self, text: str, job: Job) -> Robot | None:
+        """The arm as whoever loads the file computes it, in its own base, up to its flange.
+
+        None if the file computes with the whole calibrated model, which tests compare by running it.
+
+        Raises:
+            FileError: the text is not of this form.
+        """
+
+    def notes(self, job: Job) -> Iterable[str]:
+        """What to know before the file is used, one sentence each."""
+        return ()
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Exported:
+    """A file that was written.
+
+    Args:
+        path: Where.
+        position: Greatest distance of the file's arm from the calibrated one [m]; None if not compared.
+        rotation: Greatest angle between the two [rad]; None if not compared.
+        rows: Poses that were compared.
+        notes: What to know before it is used.
+    """
+
+    path: Path
+    position: float | None
+    rotation: float | None
+    rows: int
+    notes: tuple[str, ...]
+
+    @property
+    def verdict(self) -> str:
+        """How much of the calibration the file holds."""
+        if self.position is None or self.rotation is None:
+            return "the whole calibrated model"
+        if max(self.position, self.rotation) < EXACT:
+            return f"the calibrated arm to {EXACT:g} m and rad over {self.rows} poses"
+        return (
+            f"up to {short(1e3 * self.position)} mm and {short(float(np.rad2deg(self.rotation)))}° away from "
+            f"the calibrated arm over {self.rows} poses"
+        )
+
+
+def export_robot(form: AbstractForm, path: Path | str, job: Job, *, rows: int = POSES) -> Exported:
+    """Write a calibration in a form, and say how much of it the file holds.
+
+    Args:
+        form: Which.
+        path: File to write.
+        job: What.
+        rows: Poses to compare.
+
+    Raises:
+        OptionError: the form can't be written for this arm.
+        FileError: the file can't be written, or the source is not of this form.
+    """
+    text = form.write(job)
+    read = form.read(text, job)
+    apart: tuple[float, float] | tuple[None, None] = (None, None)
+    notes = [*form.notes(job)]
+    if read is not None:
+        known, unknown = divided(job.robot)
+        apart = apart_from(job.robot.with_effects(*known), read, rows)
+        if known:
+            notes.append(f"no place for the effects {_names(known)}; what that costs is in the figure above")
+        if unknown:
+            notes.append(f"no place for {_names(unknown)}, which the figure above does not count")
+    return Exported(
+        path=write_text(path, text), position=apart[0], rotation=apart[1], rows=rows, notes=tuple(notes)
+    )
+
+
+def tool_note(tool: Matrix4) -> Iterable[str]:
+    """What to enter as the tool where a form ends before it; nothing if that is nothing."""
+    if not np.allclose(tool, np.eye(4), atol=1e-12):
+        xyz = ", ".join(f"{1e3 * v:.4f}" for v in tool[:3, 3])
+        turn = ", ".join(f"{v:.7f}" for v in se3.matrix_to_rotvec(tool[:3, :3]))
+        yield f"enter the tool frame (TCP) {xyz} mm, rotation vector {turn} rad: the file has no place for it"
+
+
+def divided(robot: Robot) -> tuple[list[AbstractEffect], list[AbstractEffect]]:
+    """Effects that joint positions alone drive, and those that need more; the instrument's are left out."""
+    mine = [e for e in robot.effects if e.moves_arm]
+    known = [e for e in mine if not e.needs and (robot.has_masses or e.loads is Loads.NONE)]
+    return known, [e for e in mine if e not in known]
+
+
+def apart_from(robot: Robot, other: Robot, rows: int) -> tuple[float, float]:
+    """Greatest distance [m] and angle [rad] of two arms with one tool, in the robot's base frame."""
+    rng = np.random.default_rng(0)
+    lower, upper = robot.search_limits.T
+    motion = Motion(rng.uniform(lower, upper, (rows, robot.dof)))
+    arms = (robot.with_frames(base=Frame()), other.with_frames(base=Frame()))
+    error = se3.pose_error(*(tool_poses(replace(arm, sessions=()), motion) for arm in arms))
+    return float(np.linalg.norm(error[:, :3], axis=1).max()), float(
+        np.linalg.norm(error[:, 3:], axis=1).max()
+    )
+
+
+def _names(effects: Iterable[AbstractEffect]) -> str:
+    return ", ".join(dict.fromkeys(str(e.name) for e in effects))

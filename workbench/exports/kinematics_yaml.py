@@ -1,0 +1,198 @@
+"""Kinematics files of the description packages: x y z roll pitch yaw of every joint in the link before it.
+
+    UR        ur_description         kinematics: shoulder, upper_arm, forearm, wrist_1, wrist_2, wrist_3, hash
+    xArm      xarm_description       kinematics: joint1 …
+    Franka    franka_description     joint1 … joint8 (the flange), each under `kinematic`
+    OpenArm   openarm_description    the same
+
+Their joints turn about their own z axes (OpenArm: about those of its URDF). UR and xArm have no place for
+what lies behind the last joint: as far as it is no turn about that joint's axis, it is said as a tool frame.
+
+Sources: default_kinematics.yaml and ur_calibration of the UR ROS 2 packages; gen_kinematics_params.py of
+xarm_ros2; robots/fr3/kinematics.yaml of franka_description; config/arm of openarm_description.
+"""
+
+import hashlib
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import final
+
+import numpy as np
+
+from workbench.arm.robot import Frame, JointKind, Robot
+from workbench.base import se3
+from workbench.base.errors import FileError, OptionError
+from workbench.base.types import Matrix4
+from workbench.exports.form import AbstractForm, Job, tool_note
+from workbench.exports.joint_frames import JointFrames, joint_frames
+
+PARTS = ("x", "y", "z", "roll", "pitch", "yaw")
+NUMBERED = tuple(f"joint{k}" for k in range(1, 51))
+
+
+@final
+@dataclass(frozen=True)
+class KinematicsYaml(AbstractForm):
+    """One family of files.
+
+    Args:
+        name: What follows `--for`.
+        title: What it is.
+        joints: Names of the joints, as many as there may be.
+        dofs: Numbers of joints that its arms have.
+        head: Key above all joints; empty for none.
+        inner: Key between a joint and its numbers; empty for none.
+        flange: Whether a last entry holds the flange.
+        hashed: Whether a hash tells the driver which arm the file belongs to.
+        advice: What to know before it is used.
+    """
+
+    name: str = ""
+    title: str = ""
+    joints: tuple[str, ...] = NUMBERED
+    dofs: tuple[int, ...] = ()
+    head: str = ""
+    inner: str = ""
+    flange: bool = False
+    hashed: bool = False
+    advice: tuple[str, ...] = ()
+    ending = ".yaml"
+
+    def write(self, job: Job) -> str:
+        frames = self._frames(job)
+        poses = [j.origin for j in frames.joints] + ([frames.flange] if self.flange else [])
+        lines = [f"# {job.robot.name}: calibrated joint frames [m, rad], each in the link before it"]
+        lines += [f"# {note}" for note in self.notes(job)]
+        lines += [f"{self.head}:"] if self.head else []
+        pad = "  " if self.head else ""
+        body: list[str] = []
+        for name, pose in zip(self.joints, poses, strict=False):
+            values = [*pose[:3, 3], *se3.matrix_to_rpy(pose[:3, :3])]
+            body.append(f"{pad}{name}:")
+            body += [f"{pad}  {self.inner}:"] if self.inner else []
+            inner = pad + ("    " if self.inner else "  ")
+            body += [f"{inner}{part}: {float(v) + 0.0!r}" for part, v in zip(PARTS, values, strict=True)]
+        if self.hashed:
+            digest = hashlib.sha256("\n".join(body).encode()).digest()
+            body.append(f"{pad}hash: calib_{int.from_bytes(digest[:8], 'big')}")
+        return "\n".join([*lines, *body, ""])
+
+    def read(self, text: str, job: Job) -> Robot:
+        frames = joint_frames(job.robot)
+        poses = self._poses(text, len(frames.joints) + self.flange)
+        here = frames.with_origins(poses[: len(frames.joints)], poses[-1] if self.flange else np.eye(4))
+        arm = here.robot(job.robot)
+        return arm if self.flange else arm.with_frames(tool=self._tool(job))
+
+    def notes(self, job: Job) -> Iterable[str]:
+        yield from self.advice
+        if job.robot.effects:
+            yield "geometry alone: this form has no place for effects"
+        if not self.flange:
+            yield from tool_note(self._tool(job).pose)
+
+    def _frames(self, job: Job) -> JointFrames:
+        """The calibrated frames, as near as possible to those of the source, and what is left as flange."""
+        frames = joint_frames(job.robot)
+        slides = [j.joint.name for j in frames.joints if j.joint.kind is JointKind.PRISMATIC]
+        if len(frames.joints) not in self.dofs or slides:
+            found = f"{len(frames.joints)}{f', and {slides[0]} slides' if slides else ''}"
+            raise OptionError(
+                f"--for {self.name} is for arms of {' or '.join(map(str, self.dofs))} joints that turn; "
+                f"'{job.robot.name}' has {found}"
+            )
+        if job.source is not None:
+            frames = frames.matched(self._poses(job.source, len(frames.joints)))
+        elif not self.flange:
+            frames = self._with_turn(frames)
+        return frames
+
+    def _with_turn(self, frames: JointFrames) -> JointFrames:
+        """The last joint's frame brought to the flange, as far as its own axis allows."""
+        origins = [j.origin for j in frames.joints]
+        flange = frames.flange
+        last = frames.joints[-1].axis
+        w, *v = se3.matrix_to_quaternion(flange[:3, :3])
+        turn = se3.rotvec_to_matrix(last * 2.0 * np.arctan2(last @ np.array(v), w))
+        move = se3.pose(turn, last * (last @ flange[:3, 3]))
+        return frames.with_origins([*origins[:-1], origins[-1] @ move], se3.inverse(move) @ flange)
+
+    def _tool(self, job: Job) -> Frame:
+        """The tool in the last frame of the file."""
+        tool = job.robot.tool
+        return tool if self.flange else Frame.from_pose(self._frames(job).flange @ tool.pose, tool.free)
+
+    def _poses(self, text: str, count: int) -> list[Matrix4]:
+        table = _nested(text)
+        table = table.get(self.head, {}) if self.head else table
+        poses = []
+        for name in self.joints[:count]:
+            entry = table.get(name, {})
+            entry = entry.get(self.inner, {}) if self.inner else entry
+            try:
+                values = np.array([float(entry[part]) for part in PARTS])
+            except (KeyError, TypeError, ValueError):
+                raise FileError(
+                    f"has no numbers x, y, z, roll, pitch, yaw for '{name}'; give a {self.title}",
+                    path=f"the {self.name} file",
+                ) from None
+            poses.append(se3.pose(se3.rpy_to_matrix(values[3:]), values[:3]))
+        return poses
+
+
+def _nested(text: str) -> dict:
+    """Mappings within mappings by indentation: all of YAML that these files use."""
+    root: dict = {}
+    stack: list[tuple[int, dict]] = [(-1, root)]
+    for raw in text.splitlines():
+        line = raw.split("#")[0].rstrip()
+        key, colon, value = line.strip().partition(":")
+        if not colon:
+            continue
+        depth = len(line) - len(line.lstrip())
+        while stack[-1][0] >= depth:
+            stack.pop()
+        here = stack[-1][1]
+        if value.strip():
+            here[key] = value.strip()
+        else:
+            here[key] = {}
+            stack.append((depth, here[key]))
+    return root
+
+
+UR = KinematicsYaml(
+    name="ur-kinematics",
+    title="kinematics file of ur_description (kinematics_params_file)",
+    joints=("shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3"),
+    dofs=(6,),
+    head="kinematics",
+    hashed=True,
+    advice=(
+        "the driver compares the hash with the controller's and warns that they differ; give it the hash of "
+        "the file that ur_calibration read from this arm if it should not",
+        "frames are those of base_link_inertia, the controller's base",
+    ),
+)
+XARM = replace(
+    UR,
+    name="xarm-kinematics",
+    title="kinematics file of xarm_description (kinematics_suffix)",
+    joints=NUMBERED,
+    dofs=(5, 6, 7),
+    hashed=False,
+    advice=("save it as user/xarm6_kinematics_SUFFIX.yaml, with the model's name, for kinematics_suffix",),
+)
+FRANKA = KinematicsYaml(
+    name="franka-kinematics",
+    title="kinematics.yaml of franka_description",
+    dofs=(7,),
+    inner="kinematic",
+    flange=True,
+)
+OPENARM = replace(
+    FRANKA,
+    name="openarm-kinematics",
+    title="kinematics.yaml of openarm_description",
+    advice=("kinematics_offset.yaml is contained: set its numbers to 0",),
+)
