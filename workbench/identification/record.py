@@ -11,6 +11,7 @@ from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
 from workbench.identification.expected_error import SERIOUS, Transfer, transfer, transfer_words
 from workbench.identification.fit import Fit
+from workbench.identification.noise import from_repeats, stated
 from workbench.identification.problem import FrameFreedom, Noise
 from workbench.identification.row_errors import Errors, RowErrors, made_worse
 from workbench.report.result_display import AbstractShown
@@ -129,6 +130,11 @@ class Identification(AbstractShown):
     def transfer(self) -> Transfer:
         """Expected errors of the best run near the measured poses, and anywhere within the limits."""
         return transfer(self.best.fit, rng=np.random.default_rng(0))
+
+    @cached_property
+    def instrument(self) -> Noise | None:
+        """Standard deviations that the rows state, or that repeated rows show; None where neither tells."""
+        return stated(self.best.fit.problem) or from_repeats(self.data)
 
     @property
     def unidentifiable(self) -> tuple[str, ...]:

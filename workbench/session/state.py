@@ -59,6 +59,25 @@ class Units(StrEnum):
     METRES = "m and rad"
 
 
+class Tab(StrEnum):
+    """The tabs of the page, in their order."""
+
+    PLATE = "Plate"
+    REGION = "Region"
+    MEASURE = "Measure"
+    IDENTIFY = "Identify"
+    DIAGNOSE = "Diagnose"
+    COMPARE = "Compare"
+    MORE = "More"
+
+
+@dataclass(frozen=True, eq=False)
+class Opened:
+    """That a tab was opened by the program; the next time is another one of these."""
+
+    tab: Tab
+
+
 class Severity(StrEnum):
     """How a message is meant."""
 
@@ -342,6 +361,7 @@ class Session:
         row: Measured row that is looked at.
         overlay: What is laid over the scene.
         caption: What the demo says at present; empty if none plays.
+        opened: The tab that the program opened last, if any.
         is_dark: Whether pages are dark.
         units: What coordinates are shown and typed in.
         job: Long work under way, if any.
@@ -391,6 +411,7 @@ class Session:
     row: int = 0
     overlay: Overlay = field(default_factory=Overlay)
     caption: str = ""
+    opened: Opened | None = None
     is_dark: bool = False
     units: Units = Units.MILLIMETRES
     job: Job | None = None

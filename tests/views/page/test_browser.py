@@ -52,7 +52,7 @@ def test_drag_changes_numbers_and_arm(app, look, tmp_path):
     screen.wait_text("hint", "Release")
     screen.shoot("dragging")
     page.mouse.up()
-    screen.wait_text("hint", "Happy with the plate?")
+    screen.wait_text("hint", "Good enough?")
     app.worker.wait()
 
     moved = np.array(app.worker.session.plate.targets[0].xyz) - start
@@ -194,7 +194,7 @@ def test_who_drags_holds_the_target(app, look):
     assert app.worker.session.plate is held.plate
 
     first.page.context.close()
-    second.wait_text("hint", "Happy with the plate?", timeout=30_000)
+    second.wait_text("hint", "Good enough?", timeout=30_000)
     assert app.worker.session.drag is None
     assert np.allclose(app.worker.session.plate.targets[0].xyz, held.plate.targets[0].xyz)
 
@@ -204,7 +204,7 @@ def test_reload_keeps_everything(app, look):
     position = screen.page.get_by_role("textbox").first
     position.fill("540")
     position.press("Tab")
-    screen.wait_text("hint", "Happy with the plate?")
+    screen.wait_text("hint", "Good enough?")
     assert app.worker.session.plate.targets[0].xyz.tolist() == pytest.approx([0.54, 0.354, 0.235], abs=1e-12)
     shown = screen.text("own")
     screen.reload()

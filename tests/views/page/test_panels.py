@@ -30,6 +30,7 @@ from workbench.session.export import (
     plate_toml,
     report_zip,
 )
+from workbench.session.guide import guide
 from workbench.session.state import Focus, Severity, Units
 from workbench.views.appearance.bodies import body_frames
 from workbench.views.page import html
@@ -37,7 +38,6 @@ from workbench.views.page.panels import fit
 from workbench.views.page.panels.arrange import rows_of, table_of
 from workbench.views.page.panels.choices import read_rows
 from workbench.views.page.panels.compare import ComparePanel
-from workbench.views.page.panels.header import next_step
 from workbench.views.page.panels.targets import TargetsPanel
 
 
@@ -50,13 +50,13 @@ def test_every_control_has_a_tooltip(app):
 def test_text_from_outside_is_escaped(app):
     app.worker.submit(Tell("<script>alert(1)</script>"))
     app.worker.wait()
-    header = app.view._panels[0]._message.content
+    header = app.view._panels[1]._message.content
     assert "<script>" not in header
     assert "&lt;script&gt;" in header
 
 
 def test_the_first_hint_is_there(app):
-    assert "Drag an arrow" in next_step(app.worker.session)
+    assert "Drag an arrow" in guide(app.worker.session).sentence
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from unittest import mock
 import viser
 from viser import _icons
 
-from workbench.session.state import Session
+from workbench.session.state import Session, Tab
 from workbench.session.view import AbstractView
 from workbench.session.worker import Worker
 from workbench.views.page.html import MUTED, block, text
@@ -23,7 +23,7 @@ from workbench.views.page.panels.diagnose import DiagnosePanel
 from workbench.views.page.panels.files import FilesPanel
 from workbench.views.page.panels.fit import FitPanel
 from workbench.views.page.panels.guided import GuidedPanel
-from workbench.views.page.panels.header import Header
+from workbench.views.page.panels.header import Header, Verdict
 from workbench.views.page.panels.history import HistoryPanel
 from workbench.views.page.panels.index import IndexPanel
 from workbench.views.page.panels.influence import InfluencePanel
@@ -36,10 +36,14 @@ from workbench.views.page.panels.targets import TargetsPanel
 from workbench.views.page.panels.track import TrackPanel
 from workbench.views.page.scene.gizmo import Gizmo
 from workbench.views.page.scene.scene import Scene
+from workbench.views.page.style import style_sheet
+from workbench.views.page.tabs import Tabs
 
 PANEL_WIDTH = 470
-TABS: dict[str, tuple[type[AbstractPanel], ...]] = {
-    "Plate": (
+STRIP: tuple[type[AbstractPanel], ...] = (Verdict, Header)
+"""The panels above the tabs, in a folder that the style sheet keeps in view (`style.py`)."""
+TABS: dict[Tab, tuple[type[AbstractPanel], ...]] = {
+    Tab.PLATE: (
         TargetsPanel,
         IndexPanel,
         HistoryPanel,
@@ -49,14 +53,14 @@ TABS: dict[str, tuple[type[AbstractPanel], ...]] = {
         ProductionPanel,
         NoisePanel,
     ),
-    "Region": (RegionPanel,),
-    "Measure": (DataPanel, GuidedPanel),
-    "Identify": (FitPanel, ChoicesPanel),
-    "Diagnose": (DiagnosePanel,),
-    "Compare": (ComparePanel, TrackPanel, BendingPanel),
-    "More": (ArmPanel, JogPanel, ToolPanel, CapturedPanel, FilesPanel, LookPanel),
+    Tab.REGION: (RegionPanel,),
+    Tab.MEASURE: (DataPanel, GuidedPanel),
+    Tab.IDENTIFY: (FitPanel, ChoicesPanel),
+    Tab.DIAGNOSE: (DiagnosePanel,),
+    Tab.COMPARE: (ComparePanel, TrackPanel, BendingPanel),
+    Tab.MORE: (ArmPanel, JogPanel, ToolPanel, CapturedPanel, FilesPanel, LookPanel),
 }
-"""Every panel, by its tab."""
+"""Every other panel, by its tab."""
 
 
 class BrowserView(AbstractView):
@@ -73,7 +77,8 @@ class BrowserView(AbstractView):
         session = worker.session
         with server.atomic(), icons_at_once():
             self._scene = Scene(server, worker, session)
-            self._panels = _build_panels(server, worker, link)
+            self._opened = session.opened
+            self._panels, self._tabs = _build_panels(server, worker, link)
             for panel in self._panels:
                 panel.update(session)
 
@@ -87,26 +92,34 @@ class BrowserView(AbstractView):
             self._scene.show(session)
             for panel in self._panels:
                 panel.update(session)
+        if session.opened is not None and session.opened is not self._opened:
+            self._tabs.open(session.opened.tab)
+        self._opened = session.opened
 
     def close(self) -> None:
         """The server is closed by its owner."""
 
 
-def _build_panels(server: viser.ViserServer, worker: Worker, link: str) -> list[AbstractPanel]:
+def _build_panels(server: viser.ViserServer, worker: Worker, link: str) -> tuple[list[AbstractPanel], Tabs]:
     gui = server.gui
     gui.main_panel.dock_right()
     gui.main_panel.set_width(PANEL_WIDTH)
-    panels: list[AbstractPanel] = [Header(worker)]
-    panels[0].build(server)
-    tabs = gui.add_tab_group()
-    for title, kinds in TABS.items():
-        with tabs.add_tab(title):
+    panels: list[AbstractPanel] = []
+    with gui.add_folder("Next"):
+        for kind in STRIP:
+            panels.append(kind(worker))
+            panels[-1].build(server)
+    gui.add_html(style_sheet())
+    opened = worker.session.opened
+    tabs = Tabs(server, first=None if opened is None else opened.tab)
+    for tab, kinds in TABS.items():
+        with tabs.add(tab):
             for kind in kinds:
                 panels.append(kind(worker))
                 panels[-1].build(server)
             if link and FilesPanel in kinds:
                 gui.add_html(_link(link))
-    return panels
+    return panels, tabs
 
 
 def _link(address: str) -> str:

@@ -1,0 +1,261 @@
+"""The guide, over all states of a session: its sentence, its tone, and where its buttons lead."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from driven_effects import driven_file
+
+from workbench.base.cancel import never
+from workbench.diagnosis.record import Verdict
+from workbench.identification.problem import Noise
+from workbench.session.commands.data import LoadData, MeasureVirtualArm
+from workbench.session.commands.diagnose import AddEffects, Diagnose, TakeNextPoses
+from workbench.session.commands.drag import GrabTarget, MoveTarget
+from workbench.session.commands.identify import Identify
+from workbench.session.commands.measure import BeginMeasuring
+from workbench.session.commands.messages import Tell
+from workbench.session.commands.tabs import OpenTab
+from workbench.session.commands.track import PlanTrack
+from workbench.session.guide import Action, Tone, guide, share_of_noise, stages
+from workbench.session.state import Drag, Focus, Job, Session, Source, Tab
+
+
+def done(session: Session, *commands) -> Session:
+    """The session after commands, carried out here."""
+    for command in commands:
+        command.check(session)
+        if hasattr(command, "compute"):
+            result = command.compute(session, progress=lambda share, words: None, cancel=never)
+            session = command.finish(session, result)
+        else:
+            session = command.apply(session)
+    return session
+
+
+@pytest.fixture(scope="module")
+def walked(first, tmp_path_factory) -> dict[str, Session]:
+    """The whole way: what a session is at each step."""
+    path, _ = driven_file("payload", tmp_path_factory.mktemp("driven"))
+    loaded = done(first, LoadData(path.name, path.read_bytes()))
+    identified = done(loaded, Identify(("opt2",)))
+    diagnosed = done(identified, Diagnose())
+    return {
+        "first": first,
+        "loaded": loaded,
+        "identified": identified,
+        "diagnosed": diagnosed,
+        "added": done(diagnosed, AddEffects()),
+    }
+
+
+def unreached(session: Session, **change) -> Session:
+    states = list(session.states)
+    states[2] = replace(states[2], **change)
+    return replace(session, states=tuple(states))
+
+
+def with_noise(session: Session, times: float | None) -> Session:
+    """As if the instrument's noise were so many times less than what is left; None: unknown."""
+    found = replace(session.identification)
+    left = found.runs[session.fit]
+    mean = 1e-3 * (left.held_out or left.train).position_mm.mean
+    noise = None if times is None else Noise(mean / (times * np.sqrt(8 / np.pi)), 1e-4)
+    found.__dict__["instrument"] = noise
+    return replace(session, identification=found)
+
+
+def few_rows(session: Session) -> Session:
+    found = replace(session.identification, train_rows=session.identification.train_rows[:10])
+    found.__dict__["instrument"] = Noise(1e-9, 1e-9)
+    return replace(session, identification=found)
+
+
+def told(session: Session, **change) -> Session:
+    """With a diagnosis that says something else."""
+    return replace(session, diagnosis=replace(session.diagnosis, **change))
+
+
+NOTHING = {"effects": (), "causes": (), "residual_map": None}
+NO_POSES = np.zeros((0, 6))
+STATES = [
+    # before, what is done to it, words, tone, next, where, other
+    ("first", lambda s: s, "Drag an arrow", Tone.PLAIN, "Improve the plate", Tab.PLATE, "Measure"),
+    ("first", lambda s: replace(s, drag=Drag(1, 0)), "Release to keep", Tone.PLAIN, None, None, None),
+    (
+        "first",
+        lambda s: replace(s, done=(s.best,)),
+        "Good enough? Then measure",
+        Tone.PLAIN,
+        "Measure",
+        Tab.MEASURE,
+        "Improve the plate",
+    ),
+    (
+        "first",
+        lambda s: unreached(s, reached=False),
+        "9 of 10 targets can be measured; target 3 is out of reach",
+        Tone.BAD,
+        "Show target 3",
+        Tab.PLATE,
+        "Measure",
+    ),
+    (
+        "first",
+        lambda s: unreached(s, hit="link 3 would run into the plate"),
+        "target 3 is blocked",
+        Tone.BAD,
+        "Show target 3",
+        Tab.PLATE,
+        "Measure",
+    ),
+    ("first", lambda s: replace(s, caption="A story."), "A story.", Tone.PLAIN, None, None, None),
+    ("first", lambda s: replace(s, job=Job("Diagnose")), "Diagnose …", Tone.PLAIN, None, None, None),
+    (
+        "first",
+        lambda s: replace(s, source=Source("arm"), focus=Focus.JOG),
+        "follows the real one",
+        Tone.PLAIN,
+        "Measure",
+        Tab.MEASURE,
+        None,
+    ),
+    ("first", lambda s: done(s, BeginMeasuring(1)), "0 of 10 stored", Tone.PLAIN, None, None, None),
+    ("first", lambda s: done(s, PlanTrack("line", 4.0)), "as commanded", Tone.PLAIN, "Compare", None, None),
+    ("loaded", lambda s: s, "rows of", Tone.PLAIN, "Identify the geometry", Tab.IDENTIFY, "Measure"),
+    (
+        "identified",
+        lambda s: with_noise(s, 7.0),
+        "7 × the instrument: something is not geometry",
+        Tone.CAREFUL,
+        "Find the cause",
+        Tab.DIAGNOSE,
+        "Take the arm away",
+    ),
+    (
+        "identified",
+        lambda s: with_noise(s, 1.2),
+        "is the instrument's noise",
+        Tone.GOOD,
+        "Take the arm away",
+        Tab.IDENTIFY,
+        "Compare",
+    ),
+    (
+        "identified",
+        lambda s: with_noise(s, None),
+        "or something that is not geometry?",
+        Tone.PLAIN,
+        "Find the cause",
+        Tab.DIAGNOSE,
+        "Take the arm away",
+    ),
+    ("identified", few_rows, "too few", Tone.CAREFUL, "Measure more", Tab.MEASURE, "Compare"),
+    (
+        "diagnosed",
+        lambda s: s,
+        "joint-compliance",
+        Tone.GOOD,
+        "Add what was found",
+        Tab.IDENTIFY,
+        "Make the next poses targets",
+    ),
+    (
+        "diagnosed",
+        lambda s: told(s, causes=()),
+        "No cause can be named",
+        Tone.CAREFUL,
+        "Add what was found",
+        Tab.IDENTIFY,
+        "Make the next poses targets",
+    ),
+    (
+        "diagnosed",
+        lambda s: told(s, **NOTHING, verdict=Verdict.UNEXPLAINED),
+        "no effect explains it",
+        Tone.CAREFUL,
+        "Make the next poses targets",
+        Tab.PLATE,
+        "Take the arm away",
+    ),
+    (
+        "diagnosed",
+        lambda s: told(s, **NOTHING, verdict=Verdict.UNEXPLAINED, measure_next=NO_POSES),
+        "no effect explains it",
+        Tone.CAREFUL,
+        "Measure more",
+        Tab.MEASURE,
+        "Take the arm away",
+    ),
+    (
+        "diagnosed",
+        lambda s: told(s, **NOTHING, verdict=Verdict.NONE),
+        "all of it noise",
+        Tone.GOOD,
+        "Take the arm away",
+        Tab.IDENTIFY,
+        "Compare",
+    ),
+    (
+        "diagnosed",
+        lambda s: done(s, TakeNextPoses()),
+        "measure next are on the plate",
+        Tone.PLAIN,
+        "Measure",
+        Tab.MEASURE,
+        "Identify the geometry",
+    ),
+    ("added", lambda s: s, " → ", Tone.GOOD, "Take the arm away", Tab.IDENTIFY, "Compare"),
+]
+
+
+@pytest.mark.parametrize(("before", "change", "words", "tone", "label", "tab", "other"), STATES)
+def test_every_state_says_where_it_stands_and_what_is_next(
+    walked, before, change, words, tone, label, tab, other
+):
+    step = guide(change(walked[before]))
+    assert words in step.sentence
+    assert step.sentence.endswith((".", "?"))
+    assert "nan" not in step.sentence
+    assert step.tone is tone
+    assert (step.next and step.next.label) == label
+    assert tab is None or step.next.tab is tab
+    assert (step.other and step.other.label) == other
+
+
+def test_what_its_buttons_do_makes_sense_there(walked):
+    """Every command that is offered passes its own check in the state that offers it."""
+    for before, change, *_ in STATES:
+        session = change(walked[before])
+        step = guide(session)
+        for action in (step.next, step.other):
+            if isinstance(action, Action) and action.command is not None:
+                action.command.check(session)
+
+
+def test_errors_fall_stage_by_stage_on_the_same_rows(walked):
+    titles = [stage.title for stage in stages(walked["added"])]
+    errors = [stage.error for stage in stages(walked["added"])]
+    assert titles == ["nominal", "geometry", "causes"]
+    assert errors[0] > errors[1] > errors[2]
+    assert guide(walked["added"]).sentence.startswith(" → ".join(f"{e:.3g}" for e in errors))
+    assert stages(walked["loaded"]) == ()
+
+
+def test_the_instrument_is_known_where_rows_state_it(first):
+    session = done(first, MeasureVirtualArm(2), Identify(("ols",)))
+    assert session.identification.instrument.position == pytest.approx(session.noise.position)
+    assert 0.3 < share_of_noise(session, session.identification) < 3.0
+
+
+def test_the_same_tab_can_be_opened_again(first):
+    once = OpenTab(Tab.DIAGNOSE).apply(first)
+    assert once.opened is not OpenTab(Tab.DIAGNOSE).apply(once).opened
+    assert OpenTab(Tab.DIAGNOSE).is_automatic  # messages stay
+
+
+def test_a_drag_tells_its_outcome_meanwhile(first):
+    x, y, z = first.plate.targets[0].xyz.tolist()
+    moved = MoveTarget(0, (x, y, z + 0.02), (-2.6, 0.0, 0.0), 1).apply(GrabTarget(0, 1).apply(first))
+    assert f"{1e3 * moved.score.position:.3g} mm" in guide(moved).sentence
+    assert guide(Tell("no").apply(moved)).sentence == guide(moved).sentence

@@ -1,0 +1,218 @@
+"""The guide: where a session stands, in one sentence, and what to do next. Nothing here computes or draws.
+
+Drag → measure → identify → diagnose → add → compare → take away; the second button of a step leads back.
+"""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from workbench.diagnosis.record import Diagnosis, Verdict
+from workbench.identification.record import Identification, judged
+from workbench.session.command import AbstractCommand
+from workbench.session.commands.diagnose import LEAST_ROWS, AddEffects, Diagnose, TakeNextPoses
+from workbench.session.commands.drag import SelectTarget
+from workbench.session.commands.identify import Identify
+from workbench.session.commands.measure import UseRows
+from workbench.session.commands.plate import ImprovePlate
+from workbench.session.state import Focus, Session, Tab, TargetState
+
+NORM_OF_NOISE = float(np.sqrt(8.0 / np.pi))
+"""Mean length of a position error of three normal components of unit deviation."""
+BEYOND_NOISE = 1.5
+"""How many times the instrument's noise is left where it is not noise alone."""
+
+
+class Tone(StrEnum):
+    """How a sentence is meant."""
+
+    PLAIN = "plain"
+    GOOD = "good"
+    CAREFUL = "careful"
+    BAD = "bad"
+
+
+@dataclass(frozen=True)
+class Action:
+    """What a button of the guide does.
+
+    Args:
+        label: On the button.
+        tab: Where its outcome is seen.
+        command: What is carried out; None: the tab is opened, no more.
+    """
+
+    label: str
+    tab: Tab
+    command: AbstractCommand | None = None
+
+
+@dataclass(frozen=True)
+class Step:
+    """Where a session stands.
+
+    Args:
+        sentence: The verdict.
+        tone: How it is meant.
+        next: What to do now, if the program can.
+        other: The other way, mostly a step back.
+    """
+
+    sentence: str
+    tone: Tone = Tone.PLAIN
+    next: Action | None = None
+    other: Action | None = None
+
+
+LOAD = Action("Measure", Tab.MEASURE)
+MORE = Action("Measure more", Tab.MEASURE)
+FIT = Action("Identify the geometry", Tab.IDENTIFY, Identify())
+CAUSE = Action("Find the cause", Tab.DIAGNOSE, Diagnose())
+ADD = Action("Add what was found", Tab.IDENTIFY, AddEffects())
+COMPARE = Action("Compare", Tab.COMPARE)
+TAKE = Action("Take the arm away", Tab.IDENTIFY)
+POSES = Action("Make the next poses targets", Tab.PLATE, TakeNextPoses())
+
+
+def guide(session: Session) -> Step:
+    """Where this session stands."""
+    if session.caption:
+        return Step(session.caption)
+    if session.job is not None:
+        return Step(f"{session.job.title} … Meanwhile you can go on working.")
+    if session.drag is not None:
+        return Step(f"Release to keep this position; {_predicted(session)}.")
+    if session.measuring is not None:
+        stored = session.measuring.acquisition.rows
+        done = Action("End with these rows", Tab.MEASURE, UseRows()) if stored else None
+        words = "Drive the arm to the current target, wait until it is still, store the row"
+        return Step(f"{words}; {stored} of {len(session.plate)} stored.", next=done)
+    if session.source is not None and session.source.is_followed and session.focus is Focus.JOG:
+        return Step("The arm follows the real one. Store its rows target by target.", next=LOAD)
+    if session.focus is Focus.TRACK:
+        return Step(
+            "The solid arm moves as commanded, the amber one as the calibrated arm does.", next=COMPARE
+        )
+    if session.loaded is None or _takes_next_poses(session):
+        return _design(session)
+    if session.identification is None:
+        rows = len(session.loaded.dataset)
+        return Step(f"{rows} rows of {session.loaded.name} are loaded.", next=FIT, other=LOAD)
+    if session.accepted:
+        return Step(f"{stages_in_words(session)} mm. This is the arm as it is.", Tone.GOOD, TAKE, COMPARE)
+    if session.diagnosis is not None:
+        return _diagnosed(session.diagnosis)
+    return _identified(session, session.identification)
+
+
+@dataclass(frozen=True)
+class Stage:
+    """Mean position error up to one stage of the model [mm]."""
+
+    title: str
+    error: float
+
+
+def stages(session: Session) -> tuple[Stage, ...]:
+    """Errors of the nominal arm, with its geometry, with what was found: what there is, on the same rows."""
+    found, diagnosis = session.identification, session.diagnosis
+    if found is None:
+        return ()
+    out = [Stage("nominal", judged(found.nominal).position_mm.mean)]
+    if session.accepted and diagnosis is not None:
+        out.append(Stage("geometry", judged(diagnosis.before).position_mm.mean))
+    last = judged(found.runs[session.fit]).position_mm.mean
+    return (*out, Stage(_kind(diagnosis) if session.accepted else "geometry", last))
+
+
+def stages_in_words(session: Session) -> str:
+    """`0.739 → 0.375 → 0.072`."""
+    return " → ".join(f"{stage.error:.3g}" for stage in stages(session))
+
+
+def share_of_noise(session: Session, found: Identification) -> float:
+    """How many times the instrument's noise is left on average; NaN where that is unknown."""
+    noise = found.instrument
+    if noise is None or not noise.position > 0.0:
+        return float("nan")
+    left = judged(found.runs[session.fit]).position_mm.mean
+    return left / (1e3 * NORM_OF_NOISE * noise.position)
+
+
+def _kind(diagnosis: Diagnosis | None) -> str:
+    return "causes" if diagnosis is None or diagnosis.causes else "residual map"
+
+
+def _design(session: Session) -> Step:
+    """The plate, as long as nothing is measured on it."""
+    bad = [(i, state) for i, state in enumerate(session.states) if not (state.reached and state.clear)]
+    if bad:
+        (first, state), count = bad[0], len(session.plate)
+        words = f"{count - len(bad)} of {count} targets can be measured; target {first + 1} {_why(state)}."
+        fix = Action(f"Show target {first + 1}", Tab.PLATE, SelectTarget(first))
+        return Step(words, Tone.BAD, fix, LOAD)
+    improve = Action("Improve the plate", Tab.PLATE, ImprovePlate(seed=len(session.history)))
+    if _takes_next_poses(session):
+        return Step("The poses to measure next are on the plate; measure there.", next=LOAD, other=FIT)
+    if not session.done:
+        words = "Drag an arrow to move the blue target, a ring to turn it; the arm follows"
+        return Step(f"{words}. Or let the program place all targets.", next=improve, other=LOAD)
+    return Step(f"{_capital(_predicted(session))}. Good enough? Then measure.", next=LOAD, other=improve)
+
+
+def _why(state: TargetState) -> str:
+    return "is out of reach" if not state.reached else f"is blocked: {state.hit}"
+
+
+def _predicted(session: Session) -> str:
+    now, first = (1e3 * score.position for score in (session.score, session.first_score))
+    if not np.isfinite(now):
+        return "the predicted error is not known yet"
+    began = f", {first:.3g} mm at first" if np.isfinite(first) and f"{first:.3g}" != f"{now:.3g}" else ""
+    return f"predicted error after calibration {now:.3g} mm{began}"
+
+
+def _takes_next_poses(session: Session) -> bool:
+    """Whether poses of the diagnosis stand on the plate, and the plate is looked at."""
+    if session.diagnosis is None or session.focus is not Focus.TARGET:
+        return False
+    wanted = [np.asarray(q) for q in session.diagnosis.measure_next]
+    return any(
+        target.q is not None and any(np.array_equal(target.q, q) for q in wanted)
+        for target in session.plate.targets
+    )
+
+
+def _identified(session: Session, found: Identification) -> Step:
+    left = judged(found.runs[session.fit]).position_mm.mean
+    rows, times = len(found.train_rows), share_of_noise(session, found)
+    if times <= BEYOND_NOISE:
+        words = f"{stages_in_words(session)} mm: what is left is the instrument's noise."
+        return Step(words, Tone.GOOD, TAKE, COMPARE)
+    if rows < LEAST_ROWS:
+        words = f"{left:.3g} mm left. {rows} rows are too few to look for a cause; it takes {LEAST_ROWS}."
+        return Step(words, Tone.CAREFUL, MORE, COMPARE)
+    if np.isnan(times):
+        return Step(f"{left:.3g} mm left. Noise, or something that is not geometry?", Tone.PLAIN, CAUSE, TAKE)
+    words = f"{left:.3g} mm left, {times:.2g} × the instrument: something is not geometry."
+    return Step(words, Tone.CAREFUL, CAUSE, TAKE)
+
+
+def _diagnosed(found: Diagnosis) -> Step:
+    before, after = (judged(errors).position_mm.mean for errors in (found.before, found.after))
+    poses = POSES if len(found.measure_next) else MORE
+    if found.effects:
+        fall = f"{before:.3g} → {after:.3g} mm"
+        if not found.causes:
+            return Step(f"No cause can be named; a residual map predicts {fall}.", Tone.CAREFUL, ADD, poses)
+        first, more = found.causes[0], len(found.causes) - 1
+        others = f" and {more} more" if more else ""
+        return Step(f"{first.label} ({first.confidence}){others}: {fall}.", Tone.GOOD, ADD, poses)
+    if found.verdict is Verdict.UNEXPLAINED:
+        return Step(f"{before:.3g} mm left, and no effect explains it.", Tone.CAREFUL, poses, TAKE)
+    return Step(f"{before:.3g} mm left, all of it noise: the geometry is enough.", Tone.GOOD, TAKE, COMPARE)
+
+
+def _capital(words: str) -> str:
+    return words[:1].upper() + words[1:]

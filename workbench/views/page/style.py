@@ -1,0 +1,33 @@
+"""The page's style sheet: what viser's own has no setting for. It relies on how viser 1.1 builds its page;
+where that differs, the page is as viser makes it. A browser test holds it.
+"""
+
+STRIP = '.mantine-Paper-root:has(> div > div > div > div > [data-testid="hint"])'
+"""The folder that holds the strip."""
+INSIDE = ':has(> div > [data-testid="hint"])'
+"""What holds its parts."""
+SHEET = f"""
+div[style*="grid-template-rows"] > div[style*="overflow: hidden"] {{ overflow: clip !important }}
+{STRIP} {{ position: sticky; top: 0; z-index: 20; margin: 0 0 .6em; border-width: 0 0 1px;
+  border-radius: 0; background: var(--mantine-color-body); box-shadow: 0 4px 8px -6px rgba(0,0,0,.3) }}
+{STRIP} > .mantine-Paper-root, {STRIP} > :last-child {{ display: none }}
+div{INSIDE} {{ display: flex; flex-wrap: wrap; gap: 6px 0; padding: 6px 0 !important }}
+div{INSIDE} > * {{ flex: 1 0 100%; padding-bottom: 0 !important }}
+div{INSIDE} > :has(> button) {{ flex: 1 1 0 }}
+.gone {{ display: none }}
+div[style*="pointer-events: none"][style*="opacity: 0.5"] .gone {{ display: block }}
+@media (max-width: 767px) {{
+  .mantine-Paper-root[style*="width: 20em"], [style*="width: 20em"] {{ width: 100% !important }}
+}}
+"""
+ENDED = (
+    '<div class="gone" style="margin:0 12px;padding:4px 10px;border-left:3px solid #dc2626;font-size:13px">'
+    "The workbench has ended, or this page can't reach it. Start it again and reload the page; a recorded "
+    "session goes on with <code>workbench serve --session FOLDER</code>.</div>"
+)
+"""Shown while the page has no connection."""
+
+
+def style_sheet() -> str:
+    """The sheet as an element of the page."""
+    return f"<style>{SHEET}</style>{ENDED}"
