@@ -37,6 +37,7 @@ _HOMES = {
     "workbench.identification.identify": ("identify",),
     "workbench.identification.verification.verify": ("verify", "Verification"),
     "workbench.identification.problem": ("Noise",),
+    "workbench.identification.rezero.find": ("rezero",),
     "workbench.diagnosis.record": ("Diagnosis",),
     "workbench.diagnosis.diagnose": ("diagnose",),
     "workbench.paths.trajectories": ("compensate_trajectory as compensate",),

@@ -21,6 +21,7 @@ from workbench.cli import (
     pencil,
     plate_design,
     recordings,
+    rezero,
     studies,
     verification,
 )
@@ -98,6 +99,7 @@ for command in (
     calibration.identify,
     calibration.diagnose,
     calibration.evaluate,
+    rezero.rezero,
     measurements.simulate,
     measurements.poses,
     measurements.capture,

@@ -22,6 +22,7 @@ from workbench.data.observations import OBSERVATIONS, AbstractObservation, Marke
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import ENOUGH_ROWS, align, spread_rows
 from workbench.identification.factorisation import factorise
+from workbench.identification.prior import Prior
 from workbench.identification.problem import FrameFreedom, Noise, Problem
 
 SIGNIFICANCE = 1e-4
@@ -66,6 +67,7 @@ def choose_frames(
     free: tuple[str, ...] | None = None,
     known: Mapping[str, float] | None = None,
     effects: tuple[str, ...] = (),
+    prior: Prior | None = None,
     cancel: Callable[[], bool] | None = None,
 ) -> FrameChoice:
     """Decide what of base and tool is identified, and align the nominal arm.
@@ -77,6 +79,7 @@ def choose_frames(
         noise: Weighs positions against rotations.
         free: Constants of the arm that will be identified.
         effects: Coefficients of its effects that will be.
+        prior: What is known of these beforehand.
         known: Known places of anchors or contacts [m]; with them the base can be seen.
         cancel: Asked between the models; True takes the simplest.
 
@@ -88,7 +91,7 @@ def choose_frames(
     trial = data.take(spread_rows(data, ENOUGH_ROWS))
     chosen, chosen_words = candidates[0]
     if len(candidates) > 1:
-        chosen, chosen_words = _decide(robot, trial, candidates, noise, free, effects, known, cancel)
+        chosen, chosen_words = _decide(robot, trial, candidates, noise, free, effects, prior, known, cancel)
     aligned = align(robot, data, chosen, noise=noise, known=known)
     notes = [chosen_words]
     if chosen.base:
@@ -179,23 +182,24 @@ class _Trial(NamedTuple):
         return bool(special.fdtrc(gained, left, ratio) < SIGNIFICANCE)
 
 
-def _decide(robot, data, candidates, noise, free, effects, known, cancel) -> tuple[FrameFreedom, str]:
+def _decide(robot, data, candidates, noise, free, effects, prior, known, cancel) -> tuple[FrameFreedom, str]:
     taken: _Trial | None = None
     for freedom, words in candidates:
         if taken is not None and cancel is not None and cancel():
             break
-        trial = _trial(robot, data, freedom, words, noise, free, effects, known)
+        trial = _trial(robot, data, freedom, words, noise, free, effects, prior, known)
         if taken is None or trial.beats(taken):
             taken = trial
     assert taken is not None, "there is always a first candidate"
     return taken.freedom, f"{taken.words} (decided from the data)"
 
 
-def _trial(robot, data, freedom, words, noise, free, effects, known) -> _Trial:
+def _trial(robot, data, freedom, words, noise, free, effects, prior, known) -> _Trial:
     aligned = align(robot, data, freedom, noise=noise, known=known)
     problem = Problem.build(
         aligned, data, free=free, frames=freedom, noise=noise, known=known, effects=effects
     )
+    problem = problem if prior is None else prior.on(problem)
     search = Opt2(limit=40).search(problem)
     at = problem.evaluate(search.x)
     factor = factorise(at.jacobian, at.residual, problem.units)
@@ -203,7 +207,8 @@ def _trial(robot, data, freedom, words, noise, free, effects, known) -> _Trial:
     arm = np.array([p.is_geometry for p in problem.parameters], bool)
     moved = np.abs(search.x - problem.start) / limits
     strangeness = float(moved[arm].max(initial=0.0))
-    return _Trial(freedom, words, 2.0 * search.history[-1], factor.rank, problem.count, strangeness)
+    size = problem.count + (0 if problem.prior is None else len(problem.prior))
+    return _Trial(freedom, words, 2.0 * search.history[-1], factor.rank, size, strangeness)
 
 
 def _check_known_base(robot: Robot, data: Dataset, noise: Noise | None, known: Mapping[str, float]) -> None:

@@ -143,7 +143,8 @@ def prepare(
     if (length := held_scale(robot, fitted, names, places)) is not None:
         names = tuple(name for name in names if name != length)
         notes.append(f"contacts show no scale: {length} is held at its nominal value")
-    check_enough(robot, fitted, (*names, *effects))
+    told = () if prior is None else prior.names
+    check_enough(robot, fitted, [name for name in (*names, *effects) if name not in told])
     report(0.25, "deciding about base and tool")
     choice = choose_frames(
         robot,
@@ -152,6 +153,7 @@ def prepare(
         noise=noise,
         free=names,
         effects=tuple(effects),
+        prior=prior,
         known=places,
         cancel=cancel,
     )
@@ -168,8 +170,8 @@ def prepare(
     if not problem.names:
         raise OptionError("nothing is left to identify; free a constant of the arm, its base or its tool")
     if prior is not None:
-        problem, prior_note = _with_prior(problem, prior)
-        notes.append(prior_note)
+        problem, shared = prior.on(problem), sum(name in problem.names for name in prior.names)
+        notes.append(f"prior knowledge of {shared} constants from an older calibration")
     report(0.75, "estimating the noise")
     problem, noise_note = _with_noise(problem, noise, cancel)
     notes += [*choice.notes, noise_note]
@@ -227,17 +229,6 @@ def _strangers(held: Dataset, fitted: Dataset, choice: FrameChoice, sessions: Se
     if not len(held) or not choice.freedom.base or sessions is Sessions.SHARED:
         return ()
     return tuple(s for s in held.sessions if s not in fitted.sessions)
-
-
-def _with_prior(problem: Problem, prior: Prior) -> tuple[Problem, str]:
-    """The problem with what an older calibration knows of the constants that are identified now."""
-    shared = prior.keep(lambda name: name in problem.names)
-    if not shared.names:
-        raise OptionError("the prior knowledge speaks of none of the constants that are identified here")
-    return (
-        problem.with_prior(shared.names, shared.values, shared.whitening),
-        f"prior knowledge of {len(shared.names)} constants from an older calibration",
-    )
 
 
 def _with_noise(problem: Problem, noise: Noise | None, cancel: Cancel | None) -> tuple[Problem, str]:

@@ -11,7 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from workbench.base.errors import OptionError
 from workbench.identification.fit import Fit
+from workbench.identification.problem import Problem
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +50,17 @@ class Prior:
         return Prior(
             tuple(self.names[i] for i in kept), self.values[kept], 0.5 * (information + information.T)
         )
+
+    def on(self, problem: Problem) -> Problem:
+        """A problem with this knowledge of its unknowns, beside what it knows already.
+
+        Raises:
+            OptionError: the problem has none of these unknowns.
+        """
+        shared = self.keep(lambda name: name in problem.names)
+        if not shared.names:
+            raise OptionError("the prior knowledge speaks of none of the constants that are identified here")
+        return problem.with_prior(shared.names, shared.values, shared.whitening)
 
     @property
     def whitening(self) -> Float[np.ndarray, "k k"]:

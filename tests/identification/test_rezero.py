@@ -1,0 +1,226 @@
+"""Joint zeros found again: the joint that moved is named, the interval holds, anything else is refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from generator import VirtualArm
+
+import workbench as wb
+from workbench.arm.robot import Frame
+from workbench.base import se3
+from workbench.base.errors import DataError, OptionError
+from workbench.base.types import Freedom
+from workbench.identification.prior import Prior
+from workbench.identification.rezero.record import Verdict
+
+SIGMA = (5e-5, np.deg2rad(0.01))
+KNOWN = 1e-4
+FIXED, FREE = Freedom.FIXED, Freedom.FREE
+
+ARMS = {
+    "aria": wb.load_robot("aria"),
+    "5R": wb.Robot.from_dh(
+        [
+            [0, 0.3, 0.05, np.pi / 2],
+            [0, 0, 0.4, 0],
+            [0, 0, 0.35, 0],
+            [0, 0.02, 0, np.pi / 2],
+            [0, 0.12, 0, 0],
+        ],
+        name="5R",
+    ),
+    "7R": wb.Robot.from_dh(
+        [
+            [0, d, 0, sign * np.pi / 2]
+            for d, sign in ((0.34, -1), (0, 1), (0.4, 1), (0, -1), (0.4, -1), (0, 1), (0.13, 0))
+        ],
+        name="7R",
+    ),
+}
+
+
+def framed(arm, base=FIXED, tool=FIXED):
+    frame = Frame.from_pose(
+        se3.pose(se3.rpy_to_matrix(np.array([0.1, -0.2, 0.3])), np.array([0.02, 0.05, 0.11]))
+    )
+    return arm.with_frames(base=replace(Frame(), free=base), tool=replace(frame, free=tool))
+
+
+def measured(arm, shifts, *, rows=8, seed=0, bent=(), known=KNOWN, noise=1.0):
+    """Poses of an arm whose geometry is off by what a calibration leaves, and whose zeros were shifted.
+
+    The poses are computed by the generator, which shares no code with the package.
+    """
+    rng = np.random.default_rng(seed)
+    table = np.zeros((arm.dof, 5))
+    for element in arm.elements:
+        joint, part = int(element.name[5 : element.name.index(".")]) - 1, element.name.split(".")[1]
+        value = element.value + rng.normal(0.0, known) * (element.free and element.joint is None)
+        value += dict(bent).get(element.name, 0.0)
+        table[joint, ("theta", "d", "a", "alpha", "beta").index(part)] = value
+    table[:, 0] += shifts
+    real = VirtualArm("hayati", table, tool=np.array(arm.tool.pose))
+    q = rng.uniform(-2.0, 2.0, (rows, arm.dof))
+    poses = real.pose(q)
+    turn = se3.rotvec_to_matrix(noise * SIGMA[1] * rng.normal(size=(rows, 3)))
+    position = poses[:, :3, 3] + noise * SIGMA[0] * rng.normal(size=(rows, 3))
+    return wb.Dataset(
+        q, position, turn @ poses[:, :3, :3], sigma=np.tile([*[SIGMA[0]] * 3, *[SIGMA[1]] * 3], (rows, 1))
+    )
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_intervals_cover_and_the_joint_that_moved_is_named(name):
+    arm, rng = framed(ARMS[name]), np.random.default_rng(1)
+    covered, named = [], 0
+    for seed in range(5):
+        shifts = np.zeros(arm.dof)
+        shifts[joint := rng.integers(arm.dof)] = np.deg2rad(rng.uniform(0.1, 1.0)) * rng.choice([-1, 1])
+        found = wb.rezero(arm, measured(arm, shifts, seed=seed))
+        covered += [abs(s.shift - t) <= s.half for s, t in zip(found.shifts, shifts, strict=True)]
+        named += [s.joint for s in found.moved] == [joint]
+    assert np.mean(covered) > 0.8
+    assert named >= 4
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ARMS)
+def test_intervals_cover_95_percent_of_200_draws(name):
+    arm, rng = framed(ARMS[name]), np.random.default_rng(2)
+    covered, named = [], 0
+    for seed in range(200):
+        shifts = np.zeros(arm.dof)
+        shifts[joint := rng.integers(arm.dof)] = np.deg2rad(rng.uniform(0.1, 1.0)) * rng.choice([-1, 1])
+        found = wb.rezero(arm, measured(arm, shifts, seed=seed))
+        covered += [abs(s.shift - t) <= s.half for s, t in zip(found.shifts, shifts, strict=True)]
+        named += joint in [s.joint for s in found.moved]
+    assert np.mean(covered) == pytest.approx(0.95, abs=0.03)
+    assert named >= 190
+
+
+def test_what_a_base_and_a_tool_hide_is_said_and_left_as_calibrated(aria):
+    arm = framed(aria, FREE, FREE)
+    shifts = np.deg2rad([0.5, 0.0, 0.4, 0.0, 0.0, -0.3])
+    found = wb.rezero(arm, measured(arm, shifts))
+    assert [s.joint for s in found.moved] == [2]
+    assert [s.joint for s in found.shifts if not s.determined] == [0, 5]
+    assert any("joint 1 and a turn of the base" in words for words in found.ambiguous)
+    assert any("joint 6 and a turn of the tool" in words for words in found.ambiguous)
+    zeros = aria.joint_offsets
+    written = found.robot.values(zeros) - arm.values(zeros)
+    assert written == pytest.approx([0, 0, shifts[2], 0, 0, 0], abs=3e-4)
+    assert np.linalg.norm(found.robot.base.rpy) == pytest.approx(shifts[0], abs=3e-4)
+
+
+def test_a_joint_far_off_is_no_base_that_stands_elsewhere(aria):
+    shifts = np.zeros(6)
+    shifts[0] = np.deg2rad(25.0)
+    found = wb.rezero(framed(aria, Freedom.AUTO), measured(framed(aria), shifts))
+    assert [s.joint for s in found.moved] == [0]
+    assert found.shifts[0].shift == pytest.approx(shifts[0], abs=3e-4)
+    assert any("if the base has moved" in words for words in found.ambiguous)
+
+
+def test_nothing_moved_is_said(aria):
+    found = wb.rezero(framed(aria), measured(framed(aria), np.zeros(6)))
+    assert found.verdict is Verdict.UNCHANGED
+    assert not found.moved
+
+
+@pytest.mark.parametrize(("constant", "link"), [("joint2.a", 2), ("joint3.alpha", 3)])
+def test_a_bent_link_is_named_and_nothing_is_written(aria, constant, link):
+    arm = framed(aria)
+    found = wb.rezero(arm, measured(arm, np.zeros(6), bent={constant: 4e-3}.items()))
+    assert found.verdict is Verdict.REFUSED
+    assert found.doubts[0].startswith(f"link {link} is not as calibrated ({constant}")
+    assert found.robot is arm
+
+
+def test_a_wrong_row_is_named_by_its_number(aria):
+    arm = framed(aria)
+    rows = measured(arm, np.zeros(6))
+    position = rows.position.copy()
+    position[5, 0] += 5e-3
+    found = wb.rezero(arm, replace(rows, position=position))
+    assert found.verdict is Verdict.REFUSED
+    assert "--exclude 5" in found.doubts[0]
+    assert (
+        wb.rezero(arm, replace(rows, position=position), exclude={5: "bumped"}).verdict is Verdict.UNCHANGED
+    )
+
+
+def test_a_base_that_stands_elsewhere_is_named(aria):
+    arm = framed(aria)
+    rows = measured(arm, np.zeros(6))
+    found = wb.rezero(arm, replace(rows, position=rows.position + np.array([0.0, 0.0, 0.004])))
+    assert found.verdict is Verdict.REFUSED
+    assert any(words.startswith("the base is not where") for words in found.doubts)
+
+
+def test_a_replaced_joint_frees_its_neighbours(aria):
+    arm = framed(aria)
+    rows = measured(arm, np.deg2rad([0, 0, 0.6, 0, 0, 0]), rows=12, bent={"joint2.a": 8e-4}.items())
+    found = wb.rezero(arm, rows, replaced=[3])
+    assert found.verdict is Verdict.MOVED
+    change = {name: value for name, value, _ in found.renewed}
+    assert {name[:6] for name in change} == {"joint2", "joint3"}
+    assert change["joint2.a"] == pytest.approx(8e-4, abs=2e-4)
+    assert found.shifts[2].shift == pytest.approx(np.deg2rad(0.6), abs=6e-4)
+    assert "joint2.a" in repr(found)
+
+
+def test_an_older_result_tells_how_well_the_arm_is_known(aria):
+    """Geometry of which that result knows less than the usual tolerance leaves the zeros more open."""
+    arm = framed(aria)
+    rows = measured(arm, np.zeros(6), rows=3)
+    names = tuple(n for n in arm.default_free if n not in arm.joint_offsets)
+    vague = Prior(names, arm.values(names), np.eye(len(names)) * 1e-3**-2)
+    widths = [np.mean([s.half for s in wb.rezero(arm, rows, prior=p).shifts]) for p in (None, vague)]
+    assert widths[1] > 1.2 * widths[0]
+
+
+def test_three_poses_suffice_and_two_are_refused(aria):
+    arm = framed(aria)
+    shifts = np.deg2rad([0, 0.5, 0, 0, 0, 0])
+    found = wb.rezero(arm, measured(arm, shifts, rows=3))
+    assert [s.joint for s in found.moved] == [1]
+    points = replace(measured(arm, shifts, rows=1), rotation=None)
+    with pytest.raises(DataError, match="measure at least"):
+        wb.rezero(arm, points)
+
+
+@pytest.mark.parametrize("options", [{"replaced": [7]}, {"tolerance": (0.0, 1e-4)}])
+def test_bad_options_are_refused(aria, options):
+    with pytest.raises(OptionError):
+        wb.rezero(framed(aria), measured(framed(aria), np.zeros(6)), **options)
+
+
+def test_it_prints_as_a_table_and_as_html(aria):
+    found = wb.rezero(framed(aria), measured(framed(aria), np.deg2rad([0, 0, 0, 0.5, 0, 0])))
+    assert "joint 4 by 0.49" in repr(found)
+    assert "<table>" in found._repr_html_()
+
+
+def test_the_command_writes_robot_and_result(run, tmp_path, aria):
+    import json
+
+    arm = framed(aria)
+    robot = arm.save(tmp_path / "calibrated.toml")
+    good = measured(arm, np.deg2rad([0, 0, 0.5, 0, 0, 0]))
+    wb.write_measurements(good, tmp_path / "knock.csv")
+    status, out, _ = run("rezero", "knock.csv", "--robot", robot, "--save", "new.toml", "--json", "r.json")
+    assert status == 0
+    assert "joint 3 by 0.49" in out
+    written = json.loads((tmp_path / "r.json").read_text())
+    assert written["schema"] == "workbench.rezero/1"
+    assert written["joints"][2]["moved"]
+    assert wb.load_robot("new.toml").values(("joint3.theta",))[0] == pytest.approx(
+        arm.values(("joint3.theta",))[0] + np.deg2rad(0.5), abs=4e-4
+    )
+    wb.write_measurements(measured(arm, np.zeros(6), bent={"joint2.a": 4e-3}.items()), tmp_path / "bent.csv")
+    status, out, err = run("rezero", "bent.csv", "--robot", robot, "--save", "no.toml")
+    assert status == 2
+    assert "link 2" in out
+    assert err.count("\n") == 1
+    assert not (tmp_path / "no.toml").exists()

@@ -1,0 +1,1 @@
+"""Joint zeros found again after a knock or a new motor, with the last calibration as prior knowledge."""

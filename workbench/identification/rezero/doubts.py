@@ -1,0 +1,138 @@
+"""What else than zeros the rows may show: a bent link, a frame elsewhere, a row that is wrong.
+
+Each is let go beside all zeros. One that leaves far less, and not by chance, speaks against the zeros: they
+would only make up for it where it was measured.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from workbench.arm.robot import Robot
+from workbench.data.dataset import Dataset
+from workbench.identification.frames import visible_parts
+from workbench.identification.problem import FrameFreedom, Problem
+from workbench.identification.rezero.fitted import Fitted
+from workbench.identification.rezero.knowledge import Knowledge, link_constants
+from workbench.identification.rezero.record import readable
+
+STRANGE = 1e-4
+"""Probability of chance below which another cause is believed …"""
+FAR = 2.5
+"""… if the zeros leave this many times what it leaves."""
+ALIKE = 1.5
+"""Causes that leave less than this many times what the best leaves are alternatives to it."""
+WORST = 3
+"""Rows that are left out in turn, the worst."""
+ENOUGH = 5
+"""Rows of which one may be wrong."""
+CERTAIN = 2.0
+"""Standard deviations by which a constant must have changed to be named."""
+
+
+class _Cause(NamedTuple):
+    """Something else that was let go.
+
+    Args:
+        words: What it is.
+        remedy: What to do if it is so.
+        problem: With it let go.
+        further: Unknowns more, or measured numbers less, than with zeros alone.
+        shown: Constants whose change is said.
+    """
+
+    words: str
+    remedy: str
+    problem: Problem
+    further: int
+    shown: tuple[str, ...] = ()
+
+
+def doubts(
+    knowledge: Knowledge, zeros: Fitted, places: Mapping[str, float], *, measured: bool
+) -> tuple[str, ...]:
+    """Sentences on what explains the rows far better than any zeros do.
+
+    Args:
+        knowledge: What is known of the arm.
+        zeros: The fit of all zeros.
+        places: Known places of anchors or contacts [m].
+        measured: Whether the noise is known.
+    """
+    found = []
+    for cause in _causes(knowledge, zeros, places):
+        fit = Fitted.of(cause.problem, measured=measured)
+        chance, ratio = fit.against(zeros, cause.further)
+        if chance < STRANGE and ratio > FAR:
+            found.append((ratio, cause, fit))
+    found.sort(key=lambda entry: -entry[0])
+    sentences = [
+        _sentence(knowledge, cause, fit, ratio) for ratio, cause, fit in found if ALIKE * ratio >= found[0][0]
+    ]
+    if not sentences and measured and np.sqrt(zeros.mean_square) > FAR:
+        sentences.append(
+            f"the zeros leave {np.sqrt(zeros.mean_square):.1f} times the noise, and no single link, frame or "
+            "row explains it; calibrate anew with 'workbench identify'"
+        )
+    return tuple(sentences)
+
+
+def _causes(knowledge: Knowledge, zeros: Fitted, places: Mapping[str, float]) -> Iterator[_Cause]:
+    problem, robot, offsets = zeros.problem, knowledge.robot, knowledge.robot.joint_offsets
+    for joint in range(-1, robot.dof):
+        loose = [n for n in link_constants(robot, joint) if n not in knowledge.renewed]
+        if loose and not (joint < 0 and problem.frames.base):
+            yield _Cause(
+                f"{f'link {joint + 1}' if joint >= 0 else 'the foot'} is not as calibrated",
+                "look whether it is bent, then calibrate anew with 'workbench identify'",
+                knowledge.without(*offsets, *loose).on(problem.without_prior()),
+                len(loose),
+                tuple(loose),
+            )
+    base, tool = visible_parts(problem.data, places)
+    for frame, parts in (("base", base), ("tool", tool)):
+        if parts and not getattr(problem.frames, frame):
+            yield _Cause(
+                f"the {frame} is not where the file has it",
+                f"set [{frame}] free = true in the robot's file",
+                _rebuilt(knowledge, zeros, places, problem.data, replace(problem.frames, **{frame: parts})),
+                len(parts),
+            )
+    if len(problem.data) < ENOUGH:
+        return
+    square = np.bincount(problem.component_rows, problem.residual(zeros.x)[: problem.size] ** 2)
+    for row in np.argsort(-square)[:WORST]:
+        others = problem.data.take(np.delete(np.arange(len(problem.data)), row))
+        less = _rebuilt(knowledge, zeros, places, others, problem.frames)
+        number = int(problem.data.row[row])
+        yield _Cause(
+            f"row {number} does not fit the others",
+            f"measure it again, or leave it out with --exclude {number}",
+            less,
+            problem.count - less.count,
+        )
+
+
+def _rebuilt(
+    knowledge: Knowledge, zeros: Fitted, places: Mapping[str, float], rows: Dataset, frames: FrameFreedom
+) -> Problem:
+    """The problem of all zeros with other rows or frames."""
+    arm, names, noise = zeros.problem.robot_at(zeros.x), knowledge.names, zeros.problem.noise
+    problem = Problem.build(arm, rows, free=names, frames=frames, noise=noise, known=places)
+    return knowledge.without(*knowledge.robot.joint_offsets).on(problem)
+
+
+def _sentence(knowledge: Knowledge, cause: _Cause, fit: Fitted, ratio: float) -> str:
+    off = {n: fit.values[n] - knowledge.value(n) for n in cause.shown}
+    sure = [n for n in off if abs(off[n]) > CERTAIN * fit.std[n]]
+    sure.sort(key=lambda n: -abs(off[n]) / fit.std[n])
+    sizes = [_size(knowledge.robot, n, off[n], fit.std[n]) for n in sure[:2]]
+    shown = f" ({', '.join(sizes)})" if sizes else ""
+    return f"{cause.words}{shown}: zeros alone leave {ratio:.1f} times as much; {cause.remedy}"
+
+
+def _size(robot: Robot, name: str, change: float, std: float) -> str:
+    factor, unit = readable(robot.chain.elements[robot.chain.index[name]].unit)
+    return f"{name} {factor * change:+.2g} ± {2.0 * factor * std:.1g}{unit}".replace("-", "−")

@@ -1,0 +1,220 @@
+"""Joint zeros after a knock or a new motor: which joint moved, by how much, and what the rows can't tell.
+
+The last calibration is prior knowledge: every constant of the geometry is an unknown that is known to its
+standard deviation, every joint's zero one of which nothing is known any more. Few poses then determine the
+zeros, and their intervals hold what the geometry leaves open. Joints that moved by no more than chance are
+then held to the calibration again, which makes the others more certain.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from workbench.arm.robot import Robot
+from workbench.arm.unidentifiable import combinations
+from workbench.base.errors import OptionError, WorkbenchError
+from workbench.base.threads import one_thread
+from workbench.data.dataset import Dataset
+from workbench.identification import noise as noises
+from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
+from workbench.identification.alignment import align
+from workbench.identification.fit_choices import FitChoices
+from workbench.identification.frames import Sessions, visible_parts
+from workbench.identification.held_out_rows import check_enough
+from workbench.identification.preparation import Prepared, prepare
+from workbench.identification.prior import Prior
+from workbench.identification.problem import FrameFreedom, Noise, Problem
+from workbench.identification.record import BeforeAfter
+from workbench.identification.rezero.doubts import doubts
+from workbench.identification.rezero.fitted import Fitted
+from workbench.identification.rezero.knowledge import UNKNOWN, Knowledge
+from workbench.identification.rezero.record import JointShift, Rezero
+from workbench.identification.row_errors import Errors, instrument_places
+
+TOLERANCE = (1e-4, 1e-4)
+"""How well a calibration knows lengths [m] and angles [rad], where nothing says it."""
+TOLD = 0.3
+"""A zero known to less than this part of what it was before the rows counts as determined."""
+CHANCE = 0.01
+"""Probability that some joint is said to have moved though none has."""
+NEAR = 0.02
+"""Part of the reach within which rows must lie for zeros to be sought before the frames."""
+
+
+@one_thread()
+def rezero(
+    robot: Robot,
+    data: Dataset,
+    *,
+    replaced: Sequence[int] = (),
+    prior: Prior | None = None,
+    tolerance: tuple[float, float] = TOLERANCE,
+    noise: Noise | None = None,
+    frames: Sessions | str = Sessions.AUTO,
+    exclude: Mapping[int, str] | None = None,
+    known: Mapping[str, float] | None = None,
+) -> Rezero:
+    """Find which joint's zero moved since the last calibration, from few poses.
+
+    Args:
+        robot: The calibrated arm; its base and tool say whether they are known, free, or the data decide.
+        data: Three poses or more, by any instrument.
+        replaced: Joints that were replaced, counted from 1; the geometry next to them is let go as well.
+        prior: What the calibration knew of its constants.
+        tolerance: Standard deviations of lengths [m] and of angles [rad] that `prior` does not speak of.
+        noise: Standard deviations of the instrument [m], [rad]; from repeats or the fit if None.
+        frames: Whether sessions share base and tool.
+        exclude: Rows to keep out, with the reason.
+        known: Known places of anchors or contacts [m].
+
+    Raises:
+        DataError: too few rows, or data that contradict the robot beyond doubt.
+        OptionError: a joint that the robot does not have, or a tolerance that is not positive.
+    """
+    for joint in replaced:
+        if not 1 <= joint <= robot.dof:
+            raise OptionError(f"--replaced must be 1–{robot.dof}, got {joint}")
+    if not min(tolerance) > 0.0:
+        raise OptionError(f"the tolerance must be positive, got {tolerance[0]:g} m, {tolerance[1]:g} rad")
+    zeros, places = robot.joint_offsets, dict(known or {})
+    check_enough(robot, data.take(data.included), zeros)
+    begin = _near(robot, data)
+    knowledge = Knowledge.of(robot, begin, prior, tolerance, [joint - 1 for joint in replaced])
+    choices = FitChoices(
+        held_out=0.0, frames=frames, free=knowledge.names, exclude=exclude or {}, noise=noise, known=places
+    )
+    ready = prepare(begin, data, choices, prior=knowledge.without(*zeros))
+    measured = noise is not None or noises.from_repeats(ready.problem.data) is not None
+    everything = Fitted.of(ready.problem, measured=measured)
+    moved, best = _moved(knowledge, everything, zeros)
+    own = {s.name: s for s in _shifts(robot, best)}
+    shifts = tuple(
+        replace(own[s.name], moved=True) if s.name in moved else s for s in _shifts(robot, everything)
+    )
+    written = {n: v for n, v in best.values.items() if n in moved or n in knowledge.renewed}
+    kept = {n: knowledge.value(n) for n in knowledge.names}
+    found = _aligned(ready, best, best.problem.robot_at(best.x).with_values(kept | written))
+    reasons = doubts(knowledge, everything, places, measured=measured)
+    return Rezero(
+        calibrated=robot,
+        robot=robot if reasons else found,
+        shifts=shifts,
+        doubts=reasons,
+        ambiguous=_ambiguous(knowledge, ready, shifts),
+        renewed=tuple((n, best.values[n] - kept[n], best.std[n]) for n in knowledge.renewed),
+        error=BeforeAfter(_errors(ready, best, _aligned(ready, best, robot)), _errors(ready, best, found)),
+        noise=best.problem.noise,
+        rows=len(ready.problem.data),
+        excluded=ready.excluded,
+        notes=ready.notes,
+    )
+
+
+def _near(robot: Robot, data: Dataset) -> Robot:
+    """The arm with zeros that fit the rows on base and tool as they are in its file, if any do.
+
+    A joint that is far off would else be taken for a base that stands elsewhere.
+    """
+    robot.check_joints(data.q, data.source)
+    try:
+        problem = Problem.build(robot, data.take(data.included), free=robot.joint_offsets)
+    except WorkbenchError:  # said where the rows are checked
+        return robot
+    search = Opt2(limit=60).search(problem)
+    off = problem.physical(problem.residual(search.x))[~problem.component_channels]
+    near = not len(off) or np.sqrt(3.0 * (off**2).mean()) < NEAR * robot.reach
+    return problem.robot_at(search.x) if near and np.isfinite(search.x).all() else robot
+
+
+def _shifts(robot: Robot, fit: Fitted) -> tuple[JointShift, ...]:
+    """How far each zero is from where the calibration had it."""
+    wide, chain = fit.quantile(0.95), robot.chain
+    return tuple(
+        JointShift(
+            joint=joint,
+            name=name,
+            unit=chain.elements[chain.index[name]].unit,
+            shift=fit.values[name] - float(chain.values[chain.index[name]]),
+            std=fit.std[name],
+            half=wide * fit.std[name],
+            determined=fit.std[name] < TOLD * UNKNOWN,
+        )
+        for joint, name in enumerate(robot.joint_offsets)
+    )
+
+
+def _moved(
+    knowledge: Knowledge, everything: Fitted, zeros: tuple[str, ...]
+) -> tuple[tuple[str, ...], Fitted]:
+    """Zeros that moved by more than chance, and the fit in which the others are held to the calibration.
+
+    Where the rows show that something moved but not which joint, it is the one that explains them best alone.
+    """
+    bare, noise = everything.problem.without_prior(), everything.problem.noise
+
+    def with_free(*names: str, given: Noise | None = noise) -> Fitted:
+        return Fitted.of(knowledge.without(*names).on(bare), measured=everything.measured, noise=given)
+
+    limit = everything.quantile(1.0 - CHANCE / len(zeros))
+    told = [s for s in _shifts(knowledge.robot, everything) if s.determined]
+    moved = tuple(s.name for s in told if abs(s.shift) > limit * s.std)
+    if not moved:
+        nothing = with_free()
+        if everything.against(nothing, len(zeros))[0] > CHANCE:
+            return (), nothing
+        moved = (min(zeros, key=lambda name: with_free(name).square),)
+    held = with_free(*moved)
+    others = len(zeros) - len(moved)
+    if others and everything.against(held, others)[0] < CHANCE:
+        return tuple(s.name for s in told), everything
+    return moved, held
+
+
+def _aligned(ready: Prepared, fit: Fitted, robot: Robot) -> Robot:
+    """An arm on the base and with the tool that suit the rows best, wherever these are free."""
+    problem = fit.problem
+    return align(robot, problem.data, problem.frames, noise=problem.noise, known=ready.places)
+
+
+def _errors(ready: Prepared, fit: Fitted, robot: Robot) -> Errors:
+    """Errors of an arm on the rows."""
+    rows = fit.problem.data
+    return Errors.of(ready.errors_on(rows, robot, instrument_places(robot, rows, known=ready.places)))
+
+
+def _ambiguous(knowledge: Knowledge, ready: Prepared, shifts: tuple[JointShift, ...]) -> tuple[str, ...]:
+    """Sentences on zeros that a base or tool elsewhere, or other zeros, would show alike."""
+    rows, taken = ready.problem.data, ready.problem.frames
+    freedom = FrameFreedom(*visible_parts(rows, ready.places))
+    problem = Problem.build(
+        ready.aligned,
+        rows,
+        free=knowledge.names,
+        frames=freedom,
+        noise=ready.problem.noise,
+        known=ready.places,
+    )
+    problem = knowledge.prior.keep(lambda name: name not in knowledge.robot.joint_offsets).on(problem)
+    factor = noises.factor_at(problem, problem.start)
+    unseen = np.concatenate([factor.null_space, factor.hardly], axis=1)
+    by_name = {s.name: s for s in shifts}
+    sentences = []
+    for combination in combinations(unseen, problem.parameters):
+        own = [by_name[n] for n in combination.names if n in by_name]
+        if not own or not any(s.moved or not s.determined for s in own):
+            continue
+        frames = sorted({n.split(".")[0] for n in combination.names} & {"base", "tool"})
+        joints = " and ".join(f"joint {s.joint + 1}" for s in own)
+        if not frames:
+            sentences.append(f"the zeros of {joints} ({combination.words}): measure poses that differ more")
+            continue
+        frame = frames[0] if len(frames) == 1 else "base and tool"
+        free = any(getattr(taken, f) for f in frames)
+        said = (
+            f"here the {frame} took it; if that has not moved, set [{frames[0]}] free = false"
+            if free
+            else f"here the joint took it; if the {frame} has moved, set [{frames[0]}] free = true"
+        )
+        sentences.append(f"the zero of {joints} and a turn of the {frame} ({combination.words}): {said}")
+    return tuple(sentences)

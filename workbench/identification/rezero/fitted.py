@@ -1,0 +1,104 @@
+"""A problem at its optimum, and the F test between two of them.
+
+    F = ((Q₀ − Q) / k) / (Q / ν),     Q the squared residuals, whitened by the noise of the freer model
+
+with k further unknowns and ν numbers to spare.
+
+Source: Seber & Wild, Nonlinear Regression, 1989, §5.3.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float
+from scipy import stats
+
+from workbench.identification import noise as noises
+from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
+from workbench.identification.factorisation import Factor
+from workbench.identification.problem import Noise, Problem
+
+ROUNDS = 4
+"""Rounds of fit and noise."""
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """A problem at its optimum.
+
+    Args:
+        problem: Whitened by the noise that counts.
+        x: The optimum [rad or m].
+        square: Whitened squared residuals there, those of the prior included.
+        measured: Whether the noise was measured; else it is what this fit leaves.
+    """
+
+    problem: Problem
+    x: Float[np.ndarray, " p"]
+    square: float
+    measured: bool
+
+    @classmethod
+    def of(cls, problem: Problem, *, measured: bool, noise: Noise | None = None) -> "Fitted":
+        """The optimum of a problem, with the noise that it leaves unless that is given or was measured."""
+        problem = problem if noise is None else problem.with_noise(noise)
+        x = problem.start
+        for _ in range(ROUNDS):
+            search = Opt2(limit=60).search(problem, begin=x)
+            x = search.x
+            left = None if measured or noise is not None else noises.beyond_stated(problem, x)
+            if left is None or np.allclose(left[:2], problem.noise[:2], rtol=0.02, atol=0.0):
+                break
+            problem = problem.with_noise(left)
+        return cls(problem, x, 2.0 * search.history[-1], measured)
+
+    @cached_property
+    def factor(self) -> Factor:
+        """Factorisation at the optimum, prior knowledge included."""
+        return noises.factor_at(self.problem, self.x)
+
+    @cached_property
+    def spare(self) -> float:
+        """Measured numbers beyond those that the unknowns took; at least one."""
+        return max(self.problem.count - noises.effective_parameters(self.problem, self.factor), 1.0)
+
+    @cached_property
+    def mean_square(self) -> float:
+        """Squared residuals per degree of freedom: 1 where the noise is as taken."""
+        known = 0 if self.problem.prior is None else len(self.problem.prior)
+        return self.square / max(self.problem.count + known - self.factor.rank, 1)
+
+    @cached_property
+    def values(self) -> dict[str, float]:
+        """The unknowns by name."""
+        return dict(zip(self.problem.names, self.x.tolist(), strict=True))
+
+    @cached_property
+    def std(self) -> dict[str, float]:
+        """Their standard deviations [rad or m]."""
+        variance = np.maximum(np.diag(self.factor.covariance()), 0.0)
+        return dict(zip(self.problem.names, np.sqrt(variance).tolist(), strict=True))
+
+    def quantile(self, level: float) -> float:
+        """Standard deviations within which an unknown lies; Student's where the fit gives the noise."""
+        known = self.measured or noises.given_by_rows(self.problem) is noises.Given.ALL
+        tail = 0.5 + 0.5 * level
+        return float(stats.norm.ppf(tail) if known else stats.t.ppf(tail, self.spare))
+
+    def against(self, other: "Fitted", further: int) -> tuple[float, float]:
+        """How this freer model stands against another.
+
+        Args:
+            other: A model with less freedom, or with more rows.
+            further: How many unknowns, or rows' numbers, it has less.
+
+        Returns:
+            Probability that chance alone makes this one so much better; and how many times as much the other
+            leaves.
+        """
+        same = Fitted.of(other.problem, measured=True, noise=self.problem.noise)
+        gained = max(same.square - self.square, 0.0) / further
+        least = max(self.mean_square, 1e-300)
+        chance = float(stats.f.sf(gained / least, further, self.spare))
+        return chance, float(np.sqrt(same.mean_square / least))

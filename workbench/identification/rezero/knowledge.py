@@ -1,0 +1,98 @@
+"""What the last calibration knows of an arm of which some joints may have moved since."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.arm.robot import Robot
+from workbench.base.errors import OptionError
+from workbench.identification.prior import Prior
+
+REPLACED = 10.0
+"""Times the tolerance by which the geometry next to a replaced joint may differ."""
+UNKNOWN = 0.05
+"""Standard deviation of what nothing is known of [rad or m]: no row that shows it feels this."""
+
+
+@dataclass(frozen=True, eq=False)
+class Knowledge:
+    """Prior knowledge of an arm's constants, and what has been let go of it.
+
+    Args:
+        robot: The arm as calibrated.
+        begin: The same with zeros near those that the rows show: where a zero that was let go is sought.
+        names: Constants that are unknowns: geometry and zeros.
+        prior: Of all of them, as if nothing had moved.
+        renewed: Standard deviation of the geometry next to replaced joints [rad or m].
+    """
+
+    robot: Robot
+    begin: Robot
+    names: tuple[str, ...]
+    prior: Prior
+    renewed: Mapping[str, float]
+
+    @classmethod
+    def of(
+        cls,
+        robot: Robot,
+        begin: Robot,
+        prior: Prior | None,
+        tolerance: tuple[float, float],
+        replaced: Sequence[int],
+    ) -> "Knowledge":
+        """Knowledge from an older result, and of what that does not speak of from a tolerance.
+
+        Args:
+            robot: The arm as calibrated; its constants are where the knowledge is centred.
+            begin: The same with zeros near those that the rows show.
+            prior: From an older result; None if there is none.
+            tolerance: Standard deviations of lengths [m] and of angles [rad].
+            replaced: Joints that were replaced, counted from 0.
+
+        Raises:
+            OptionError: the older result is of another robot.
+        """
+        elements = {e.name: e for e in robot.elements}
+        told = None if prior is None else prior.keep(lambda name: name in elements)
+        if told is not None and not told.names:
+            raise OptionError(f"the prior knowledge speaks of no constant of robot '{robot.name}'")
+        names = tuple(
+            dict.fromkeys((*robot.default_free, *robot.joint_offsets, *(told.names if told else ())))
+        )
+        sigma = {n: tolerance[0] if elements[n].unit == "m" else tolerance[1] for n in names}
+        information = np.diag([sigma[n] ** -2.0 for n in names])
+        if told is not None:
+            places = [names.index(n) for n in told.names]
+            information[np.ix_(places, places)] = told.information
+        near = [n for joint in replaced for link in (joint - 1, joint) for n in link_constants(robot, link)]
+        return cls(
+            robot,
+            begin,
+            names,
+            Prior(names, robot.values(names), information),
+            {n: REPLACED * sigma[n] for n in near},
+        )
+
+    def value(self, name: str) -> float:
+        """A constant as it was calibrated [rad or m]."""
+        return float(self.prior.values[self.names.index(name)])
+
+    def without(self, *loose: str) -> Prior:
+        """The knowledge without that of some constants."""
+        unknown = {**self.renewed, **dict.fromkeys(loose, UNKNOWN)}
+        rest = self.prior.keep(lambda name: name not in unknown)
+        names, size = (*rest.names, *unknown), len(rest.names)
+        information = np.diag([1.0] * size + [sigma**-2.0 for sigma in unknown.values()])
+        information[:size, :size] = rest.information
+        values = np.concatenate([rest.values, self.begin.values(tuple(unknown))])
+        return Prior(names, values, information)
+
+
+def link_constants(robot: Robot, joint: int) -> tuple[str, ...]:
+    """Free constants between a joint (from 0; −1 for the base) and the next one, in any convention."""
+    places = [next(i for i, e in enumerate(robot.elements) if e.joint == k) for k in range(robot.dof)]
+    low = places[joint] + 1 if joint >= 0 else 0
+    high = places[joint + 1] if joint + 1 < robot.dof else len(robot.elements)
+    return tuple(e.name for e in robot.elements[low:high] if e.free)

@@ -1,0 +1,193 @@
+"""What a search for moved joints hands back."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import final
+
+import numpy as np
+from rich.console import Group, RenderableType
+from rich.text import Text
+
+from workbench.arm.robot import Robot
+from workbench.identification.problem import Noise
+from workbench.identification.record import BeforeAfter
+from workbench.report.json import Json, plain
+from workbench.report.numbers import signed
+from workbench.report.result_display import AbstractShown
+from workbench.report.tables import line, new_table
+
+SCHEMA = "workbench.rezero/1"
+
+
+def readable(unit: str) -> tuple[float, str]:
+    """Factor and name of the unit in which people read a shift."""
+    return (1e3, " mm") if unit == "m" else (float(np.rad2deg(1.0)), "°")
+
+
+class Verdict(StrEnum):
+    """What the rows show."""
+
+    MOVED = "moved"
+    UNCHANGED = "unchanged"
+    REFUSED = "refused"
+
+
+@dataclass(frozen=True)
+class JointShift:
+    """How far a joint's zero is from where the calibration had it.
+
+    Args:
+        joint: Counted from 0.
+        name: The constant, such as `joint3.theta`.
+        unit: `rad` or `m`.
+        shift: Found minus calibrated.
+        std: Standard deviation.
+        half: Half of the 95 % interval.
+        determined: Whether the rows tell it.
+        moved: Whether it moved by more than chance.
+    """
+
+    joint: int
+    name: str
+    unit: str
+    shift: float
+    std: float
+    half: float
+    determined: bool
+    moved: bool = False
+
+    @property
+    def cells(self) -> list[str]:
+        """Joint, shift, half of the interval and verdict, for people."""
+        if not self.determined:
+            return [str(self.joint + 1), "", "", "can't be told"]
+        factor, unit = readable(self.unit)
+        digits = int(np.clip(1 - np.floor(np.log10(max(factor * self.half, 1e-9))), 1, 5))
+        return [
+            str(self.joint + 1),
+            f"{signed(factor * self.shift, digits)}{unit}",
+            f"±{factor * self.half:.{digits}f}{unit}",
+            "moved" if self.moved else "not moved",
+        ]
+
+    @property
+    def words(self) -> str:
+        """`joint 3 by 0.42° ± 0.02°`."""
+        joint, shift, half, _ = self.cells
+        return f"joint {joint} by {shift} {half.replace('±', '± ')}"
+
+
+@final
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class Rezero(AbstractShown):
+    """Which joints moved since a calibration.
+
+    Args:
+        calibrated: The arm as it was.
+        robot: The arm with the zeros that moved written, on the base and with the tool that were found; as it
+            was where the result is refused.
+        shifts: One for each joint that moves.
+        doubts: What else the rows show, one sentence each; any of them refuses the result.
+        ambiguous: What the rows can't tell apart, one sentence each.
+        renewed: Geometry next to replaced joints: name, change and its standard deviation [rad or m].
+        error: On the rows, with the old zeros and with the new ones.
+        noise: Standard deviations that weighed the rows.
+        rows: Number of rows.
+        excluded: Rows that were kept out, with the reason.
+        notes: Decisions, one sentence each.
+    """
+
+    calibrated: Robot
+    robot: Robot
+    shifts: tuple[JointShift, ...]
+    doubts: tuple[str, ...]
+    ambiguous: tuple[str, ...]
+    renewed: tuple[tuple[str, float, float], ...]
+    error: BeforeAfter
+    noise: Noise
+    rows: int
+    excluded: tuple[tuple[int, str], ...]
+    notes: tuple[str, ...]
+
+    @property
+    def moved(self) -> tuple[JointShift, ...]:
+        """Joints that moved, the farthest in standard deviations first."""
+        return tuple(sorted((s for s in self.shifts if s.moved), key=lambda s: -abs(s.shift) / s.std))
+
+    @property
+    def verdict(self) -> Verdict:
+        """What the rows show."""
+        if self.doubts:
+            return Verdict.REFUSED
+        return Verdict.MOVED if self.moved else Verdict.UNCHANGED
+
+    @property
+    def sentence(self) -> str:
+        """The result in one sentence."""
+        if self.doubts:
+            return f"not the zeros alone: {self.doubts[0]}"
+        if self.moved:
+            return f"moved: {'; '.join(s.words for s in self.moved)} (95 %)"
+        told = [s for s in self.shifts if s.determined]
+        if not told:
+            return "the rows determine no joint's zero; measure more poses that differ in all joints"
+        widest = max(told, key=lambda s: s.half).cells[2].replace("±", "± ")
+        return f"no joint moved by more than chance; zeros are certain to {widest} or better (95 %)"
+
+    def summary(self) -> RenderableType:
+        table = new_table("Joint zeros since the calibration", "joint", "moved by", "95 %", "")
+        for shift in self.shifts:
+            table.add_row(*shift.cells, style="bold" if shift.moved else "")
+        chain = self.calibrated.chain
+        parts: list[RenderableType] = [Text(f"{self.calibrated.name}: {self.sentence}", style="bold"), table]
+        if self.renewed:
+            geometry = new_table("Geometry next to replaced joints", "constant", "changed by", "95 %")
+            for name, change, std in self.renewed:
+                factor, unit = readable(chain.elements[chain.index[name]].unit)
+                cells = f"{signed(factor * change, 3)}{unit}", f"±{2.0 * factor * std:.3f}{unit}"
+                geometry.add_row(name, *cells)
+            parts.append(geometry)
+        parts.append(line("error on the rows", repr(self.error)))
+        parts += [line("warning", words) for words in self.doubts]
+        parts += [line("can't be told apart", words) for words in self.ambiguous]
+        parts += [line("note", words) for words in self.notes]
+        parts += [line("excluded", f"row {row} ({reason})") for row, reason in self.excluded]
+        return Group(*parts)
+
+    def json(self) -> Json:
+        """The result as plain data, in SI."""
+        before, after = self.error
+        return plain(
+            {
+                "schema": SCHEMA,
+                "robot": self.calibrated.name,
+                "verdict": str(self.verdict),
+                "message": self.sentence,
+                "joints": [
+                    {
+                        "joint": s.joint + 1,
+                        "name": s.name,
+                        "unit": s.unit,
+                        "shift": s.shift if s.determined else None,
+                        "std": s.std if s.determined else None,
+                        "interval": [s.shift - s.half, s.shift + s.half] if s.determined else None,
+                        "moved": s.moved,
+                    }
+                    for s in self.shifts
+                ],
+                "geometry": [{"name": n, "change": c, "std": s} for n, c, s in self.renewed],
+                "doubts": list(self.doubts),
+                "ambiguous": list(self.ambiguous),
+                "before": {"position_mm": before.position_mm._asdict()},
+                "after": {"position_mm": after.position_mm._asdict()},
+                "measurements": {
+                    "used": self.rows,
+                    "excluded": [{"row": row, "reason": reason} for row, reason in self.excluded],
+                },
+                "noise": {
+                    "position_mm": 1e3 * self.noise.position,
+                    "orientation_deg": np.rad2deg(self.noise.rotation),
+                },
+                "notes": list(self.notes),
+            }
+        )
