@@ -6,7 +6,7 @@ would only make up for it where it was measured.
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -94,10 +94,12 @@ def _causes(knowledge: Knowledge, zeros: Fitted, places: Mapping[str, float]) ->
     base, tool = visible_parts(problem.data, places)
     for frame, parts in (("base", base), ("tool", tool)):
         if parts and not getattr(problem.frames, frame):
+            let_go: dict[str, Any] = {frame: parts}
+            freer = replace(problem.frames, **let_go)
             yield _Cause(
                 f"the {frame} is not where the file has it",
                 f"set [{frame}] free = true in the robot's file",
-                _rebuilt(knowledge, zeros, places, problem.data, replace(problem.frames, **{frame: parts})),
+                _rebuilt(knowledge, zeros, places, problem.data, freer),
                 len(parts),
             )
     if len(problem.data) < ENOUGH:
