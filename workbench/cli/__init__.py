@@ -45,7 +45,7 @@ def main() -> None:
     sys.exit(run(lambda words: app(list(words)), sys.argv[1:] or ["serve"]))
 
 
-@app.command()
+@app.command(rich_help_panel="Start")
 def serve(
     robot: RobotOption = "aria",
     plate: PlateOption = None,
@@ -91,30 +91,38 @@ def serve(
             host=host,
             port=port,
             open_browser=open_browser,
-            on_ready=say,
+            on_ready=_say_ready,
         )
 
 
-for command in (
-    calibration.identify,
-    calibration.diagnose,
-    calibration.evaluate,
-    rezero.rezero,
-    measurements.simulate,
-    measurements.poses,
-    measurements.capture,
-    measurements.drive,
-    load_test.loading,
-    arms.axes,
-    arms.redundancy,
-    verification.verify,
-    calibration.export,
-    paths.compensate,
-    recordings.review,
-    recordings.replay,
-):
-    app.command()(command)
-app.add_typer(plate_design.plates)
-app.add_typer(paths.paths)
-app.add_typer(pencil.pencil)
-app.add_typer(studies.works)
+def _say_ready(text: str) -> None:
+    """The page's address, or what there is to say about it."""
+    say(f"page:     {text}" if text.startswith("http") else f"note:     {text}")
+
+
+PANELS: dict[str, tuple] = {
+    "Start": (measurements.simulate,),
+    "Calibrate": (
+        calibration.identify,
+        calibration.diagnose,
+        calibration.evaluate,
+        verification.verify,
+        rezero.rezero,
+        measurements.poses,
+        measurements.capture,
+        measurements.drive,
+        load_test.loading,
+        arms.axes,
+        arms.redundancy,
+    ),
+    "Plates": (plate_design.plates,),
+    "Paths": (paths.paths, paths.compensate, pencil.pencil),
+    "Files": (calibration.export, recordings.review, recordings.replay, studies.works),
+}
+"""Commands, and groups of them, under what one wants from them."""
+for panel, entries in PANELS.items():
+    for entry in entries:
+        if isinstance(entry, typer.Typer):
+            app.add_typer(entry, rich_help_panel=panel)
+        else:
+            app.command(rich_help_panel=panel)(entry)

@@ -20,8 +20,27 @@ from workbench.base.wording import brief
 INTERRUPTED = 130
 
 
+SECTIONS = ("Start", "Calibrate", "Plates", "Paths", "Files")
+"""What one wants from commands, in the order of the help."""
+
+
 class Commands(typer.core.TyperGroup):
-    """All commands; what they raise comes out as it is, while typer would end some of it without a word."""
+    """Commands under what one wants from them, each with its whole first sentence.
+
+    What they raise comes out as it is, while typer would end some of it without a word.
+    """
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """One section for every `rich_help_panel`."""
+        commands = [command for name in self.list_commands(ctx) if (command := self.get_command(ctx, name))]
+        longest = max(len(str(command.name)) for command in commands)
+        sections: dict[str, list[tuple[str, str]]] = {title: [] for title in SECTIONS}
+        for command in commands:
+            row = (f"{command.name:<{longest}}", command.get_short_help_str(limit=1000))
+            sections.setdefault(getattr(command, "rich_help_panel", None) or "Commands", []).append(row)
+        for title, rows in (entry for entry in sections.items() if entry[1]):
+            with formatter.section(title):
+                formatter.write_dl(rows)
 
     def make_context(self, *words: Any, **options: Any) -> Any:
         """Typer's, where the help is shown."""

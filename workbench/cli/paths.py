@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from workbench.base.errors import OptionError
+from workbench.cli.ending import Commands
 from workbench.cli.options import (
     ColumnsOption,
     JsonOption,
@@ -20,6 +21,7 @@ paths = typer.Typer(
     name="path",
     help="Trajectories along a circle or a line, from rest to rest, with the tool's direction held.",
     no_args_is_help=True,
+    cls=Commands,
 )
 
 OutOption = Annotated[Path, typer.Option(help="Write time, joints and poses here (.csv).")]

@@ -6,12 +6,14 @@ from typing import Annotated
 import typer
 
 from workbench.base.errors import OptionError
+from workbench.cli.ending import Commands
 from workbench.cli.options import JsonOption, RobotOption, SeedOption, check_writable, say, show
 
 pencil = typer.Typer(
     name="pencil",
     help="Tracking checked with pencil, paper and a potentiometer: a circle drawn on a printed one.",
     no_args_is_help=True,
+    cls=Commands,
 )
 
 RadiusOption = Annotated[str, typer.Option(help="Radius of the printed circle, such as 100mm.")]

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from workbench.base.errors import OptionError
+from workbench.cli.ending import Commands
 from workbench.cli.options import (
     JsonOption,
     RobotOption,
@@ -24,7 +25,10 @@ from workbench.cli.options import (
 )
 
 plates = typer.Typer(
-    name="plate", help="Fixture plates: their score, their design, their making.", no_args_is_help=True
+    name="plate",
+    help="Fixture plates: their score, their design, their making.",
+    no_args_is_help=True,
+    cls=Commands,
 )
 
 PlateArgument = Annotated[str, typer.Argument(help="Plate: a .toml file, or the built-in table2.")]

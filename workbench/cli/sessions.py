@@ -1,5 +1,6 @@
 """The session that `serve` shows: a new one, one that goes on, or a branch of one; recorded or not."""
 
+import shlex
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -79,11 +80,15 @@ def _again(session: Path, step: int | None, record: bool, live: str | None) -> O
 
 
 def _followed(begun, live: str | None):
-    """The session with its pictures; says where it is recorded."""
-    if begun.folder is not None:
-        say(f"recording: {begun.folder}")
+    """The session with its pictures; says where it is kept, and how to stop."""
+    if begun.folder is None:
+        say("session:  not kept")
+        say("to stop:  Ctrl-C")
+    else:
+        say(f"session:  kept in {begun.folder}")
+        say(f"to stop:  Ctrl-C; to go on: workbench serve --session {shlex.quote(str(begun.folder))}")
     if begun.trouble:
-        say(f"note: {begun.trouble}")
+        say(f"note:     {begun.trouble}")
     if begun.folder is None and live is None:
         return begun
     from workbench.views.recording.recorder import recorder

@@ -11,6 +11,7 @@ import typer
 
 from workbench.base.distribution import install_command
 from workbench.base.errors import OptionError
+from workbench.cli.ending import Commands
 from workbench.cli.options import JsonOption, SeedOption, check_writable, progress_bar, say, show
 
 TESTS = Path(__file__).resolve().parents[2] / "tests"
@@ -20,6 +21,7 @@ works = typer.Typer(
     name="reproduce",
     help="The works behind this program done again: printed numbers beside ours.",
     no_args_is_help=True,
+    cls=Commands,
 )
 
 
@@ -44,7 +46,7 @@ def aria(
     json: JsonOption = None,
     seed: SeedOption = 0,
 ) -> None:
-    """Kinematic calibration of a lightweight manipulator: tables, pose selection, Fig. 7 over many arms."""
+    """Kinematic calibration of a lightweight manipulator: tables, pose selection, Figure 7 over many arms."""
     from studies.aria import reproduce_aria
     from studies.aria_page import aria_json, write_aria
 

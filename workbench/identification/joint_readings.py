@@ -23,7 +23,7 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float
-from scipy import optimize, stats
+from scipy import optimize, special
 
 from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import turns
@@ -290,7 +290,7 @@ def consistent(components: int) -> float:
     """k² with which normal residuals of variance 1 have that variance by Student's law too."""
     if components == 0:
         return 1.0
-    square = stats.chi2.ppf((np.arange(2000) + 0.5) / 2000, components)
+    square = 2.0 * special.gammaincinv(components / 2.0, (np.arange(2000) + 0.5) / 2000)  # χ², components
 
     def off(k2: float) -> float:
         weight = (FREEDOM + components) / (FREEDOM * k2 + square)

@@ -8,10 +8,9 @@ at their ends, and keep their height beyond. Outside `range`, where it was learn
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import final
+from typing import Any, final
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from workbench.arm.effects.axes import turns
 from workbench.arm.effects.effect import AbstractEffect, Candidate, moved_joints
@@ -109,8 +108,12 @@ class LocalJointError(AbstractEffect):
 
 
 @lru_cache(maxsize=256)
-def _basis(knots: tuple[float, ...], periodic: bool) -> CubicSpline:
+def _basis(knots: tuple[float, ...], periodic: bool) -> Any:
     """Splines that are 1 at one knot and 0 at the others."""
+    from scipy.interpolate import (
+        CubicSpline,
+    )  # a third of the time to load an arm, which most have no use for
+
     if periodic:
         values = np.eye(len(knots))
         return CubicSpline((*knots, knots[0] + TURN), np.vstack([values, values[:1]]), bc_type="periodic")

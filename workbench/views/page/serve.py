@@ -6,7 +6,9 @@ browser loads meanwhile.
 
 import contextlib
 import gc
+import os
 import signal
+import sys
 import threading
 import webbrowser
 from collections.abc import Callable, Iterable, Iterator
@@ -117,8 +119,14 @@ def _announce(server: viser.ViserServer, on_ready: Callable[[str], None] | None,
         on_ready(url)
         if is_open(server):
             on_ready("Anybody in the network who has this link can steer the workbench.")
-    if open_browser:
+    if open_browser and _has_browser():
         webbrowser.open(url)
+
+
+def _has_browser() -> bool:
+    """Whether there is a screen for a browser; one for terminals would only cover what is said there."""
+    screens = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
+    return sys.platform in ("darwin", "win32") or any(os.environ.get(name) for name in screens)
 
 
 def _stopped_by_interrupt(stop: threading.Event) -> Callable[[int, object], None]:

@@ -1,0 +1,73 @@
+"""What the command says first: the help, and the three lines of a page that has begun."""
+
+import re
+import subprocess
+import sys
+
+import pytest
+
+from workbench.cli import PANELS, app, serve
+from workbench.cli.ending import SECTIONS
+from workbench.cli.sessions import _followed
+from workbench.session.journal.folder import Begun
+from workbench.views.page import serve as page
+
+HEAVY = ("numpy", "scipy", "numba", "viser", "rerun", "matplotlib", "pint", "rich", "trimesh")
+
+
+def test_commands_stand_under_what_one_wants(run):
+    _, out, _ = run("--help")
+    assert [line[:-1] for line in out.splitlines() if re.fullmatch(r"\w+:", line)] == ["Options", *SECTIONS]
+    assert set(PANELS) <= set(SECTIONS)
+    assert len(app.registered_commands) + len(app.registered_groups) == 1 + sum(map(len, PANELS.values()))
+    assert serve.__name__ in out
+
+
+@pytest.mark.parametrize("words", [(), ("plate",), ("path",), ("pencil",), ("reproduce",)])
+def test_no_sentence_is_cut_off(run, words):
+    _, out, _ = run(*words, "--help")
+    assert "..." not in out.partition("\n")[2]
+    listed = out[out.rindex("--help") :]
+    entries = re.split(r"\n {2}(?=[a-z])", listed)[1:]
+    assert entries
+    for entry in entries:
+        assert re.sub(r"\n\w+:\s*$", "", entry).rstrip().endswith("."), entry
+
+
+def test_start_and_help_load_nothing_heavy():
+    code = (
+        "import sys, workbench\n"
+        "sys.argv = ['workbench', '--help']\n"
+        "from workbench.cli import main\n"
+        "try: main()\n"
+        f"finally: print([name for name in {HEAVY!r} if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
+def test_to_identify_loads_no_statistics_and_an_arm_no_splines():
+    code = "import sys, workbench as wb; {}; print('scipy.{}' in sys.modules)"
+    for verb, part in (("wb.identify", "stats"), ("wb.load_robot('aria')", "interpolate")):
+        command = [sys.executable, "-c", code.format(verb, part)]
+        done = subprocess.run(command, capture_output=True, text=True, check=True)
+        assert done.stdout.split() == ["False"], verb
+
+
+def test_a_browser_is_opened_where_there_is_a_screen(monkeypatch):
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(page.sys, "platform", "linux")
+    assert not page._has_browser()  # one for terminals would cover what is said
+    monkeypatch.setenv("DISPLAY", ":0")
+    assert page._has_browser()
+
+
+def test_what_is_said_of_a_session(capsys):
+    said = Begun(None, folder=None, trouble="no room")
+    _followed(said, None)
+    assert [line.split(":")[0] for line in capsys.readouterr().out.splitlines()] == [
+        "session",
+        "to stop",
+        "note",
+    ]

@@ -1,0 +1,122 @@
+"""The wheel alone, without the checkout: everything that it needs is inside."""
+
+import json
+import os
+import subprocess
+import sys
+import urllib.request
+import zipfile
+from pathlib import Path
+
+import pytest
+
+pytestmark = pytest.mark.slow
+ROOT = Path(__file__).resolve().parents[1]
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory) -> Path:
+    """The wheel, built without a network."""
+    folder = tmp_path_factory.mktemp("wheel")
+    command = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(folder)]
+    subprocess.run(command, cwd=ROOT, check=True, capture_output=True)
+    return next(folder.glob("arm_calibration_workbench-*.whl"))
+
+
+@pytest.fixture(scope="module")
+def elsewhere(wheel):
+    """A folder with the wheel's content, and what runs the command there as an installed one."""
+    folder = wheel.parent / "site"
+    zipfile.ZipFile(wheel).extractall(folder)
+    environment = os.environ | {"PYTHONPATH": str(folder), "COLUMNS": "100"}
+    work = wheel.parent / "work"
+    work.mkdir()
+
+    def start(*words: str, **options) -> subprocess.Popen:
+        command = [sys.executable, "-m", "workbench", *words]
+        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+        return subprocess.Popen(command, cwd=work, env=environment, **pipes, **options)
+
+    where = subprocess.run(
+        [sys.executable, "-c", "import workbench; print(workbench.__file__)"],
+        cwd=work,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert Path(where.stdout.strip()).is_relative_to(folder)
+    return work, start
+
+
+def done(start, *words: str) -> str:
+    with start(*words) as program:
+        out, err = program.communicate(timeout=300)
+    assert program.returncode == 0, err
+    return out
+
+
+def test_the_wheel_holds_the_package_and_no_pictures(wheel):
+    names = zipfile.ZipFile(wheel).namelist()
+    assert not [n for n in names if "__pycache__" in n or "assets/pictures" in n or n.startswith("tests/")]
+    own = {p.relative_to(ROOT).as_posix() for p in (ROOT / "workbench").rglob("*") if p.is_file()}
+    own = {name for name in own if "__pycache__" not in name}
+    assert own <= set(names)
+    kept = {p.relative_to(ROOT).parts[1] for p in (ROOT / "assets").rglob("*.toml")}
+    assert {n.split("/")[2] for n in names if n.startswith("workbench/assets/")} >= kept
+    assert wheel.stat().st_size < 3e6
+    metadata = next(n for n in names if n.endswith("METADATA"))
+    text = zipfile.ZipFile(wheel).read(metadata).decode()
+    assert "License-Expression: Apache-2.0" in text
+    assert any(n.endswith("licenses/LICENSE") for n in names)
+
+
+def test_commands(elsewhere):
+    work, start = elsewhere
+    assert "identify" in done(start, "--help")
+    done(start, "simulate", "--robot", "aria", "--plate", "table2", "--out", "plate.csv")
+    done(
+        start,
+        "identify",
+        "plate.csv",
+        "--robot",
+        "aria",
+        "--held-out",
+        "0",
+        "--report",
+        "fit",
+        "--save",
+        "c.toml",
+    )
+    words = ("--poses", "60", "--effect", "joint-compliance:2", "--out", "soft.csv")
+    done(start, "simulate", "--robot", "aria", *words)
+    done(start, "diagnose", "soft.csv", "--robot", "aria", "--report", "causes", "--json", "found.json")
+    done(start, "export", "c.toml", "--urdf", "c.urdf")
+    done(start, "plate", "export", "table2", "--robot", "aria", "--formats", "csv,sheet", "--out", "made")
+    assert (work / "fit" / "report.html").is_file()
+    assert (work / "causes" / "diagnosis.html").is_file()
+    assert json.loads((work / "found.json").read_text())["effects"][0]["name"] == "joint-compliance"
+    assert any((work / "made").iterdir())
+
+
+def test_studies_are_said_to_be_in_the_checkout(elsewhere):
+    _, start = elsewhere
+    with start("reproduce", "aria") as program:
+        _, err = program.communicate(timeout=60)
+    assert program.returncode == 1
+    assert "in a checkout" in err
+
+
+def test_the_page(elsewhere):
+    work, start = elsewhere
+    with start("serve", "--no-open", "--port", "0") as program:
+        try:
+            said = [program.stdout.readline() for _ in range(3)]
+            assert [line.split(":")[0] for line in said] == ["page", "session", "to stop"]
+            with urllib.request.urlopen(said[0].split()[1]) as page:
+                assert b"<html" in page.read()
+        finally:
+            program.terminate()
+        _, err = program.communicate(timeout=60)
+    assert program.returncode == 0, err
+    assert next((work / "recordings").iterdir()).joinpath("journal.jsonl").is_file()
