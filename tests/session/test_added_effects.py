@@ -9,7 +9,12 @@ from workbench.identification.evaluate import evaluate
 from workbench.session.commands.data import LoadData
 from workbench.session.commands.diagnose import AddEffects, Diagnose
 from workbench.session.commands.identify import Identify
+from workbench.session.comparison import STAGES
 from workbench.session.journal.numbers import numbers_of
+
+
+def judged_errors(validation):
+    return (validation.held_out or validation.train).position_mm.mean
 
 
 @pytest.fixture(scope="module", params=DRIVEN)
@@ -21,6 +26,13 @@ def test_what_was_found_is_added_and_compared_as_evaluate_does(measured, do):
     path, name = measured
     session = do(LoadData(path.name, path.read_bytes()), Identify(), Diagnose(), AddEffects())
     assert [effect.name for effect in session.accepted] == [name], [m.text for m in session.messages]
+    rows = session.comparison
+    assert rows.stages == STAGES
+    judged = rows.held_out if rows.held_out.any() else ~rows.held_out
+    nominal, geometry, causes = 1e3 * rows.stage_errors[judged].mean(0)
+    assert nominal > geometry > causes
+    assert geometry == pytest.approx(judged_errors(session.diagnosis.before), rel=0.02)
+    assert causes == pytest.approx(judged_errors(session.diagnosis.after), rel=1e-9)
     run = session.identification.runs[session.fit]
     assert run.calibrated is session.diagnosis.robot
     expected = evaluate(run.judged, read_measurements(path))

@@ -4,7 +4,9 @@ Every session of measurements may have its own base and tool. The base of the sh
 one, the nominal base) brings measured and predicted poses alike into the base's frame.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
+from enum import StrEnum
 from functools import cached_property
 from typing import Any
 
@@ -17,10 +19,21 @@ from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
 from workbench.data.prediction import predict
 
-STEPS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0)
+STEPS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, 2000.0, 5000.0)
 """Exaggerations that are chosen by themselves."""
-DRAWN_LENGTH = 0.12
+DRAWN_LENGTH = 0.08
 """Longest that a typical error is then drawn [m]."""
+
+
+class Stage(StrEnum):
+    """How much of the actual arm a model has."""
+
+    NOMINAL = "nominal"
+    GEOMETRY = "geometry"
+    CAUSES = "with causes"
+
+
+STAGES = tuple(Stage)
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +48,8 @@ class Comparison:
         rotation: Measured orientations; None if none were measured.
         nominal: Poses that the nominal arm predicts, on the best base and with the best tool.
         calibrated: Poses that the calibrated arm predicts; None before there is one.
+        residuals: From measured to predicted position, for every stage [m]; NaN where there is no such model,
+            or no position was measured.
     """
 
     q: Float[np.ndarray, "rows n"]
@@ -44,6 +59,7 @@ class Comparison:
     rotation: Float[np.ndarray, "rows 3 3"] | None
     nominal: Float[np.ndarray, "rows 4 4"]
     calibrated: Float[np.ndarray, "rows 4 4"] | None
+    residuals: Float[np.ndarray, "rows 3 3"]
 
     def __len__(self) -> int:
         return len(self.q)
@@ -55,16 +71,37 @@ class Comparison:
         places = np.stack([self.nominal, calibrated], 1)[..., :3, 3]
         return frozen(np.linalg.norm(self.measured[:, None] - places, axis=2))
 
+    @cached_property
+    def stage_errors(self) -> Float[np.ndarray, "rows 3"]:
+        """Position error at every stage [m]; NaN where unknown."""
+        return frozen(np.linalg.norm(self.residuals, axis=2))
 
-def exaggeration_for(comparison: Comparison) -> float:
-    """A round factor that draws the nominal arm's typical error about as long as a hand is wide."""
-    errors = comparison.errors[:, 0]
+    @cached_property
+    def stages(self) -> tuple[Stage, ...]:
+        """Stages whose errors are known."""
+        known = np.isfinite(self.stage_errors).any(0)
+        return tuple(stage for stage, is_known in zip(STAGES, known, strict=True) if is_known)
+
+    def nearest_stage(self, wanted: Stage) -> Stage:
+        """The stage that is shown where this one is wanted: the last known one up to it."""
+        up_to = STAGES.index(wanted)
+        return next((s for s in reversed(self.stages) if STAGES.index(s) <= up_to), Stage.NOMINAL)
+
+
+def exaggeration_for(errors: Float[np.ndarray, " rows"]) -> float:
+    """A round factor that draws a typical error [m] about as long as a hand is wide."""
     typical = np.nanmedian(errors) if np.isfinite(errors).any() else 0.0
     fitting = [step for step in STEPS if step * typical <= DRAWN_LENGTH]
     return max(fitting, default=STEPS[0])
 
 
-def compare(fitted: Dataset, checks: Dataset | None, nominal: Robot, calibrated: Robot | None) -> Comparison:
+def compare(
+    fitted: Dataset,
+    checks: Dataset | None,
+    nominal: Robot,
+    calibrated: Robot | None,
+    models: Mapping[Stage, Robot] | None = None,
+) -> Comparison:
     """Measured and predicted poses of all rows.
 
     Args:
@@ -72,10 +109,11 @@ def compare(fitted: Dataset, checks: Dataset | None, nominal: Robot, calibrated:
         checks: Rows that are held out.
         nominal: The nominal arm, on its best base.
         calibrated: The calibrated arm, if there is one.
+        models: The arm of every stage that is known.
     """
-    parts = [_compared(fitted, nominal, calibrated, held_out=False)]
+    parts = [_compared(fitted, nominal, calibrated, models or {}, held_out=False)]
     if checks is not None and len(checks):
-        parts.append(_compared(checks, nominal, calibrated, held_out=True))
+        parts.append(_compared(checks, nominal, calibrated, models or {}, held_out=True))
     columns: dict[str, Any] = {}
     for f in fields(Comparison):
         values = [getattr(part, f.name) for part in parts]
@@ -83,21 +121,30 @@ def compare(fitted: Dataset, checks: Dataset | None, nominal: Robot, calibrated:
     return Comparison(**columns)
 
 
-def _compared(data: Dataset, nominal: Robot, calibrated: Robot | None, *, held_out: bool) -> Comparison:
+def _compared(
+    data: Dataset, nominal: Robot, calibrated: Robot | None, models: Mapping[Stage, Robot], *, held_out: bool
+) -> Comparison:
     """The rows of one dataset, with whatever it knows of payload, temperature and the like."""
     shown = nominal if calibrated is None else calibrated
     into_base = np.empty((len(data), 4, 4))
     for name in data.sessions:
         into_base[data.in_session(name)] = se3.inverse(shown.session_frames(name).base.pose)
     position = np.full((len(data), 3), np.nan) if data.position is None else data.position
+    predicted = {id(robot): predict(robot, data) for robot in (nominal, calibrated) if robot is not None}
+    residuals = np.full((len(data), len(STAGES), 3), np.nan)
+    for stage, robot in models.items():
+        poses = predicted.get(id(robot))
+        off = (predict(robot, data) if poses is None else poses)[:, :3, 3] - position
+        residuals[:, STAGES.index(stage)] = np.einsum("rij,rj->ri", into_base[:, :3, :3], off)
     return Comparison(
         q=data.q,
         number=data.row,
         held_out=np.full(len(data), held_out),
         measured=se3.apply(into_base, position),
         rotation=None if data.rotation is None else into_base[:, :3, :3] @ data.rotation,
-        nominal=into_base @ predict(nominal, data),
-        calibrated=None if calibrated is None else into_base @ predict(calibrated, data),
+        nominal=into_base @ predicted[id(nominal)],
+        calibrated=None if calibrated is None else into_base @ predicted[id(calibrated)],
+        residuals=residuals,
     )
 
 

@@ -2,26 +2,50 @@
 
 from dataclasses import dataclass, replace
 
+from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
-from workbench.data.dataset import Dataset
+from workbench.data.directions import with_drivers
 from workbench.session.command import AbstractChange
-from workbench.session.comparison import compare, numbered_after
+from workbench.session.comparison import Stage, compare, numbered_after
 from workbench.session.state import Focus, Overlay, Session, Units
 
-LEAST_EXAGGERATION, GREATEST_EXAGGERATION = 1.0, 500.0
+LEAST_EXAGGERATION, GREATEST_EXAGGERATION = 1.0, 5000.0
 
 
 def with_fit(session: Session, algorithm: str) -> Session:
     """The session with one of its fits shown and compared."""
-    found = session.identification
-    assert found is not None
-    fitted = found.data.take(found.train_rows)
-    checks: Dataset | None = found.held_out_data
-    if not len(found.held_out_rows):
-        checks = numbered_after(fitted, checks)
-    run = found.runs[algorithm]
-    compared = compare(fitted, checks, found.aligned, run.judged or run.calibrated)
-    return replace(session, fit=algorithm, comparison=compared)
+    return with_comparison(replace(session, fit=algorithm))
+
+
+def with_comparison(session: Session) -> Session:
+    """The session with its measurements compared with every model that is known of them."""
+    found, loaded = session.identification, session.loaded
+    if loaded is None:
+        return replace(session, comparison=None)
+    if found is None:
+        fitted = with_drivers(session.robot, loaded.dataset)
+        checks, nominal, shown = numbered_after(fitted, loaded.checks), session.robot, None
+    else:
+        fitted = found.data.take(found.train_rows)
+        checks = found.held_out_data
+        if not len(found.held_out_rows):
+            checks = numbered_after(fitted, checks)
+        run = found.runs[session.fit]
+        nominal, shown = found.aligned, run.judged or run.calibrated
+    return replace(session, comparison=compare(fitted, checks, nominal, shown, _models(session, shown)))
+
+
+def _models(session: Session, shown: Robot | None) -> dict[Stage, Robot]:
+    """Arms by what they have of the actual one; none of them saw the held-out rows."""
+    models, diagnosis = {}, session.diagnosis
+    if diagnosis is not None:
+        models = {Stage.NOMINAL: diagnosis.aligned, Stage.GEOMETRY: diagnosis.before_fit.calibrated}
+        if diagnosis.effects:
+            models[Stage.CAUSES] = diagnosis.after_fit.calibrated
+    if session.identification is not None and shown is not None:
+        models[Stage.NOMINAL] = session.identification.aligned
+        models[Stage.CAUSES if session.accepted else Stage.GEOMETRY] = shown
+    return models
 
 
 @dataclass(frozen=True)
@@ -78,7 +102,12 @@ class SetOverlay(AbstractChange):
     overlay: Overlay
 
     def check(self, session: Session) -> None:
-        for what, times in (("errors", self.overlay.exaggeration), ("bending", self.overlay.bending)):
+        overlay = self.overlay
+        for what, times in (
+            ("errors", overlay.exaggeration),
+            ("the calibrated arm's errors", overlay.exaggeration_after),
+            ("bending", overlay.bending),
+        ):
             if not LEAST_EXAGGERATION <= times <= GREATEST_EXAGGERATION:
                 limits = f"{LEAST_EXAGGERATION:g} to {GREATEST_EXAGGERATION:g}"
                 raise OptionError(f"the exaggeration of {what} must be {limits}, got {times:g}")

@@ -17,14 +17,13 @@ from workbench.arm.robot import JointKind, Robot
 from workbench.base.cancel import Cancel
 from workbench.base.errors import DataError, OptionError, WorkbenchError
 from workbench.data.dataset import Dataset
-from workbench.data.directions import with_drivers
 from workbench.data.misread import checked
 from workbench.data.readers.preview import Preview
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument, Observes
 from workbench.data.simulation.simulate import simulate, virtual_arm
 from workbench.plate.region_poses import nearby_poses
 from workbench.session.command import AbstractChange, AbstractTask, Progress
-from workbench.session.comparison import compare, numbered_after
+from workbench.session.commands.compare import with_comparison
 from workbench.session.reach import advance
 from workbench.session.state import CubeView, Field, Focus, Loaded, Session, Severity
 
@@ -202,23 +201,19 @@ def postures(actual: Robot, session: Session) -> tuple[list[int], np.ndarray]:
 
 def with_data(session: Session, loaded: Loaded | None) -> Session:
     """The session with other measurements, or none; what was found from the old ones is gone."""
-    shown = None
-    if loaded is not None:
-        rows = with_drivers(session.robot, loaded.dataset)
-        shown = compare(rows, numbered_after(rows, loaded.checks), session.robot, None)
-    return replace(
+    session = replace(
         session,
         loaded=loaded,
         identification=None,
         diagnosis=None,
         accepted=(),
         fit="",
-        comparison=shown,
         row=0,
         focus=Focus.TARGET,
         left_out=frozenset(),
         cube_view=_without_measured(session.cube_view),
     )
+    return with_comparison(session)
 
 
 def _without_measured(view: CubeView) -> CubeView:

@@ -15,6 +15,7 @@ from workbench.plate.patterns import MOST_TARGETS
 from workbench.plate.plate import Target
 from workbench.session.command import AbstractChange, AbstractTask, Progress
 from workbench.session.commands.arrange import place_targets
+from workbench.session.commands.compare import with_comparison
 from workbench.session.commands.identify import Identify
 from workbench.session.state import Session, Severity
 from workbench.session.target_steps import check_free
@@ -71,7 +72,8 @@ class Diagnose(AbstractTask):
         loaded, found = result
         if session.loaded is not loaded:
             raise DataError("the measurements have changed since; diagnose again")
-        return replace(session, diagnosis=found).tell(Severity.INFO, found.message)
+        session = with_comparison(replace(session, diagnosis=found))
+        return session.tell(Severity.INFO, found.message)
 
 
 @dataclass(frozen=True)

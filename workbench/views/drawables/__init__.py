@@ -6,7 +6,8 @@
 | `arm/bent`, `arm/branch/N` | as its effects bend it; in the other branches that reach the selected target |
 | `plate/solid`, `plate/targets/N`, `…/number` | fixture, targets |
 | `region/outline`, `region/cubes` | the region that matters and its cube field |
-| `measured`, `errors/nominal`, `errors/calibrated` | measured positions, exaggerated errors |
+| `measured`, `measured/held_out` | measured positions, coloured by their error |
+| `errors/nominal`, `errors/calibrated` | errors as arrows, exaggerated |
 | `row/frames`, `row/mark` | measured orientations, the measured position that is looked at |
 | `track/wanted`, `track/reached` | the planned trajectory, and where the tool goes |
 | `track/arm`, `track/mark`, `track/trail/N` | the arm that errs on its way, and what it left behind |

@@ -43,16 +43,18 @@ class Arm:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Points:
-    """Balls.
+    """Round points, or square ones.
 
     Args:
         numbers: What a click on each tells.
+        are_squares: Whether they are square.
     """
 
     places: Float[np.ndarray, "points 3"]
     colours: UInt8[np.ndarray, "points 3"]
     radius: float
     numbers: np.ndarray
+    are_squares: bool = False
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -1,4 +1,4 @@
-"""Measured rows: where the tool was, how either arm errs there, and which row is looked at."""
+"""Measured rows: where the tool was, how much either arm errs there, and which row is looked at."""
 
 from collections.abc import Iterator
 from functools import lru_cache
@@ -6,30 +6,39 @@ from functools import lru_cache
 import numpy as np
 
 from workbench.base import se3
-from workbench.session.comparison import Comparison
+from workbench.session.comparison import STAGES, Comparison, Stage
 from workbench.session.state import Focus, Session
-from workbench.views.appearance.colours import ARROW_AFTER, ARROW_BEFORE, FITTED, HELD_OUT, LEFT_OUT, MARK
+from workbench.views.appearance.colours import ARROW_AFTER, ARROW_BEFORE, FITTED, LEFT_OUT, MARK
+from workbench.views.appearance.error_scale import ErrorScale
 from workbench.views.appearance.shapes import Solid, ball
 from workbench.views.drawables.drawable import Arrows, Axes, Colour, Mesh, Points
 from workbench.views.drawables.item import Item
 
-MOST_ROWS = 400
-"""Rows drawn at most; of more, evenly chosen ones."""
+MOST_ROWS = 250
+"""Rows with arrows or frames at most; of more, evenly chosen ones."""
+RADIUS, SMALL, MANY = 0.006, 0.005, 2000
+"""Radius of a measured point, and where there are more than so many [m]."""
 
 
 def measured(session: Session) -> Iterator[Item]:
-    """A ball at every measured place, and arrows from there to where either arm is predicted."""
+    """A round point at every fitted place, a square one where held out; arrows to where arms expect it."""
     rows, overlay = session.comparison, session.overlay
     if rows is None:
         return
-    is_shown = overlay.frames and session.focus is not Focus.TRACK
-    yield Item("measured", _points, (rows, session.left_out), shown=is_shown)
+    is_shown = overlay.points and session.focus is not Focus.TRACK
+    inputs = rows, rows.nearest_stage(overlay.stage), session.left_out
+    yield Item("measured", _fitted, inputs, shown=is_shown)
+    yield Item("measured/held_out", _held_out, inputs, shown=is_shown)
     is_compared = rows.calibrated is not None and session.focus in (Focus.ROW, Focus.JOG)
-    arms = (("nominal", rows.nominal, ARROW_BEFORE), ("calibrated", rows.calibrated, ARROW_AFTER))
-    for name, poses, colour in arms:
+    arms = (
+        ("nominal", rows.nominal, overlay.exaggeration, ARROW_BEFORE),
+        ("calibrated", rows.calibrated, overlay.exaggeration_after, ARROW_AFTER),
+    )
+    for name, poses, times, colour in arms:
         if poses is not None:
-            inputs = rows, poses, overlay.exaggeration, colour
-            yield Item(f"errors/{name}", _arrows, inputs, shown=is_compared and overlay.arrows)
+            yield Item(
+                f"errors/{name}", _arrows, (rows, poses, times, colour), shown=is_compared and overlay.arrows
+            )
 
 
 def looked_at(session: Session) -> Iterator[Item]:
@@ -44,20 +53,42 @@ def looked_at(session: Session) -> Iterator[Item]:
         yield Item("row/mark", mark, (0.012, place, 0.75))
 
 
+@lru_cache(maxsize=4)
+def error_scale(rows: Comparison) -> ErrorScale:
+    """The scale of the errors at every stage."""
+    return ErrorScale.of(rows.stage_errors)
+
+
 def mark(radius: float, place: np.ndarray, opacity: float = 1.0) -> Mesh:
     """A yellow ball."""
     return Mesh(solid=_ball(radius), colour=MARK, opacity=opacity, pose=se3.pose(np.eye(3), place))
 
 
-def _points(rows: Comparison, left_out: frozenset[int]) -> Points | None:
-    """Coloured by what the row is for: fitted, held out, or left out by hand."""
-    chosen = _chosen(rows)
-    out = np.isin(rows.number, list(left_out)) & ~rows.held_out
-    colours = np.where(rows.held_out[:, None], HELD_OUT, FITTED)
-    colours = np.where(out[:, None], LEFT_OUT, colours).astype(np.uint8)
-    places = rows.measured[chosen]
-    return (
-        Points(places=places, colours=colours[chosen], radius=0.006, numbers=chosen) if len(chosen) else None
+def _fitted(rows: Comparison, stage: Stage, left_out: frozenset[int]) -> Points | None:
+    return _points(rows, stage, left_out, held_out=False)
+
+
+def _held_out(rows: Comparison, stage: Stage, left_out: frozenset[int]) -> Points | None:
+    return _points(rows, stage, left_out, held_out=True)
+
+
+def _points(rows: Comparison, stage: Stage, left_out: frozenset[int], *, held_out: bool) -> Points | None:
+    """Coloured by the error at a stage; of one colour before there is any, grey where left out by hand."""
+    known = np.isfinite(rows.measured).all(1)
+    chosen = np.flatnonzero(known & (rows.held_out == held_out))
+    if not len(chosen):
+        return None
+    colours = np.tile(np.array(FITTED, np.uint8), (len(chosen), 1))
+    if rows.stages:
+        colours = error_scale(rows).colours(rows.stage_errors[chosen, STAGES.index(stage)])
+    if not held_out:
+        colours[np.isin(rows.number[chosen], list(left_out))] = LEFT_OUT
+    return Points(
+        places=rows.measured[chosen],
+        colours=colours,
+        radius=RADIUS if np.count_nonzero(known) <= MANY else SMALL,
+        numbers=chosen,
+        are_squares=held_out,
     )
 
 
@@ -76,7 +107,7 @@ def _axes(rows: Comparison) -> Axes | None:
 
 
 def _chosen(rows: Comparison) -> np.ndarray:
-    """Numbers of the rows that are drawn."""
+    """Numbers of the rows with arrows and frames."""
     known = np.flatnonzero(np.isfinite(rows.measured).all(1))
     return known[:: max(1, -(-len(known) // MOST_ROWS))]
 

@@ -14,7 +14,7 @@ from workbench.views.drawables.item import Item
 
 
 def plate(session: Session) -> Iterator[Item]:
-    """Blocks are green where reached, blue where selected, amber where blocked, red where out of reach."""
+    """Blocks are green where reached, blue where selected, brown where blocked, red where out of reach."""
     fixture = session.plate
     if fixture.size is not None:
         yield Item("plate/solid", _solid, (fixture.size, fixture.pose))

@@ -4,7 +4,10 @@ import numpy as np
 import viser
 from jaxtyping import Float
 
+from workbench.arm.kinematics.skeleton import body_frames
+from workbench.arm.robot import Robot
 from workbench.base.types import Vector3
+from workbench.session.comparison import Comparison
 
 VIEW = np.array([1.0, -0.86, 0.66])
 """Direction from which everything is looked at first."""
@@ -12,6 +15,8 @@ FAR = 3.4
 """Distance from which a ball fills the picture, in its radii."""
 LEAST = 0.3
 """Least radius of what is looked at [m]."""
+MOST_POSTURES = 40
+"""Rows at which the arm has to be in the picture."""
 
 
 def aim(client: viser.ClientHandle, position: Vector3, look_at: Vector3) -> None:
@@ -34,9 +39,22 @@ def look_at(
         places: In the frame of the robot's base [m].
         along: Direction from the places to the camera.
     """
+    aim(client, *view_of(places, along=along))
+
+
+def view_of(places: Float[np.ndarray, "places 3"], *, along: Vector3 = VIEW) -> tuple[Vector3, Vector3]:
+    """Where a camera stands and looks at that has all places in its picture [m]."""
     middle = 0.5 * (places.min(0) + places.max(0))
     radius = max(float(np.linalg.norm(places - middle, axis=1).max()), LEAST)
-    aim(client, middle + FAR * radius * along / np.linalg.norm(along), middle)
+    return middle + FAR * radius * along / np.linalg.norm(along), middle
+
+
+def view_of_rows(robot: Robot, rows: Comparison) -> tuple[Vector3, Vector3]:
+    """The same for all measured positions and the arm that measured them, from the rows' side of the base."""
+    seen = rows.measured[np.isfinite(rows.measured).all(1)]
+    postures = rows.q[:: max(1, -(-len(rows) // MOST_POSTURES))]
+    arm = body_frames(robot, postures)[..., :3, 3].reshape(-1, 3)
+    return view_of(np.vstack([seen, arm]), along=from_outside(seen if len(seen) else arm))
 
 
 def from_outside(places: Float[np.ndarray, "places 3"]) -> Vector3:

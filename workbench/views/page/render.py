@@ -32,6 +32,7 @@ from workbench.views.page.panels.look import LookPanel
 from workbench.views.page.panels.panel import AbstractPanel
 from workbench.views.page.panels.production import NoisePanel, ProductionPanel
 from workbench.views.page.panels.region import RegionPanel
+from workbench.views.page.panels.residuals import ResidualsPanel
 from workbench.views.page.panels.targets import TargetsPanel
 from workbench.views.page.panels.track import TrackPanel
 from workbench.views.page.scene.gizmo import Gizmo
@@ -104,7 +105,8 @@ def _build_panels(server: viser.ViserServer, worker: Worker, link: str) -> tuple
     gui = server.gui
     gui.main_panel.dock_right()
     gui.main_panel.set_width(PANEL_WIDTH)
-    panels: list[AbstractPanel] = []
+    panels: list[AbstractPanel] = [ResidualsPanel(worker)]
+    panels[0].build(server)
     with gui.add_folder("Next"):
         for kind in STRIP:
             panels.append(kind(worker))

@@ -14,6 +14,7 @@ from workbench.session import cubes
 from workbench.session.commands.drag import DropTarget, MoveTarget
 from workbench.session.journal.entry import Ending, Entry
 from workbench.session.state import Session
+from workbench.views.drawables.measured import error_scale
 
 UNITS = {"rad": (float(np.rad2deg(1.0)), "°"), "m": (1e3, "mm")}
 
@@ -53,13 +54,24 @@ def about(session: Session) -> str:
         "**Timelines:** `step`: commands; `session_time`: seconds; `measured_row`: rows of the measurements.",
         "",
         *cube_words(session),
-        "**Blocks:** green where reached, blue where selected, amber where the arm is blocked, red where out",
+        "**Blocks:** green where reached, blue where selected, brown where the arm is blocked, red where out",
         "of reach. **Arms:** the solid one is nominal, the amber shell calibrated. **Points** were measured:",
-        "blue where fitted, amber where held out, grey where left out by hand. **Arrows** lead from",
-        f"measured to predicted positions, {session.overlay.exaggeration:g} times too long: magenta nominal,",
-        "blue calibrated.",
+        "coloured by their error once there is a fit"
+        + _scale_words(session)
+        + ". **Arrows** lead from measured to",
+        f"predicted positions: magenta nominal, {session.overlay.exaggeration:g} times too long, blue",
+        f"calibrated, {session.overlay.exaggeration_after:g} times.",
     ]
     return "\n".join(lines)
+
+
+def _scale_words(session: Session) -> str:
+    """What the colours of the measured points mean."""
+    rows = session.comparison
+    if rows is None or not rows.stages:
+        return ""
+    scale, stage = error_scale(rows), rows.nearest_stage(session.overlay.stage)
+    return f", {stage}: green up to {1e3 * scale.low:.3g} mm, red from {1e3 * scale.high:.3g} mm"
 
 
 def cube_words(session: Session) -> Iterator[str]:

@@ -10,16 +10,8 @@ from workbench.session.commands.compare import GREATEST_EXAGGERATION, LEAST_EXAG
 from workbench.session.commands.identify import LeaveRowsOut
 from workbench.session.comparison import Comparison
 from workbench.session.state import Session
-from workbench.views.appearance.colours import (
-    ARROW_AFTER,
-    ARROW_BEFORE,
-    FITTED,
-    GHOST,
-    HELD_OUT,
-    LEFT_OUT,
-    css,
-)
-from workbench.views.page.camera import look_at
+from workbench.views.appearance.colours import ARROW_AFTER, ARROW_BEFORE, GHOST, LEFT_OUT, css
+from workbench.views.page.camera import aim, view_of_rows
 from workbench.views.page.html import MUTED, badge, block, number, table, text
 from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value
 
@@ -27,8 +19,20 @@ SWITCHES = {
     "ghosts": ("Other branches", "Show faint arms in the other postures that reach the selected target."),
     "nominal": ("Nominal arm", "Show the solid arm at the measured joint positions."),
     "calibrated": ("Calibrated arm", "Show the amber arm, with the identified parameters."),
-    "frames": ("Frames", "Show the measured poses."),
+    "points": (
+        "Measured points",
+        "Show where the tool was measured, coloured by the error once there is a fit.",
+    ),
+    "frames": ("Frames", "Show how the tool was turned where it was measured."),
     "arrows": ("Error arrows", "From measured to predicted places: violet nominal, cyan calibrated."),
+}
+
+FACTORS = {
+    "exaggeration": (
+        "Nominal errors ×",
+        "Exaggeration of the nominal arm's error arrows, and of errors along a trajectory.",
+    ),
+    "exaggeration_after": ("Calibrated errors ×", "Exaggeration of the calibrated arm's error arrows."),
 }
 
 
@@ -54,15 +58,18 @@ class ComparePanel(AbstractPanel):
                 name: gui.add_checkbox(label, getattr(overlay, name), hint=hint)
                 for name, (label, hint) in SWITCHES.items()
             }
-            self._times = gui.add_slider(
-                "Errors ×",
-                int(LEAST_EXAGGERATION),
-                int(GREATEST_EXAGGERATION),
-                1,
-                int(overlay.exaggeration),
-                hint="Exaggeration of the error arrows.",
+            self._times, self._times_after = (
+                gui.add_number(
+                    label,
+                    getattr(overlay, name),
+                    min=LEAST_EXAGGERATION,
+                    max=GREATEST_EXAGGERATION,
+                    step=1.0,
+                    hint=hint,
+                )
+                for name, (label, hint) in FACTORS.items()
             )
-        for control in (*self._switches.values(), self._times):
+        for control in (*self._switches.values(), self._times, self._times_after):
             on_change(control, self._set)
         everything = gui.add_button(
             "Look at all measurements",
@@ -95,10 +102,12 @@ class ComparePanel(AbstractPanel):
             set_value(self._row, session.row + 1)
         for name, box in self._switches.items():
             set_value(box, getattr(overlay, name))
-        set_value(self._times, int(overlay.exaggeration))
+        for name, control in zip(FACTORS, (self._times, self._times_after), strict=True):
+            set_value(control, getattr(overlay, name))
         for name, box in self._switches.items():
-            box.disabled = name != "ghosts" and session.identification is None
+            box.disabled = name not in ("ghosts", "points", "frames") and session.identification is None
         self._times.disabled = session.identification is None and session.track is None
+        self._times_after.disabled = session.identification is None
         self._look.disabled = comparison is None
         self._readout.content = _readout(session)
         fitted = comparison is not None and not comparison.held_out[session.row]
@@ -108,11 +117,9 @@ class ComparePanel(AbstractPanel):
         set_value(self._leave, number in session.left_out)
 
     def _look_at_all(self, event: viser.GuiEvent) -> None:
-        comparison = self._worker.session.comparison
-        if event.client is None or comparison is None:
-            return
-        seen = np.isfinite(comparison.measured).all(1)
-        look_at(event.client, np.vstack([comparison.measured[seen], np.zeros(3)]))
+        session = self._worker.session
+        if event.client is not None and session.comparison is not None:
+            aim(event.client, *view_of_rows(session.robot, session.comparison))
 
     def _leave_out(self) -> None:
         session = self._worker.session
@@ -124,8 +131,9 @@ class ComparePanel(AbstractPanel):
 
     def _set(self) -> None:
         switches = {name: bool(box.value) for name, box in self._switches.items()}
-        overlay = replace(self._worker.session.overlay, **switches, exaggeration=float(self._times.value))
-        self._worker.submit(SetOverlay(overlay))
+        factors = map(float, (self._times.value, self._times_after.value))
+        chosen: dict[str, Any] = switches | dict(zip(FACTORS, factors, strict=True))
+        self._worker.submit(SetOverlay(replace(self._worker.session.overlay, **chosen)))
 
 
 def _readout(session: Session) -> str:
@@ -175,9 +183,8 @@ def _as_opened(comparison: Comparison, row: int) -> str:
 
 def _legend() -> str:
     return block(
-        f"{badge('Fitted', css(FITTED))} &nbsp; {badge('Held out', css(HELD_OUT))} &nbsp; "
-        f"{badge('Excluded', css(LEFT_OUT))}<br>{badge('Calibrated arm', css(GHOST))}"
-        f'<div style="color:{MUTED}">Arrows start where the tool was '
-        "measured and point to where the model expects it.</div>",
+        f"{badge('Calibrated arm', css(GHOST))} &nbsp; {badge('Excluded', css(LEFT_OUT))}"
+        f'<div style="color:{MUTED}">Round points were fitted, square ones held out. Arrows start '
+        "where the tool was measured and point to where the model expects it.</div>",
         style="margin:6px 0 10px",
     )

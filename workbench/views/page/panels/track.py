@@ -167,5 +167,5 @@ def _scale(errors: np.ndarray, times: float) -> str:
         '</div><div style="display:flex;justify-content:space-between">'
         f"<span>{_millimetres(errors.min())}</span><span>{_millimetres(errors.max())}</span></div>"
         f'<div style="color:{MUTED}">The trail shows where the amber arm\'s tool goes, its error '
-        f"{'to scale' if times == 1 else f'exaggerated {times:g} times'}; Errors × above changes that.</div>"
+        f"{'to scale' if times == 1 else f'exaggerated {times:g} times'} (Nominal errors × above).</div>"
     )

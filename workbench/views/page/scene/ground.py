@@ -6,6 +6,7 @@ import viser
 from workbench.arm.kinematics.skeleton import height_above_floor
 from workbench.session.state import Session
 from workbench.views.appearance.colours import GRID, GRID_DARK, GRID_SECTION, GRID_SECTION_DARK, SKY, SKY_DARK
+from workbench.views.page.camera import view_of_rows
 
 
 class Ground:
@@ -21,9 +22,6 @@ class Ground:
         server.scene.add_frame(
             "/base_axes", axes_length=0.17 * reach, axes_radius=0.0035 * reach, origin_radius=0.0
         )
-        position, look_at = first_view(session)
-        server.initial_camera.position = position
-        server.initial_camera.look_at = look_at
         server.initial_camera.fov = np.deg2rad(42.0)
         self.show(session)
 
@@ -67,7 +65,9 @@ def _light(server: viser.ViserServer) -> None:
 
 
 def first_view(session: Session) -> tuple[np.ndarray, np.ndarray]:
-    """Where the camera stands and looks at first [m]."""
+    """Where the camera stands and looks at first [m]: at the measured rows, or else at the plate."""
+    if session.comparison is not None:
+        return view_of_rows(session.robot, session.comparison)
     reach = session.robot.reach
     middle = 0.5 * (session.plate.region.min + session.plate.region.max)
     height = 0.24 * reach - height_above_floor(session.robot)

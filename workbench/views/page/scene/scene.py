@@ -3,6 +3,7 @@
 import threading
 from dataclasses import replace
 
+import numpy as np
 import viser
 
 from workbench.session.commands.compare import ShowRow
@@ -25,24 +26,25 @@ class Scene:
     def __init__(self, server: viser.ViserServer, worker: Worker, session: Session):
         self._server, self._worker = server, worker
         self._lock = threading.Lock()
+        self._was_told = False
         self._player = Player(server, worker, self._frame)
         self._session = session
         self._build(session)
+        self._look(session)
         self.show(session)
         server.on_client_disconnect(lambda client: self.gizmo.left(client))
+        server.scene.on_click()(self._clicked_anywhere)
 
     def show(self, session: Session) -> None:
         """Draw what has changed in this snapshot."""
         with self._lock:
-            if (
-                session.robot is not self._session.robot
-                or session.first_plate is not self._session.first_plate
-            ):
+            before, self._session = self._session, session
+            is_other = session.robot is not before.robot or session.first_plate is not before.first_plate
+            if is_other:
                 self._server.scene.reset()
                 self._build(session)
-                for client in self._server.get_clients().values():
-                    aim(client, *first_view(session))
-            self._session = session
+            if is_other or _has_other_rows(before, session):
+                self._look(session)
             self._ground.show(session)
             self._sink.draw(on_page(_at(session, self._player.follow(session))))
             self._corners.show(session)
@@ -54,19 +56,40 @@ class Scene:
         self._corners = Corners(self._server, self._worker, session)
         self.gizmo = Gizmo(self._server, self._worker, session)
 
+    def _look(self, session: Session) -> None:
+        """Every page, and those that are opened later, look at what there is now."""
+        position, look_at = first_view(session)
+        self._server.initial_camera.position = position
+        self._server.initial_camera.look_at = look_at
+        for client in self._server.get_clients().values():
+            aim(client, position, look_at)
+
     def _frame(self, run: Run) -> None:
         """Move all arms to where a run has come."""
         with self._server.atomic(), self._lock:
             if not run.stop.is_set():
                 self._sink.update(in_motion(_at(self._session, run.at)))
 
+    def _clicked_anywhere(self, event: viser.SceneClickEvent) -> None:
+        """A click on a point, unless something that is drawn there was clicked: that is told first."""
+        was_told, self._was_told = self._was_told, False
+        ray = np.array(event.ray_origin), np.array(event.ray_direction)
+        if not was_told and (found := self._sink.picked(*ray)) is not None:
+            self._worker.submit(ShowRow(found[1]))
+
     def _clicked(self, path: str, number: int) -> None:
+        self._was_told = True
         if path.startswith("plate/targets/"):
             self._worker.submit(SelectTarget(number))
-        elif path == "measured":
-            self._worker.submit(ShowRow(number))
         elif path == "region/cubes":
             self._worker.submit(ShowCubes(replace(self._worker.session.cube_view, picked=number)))
+
+
+def _has_other_rows(before: Session, now: Session) -> bool:
+    """Whether measurements have come, or have come to lie elsewhere because the base is known now."""
+    if now.loaded is None:
+        return False
+    return now.loaded is not before.loaded or (before.identification is None) > (now.identification is None)
 
 
 def _at(session: Session, time: float) -> Session:

@@ -1,0 +1,166 @@
+"""Residuals where they are: colours of the measured points, their scale, and what a click on one means."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from workbench.arm.built_in_arms import load_robot
+from workbench.session.comparison import STAGES, Comparison, Stage, exaggeration_for
+from workbench.session.state import Focus, Overlay
+from workbench.views.appearance.colours import FITTED, GHOST, HELD_OUT, LEFT_OUT, NO_VALUE, scale_colours
+from workbench.views.appearance.error_scale import ErrorScale
+from workbench.views.drawables.measured import error_scale, looked_at, measured
+from workbench.views.page.camera import FAR, view_of_rows
+from workbench.views.page.panels.residuals import arrow_factors, colour_bar, row_errors, stage_means
+from workbench.views.page.scene.viser_sink import nearest_to_ray
+
+ERRORS = 1e-3 * np.array([[1.0, 0.3, 0.1], [2.0, 0.2, 0.1], [4.0, 0.4, 0.2], [3.0, 0.3, 0.1]])
+
+
+def comparison(stages=3) -> Comparison:
+    """Four rows, the last held out, whose errors at the first stages are known."""
+    places = np.array([[0.5, 0.0, 0.2], [0.4, 0.3, 0.3], [0.3, -0.2, 0.4], [0.6, 0.1, 0.1]])
+    residuals = np.full((4, 3, 3), np.nan)
+    residuals[:, :stages] = ERRORS[:, :stages, None] * [0.0, 0.6, 0.8]
+    poses = np.tile(np.eye(4), (4, 1, 1))
+    poses[:, :3, 3] = places + np.nan_to_num(residuals[:, 0])
+    after = poses.copy()
+    after[:, :3, 3] = places + np.nan_to_num(residuals[:, 1])
+    return Comparison(
+        q=np.linspace(-1.0, 1.0, 24).reshape(4, 6),
+        number=np.array([0, 1, 2, 7]),
+        held_out=np.array([False, False, False, True]),
+        measured=places,
+        rotation=np.tile(np.eye(3), (4, 1, 1)),
+        nominal=poses,
+        calibrated=after if stages > 1 else None,
+        residuals=residuals,
+    )
+
+
+def drawn(rows, **kwargs):
+    """What the page shows of the rows, by path."""
+    usual = {"overlay": Overlay(), "focus": Focus.ROW, "left_out": frozenset(), "row": 0}
+    session = SimpleNamespace(comparison=rows, **usual | kwargs)
+    items = [*measured(session), *looked_at(session)]
+    return {item.path: item.make(*item.inputs) for item in items if item.shown}
+
+
+@pytest.mark.parametrize(("stages", "shown"), [(1, Stage.NOMINAL), (2, Stage.GEOMETRY), (3, Stage.CAUSES)])
+def test_points_have_the_colour_of_their_error_at_the_last_known_stage(stages, shown):
+    rows = comparison(stages)
+    scene = drawn(rows)
+    expected = error_scale(rows).colours(ERRORS[:, STAGES.index(shown)])
+    assert np.array_equal(scene["measured"].colours, expected[:3])
+    assert np.array_equal(scene["measured/held_out"].colours, expected[3:])
+    assert (scene["measured"].are_squares, scene["measured/held_out"].are_squares) == (False, True)
+    assert scene["measured/held_out"].numbers.tolist() == [3]
+
+
+def test_a_stage_is_chosen_and_rows_left_out_are_grey():
+    rows = comparison()
+    scene = drawn(rows, overlay=Overlay(stage=Stage.NOMINAL), left_out=frozenset({1, 7}))
+    expected = error_scale(rows).colours(ERRORS[:, 0])
+    assert tuple(scene["measured"].colours[1]) == LEFT_OUT
+    assert np.array_equal(scene["measured"].colours[[0, 2]], expected[[0, 2]])
+    assert np.array_equal(scene["measured/held_out"].colours, expected[3:]), "held-out rows are not left out"
+
+
+def test_before_any_fit_points_have_one_colour():
+    assert {tuple(c) for c in drawn(comparison(0))["measured"].colours} == {FITTED}
+
+
+def test_frames_of_rows_are_off_by_default_and_arrows_have_factors_of_their_own():
+    scene = drawn(comparison(), overlay=Overlay(exaggeration=2.0, exaggeration_after=800.0))
+    assert "row/frames" not in scene
+    for name, times, stage in (("nominal", 2.0, 0), ("calibrated", 800.0, 1)):
+        arrows = scene[f"errors/{name}"]
+        lengths = np.linalg.norm(arrows.ends - arrows.starts, axis=1)
+        assert lengths == pytest.approx(times * ERRORS[:, stage], rel=1e-9)
+    assert "row/frames" in drawn(comparison(), overlay=Overlay(frames=True))
+
+
+def test_all_of_many_rows_are_drawn():
+    rows, count = comparison(2), 11_911
+    many = replace(
+        rows,
+        **{name: np.resize(getattr(rows, name), (count, *getattr(rows, name).shape[1:])) for name in
+           ("q", "number", "held_out", "measured", "rotation", "nominal", "calibrated", "residuals")},
+    )  # fmt: skip
+    scene = drawn(many)
+    assert len(scene["measured"].places) + len(scene["measured/held_out"].places) == count
+    assert len(scene["errors/nominal"].starts) <= 400
+
+
+def test_amber_means_the_calibrated_arm_alone():
+    assert HELD_OUT != GHOST
+
+
+@pytest.mark.parametrize(
+    ("errors", "low", "high", "ticks"),
+    [
+        (ERRORS, 1e-4, 5e-3, (1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3)),
+        (ERRORS[:, :1], 1e-3, 1e-2, (1e-3, 2e-3, 5e-3, 1e-2)),
+        (np.geomspace(1.1e-4, 7e-2, 99)[:, None], 1e-4, 0.1, (1e-4, 1e-3, 1e-2, 1e-1)),
+        (np.zeros((5, 1)), 1e-6, 5e-6, (1e-6, 2e-6, 5e-6)),
+    ],
+)
+def test_the_scale_has_round_ends_and_ticks_between(errors, low, high, ticks):
+    scale = ErrorScale.of(errors)
+    assert (scale.low, scale.high) == pytest.approx((low, high))
+    assert scale.ticks == pytest.approx(ticks)
+    words = colour_bar(scale)
+    assert "≤" in words
+    assert "mm" in words
+
+
+def test_colours_of_errors_end_with_the_scale():
+    scale = ErrorScale(1e-4, 1e-2)
+    colours = scale.colours(np.array([0.0, 1e-4, 1e-3, 1e-2, 1.0, np.nan]))
+    ends = scale_colours(np.array([1.0, 0.5, 0.0]))
+    assert colours[:5].tolist() == ends[[0, 0, 1, 2, 2]].tolist()
+    assert tuple(colours[5]) == NO_VALUE
+
+
+def test_a_scale_of_nothing_known_is_there():
+    assert ErrorScale.of(np.full((3, 3), np.nan)) == ErrorScale(1e-4, 1e-3)
+
+
+def test_the_legend_says_whose_errors_and_how_long_arrows_are():
+    rows, robot = comparison(), load_robot("aria")
+    words = stage_means(rows, Stage.GEOMETRY)
+    assert "3.00" in words  # of the held-out row alone
+    assert "0.300" in words
+    assert "Mean of 1 held-out poses; colours: geometry" in words
+    words = arrow_factors(rows, Overlay(exaggeration=2.0, exaggeration_after=800.0))
+    assert "× 2 " in words
+    assert "× 800" in words
+    assert arrow_factors(rows, Overlay(arrows=False)) == ""
+    words = row_errors(rows, 3, robot)
+    assert "Data row 7</b> (held out): 3.00 mm nominal, 0.300 mm geometry, 0.100 mm with causes" in words
+    assert "57.3°" in words
+
+
+@pytest.mark.parametrize(("typical", "times"), [(1e-3, 50.0), (4e-2, 2.0), (5e-5, 1000.0), (5.0, 1.0)])
+def test_arrows_are_about_as_long_as_a_hand_is_wide(typical, times):
+    assert exaggeration_for(np.full(9, typical)) == times
+
+
+def test_a_click_means_the_nearest_point_under_the_pointer():
+    places = np.array([[2.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.5, 0.5, 0.0], [-1.0, 0.0, 0.0]])
+    ahead = np.array([1.0, 0.0, 0.0])
+    assert nearest_to_ray(places, np.zeros(3), ahead) == (1.0, 1)
+    aside = places[2] / np.linalg.norm(places[2])
+    assert nearest_to_ray(places, np.zeros(3), aside)[1] == 2
+    assert nearest_to_ray(places, np.zeros(3), np.array([0.0, 0.0, 1.0])) is None
+
+
+def test_the_camera_sees_all_rows_and_the_arm_from_their_side():
+    robot, rows = load_robot("aria"), comparison()
+    position, middle = view_of_rows(robot, rows)
+    reach = np.linalg.norm(position - middle) / FAR
+    assert np.linalg.norm(rows.measured - middle, axis=1).max() <= reach + 1e-9
+    assert position[:2] @ rows.measured[:, :2].mean(0) > 0.0
+    assert position[2] > 0.0

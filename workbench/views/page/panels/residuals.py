@@ -1,0 +1,136 @@
+"""Over the scene: what the colours of the measured points mean, whose errors, and the row looked at."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import viser
+
+from workbench.arm.robot import JointKind, Robot
+from workbench.session.commands.compare import SetOverlay
+from workbench.session.comparison import STAGES, Comparison, Stage
+from workbench.session.state import Focus, Overlay, Session
+from workbench.views.appearance.colours import ARROW_AFTER, ARROW_BEFORE, LEFT_OUT, css
+from workbench.views.appearance.error_scale import ErrorScale, gradient
+from workbench.views.drawables.measured import error_scale
+from workbench.views.page.html import MUTED, badge, block, number, text
+from workbench.views.page.panels.panel import AbstractPanel
+
+WIDTH, MARGIN = 330, 15
+NAMES = {stage: str(stage).capitalize() for stage in STAGES}
+
+
+class ResidualsPanel(AbstractPanel):
+    """A window of its own in the lower left corner; there once errors are known."""
+
+    def build(self, server: viser.ViserServer) -> None:
+        gui = server.gui
+        self._window = gui.add_panel(visible=False)
+        with self._window.add_tab("Residuals"):
+            self._stages = gui.add_button_group(
+                "Errors of",
+                list(NAMES.values()),
+                hint="Colour the measured points by the errors of the nominal arm, of its calibrated "
+                "geometry, or of the geometry with the causes that were found.",
+            )
+            self._html = gui.add_html("")
+        self._window.float(x=MARGIN, y=-MARGIN, width=WIDTH)
+
+        @self._stages.on_click
+        async def _(event: viser.GuiEvent) -> None:
+            chosen = next(stage for stage, name in NAMES.items() if name == event.target.value)
+            overlay = replace(self._worker.session.overlay, stage=chosen)
+            self._worker.submit(SetOverlay(overlay))
+
+    def parts(self, session: Session) -> tuple[Any, ...]:
+        return session.comparison, session.overlay, session.focus, session.row, bool(session.left_out)
+
+    def show(self, session: Session) -> None:
+        rows, overlay = session.comparison, session.overlay
+        is_shown = rows is not None and rows.stages and overlay.points and session.focus is not Focus.TRACK
+        self._window.visible = bool(is_shown)
+        if rows is None or not is_shown:
+            return
+        self._stages.options = tuple(NAMES[stage] for stage in rows.stages)
+        self._html.content = block(
+            stage_means(rows, overlay.stage)
+            + colour_bar(error_scale(rows))
+            + marks(rows, is_left_out=bool(session.left_out))
+            + (arrow_factors(rows, overlay) if session.focus in (Focus.ROW, Focus.JOG) else "")
+            + (row_errors(rows, session.row, session.robot) if session.focus is Focus.ROW else ""),
+            testid="residuals",
+            style="margin:2px 0 6px",
+        )
+
+
+def stage_means(rows: Comparison, wanted: Stage) -> str:
+    """Mean error at every known stage, the shown one large; of held-out rows where there are any."""
+    shown, judged = rows.nearest_stage(wanted), rows.held_out
+    seen = np.isfinite(rows.stage_errors[:, STAGES.index(rows.stages[0])])
+    kind = "held-out " if (judged & seen).any() else ""
+    use = seen & judged if kind else seen
+    parts = []
+    for stage in rows.stages:
+        mean = f"{number(1e3 * float(np.nanmean(rows.stage_errors[use, STAGES.index(stage)])))}"
+        style = "font-size:19px;font-weight:650" if stage is shown else f"color:{MUTED}"
+        parts.append(f'<span title="{text(stage)}" style="{style}">{mean}</span>')
+    arrow = f' <span style="color:{MUTED}">→</span> '
+    return (
+        f"<div>{arrow.join(parts)} mm</div>"
+        f'<div style="color:{MUTED}">Mean of {int(use.sum())} {kind}poses; colours: {text(shown)}</div>'
+    )
+
+
+def colour_bar(scale: ErrorScale) -> str:
+    """The scale with its ticks in mm."""
+    ticks, last = [], len(scale.ticks) - 1
+    for i, tick in enumerate(scale.ticks):
+        at = 100.0 * float(scale.shares(np.array(tick)))
+        words = ("≤ " if i == 0 else "≥ " if i == last else "") + number(1e3 * tick, 1)
+        side = f"left:{at:.1f}%;transform:translateX(-{at:.0f}%)"
+        ticks.append(f'<span style="position:absolute;{side}">{words}{" mm" if i == last else ""}</span>')
+    return (
+        f'<div style="height:10px;border-radius:3px;margin-top:5px;background:{gradient()}"></div>'
+        '<div data-testid="colour-bar" style="position:relative;height:19px;white-space:nowrap">'
+        f"{''.join(ticks)}</div>"
+    )
+
+
+def marks(rows: Comparison, *, is_left_out: bool) -> str:
+    """What round and square points are, and that they answer to a click."""
+    kinds = "● fitted ■ held out" if rows.held_out.any() else "● fitted"
+    grey = f' <span style="color:{css(LEFT_OUT)}">●</span> excluded' if is_left_out else ""
+    return f'<div style="color:{MUTED}">{kinds}{grey} · click one for its numbers</div>'
+
+
+def arrow_factors(rows: Comparison, overlay: Overlay) -> str:
+    """How many times longer than the errors the arrows are."""
+    if not overlay.arrows or rows.calibrated is None:
+        return ""
+    return (
+        f'<div data-testid="factors">{badge("Nominal", css(ARROW_BEFORE))} × {overlay.exaggeration:g} &nbsp; '
+        f"{badge('Calibrated', css(ARROW_AFTER))} × {overlay.exaggeration_after:g}</div>"
+    )
+
+
+def row_errors(rows: Comparison, row: int, robot: Robot) -> str:
+    """Errors and joint positions of a row."""
+    kind = "held out" if rows.held_out[row] else "fitted"
+    known = [
+        f"{number(1e3 * float(rows.stage_errors[row, STAGES.index(stage)]))} mm {text(stage)}"
+        for stage in rows.stages
+        if np.isfinite(rows.stage_errors[row, STAGES.index(stage)])
+    ]
+    errors = ", ".join(known) or "no position was measured"
+    return (
+        '<div data-testid="row-errors" style="margin-top:4px">'
+        f"<b>Data row {int(rows.number[row])}</b> ({kind}): {errors}"
+        f'<div style="color:{MUTED}">Joints {text(_joints(rows.q[row], robot))}</div></div>'
+    )
+
+
+def _joints(q: np.ndarray, robot: Robot) -> str:
+    slides = [joint.kind is JointKind.PRISMATIC for joint in robot.moving]
+    shown = np.where(slides, 1e3 * q, np.rad2deg(q)).round(1) + 0.0
+    parts = [f"{v:.1f}{' mm' if is_sliding else '°'}" for v, is_sliding in zip(shown, slides, strict=True)]
+    return ", ".join(parts).replace("-", "−")
