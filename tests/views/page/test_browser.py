@@ -14,6 +14,7 @@ from workbench.arm.robot_toml import read_toml
 from workbench.data.simulation.instruments import instrument_named
 from workbench.data.simulation.simulate import simulate, virtual_arm
 from workbench.data.writer import write_measurements
+from workbench.session.comparison import Stage
 
 pytestmark = pytest.mark.browser
 
@@ -129,6 +130,7 @@ def test_file_identify_overlay_save(app, look, tmp_path):
     screen.wait_text("row", "Pose 2 of 60")
     app.worker.wait()
     screen.shoot("compared")
+    residuals_are_where_they_are(screen)
 
     screen.tab("Identify")
     with page.expect_download() as download:
@@ -138,6 +140,26 @@ def test_file_identify_overlay_save(app, look, tmp_path):
     names = robot.default_free
     wanted = found.runs["opt2"].calibrated.values(names)
     assert np.allclose(read_toml(saved).values(names), wanted, atol=1e-12)
+
+
+def residuals_are_where_they_are(screen):
+    """All rows are in the picture, have one scale of colours in mm, and answer to a click."""
+    screen.wait_text("residuals", "Nominal × ")
+    assert "mm" in screen.text("colour-bar")
+    rows = screen.app.worker.session.comparison
+    places = np.array([screen.pixel(place) for place in rows.measured])
+    box = screen.page.locator("canvas").first.bounding_box()
+    assert (places > [box["x"], box["y"]]).all()
+    assert (places < [box["x"] + box["width"], box["y"] + box["height"]]).all()
+    screen.press("Nominal")
+    screen.until(lambda session: session.overlay.stage is Stage.NOMINAL)
+    apart = np.linalg.norm(places[:, None] - places, axis=2) + 1e9 * np.eye(len(places))
+    free = np.where(places[:, 0] > 400, apart.min(1), 0.0)  # beside the window with the scale
+    row = int(free.argmax())
+    screen.page.mouse.click(*places[row])
+    screen.until(lambda session: session.row == row)
+    screen.wait_text("row-errors", f"Data row {rows.number[row]} ")
+    screen.shoot("residuals")
 
 
 def test_bad_file_is_a_message_and_all_stays(app, look):
