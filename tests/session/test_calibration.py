@@ -17,7 +17,8 @@ from workbench.session.commands.data import ForgetData, LoadData, MeasureVirtual
 from workbench.session.commands.drag import MoveTarget
 from workbench.session.commands.identify import Identify
 from workbench.session.export import calibrated_toml
-from workbench.session.state import Focus, Overlay, Severity
+from workbench.session.overlay import Overlay
+from workbench.session.state import Focus, Severity
 
 
 @pytest.fixture(scope="module")

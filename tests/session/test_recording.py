@@ -35,7 +35,8 @@ from workbench.session.journal.compare_numbers import check
 from workbench.session.journal.entry import Ending
 from workbench.session.journal.folder import begin, branch, resume
 from workbench.session.journal.reader import JOURNAL, read_recording
-from workbench.session.state import Overlay, Severity
+from workbench.session.overlay import Overlay
+from workbench.session.state import Severity
 
 RPY = (-2.6, 0.0, 0.0)
 

@@ -8,7 +8,8 @@ import pytest
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.session.comparison import STAGES, Comparison, Stage, exaggeration_for
-from workbench.session.state import Focus, Overlay
+from workbench.session.overlay import Overlay
+from workbench.session.state import Focus
 from workbench.views.appearance.colours import FITTED, GHOST, HELD_OUT, LEFT_OUT, NO_VALUE, scale_colours
 from workbench.views.appearance.error_scale import ErrorScale
 from workbench.views.drawables.measured import error_scale, looked_at, measured
@@ -104,6 +105,7 @@ def test_amber_means_the_calibrated_arm_alone():
         (ERRORS, 1e-4, 5e-3, (1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3)),
         (ERRORS[:, :1], 1e-3, 1e-2, (1e-3, 2e-3, 5e-3, 1e-2)),
         (np.geomspace(1.1e-4, 7e-2, 99)[:, None], 1e-4, 0.1, (1e-4, 1e-3, 1e-2, 1e-1)),
+        (np.geomspace(1.1e-5, 1.5e-2, 99)[:, None], 1e-5, 2e-2, (1e-5, 1e-4, 1e-3, 2e-2)),
         (np.zeros((5, 1)), 1e-6, 5e-6, (1e-6, 2e-6, 5e-6)),
     ],
 )

@@ -13,6 +13,8 @@ LEAST_SPAN = 5.0
 """Least ratio of its ends."""
 SMALLEST = 1e-6
 """Errors below this are one colour [m]."""
+ROOM = 0.16
+"""Share of the scale that the words at its ends take."""
 DIGITS = (1.0, 2.0, 5.0)
 
 
@@ -57,8 +59,10 @@ class ErrorScale:
         every = [d * 10.0**k for k in range(first, last + 1) for d in DIGITS]
         inside = [t for t in every if self.low * (1 - 1e-6) <= t <= self.high * (1 + 1e-6)]
         if len(inside) > 7:
-            ends = {inside[0], inside[-1]}
-            inside = [t for t in inside if t in ends or abs(np.log10(t) - round(np.log10(t))) < 1e-6]
+            first, *between, last = inside
+            room = (last / first) ** ROOM
+            decades = [t for t in between if abs(np.log10(t) - round(np.log10(t))) < 1e-6]
+            inside = [first, *(t for t in decades if first * room <= t <= last / room), last]
         return tuple(inside)
 
 

@@ -9,7 +9,8 @@ import viser
 from workbench.arm.robot import JointKind, Robot
 from workbench.session.commands.compare import SetOverlay
 from workbench.session.comparison import STAGES, Comparison, Stage
-from workbench.session.state import Focus, Overlay, Session
+from workbench.session.overlay import Overlay
+from workbench.session.state import Focus, Session
 from workbench.views.appearance.colours import ARROW_AFTER, ARROW_BEFORE, LEFT_OUT, css
 from workbench.views.appearance.error_scale import ErrorScale, gradient
 from workbench.views.drawables.measured import error_scale
