@@ -59,10 +59,10 @@ class ErrorScale:
         every = [d * 10.0**k for k in range(first, last + 1) for d in DIGITS]
         inside = [t for t in every if self.low * (1 - 1e-6) <= t <= self.high * (1 + 1e-6)]
         if len(inside) > 7:
-            first, *between, last = inside
-            room = (last / first) ** ROOM
+            low, *between, high = inside
+            room = (high / low) ** ROOM
             decades = [t for t in between if abs(np.log10(t) - round(np.log10(t))) < 1e-6]
-            inside = [first, *(t for t in decades if first * room <= t <= last / room), last]
+            inside = [low, *(t for t in decades if low * room <= t <= high / room), high]
         return tuple(inside)
 
 
