@@ -36,6 +36,7 @@ _HOMES = {
     "workbench.identification.evaluate": ("evaluate",),
     "workbench.identification.identify": ("identify",),
     "workbench.identification.verification.verify": ("verify", "Verification"),
+    "workbench.identification.fleet.fleet": ("compare_fleet", "Fleet"),
     "workbench.identification.problem": ("Noise",),
     "workbench.identification.rezero.find": ("rezero",),
     "workbench.diagnosis.record": ("Diagnosis",),

@@ -15,6 +15,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
+from workbench.base.spread import spread
 from workbench.base.types import Outcome
 from workbench.data.accuracy_requirement import Requirement
 from workbench.data.dataset import Dataset
@@ -29,7 +30,7 @@ from workbench.plate.yield_trial.arms import try_arms
 from workbench.plate.yield_trial.job import Errors, Job, constrained_by
 from workbench.plate.yield_trial.reach_targets import branches_by_distance, reach_targets
 from workbench.plate.yield_trial.result import gather
-from workbench.plate.yield_trial.trial import spread, try_production
+from workbench.plate.yield_trial.trial import try_production
 
 NONE = np.zeros(10)
 QUIET = Errors(seat_position=0.0, seat_rotation=0.0, joint=0.0, target_position=NONE, target_rotation=NONE)

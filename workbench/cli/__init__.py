@@ -107,6 +107,7 @@ PANELS: dict[str, tuple] = {
         calibration.diagnose,
         calibration.evaluate,
         verification.verify,
+        verification.fleet,
         rezero.rezero,
         measurements.poses,
         measurements.capture,

@@ -6,14 +6,17 @@ from typing import Annotated
 import typer
 
 from workbench.base.errors import OptionError
+from workbench.base.wording import counted
 from workbench.cli.options import (
     DataArgument,
     FileOptions,
     JsonOption,
+    ReportOption,
     RobotOption,
     check_writable,
     fail,
     flattened,
+    progress_bar,
     say,
     show,
     write_result,
@@ -94,3 +97,46 @@ def fact_of(text: str) -> tuple[str, str]:
     if not (name and equals and words):
         raise OptionError(f"--fact must be NAME=TEXT such as 'Serial number=A-1047', got '{text}'")
     return name, words
+
+
+def fleet(
+    folder: Annotated[
+        Path, typer.Argument(help="ARM/DATE.toml (calibrated) or ARM/DATE.csv (measured) for each arm.")
+    ],
+    robot: Annotated[
+        str | None, typer.Option(help="Nominal robot, with which measurements are identified.")
+    ] = None,
+    allowed: Annotated[
+        str, typer.Option(help="Measure again when a drift will have moved the tool by this.")
+    ] = "0.1mm",
+    workers: Annotated[
+        int | None, typer.Option(help="Processes on this machine; as many as it has cores if not given.")
+    ] = None,
+    scheduler: Annotated[
+        str | None, typer.Option(help="Dask scheduler, such as tcp://host:8786; else this machine's cores.")
+    ] = None,
+    json: JsonOption = None,
+    report: ReportOption = None,
+) -> None:
+    """Compare calibrations over time: what moved, by how many σ, since when, and which arm is worst."""
+    from workbench.arm.built_in_arms import load_robot
+    from workbench.base.units import Quantity, parse_quantity
+    from workbench.identification.fleet.fleet import compare_fleet
+    from workbench.identification.fleet.report import fleet_json, fleet_tables, write_fleet
+
+    check_writable(json, folder=report)
+    with progress_bar("fleet") as progress:
+        found = compare_fleet(
+            folder,
+            robot=None if robot is None else load_robot(robot),
+            allowed=parse_quantity(allowed, Quantity.LENGTH),
+            workers=workers,
+            scheduler=scheduler,
+            progress=lambda part: progress(part, "reading and identifying"),
+        )
+    show(fleet_tables(found))
+    write_result(json, fleet_json(found))
+    if report is not None:
+        say(f"report: {write_fleet(found, report)}")
+    if found.unread:
+        fail(f"{counted(len(found.unread), 'arm')} could not be compared, such as {found.unread[0].arm}")

@@ -1,96 +1,20 @@
 """The trial: virtual arms in chunks with seeds of their own, and a few for each source of error alone.
 
-The chunks run on all cores of this machine, or on a Dask cluster. Every chunk is a function of its arguments
-alone, seeds included, so the numbers are the same wherever it runs, and a chunk whose worker is lost is done
-again by another. Results come back in the order of the chunks.
+The chunks are spread over the cores of this machine, or a Dask cluster; their seeds are among their
+arguments, so that the numbers are the same wherever they run.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 from dataclasses import replace
-from itertools import takewhile
-from threading import Event
-from typing import Any
 
 import numpy as np
-from joblib import Parallel, cpu_count, delayed, parallel_config
 
-from workbench.base.errors import MissingExtraError, OptionError
+from workbench.base.errors import OptionError
+from workbench.base.spread import spread
 from workbench.base.types import Outcome
 from workbench.plate.yield_trial.arms import CHUNK, Chunk, try_arms
 from workbench.plate.yield_trial.job import Job, check_job
 from workbench.plate.yield_trial.result import Yield, gather, rms_of
-
-CONNECTING = 5.0
-"""Seconds to wait for a scheduler."""
-RETRIES = 3
-"""How often a piece that failed on a worker is tried again."""
-FEW = 2
-"""So many pieces are not worth other processes."""
-
-Piece = tuple[Any, ...]
-
-
-def spread(
-    work: Callable[..., Any],
-    pieces: Sequence[Piece],
-    *,
-    scheduler: str | None = None,
-    progress: Callable[[float], None] | None = None,
-    cancel: Callable[[], bool] | None = None,
-) -> list[Any]:
-    """Results of the work on each piece; if it was cancelled, of those that were begun by then.
-
-    Args:
-        work: A function that other processes can import.
-        pieces: Its arguments.
-        scheduler: Address of a Dask scheduler, such as `tcp://host:8786`; this machine's cores if None.
-        progress: Called with the share of the pieces done.
-        cancel: Asked after each piece whether to stop.
-
-    Raises:
-        MissingExtraError: a scheduler is given, and Dask is not installed.
-        OptionError: nobody answers at the scheduler's address.
-    """
-    stop = Event()
-    stream = _here(work, pieces, stop) if scheduler is None else _on_cluster(work, pieces, stop, scheduler)
-    results: list[Any] = []
-    for result in stream:
-        results.append(result)
-        if progress is not None:
-            progress(len(results) / len(pieces))
-        if cancel is not None and cancel():
-            stop.set()
-    return results
-
-
-def _here(work: Callable[..., Any], pieces: Sequence[Piece], stop: Event) -> Iterator[Any]:
-    cores = 1 if len(pieces) <= FEW else min(cpu_count(), len(pieces))
-    tasks = (delayed(work)(*piece) for piece in takewhile(lambda _: not stop.is_set(), pieces))
-    with parallel_config(backend="loky", inner_max_num_threads=1):
-        yield from Parallel(n_jobs=cores, return_as="generator")(tasks)
-
-
-def _on_cluster(
-    work: Callable[..., Any], pieces: Sequence[Piece], stop: Event, scheduler: str
-) -> Iterator[Any]:
-    try:
-        from distributed import Client
-    except ImportError:
-        raise MissingExtraError("--scheduler", extra="dask") from None
-    try:
-        client = Client(scheduler, timeout=CONNECTING, set_as_default=False)
-    except (OSError, ValueError) as error:
-        raise OptionError(
-            f"no Dask scheduler answers at {scheduler} ({error}); start one with `dask scheduler` and give "
-            "the address that it prints"
-        ) from None
-    with client:
-        futures = [client.submit(work, *piece, pure=False, retries=RETRIES) for piece in pieces]
-        try:
-            yield from (future.result() for future in takewhile(lambda _: not stop.is_set(), futures))
-        finally:
-            client.cancel(futures)
-
 
 ARMS = 10_000
 """Arms of a trial unless said otherwise."""

@@ -1,0 +1,191 @@
+"""Calibrations over time: steps and drifts are found with their joint, chance is not, wherever computed."""
+
+import json
+from dataclasses import replace
+from datetime import date
+from pathlib import Path
+
+import numpy as np
+import pytest
+from html_page import Page
+
+import workbench as wb
+from workbench.arm.calibration import Calibration
+from workbench.base.errors import FileError, OptionError
+from workbench.identification.fleet.history import History, arms_of
+from workbench.identification.fleet.movement import Law, movements, scatter_factor, threshold
+from workbench.identification.fleet.report import fleet_json, write_fleet
+
+DATES = ("2026-01-10", "2026-04-02", "2026-07-01", "2026-10-01")
+SIGMA = 2e-5
+ARM = wb.load_robot("aria")
+WORN = {"arm-04": ("joint3.theta", Law.STEP), "arm-15": ("joint2.theta", Law.DRIFT)}
+
+
+def write_arm(folder: Path, arm, rng, law=None, name="", size=6e-4):
+    """Calibrations of an arm, of which one constant may move."""
+    free = arm.default_free
+    for k, day in enumerate(DATES):
+        values = arm.values(free) + rng.normal(0.0, SIGMA, len(free))
+        if law is not None:
+            values[free.index(name)] += size * (k >= 2 if law is Law.STEP else k / 3.0)
+        said = Calibration(source="x", poses=np.zeros(0, np.uint32), std=dict.fromkeys(free, SIGMA))
+        made = arm.with_values(dict(zip(free, values.tolist(), strict=True)))
+        replace(made, calibration=said).save(folder / f"{day}.toml")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Thirty arms, two of them worn."""
+    root, rng = tmp_path_factory.mktemp("fleet"), np.random.default_rng(0)
+    arm = wb.load_robot("aria")
+    for k in range(30):
+        place = root / f"arm-{k:02d}"
+        place.mkdir()
+        name, law = WORN.get(place.name, ("", None))
+        write_arm(place, arm, rng, law, name)
+    return root
+
+
+@pytest.fixture(scope="module")
+def fleet(folder):
+    return wb.compare_fleet(folder, workers=1)
+
+
+def history(values, std=1.0) -> History:
+    """One constant of one arm over the dates."""
+    x = np.array(values, float)[:, None]
+    return History(
+        arm="a",
+        dates=tuple(map(date.fromisoformat, DATES[: len(x)])),
+        names=("joint2.theta",),
+        values=x,
+        std=np.full_like(x, std),
+        robot=ARM,
+    )
+
+
+# -- laws -----------------------------------------------------------------------------------------
+
+
+def test_two_dates_differ_by_sigmas_by_hand():
+    (found,) = movements(history([1.0, 11.0]), factor=1.0, least=5.0)
+    assert found.sigmas == pytest.approx(10.0 / np.sqrt(2.0))
+    assert (found.shift, found.since, found.rate) == (pytest.approx(10.0), date(2026, 4, 2), 0.0)
+    assert not movements(history([1.0, 11.0]), factor=2.0, least=5.0)
+    assert not movements(history([1.0]), factor=1.0, least=0.0)
+
+
+def test_a_step_is_told_from_a_drift():
+    (step,) = movements(history([0.0, 0.1, 20.0, 19.9]), factor=1.0, least=5.0)
+    assert (step.law, step.since, step.joint) == (Law.STEP, date(2026, 7, 1), 2)
+    assert step.shift == pytest.approx(19.9)
+    assert step.std == pytest.approx(1.0)  # √(1/2 + 1/2)
+    days = history([0, 0, 0, 0]).days
+    (drift,) = movements(history(0.1 * days), factor=1.0, least=5.0)
+    assert drift.law is Law.DRIFT
+    assert drift.rate == pytest.approx(0.1)
+    assert drift.since == date(2026, 1, 10)
+
+
+def test_sigma_is_widened_to_what_calibrations_really_scatter():
+    rng = np.random.default_rng(0)
+    many = [history(rng.normal(0.0, 3.0, 4)) for _ in range(1000)]
+    assert scatter_factor(many) == pytest.approx(3.0, rel=0.1)
+    assert scatter_factor([history(rng.normal(0.0, 0.1, 4)) for _ in range(100)]) == 1.0
+    factor, least = scatter_factor(many), threshold(many)
+    assert 4.5 < least < 4.9  # 0.01 / 3000 tests, both sides
+    assert not [m for h in many for m in movements(h, factor=factor, least=least)]
+
+
+# -- a fleet --------------------------------------------------------------------------------------
+
+
+def test_the_worn_arms_are_found_with_their_joint(fleet):
+    assert {arm.history.arm: (arm.worst.name, arm.worst.law) for arm in fleet.worn} == WORN
+    assert {arm.joint for arm in fleet.worn} == {2, 3}
+    step = next(arm for arm in fleet.worn if arm.joint == 3)
+    assert step.worst.since == date(2026, 7, 1)
+    assert step.again is None
+    drift = next(arm for arm in fleet.worn if arm.joint == 2)
+    assert 1e-4 < drift.tool < 1e-3
+    assert date(2026, 10, 5) < drift.again < date(2027, 2, 1)
+    assert "2 of 30 arms" in fleet.verdict
+    assert "arm-15" in fleet._repr_html_()
+
+
+def test_everywhere_the_same_numbers(folder, fleet):
+    wanted = json.dumps(fleet_json(fleet))
+    assert json.dumps(fleet_json(wb.compare_fleet(folder, workers=2))) == wanted
+    with pytest.raises(OptionError, match="--workers must be at least 1"):
+        wb.compare_fleet(folder, workers=0)
+
+
+@pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::ResourceWarning")
+def test_a_cluster_gives_the_same_numbers_of_a_fleet(folder, fleet):
+    distributed = pytest.importorskip("distributed")
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=1, dashboard_address=None, processes=False
+    ) as cluster:
+        found = wb.compare_fleet(folder, scheduler=cluster.scheduler_address)
+    assert fleet_json(found) == fleet_json(fleet)
+
+
+def test_the_page_shows_worn_arms(fleet, tmp_path):
+    page = write_fleet(fleet, tmp_path / "out")
+    html = Page()
+    html.feed(page.read_text())
+    words = " ".join(html.words)
+    assert "joint3.theta" in words
+    assert "28 arms" in words
+    assert {p.name for p in page.parent.iterdir()} == {
+        *("fleet.html", "result.json", "fleet.svg", "drift-1.svg", "drift-2.svg")
+    }
+    assert fleet.plot("arm-04")._repr_png_().startswith(b"\x89PNG")
+    with pytest.raises(OptionError, match="no arm 'x'"):
+        fleet.plot("x")
+
+
+# -- folders --------------------------------------------------------------------------------------
+
+
+def test_measurements_are_identified(tmp_path):
+    """A folder of files is one arm; joint 4 slips between two days."""
+    arm = wb.load_robot("aria")
+    actual, before = wb.measure_poses(arm, 25, seed=1)
+    slipped = actual.with_values({"joint4.theta": actual.values(("joint4.theta",))[0] + 2e-3})
+    _, after = wb.measure_poses(arm, 25, seed=2, actual=slipped)
+    for day, rows in zip(DATES, (before, after), strict=False):
+        wb.write_measurements(rows, tmp_path / f"{day}.csv")
+    (found,) = wb.compare_fleet(tmp_path, robot=arm, workers=1).worn
+    assert found.worst.name == "joint4.theta"
+    assert found.worst.shift == pytest.approx(2e-3, rel=0.1)
+
+
+def test_an_arm_that_can_not_be_read_spoils_nothing(run, tmp_path):
+    arm, rng = wb.load_robot("aria"), np.random.default_rng(1)
+    for name in ("good", "old", "undated", "measured"):
+        (tmp_path / "f" / name).mkdir(parents=True)
+    write_arm(tmp_path / "f" / "good", arm, rng)
+    arm.save(tmp_path / "f" / "old" / "2026-01-01.toml")
+    arm.save(tmp_path / "f" / "undated" / "today.toml")
+    (tmp_path / "f" / "measured" / "2026-01-01.csv").write_text("q1[rad]\n1\n")
+    status, out, err = run("fleet", "f", "--workers", "1", "--json", "r.json")
+    assert status == 2
+    assert "3 arms could not be compared" in err
+    result = json.loads(Path("r.json").read_text())
+    why = {entry["arm"]: entry["reason"] for entry in result["unread"]}
+    assert "no standard errors" in why["old"]
+    assert "must begin with its date" in why["undated"]
+    assert "--robot" in why["measured"]
+    assert [entry["arm"] for entry in result["arms"]] == ["good"]
+    assert "Nothing moved in 1 arm" in out
+
+
+def test_folders_without_calibrations_are_refused(tmp_path):
+    with pytest.raises(FileError, match="holds no calibrations"):
+        arms_of(tmp_path)
+    with pytest.raises(FileError, match="is no folder"):
+        arms_of(tmp_path / "none")
+    with pytest.raises(OptionError, match="must be positive"):
+        wb.compare_fleet(tmp_path, allowed=0.0)

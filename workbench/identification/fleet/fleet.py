@@ -1,0 +1,194 @@
+"""Many arms over time: which one is worst, which joint wears, when to measure again."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from datetime import date, timedelta
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, final
+
+import numpy as np
+from rich.console import RenderableType
+
+from workbench.arm.motion import Motion
+from workbench.arm.robot import Robot
+from workbench.base.errors import OptionError
+from workbench.base.spread import spread
+from workbench.base.wording import counted
+from workbench.data.simulation.hidden_effects import varied_state
+from workbench.identification.fleet.history import History, Unread, arms_of, read_histories
+from workbench.identification.fleet.movement import Movement, movements, scatter_factor, threshold
+from workbench.plate.poses.sampling import random_poses
+from workbench.report.result_display import AbstractShown
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+PIECE = 8
+"""Arms that a worker reads at a time."""
+ALLOWED = 1e-4
+"""Displacement of the tool by a drift after which to measure again, unless said otherwise [m]."""
+POSES = 40
+"""Poses over which the tool's displacement is averaged."""
+SURE = 1.645
+"""Standard errors by which a rate is taken larger, to be on the safe side."""
+LONGEST = 3650
+"""Days beyond which no date is named."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ArmReport:
+    """One arm of a fleet.
+
+    Args:
+        history: Its calibrations.
+        moved: Constants that moved, those by the most σ first.
+        tool: Displacement of the tool by all of them together [m].
+        again: When the drift will have moved the tool by what is allowed; None without one in sight.
+    """
+
+    history: History
+    moved: tuple[Movement, ...]
+    tool: float
+    again: date | None
+
+    @property
+    def worst(self) -> Movement | None:
+        """The movement that displaces the tool most; None if nothing moved."""
+        return max(self.moved, key=lambda m: m.tool, default=None)
+
+    @property
+    def joint(self) -> int | None:
+        """The joint that wears: that of the worst movement, counted from 1."""
+        return None if self.worst is None else self.worst.joint
+
+
+@final
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class Fleet(AbstractShown):
+    """Arms compared over time.
+
+    Args:
+        arms: By name.
+        unread: Arms that could not be compared, and why.
+        factor: How many times farther calibrations scatter than their standard errors say.
+        least: Number of σ from which a constant moved.
+        allowed: Displacement of the tool by a drift after which to measure again [m].
+    """
+
+    arms: tuple[ArmReport, ...]
+    unread: tuple[Unread, ...]
+    factor: float
+    least: float
+    allowed: float
+
+    @cached_property
+    def worst_first(self) -> tuple[ArmReport, ...]:
+        """The arms whose tool moved most come first; those in which nothing moved are last, by name."""
+        return tuple(sorted(self.arms, key=lambda arm: -arm.tool))
+
+    @property
+    def worn(self) -> tuple[ArmReport, ...]:
+        """Arms in which something moved, the worst first."""
+        return tuple(arm for arm in self.worst_first if arm.moved)
+
+    @property
+    def verdict(self) -> str:
+        """The answer in one sentence."""
+        many = counted(len(self.arms), "arm")
+        if not self.worn:
+            return f"Nothing moved in {many} by more than chance may bring ({self.least:.1f} σ)."
+        worst = self.worn[0]
+        joint = "" if worst.joint is None else f", joint {worst.joint}"
+        return (
+            f"Something moved in {len(self.worn)} of {many}; most in {worst.history.arm}{joint}: the tool by "
+            f"{1e3 * worst.tool:.2f} mm."
+        )
+
+    def summary(self) -> RenderableType:
+        from workbench.identification.fleet.report import fleet_tables
+
+        return fleet_tables(self)
+
+    def plot(self, arm: str | None = None) -> "Figure":
+        """How far each joint moved in each arm; of one arm by name, its joints over time."""
+        from workbench.identification.fleet.pictures import drift_chart, fleet_chart
+        from workbench.report.figures import on_white
+
+        if arm is None:
+            return on_white(fleet_chart(self))
+        for known in self.arms:
+            if known.history.arm == arm:
+                return on_white(drift_chart(known, factor=self.factor))
+        raise OptionError(f"there is no arm '{arm}' in the fleet; its name is that of its folder")
+
+
+def compare_fleet(
+    folder: Path | str,
+    *,
+    robot: Robot | None = None,
+    allowed: float = ALLOWED,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Fleet:
+    """Compare the calibrations of one or many arms over time.
+
+    The numbers do not depend on how many workers there are, or where; those of a cluster must see the folder
+    under the same name.
+
+    Args:
+        folder: ARM/DATE.toml or ARM/DATE.csv, or DATE.… of a single arm; see `history`.
+        robot: Nominal arm, with which measurements are identified.
+        allowed: Displacement of the tool by a drift after which to measure again [m].
+        workers: Processes on this machine; as many as it has cores if None.
+        scheduler: Address of a Dask scheduler.
+        progress: Called with the share of the arms read.
+
+    Raises:
+        FileError: no folder, or nothing in it.
+        OptionError: no scheduler answers, no workers, or nothing is allowed.
+    """
+    if allowed <= 0.0:
+        raise OptionError(f"the allowed displacement must be positive, got {1e3 * allowed:g} mm")
+    files = [(name, tuple(path.absolute() for path in paths)) for name, paths in arms_of(folder).items()]
+    pieces = [(files[i : i + PIECE], robot) for i in range(0, len(files), PIECE)]
+    read = spread(read_histories, pieces, workers=workers, scheduler=scheduler, progress=progress)
+    found = [arm for piece in read for arm in piece]
+    histories = [arm for arm in found if isinstance(arm, History)]
+    factor, least = scatter_factor(histories), threshold(histories)
+    return Fleet(
+        arms=tuple(_report(h, movements(h, factor=factor, least=least), allowed) for h in histories),
+        unread=tuple(arm for arm in found if isinstance(arm, Unread)),
+        factor=factor,
+        least=least,
+        allowed=allowed,
+    )
+
+
+def _report(history: History, moved: Sequence[Movement], allowed: float) -> ArmReport:
+    """An arm's movements with what they do to its tool."""
+    if not moved:
+        return ArmReport(history=history, moved=(), tool=0.0, again=None)
+    rng = np.random.default_rng(0)
+    at = varied_state(history.robot, random_poses(history.robot, POSES, rng=rng), rng=rng)
+    shifts = {m.name: m.shift for m in moved}
+    fast = {m.name: m.rate * (1.0 + SURE * m.std / abs(m.shift)) for m in moved if m.rate != 0.0}
+    span = max(float(history.days[-1]), 1.0)
+    rate = _displacement(history.robot, at, {name: span * value for name, value in fast.items()}) / span
+    left = allowed / rate if rate > 0.0 else np.inf
+    return ArmReport(
+        history=history,
+        moved=tuple(replace(m, tool=_displacement(history.robot, at, {m.name: m.shift})) for m in moved),
+        tool=_displacement(history.robot, at, shifts),
+        again=history.dates[-1] + timedelta(days=int(left)) if left < LONGEST else None,
+    )
+
+
+def _displacement(robot: Robot, at: Motion, shifts: dict[str, float]) -> float:
+    """Root mean square displacement of the tool by changes of constants [m]."""
+    known = {**robot.coefficients, **robot.inertia}
+    now = {n: known[n] if n in known else float(robot.values((n,))[0]) for n in shifts}
+    before = robot.with_values({n: value - shifts[n] for n, value in now.items()})
+    moved = robot.predict(at)[:, :3, 3] - before.predict(at)[:, :3, 3]
+    return float(np.sqrt((moved**2).sum(1).mean()))
