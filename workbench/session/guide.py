@@ -7,9 +7,11 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
+from jaxtyping import Float
 
 from workbench.diagnosis.record import Diagnosis, Verdict
-from workbench.identification.record import Identification, judged
+from workbench.identification.record import Identification, Run, Validation, judged
+from workbench.identification.row_errors import RowErrors
 from workbench.session.command import AbstractCommand
 from workbench.session.commands.diagnose import LEAST_ROWS, AddEffects, Diagnose, TakeNextPoses
 from workbench.session.commands.drag import SelectTarget
@@ -106,12 +108,26 @@ def guide(session: Session) -> Step:
     return _identified(session, session.identification)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Stage:
-    """Mean position error up to one stage of the model [mm]."""
+    """Errors up to one stage of the model.
+
+    Args:
+        title: What the model has by then.
+        error: Mean position error [mm].
+        rows: Position errors row by row [m].
+    """
 
     title: str
     error: float
+    rows: Float[np.ndarray, " rows"]
+
+    @classmethod
+    def of(cls, title: str, errors: Validation | Run, rows: tuple[RowErrors, RowErrors]) -> "Stage":
+        """Errors on held-out rows; on the fitted ones where none were held out."""
+        fitted, held_out = rows
+        chosen = fitted if errors.held_out is None else held_out
+        return cls(title, judged(errors).position_mm.mean, chosen.position)
 
 
 def stages(session: Session) -> tuple[Stage, ...]:
@@ -119,11 +135,11 @@ def stages(session: Session) -> tuple[Stage, ...]:
     found, diagnosis = session.identification, session.diagnosis
     if found is None:
         return ()
-    out = [Stage("nominal", judged(found.nominal).position_mm.mean)]
+    out = [Stage.of("nominal", found.nominal, found.nominal_rows)]
     if session.accepted and diagnosis is not None:
-        out.append(Stage("geometry", judged(diagnosis.before).position_mm.mean))
-    last = judged(found.runs[session.fit]).position_mm.mean
-    return (*out, Stage(_kind(diagnosis) if session.accepted else "geometry", last))
+        out.append(Stage.of("geometry", diagnosis.before, diagnosis.before_rows))
+    run, title = found.runs[session.fit], _kind(diagnosis) if session.accepted else "geometry"
+    return (*out, Stage.of(title, run, (run.train_rows, run.held_out_rows)))
 
 
 def stages_in_words(session: Session) -> str:
@@ -131,13 +147,16 @@ def stages_in_words(session: Session) -> str:
     return " → ".join(f"{stage.error:.3g}" for stage in stages(session))
 
 
+def noise_length(found: Identification) -> float:
+    """Mean length of the instrument's position errors [mm]; NaN where its noise is unknown."""
+    known = found.instrument
+    return 1e3 * NORM_OF_NOISE * known.position if known is not None else float("nan")
+
+
 def share_of_noise(session: Session, found: Identification) -> float:
     """How many times the instrument's noise is left on average; NaN where that is unknown."""
-    noise = found.instrument
-    if noise is None or not noise.position > 0.0:
-        return float("nan")
-    left = judged(found.runs[session.fit]).position_mm.mean
-    return left / (1e3 * NORM_OF_NOISE * noise.position)
+    left, noise = judged(found.runs[session.fit]).position_mm.mean, noise_length(found)
+    return left / noise if noise > 0.0 else float("nan")
 
 
 def _kind(diagnosis: Diagnosis | None) -> str:

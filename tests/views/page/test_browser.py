@@ -134,7 +134,7 @@ def test_file_identify_overlay_save(app, look, tmp_path):
 
     screen.tab("Identify")
     with page.expect_download() as download:
-        screen.press("Save calibrated robot (TOML)")
+        screen.press("TOML")
     saved = tmp_path / "saved.toml"
     download.value.save_as(saved)
     names = robot.default_free

@@ -26,6 +26,7 @@ def test_what_was_found_is_added_and_compared(app, look, tmp_path):
         screen.tab("Diagnose")
         screen.press("Diagnose")
         screen.wait_text("verdict", "Mean error on", timeout=120_000)
+        assert not any(word in screen.text("diagnosis") for word in ("[nat]", "evidence", "chance", "10⁻"))
         screen.press("Add the effects to the model")
         screen.wait_text("verdict", "Now part of the model", timeout=120_000)
         screen.shoot(f"added-{name}")

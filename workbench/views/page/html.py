@@ -31,6 +31,14 @@ def heading(words: str) -> str:
     )
 
 
+def folded(words: str, content: str) -> str:
+    """Content below a heading that a click opens; nothing where there is none."""
+    summary = f'<summary style="cursor:pointer">{text(words)}</summary>'
+    style = f"margin:8px 0;font-size:12.5px;color:{MUTED}"
+    inner = f'<div style="color:var(--mantine-color-text);margin-top:4px">{content}</div>'
+    return f'<details style="{style}">{summary}{inner}</details>' if content else ""
+
+
 def table(
     header: Iterable[str], rows: Iterable[Iterable[str]], *, widths: str = "", testid: str | None = None
 ) -> str:

@@ -6,7 +6,11 @@ STRIP = '.mantine-Paper-root:has(> div > div > div > div > [data-testid="hint"])
 """The folder that holds the strip."""
 INSIDE = ':has(> div > [data-testid="hint"])'
 """What holds its parts."""
+WIDE = 'data-wide="1"'
+"""Marks what makes its modal as wide as the window."""
 SHEET = f"""
+.mantine-Modal-content:has([{WIDE}]) {{ flex-basis: 94vw; max-width: 1800px }}
+[{WIDE}] svg {{ max-height: 76vh }}
 div[style*="grid-template-rows"] > div[style*="overflow: hidden"] {{ overflow: clip !important }}
 {STRIP} {{ position: sticky; top: 0; z-index: 20; margin: 0 0 .6em; border-width: 0 0 1px;
   border-radius: 0; background: var(--mantine-color-body); box-shadow: 0 4px 8px -6px rgba(0,0,0,.3) }}

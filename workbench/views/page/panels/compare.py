@@ -13,7 +13,7 @@ from workbench.session.state import Session
 from workbench.views.appearance.colours import ARROW_AFTER, ARROW_BEFORE, GHOST, LEFT_OUT, css
 from workbench.views.page.camera import aim, view_of_rows
 from workbench.views.page.html import MUTED, badge, block, number, table, text
-from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value
+from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value, waiting
 
 SWITCHES = {
     "ghosts": ("Other branches", "Show faint arms in the other postures that reach the selected target."),
@@ -139,8 +139,7 @@ class ComparePanel(AbstractPanel):
 def _readout(session: Session) -> str:
     comparison = session.comparison
     if comparison is None:
-        words = "Needs measurements: load a file or measure a virtual arm in the Measure tab."
-        return block(words, testid="row", style=f"color:{MUTED};margin:6px 0")
+        return waiting(session, "row", "")
     row = session.row
     kind = "held out" if comparison.held_out[row] else "fitted"
     head = f"Pose {row + 1} of {len(comparison)} · data row {int(comparison.number[row])}"

@@ -5,16 +5,25 @@ from typing import Any
 import numpy as np
 import viser
 
+from workbench.diagnosis.causes import Confidence
 from workbench.diagnosis.record import Diagnosis, Verdict, judged
 from workbench.diagnosis.report.table import outlier_words
 from workbench.session.commands.diagnose import AddEffects, Diagnose, TakeNextPoses
 from workbench.session.state import Session
 from workbench.views.appearance.colours import AFTER, BEFORE, OUT_OF_REACH, css
-from workbench.views.page.html import GOOD, MUTED, badge, block, heading, number, table, text
-from workbench.views.page.panels.panel import AbstractPanel, on_press
+from workbench.views.page.html import GOOD, MUTED, badge, block, folded, heading, number, table, text
+from workbench.views.page.panels.panel import AbstractPanel, on_press, waiting
 
-CANDIDATES = 6
-"""Lines of the ranking."""
+CANDIDATES, LARGE = 6, 300.0
+"""Lines of the ranking; difference of evidence that is large enough [nat]."""
+READY = "Ready. Press Diagnose to find what geometry can't explain."
+MORE = " (with 'Surprise me' and more poses there is an effect to find)"
+WORSE = {
+    Confidence.CERTAIN: "certainly less",
+    Confidence.PROBABLE: "probably less",
+    Confidence.OPEN: "as likely",
+}
+"""Of a candidate beside the best one, by the odds of the best against it."""
 WIDTH, BAR = 340, 18
 PLOT = 70
 MOST_ROWS = 300
@@ -61,18 +70,10 @@ class DiagnosePanel(AbstractPanel):
         is_new = found is not None and bool(found.effects) and not session.accepted
         self._add.visible = is_new
         self._next.visible = found is not None and len(found.measure_next) > 0
-        self._verdict.content = _nothing(session) if found is None else _verdict(found, session)
+        self._verdict.content = (
+            waiting(session, "verdict", READY, more=MORE) if found is None else _verdict(found, session)
+        )
         self._details.content = "" if found is None else _details(found)
-
-
-def _nothing(session: Session) -> str:
-    words = (
-        "Needs measurements: load a file or measure a virtual arm in the Measure tab (with 'Surprise me' and "
-        "more poses there is an effect to find)."
-        if session.loaded is None
-        else "Ready. Press Diagnose to find what geometry can't explain."
-    )
-    return block(words, testid="verdict", style=f"color:{MUTED};margin:6px 0")
 
 
 def _verdict(found: Diagnosis, session: Session) -> str:
@@ -107,11 +108,11 @@ def _bars(found: Diagnosis) -> str:
 def _details(found: Diagnosis) -> str:
     return block(
         _causes(found)
-        + _accepted(found)
         + heading("Remaining error, row by row [mm]")
         + _residuals(found)
-        + _ranking(found)
-        + _notes(found),
+        + folded("Effects of the model, one by one", _listed(_effects(found)))
+        + folded("Candidates, each added to the geometry alone", _ranking(found))
+        + folded("Notes", _notes(found)),
         testid="diagnosis",
         style="margin-bottom:10px",
     )
@@ -126,26 +127,24 @@ def _causes(found: Diagnosis) -> str:
     ]
     if found.residual_map is not None:
         lines.append(f"<li style='color:{MUTED}'>{text(found.residual_map.sentence)}</li>")
-    return (
-        heading("Causes") + f'<ul style="margin:0;padding-left:16px">{"".join(lines)}</ul>' if lines else ""
-    )
+    return heading("Causes") + _listed(lines) if lines else ""
 
 
-def _accepted(found: Diagnosis) -> str:
+def _effects(found: Diagnosis) -> list[str]:
+    """What each effect brought, with what would have done nearly as well."""
     lines = []
     for accepted in found.effects:
         others = ", ".join(r.effect.label for r in accepted.alternatives[:2])
         more = f'<div style="color:{MUTED}">Nearly as good: {text(others)}</div>' if others else ""
-        chance = "below 10⁻³⁰⁰" if accepted.p_value == 0 else f"{accepted.p_value:.1e}"
+        fall = f"{number(accepted.before_mm)} → {number(accepted.after_mm)} mm"
         lines.append(
-            f"<li>{text(accepted.words)} <span style='color:{MUTED}'>(chance {chance}; "
-            f"{number(accepted.before_mm)} → {number(accepted.after_mm)} mm)</span>{more}</li>"
+            f"<li>{text(accepted.effect.label)} <span style='color:{MUTED}'>({fall})</span>{more}</li>"
         )
-    return (
-        heading("Added to the model") + f'<ul style="margin:0;padding-left:16px">{"".join(lines)}</ul>'
-        if lines
-        else ""
-    )
+    return lines
+
+
+def _listed(lines: list[str]) -> str:
+    return f'<ul style="margin:0;padding-left:16px">{"".join(lines)}</ul>' if lines else ""
 
 
 def _residuals(found: Diagnosis) -> str:
@@ -165,23 +164,21 @@ def _residuals(found: Diagnosis) -> str:
 
 
 def _ranking(found: Diagnosis) -> str:
-    tried = any(ranked.held_out_mm is not None for ranked in found.ranking[:CANDIDATES])
+    """The first candidates: whether they are as likely as the best one, and the error with each."""
+    shown = found.ranking[:CANDIDATES]
+    tried = any(ranked.held_out_mm is not None for ranked in shown)
     rows = []
-    for ranked in found.ranking[:CANDIDATES]:
+    for ranked in shown:
+        worse = float(np.exp(min(shown[0].gain - ranked.gain, LARGE)))
+        likely = "the best" if ranked is shown[0] else WORSE[Confidence.of(worse)]
         left = "–" if ranked.held_out_mm is None else number(ranked.held_out_mm)
-        rows.append((text(ranked.effect.label), number(ranked.gain), *((left,) if tried else ())))
-    head = heading("Candidates, each added to the geometry alone")
-    columns = ("", "evidence [nat]", *(("error with it [mm]",) if tried else ()))
-    return head + table(columns, rows, testid="ranking") if rows else ""
+        rows.append((text(ranked.effect.label), likely, *((left,) if tried else ())))
+    columns = ("", "how likely", *(("error with it [mm]",) if tried else ()))
+    return table(columns, rows, testid="ranking") if rows else ""
 
 
 def _notes(found: Diagnosis) -> str:
     words = list(found.notes)
     if len(found.outliers):
         words.insert(0, f"outliers: {outlier_words(found)}")
-    lines = "".join(f"<li>{text(note)}</li>" for note in words)
-    return (
-        heading("Notes") + f'<ul style="margin:0;padding-left:16px;color:{MUTED}">{lines}</ul>'
-        if lines
-        else ""
-    )
+    return _listed([f"<li style='color:{MUTED}'>{text(note)}</li>" for note in words])

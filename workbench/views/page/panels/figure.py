@@ -18,9 +18,11 @@ MOST_STEMS = 400
 """Rows drawn at most; of more, evenly chosen ones."""
 
 
-def error_figure(found: Identification, *, rotation: bool = False) -> str:
-    """The drawing as SVG; empty if no row has such errors."""
-    columns, place = columns_of(found), order_of_measuring(found)
+def error_figure(found: Identification, *, rotation: bool = False, fits: tuple[str, ...] = ()) -> str:
+    """The drawing as SVG, of these fits or all beside the nominal arm; empty if no row has such errors."""
+    first, *others = columns_of(found)
+    shown = [c for name, c in zip(found.runs, others, strict=True) if not fits or name in fits]
+    columns, place = [first, *shown], order_of_measuring(found)
     scale = float(np.rad2deg(1.0)) if rotation else 1e3
     tables = [scale * _errors(column, rotation) for column in columns]
     if not np.isfinite(tables[0]).any():

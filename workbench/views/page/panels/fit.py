@@ -11,16 +11,19 @@ from workbench.identification.error_columns import columns_of
 from workbench.identification.record import Identification
 from workbench.session.commands.compare import ShowFit
 from workbench.session.commands.identify import Identify
-from workbench.session.export import calibrated_toml
+from workbench.session.export import calibrated_toml, calibrated_urdf, report_zip
 from workbench.session.state import Session
 from workbench.views.appearance.colours import OUT_OF_REACH, css
 from workbench.views.page.html import CAREFUL, GOOD, MUTED, badge, block, heading, number, table, text
 from workbench.views.page.panels.figure import error_figure
-from workbench.views.page.panels.files import save
-from workbench.views.page.panels.panel import AbstractPanel, on_change, on_press, set_value
+from workbench.views.page.panels.panel import AbstractPanel, on_change, on_press, set_value, waiting
+from workbench.views.page.panels.result_card import result_card
+from workbench.views.page.style import WIDE
 
 POSITION, ORIENTATION = "Position [mm]", "Orientation [°]"
 TITLES = {name: algorithm.title for name, algorithm in ALGORITHMS.items()}
+READY = "Ready. Press Identify to fit the parameters."
+SAVED = {"TOML": calibrated_toml, "URDF": calibrated_urdf, "Report": report_zip}
 FRAMES = {
     "Decide from the data": "auto",
     "Shared by all sessions": "shared",
@@ -58,34 +61,46 @@ class FitPanel(AbstractPanel):
                 list(FRAMES),
                 hint="Whether all measurement sessions share the same base and tool frames.",
             )
+        self._card = gui.add_html("")
+        self._requirement = gui.add_html("", visible=False)
+        self._warnings = gui.add_html("", visible=False)
+        self._save = gui.add_button_group(
+            "Save",
+            tuple(SAVED),
+            visible=False,
+            hint="The arm of the shown fit: TOML for this program, effects and all; URDF for others, its "
+            "geometry alone; the report as an HTML page with tables and figures.",
+        )
+        self._save.on_click(lambda event: self.save(event, SAVED[event.target.value]))
+        self._details = gui.add_folder("Details", expand_by_default=False, visible=False)
+        with self._details:
+            self._build_details(gui)
+
+    def _build_details(self, gui: viser.GuiApi) -> None:
+        """Algorithms side by side, errors axis by axis, and every parameter."""
         self._errors = gui.add_html("")
         self._fit = gui.add_dropdown(
-            "Shown fit",
-            list(TITLES.values()),
-            visible=False,
-            hint="The fit whose parameters and arm are shown and saved.",
+            "Shown fit", list(TITLES.values()), hint="The fit whose parameters and arm are shown and saved."
         )
         names = {title: name for name, title in TITLES.items()}
         on_change(self._fit, lambda: self._worker.submit(ShowFit(names[self._fit.value])))
-        self._save = gui.add_button(
-            "Save calibrated robot (TOML)",
-            icon=viser.Icon.DOWNLOAD,
-            visible=False,
-            hint="Download the robot with the parameters of the shown fit.",
-        )
-        self._save.on_click(lambda event: save(event, self._worker, calibrated_toml))
-        self._requirement = gui.add_html("", visible=False)
         self._errors_of = gui.add_dropdown(
             "Errors of",
             (POSITION, ORIENTATION),
-            visible=False,
             hint="Errors plotted below, axis by axis; hover over a stem to see its row.",
         )
         on_change(self._errors_of, self._draw_figure)
-        self._figure = gui.add_html("", visible=False)
-        self._figure_of: tuple[Identification, bool] | None = None
-        self._parameters = gui.add_html("", visible=False)
-        self._remarks = gui.add_html("", visible=False)
+        self._figure = gui.add_html("")
+        self._drawn_figure: tuple[Identification, bool, str] | None = None
+        wide = gui.add_button(
+            "All algorithms, full width",
+            icon=viser.Icon.ARROWS_MAXIMIZE,
+            color="gray",
+            hint="Errors of all algorithms, axis by axis, as wide as the window.",
+        )
+        wide.on_click(self._show_wide)
+        self._parameters = gui.add_html("")
+        self._remarks = gui.add_html("")
 
     def parts(self, session: Session) -> tuple[Any, ...]:
         return session.identification, session.fit, session.loaded, session.job is None
@@ -93,16 +108,17 @@ class FitPanel(AbstractPanel):
     def show(self, session: Session) -> None:
         self._start.disabled = session.loaded is None or session.job is not None
         found = session.identification
-        results = (self._requirement, self._errors_of, self._figure, self._parameters, self._remarks)
-        for part in (self._fit, self._save, *results):
+        for part in (self._requirement, self._warnings, self._save, self._details):
             part.visible = found is not None
-        self._errors.content = _nothing(session) if found is None else _errors(found, session.fit)
+        self._card.content = waiting(session, "result", READY) if found is None else result_card(session)
         if found is not None:
+            self._errors.content = _errors(found, session.fit)
             self._fit.options = [TITLES[name] for name in found.runs]
             set_value(self._fit, TITLES[session.fit])
             self._requirement.content = _requirement(found, session.fit)
             self._draw_figure()
             self._parameters.content = _parameters(found, session.fit)
+            self._warnings.content = block(_list("Warnings", found.warnings, CAREFUL), testid="warnings")
             self._remarks.content = block(_remarks(found), testid="remarks", style="margin-bottom:10px")
 
     def _identify(self) -> None:
@@ -111,24 +127,25 @@ class FitPanel(AbstractPanel):
         self._worker.submit(Identify(algorithms, share, FRAMES[self._frames.value]))
 
     def _draw_figure(self) -> None:
-        """Draw the errors, unless they are drawn: every message comes by here."""
-        found, rotation = self._worker.session.identification, self._errors_of.value == ORIENTATION
-        if found is None or self._figure_of == (found, rotation):
+        """Draw the errors of the shown fit, unless they are drawn: every message comes by here."""
+        session, rotation = self._worker.session, self._errors_of.value == ORIENTATION
+        found = session.identification
+        if found is None or self._drawn_figure == (found, rotation, session.fit):
             return
-        self._figure_of = found, rotation
-        drawing = error_figure(found, rotation=rotation) or "Not measured."
+        self._drawn_figure = found, rotation, session.fit
+        drawing = error_figure(found, rotation=rotation, fits=(session.fit,)) or "Not measured."
         self._figure.content = block(drawing, style="margin:4px 0 8px")
 
-
-def _nothing(session: Session) -> str:
-    words = (
-        "Needs measurements: load a file or measure a virtual arm in the Measure tab."
-        if session.loaded is None
-        else "Working …"
-        if session.job is not None
-        else "Ready. Press Identify to fit the parameters."
-    )
-    return block(words, testid="result", style=f"color:{MUTED};margin:6px 0")
+    def _show_wide(self, event: viser.GuiEvent) -> None:
+        found = self._worker.session.identification
+        if event.client is None or found is None:
+            return
+        gui = event.client.gui
+        with (modal := gui.add_modal("Errors, axis by axis")):
+            parts = (error_figure(found, rotation=turned) for turned in (False, True))
+            gui.add_html(f"<div {WIDE}>{''.join(parts)}</div>")
+            close = gui.add_button("Close", color="gray", hint="Close this sheet.")
+            close.on_click(lambda _: modal.close())
 
 
 def _errors(found: Identification, shown: str) -> str:
@@ -143,7 +160,7 @@ def _errors(found: Identification, shown: str) -> str:
     held = len(found.held_out_data)
     title = f"Error on {held} held-out poses" if held else "Error on the fitted poses (none held out)"
     header = ("", "mean [mm]", "max [mm]", "mean [°]", "")
-    return block(heading(title) + table(header, rows, testid="errors"), testid="result")
+    return block(heading(title) + table(header, rows, testid="errors"))
 
 
 def _cells(validation) -> tuple[str, str, str]:
@@ -175,7 +192,6 @@ def _remarks(found: Identification) -> str:
         _list(head, items, colour)
         for head, items, colour in (
             ("Not identifiable from these poses; kept near nominal", found.unidentifiable, CAREFUL),
-            ("Warnings", found.warnings, CAREFUL),
             ("Notes", found.notes, MUTED),
         )
     )

@@ -20,7 +20,7 @@ from workbench.session.commands.measure import (
 from workbench.session.guided import Measuring
 from workbench.session.state import Session, Source
 from workbench.views.page.html import BAD, CAREFUL, GOOD, LINE, MUTED, badge, block, number, text
-from workbench.views.page.panels.panel import AbstractPanel, on_change, on_press, set_value
+from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value
 
 LIGHTS = {Standing.STILL: GOOD, Standing.MOVING: CAREFUL, Standing.UNKNOWN: BAD}
 STILL_MOVES = "moves"
@@ -37,13 +37,15 @@ class GuidedPanel(AbstractPanel):
                 "Follow the arm", True, visible=False, hint="Move the arm in the scene with the real one."
             )
             on_change(self._follow, lambda: self._worker.submit(FollowSource(bool(self._follow.value))))
-            self._live = gui.add_button(
+            self._live = self.button(
+                gui,
                 "Measure the real arm",
-                icon=viser.Icon.PLUG_CONNECTED,
+                MeasureLive,
+                viser.Icon.PLUG_CONNECTED,
+                "Move the connected arm to each target, wait until it is still, store the row.",
+                main=True,
                 visible=False,
-                hint="Move the connected arm to each target, wait until it is still, store the row.",
             )
-            on_press(self._live, lambda: self._worker.submit(MeasureLive()))
             self._seed = gui.add_number(
                 "Virtual arm",
                 1,
@@ -52,24 +54,22 @@ class GuidedPanel(AbstractPanel):
                 step=1,
                 hint="Seed of the virtual arm: each number gives an arm with other hidden errors.",
             )
-            self._begin = gui.add_button(
+            self._begin = self.button(
+                gui,
                 "Begin measuring",
-                icon=viser.Icon.TARGET,
-                color="gray",
-                hint="Measure a virtual arm as you would a real one: drive it to each target, wait until "
+                lambda: BeginMeasuring(int(self._seed.value)),
+                viser.Icon.TARGET,
+                "Measure a virtual arm as you would a real one: drive it to each target, wait until "
                 "it is still, store the row.",
             )
             self._status = gui.add_html("")
             self._build_steps(gui)
-        on_press(self._begin, lambda: self._worker.submit(BeginMeasuring(int(self._seed.value))))
 
     def _build_steps(self, gui: viser.GuiApi) -> None:
         """Buttons that are there while something is measured."""
 
-        def button(label, command, icon, hint, color="gray"):
-            made = gui.add_button(label, icon=icon, hint=hint, color=color, visible=False)
-            on_press(made, lambda: self._worker.submit(command()))
-            return made
+        def button(label, command, icon, hint, *, main=False):
+            return self.button(gui, label, command, icon, hint, main=main, visible=False)
 
         icon = viser.Icon
         self._drive = button(
@@ -77,14 +77,14 @@ class GuidedPanel(AbstractPanel):
             DriveArm,
             icon.ROBOT,
             "Drive to the current target, as accurately as an operator would.",
-            None,
+            main=True,
         )
         self._store = button(
             "Store",
             StoreRow,
             icon.CHECK,
             "Keep joint positions and measured pose as this target's row; the arm must be still.",
-            None,
+            main=True,
         )
         self._again = button(
             "Retake",

@@ -122,12 +122,13 @@ def _verdict(step: Step, *, is_caption: bool) -> str:
 
 def _message(message: Message) -> str:
     ground, ink = TINTS[message.severity]
+    height = 4 if message.severity is Severity.INFO else 8
     return (
         '<div style="padding:0 12px">'
         f'<div data-testid="message" data-severity="{message.severity}" data-number="{message.number}" '
         f'style="font-size:13px;line-height:1.45;background:{ground};'
         f"color:var(--mantine-color-text);border-left:3px solid {ink};"
-        'border-radius:4px;padding:4px 10px;overflow-wrap:anywhere;max-height:7.5em;overflow-y:auto">'
+        f'border-radius:4px;padding:4px 10px;overflow-wrap:anywhere;max-height:{height}em;overflow-y:auto">'
         f"{text(_sentence(message.text))}</div></div>"
     )
 

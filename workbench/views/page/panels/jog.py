@@ -17,7 +17,6 @@ from workbench.session.state import Session
 from workbench.session.worker import Worker
 from workbench.views.page.html import MUTED, block, number, table
 from workbench.views.page.panels.coordinates import Coordinates, Quantity
-from workbench.views.page.panels.files import save
 from workbench.views.page.panels.panel import AFTERWARDS, AbstractPanel, on_change, on_press, set_value
 
 
@@ -149,7 +148,7 @@ class CapturedPanel(AbstractPanel):
             )
         on_press(keep, lambda: self._worker.submit(CapturePose()))
         on_press(self._forget, lambda: self._worker.submit(ForgetPoses()))
-        self._file.on_click(lambda event: save(event, self._worker, captured_csv))
+        self._file.on_click(lambda event: self.save(event, captured_csv))
 
     def parts(self, session: Session) -> tuple[Any, ...]:
         return session.captured, session.identification, session.fit, session.robot

@@ -8,10 +8,14 @@ from typing import Any, ClassVar
 
 import viser
 
+from workbench.base.errors import WorkbenchError
 from workbench.session.command import AbstractCommand
+from workbench.session.commands.messages import Tell
+from workbench.session.export import File
 from workbench.session.state import Session
 from workbench.session.worker import Worker
 from workbench.views.drawables.item import is_same
+from workbench.views.page.html import MUTED, block, text
 
 AFTERWARDS = math.inf
 """The `pause` of a panel that waits until a drag is over."""
@@ -72,6 +76,41 @@ class AbstractPanel(ABC):
         made = gui.add_button(label, icon=icon, hint=hint, color=None if main else "gray", visible=visible)
         on_press(made, lambda: self._worker.submit(command()))
         return made
+
+    def download(
+        self, gui: viser.GuiApi, label: str, make: Callable[[Session], File], hint: str
+    ) -> viser.GuiButtonHandle:
+        """A button that saves a file on the user's machine."""
+        made = gui.add_button(label, icon=viser.Icon.DOWNLOAD, hint=hint, color="gray")
+        made.on_click(lambda event: self.save(event, make))
+        return made
+
+    def save(self, event: viser.GuiEvent, make: Callable[[Session], File]) -> None:
+        """Download a file; what goes wrong is shown on the page instead of lost in viser's thread pool."""
+        try:
+            name, content = make(self._worker.session)
+            if event.client is not None:
+                event.client.send_file_download(name, content, save_immediately=True)
+        except WorkbenchError as error:
+            self._worker.submit(Tell(str(error)))
+        except Exception as error:
+            self._worker.submit(Tell(f"the file could not be made ({type(error).__name__}: {error})"))
+
+
+def waiting(session: Session, testid: str, ready: str, *, more: str = "") -> str:
+    """What a panel says before it has a result.
+
+    Args:
+        session: Now.
+        testid: Of the block.
+        ready: What to do once there are measurements.
+        more: Added to the sentence that asks for measurements.
+    """
+    if session.loaded is None:
+        words = f"Needs measurements: load a file or measure a virtual arm in the Measure tab{more}."
+    else:
+        words = ready if session.job is None else f"Working: {session.job.title} …"
+    return block(text(words), testid=testid, style=f"color:{MUTED};margin:6px 0")
 
 
 def set_value(control: Any, value: Any) -> None:

@@ -1,0 +1,45 @@
+"""The result card: errors stage by stage, a histogram of the rows, the instrument where it is known."""
+
+import re
+
+import numpy as np
+import pytest
+
+from workbench.session.guide import Stage
+from workbench.views.page.panels.result_card import HEIGHT, WIDTH, histogram, numbers
+
+
+def stage(title: str, mean: float, seed: int = 0) -> Stage:
+    rows = 1e-3 * mean * np.random.default_rng(seed).lognormal(0.0, 0.4, 40)
+    return Stage(title, mean, rows)
+
+
+STAGES = (stage("nominal", 0.739), stage("geometry", 0.375), stage("causes", 0.072))
+
+
+@pytest.mark.parametrize("count", [2, 3])
+def test_numbers_stand_in_their_order(count):
+    chosen = STAGES[:count]
+    shown = re.sub("<[^>]*>", " ", numbers(chosen))
+    found = [shown.index(word) for s in chosen for word in (f"{s.error:.3f}".rstrip("0"), s.title)]
+    assert found == sorted(found)
+    assert shown.count("→") == count - 1
+
+
+def test_every_stage_is_an_outline_inside_the_drawing():
+    drawn = histogram(STAGES, 0.05)
+    outlines = re.findall(r'points="([^"]*)"', drawn)
+    assert len(outlines) == 3
+    for outline in outlines:
+        points = np.array([[float(v) for v in point.split(",")] for point in outline.split()])
+        assert points.min() >= 0.0
+        assert points[:, 0].max() <= WIDTH + 0.1
+        assert points[:, 1].max() <= HEIGHT
+    assert "the instrument: 0.050 mm" in drawn
+
+
+def test_without_noise_there_is_no_line_and_without_rows_no_drawing():
+    assert "instrument" not in histogram(STAGES, float("nan"))
+    assert histogram((Stage("nominal", float("nan"), np.full(3, np.nan)),), 0.1) == ""
+    exact = histogram((STAGES[0], Stage("geometry", 0.0, np.zeros(40))), 0.1)
+    assert "nan" not in exact
