@@ -19,9 +19,9 @@ from workbench.session.state import Focus, Severity
 def test_another_robot_gets_a_plate_that_it_reaches(do):
     session = do(ChooseRobot("katana450"))
     assert session.robot.name == load_robot("katana450").name
-    assert session.score.reached == 10
+    assert session.score.measurable == 10
     assert session.plate.name == "Circle"
-    assert "10 of 10 targets reached" in session.messages[-1].text
+    assert "10 of 10 targets measurable" in session.messages[-1].text
     assert do(ChooseRobot("panda")).robot.dof == 7
 
 

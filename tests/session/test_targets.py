@@ -74,7 +74,7 @@ def test_out_of_reach_has_a_reason_and_does_not_count(do, first):
     assert not state.reached
     assert "reach" in state.reason
     assert state.missing[0] > 0.1
-    assert session.score.reached == 9
+    assert session.score.measurable == 9
     assert np.isnan(session.score.per_target[0])
     back = do(MoveTarget(0, tuple(first.plate.targets[0].xyz), tuple(first.plate.targets[0].rpy)))
     assert back.states[0].reached
@@ -83,7 +83,7 @@ def test_out_of_reach_has_a_reason_and_does_not_count(do, first):
 
 def test_no_target_in_reach_is_said_not_raised(do):
     session = do(*(MoveTarget(i, (3.0, 0.0, 0.3), RPY) for i in range(10)))
-    assert session.score.reached == session.score.rank == 0
+    assert session.score.measurable == session.score.rank == 0
     assert np.isinf(session.score.position)
     assert set(session.score.indices.values()) == {0.0}
 

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from workbench.arm.inverse import solve as inverse
 from workbench.arm.inverse.solve import Branch, Task
@@ -21,6 +21,7 @@ from workbench.plate.accuracy import predicted_error
 from workbench.plate.criterion import criterion_of, goal_index
 from workbench.plate.free_constants import visible, visible_basis
 from workbench.plate.indices import index_named
+from workbench.plate.obstruction import clear_of, hits
 from workbench.plate.plate import AUTO, Kind, Plate
 from workbench.plate.poses.exchange import exchange
 from workbench.plate.readings import SIGMA_POSITION, SIGMA_ROTATION, linearise_targets
@@ -72,6 +73,49 @@ def plate_solutions(robot: Robot, plate: Plate) -> tuple[tuple[Branch, ...], ...
             meant = None if given is None else inverse.choose(result, branch=given)
             solutions[row] = result.within_limits if meant is None else (meant,)
     return tuple(solutions)
+
+
+@dataclass(frozen=True, eq=False)
+class Measurable:
+    """The targets of a plate that an arm can stand at.
+
+    Args:
+        rows: Their numbers, counted from 0.
+        plate: With these targets alone.
+        solutions: Solutions of each in which the arm runs into nothing.
+        hits: What it would run into at each target of the whole plate; empty for those that it can stand at.
+    """
+
+    rows: Int[np.ndarray, " measurable"]
+    plate: Plate
+    solutions: tuple[tuple[Branch, ...], ...]
+    hits: tuple[str, ...]
+
+
+def measurable(robot: Robot, plate: Plate) -> Measurable:
+    """The targets at which the arm keeps clear of plate and blocks, in a branch that the target means.
+
+    Raises:
+        DataError: a target can't be reached, or the arm can stand at none; says which and why.
+    """
+    every = plate_solutions(robot, plate)
+    meant = [
+        tuple(b for b in found if target.branch in (AUTO, b.name) or target.q is not None) or found
+        for target, found in zip(plate.targets, every, strict=True)
+    ]
+    clear = [clear_of(robot, plate, i, found) for i, found in enumerate(meant)]
+    hit = tuple(
+        "" if free else hits(robot, plate, [i], found[0].q[None])[0]
+        for i, (free, found) in enumerate(zip(clear, meant, strict=True))
+    )
+    rows = [i for i, free in enumerate(clear) if free]
+    if not rows:
+        raise DataError(
+            f"the arm can stand at no target of plate '{plate.name}': at target 1 {hit[0]}; move the plate, "
+            "or choose other branches"
+        )
+    part = replace(plate, targets=tuple(plate.targets[i] for i in rows))
+    return Measurable(np.array(rows), part, tuple(clear[i] for i in rows), hit)
 
 
 def _by_task(plate: Plate) -> dict[Task | None, list[int]]:

@@ -16,7 +16,7 @@ from workbench.base.threads import one_thread
 from workbench.data.accuracy_requirement import Requirement
 from workbench.data.simulation.simulate import ANGLE_ERROR, LENGTH_ERROR
 from workbench.plate import clustering
-from workbench.plate.branches import choose_branches, plate_solutions
+from workbench.plate.branches import choose_branches, measurable
 from workbench.plate.clustering import Clustering
 from workbench.plate.criterion import goal_index
 from workbench.plate.free_constants import identified_names
@@ -230,11 +230,14 @@ def planned_joints(robot: Robot, plate: Plate, sigma: tuple[float, float]) -> np
     own = [target.q for target in plate.targets if target.q is not None]
     if own and len(own) == len(plate):
         return np.stack(own)
-    solutions = plate_solutions(robot, plate)
+    can = measurable(robot, plate)
+    if len(can.rows) < len(plate):
+        number = next(i for i, hit in enumerate(can.hits) if hit)
+        raise DataError(f"target {number + 1} is blocked ({can.hits[number]}); move it, then try the plate")
     rng = np.random.default_rng(0)
     goal = plate_region_poses(robot, plate)
     return choose_branches(
-        robot, plate, solutions, goal=goal, rng=rng, sigma_position=sigma[0], sigma_rotation=sigma[1]
+        robot, plate, can.solutions, goal=goal, rng=rng, sigma_position=sigma[0], sigma_rotation=sigma[1]
     ).q
 
 

@@ -1,7 +1,8 @@
 """The score of a plate: what its targets tell about the arm, each measured once, and what that is worth.
 
 Two things are scored: the targets in the branches that are to be measured (those that the plate names, or
-the mix that makes the predicted error smallest), and in the best single branch for all of them.
+the mix that makes the predicted error smallest), and in the best single branch for all of them. A target at
+which the arm would run into plate or blocks can't be measured and does not count.
 """
 
 from collections.abc import Callable, Sequence
@@ -10,7 +11,7 @@ from functools import partial
 from typing import TYPE_CHECKING, final
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from rich.console import RenderableType
 
 from workbench.arm.linearisation import Linearisation
@@ -19,7 +20,7 @@ from workbench.base.errors import OptionError
 from workbench.base.threads import one_thread
 from workbench.base.types import Outcome, frozen
 from workbench.plate.accuracy import PredictedError, position_weight, predicted_error
-from workbench.plate.branches import choose_branches, plate_solutions, single_branches
+from workbench.plate.branches import choose_branches, measurable, single_branches
 from workbench.plate.free_constants import identified_names, visible, visible_basis, visible_weight
 from workbench.plate.indices import I, O, evaluate
 from workbench.plate.making import EXACT, Making
@@ -41,8 +42,8 @@ class SetScore:
     """What a set of measurements at a plate's targets is worth.
 
     Args:
-        q: Joint positions at the targets [rad or m].
-        branches: Name of each target's branch.
+        q: Joint positions at the targets [rad or m]; NaN where the arm is blocked, as below.
+        branches: Name of each target's branch; empty there.
         per_target: O of each target alone, ARIA eq. (17).
         shares: What each target gives to the index I: the part of it that would be lost without the target.
         stacked: σmin/σmax of the stacked Jacobian as the paper has it: unscaled, metres and radians mixed.
@@ -80,6 +81,7 @@ class PlateScore(AbstractShown):
         sigma: Standard deviations of the instrument [m], [rad]; they whiten the rows for all indices but O.
         length: Length at which an angle counts as an arc, for all indices but O [m].
         region_rows: For how many joint positions in the region the error is predicted.
+        hits: What the arm would run into at each target; empty where it is measurable.
         outcome: How the choice of branches ended.
     """
 
@@ -90,7 +92,13 @@ class PlateScore(AbstractShown):
     sigma: tuple[float, float]
     length: float
     region_rows: int
+    hits: tuple[str, ...]
     outcome: Outcome
+
+    @property
+    def single_branch(self) -> str:
+        """The best single branch; empty where none reaches all targets that the arm can stand at."""
+        return "" if self.single is None else max(self.single.branches)
 
     def summary(self) -> RenderableType:
         from workbench.plate.report.plates import score_tables
@@ -124,26 +132,29 @@ class TargetScorer:
     basis: Float[np.ndarray, "p r"] | None
     sigma: tuple[float, float] = (SIGMA_POSITION, SIGMA_ROTATION)
 
-    def score(self, q: Float[np.ndarray, "targets n"], branches: tuple[str, ...]) -> SetScore:
-        """The score of one row of joint positions per target, in the plate's order."""
+    def score(
+        self, q: Float[np.ndarray, "rows n"], branches: tuple[str, ...], targets: Int[np.ndarray, " rows"]
+    ) -> SetScore:
+        """The score of one row of joint positions for each of these targets; the others don't count."""
         whole = linearise_targets(
             self.robot,
             self.plate,
             q,
+            slots=targets,
             names=self.names,
             sigma_position=self.sigma[0],
             sigma_rotation=self.sigma[1],
         )
         seen = visible(whole, self.basis)
-        arm = linearise_targets(self.robot, self.plate, q)  # O is of the arm's own constants
+        arm = linearise_targets(self.robot, self.plate, q, slots=targets)  # O is of the arm's own constants
         index = self._index(whole)
         value = index.value(seen)
         lost = index.contributions(seen)
         return SetScore(
-            q=frozen(q),
-            branches=branches,
-            per_target=frozen(O().per_pose(arm)),
-            shares=frozen(lost / value if value > 0 else np.zeros(len(q))),
+            q=self._spread(q, targets),
+            branches=self._named(branches, targets),
+            per_target=self._spread(O().per_pose(arm), targets),
+            shares=self._spread(lost / value if value > 0 else np.zeros(len(q)), targets),
             stacked=_ratio(arm),
             indices={"O": O().value(arm)}
             | {name: x for name, x in evaluate(seen).items() if name != "O"}
@@ -154,6 +165,16 @@ class TargetScorer:
             open=frozen(self._open(whole, seen)),
             error=predicted_error(whole, self.robot, self.q_region),
         )
+
+    def _spread(self, values: np.ndarray, targets: np.ndarray) -> np.ndarray:
+        """Values of some targets, in the order of all."""
+        every = np.full((len(self.plate), *values.shape[1:]), np.nan)
+        every[targets] = values
+        return frozen(every)
+
+    def _named(self, branches: tuple[str, ...], targets: np.ndarray) -> tuple[str, ...]:
+        known = dict(zip(targets.tolist(), branches, strict=True))
+        return tuple(known.get(i, "") for i in range(len(self.plate)))
 
     def _index(self, whole: Linearisation) -> I:
         weight = position_weight(self.robot, self.q_region, self.names, whole.weights)
@@ -191,16 +212,17 @@ def score_plate(
         cancel: Asked now and then whether to stop with the best branches so far.
 
     Raises:
-        DataError: a plate without targets or inside the robot's base, a target out of reach, or a region.
+        DataError: a plate without targets or inside the robot's base, a target out of reach, or a region; no
+            target at which the arm keeps clear.
     """
     check_place(robot, plate)
     names = identified_names(robot, base=base, tool=tool)
-    solutions = plate_solutions(robot, plate)
+    can = measurable(robot, plate)
     q_region = plate_region_poses(robot, plate) if matter is None else matter
     choice = choose_branches(
         robot,
-        plate,
-        solutions,
+        can.plate,
+        can.solutions,
         goal=q_region,
         rng=np.random.default_rng(seed),
         names=names,
@@ -215,13 +237,14 @@ def score_plate(
     return PlateScore(
         plate=plate,
         robot=robot,
-        measured=scorer.score(choice.q, choice.branches),
+        measured=scorer.score(choice.q, choice.branches, can.rows),
         single=None
         if alike is None
-        else scorer.score(single_branches(solutions)[alike], (alike,) * len(plate)),
+        else scorer.score(single_branches(can.solutions)[alike], (alike,) * len(can.rows), can.rows),
         sigma=sigma,
         length=robot.reach,
         region_rows=len(q_region),
+        hits=can.hits,
         outcome=choice.outcome,
     )
 

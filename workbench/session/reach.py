@@ -4,28 +4,26 @@ A target is followed from its last joint positions, so that a dragged target kee
 that branch reaches it. Where following fails, all branches are tried; where none reaches, the arm stands as
 near as it comes and the reason is kept.
 
-Whether an arm keeps clear of plate and blocks is a quick look at its axis lines, not a full check: the lines
-between neighbouring link frames are sampled, but for the last one, which carries the probe to the target. A
-sample is too close when it lies over the plate's solid, or over a block, and lower than the arm is thick.
+Where the arm would run into plate or blocks (`plate/obstruction.py`) a branch that is left to the program
+gives way to one that keeps clear, if any does.
 """
 
+from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 
 from workbench.arm.inverse.branch import Branch
 from workbench.arm.inverse.branches import InverseResult, choose, nearest_of
 from workbench.arm.inverse.damped_newton import Task
 from workbench.arm.inverse.solve import follow, solve
-from workbench.arm.kinematics.forward import link_frames
-from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.base import se3
 from workbench.base.cancel import Cancel, Cancelled, never
 from workbench.base.errors import OptionError
 from workbench.base.types import Matrix4, frozen
 from workbench.plate.branches import choose_branches
+from workbench.plate.obstruction import clear_of, hits
 from workbench.plate.plate import AUTO, Kind, Plate, Target
 from workbench.session.state import TargetState
 
@@ -58,18 +56,49 @@ def place_all(
         results.append(_solve(robot, target))
         if cancel():
             raise Cancelled
-    states = [_first(robot, plate, t, r) for t, r in zip(plate.targets, results, strict=True)]
+    states = [_first(robot, t, r) for t, r in zip(plate.targets, results, strict=True)]
     open_ = [i for i, t in enumerate(plate.targets) if states[i].reached and t.q is None]
     if len(open_) > 1 and len(region_q):
-        solutions = [_choices(robot, plate, plate.targets[i], results[i]) for i in open_]
+        solutions = [_choices(robot, plate, i, results[i]) for i in open_]
         targets = (
             _with_known_branch(plate.targets[i], ways) for i, ways in zip(open_, solutions, strict=True)
         )
         part = replace(plate, targets=tuple(targets))
         choice = choose_branches(robot, part, solutions, goal=region_q, rng=rng, starts=STARTS)
         for i, q, name in zip(open_, choice.q, choice.branches, strict=True):
-            states[i] = _reached(robot, plate, frozen(q.copy()), name)
-    return tuple(states)
+            states[i] = _reached(frozen(q.copy()), name)
+    return freed(robot, plate, seen(robot, plate, tuple(states)))
+
+
+def seen(
+    robot: Robot, plate: Plate, states: tuple[TargetState, ...], known: Collection[TargetState] = ()
+) -> tuple[TargetState, ...]:
+    """The same states, each with what the arm runs into on the plate as it stands now.
+
+    Args:
+        robot: The arm.
+        plate: Its targets.
+        states: How the arm stands at them.
+        known: Those that are not looked at again.
+    """
+    rows = [i for i, state in enumerate(states) if state.reached and state not in known]
+    if not rows:
+        return states
+    found = hits(robot, plate, rows, np.stack([states[i].q for i in rows]))
+    now = list(states)
+    for i, hit in zip(rows, found, strict=True):
+        now[i] = states[i] if hit == states[i].hit else replace(states[i], hit=hit)
+    return tuple(now)
+
+
+def freed(robot: Robot, plate: Plate, states: tuple[TargetState, ...]) -> tuple[TargetState, ...]:
+    """The same states; where the arm is blocked in a branch of the program's, the nearest clear one."""
+    free = list(states)
+    for i, (target, state) in enumerate(zip(plate.targets, states, strict=True)):
+        if state.reached and state.hit and target.branch == AUTO and target.q is None:
+            way = nearest_of(clear_of(robot, plate, i, branches_to(robot, target)), state.q)
+            free[i] = state if way is None else _reached(way.q, way.name)
+    return tuple(free)
 
 
 def branches_to(robot: Robot, target: Target) -> tuple[Branch, ...]:
@@ -77,21 +106,21 @@ def branches_to(robot: Robot, target: Target) -> tuple[Branch, ...]:
     return _solve(robot, target).within_limits
 
 
-def place(robot: Robot, plate: Plate, target: Target, near: Float[np.ndarray, " n"]) -> TargetState:
+def place(robot: Robot, target: Target, near: Float[np.ndarray, " n"]) -> TargetState:
     """The arm at a target from nothing: in its named branch, or else in the one nearest to `near`."""
-    return _state(robot, plate, _solve(robot, target), near=near, branch=target.branch)
+    return _state(_solve(robot, target), near=near, branch=target.branch)
 
 
-def advance(robot: Robot, plate: Plate, target: Target, before: TargetState) -> TargetState:
+def advance(robot: Robot, target: Target, before: TargetState) -> TargetState:
     """The arm at a target that has moved a little, in the same branch if that reaches it.
 
     A branch that was chosen by hand is kept: where it does not reach, the target is out of reach.
     """
     followed = follow(robot, _in_measuring_frame(robot, target), before.q, task=_task(robot, target))
     if followed.converged and before.reached:
-        return _reached(robot, plate, followed.q, before.branch)
+        return _reached(followed.q, before.branch)
     near = followed.q if followed.converged else before.q
-    return place(robot, plate, target, near)
+    return place(robot, target, near)
 
 
 def settle(target: Target, before: TargetState, ways: tuple[Branch, ...]) -> TargetState:
@@ -102,40 +131,34 @@ def settle(target: Target, before: TargetState, ways: tuple[Branch, ...]) -> Tar
     return before if branch is None or branch.name == before.branch else replace(before, branch=branch.name)
 
 
-def _first(robot: Robot, plate: Plate, target: Target, result: InverseResult) -> TargetState:
+def _first(robot: Robot, target: Target, result: InverseResult) -> TargetState:
     if target.q is None:
         target = _with_known_branch(target, result.within_limits)
-        return _state(robot, plate, result, branch=target.branch)
-    return advance(robot, plate, target, TargetState(target.q, True, target.branch))
+        return _state(result, branch=target.branch)
+    return advance(robot, target, TargetState(target.q, True, target.branch))
 
 
-def _reached(robot: Robot, plate: Plate, q: Float[np.ndarray, " n"], branch: str) -> TargetState:
-    return TargetState(frozen(q), True, branch, hit=first_hit(robot, plate, q))
+def _reached(q: Float[np.ndarray, " n"], branch: str) -> TargetState:
+    return TargetState(frozen(q), True, branch)
 
 
-def _choices(robot: Robot, plate: Plate, target: Target, result: InverseResult) -> tuple[Branch, ...]:
+def _choices(robot: Robot, plate: Plate, number: int, result: InverseResult) -> tuple[Branch, ...]:
     """The branch chosen by hand, or those that keep clear of the plate; all, where none does."""
     within = result.within_limits
-    if target.branch in result.names:
+    if plate.targets[number].branch in result.names:
         return within
-    clear = is_clear(robot, plate, np.stack([b.q for b in within]))
-    return tuple(b for b, c in zip(within, clear, strict=True) if c) or within
+    return clear_of(robot, plate, number, within) or within
 
 
 def _state(
-    robot: Robot,
-    plate: Plate,
-    result: InverseResult,
-    *,
-    near: Float[np.ndarray, " n"] | None = None,
-    branch: str = AUTO,
+    result: InverseResult, *, near: Float[np.ndarray, " n"] | None = None, branch: str = AUTO
 ) -> TargetState:
     try:
         chosen = choose(result, near=near, branch=branch)
     except OptionError:  # a named branch that the target does not have any more
         chosen = None
     if chosen is not None and chosen.within_limits:
-        return _reached(robot, plate, chosen.q, chosen.name)
+        return _reached(chosen.q, chosen.name)
     nearest = result.nearest
     missing = (nearest.position_error, nearest.rotation_error)
     others = len(result.within_limits)
@@ -159,54 +182,3 @@ def _task(robot: Robot, target: Target) -> Task | None:
 
 def _in_measuring_frame(robot: Robot, target: Target) -> Matrix4:
     return robot.base.pose @ target.pose
-
-
-THICKNESS = 0.03
-"""Radius of an arm, as a share of its reach."""
-BLOCK = 0.026
-"""Half the width of a target's block at its foot [m]."""
-SAMPLES = 8
-"""Points looked at on each line."""
-
-
-def is_clear(robot: Robot, plate: Plate, q: Float[np.ndarray, "rows n"]) -> Bool[np.ndarray, " rows"]:
-    """Which postures keep the arm above plate and blocks, wherever it is over them; all without a solid."""
-    if plate.size is None:
-        return np.ones(len(q), bool)
-    points, radius = _points(robot, plate, q), THICKNESS * robot.reach
-    return ~(_in_plate(plate, points, radius) | _in_blocks(plate, points, radius).any(-1)).any((1, 2))
-
-
-def first_hit(robot: Robot, plate: Plate, q: Float[np.ndarray, " n"]) -> str:
-    """What the arm would run into, and with which link, in words; empty if it keeps clear."""
-    if plate.size is None:
-        return ""
-    points, radius = _points(robot, plate, q[None])[0], THICKNESS * robot.reach
-    if (links := _in_plate(plate, points, radius).any(1)).any():
-        return f"link {int(links.argmax()) + 2} would run into the plate"
-    blocks = _in_blocks(plate, points, radius).any(1)
-    if blocks.any():
-        link, block = np.argwhere(blocks)[0]
-        return f"link {link + 2} would run into the block of target {block + 1}"
-    return ""
-
-
-def _points(robot: Robot, plate: Plate, q: np.ndarray) -> Float[np.ndarray, "rows links samples 3"]:
-    """Points along the arm, in the plate's frame."""
-    places = se3.inverse(robot.base.pose @ plate.pose) @ link_frames(robot, Motion(q))[:, :-1]
-    share = np.linspace(0.0, 1.0, SAMPLES)[:, None]
-    start, end = places[:, :-2, None, :3, 3], places[:, 1:-1, None, :3, 3]
-    return start + share * (end - start)
-
-
-def _in_plate(plate: Plate, points: Float[np.ndarray, "*lead 3"], radius: float) -> Bool[np.ndarray, "*lead"]:
-    assert plate.size is not None
-    over = (np.abs(points[..., :2]) < 0.5 * plate.size[:2] + radius).all(-1)
-    return over & (points[..., 2] < radius)
-
-
-def _in_blocks(plate: Plate, points: Float[np.ndarray, "*lead 3"], radius: float):
-    """Which points are inside which block, last axis: a cylinder from the plate to each target."""
-    places = se3.apply(se3.inverse(plate.pose), plate.poses[:, :3, 3])
-    apart = np.linalg.norm(points[..., None, :2] - places[:, :2], axis=-1)
-    return (apart < BLOCK + 0.5 * radius) & (points[..., None, 2] < places[:, 2] + 0.5 * radius)

@@ -60,7 +60,7 @@ def _score(numbers: Mapping[str, Any], session: Session) -> Score:
     return Score(
         per_target=frozen(np.array(numbers["per_target"], float)),
         indices={name: math.inf if v is None else v for name, v in numbers["indices"].items()},
-        reached=numbers["reached"],
+        measurable=numbers["reached"],
         rank=numbers["rank"],
         parameters=session.score.parameters,
         condition=math.inf if numbers["condition"] is None else numbers["condition"],

@@ -34,7 +34,7 @@ def score(
     noise: Noise,
     region_q: Float[np.ndarray, "poses n"],
 ) -> Score:
-    """Indices and predicted error of the reached targets, each measured once.
+    """Indices and predicted error of the measurable targets, each measured once.
 
     Args:
         robot: Nominal geometry.
@@ -44,7 +44,7 @@ def score(
         region_q: Poses for which the error is predicted [rad or m]; without any it stays unknown.
     """
     names = identified_names(robot)
-    used = [i for i, state in enumerate(states) if state.reached]
+    used = [i for i, state in enumerate(states) if state.measurable]
     per_target, rises = np.full(len(states), np.nan), np.full(len(states), np.nan)
     if not used:
         nothing = dict.fromkeys(INDICES, 0.0)
@@ -64,7 +64,7 @@ def score(
     return Score(
         per_target=frozen(per_target),
         indices=evaluate(linearisation),
-        reached=len(used),
+        measurable=len(used),
         rank=linearisation.rank(),
         parameters=len(names),
         condition=linearisation.condition,

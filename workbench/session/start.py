@@ -20,10 +20,11 @@ from workbench.base import se3
 from workbench.base.cancel import Cancel, never
 from workbench.base.errors import OptionError
 from workbench.base.types import frozen
+from workbench.plate.obstruction import clear_of
 from workbench.plate.patterns import pattern
 from workbench.plate.plate import Kind, Plate, Target
 from workbench.plate.region import Region
-from workbench.session.reach import is_clear, place_all
+from workbench.session.reach import place_all
 from workbench.session.score import draw_region, score
 from workbench.session.state import Noise, Session
 from workbench.session.target_steps import commit_step
@@ -96,23 +97,24 @@ def suited_plate(robot: Robot) -> Plate:
     if robot.dof >= int(Task.POSE):
         return plate
     straight = robot.with_effects()
-    return replace(plate, targets=tuple(_met(straight, plate, target) for target in plate.targets))
+    return replace(plate, targets=tuple(_met(straight, plate, i) for i in range(len(plate))))
 
 
-def _met(robot: Robot, plate: Plate, target: Target) -> Target:
+def _met(robot: Robot, plate: Plate, number: int) -> Target:
     """The target with an orientation that the arm has there; a socket where it can't hold any."""
+    target = plate.targets[number]
     kind = Kind.SEAT if Task.default(robot.dof) is Task.POSITION_AXIS else Kind.SOCKET
     turns = se3.rotvec_to_matrix(np.linspace(0.0, 2.0 * np.pi, TURNS, endpoint=False)[:, None] * [0, 0, 1])
     poses = robot.base.pose @ se3.pose(turns @ target.pose[:3, :3], np.tile(target.xyz, (TURNS, 1)))
     ways = [way for result in solve_many(robot, poses) for way in result.within_limits]
     if not ways:
         return replace(target, kind=Kind.SOCKET)
-    tool = se3.inverse(robot.base.pose) @ tool_poses(robot, Motion(_best(robot, plate, ways)[None]))[0]
+    tool = (
+        se3.inverse(robot.base.pose) @ tool_poses(robot, Motion(_best(robot, plate, number, ways)[None]))[0]
+    )
     return replace(target, rpy=frozen(se3.matrix_to_rpy(tool[:3, :3])), kind=kind)
 
 
-def _best(robot: Robot, plate: Plate, ways: list[Branch]) -> Float[np.ndarray, " n"]:
+def _best(robot: Robot, plate: Plate, number: int, ways: list[Branch]) -> Float[np.ndarray, " n"]:
     """Joint positions farthest from the limits, of those that keep clear of the plate where some do."""
-    clear = is_clear(robot, plate, np.stack([way.q for way in ways]))
-    among = [way for way, is_free in zip(ways, clear, strict=True) if is_free] or ways
-    return max(among, key=lambda way: way.margin).q
+    return max(clear_of(robot, plate, number, ways) or ways, key=lambda way: way.margin).q

@@ -140,15 +140,27 @@ class TargetState:
         """Whether the arm runs into nothing."""
         return not self.hit
 
+    @property
+    def measurable(self) -> bool:
+        """Whether the arm can stand there: the target is reached, and nothing is in the way."""
+        return self.reached and self.clear
+
+    @property
+    def obstacle(self) -> str:
+        """Why the target can't be measured, in words; empty where it can."""
+        if not self.reached:
+            return "out of reach"
+        return f"blocked ({self.hit})" if self.hit else ""
+
 
 @dataclass(frozen=True, eq=False)
 class Score:
     """What the present targets would tell about the robot.
 
     Args:
-        per_target: Index O of each target alone (ARIA eq. 17); NaN where it is out of reach.
-        indices: O and O1 … O5 of the reached targets together.
-        reached: How many targets count.
+        per_target: Index O of each target alone (ARIA eq. 17); NaN where it can't be measured.
+        indices: O and O1 … O5 of the measurable targets together.
+        measurable: How many targets count: the arm reaches them and runs into nothing there.
         rank: Parameter combinations that the set determines.
         parameters: How many there are.
         condition: Condition number of the scaled Jacobian; infinite below full rank.
@@ -156,12 +168,12 @@ class Score:
         rotation: Predicted mean rotation error there [rad]; NaN if unknown.
         rises: By what share the predicted error would rise without each target; NaN where nothing is lost.
         worst: Worst-determined parameters first: name, standard error and its unit (m or rad).
-        linearisation: The reached targets' Jacobian; None without any.
+        linearisation: The measurable targets' Jacobian; None without any.
     """
 
     per_target: Float[np.ndarray, " targets"]
     indices: dict[str, float]
-    reached: int
+    measurable: int
     rank: int
     parameters: int
     condition: float

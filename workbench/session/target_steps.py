@@ -6,7 +6,7 @@ import numpy as np
 
 from workbench.base.errors import OptionError
 from workbench.plate.plate import Plate
-from workbench.session.reach import branches_to, first_hit
+from workbench.session.reach import branches_to, freed, seen
 from workbench.session.score import score
 from workbench.session.state import UNDO_STEPS, Focus, Score, Session, Step, TargetState
 
@@ -33,7 +33,8 @@ def begin_step(session: Session) -> Session:
 def with_targets(
     session: Session, plate: Plate, states: tuple[TargetState, ...], *, selected: int | None = None
 ) -> Session:
-    """The session with these targets, scored; in the middle of a drag."""
+    """The session with these targets, scored; in the middle of a drag only what was moved is looked at."""
+    states = seen(session.robot, plate, states, session.states)
     chosen = session.selected if selected is None else selected
     new = score(session.robot, plate, states, noise=session.noise, region_q=session.region_q)
     return replace(
@@ -54,8 +55,12 @@ def move_targets(
 
 
 def commit_step(session: Session) -> Session:
-    """The session after a step: the score enters the history, the ways to the target are all known."""
-    return with_branches(with_history(replace(session, states=_seen_anew(session))))
+    """The session after a step: no target is blocked without need, its score enters the history."""
+    robot, plate = session.robot, session.plate
+    free = freed(robot, plate, seen(robot, plate, session.states))
+    if any(now is not before for now, before in zip(free, session.states, strict=True)):
+        session = with_targets(session, plate, free)
+    return with_branches(with_history(session))
 
 
 def with_history(session: Session) -> Session:
@@ -65,15 +70,6 @@ def with_history(session: Session) -> Session:
         best = Step(session.plate, session.states)
         session = replace(session, best=best, best_score=session.score)
     return session
-
-
-def _seen_anew(session: Session) -> tuple[TargetState, ...]:
-    """The same states, each with what the arm runs into now that other blocks may have moved."""
-    hits = [first_hit(session.robot, session.plate, s.q) if s.reached else "" for s in session.states]
-    return tuple(
-        state if hit == state.hit else replace(state, hit=hit)
-        for state, hit in zip(session.states, hits, strict=True)
-    )
 
 
 def with_branches(session: Session, number: int | None = None) -> Session:

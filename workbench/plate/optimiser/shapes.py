@@ -45,6 +45,16 @@ class Hull:
         """The body for coal."""
         return convex(self.corners)
 
+    @cached_property
+    def bounds(self) -> Float[np.ndarray, "28"]:
+        """Centre and radius of a sphere about it, normals of its faces, and how far out these lie [m]."""
+        centre = self.corners.mean(0)
+        faces = self.corners[FACES]
+        normals = np.cross(faces[:, 2] - faces[:, 0], faces[:, 3] - faces[:, 1])
+        normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
+        size = np.linalg.norm(self.corners - centre, axis=1).max()
+        return np.concatenate([centre, [size], normals.ravel(), (normals * faces[:, 0]).sum(-1)])
+
     @property
     def hull(self) -> coal.ConvexBase:
         """The same: it is convex."""
@@ -139,18 +149,14 @@ def at_least(
     lines: Float[np.ndarray, "rows capsules 2 3"], hulls: Sequence[Hull]
 ) -> Float[np.ndarray, "rows capsules"]:
     """Lower bounds of lines' distances from hulls: from a sphere about the hull, and beyond each face [m]."""
-    corners = np.stack([hull.corners for hull in hulls]) if len(hulls) else np.zeros((0, 8, 3))
-    centre = corners.mean(1)
-    size = np.linalg.norm(corners - centre[:, None], axis=2).max(1)
+    bounds = np.stack([hull.bounds for hull in hulls]) if len(hulls) else np.zeros((0, 28))
+    centre, size, normals, offsets = np.split(bounds, [3, 4, 22], axis=1)
     start, along = lines[:, :, 0], lines[:, :, 1] - lines[:, :, 0]
     square = np.maximum((along**2).sum(-1), 1e-30)
     share = np.clip(((centre[:, None] - start) * along).sum(-1) / square, 0.0, 1.0)
-    ball = np.linalg.norm(start + share[..., None] * along - centre[:, None], axis=-1) - size[:, None]
-    faces = corners[:, FACES]
-    normals = np.cross(faces[:, :, 2] - faces[:, :, 0], faces[:, :, 3] - faces[:, :, 1])
-    normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
-    offsets = (normals * faces[:, :, 0]).sum(-1)
-    beyond = lines @ np.swapaxes(normals, 1, 2)[:, None] - offsets[:, None, None]
+    ball = np.linalg.norm(start + share[..., None] * along - centre[:, None], axis=-1) - size
+    normals = normals.reshape(-1, 1, 6, 3)
+    beyond = lines @ np.swapaxes(normals, 2, 3) - offsets[:, None, None]
     return np.maximum(ball, beyond.min(2).max(-1))
 
 

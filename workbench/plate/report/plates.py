@@ -34,7 +34,10 @@ def score_tables(score: PlateScore) -> RenderableType:
         f"{score.plate.name} for {score.robot.name}", "target", "branch", "O", "share of I [%]"
     )
     chosen = score.measured
-    for k, branch in enumerate(chosen.branches):
+    for k, (branch, hit) in enumerate(zip(chosen.branches, score.hits, strict=True)):
+        if hit:
+            targets.add_row(str(k + 1), f"blocked: {hit}", "–", "–")
+            continue
         targets.add_row(
             str(k + 1), escape(branch), f"{chosen.per_target[k]:.4f}", f"{100 * chosen.shares[k]:.1f}"
         )
@@ -47,8 +50,11 @@ def score_tables(score: PlateScore) -> RenderableType:
         f"they hold: {held_words(score.plate, score.sigma)}",
         f"scaling: rows by these deviations, angles as arcs at {score.length:.3f} m (the arm's reach); O and "
         "σmin/σmax unscaled, as in the paper",
-        "one branch: " + (escape(score.single.branches[0]) if score.single else "none reaches all targets"),
+        "one branch: " + (escape(score.single_branch) if score.single else "none reaches all targets"),
     ]
+    if blocked := sum(map(bool, score.hits)):
+        count = len(score.hits)
+        words.insert(0, f"{count - blocked} of {count} targets measurable; the blocked ones don't count")
     if chosen.rank < chosen.visible:
         words.append(f"not told apart: {'; '.join(_open_words(chosen))}; vary targets or branches")
     return Group(targets, sets, Text("\n".join(words)))
@@ -155,6 +161,7 @@ def _plate_json(score: PlateScore) -> Json:
         "scaling_length_m": score.length,
         "targets": [
             {"target": k + 1, "branch": branch, "q": score.measured.q[k], "O": o, "share": share}
+            | ({"blocked": score.hits[k]} if score.hits[k] else {})
             for k, (branch, o, share) in enumerate(
                 zip(score.measured.branches, score.measured.per_target, score.measured.shares, strict=True)
             )
@@ -162,7 +169,7 @@ def _plate_json(score: PlateScore) -> Json:
         "set": set_json(score.measured),
         "one_branch": None
         if score.single is None
-        else {"branch": score.single.branches[0], **set_json(score.single)},
+        else {"branch": score.single_branch, **set_json(score.single)},
     }
 
 

@@ -156,14 +156,14 @@ def standing(session: Session) -> np.ndarray:
 def begin_with(robot: Robot, session: Session, *, cancel: Cancel) -> Session:
     """A session with another robot, on the present plate or on one that suits the arm."""
     begun = start(robot, session.plate, noise=session.noise, cancel=cancel)
-    if 2 * begun.score.reached >= len(session.plate):
+    if 2 * begun.score.measurable >= len(session.plate):
         return begun
     return start(robot, suited_plate(robot), noise=session.noise, cancel=cancel)
 
 
 def _begun(session: Session, begun: Session) -> Session:
     begun = replace(begun, message_count=session.message_count, revision=session.revision, job=session.job)
-    reached = f"{begun.score.reached} of {len(begun.plate)} targets reached"
+    reached = f"{begun.score.measurable} of {len(begun.plate)} targets measurable"
     words = f"{begun.robot.name} on the plate '{begun.plate.name}': {reached}"
     return begun.tell(Severity.INFO, words)
 

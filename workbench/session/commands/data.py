@@ -121,8 +121,7 @@ class MeasureVirtualArm(AbstractTask):
         if self.instrument and self.instrument not in VIRTUAL_INSTRUMENTS:
             known = ", ".join(VIRTUAL_INSTRUMENTS)
             raise OptionError(f"unknown instrument '{self.instrument}'; choose one of {known}")
-        if not any(state.reached for state in session.states):
-            raise DataError("the arm reaches none of the targets; drag some within reach")
+        check_measurable(session)
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
         rng = np.random.default_rng(self.seed)
@@ -171,6 +170,14 @@ class ForgetData(AbstractChange):
         return with_data(session, None)
 
 
+def check_measurable(session: Session) -> None:
+    """Refuse where the arm can stand at no target."""
+    if not any(state.measurable for state in session.states):
+        raise DataError(
+            "the arm can stand at none of the targets; drag some within reach, or choose other branches"
+        )
+
+
 def instrument_of(session: Session) -> Instrument:
     """The instrument of virtual measurements: sees poses with the session's noise."""
     return Instrument(
@@ -188,9 +195,9 @@ def postures(actual: Robot, session: Session) -> tuple[list[int], np.ndarray]:
     """
     used, postures = [], []
     for i, (target, state) in enumerate(zip(session.plate.targets, session.states, strict=True)):
-        if not state.reached:
+        if not state.measurable:
             continue
-        stands = advance(actual, session.plate, target, state)
+        stands = advance(actual, target, state)
         if stands.reached:
             used.append(i)
             postures.append(stands.q)

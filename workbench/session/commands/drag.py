@@ -147,7 +147,7 @@ class MoveTarget(AbstractChange):
             return session
         target = self._moved(session)
         before = session.states[self.target] if self.start is None else self.start.state
-        state = advance(session.robot, session.plate, target, before)
+        state = advance(session.robot, target, before)
         plate = replace(session.plate, targets=with_item(session.plate.targets, self.target, target))
         states = with_item(session.states, self.target, state)
         if session.drag is not None:

@@ -138,7 +138,7 @@ def _check_room(session: Session) -> None:
 
 def _with_new(session: Session, model: Target, xyz: Vector3) -> Session:
     target = replace(model, xyz=frozen(xyz), q=None, locked=False)
-    state = place(session.robot, session.plate, target, session.states[session.selected].q)
+    state = place(session.robot, target, session.states[session.selected].q)
     plate = replace(session.plate, targets=(*session.plate.targets, target))
     return move_targets(session, plate, (*session.states, state), selected=len(plate) - 1)
 
@@ -171,7 +171,7 @@ class ChooseBranch(AbstractChange):
 
     def apply(self, session: Session) -> Session:
         target = replace(session.plate.targets[self.target], branch=self.branch, q=None)
-        state = place(session.robot, session.plate, target, session.states[self.target].q)
+        state = place(session.robot, target, session.states[self.target].q)
         plate = replace(session.plate, targets=with_item(session.plate.targets, self.target, target))
         return move_targets(
             session, plate, with_item(session.states, self.target, state), selected=self.target

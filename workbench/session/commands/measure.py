@@ -26,7 +26,14 @@ from workbench.plate.guided_measuring import plate_targets
 from workbench.plate.plate import Kind
 from workbench.plate.virtual_measuring import STEERING, beside
 from workbench.session.command import AbstractChange, AbstractTask, Progress
-from workbench.session.commands.data import MOST_SEED, instrument_of, observed, postures, with_data
+from workbench.session.commands.data import (
+    MOST_SEED,
+    check_measurable,
+    instrument_of,
+    observed,
+    postures,
+    with_data,
+)
 from workbench.session.guided import Measuring, Ride, VirtualArm
 from workbench.session.state import Focus, Loaded, Session, Severity, Source
 from workbench.session.target_steps import with_branches
@@ -54,8 +61,7 @@ class BeginMeasuring(AbstractTask):
             raise OptionError(f"the seed must be 0 to {MOST_SEED}, got {self.seed}")
         if session.measuring is not None:
             raise OptionError("a guided measurement is running; use its rows or stop it first")
-        if not any(state.reached for state in session.states):
-            raise DataError("the arm reaches none of the targets; drag some within reach")
+        check_measurable(session)
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
         rng = np.random.default_rng(self.seed)

@@ -121,9 +121,9 @@ class TryPlate(AbstractTask):
     def check(self, session: Session) -> None:
         if not 1 <= self.arms <= MOST_ARMS:
             raise OptionError(f"the number of virtual arms must be 1 to {MOST_ARMS}, got {self.arms}")
-        missed = [i + 1 for i, state in enumerate(session.states) if not state.reached]
-        if missed:
-            raise OptionError(f"target {missed[0]} is out of reach; move it, then try the plate")
+        for i, state in enumerate(session.states):
+            if not state.measurable:
+                raise OptionError(f"target {i + 1} is {state.obstacle}; move it, then try the plate")
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
         from workbench.plate.design import try_plate

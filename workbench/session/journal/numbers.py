@@ -79,7 +79,7 @@ def _score(session: Session) -> Json:
     return {
         "indices": score.indices,
         "per_target": score.per_target,
-        "reached": score.reached,
+        "reached": score.measurable,
         "rank": score.rank,
         "condition": score.condition,
         "position": score.position,

@@ -173,7 +173,7 @@ def compare_sessions(names: Sequence[str], sessions: Sequence[Session]) -> Compa
 
 def _figures(session: Session) -> Iterator[tuple[str, float]]:
     score = session.score
-    yield "targets reached", float(score.reached)
+    yield "measurable targets", float(score.measurable)
     for name, value in score.indices.items():
         yield f"index {name}", float(value)
     yield "predicted error [mm]", 1e3 * score.position

@@ -34,8 +34,8 @@ def _place(session: Session) -> str:
     """Where the target stands now, and what that means."""
     state, (x, y, z) = session.states[session.selected], 1e3 * session.plate.targets[session.selected].xyz
     words = f": target {session.selected + 1} is at {x:.1f}, {y:.1f}, {z:.1f} mm"
-    if not state.reached:
-        return f"{words}, out of reach"
+    if not state.measurable:
+        return f"{words}, {state.obstacle}"
     error = 1e3 * session.score.position
     return f"{words}; predicted error {error:.3g} mm" if np.isfinite(error) else words
 

@@ -80,7 +80,7 @@ def _facts(recording: Recording, session: Session) -> list[tuple[str, str]]:
 
 
 def _scores(first: Score, last: Score) -> Iterator[tuple[str, str, str]]:
-    yield "targets reached", f"{first.reached}", f"{last.reached}"
+    yield "measurable targets", f"{first.measurable}", f"{last.measurable}"
     for (name, scale), part in zip(PREDICTED, ("position", "rotation"), strict=True):
         yield name, short(scale * getattr(first, part)), short(scale * getattr(last, part))
     for name, value in last.indices.items():

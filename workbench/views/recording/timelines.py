@@ -30,7 +30,7 @@ LONGEST = 64
 DRAGS = (GrabTarget, MoveTarget, DropTarget)
 ARMS = {"nominal": ARROW_BEFORE, "calibrated": ARROW_AFTER}
 HEAD = (
-    "| step | search | targets reached | index O of a target | predicted error [mm] |",
+    "| step | search | measurable targets | index O of a target | predicted error [mm] |",
     "|---:|---|---|---|---|",
 )
 
@@ -181,12 +181,12 @@ class Searches(AbstractTimeline):
 
 
 def _changes(before: Score, now: Score) -> Iterator[str]:
-    for words in (_reached, _spread, _error):
+    for words in (_measurable, _spread, _error):
         yield f"{words(before)} → {words(now)}"
 
 
-def _reached(score: Score) -> str:
-    return f"{score.reached} of {len(score.per_target)}"
+def _measurable(score: Score) -> str:
+    return f"{score.measurable} of {len(score.per_target)}"
 
 
 def _spread(score: Score) -> str:

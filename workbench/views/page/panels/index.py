@@ -28,6 +28,7 @@ class IndexPanel(AbstractPanel):
         now, first = session.score, session.first_score
         self._html.content = block(
             heading("Predicted error in the region after calibration")
+            + _measurable(session)
             + _predicted(now, first)
             + heading("Index O of each target")
             + _bars(session)
@@ -37,6 +38,18 @@ class IndexPanel(AbstractPanel):
             + _rank(now),
             testid="index",
         )
+
+
+def _measurable(session: Session) -> str:
+    """How many targets count, where some don't."""
+    lost = [f"target {i}: {s.obstacle}" for i, s in enumerate(session.states, 1) if not s.measurable]
+    if not lost:
+        return ""
+    count = len(session.states)
+    return (
+        f'<div data-testid="measurable" title="{text("; ".join(lost))}" style="color:{css(OUT_OF_REACH)};'
+        f"font-weight:600\">{count - len(lost)} of {count} targets measurable; the others don't count</div>"
+    )
 
 
 def _predicted(now: Score, first: Score) -> str:
@@ -66,7 +79,7 @@ def _bars(session: Session) -> str:
         colour = css(target_colour(state, selected=i == session.selected))
         high = 3.0 if np.isnan(value) else max(3.0, HEIGHT * float(value))
         rise = session.score.rises[i]
-        words = f"target {i + 1}: " + (f"O = {value:.3f}" if state.reached else "out of reach")
+        words = f"target {i + 1}: " + (state.obstacle or f"O = {value:.3f}")
         words += f"; without it {100 * rise:+.0f} % error" if np.isfinite(rise) else ""
         x = step * i
         parts.append(
@@ -121,7 +134,9 @@ def _indices(now: Score, first: Score) -> str:
 
 def _rank(now: Score) -> str:
     missing = now.parameters - now.rank
-    words = f"Rank {now.rank} of {now.parameters} · condition {number(now.condition)} · {now.reached} targets"
+    words = (
+        f"Rank {now.rank} of {now.parameters} · condition {number(now.condition)} · {now.measurable} targets"
+    )
     colour = MUTED if missing == 0 else css(OUT_OF_REACH)
     more = f"<br>{missing} parameter combinations are undetermined." if missing else ""
     return f'<div data-testid="rank" style="color:{colour};margin-top:4px">{words}{more}</div>'

@@ -48,8 +48,8 @@ class InfluencePanel(AbstractPanel):
 
 
 def _at_targets(session: Session) -> Influence | None:
-    """At all targets in reach; not worked out anew at every step of a drag."""
-    q = [state.q for state in session.states if state.reached]
+    """At all measurable targets; not worked out anew at every step of a drag."""
+    q = [state.q for state in session.states if state.measurable]
     return first_order_influence(session.robot, Motion(np.stack(q))) if q else None
 
 

@@ -1,0 +1,114 @@
+"""What an arm would run into at the targets of a plate: a target that it can't stand at is not measurable.
+
+This is the quick look that dragging needs, without margins: capsules along the arm's links, as the optimiser
+has them for arms without meshes, against the plate's solid and the blocks as they are drawn. Left out are
+the last link, which carries the probe, and the block that it visits, since the probe may not be known yet.
+What the optimiser calls clear is clear here too.
+"""
+
+from collections.abc import Sequence
+from functools import lru_cache
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from workbench.arm.inverse.branch import Branch
+from workbench.arm.robot import Robot
+from workbench.plate.optimiser.capsules import CapsuleArm, capsule_arm
+from workbench.plate.optimiser.shapes import Hull, Placements, block_hulls, plate_hull
+from workbench.plate.plate import Plate, Target
+from workbench.plate.region import Region
+
+TOUCHING = 1e-6
+"""Bodies that come nearer than this touch [m]."""
+
+
+def hits(
+    robot: Robot, plate: Plate, visited: Sequence[int], q: Float[np.ndarray, "rows n"]
+) -> tuple[str, ...]:
+    """What the arm would run into in each posture, and with which link, in words; empty where it is clear.
+
+    Args:
+        robot: The arm, as its geometry says.
+        plate: Its solid and the blocks of its targets; without a solid nothing stands in the way.
+        visited: Target at which the arm stands in each posture, counted from 0.
+        q: Postures [rad or m].
+    """
+    if plate.size is None or not len(q):
+        return ("",) * len(q)
+    shape, hulls = shape_of(robot), bodies_of(plate)
+    at = shape.placements(q)
+    met = touches(shape, at, hulls)
+    met[np.arange(len(q)), 1 + np.asarray(visited)] = False
+    names = ("the plate", *(f"the block of target {i + 1}" for i in range(len(plate))))
+    found = [""] * len(q)
+    for row in np.flatnonzero(met.any(1)):
+        first = int(met[row].argmax())
+        link = _link(shape, at[row : row + 1], hulls[first])
+        found[row] = f"link {link} would run into {names[first]}"
+    return tuple(found)
+
+
+def clear_of(robot: Robot, plate: Plate, target: int, branches: Sequence[Branch]) -> tuple[Branch, ...]:
+    """Those branches to a target, counted from 0, in which the arm runs into nothing."""
+    if not branches:
+        return ()
+    found = hits(robot, plate, [target] * len(branches), np.stack([branch.q for branch in branches]))
+    return tuple(branch for branch, hit in zip(branches, found, strict=True) if not hit)
+
+
+def touches(shape: CapsuleArm, at: Placements, hulls: Sequence[Hull]) -> Bool[np.ndarray, "rows hulls"]:
+    """Which bodies that stand still each posture runs into."""
+    rows, count = len(at), len(hulls)
+    gaps = shape.hull_distances(
+        np.repeat(at, count, axis=0),
+        list(hulls) * rows,
+        checked=shape.bodies < shape.robot.dof,
+        far=TOUCHING,
+        least=TOUCHING,
+    )
+    return (gaps < TOUCHING).reshape(rows, count)
+
+
+def bodies_of(plate: Plate) -> list[Hull]:
+    """The plate's solid, then the blocks of its targets, robot's base."""
+    assert plate.size is not None
+    place = plate.size.tobytes(), plate.xyz.tobytes(), plate.rpy.tobytes()
+    return [_solid(*place), *(_block(target, *place[1:]) for target in plate.targets)]
+
+
+@lru_cache(maxsize=16)
+def _solid(size: bytes, xyz: bytes, rpy: bytes) -> Hull:
+    found = plate_hull(_bare(xyz, rpy, size))
+    assert found is not None
+    return found
+
+
+@lru_cache(maxsize=256)
+def _block(target: Target, xyz: bytes, rpy: bytes) -> Hull:
+    """While one target is dragged the blocks of the others stay."""
+    return block_hulls(_bare(xyz, rpy), target.pose[None])[0]
+
+
+def _bare(xyz: bytes, rpy: bytes, size: bytes | None = None) -> Plate:
+    parts = [np.frombuffer(part) for part in (xyz, rpy)]
+    region = Region(min=np.zeros(3), max=np.ones(3))
+    solid = None if size is None else np.frombuffer(size)
+    return Plate(name="", targets=(), region=region, xyz=parts[0], rpy=parts[1], size=solid)
+
+
+@lru_cache(maxsize=4)
+def shape_of(robot: Robot) -> CapsuleArm:
+    """The arm's capsules."""
+    return capsule_arm(robot)
+
+
+def _link(shape: CapsuleArm, at: Placements, hull: Hull) -> int:
+    """The first link that a posture brings into a body: k is the link after joint k, 0 the base."""
+    for body in range(shape.robot.dof):
+        if (
+            shape.hull_distances(at, [hull], checked=shape.bodies == body, far=TOUCHING, least=TOUCHING)[0]
+            < TOUCHING
+        ):
+            return body
+    return shape.robot.dof - 1
