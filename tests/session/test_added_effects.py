@@ -1,5 +1,7 @@
 """Effects that something beside the joint positions drives: found, added and compared in the app."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from driven_effects import DRIVEN, driven_file
@@ -9,8 +11,37 @@ from workbench.identification.evaluate import evaluate
 from workbench.session.commands.data import LoadData
 from workbench.session.commands.diagnose import AddEffects, Diagnose
 from workbench.session.commands.identify import Identify
-from workbench.session.comparison import STAGES
+from workbench.session.comparison import STAGES, Stage
+from workbench.session.joint_errors import NO_LAW, along_joints, blamed, candidates, law_along_joints
 from workbench.session.journal.numbers import numbers_of
+from workbench.views.drawables.arms import blame
+from workbench.views.page.panels.joints import joint_plots
+
+
+def the_law_of_the_cause_is_laid_over_the_errors(session):
+    """It follows what the geometry leaves, and its joints glow."""
+    found, effect = session.diagnosis, blamed(session)
+    assert effect.label == found.effects[0].effect.label
+    q, law = law_along_joints(found, effect.label)
+    assert q.shape == law.shape
+    rows = session.comparison
+    left = -along_joints(session.robot, rows.q, rows.residuals)[..., STAGES.index(Stage.GEOMETRY)]
+    shown = np.isin(rows.q[:, 0], q[:, 0])
+    order = [int(np.flatnonzero(rows.q[:, 0] == value)[0]) for value in q[:, 0]]
+    known = np.isfinite(law) & np.isfinite(left[order])
+    assert shown.any()
+    assert np.corrcoef(law[known], left[order][known])[0, 1] > 0.5
+    words = joint_plots(session, rows)
+    assert words.count("◄") == len(effect.joints)
+    assert f"Law of {effect.label}" in words
+    glowing = {item.path for item in blame(session)}
+    assert {f"arm/blame/{joint + 1}" for joint in effect.joints} <= glowing
+    tried = next(e for e in candidates(found) if e.label != effect.label)
+    chosen = replace(session, overlay=replace(session.overlay, law=tried.label))
+    assert blamed(chosen) is tried
+    fitted = law_along_joints(found, tried.label)
+    assert fitted is None or np.isfinite(fitted[1]).any()
+    assert blamed(replace(session, overlay=replace(session.overlay, law=NO_LAW))) is None
 
 
 def judged_errors(validation):
@@ -33,6 +64,7 @@ def test_what_was_found_is_added_and_compared_as_evaluate_does(measured, do):
     assert nominal > geometry > causes
     assert geometry == pytest.approx(judged_errors(session.diagnosis.before), rel=0.02)
     assert causes == pytest.approx(judged_errors(session.diagnosis.after), rel=1e-9)
+    the_law_of_the_cause_is_laid_over_the_errors(session)
     run = session.identification.runs[session.fit]
     assert run.calibrated is session.diagnosis.robot
     expected = evaluate(run.judged, read_measurements(path))

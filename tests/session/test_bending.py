@@ -14,7 +14,7 @@ from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.types import Freedom
 from workbench.session import start
-from workbench.session.bending import bend, bending_robot
+from workbench.session.bending import MOST_DRAWN, bend, bending_robot, drawable_bending
 from workbench.session.commands.arm import ChooseRobot
 from workbench.session.commands.compare import SetOverlay
 from workbench.session.commands.data import MeasureVirtualArm
@@ -50,6 +50,17 @@ def test_the_last_body_of_the_bent_arm_is_where_its_tool_says():
     tool = robot.base.pose @ frames[-1] @ from_body @ to_tool
     assert np.allclose(tool, tool_poses(robot, Motion(Q[None]))[0], atol=1e-9)
     assert np.linalg.norm(tool[:3, 3] - tool_poses(straight, Motion(Q[None]))[0, :3, 3]) > 3e-4
+
+
+@pytest.mark.parametrize(("times", "compliance"), [(1.0, 1e-4), (50.0, 1e-3), (500.0, 5e-3), (5000.0, 1e-2)])
+def test_a_bent_arm_is_drawn_as_far_off_as_a_tenth_of_its_reach_at_most(times, compliance):
+    robot = load_robot("katana450")
+    robot = robot.with_effects(EFFECTS["joint-compliance"]((1,), (compliance,)))
+    drawn = drawable_bending(robot, Q, times)
+    straight, bent = body_frames(robot, Q), body_frames(robot, Q, shift=drawn * bend(robot, Q).shift)
+    off = np.linalg.norm((bent - straight)[:, :3, 3], axis=1).max()
+    assert 0.0 < off <= MOST_DRAWN * robot.reach
+    assert drawn == times if times == 1.0 else off > 0.5 * MOST_DRAWN * robot.reach
 
 
 def test_only_effects_that_the_pose_drives_are_drawn(first):

@@ -7,12 +7,17 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.effects.axes import Insertion, across_axes, driven
+from workbench.arm.kinematics.skeleton import body_frames
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import deflect
 from workbench.arm.statics.wrenches import own_axis
 from workbench.base.errors import WorkbenchError
 from workbench.session.state import Session
+
+MOST_DRAWN = 0.1
+"""Farthest that a bent arm is drawn from the straight one, in reaches."""
+HALVINGS = 40
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -52,6 +57,22 @@ def bend(robot: Robot, q: Float[np.ndarray, " n"]) -> Bending:
         across=np.array([_tipped(robot, bent.shift[0], j) for j in range(robot.dof)]),
         moment=_moments(robot, bent.wrenches[0]) if len(bent.wrenches) else None,
     )
+
+
+def drawable_bending(robot: Robot, q: Float[np.ndarray, " n"], times: float) -> float:
+    """The exaggeration, or as much of it as bends no part of the arm by more than a tenth of its reach.
+
+    The displacement grows nearly in proportion to the factor; where it doesn't, halving goes on from there.
+    """
+    straight, shift = body_frames(robot, q[None])[0, :, :3, 3], bend(robot, q).shift
+    most = MOST_DRAWN * robot.reach
+    for _ in range(HALVINGS):
+        moved = body_frames(robot, q[None], shift=times * shift)[0, :, :3, 3] - straight
+        off = float(np.linalg.norm(moved, axis=1).max())
+        if off <= most:
+            return times
+        times *= max(0.99 * most / off, 0.5)
+    return times
 
 
 @lru_cache(maxsize=8)

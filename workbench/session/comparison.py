@@ -15,13 +15,13 @@ from jaxtyping import Bool, Float
 
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.types import frozen
+from workbench.base.types import Poses, frozen
 from workbench.data.dataset import Dataset
 from workbench.data.prediction import predict
 
 STEPS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, 2000.0, 5000.0)
 """Exaggerations that are chosen by themselves."""
-DRAWN_LENGTH = 0.08
+DRAWN_LENGTH = 0.05
 """Longest that a typical error is then drawn [m]."""
 
 
@@ -125,27 +125,32 @@ def _compared(
     data: Dataset, nominal: Robot, calibrated: Robot | None, models: Mapping[Stage, Robot], *, held_out: bool
 ) -> Comparison:
     """The rows of one dataset, with whatever it knows of payload, temperature and the like."""
-    shown = nominal if calibrated is None else calibrated
-    into_base = np.empty((len(data), 4, 4))
-    for name in data.sessions:
-        into_base[data.in_session(name)] = se3.inverse(shown.session_frames(name).base.pose)
+    to_base = into_base(nominal if calibrated is None else calibrated, data)
     position = np.full((len(data), 3), np.nan) if data.position is None else data.position
     predicted = {id(robot): predict(robot, data) for robot in (nominal, calibrated) if robot is not None}
     residuals = np.full((len(data), len(STAGES), 3), np.nan)
     for stage, robot in models.items():
         poses = predicted.get(id(robot))
         off = (predict(robot, data) if poses is None else poses)[:, :3, 3] - position
-        residuals[:, STAGES.index(stage)] = np.einsum("rij,rj->ri", into_base[:, :3, :3], off)
+        residuals[:, STAGES.index(stage)] = np.einsum("rij,rj->ri", to_base[:, :3, :3], off)
     return Comparison(
         q=data.q,
         number=data.row,
         held_out=np.full(len(data), held_out),
-        measured=se3.apply(into_base, position),
-        rotation=None if data.rotation is None else into_base[:, :3, :3] @ data.rotation,
-        nominal=into_base @ predicted[id(nominal)],
-        calibrated=None if calibrated is None else into_base @ predicted[id(calibrated)],
+        measured=se3.apply(to_base, position),
+        rotation=None if data.rotation is None else to_base[:, :3, :3] @ data.rotation,
+        nominal=to_base @ predicted[id(nominal)],
+        calibrated=None if calibrated is None else to_base @ predicted[id(calibrated)],
         residuals=residuals,
     )
+
+
+def into_base(robot: Robot, data: Dataset) -> Poses:
+    """What brings every row's measured coordinates into the frame of the robot's base."""
+    found = np.empty((len(data), 4, 4))
+    for name in data.sessions:
+        found[data.in_session(name)] = se3.inverse(robot.session_frames(name).base.pose)
+    return found
 
 
 def numbered_after(first: Dataset, second: Dataset | None) -> Dataset | None:

@@ -19,6 +19,8 @@ class Overlay:
         ghosts: The other branches that reach the selected target.
         exaggeration: How many times longer errors of the nominal arm are drawn, and those along a trajectory.
         exaggeration_after: The same for the calibrated arm, whose errors are much smaller.
+        law: Label of the effect whose law is laid over the errors along the joints, and whose joint glows;
+            the strongest cause if empty, `none` for none.
         bent: The arm as its effects bend it.
         bending: How many times stronger it is then drawn as bent.
     """
@@ -32,5 +34,6 @@ class Overlay:
     ghosts: bool = True
     exaggeration: float = 50.0
     exaggeration_after: float = 50.0
+    law: str = ""
     bent: bool = True
     bending: float = 50.0

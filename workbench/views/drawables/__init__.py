@@ -4,6 +4,7 @@
 |---|---|
 | `arm/nominal`, `arm/calibrated` | the arms |
 | `arm/bent`, `arm/branch/N` | as its effects bend it; in the other branches that reach the selected target |
+| `arm/blame/N` | a glow about the joint of the effect whose law is shown |
 | `plate/solid`, `plate/targets/N`, `…/number` | fixture, targets |
 | `region/outline`, `region/cubes` | the region that matters and its cube field |
 | `measured`, `measured/held_out` | measured positions, coloured by their error |
@@ -16,7 +17,7 @@
 from collections.abc import Iterator
 
 from workbench.session.state import Session
-from workbench.views.drawables.arms import arms, bent_arm, branches
+from workbench.views.drawables.arms import arms, bent_arm, blame, branches
 from workbench.views.drawables.item import Item
 from workbench.views.drawables.measured import looked_at, measured
 from workbench.views.drawables.plate import plate
@@ -29,11 +30,11 @@ SUBJECTS = (arms, plate, region, measured, track)
 
 def on_page(session: Session) -> Iterator[Item]:
     """Everything that the page shows."""
-    for subject in (*SUBJECTS, branches, looked_at, bent_arm, on_its_way):
+    for subject in (*SUBJECTS, branches, looked_at, bent_arm, blame, on_its_way):
         yield from subject(session)
 
 
 def in_motion(session: Session) -> Iterator[Item]:
     """What moves while a trajectory is played."""
-    for subject in (arms, bent_arm, on_its_way):
+    for subject in (arms, bent_arm, blame, on_its_way):
         yield from subject(session)

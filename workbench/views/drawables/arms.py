@@ -6,18 +6,24 @@ from functools import lru_cache
 import numpy as np
 
 from workbench.arm.robot import Robot
-from workbench.session.bending import bend, bending_robot
+from workbench.session.bending import bend, bending_robot, drawable_bending
 from workbench.session.commands.arm import standing
+from workbench.session.joint_errors import blamed
 from workbench.session.state import Field, Focus, Session
 from workbench.views.appearance.bodies import Body, body_frames, generated_bodies, make_bodies
-from workbench.views.appearance.colours import BENT, BRANCH, GHOST
-from workbench.views.drawables.drawable import Arm
+from workbench.views.appearance.colours import BENT, BLAMED, BRANCH, GHOST
+from workbench.views.appearance.shapes import ball
+from workbench.views.drawables.drawable import Arm, Label, Mesh
 from workbench.views.drawables.item import Item
 
 SHELL = 1.09
 """How much thicker a ghost is, so that it encloses the arm that it is compared with."""
 MOST_BRANCHES = 8
 """Arms of so many branches are drawn at most."""
+ABOVE = 0.05
+"""Height of the words over the bent arm's tool [m]."""
+GLOW = 0.075
+"""Radius of the glow about a blamed joint, in reaches."""
 SAME = 1e-6
 """Joint positions this near are one posture [rad or m]."""
 
@@ -34,11 +40,22 @@ def arms(session: Session) -> Iterator[Item]:
 
 
 def bent_arm(session: Session) -> Iterator[Item]:
-    """The arm as its effects bend it, exaggerated, over the one that stands straight."""
+    """The arm as its effects bend it, exaggerated and said so, over the one that stands straight."""
     robot, overlay = bending_robot(session), session.overlay
     if robot is not None:
         inputs = robot, standing(session), overlay.bending
         yield Item("arm/bent", _bent, inputs, shown=overlay.bent)
+        yield Item("arm/bent_words", _bent_words, inputs, shown=overlay.bent)
+
+
+def blame(session: Session) -> Iterator[Item]:
+    """A glow about every joint of the effect whose law is shown, and its name."""
+    effect = blamed(session)
+    for k, joint in enumerate(() if effect is None else effect.joints):
+        inputs = session.robot, standing(session), joint
+        yield Item(f"arm/blame/{joint + 1}", _glow, inputs)
+        words = effect.label if effect is not None and k == 0 else ""
+        yield Item(f"arm/blame_words/{joint + 1}", _glow_words, (*inputs, words))
 
 
 def branches(session: Session) -> Iterator[Item]:
@@ -74,8 +91,25 @@ def erring_arm(robot: Robot, q: np.ndarray) -> Arm:
 
 
 def _bent(robot: Robot, q: np.ndarray, bending: float) -> Arm:
-    frames = body_frames(robot, q, shift=bending * bend(robot, q).shift)
+    shift = bend(robot, q).shift
+    frames = body_frames(robot, q, shift=drawable_bending(robot, q, bending) * shift)
     return Arm(bodies=_bodies(robot, has_foot=False), frames=frames, ghost=BENT, opacity=0.42)
+
+
+def _bent_words(robot: Robot, q: np.ndarray, bending: float) -> Label:
+    times = drawable_bending(robot, q, bending)
+    frames = body_frames(robot, q, shift=times * bend(robot, q).shift)
+    return Label(text=f"bent × {times:.3g}", place=frames[-1, :3, 3] + np.array([0.0, 0.0, ABOVE]))
+
+
+def _glow(robot: Robot, q: np.ndarray, joint: int) -> Mesh:
+    place = body_frames(robot, q)[joint + 1]
+    return Mesh(solid=ball(GLOW * robot.reach, np.zeros(3)), colour=BLAMED, opacity=0.35, pose=place)
+
+
+def _glow_words(robot: Robot, q: np.ndarray, joint: int, words: str) -> Label | None:
+    place = body_frames(robot, q)[joint + 1, :3, 3] + np.array([0.0, 0.0, 1.2 * GLOW * robot.reach])
+    return Label(text=words, place=place) if words else None
 
 
 def _branch(robot: Robot, q: np.ndarray) -> Arm:

@@ -16,7 +16,7 @@ from workbench.views.drawables.item import Item
 
 MOST_ROWS = 250
 """Rows with arrows or frames at most; of more, evenly chosen ones."""
-RADIUS, SMALL, MANY = 0.006, 0.005, 2000
+RADIUS, SMALL, MANY = 0.005, 0.0045, 2000
 """Radius of a measured point, and where there are more than so many [m]."""
 
 

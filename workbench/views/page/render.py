@@ -28,6 +28,7 @@ from workbench.views.page.panels.history import HistoryPanel
 from workbench.views.page.panels.index import IndexPanel
 from workbench.views.page.panels.influence import InfluencePanel
 from workbench.views.page.panels.jog import CapturedPanel, JogPanel, ToolPanel
+from workbench.views.page.panels.joints import JointsPanel
 from workbench.views.page.panels.look import LookPanel
 from workbench.views.page.panels.panel import AbstractPanel
 from workbench.views.page.panels.production import NoisePanel, ProductionPanel
@@ -57,7 +58,7 @@ TABS: dict[Tab, tuple[type[AbstractPanel], ...]] = {
     Tab.REGION: (RegionPanel,),
     Tab.MEASURE: (DataPanel, GuidedPanel),
     Tab.IDENTIFY: (FitPanel, ChoicesPanel),
-    Tab.DIAGNOSE: (DiagnosePanel,),
+    Tab.DIAGNOSE: (DiagnosePanel, JointsPanel),
     Tab.COMPARE: (ComparePanel, TrackPanel, BendingPanel),
     Tab.MORE: (ArmPanel, JogPanel, ToolPanel, CapturedPanel, FilesPanel, LookPanel),
 }

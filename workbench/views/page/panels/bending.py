@@ -7,14 +7,15 @@ import numpy as np
 import viser
 
 from workbench.arm.robot import JointKind, Robot
-from workbench.session.bending import Bending, bend, bending_robot
+from workbench.session.bending import MOST_DRAWN, Bending, bend, bending_robot, drawable_bending
 from workbench.session.commands.arm import standing
-from workbench.session.commands.compare import GREATEST_EXAGGERATION, LEAST_EXAGGERATION, SetOverlay
+from workbench.session.commands.compare import LEAST_EXAGGERATION, SetOverlay
 from workbench.session.state import Session
 from workbench.views.appearance.colours import BENT, css
 from workbench.views.page.html import MUTED, badge, block, table, text
 from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value
 
+GREATEST_BENDING = 500
 NOTHING = (
     "The model of this arm has no effects, so it does not bend. Choose katana450-tilting in the More "
     "tab, open a robot with [[effect]] tables, or add the effects of a diagnosis."
@@ -35,7 +36,7 @@ class BendingPanel(AbstractPanel):
             self._times = gui.add_slider(
                 "Bending ×",
                 int(LEAST_EXAGGERATION),
-                int(GREATEST_EXAGGERATION),
+                GREATEST_BENDING,
                 1,
                 int(overlay.bending),
                 hint="Exaggeration of the violet arm's bending.",
@@ -57,13 +58,25 @@ class BendingPanel(AbstractPanel):
         if robot is None:
             self._table.content = block(NOTHING, testid="bending", style=f"color:{MUTED};margin:4px 0")
             return
-        self._table.content = block(_joints(robot, bend(robot, q)), testid="bending", style="margin:4px 0")
+        content = _joints(robot, bend(robot, q)) + _drawn(robot, q, session.overlay.bending)
+        self._table.content = block(content, testid="bending", style="margin:4px 0")
 
     def _set(self) -> None:
         overlay = replace(
             self._worker.session.overlay, bent=bool(self._bent.value), bending=float(self._times.value)
         )
         self._worker.submit(SetOverlay(overlay))
+
+
+def _drawn(robot: Robot, q: np.ndarray, wanted: float) -> str:
+    """How much the bending is exaggerated, where that is less than was asked for."""
+    times = drawable_bending(robot, q, wanted)
+    if times == wanted:
+        return ""
+    return (
+        f'<div style="color:{MUTED}">Drawn × {times:.3g} here: more would carry it further than '
+        f"{MOST_DRAWN * robot.reach * 1e3:.0f} mm.</div>"
+    )
 
 
 def _joints(robot: Robot, bending: Bending) -> str:

@@ -17,8 +17,8 @@ from workbench.views.drawables.measured import error_scale
 from workbench.views.page.html import MUTED, badge, block, number, text
 from workbench.views.page.panels.panel import AbstractPanel
 
-WIDTH, MARGIN = 330, 15
-NAMES = {stage: str(stage).capitalize() for stage in STAGES}
+WIDTH, MARGIN = 340, 15
+NAMES = {Stage.NOMINAL: "Nominal", Stage.GEOMETRY: "Geometry", Stage.CAUSES: "Causes"}
 
 
 class ResidualsPanel(AbstractPanel):

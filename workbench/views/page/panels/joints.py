@@ -1,0 +1,179 @@
+"""What is left along every joint's motion, over the joint's position: small plots, with an effect's law."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import viser
+from jaxtyping import Float
+
+from workbench.arm.robot import JointKind
+from workbench.session.commands.compare import SetOverlay
+from workbench.session.comparison import STAGES, Comparison, Stage
+from workbench.session.joint_errors import NO_LAW, along_joints, blamed, candidates, law_along_joints
+from workbench.session.state import Session
+from workbench.views.appearance.colours import AFTER, BEFORE, BLAMED, LEFT_OUT, SELECTED, css
+from workbench.views.page.html import LINE, MUTED, badge, block, heading, number, text
+from workbench.views.page.panels.panel import AbstractPanel, on_change, set_options
+
+COLUMNS, CELL, PLOT = 2, (190.0, 108.0), (150.0, 70.0)
+"""Plots in a row, size of each with its words, and of its frame."""
+LEFT, TOP = 34.0, 18.0
+MOST_DOTS, BINS, FEWEST = 200, 9, 4
+"""Rows drawn, bins of the mean, and rows that a bin has at least."""
+LEAST_MOVED = float(np.deg2rad(2.0))
+"""A joint [rad or m] that moves less has no plot."""
+COLOURS = {Stage.NOMINAL: LEFT_OUT, Stage.GEOMETRY: BEFORE, Stage.CAUSES: AFTER}
+
+
+class JointsPanel(AbstractPanel):
+    """A plot a joint, and whose law lies over the points."""
+
+    def build(self, server: viser.ViserServer) -> None:
+        gui = server.gui
+        with gui.add_folder("Errors along each joint"):
+            self._law = gui.add_dropdown(
+                "Law of",
+                [NO_LAW],
+                visible=False,
+                hint="Lay this effect's law over the errors; its joint glows on the arm. Candidates that "
+                "were not added are fitted to what the geometry leaves.",
+            )
+            on_change(self._law, self._choose)
+            self._html = gui.add_html("")
+
+    def parts(self, session: Session) -> tuple[Any, ...]:
+        return session.comparison, session.diagnosis, session.overlay.law
+
+    def show(self, session: Session) -> None:
+        rows, found, effect = session.comparison, session.diagnosis, blamed(session)
+        self._law.visible = found is not None
+        labels = () if found is None else tuple(e.label for e in candidates(found))
+        set_options(self._law, [NO_LAW, *labels], NO_LAW if effect is None else effect.label)
+        if rows is None or not rows.stages:
+            words = "After an identification: what is left along the motion of every joint."
+            self._html.content = block(words, testid="joints", style=f"color:{MUTED};margin:4px 0")
+            return
+        self._html.content = block(joint_plots(session, rows), testid="joints", style="margin:2px 0 8px")
+
+    def _choose(self) -> None:
+        overlay = replace(self._worker.session.overlay, law=str(self._law.value))
+        self._worker.submit(SetOverlay(overlay))
+
+
+def joint_plots(session: Session, rows: Comparison) -> str:
+    """All plots and their legend."""
+    robot, effect, found = session.robot.with_effects(), blamed(session), session.diagnosis
+    left = -1e3 * along_joints(robot, rows.q, rows.residuals)
+    law = None if effect is None or found is None else law_along_joints(found, effect.label)
+    top = _top(left, rows)
+    cells = []
+    for j, joint in enumerate(robot.moving):
+        scale = 1e3 if joint.kind is JointKind.PRISMATIC else float(np.rad2deg(1.0))
+        unit = "mm" if joint.kind is JointKind.PRISMATIC else "°"
+        mine = None if law is None else (scale * law[0][:, j], 1e3 * law[1][:, j])
+        is_blamed = effect is not None and j in effect.joints
+        cells.append(_cell(j, scale * rows.q[:, j], left[:, j], mine, top, unit, is_blamed=is_blamed))
+    lines = -(-len(cells) // COLUMNS)
+    placed = "".join(
+        f'<g transform="translate({CELL[0] * (j % COLUMNS):.0f} {CELL[1] * (j // COLUMNS):.0f})">{cell}</g>'
+        for j, cell in enumerate(cells)
+    )
+    return (
+        heading("Along the motion of the joint [mm], over its position")
+        + f'<svg viewBox="0 0 {COLUMNS * CELL[0]:.0f} {lines * CELL[1]:.0f}" width="100%">{placed}</svg>'
+        + _legend(rows, "" if effect is None or law is None else effect.label)
+    )
+
+
+def _top(left: Float[np.ndarray, "rows n stages"], rows: Comparison) -> float:
+    """Where the plots end [mm]: nearly all of what the geometry leaves; of the nominal arm before that."""
+    stage = Stage.GEOMETRY if Stage.GEOMETRY in rows.stages else rows.stages[0]
+    values = np.abs(left[..., STAGES.index(stage)])
+    return max(float(np.nanquantile(values, 0.98)), 1e-6) * 1.15 if np.isfinite(values).any() else 1.0
+
+
+def _cell(
+    j: int, x: np.ndarray, left: np.ndarray, law: Any, top: float, unit: str, *, is_blamed: bool
+) -> str:
+    """One plot: frame, zero, dots, means and the law."""
+    title = f"Joint {j + 1}" + (" ◄" if is_blamed else "")
+    colour = css(BLAMED) if is_blamed else MUTED
+    low, high = float(x.min()), float(x.max())
+    parts = [
+        _words(LEFT, 12, title, colour, size=12, bold=is_blamed),
+        f'<rect x="{LEFT}" y="{TOP}" width="{PLOT[0]}" height="{PLOT[1]}" fill="none" '
+        f'style="stroke:{colour if is_blamed else LINE}" stroke-width="{1.6 if is_blamed else 0.8}"/>',
+    ]
+    if high - low < LEAST_MOVED * (1e3 if unit == "mm" else np.rad2deg(1.0)):
+        return "".join([*parts, _words(LEFT + 8, TOP + 0.5 * PLOT[1], "hardly moved", MUTED)])
+    if not np.isfinite(left).any():
+        return "".join([*parts, _words(LEFT + 8, TOP + 0.5 * PLOT[1], "does not move the tool", MUTED)])
+    px = LEFT + PLOT[0] * (x - low) / (high - low)
+    some = np.unique(np.linspace(0, len(x) - 1, min(len(x), MOST_DOTS)).round().astype(int))
+    for k, stage in enumerate(STAGES):
+        parts.append(_dots(px[some], _level(left[some, k], top), css(COLOURS[stage]), 0.45))
+    parts += [_means(px, left[:, k], top, css(COLOURS[stage])) for k, stage in enumerate(STAGES)]
+    if law is not None:
+        at = LEFT + PLOT[0] * (law[0] - low) / (high - low)
+        parts.append(_dots(at, _level(law[1], top), css(SELECTED), 0.9, wide=2.6))
+    zero = TOP + 0.5 * PLOT[1]
+    parts.append(f'<path d="M{LEFT} {zero}h{PLOT[0]}" style="stroke:{MUTED}" stroke-width=".6"/>')
+    for y, words in ((TOP + 8, f"+{number(top, 2)}"), (TOP + PLOT[1], f"−{number(top, 2)}")):
+        parts.append(_words(LEFT - 3, y, words, MUTED, anchor="end"))
+    ends = (f"{low:.0f}".replace("-", "−"), f"{high:.0f}{unit}".replace("-", "−").replace("mm", " mm"))
+    parts.append(_words(LEFT, TOP + PLOT[1] + 11, ends[0], MUTED))
+    parts.append(_words(LEFT + PLOT[0], TOP + PLOT[1] + 11, ends[1], MUTED, anchor="end"))
+    return "".join(parts)
+
+
+def _level(values: np.ndarray, top: float) -> np.ndarray:
+    """Height on the plot; NaN beyond it."""
+    inside = np.where(np.abs(values) <= top, values, np.nan)
+    return TOP + 0.5 * PLOT[1] * (1.0 - inside / top)
+
+
+def _dots(x: np.ndarray, y: np.ndarray, colour: str, opacity: float, *, wide: float = 2.0) -> str:
+    """Many dots as one path."""
+    seen = np.isfinite(y)
+    if not seen.any():
+        return ""
+    path = "".join(f"M{a:.1f} {b:.1f}h0" for a, b in zip(x[seen], y[seen], strict=True))
+    return (
+        f'<path d="{path}" stroke="{colour}" stroke-width="{wide}" stroke-linecap="round" '
+        f'stroke-opacity="{opacity}" fill="none"/>'
+    )
+
+
+def _means(x: np.ndarray, values: np.ndarray, top: float, colour: str) -> str:
+    """A line through the means of the rows in equal parts of the joint's range."""
+    line = " ".join(f"{a:.1f},{b:.1f}" for a, b in _bins(x, values, top))
+    return f'<polyline points="{line}" fill="none" stroke="{colour}" stroke-width="1.8"/>' if line else ""
+
+
+def _bins(x: np.ndarray, values: np.ndarray, top: float) -> Iterator[tuple[float, float]]:
+    part = np.minimum((BINS * (x - LEFT) / PLOT[0]).astype(int), BINS - 1)
+    for k in range(BINS):
+        mine = values[(part == k) & np.isfinite(values)]
+        if len(mine) >= FEWEST and abs(mean := float(mine.mean())) <= top:
+            yield LEFT + PLOT[0] * (k + 0.5) / BINS, float(_level(np.array(mean), top))
+
+
+def _words(
+    x: float, y: float, words: str, colour: str, *, size: int = 10, anchor: str = "start", bold: bool = False
+) -> str:
+    weight = ' font-weight="700"' if bold else ""
+    return (
+        f'<text x="{x:.1f}" y="{y:.1f}" font-size="{size}" text-anchor="{anchor}"{weight} '
+        f'style="fill:{colour}">{text(words)}</text>'
+    )
+
+
+def _legend(rows: Comparison, law: str) -> str:
+    marks = [badge(str(stage).capitalize(), css(COLOURS[stage])) for stage in rows.stages]
+    marks += [badge(f"Law of {law}", css(SELECTED))] if law else []
+    return (
+        f"<div>{' &nbsp; '.join(marks)}</div>"
+        f'<div style="color:{MUTED}">Dots are rows, lines their means. What lies beyond is left out.</div>'
+    )
