@@ -1,6 +1,7 @@
 """What a controller, a driver or a program loads of a calibration: one file a form, and one line here."""
 
 from workbench.base.registry import Registry
+from workbench.exports.compensation import CHeader, PythonModule
 from workbench.exports.form import AbstractForm, Exported, Job, export_robot
 from workbench.exports.kinematics_yaml import FRANKA, OPENARM, UR, XARM
 from workbench.exports.offsets import MotorCalibration, OffsetsCard
@@ -20,6 +21,8 @@ FORMS: Registry[AbstractForm] = Registry(
     DhCsv(),
     DhLatex(),
     OffsetsCard(),
+    PythonModule(),
+    CHeader(),
     group="workbench.exports",
 )
 """The forms by what follows `--for`."""

@@ -77,7 +77,7 @@ def command_joints(
         ShapeError: the arms, or the rows, have different numbers of joints.
         DataError: a row is outside the limits; names it and the joint.
     """
-    actual, planned, notes = _comparable(calibrated, nominal)
+    actual, planned, notes = comparable(calibrated, nominal)
     planned.check_joints(q, "trajectory")
     refuse_beyond(planned, q, time)
     task = Task.POSITION if positions_only else Task.default(planned.dof)
@@ -114,7 +114,7 @@ def command_poses(
     Raises:
         DataError: no branch of the nominal arm follows the whole path; names the row where the last one ends.
     """
-    actual, planned, notes = _comparable(calibrated, nominal)
+    actual, planned, notes = comparable(calibrated, nominal)
     task = Task.POSITION if positions_only else Task.default(planned.dof)
     first = inverse.solve(planned, poses[0], task=task)
     if not first.reachable:
@@ -146,8 +146,12 @@ def command_poses(
     )
 
 
-def _comparable(calibrated: Robot, nominal: Robot) -> tuple[Robot, Robot, list[str]]:
-    """Both arms in the robot's base frame and with the calibrated tool; the instrument's drift left out."""
+def comparable(calibrated: Robot, nominal: Robot) -> tuple[Robot, Robot, list[str]]:
+    """Both arms in the robot's base frame and with the calibrated tool; the instrument's drift left out.
+
+    Raises:
+        ShapeError: they have different numbers of joints.
+    """
     if calibrated.dof != nominal.dof:
         raise ShapeError(
             f"the calibrated arm '{calibrated.name}' has {calibrated.dof} joints, the nominal one "

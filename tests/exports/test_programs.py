@@ -1,0 +1,253 @@
+"""Generated programs against the package: forward kinematics with every effect, corrections pose by pose."""
+
+import ctypes
+import importlib.util
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+
+from workbench.arm.built_in_arms import load_robot
+from workbench.arm.effects import EFFECTS, AbstractEffect
+from workbench.arm.inverse.damped_newton import Task
+from workbench.arm.inverse.reduced_arm import compile_arm
+from workbench.arm.inverse.solutions import task_jacobian
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
+from workbench.arm.robot import Frame, Robot
+from workbench.base import se3
+from workbench.base.errors import OptionError
+from workbench.exports import FORMS, Job, export_robot
+from workbench.paths.correction import compensate
+from workbench.paths.path import command_joints
+
+STATE = {"payload": 1.5, "temperature": 31.0}
+GLUE = """
+#include "arm.h"
+int correct(const double *q, int rows, double payload, double temperature, const double *direction,
+            double *out, double *left) {
+    int bad = 0;
+    for (int r = 0; r < rows; r++) {
+        arm_state state = {payload, temperature, direction + r * ARM_N};
+        bad += arm_correct(q + r * ARM_N, &state, out + r * ARM_N, left + 2 * r) != 0;
+    }
+    return bad;
+}
+int forward(const double *q, int rows, double payload, double temperature, const double *direction,
+            double *out) {
+    int bad = 0;
+    for (int r = 0; r < rows; r++) {
+        arm_state state = {payload, temperature, direction + r * ARM_N};
+        bad += arm_forward(q + r * ARM_N, &state, out + 12 * r);
+    }
+    return bad;
+}
+int without_state(const double *q, double *out) { return arm_forward(q, 0, out); }
+"""
+
+
+def pointer(array: np.ndarray) -> ctypes.c_void_p:
+    return array.ctypes.data_as(ctypes.c_void_p)
+
+
+def in_python(robot: Robot, nominal: Robot, folder):
+    path = export_robot(FORMS["python-module"], folder / "arm.py", Job(robot=robot, nominal=nominal)).path
+    assert "workbench" not in path.read_text().split('"""', 2)[2]
+    spec = importlib.util.spec_from_file_location("generated_arm", path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+class InC:
+    """The header, compiled with every warning as an error."""
+
+    def __init__(self, robot: Robot, nominal: Robot, folder):
+        export_robot(FORMS["c-header"], folder / "arm.h", Job(robot=robot, nominal=nominal))
+        (folder / "glue.c").write_text(GLUE)
+        compiler = shutil.which("cc") or shutil.which("gcc")
+        assert compiler, "this test needs a C compiler: install gcc"
+        flags = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-O2", "-shared", "-fPIC"]
+        out = folder / "arm.so"
+        subprocess.run([compiler, *flags, "-o", out, folder / "glue.c", "-lm"], check=True)
+        self.library = ctypes.CDLL(str(out))
+
+    def correct(self, q, direction):
+        out, left = np.empty_like(q), np.empty((len(q), 2))
+        state = (ctypes.c_double(STATE["payload"]), ctypes.c_double(STATE["temperature"]), pointer(direction))
+        bad = self.library.correct(pointer(q), len(q), *state, pointer(out), pointer(left))
+        return out, left, bad
+
+    def forward(self, q, direction):
+        out = np.empty((len(q), 3, 4))
+        state = (ctypes.c_double(STATE["payload"]), ctypes.c_double(STATE["temperature"]), pointer(direction))
+        assert self.library.forward(pointer(q), len(q), *state, pointer(out)) == 0
+        return out
+
+
+def calibrated(name: str, *effects: AbstractEffect) -> tuple[Robot, Robot]:
+    nominal = load_robot(name).with_effects()
+    rng = np.random.default_rng(0)
+    names = nominal.default_free
+    moved = nominal.values(names) + rng.normal(0.0, 1e-3, len(names))
+    tool = Frame(np.array([0.01, -0.02, 0.12]), se3.rpy_to_matrix(np.array([0.1, -0.2, 0.3])))
+    arm = nominal.with_values(dict(zip(names, moved.tolist(), strict=True)))
+    return nominal, arm.with_frames(tool=tool).with_effects(*effects)
+
+
+def poses(robot: Robot, rows: int) -> tuple[np.ndarray, np.ndarray]:
+    """Joints away from limits and singularities, and directions of their last motion."""
+    low, high = robot.search_limits.T
+    rng = np.random.default_rng(1)
+    q = rng.uniform(0.9 * low + 0.1 * high, 0.9 * high + 0.1 * low, (3 * rows, robot.dof))
+    jacobians = task_jacobian(compile_arm(robot), q, Task.default(robot.dof))
+    q = q[np.linalg.svd(jacobians, compute_uv=False)[:, -1] > 0.05][:rows]
+    assert len(q) == rows
+    return np.ascontiguousarray(q), np.sign(rng.normal(size=q.shape))
+
+
+def every_kind(dof: int) -> tuple[AbstractEffect, ...]:
+    """Effects that lower to every kind of term."""
+    make = EFFECTS
+    knots = (-1.5, -0.5, 0.5, 1.5)
+    return (
+        make["joint-compliance"](tuple(range(dof)), (2e-5,) * dof),
+        make["backlash"]((0,), (2e-4,), by="motion"),
+        make["backlash"]((2,), (1e-4,), width=3.0),
+        make["clearance-tilt"]((1,), (1e-4,)),
+        make["link-flexure"]((1,), (1e-5, 3e-5)),
+        make["joint-harmonic"]((0,), (1e-3, 2e-3)),
+        make["encoder-scale"]((1,), (1e-3,)),
+        make["thermal-growth"]((), (2e-5,)),
+        make["local-joint-error"]((3,), (1e-3, -1e-3, 5e-4, 2e-4), knots=knots),
+    )
+
+
+VARIANTS = {
+    "backlash": [{"by": "motion"}, {"width": 2.0}],
+    "joint-harmonic": [{"order": (1, 2, 5), "range": (-0.8, 0.9)}],
+    "local-joint-error": [{"periodic": True, "knots": (-2.0, -1.0, 0.5, 2.0, 3.0)}],
+}
+
+
+def examples(name: str, robot: Robot) -> list[AbstractEffect]:
+    """An effect of the catalogue as its example has it, and with its other settings."""
+    rng = np.random.default_rng(2)
+    kind = EFFECTS[name]
+    out = [kind.example(robot, kind.usual_joint(robot.dof), rng)]
+    for settings in VARIANTS.get(name, []):
+        one = kind((0,) if name == "local-joint-error" else (2,), **settings)
+        out.append(kind(one.joints, tuple(rng.normal(size=len(one.names))), **settings))
+    if name == "gravity-sag":
+        out.append(kind((1,), (1.0, -0.5, 0.3), terms="2x 3y payload", gravity=(0.1, 0.2, -1.0)))
+    return [kind(e.joints, tuple(1e-3 * c for c in e.coefficients), **_settings(e)) for e in out]
+
+
+def _settings(effect: AbstractEffect) -> dict:
+    return {key: getattr(effect, key) for key in effect.settings()}
+
+
+@pytest.mark.parametrize("name", [n for n, e in EFFECTS.items() if e.moves_arm])
+def test_programs_bend_as_the_law_of_every_effect_does(name, tmp_path):
+    nominal, plain = calibrated("ur10")
+    effects = examples(name, plain)
+    q, direction = poses(plain, 40)
+    q[0, 2] = 2.95  # beyond what a map was learned on
+    for number, effect in enumerate(effects):
+        robot = plain.with_effects(effect).with_frames(base=Frame())
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        state = {key: np.full(len(q), value) for key, value in STATE.items()}
+        wanted = tool_poses(robot, Motion(q, direction=direction, **state))
+        assert np.abs(wanted - tool_poses(robot.with_effects(), Motion(q))).max() > 1e-5
+        found = in_python(robot, nominal, folder).forward(q, direction=direction, **STATE)
+        np.testing.assert_allclose(found, wanted, atol=1e-12)
+        if number == len(effects) - 1:
+            np.testing.assert_allclose(
+                InC(robot, nominal, folder).forward(q, direction), wanted[:, :3], atol=1e-12
+            )
+
+
+def check(name: str, rows: int, folder, effects, *, joints: float = 1e-9) -> None:
+    """Both programs against `compensate`."""
+    nominal, robot = calibrated(name, *effects)
+    q, direction = poses(robot, rows)
+    state = {key: np.full(rows, value) for key, value in STATE.items()}
+    wanted = compensate(command_joints(robot, nominal, q), motion=Motion(q, direction=direction, **state))
+    assert np.abs(wanted.q - q).max() > 1e-3
+    found, left = in_python(robot, nominal, folder).correct(q, direction=direction, **STATE)
+    np.testing.assert_allclose(found, wanted.q, atol=joints, rtol=0.0)
+    np.testing.assert_allclose(left[:, 0], wanted.after.position, atol=1e-11)
+    found, left, bad = InC(robot, nominal, folder).correct(q, direction)
+    np.testing.assert_allclose(found, wanted.q, atol=joints, rtol=0.0)
+    np.testing.assert_allclose(left[:, 0], wanted.after.position, atol=1e-11)
+    assert bad == int((wanted.after.position > 1e-6).sum())
+
+
+def test_programs_correct_as_compensate_does(tmp_path):
+    check("ur10", 300, tmp_path, every_kind(6))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "effects"), [("aria", 6), ("ur10", 6), ("katana450", 0)])
+def test_programs_correct_ten_thousand_poses_as_compensate_does(name, effects, tmp_path):
+    check(name, 10_000, tmp_path, every_kind(effects) if effects else ())
+
+
+@pytest.mark.parametrize("name", ["panda", "katana450"])
+def test_programs_of_arms_with_more_or_fewer_joints(name, tmp_path):
+    """A seventh joint leaves a self-motion, along which rounding moves the solution by some 1e-8 rad."""
+    effects = () if name == "katana450" else (EFFECTS["joint-compliance"]((1, 3), (2e-5, 3e-5)),)
+    check(name, 50, tmp_path, effects, joints=1e-7 if name == "panda" else 1e-9)
+
+
+def test_poses_near_given_joints(tmp_path):
+    nominal, robot = calibrated("ur10", EFFECTS["joint-compliance"]((1, 2), (2e-5, 3e-5)))
+    q, _ = poses(robot, 30)
+    wanted = tool_poses(robot.with_frames(base=Frame()), Motion(q))
+    module = in_python(robot, nominal, tmp_path)
+    found, left = module.correct_poses(wanted, q + 0.05)
+    np.testing.assert_allclose(found, q, atol=1e-9)
+    assert left.max() < 1e-9
+    one, _ = module.correct(q[0])
+    assert one.shape == (1, 6)
+
+
+def test_what_drives_an_arm_must_be_given(tmp_path):
+    nominal, robot = calibrated("ur10", *every_kind(6))
+    module = in_python(robot, nominal, tmp_path)
+    with pytest.raises(ValueError, match="temperature"):
+        module.forward(np.zeros(6))
+    with pytest.raises(ValueError, match="direction"):
+        module.forward(np.zeros(6), temperature=20.0)
+    program = InC(robot, nominal, tmp_path)
+    assert program.library.without_state(pointer(np.zeros(6)), pointer(np.zeros(12))) == 2
+
+
+def test_what_a_program_can_not_hold_is_refused(tmp_path):
+    nominal, robot = calibrated("iiwa14", EFFECTS["joint-compliance"]((1,), (2e-5,)))
+    for form in ("python-module", "c-header"):
+        with pytest.raises(OptionError, match="mass"):
+            export_robot(FORMS[form], tmp_path / "x", Job(robot=robot, nominal=nominal))
+        with pytest.raises(OptionError, match="--nominal"):
+            export_robot(FORMS[form], tmp_path / "x", Job(robot=robot))
+
+    from dataclasses import dataclass
+
+    @dataclass(frozen=True)
+    class Foreign(AbstractEffect):
+        name = "foreign"
+
+        def law(self, chain, motion, wrenches):
+            return np.zeros((len(motion), len(self.joints), len(self.joints)))
+
+        def sentence(self, chain, motion):
+            return "Nothing"
+
+    strange = robot.with_effects(Foreign((0,), (1.0,)))
+    with pytest.raises(OptionError, match="foreign"):
+        export_robot(FORMS["python-module"], tmp_path / "x", Job(robot=strange, nominal=nominal))
+    drifting = robot.with_effects(EFFECTS["base-drift"]((), (1e-6,) * 6))
+    done = export_robot(FORMS["python-module"], tmp_path / "x.py", Job(robot=drifting, nominal=nominal))
+    assert any("base-drift" in note for note in done.notes)

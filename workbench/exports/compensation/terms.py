@@ -1,0 +1,217 @@
+"""Effects as terms of few kinds, which a program of a few lines adds up without this package.
+
+    Δv_k = Σ_t term_t,      k the element that the term changes
+
+Each effect with its coefficients is some terms; what they mean stands in `kernel.py` (and `kernel.h`), once
+for each kind. A test compares them with the law of every effect of the catalogue. An effect from elsewhere
+registers how it is lowered:
+
+    @terms_of.register
+    def _(effect: GearSag, chain): return [Term(Kind.LINEAR, …)]
+"""
+
+from enum import IntEnum
+from functools import singledispatch
+from typing import NamedTuple
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from workbench.arm.chain import Chain
+from workbench.arm.effects import AbstractEffect
+from workbench.arm.effects.axes import across_components, own_components, turns
+from workbench.arm.effects.backlash import Backlash
+from workbench.arm.effects.bearing_compliance import BearingCompliance
+from workbench.arm.effects.clearance_tilt import ClearanceTilt
+from workbench.arm.effects.encoder_scale import EncoderScale
+from workbench.arm.effects.gravity_sag import PAYLOAD, GravitySag
+from workbench.arm.effects.joint_compliance import JointCompliance
+from workbench.arm.effects.joint_coupling import JointCoupling
+from workbench.arm.effects.joint_harmonic import JointHarmonic
+from workbench.arm.effects.learned import DISTANCES, Learned
+from workbench.arm.effects.link_flexure import LinkFlexure
+from workbench.arm.effects.local_joint_error import LocalJointError
+from workbench.arm.effects.thermal_growth import ThermalGrowth
+from workbench.arm.motion import Motion
+from workbench.base.errors import OptionError
+
+TURN = 2.0 * np.pi
+
+
+class Kind(IntEnum):
+    """What a term adds; q the joints, W the wrenches, all by the numbers of `Term`."""
+
+    LINEAR = 0  # a q_i
+    HARMONIC = 1  # (a cos(c q_i) + b sin(c q_i)) fade(q_i)
+    SPLINE = 2  # spline_j(q_i) fade(q_i), repeated every turn if c
+    WARM = 3  # (T - b) (a + c q_i)
+    DIRECTION = 4  # a sign(direction_i)
+    SAG = 5  # a (d × u_i) · w_jk
+    LOAD = 6  # a W_ij; loads from here on
+    PLAY = 7  # a tanh(W_ij / b), a sign(W_ij) if b = 0
+    TIP = 8  # a W_ij / |(W_ij, W_ik)|
+    FLEX = 9  # a (cos(c + b q_i) W_ij + sin(c + b q_i) W_ik)
+
+
+class Term(NamedTuple):
+    """One term.
+
+    Args:
+        kind: What it adds.
+        element: Element of the full chain that it changes.
+        i: Joint.
+        j: Component of its wrench, number of a spline, element of a link that weighs.
+        k: A second component, or the axis of the link that weighs: 0–2; 3 what slides, 4 the payload.
+        a: Size.
+        b: See `Kind`.
+        c: See `Kind`.
+        low: From where it was learned [rad or m].
+        high: To where.
+        span: Over which it fades out beyond; 0 if it holds anywhere.
+        direction: Of gravity.
+        knots: Of a spline.
+        cubics: Its polynomials, four numbers each, highest power first.
+    """
+
+    kind: Kind
+    element: int
+    i: int = -1
+    j: int = 0
+    k: int = 0
+    a: float = 0.0
+    b: float = 0.0
+    c: float = 0.0
+    low: float = 0.0
+    high: float = 0.0
+    span: float = 0.0
+    direction: tuple[float, ...] = (0.0, 0.0, 0.0)
+    knots: tuple[float, ...] = ()
+    cubics: tuple[tuple[float, ...], ...] = ()
+
+
+@singledispatch
+def terms_of(effect: AbstractEffect, chain: Chain) -> list[Term]:
+    """The terms of an effect with its coefficients.
+
+    Raises:
+        OptionError: nobody said how it is lowered.
+    """
+    raise OptionError(
+        f"a program can't hold the effect '{effect.name}'; register its terms "
+        "(workbench.exports.compensation.terms), or use `workbench compensate`"
+    )
+
+
+def _places(effect: AbstractEffect, chain: Chain) -> list[int]:
+    return chain.indices(effect.elements(chain)).tolist()
+
+
+def _faded(term: Term, learned: Learned | None) -> Term:
+    if learned is None:
+        return term
+    return term._replace(low=learned.low, high=learned.high, span=DISTANCES * learned.spacing)
+
+
+@terms_of.register
+def _(effect: JointCompliance, chain: Chain) -> list[Term]:
+    own = own_components(chain, effect.joints).tolist()
+    rows = zip(_places(effect, chain), own, effect.coefficients, strict=True)
+    return [Term(Kind.LOAD, e, i, j, a=-c) for e, (i, j), c in rows]
+
+
+@terms_of.register
+def _(effect: Backlash, chain: Chain) -> list[Term]:
+    own = own_components(chain, effect.joints).tolist()
+    rows = zip(_places(effect, chain), own, effect.coefficients, strict=True)
+    if effect.by == "motion":
+        return [Term(Kind.DIRECTION, e, i, a=-c) for e, (i, _), c in rows]
+    return [Term(Kind.PLAY, e, i, j, a=-c, b=effect.width) for e, (i, j), c in rows]
+
+
+@terms_of.register
+def _(effect: BearingCompliance, chain: Chain) -> list[Term]:
+    across = across_components(chain, effect.joints).tolist()
+    rows = zip(_places(effect, chain), across, np.repeat(effect.coefficients, 2).tolist(), strict=True)
+    return [Term(Kind.LOAD, e, i, j, a=-c) for e, (i, j), c in rows]
+
+
+@terms_of.register
+def _(effect: ClearanceTilt, chain: Chain) -> list[Term]:
+    across = across_components(chain, effect.joints).tolist()
+    rows = zip(_places(effect, chain), across, np.repeat(effect.coefficients, 2).tolist(), strict=True)
+    return [Term(Kind.TIP, e, i, j, across[place ^ 1][1], a=-c) for place, (e, (i, j), c) in enumerate(rows)]
+
+
+@terms_of.register
+def _(effect: LinkFlexure, chain: Chain) -> list[Term]:
+    across = across_components(chain, effect.joints).tolist()
+    out = []
+    for place, (element, c) in enumerate(zip(_places(effect, chain), effect.coefficients, strict=True)):
+        joint, first = across[place - place % 2]
+        turning = turns(chain, joint)
+        angle = float(chain.values[chain.driven[joint]]) if turning else 0.0
+        quarter = 0.5 * np.pi * (place % 2)  # the second axis: cos → −sin, sin → cos
+        second = across[place - place % 2 + 1][1]
+        out.append(Term(Kind.FLEX, element, joint, first, second, a=-c, b=float(turning), c=angle + quarter))
+    return out
+
+
+@terms_of.register
+def _(effect: JointHarmonic, chain: Chain) -> list[Term]:
+    pairs = np.reshape(effect.coefficients, (len(effect.joints), -1, 2)).tolist()
+    return [
+        _faded(Term(Kind.HARMONIC, e, i, a=cos, b=sin, c=float(order)), effect.learned)
+        for e, i, own in zip(_places(effect, chain), effect.joints, pairs, strict=True)
+        for order, (cos, sin) in zip(effect.orders, own, strict=True)
+    ]
+
+
+@terms_of.register
+def _(effect: EncoderScale, chain: Chain) -> list[Term]:
+    rows = zip(_places(effect, chain), effect.joints, effect.coefficients, strict=True)
+    return [Term(Kind.LINEAR, e, i, a=c) for e, i, c in rows]
+
+
+@terms_of.register
+def _(effect: JointCoupling, chain: Chain) -> list[Term]:
+    return [Term(Kind.LINEAR, _places(effect, chain)[0], effect.joints[1], a=effect.coefficients[0])]
+
+
+@terms_of.register
+def _(effect: ThermalGrowth, chain: Chain) -> list[Term]:
+    warmer = Motion(np.zeros((1, chain.dof)), temperature=np.array([effect.reference + 1.0]))
+    grown = effect.increments(chain, warmer)[0].tolist()  # at q = 0; a drive's travel comes on top
+    c, drivers = effect.coefficients[0], chain.drivers
+    return [
+        Term(Kind.WARM, e, max(int(drivers[e]), 0), a=a, b=effect.reference, c=c if drivers[e] >= 0 else 0.0)
+        for e, a in zip(_places(effect, chain), grown, strict=True)
+    ]
+
+
+@terms_of.register
+def _(effect: LocalJointError, chain: Chain) -> list[Term]:
+    x, y = np.array(effect.knots), np.array(effect.coefficients)
+    if effect.periodic:
+        x, y = np.append(x, x[0] + TURN), np.append(y, y[0])
+    spline = CubicSpline(x, y, bc_type="periodic" if effect.periodic else "clamped")
+    term = Term(
+        Kind.SPLINE,
+        _places(effect, chain)[0],
+        effect.joints[0],
+        c=float(effect.periodic),
+        knots=tuple(x.tolist()),
+        cubics=tuple(tuple(row) for row in spline.c.T.tolist()),
+    )
+    return [_faded(term, effect.learned)]
+
+
+@terms_of.register
+def _(effect: GravitySag, chain: Chain) -> list[Term]:
+    down = tuple((np.array(effect.gravity) / np.linalg.norm(effect.gravity)).tolist())
+    element, joint = _places(effect, chain)[0], effect.joints[0]
+    out = []
+    for term, c in zip(effect.terms.split(), effect.coefficients, strict=True):
+        link = -1 if term == PAYLOAD else int(term[:-1]) - 1
+        axis = 4 if term == PAYLOAD else "xyzm".index(term[-1])
+        out.append(Term(Kind.SAG, element, joint, link, axis, a=c, direction=down))
+    return out
