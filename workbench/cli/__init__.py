@@ -15,6 +15,7 @@ import typer
 from workbench.cli import (
     arms,
     calibration,
+    camera,
     load_test,
     measurements,
     paths,
@@ -112,6 +113,7 @@ PANELS: dict[str, tuple] = {
         measurements.poses,
         measurements.capture,
         measurements.drive,
+        camera.board,
         load_test.loading,
         arms.axes,
         arms.redundancy,

@@ -49,6 +49,7 @@ class Target:
         corners: Number of a tag's corner; 0 where an id has one point.
         points: Places [m] in the target's frame.
         charuco: The board, where it is one.
+        dictionary: Of single tags, such as `DICT_6X6_250`; "" where nobody said.
         scale_sigma: Standard deviation of the target's true size relative to the stated one; 0 for exact.
         flatness_sigma: How far a board's edges bend out of its plane [m, one standard deviation]; 0 for flat.
     """
@@ -58,6 +59,7 @@ class Target:
     corners: Int[np.ndarray, " points"]
     points: Float[np.ndarray, "points 3"]
     charuco: Charuco | None = None
+    dictionary: str = ""
     scale_sigma: float = POINT_SCALE
     flatness_sigma: float = 0.0
 
@@ -118,7 +120,7 @@ def charuco_target(board: Charuco, mounted: Mount | str, **knowledge: float) -> 
         )
     y, x = np.divmod(np.arange((across - 1) * (down - 1)), across - 1)
     points = board.square * np.stack([x + 1.0, y + 1.0, np.zeros(len(x))], axis=1)
-    known = {"scale_sigma": BOARD_SCALE, "flatness_sigma": BOARD_FLATNESS, **knowledge}
+    known: dict[str, Any] = {"scale_sigma": BOARD_SCALE, "flatness_sigma": BOARD_FLATNESS, **knowledge}
     return Target(
         mounted=Mount(mounted),
         ids=np.arange(len(x)),
@@ -186,7 +188,8 @@ def read_target(path: Path | str) -> Target:
     """
     reader = _Reader(path)
     data = reader.load()
-    reader.keys(data, {"mounted", "charuco", "point", "scale_sigma", "flatness_sigma"}, "the file")
+    known = {"mounted", "charuco", "point", "dictionary", "scale_sigma", "flatness_sigma"}
+    reader.keys(data, known, "the file")
     if (mounted := data.get("mounted")) not in tuple(Mount):
         raise reader.fail(f'mounted must be "tool" or "world", not {mounted!r}')
     knowledge: dict[str, Any] = {
@@ -197,6 +200,7 @@ def read_target(path: Path | str) -> Target:
     if ("charuco" in data) == ("point" in data):
         raise reader.fail("needs either one [charuco] table or [[point]] tables")
     if "charuco" not in data:
+        knowledge["dictionary"] = str(data.get("dictionary", ""))
         return reader.points(reader.tables(data, "point"), Mount(mounted), knowledge)
     try:
         return charuco_target(reader.charuco(data["charuco"]), mounted, **knowledge)
@@ -219,6 +223,7 @@ def write_target(target: Target, path: Path | str) -> Path:
             "dictionary": board.dictionary,
         }
     else:
+        table |= {"dictionary": target.dictionary} if target.dictionary else {}
         rows = zip(target.ids.tolist(), target.corners.tolist(), target.points.tolist(), strict=True)
         table["point"] = [{"id": i, "corner": c, "xyz": xyz} for i, c, xyz in rows]
     return write_text(path, tomli_w.dumps(table))

@@ -1,0 +1,202 @@
+"""Printed boards are as large as they say; their corners are found in pictures, other boards are named."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from rendered import looking_at, render
+
+from workbench.base.errors import DataError, FileError, OptionError
+from workbench.base.types import Freedom
+from workbench.data.camera.board import board_sheet
+from workbench.data.camera.camera import Camera, project
+from workbench.data.camera.detect import Finder, blur, find_corners
+from workbench.data.camera.polyhedron import Shape, tag_solid
+from workbench.data.camera.printed import FOOT, RULER
+from workbench.data.camera.rig import Rig
+from workbench.data.camera.target import Charuco, charuco_target, read_target, write_target
+
+cv2 = pytest.importorskip("cv2")
+BOARD = Charuco((5, 7), 0.03, 0.022, "DICT_5X5_250")
+LENS = np.array([520.0, 522.0, 318.0, 242.0, -0.12, 0.03, 1e-3, -5e-4, 0.0])
+CAMERA = Camera(name="cell", size=(640, 480), intrinsics=LENS, free=Freedom.FIXED, sigma=np.ones(9))
+VIEWS = [((0.02, 0.05, -0.3), 0.0), ((0.2, 0.1, -0.28), 0.2), ((0.07, 0.32, -0.26), -0.4)]
+DOT = 0.25e-3
+
+
+def printed(board=BOARD, legacy=False):
+    """The board as OpenCV itself draws it, at DOT a dot."""
+    drawn = cv2.aruco.CharucoBoard(
+        board.squares, board.square, board.marker, cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_5X5_250)
+    )
+    drawn.setLegacyPattern(legacy)
+    return drawn.generateImage(tuple(round(n * board.square / DOT) for n in board.squares))
+
+
+def view(k, paper, **options):
+    eye, roll = VIEWS[k]
+    pose = looking_at(np.array(eye), np.array([0.075, 0.105, 0.0]), roll)
+    return pose, render(paper, DOT, pose, LENS, CAMERA.size, rng=np.random.default_rng(k), **options)
+
+
+@pytest.fixture(scope="module")
+def pictures():
+    return [view(k, printed()) for k in range(3)]
+
+
+@pytest.fixture
+def folder(tmp_path, pictures):
+    for k, (_, picture) in enumerate(pictures):
+        cv2.imwrite(str(tmp_path / f"{k}.png"), picture)
+    return tmp_path
+
+
+def test_corners_are_found_to_a_tenth_of_a_pixel(pictures, folder):
+    target = charuco_target(BOARD, "tool")
+    found = find_corners(folder, Rig((CAMERA,), target))
+    assert len(found.id) > 60
+    assert found.notes[0] == f"{len(found.id)} corners in 3 pictures"
+    poses = np.stack([pictures[int(name[0])][0] for name in found.image])
+    points = target.points[target.places(found.id, found.corner)]
+    there = np.einsum("nij,nj->ni", poses[:, :3, :3], points) + poses[:, :3, 3]
+    off = found.uv - project(there, LENS).pixel
+    assert np.sqrt((off**2).mean()) < 0.12
+    assert np.abs(off.mean(0)).max() < 0.05
+
+
+@pytest.mark.parametrize("legacy", [False, True])
+def test_boards_of_old_versions_are_recognised_and_said(legacy):
+    board = replace(BOARD, squares=(5, 6))
+    _, picture = view(0, printed(board, legacy))
+    finder = Finder.of(charuco_target(board, "tool"), [picture])
+    assert finder.legacy is legacy
+    assert len(finder.find(picture).ids) == 20
+    assert bool(finder.notes) is legacy
+
+
+@pytest.mark.parametrize(
+    ("spoil", "reason"),
+    [
+        (lambda p: cv2.GaussianBlur(p, (0, 0), 5.0), "blurred by about"),
+        (lambda p: np.full_like(p, 90), "no marker of DICT_5X5_250"),
+        (lambda p: p[:, ::-1].copy(), "mirrored"),
+    ],
+)
+def test_pictures_without_the_board_say_why(pictures, tmp_path, spoil, reason):
+    rig = Rig((CAMERA,), charuco_target(BOARD, "tool"))
+    cv2.imwrite(str(tmp_path / "9.png"), spoil(pictures[0][1]))
+    with pytest.raises(DataError, match=reason):
+        find_corners(tmp_path, rig)
+    cv2.imwrite(str(tmp_path / "10.png"), pictures[0][1])
+    notes = find_corners(tmp_path, rig).notes
+    assert any(reason in note and "'9.png'" in note for note in notes)
+
+
+@pytest.mark.parametrize(
+    ("board", "reason"),
+    [
+        (replace(BOARD, squares=(6, 7)), "looks like one 5 squares across"),
+        (replace(BOARD, squares=(5, 5)), "show marker 16, a board of 5 x 5 squares has markers 0 … 11"),
+        (replace(BOARD, dictionary="DICT_6X6_250"), "are of DICT_5X5_250, not of DICT_6X6_250"),
+    ],
+)
+def test_another_board_is_named(folder, board, reason):
+    with pytest.raises(DataError, match=reason):
+        find_corners(folder, Rig((CAMERA,), charuco_target(board, "tool")))
+
+
+def test_pictures_of_another_size_and_empty_folders_are_refused(folder, tmp_path):
+    target = charuco_target(BOARD, "tool")
+    with pytest.raises(DataError, match="640 x 480 px, camera 'cell' has"):
+        find_corners(folder, Rig((replace(CAMERA, size=(800, 600)),), target))
+    for where in (tmp_path / "none", tmp_path):
+        (tmp_path / "0.png").unlink(missing_ok=True)
+        for path in tmp_path.glob("*.png"):
+            path.unlink()
+        with pytest.raises(FileError):
+            find_corners(where, Rig((CAMERA,), target))
+
+
+def test_blur_is_measured():
+    bars = np.tile(np.where(np.arange(400) // 50 % 2, 200, 30).astype(np.uint8), (300, 1))
+    for width in (1.5, 3.0, 6.0):
+        assert blur(cv2.GaussianBlur(bars, (0, 0), width)) == pytest.approx(width, rel=0.25)
+
+
+@pytest.mark.parametrize(("squares", "legacy"), [((5, 7), False), ((4, 6), True)])
+def test_the_sheet_is_the_board_at_its_true_size(squares, legacy):
+    board, dots = replace(BOARD, squares=squares), 200.0
+    sheet = board_sheet(board, legacy=legacy)
+    picture = cv2.imdecode(np.frombuffer(sheet.png(dots), np.uint8), cv2.IMREAD_GRAYSCALE)
+    target = charuco_target(board, "tool")
+    found = Finder.of(target, [picture]).find(picture)
+    assert len(found.ids) == len(target)
+    mm = found.uv * 25.4 / dots
+    drawn = 1e3 * target.points[target.places(found.ids, found.corners), :2]
+    assert mm - mm[0] == pytest.approx(drawn - drawn[0], abs=0.03)
+    name, _, height = sheet.paper
+    assert name == "A4"
+    line = picture[round((height - FOOT + 8.0) * dots / 25.4) - 1 :][:3].min(0) < 128
+    assert line.sum() * 25.4 / dots == pytest.approx(RULER, abs=0.3)
+
+
+def test_the_pdf_has_the_paper_s_size():
+    pdf = board_sheet(BOARD).pdf()
+    assert pdf.startswith(b"%PDF")
+    assert b"/MediaBox [ 0 0 595.27" in pdf
+
+
+@pytest.mark.parametrize("shape", Shape)
+def test_a_folded_solid_carries_its_tags_where_the_target_says(shape, tmp_path):
+    """Every tag of the net is a square of the stated size; on the solid it shows outwards."""
+    edge, dots = 0.03, 150.0
+    target, sheet = tag_solid(shape, edge, dictionary="DICT_5X5_250", mounted="tool")
+    tags = target.points.reshape(-1, 4, 3)
+    sides = np.linalg.norm(np.diff(tags, axis=1), axis=2)
+    assert sides == pytest.approx(sides[0, 0])
+    normal = np.cross(tags[:, 1] - tags[:, 0], tags[:, 3] - tags[:, 0])
+    outwards = np.einsum("ij,ij->i", normal, tags.mean(1))
+    assert (outwards < 0.0).all()  # clockwise from outside, as OpenCV numbers corners
+    picture = cv2.imdecode(np.frombuffer(sheet.png(dots), np.uint8), cv2.IMREAD_GRAYSCALE)
+    found = Finder.of(target).find(picture)
+    assert len(found.ids) == len(target)
+    drawn = np.linalg.norm(np.diff(found.uv.reshape(-1, 4, 2), axis=1), axis=2) * 25.4 / dots
+    assert drawn == pytest.approx(1e3 * sides[0, 0], abs=0.25)
+    again = read_target(write_target(target, tmp_path / "target.toml"))
+    assert again.dictionary == "DICT_5X5_250"
+    assert Finder.of(replace(again, dictionary=""), [picture]).dictionary.startswith("DICT_5X5")
+
+
+def test_the_command_writes_board_and_target(run, tmp_path):
+    words = ("--squares", "6x4", "--square", "25mm", "--mounted", "world")
+    status, out, _ = run("board", "--out", "b.pdf", *words)
+    assert status == 0
+    assert "6 × 4 squares of 25 mm" in out
+    target = read_target(tmp_path / "target.toml")
+    assert target.charuco == Charuco((6, 4), 0.025, 0.0188, "DICT_6X6_250")
+    assert (tmp_path / "b.pdf").stat().st_size > 2000
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--squares", "5"], "--squares must be like 5x7"),
+        (["--squares", "40x40", "--square", "8mm", "--dictionary", "DICT_4X4_50"], "needs 800 markers"),
+        (["--square", "300mm"], "larger than A1"),
+        (["--marker", "40mm"], "markers smaller than its squares"),
+        (["--dictionary", "DICT_9X9"], "no marker dictionary 'DICT_9X9'"),
+        (["--shape", "cube", "--marker", "36mm"], "don't fit on a cube"),
+        (["--shape", "ball"], "--shape must be board"),
+    ],
+)
+def test_impossible_boards_are_refused_in_a_sentence(run, tmp_path, words, said):
+    status, _, err = run("board", "--out", "b.pdf", *words)
+    assert status == 1
+    assert said in err
+    assert err.count("\n") == 1
+    assert not list(tmp_path.glob("*.pdf"))
+
+
+def test_too_many_squares_for_a_dictionary():
+    with pytest.raises(OptionError, match="choose a larger dictionary"):
+        board_sheet(replace(BOARD, squares=(30, 30)))

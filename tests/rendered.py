@@ -1,0 +1,64 @@
+"""Pictures of printed boards, rendered by other code than the package's: rays from pixels to the paper."""
+
+import numpy as np
+from scipy.ndimage import gaussian_filter
+
+
+def undistorted(uv, intrinsics):
+    """X/Z, Y/Z of pixels, by Newton's method on the radial and tangential law."""
+    fx, fy, cx, cy, k1, k2, p1, p2, k3 = intrinsics
+    seen = (uv - [cx, cy]) / [fx, fy]
+    x, y = seen[..., 0].copy(), seen[..., 1].copy()
+    for _ in range(8):
+        r2 = x * x + y * y
+        radial = 1 + k1 * r2 + k2 * r2**2 + k3 * r2**3
+        dx = 2 * p1 * x * y + p2 * (r2 + 2 * x * x)
+        dy = p1 * (r2 + 2 * y * y) + 2 * p2 * x * y
+        x, y = (seen[..., 0] - dx) / radial, (seen[..., 1] - dy) / radial
+    return x, y
+
+
+def render(paper, metres, target_in_camera, intrinsics, size, *, rng, blur=0.6, noise=2.0, fine=2):
+    """A picture of a sheet.
+
+    Args:
+        paper: Grey values of the sheet, its first dot at the target's origin.
+        metres: Size of a dot [m].
+        target_in_camera: 4×4 pose; the sheet is the plane z = 0, x along its rows, y down.
+        intrinsics: fx fy cx cy k1 k2 p1 p2 k3.
+        size: Width and height [px].
+        rng: Source of the noise.
+        blur: Standard deviation of the blur [px].
+        noise: Standard deviation of the noise [grey values].
+        fine: Rays a pixel and direction.
+    """
+    width, height = size
+    steps = (np.arange(fine) + 0.5) / fine - 0.5
+    u = (np.arange(width)[:, None] + steps).ravel()
+    v = (np.arange(height)[:, None] + steps).ravel()
+    uv = np.stack(np.meshgrid(u, v), axis=-1)
+    x, y = undistorted(uv, intrinsics)
+    ray = np.stack([x, y, np.ones_like(x)], axis=-1)
+    r, t = target_in_camera[:3, :3], target_in_camera[:3, 3]
+    far = (t @ r[:, 2]) / (ray @ r[:, 2])
+    place = (ray * far[..., None] - t) @ r[:, :2] / metres
+    column, row = np.floor(place).astype(int).transpose(2, 0, 1)
+    on = (far > 0) & (column >= 0) & (row >= 0) & (column < paper.shape[1]) & (row < paper.shape[0])
+    grey = np.full(on.shape, 120.0)
+    grey[on] = paper[row[on], column[on]] * 0.8 + 25.0
+    grey = grey.reshape(height, fine, width, fine).mean((1, 3))
+    grey = gaussian_filter(grey, blur)
+    return np.clip(grey + rng.normal(0, noise, grey.shape), 0, 255).astype(np.uint8)
+
+
+def looking_at(eye, middle, roll=0.0):
+    """Pose of a target in a camera that stands at `eye` (in the target's frame) and looks at `middle`."""
+    z = (middle - eye) / np.linalg.norm(middle - eye)
+    x = np.cross([0.0, 1.0, 0.0], z)
+    x /= np.linalg.norm(x)
+    y = np.cross(z, x)
+    c, s = np.cos(roll), np.sin(roll)
+    axes = np.stack([c * x + s * y, c * y - s * x, z])
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = axes, -axes @ eye
+    return pose

@@ -1,0 +1,61 @@
+"""The command for cameras: board."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from workbench.base.errors import OptionError
+from workbench.cli.options import check_writable, say
+
+
+def board(
+    out: Annotated[Path, typer.Option(help="Write the sheet here (.pdf to print, or .png).")],
+    squares: Annotated[str, typer.Option(help="Squares across x down.")] = "5x7",
+    square: Annotated[str, typer.Option(help="Side of a square; of a solid: its edges.")] = "36mm",
+    marker: Annotated[
+        str | None, typer.Option(help="Side of a marker; what suits the squares if not given.")
+    ] = None,
+    dictionary: Annotated[str, typer.Option(help="Dictionary of the markers.")] = "DICT_6X6_250",
+    shape: Annotated[str, typer.Option(help="board, or tags on a cube or dodecahedron.")] = "board",
+    mounted: Annotated[str, typer.Option(help="What will carry it: tool or world.")] = "tool",
+    dpi: Annotated[float, typer.Option(help="Dots per inch of a .png.")] = 300.0,
+) -> None:
+    """A ChArUco board (or a solid of tags) to print at its true size, and target.toml beside it."""
+    from workbench.base.files import write_bytes
+    from workbench.base.units import Quantity, parse_quantity
+    from workbench.data.camera.board import board_sheet
+    from workbench.data.camera.camera import Mount
+    from workbench.data.camera.polyhedron import Shape, tag_solid
+    from workbench.data.camera.target import Charuco, charuco_target, write_target
+
+    if out.suffix.lower() not in (".pdf", ".png"):
+        raise OptionError(f"--out must end in .pdf or .png, got '{out}'")
+    if mounted not in tuple(Mount):
+        raise OptionError(f"--mounted must be tool or world, got '{mounted}'")
+    if shape not in ("board", *Shape):
+        raise OptionError(f"--shape must be board, {', '.join(Shape)}, got '{shape}'")
+    if not 30.0 <= dpi <= 1200.0:
+        raise OptionError(f"--dpi must be 30–1200, got {dpi:g}")
+    side = parse_quantity(square, Quantity.LENGTH)
+    tag = None if marker is None else parse_quantity(marker, Quantity.LENGTH)
+    beside = out.parent / "target.toml"
+    check_writable(out, beside)
+    if shape == "board":
+        inner = round(0.75 * side, 4) if tag is None else tag
+        made = Charuco(_across_down(squares), side, inner, dictionary)
+        target, sheet = charuco_target(made, mounted), board_sheet(made)
+    else:
+        target, sheet = tag_solid(shape, side, tag=tag, dictionary=dictionary, mounted=mounted)
+    content = sheet.pdf() if out.suffix.lower() == ".pdf" else sheet.png(dpi)
+    say(f"{sheet.title} on {sheet.paper[0]}: {write_bytes(out, content)}")
+    say(f"target: {write_target(target, beside)}")
+
+
+def _across_down(text: str) -> tuple[int, int]:
+    """Squares across and down from 5x7."""
+    try:
+        across, down = (int(part) for part in text.lower().split("x"))
+    except ValueError:
+        raise OptionError(f"--squares must be like 5x7, got '{text}'") from None
+    return across, down

@@ -1,0 +1,315 @@
+"""Corners of boards and tags found in a folder of pictures.
+
+A ChArUco board's inner corners are found beside its markers and refined to parts of a pixel; so are the
+corners of single tags. Boards that OpenCV before 4.6 printed with an even number of rows have the other
+pattern: whichever shows more corners is taken, and said. A picture without the target gets the reason.
+"""
+
+import os
+from collections import Counter
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from jaxtyping import Float, Int, UInt8
+
+from workbench.base.errors import DataError, FileError, OptionError
+from workbench.base.wording import counted, listed
+from workbench.data.camera.markers import USUAL, detector, opencv, opencv_board
+from workbench.data.camera.pixel_table import PixelRows
+from workbench.data.camera.rig import Rig
+from workbench.data.camera.target import Target
+
+ENDINGS = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm", ".webp")
+FEWEST = 4
+"""Corners, or markers, that a picture must show."""
+BLURRED = 2.0
+"""Blur [px, standard deviation] from which on it is the reason why nothing is found."""
+ALONG = 0.3
+"""Part of a marker's side by which a marker may miss its place on a board that is the right one …"""
+RIGHT = 0.8
+"""… and the share of markers that must not."""
+WIDEST = 24
+"""Squares across that are tried where the board has another size."""
+
+Picture = UInt8[np.ndarray, "height width"]
+
+
+class Found(NamedTuple):
+    """What one picture shows.
+
+    Args:
+        ids: Of tags, or of a board's corners.
+        corners: Numbers of the tags' corners.
+        uv: Where they are [px].
+        reason: Why there is nothing; "" if there is something.
+        strays: Markers that the board does not have.
+    """
+
+    ids: Int[np.ndarray, " n"]
+    corners: Int[np.ndarray, " n"]
+    uv: Float[np.ndarray, "n 2"]
+    reason: str = ""
+    strays: tuple[int, ...] = ()
+
+
+NOTHING = Found(np.zeros(0, int), np.zeros(0, int), np.zeros((0, 2)))
+
+
+@dataclass(frozen=True, eq=False)
+class Finder:
+    """Finds one target in pictures.
+
+    Args:
+        target: A board, or tags at known places.
+        dictionary: Of the markers.
+        legacy: Whether the board has the pattern of OpenCV before 4.6.
+    """
+
+    target: Target
+    dictionary: str
+    legacy: bool = False
+
+    @classmethod
+    def of(cls, target: Target, pictures: Sequence[Picture] = ()) -> "Finder":
+        """The finder of a target; a pattern or dictionary that nobody gave is what shows most in pictures."""
+        if target.charuco is None:
+            names = (target.dictionary,) if target.dictionary else USUAL
+            tried = [cls(target, name) for name in names]
+        else:
+            even = target.charuco.squares[1] % 2 == 0
+            patterns = (False, True) if even else (False,)
+            tried = [cls(target, target.charuco.dictionary, legacy) for legacy in patterns]
+        if len(tried) == 1:
+            return tried[0]
+        shown = [sum(len(finder.seen(picture).ids) for picture in pictures) for finder in tried]
+        return tried[int(np.argmax(shown))]
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was decided about the target."""
+        if self.legacy:
+            return ("the board has the pattern of OpenCV before 4.6 (setLegacyPattern)",)
+        unsaid = self.target.charuco is None and not self.target.dictionary
+        return (f"the tags are of {self.dictionary}, as no dictionary is given",) if unsaid else ()
+
+    @cached_property
+    def _board(self) -> Any:
+        assert self.target.charuco is not None
+        return opencv_board(self.target.charuco, legacy=self.legacy)
+
+    def seen(self, picture: Picture) -> Found:
+        """The target's corners in a picture, without a reason where there are none."""
+        if self.target.charuco is None:
+            squares, names = _markers(picture, self.dictionary)
+            own = np.isin(names, self.target.ids)
+            ids, corners = np.repeat(names[own], 4), np.tile(np.arange(4), own.sum())
+            known = self.target.places(ids, corners) >= 0
+            return Found(ids[known], corners[known], squares[own].reshape(-1, 2)[known])
+        cv2 = opencv("reading pictures")
+        uv, names, _, markers = cv2.aruco.CharucoDetector(self._board).detectBoard(picture)
+        strays = () if markers is None else tuple(sorted({int(m) for m in markers.ravel()} - self._own))
+        if names is None or len(names) < FEWEST:
+            return NOTHING._replace(strays=strays)
+        names = names.ravel().astype(int)
+        return Found(names, np.zeros(len(names), int), uv.reshape(-1, 2).astype(float), strays=strays)
+
+    @cached_property
+    def _own(self) -> set[int]:
+        return {int(m) for m in self._board.getIds().ravel()}
+
+    def find(self, picture: Picture) -> Found:
+        """The target's corners in a picture, or the reason why there are none."""
+        found = self.seen(picture)
+        return (
+            found
+            if len(found.ids) >= FEWEST
+            else NOTHING._replace(reason=self._reason(picture), strays=found.strays)
+        )
+
+    def _reason(self, picture: Picture) -> str:
+        """Why a picture does not show the target."""
+        squares, names = _markers(picture, self.dictionary)
+        board = self.target.charuco
+        if len(names) >= FEWEST and board is not None and _on_board(self._board, squares, names) < RIGHT:
+            across = _likely_width(self, squares, names)
+            looks = f"; it looks like one {across} squares across" if across else ""
+            size = "{} x {}".format(*board.squares)
+            return f"its markers are not those of a board of {size} squares{looks}"
+        if len(names) == 0 and len(_markers(np.ascontiguousarray(picture[:, ::-1]), self.dictionary)[1]) >= 2:
+            return "it is mirrored: print the sheet, or take the picture, the other way round"
+        if BLURRED < (width := blur(picture)) < np.inf:
+            return f"it is blurred by about {width:.0f} px: hold still, focus, or add light"
+        if len(names):
+            return f"it shows {counted(len(names), 'marker')}, too few: bring the whole target into view"
+        for other in USUAL:
+            if other != self.dictionary and len(_markers(picture, other)[1]) >= FEWEST:
+                return f"its markers are of {other}, not of {self.dictionary}"
+        return f"it shows no marker of {self.dictionary}"
+
+
+def find_corners(
+    folder: Path | str, rig: Rig, *, progress: Callable[[float, str], None] | None = None
+) -> PixelRows:
+    """Corners in all pictures of a folder; with several cameras, of a folder each inside it, by their names.
+
+    Args:
+        folder: Of the pictures.
+        rig: Cameras and target.
+        progress: Called with the part done and what is being done.
+
+    Raises:
+        FileError: no such folder, no pictures in it, or one that can't be read.
+        DataError: no picture shows the target, with the reason; or pictures are not of the camera's size.
+    """
+    folder = Path(folder)
+    files = [(camera.name, path) for camera, path in _files(folder, rig)]
+    finder = Finder.of(rig.target, [_read(path) for _, path in _some(files)])
+    sizes = {camera.name: camera.size for camera in rig.cameras}
+
+    def look(entry: tuple[int, tuple[str, Path]]) -> Found:
+        k, (camera, path) = entry
+        picture = _read(path)
+        if picture.shape[::-1] != sizes[camera]:
+            raise DataError(
+                f"{path}: the picture has {picture.shape[1]} x {picture.shape[0]} px, camera '{camera}' has "
+                f"size = [{sizes[camera][0]}, {sizes[camera][1]}]; give the camera that took it"
+            )
+        if progress is not None:
+            progress(k / len(files), f"looking for corners in {path.name}")
+        return finder.find(picture)
+
+    with ThreadPoolExecutor(min(4, os.cpu_count() or 1)) as pool:
+        found = list(pool.map(look, enumerate(files)))
+    names = [path.name for _, path in files]
+    notes = _judged(folder, finder, names, found)
+    size = [len(f.ids) for f in found]
+    return PixelRows(
+        image=np.repeat(names, size),
+        camera=np.repeat([camera for camera, _ in files], size),
+        id=np.concatenate([f.ids for f in found]),
+        corner=np.concatenate([f.corners for f in found]),
+        uv=np.concatenate([f.uv for f in found]),
+        source=str(folder),
+        notes=notes,
+    )
+
+
+def _judged(folder: Path, finder: Finder, names: list[str], found: list[Found]) -> tuple[str, ...]:
+    """Notes on the pictures.
+
+    Raises:
+        DataError: none of them shows the target, or most show a larger board.
+    """
+    without = [(name, f.reason) for name, f in zip(names, found, strict=True) if f.reason]
+    board = finder.target.charuco
+    larger = [f for f in found if len(f.strays) > 1]
+    if board is not None and len(larger) > 0.5 * len(found):
+        across, down = board.squares
+        most = max(max(f.strays) for f in larger)
+        raise DataError(
+            f"{folder}: the pictures show marker {most}, a board of {across} x {down} squares has markers "
+            f"0 … {across * down // 2 - 1}; give the board that was in view"
+        )
+    if len(without) == len(found):
+        reason, times = Counter(reason for _, reason in without).most_common(1)[0]
+        first = next(name for name, r in without if r == reason)
+        raise DataError(f"{folder}: none of {len(found)} pictures shows the target; '{first}': {reason}")
+    corners = sum(len(f.ids) for f in found)
+    said = [f"{corners} corners in {counted(len(found) - len(without), 'picture')}"]
+    for reason, times in Counter(reason for _, reason in without).items():
+        own = [name for name, r in without if r == reason]
+        said.append(f"{counted(times, 'picture')} left out, {listed(own, longest=3)}: {reason}")
+    return (*said, *finder.notes)
+
+
+def _files(folder: Path, rig: Rig):
+    """Pictures of every camera, in the order of their names."""
+    if not folder.is_dir():
+        raise FileError("is no folder of pictures", path=str(folder))
+    for camera in rig.cameras:
+        own = folder if len(rig.cameras) == 1 else folder / camera.name
+        found = sorted(
+            (p for p in own.iterdir() if p.suffix.lower() in ENDINGS) if own.is_dir() else (), key=_counting
+        )
+        if not found:
+            raise FileError(f"has no pictures ({', '.join(ENDINGS[:4])} …)", path=str(own))
+        yield from ((camera, path) for path in found)
+
+
+def _counting(path: Path) -> tuple[int, str]:
+    """Names in the order in which people count: 2 before 10."""
+    return len(path.stem) if path.stem.isdigit() else 0, path.name
+
+
+def _some(files: list) -> list:
+    """A few of the files, from all over."""
+    return [files[i] for i in np.unique(np.linspace(0, len(files) - 1, 5).astype(int))]
+
+
+def _read(path: Path) -> Picture:
+    cv2 = opencv("reading pictures")
+    picture = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+    if picture is None:
+        raise FileError("can't be read as a picture", path=str(path))
+    return picture
+
+
+def _markers(picture: Picture, dictionary: str) -> tuple[Float[np.ndarray, "n 4 2"], Int[np.ndarray, " n"]]:
+    """Corners [px] and numbers of single markers."""
+    corners, names, _ = detector(dictionary).detectMarkers(picture)
+    if names is None or not len(names):
+        return np.zeros((0, 4, 2)), np.zeros(0, int)
+    return np.array(corners, float).reshape(-1, 4, 2), np.asarray(names).ravel().astype(int)
+
+
+def _on_board(board: Any, squares: np.ndarray, names: np.ndarray) -> float:
+    """Share of markers that lie as on a board seen from somewhere."""
+    cv2 = opencv("reading pictures")
+    pairs = zip(board.getIds().ravel(), board.getObjPoints(), strict=True)
+    place = {int(m): np.asarray(points)[:, :2] for m, points in pairs}
+    own = np.array([int(m) in place for m in names])
+    if own.sum() < FEWEST:
+        return 0.0
+    drawn = np.concatenate([place[int(m)] for m in names[own]])
+    side = float(np.median(np.linalg.norm(np.diff(squares, axis=1), axis=2)))
+    plane, near = cv2.findHomography(drawn, squares[own].reshape(-1, 2), cv2.RANSAC, ALONG * side)
+    return 0.0 if plane is None else float(near.sum()) / (4 * len(names))
+
+
+def _likely_width(finder: Finder, squares: np.ndarray, names: np.ndarray) -> int | None:
+    """Squares across of the board on which these markers would lie as they do."""
+    board = finder.target.charuco
+    assert board is not None
+    best, width = RIGHT, None
+    for across in range(2, WIDEST + 1):
+        down = int(np.ceil(2.0 * (names.max() + 1) / across)) + 1
+        try:
+            other = opencv_board(replace(board, squares=(across, down)))
+        except OptionError:  # the dictionary is too small for it
+            continue
+        if (share := _on_board(other, squares, names)) > best:
+            best, width = share, across
+    return width
+
+
+def blur(picture: Picture) -> float:
+    """How wide edges are in a picture [px, standard deviation], noise smoothed away first; inf without any.
+
+    A blurred step has slopes g ∝ exp(−t²/2σ²), and ∫g² / ∫g'² = 2σ².
+    """
+    cv2 = opencv("reading pictures")
+    soft = cv2.GaussianBlur(picture, (0, 0), 1.0).astype(np.float32)
+    dx, dy = cv2.Sobel(soft, cv2.CV_32F, 1, 0) / 8.0, cv2.Sobel(soft, cv2.CV_32F, 0, 1) / 8.0
+    slope = np.hypot(dx, dy)
+    steep = slope > max(0.25 * float(np.percentile(slope, 99.5)), 1.0)
+    if not steep.any():
+        return float("inf")
+    bend = cv2.Sobel(dx, cv2.CV_32F, 1, 0) / 8.0 + cv2.Sobel(dy, cv2.CV_32F, 0, 1) / 8.0
+    near = cv2.dilate(steep.astype(np.uint8), np.ones((7, 7), np.uint8)).astype(bool)
+    ratio = float((slope[near] ** 2).mean()) / max(float((bend[near] ** 2).mean()), 1e-12)
+    return float(np.sqrt(max(0.5 * ratio - 1.0, 0.0)))

@@ -1,0 +1,84 @@
+"""Markers of OpenCV's dictionaries: which cells are black, and the detectors for them."""
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+from jaxtyping import Bool
+
+from workbench.base.errors import MissingExtraError, OptionError
+from workbench.data.camera.target import Charuco
+
+USUAL = (
+    *("DICT_6X6_250", "DICT_5X5_250", "DICT_4X4_250", "DICT_APRILTAG_36h11", "DICT_ARUCO_ORIGINAL"),
+    *("DICT_7X7_250", "DICT_6X6_1000", "DICT_5X5_1000", "DICT_4X4_1000", "DICT_7X7_1000"),
+)
+"""Dictionaries in which markers are sought where the right one shows none; the larger hold the smaller."""
+
+
+@cache
+def opencv(what: str) -> Any:
+    """The library.
+
+    Raises:
+        MissingExtraError: it is not installed, or older than its detectors of markers.
+    """
+    try:
+        import cv2
+
+        cv2.aruco.CharucoDetector  # noqa: B018
+    except (ImportError, AttributeError):
+        raise MissingExtraError(what, extra="camera") from None
+    return cv2
+
+
+@cache
+def dictionary(name: str) -> Any:
+    """A dictionary by name.
+
+    Raises:
+        OptionError: there is none of that name.
+    """
+    cv2 = opencv("reading and printing markers")
+    number = getattr(cv2.aruco, name, None)
+    if not name.startswith("DICT_") or number is None:
+        raise OptionError(f"there is no marker dictionary '{name}'; use one such as {', '.join(USUAL[:4])}")
+    return cv2.aruco.getPredefinedDictionary(number)
+
+
+def count(name: str) -> int:
+    """How many markers a dictionary has."""
+    return len(dictionary(name).bytesList)
+
+
+def black_cells(name: str, number: int) -> Bool[np.ndarray, "side side"]:
+    """Cells of a marker, its black border included, from the upper left."""
+    side = dictionary(name).markerSize + 2
+    cv2 = opencv("printing markers")
+    return cv2.aruco.generateImageMarker(dictionary(name), number, side) < 128
+
+
+def detector(name: str) -> Any:
+    """Finds single markers of a dictionary, their corners to parts of a pixel."""
+    cv2 = opencv("reading pictures")
+    settings = cv2.aruco.DetectorParameters()
+    settings.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
+    return cv2.aruco.ArucoDetector(dictionary(name), settings)
+
+
+def opencv_board(board: Charuco, *, legacy: bool = False) -> Any:
+    """A board as OpenCV has it; `legacy`: in the pattern of versions before 4.6, white square first.
+
+    Raises:
+        OptionError: the dictionary has too few markers for it.
+    """
+    across, down = board.squares
+    if (needed := across * down // 2) > count(board.dictionary):
+        raise OptionError(
+            f"a board of {across} x {down} squares needs {needed} markers, {board.dictionary} has "
+            f"{count(board.dictionary)}; choose a larger dictionary or fewer squares"
+        )
+    cv2 = opencv("reading and printing boards")
+    found = cv2.aruco.CharucoBoard(board.squares, board.square, board.marker, dictionary(board.dictionary))
+    found.setLegacyPattern(legacy)
+    return found
