@@ -130,7 +130,11 @@ def offers(left: Left, candidates: Sequence[Candidate]) -> list[Offer]:
 
 
 def _weighed(left: Left, candidate: Candidate) -> list[Offer]:
-    """A fitted effect of load, together with the masses and centres that act through it."""
+    """A fitted effect of load, together with the masses and centres that act through it.
+
+    Without the effect they would not act, so chance is asked for all that both bring: it brings evidence of e^g
+    in at most e^-g of all arms (Markov's inequality).
+    """
     columns = left.grams.columns(left.grams.inertia[candidate.names])
     precision = np.diag(_known(left.grams, candidate.names))
     block = left.inner[np.ix_(columns, columns)]
@@ -143,7 +147,8 @@ def _weighed(left: Left, candidate: Candidate) -> list[Offer]:
     charge = np.log(np.diagonal(factor)).sum() - 0.5 * np.log(np.diagonal(precision)).sum()
     taken = 0.5 * left.freedom * np.log(left.square / beside.square) - float(charge)
     found = [_shrunk(beside, candidate)] if candidate.shrunk else _free(beside, [candidate])
-    return [replace(o, gain=o.gain + taken) for o in found if o is not None]
+    gains = [(o, o.gain + taken) for o in found if o is not None]
+    return [replace(o, gain=gain, log_p=min(o.log_p, -gain)) for o, gain in gains]
 
 
 def _known(grams: Grams, names: Sequence[str]) -> np.ndarray:

@@ -76,7 +76,7 @@ def search(
     """
     model = exchange(grams, candidates, prune(grams, candidates, start))
     distrusted: list[Offer] = []
-    settled = True
+    settled, seen = True, {_names(model)}
     for _ in range(ROUNDS):
         if on_step is not None and on_step(model):
             break
@@ -84,12 +84,19 @@ def search(
         if added is not None:
             settled = len(added) <= FEW
             model = _improved(grams, candidates, added) if settled else prune(grams, candidates, added)
+            if _names(model) in seen:
+                break
+            seen.add(_names(model))
         elif settled:
             distrusted = refused
             break
         else:
             settled, model = True, _improved(grams, candidates, model)
     return as_found(grams, model, distrusted)
+
+
+def _names(model: Model) -> frozenset[tuple[str, ...]]:
+    return frozenset(t.candidate.names for t in model)
 
 
 def as_found(grams: Grams, model: Model, distrusted: Sequence[Offer] = ()) -> Found:
