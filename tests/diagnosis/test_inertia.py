@@ -105,8 +105,8 @@ def test_tolerances_are_read_written_and_judged(tmp_path):
 
 
 def test_masses_that_act_through_an_effect_do_not_take_its_significance():
-    """A wrist's soft drive, whose moment a centre of mass 15 mm away could double or undo: chance is asked for
-    all that drive and masses bring, as neither acts without the drive."""
+    """A wrist's soft drive, whose moment a centre of mass 15 mm away could double or undo: chance is asked
+    for all that drive and masses bring, as the masses act through it alone."""
     case = make("compliance", 74, "industrial")
     found = diagnose(case.robot, case.data, held_out=0.0)
     assert [(c.kind, c.joints) for c in found.causes] == [("joint-compliance", case.truth[0].joints)]
