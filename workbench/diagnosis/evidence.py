@@ -132,8 +132,8 @@ def offers(left: Left, candidates: Sequence[Candidate]) -> list[Offer]:
 def _weighed(left: Left, candidate: Candidate) -> list[Offer]:
     """A fitted effect of load, together with the masses and centres that act through it.
 
-    Without the effect they would not act, so chance is asked for all that both bring: it brings evidence of e^g
-    in at most e^-g of all arms (Markov's inequality).
+    Without the effect they would not act, so chance is asked for all that both bring: evidence of e^g comes
+    by chance in at most e^-g of all arms (Markov's inequality).
     """
     columns = left.grams.columns(left.grams.inertia[candidate.names])
     precision = np.diag(_known(left.grams, candidate.names))
