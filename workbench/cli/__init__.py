@@ -102,7 +102,7 @@ def _say_ready(text: str) -> None:
 
 
 PANELS: dict[str, tuple] = {
-    "Start": (measurements.simulate,),
+    "Start": (measurements.simulate, measurements.preview),
     "Calibrate": (
         calibration.identify,
         calibration.diagnose,

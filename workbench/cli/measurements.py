@@ -7,9 +7,12 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.markup import escape
 
-from workbench.base.errors import OptionError
+from workbench.base.errors import DataError, OptionError
 from workbench.cli.options import (
+    DataArgument,
+    FileOptions,
     JsonOption,
     PlateOption,
     RobotOption,
@@ -17,6 +20,7 @@ from workbench.cli.options import (
     UnknownOption,
     check_writable,
     fail,
+    flattened,
     orientations_of,
     progress_bar,
     region_of,
@@ -98,6 +102,35 @@ def simulate(
             say(note)
     if actual is not None:
         say(f"hidden actual arm: {write_toml(hidden, actual)}")
+
+
+@flattened
+def preview(
+    data: DataArgument,
+    files: FileOptions,
+    save_mapping: Annotated[
+        Path | None, typer.Option(help="Write what was understood here (.toml), to correct and use again.")
+    ] = None,
+) -> None:
+    """What a file would be read as: every column with its meaning and units, decisions, problems."""
+    from workbench.data.readers.mapping import read_mapping, write_mapping
+    from workbench.data.readers.preview import preview
+    from workbench.report.tables import line, new_table
+
+    check_writable(save_mapping)
+    stored = None if files.mapping is None else read_mapping(files.mapping)
+    columns = files.columns or (None if stored is None else stored.columns)
+    found = preview(data, columns=columns, layout=files.layout, sheet=files.sheet)
+    table = new_table(f"{data.name}: {found.rows} rows, layout {found.layout}", "heading", "is", "unit", "SI")
+    for column in found.columns:
+        table.add_row(escape(column.heading), column.key or "left out", column.unit or "", column.si or "")
+    show(table)
+    for words in found.decisions:
+        show(line("note", words))
+    if save_mapping is not None:
+        say(f"mapping: {write_mapping(found, save_mapping)}")
+    if found.problems:
+        raise DataError("; ".join(found.problems))
 
 
 def poses(

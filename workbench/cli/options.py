@@ -3,7 +3,7 @@
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass, replace
 from inspect import Parameter, Signature, signature
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
@@ -34,8 +34,19 @@ SheetOption = Annotated[
 ]
 LayoutOption = Annotated[
     str | None,
+    typer.Option(help="Layout of the file, recognised if not given: plain, ipa-grid, mocap, c3d, ros-bag …"),
+]
+MappingOption = Annotated[
+    Path | None,
     typer.Option(
-        help="Layout of the file, recognised if not given: plain, ipa-grid, target-deviation, mukca."
+        help="A stored choice of what the columns are (.toml), as preview --save-mapping writes it."
+    ),
+]
+JointTableOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--joints",
+        help="Joints of measurements that have none: a table or a robot's log, joined by name, time or row.",
     ),
 ]
 PlateOption = Annotated[
@@ -95,13 +106,29 @@ class FileOptions:
     columns: ColumnsOption = None
     sheet: SheetOption = None
     layout: LayoutOption = None
+    mapping: MappingOption = None
+    joints: JointTableOption = None
 
     def read(self, path: Path, arm):
         """Measurements of a file, with as many joints as the arm has."""
         from workbench.data.readers import read_measurements
+        from workbench.data.readers.mapping import ColumnMapping, read_mapping
 
-        options: dict[str, Any] = {"columns": self.columns, "sheet": self.sheet, "layout": self.layout}
-        return read_measurements(path, joints=arm.dof, base=arm.base.pose, **options)
+        stored = ColumnMapping() if self.mapping is None else read_mapping(self.mapping)
+        return read_measurements(
+            path,
+            joints=arm.dof,
+            base=arm.base.pose,
+            columns=self.columns or stored.columns,
+            sheet=self.sheet or stored.sheet,
+            layout=self.layout or stored.layout,
+            joint_table=self.joints,
+            joint_columns=stored.joints,
+        )
+
+    def read_whole(self, path: Path, arm):
+        """Measurements of another file, which has its own joints."""
+        return replace(self, joints=None).read(path, arm)
 
 
 @dataclass(frozen=True)
@@ -193,7 +220,7 @@ def held_out_of(text: str, arm, files: FileOptions):
     try:
         return float(text)
     except ValueError:
-        return files.read(Path(text), arm)
+        return files.read_whole(Path(text), arm)
 
 
 def names_of(text: str | None) -> tuple[str, ...] | None:

@@ -65,7 +65,7 @@ def verify(
         arm,
         files.read(data, arm),
         wanted=None if wanted is None else wanted_of(wanted),
-        used=None if used is None else files.read(used, arm),
+        used=None if used is None else files.read_whole(used, arm),
         same=parse_quantity(same, Quantity.ANGLE),
         fit_frames=frames == "fit",
         facts=dict(fact_of(text) for text in fact or []),

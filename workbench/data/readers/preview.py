@@ -11,9 +11,10 @@ from workbench.base.types import Matrix4
 from workbench.data.dataset import Dataset
 from workbench.data.readers.assemble import assemble
 from workbench.data.readers.columns import Column, decisions, problems, understand
+from workbench.data.readers.columns_option import Naming
 from workbench.data.readers.fields import Fields, convert
 from workbench.data.readers.headings import quantities_of
-from workbench.data.readers.read import folder_layout, read_table, table_layout
+from workbench.data.readers.read import file_layout, folder_layout, naming_of, read_table, table_layout
 from workbench.data.readers.table import Table
 
 
@@ -66,7 +67,7 @@ class Preview:
 def preview(
     path: Path | str,
     *,
-    columns: str | None = None,
+    columns: str | Naming | None = None,
     joints: int | None = None,
     layout: str | None = None,
     sheet: str | None = None,
@@ -76,6 +77,10 @@ def preview(
     """What `read_measurements` would make of a file; problems are listed, never raised."""
     path = Path(path)
     try:
+        whole = file_layout(path, layout=layout)
+        if whole is not None:
+            read = whole.read(path, naming_of(columns), cancel)
+            return _of_fields(path, read, (), joints, base, whole.name)
         folder = folder_layout(path, columns=columns, layout=layout)
         if folder is not None:
             return _of_fields(path, folder.read(path), (), joints, base, folder.name)

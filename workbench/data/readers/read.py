@@ -17,8 +17,13 @@ from workbench.data.readers.assemble import assemble
 from workbench.data.readers.columns_option import Naming, headings_in_order, parse_columns
 from workbench.data.readers.fields import Fields, fields_of
 from workbench.data.readers.file_kind import Kind, kind_of, read_bytes
-from workbench.data.readers.layouts.layout import AbstractFolderLayout, AbstractTableLayout
+from workbench.data.readers.layouts.layout import (
+    AbstractFileLayout,
+    AbstractFolderLayout,
+    AbstractTableLayout,
+)
 from workbench.data.readers.matlab import read_matlab
+from workbench.data.readers.stands import join
 from workbench.data.readers.table import Grid, Table, with_headings, with_names, with_pairs
 from workbench.data.readers.text import read_text
 from workbench.data.readers.workbooks import read_excel, read_frame, read_parquet
@@ -27,11 +32,13 @@ from workbench.data.readers.workbooks import read_excel, read_frame, read_parque
 def read_measurements(
     source: Any,
     *,
-    columns: str | None = None,
+    columns: str | Naming | None = None,
     joints: int | None = None,
     layout: str | None = None,
     sheet: str | None = None,
     base: Matrix4 | None = None,
+    joint_table: str | PathLike | None = None,
+    joint_columns: Naming | None = None,
     cancel: Cancel = never,
 ) -> Dataset:
     """Measurements of a file or a data frame in SI, with every decision in `notes`.
@@ -45,6 +52,9 @@ def read_measurements(
         sheet: Sheet of a workbook; None: the one with headings that are known.
         base: Pose of the robot's base in the measuring frame, for files whose column `pose_frame` says that
             their poses are in the robot's base, as those of `workbench path` are.
+        joint_table: File with the joints of measurements that have none of their own, such as a robot's log;
+            joined by name, time or row (`stands`).
+        joint_columns: What its columns are, where its headings do not say.
         cancel: Asked while a file is unpacked; once it says so, reading ends.
 
     Raises:
@@ -56,22 +66,28 @@ def read_measurements(
         MissingExtraError: An optional library is needed.
     """
     fields = read_fields(source, columns=columns, layout=layout, sheet=sheet, cancel=cancel)
+    if joint_table is not None:
+        if "q1" in fields.values:
+            raise OptionError(f"{fields.source} has joints of its own; leave out the table of joints")
+        fields = join(fields, read_fields(joint_table, columns=joint_columns, cancel=cancel))
     return assemble(fields, joints=joints, base=base)
 
 
 def read_fields(
     source: Any,
     *,
-    columns: str | None = None,
+    columns: str | Naming | None = None,
     layout: str | None = None,
     sheet: str | None = None,
     cancel: Cancel = never,
 ) -> Fields:
     """All columns of a file in SI, whatever they are; options and errors as `read_measurements`."""
     if not isinstance(source, str | PathLike):
-        table = _named(read_frame(source), None if columns is None else parse_columns(columns))
+        table = _named(read_frame(source), naming_of(columns))
     else:
         path = Path(source)
+        if (whole := file_layout(path, layout=layout)) is not None:
+            return whole.read(path, naming_of(columns), cancel)
         if (folder := folder_layout(path, columns=columns, layout=layout)) is not None:
             return folder.read(path)
         table = read_table(path, columns=columns, sheet=sheet, cancel=cancel)
@@ -79,7 +95,34 @@ def read_fields(
     return fields_of(table) if special is None else special.read(table)
 
 
-def folder_layout(path: Path, *, columns: str | None, layout: str | None) -> AbstractFolderLayout | None:
+def naming_of(columns: str | Naming | None) -> Naming | None:
+    """The `columns` option, parsed where it is text."""
+    return parse_columns(columns) if isinstance(columns, str) else columns
+
+
+def file_layout(path: Path, *, layout: str | None) -> AbstractFileLayout | None:
+    """The layout that reads this file as a whole, if any."""
+    names = [known.name for known in layouts.FILE_LAYOUTS]
+    if layout is not None and layout not in names:
+        return None
+    try:
+        head = b""
+        if path.is_file():
+            with path.open("rb") as file:
+                head = file.read(256)
+    except OSError:
+        return None
+    for known in layouts.FILE_LAYOUTS:
+        if layout == known.name or (layout is None and path.exists() and known.matches(path, head)):
+            if not path.exists():
+                raise FileError("there is no such file or folder: check the path", path=str(path))
+            return known
+    return None
+
+
+def folder_layout(
+    path: Path, *, columns: str | Naming | None, layout: str | None
+) -> AbstractFolderLayout | None:
     """The layout that reads this folder (or this one file of such a folder), if any.
 
     Raises:
@@ -97,7 +140,9 @@ def folder_layout(path: Path, *, columns: str | None, layout: str | None) -> Abs
     return None
 
 
-def table_layout(table: Table, *, columns: str | None, layout: str | None) -> AbstractTableLayout | None:
+def table_layout(
+    table: Table, *, columns: str | Naming | None, layout: str | None
+) -> AbstractTableLayout | None:
     """The layout of this table, if it is not the plain one.
 
     Raises:
@@ -115,7 +160,9 @@ def table_layout(table: Table, *, columns: str | None, layout: str | None) -> Ab
     return None
 
 
-def read_table(path: Path, *, columns: str | None, sheet: str | None, cancel: Cancel = never) -> Table:
+def read_table(
+    path: Path, *, columns: str | Naming | None, sheet: str | None, cancel: Cancel = never
+) -> Table:
     """The file as named columns of text.
 
     Raises:
@@ -123,7 +170,7 @@ def read_table(path: Path, *, columns: str | None, sheet: str | None, cancel: Ca
     """
     data = read_bytes(path)
     kind = kind_of(data, path)
-    naming = parse_columns(columns) if columns is not None else None
+    naming = naming_of(columns)
     if sheet is not None and kind is not Kind.EXCEL:
         raise OptionError(f"{path}: this is no workbook, so it has no sheet '{sheet}': leave 'sheet' out")
     if kind is Kind.MATLAB:

@@ -272,6 +272,9 @@ def with_pairs(grid: Grid, naming: Naming) -> Grid:
     rows = [list(row) for row in grid.rows[:end]]
     notes = grid.notes
     for pair in naming.pairs:
+        if pair.right[0].name == "-":
+            notes += _left_out(rows, pair.left.name)
+            continue
         both = ((pair.right[0].name, pair.left), (pair.left.name, pair.right[0]))
         sides = [(name, item) for name, item in both if meaning(item.name) is not None]
         found = [(i, j, *side) for side in sides for i, row in enumerate(rows) for j in _places(row, side[0])]
@@ -285,6 +288,14 @@ def with_pairs(grid: Grid, naming: Naming) -> Grid:
         _rename(rows[i], j, item)
         notes += (f"the caller reads '{name}' as {item.heading()}",)
     return replace(grid, rows=rows + grid.rows[end:], notes=notes)
+
+
+def _left_out(rows: list[list[str]], name: str) -> tuple[str, ...]:
+    """Mark the columns of this heading as not used; a file without it needs no word."""
+    found = [(i, j) for i, row in enumerate(rows) for j in _places(row, name)]
+    for i, j in found:
+        rows[i][j] = f"{rows[i][j]} (not used)"
+    return (f"the caller leaves out '{name}'",) if found else ()
 
 
 def _places(row: list[str], name: str) -> list[int]:

@@ -1,12 +1,27 @@
 """Layouts that are known by name; another is one small file and one line here."""
 
+from workbench.data.readers.layouts.c3d import C3d
 from workbench.data.readers.layouts.ipa_grid import IpaGrid
-from workbench.data.readers.layouts.layout import AbstractFolderLayout, AbstractTableLayout
+from workbench.data.readers.layouts.layout import (
+    AbstractFileLayout,
+    AbstractFolderLayout,
+    AbstractTableLayout,
+)
+from workbench.data.readers.layouts.mocap import Mocap
 from workbench.data.readers.layouts.mukca import Mukca
+from workbench.data.readers.layouts.ros_bag import RosBag
+from workbench.data.readers.layouts.rtde import Rtde
 from workbench.data.readers.layouts.target_deviation import TargetDeviation
 
-TABLE_LAYOUTS: tuple[AbstractTableLayout, ...] = (IpaGrid(), TargetDeviation())
+TABLE_LAYOUTS: tuple[AbstractTableLayout, ...] = (IpaGrid(), TargetDeviation(), Rtde())
 FOLDER_LAYOUTS: tuple[AbstractFolderLayout, ...] = (Mukca(),)
+FILE_LAYOUTS: tuple[AbstractFileLayout, ...] = (RosBag(), C3d(), Mocap())
 PLAIN = "plain"
 """The layout of formats.md, for tables that would else be taken for one of the others."""
-NAMES = (PLAIN, *(layout.name for layout in TABLE_LAYOUTS), *(layout.name for layout in FOLDER_LAYOUTS))
+NAMES = (
+    PLAIN,
+    *(layout.name for layout in TABLE_LAYOUTS),
+    *(layout.name for layout in FOLDER_LAYOUTS),
+    *(layout.name for layout in FILE_LAYOUTS),
+)
+"""Every layout that can be asked for."""

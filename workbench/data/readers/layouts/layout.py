@@ -5,8 +5,10 @@ from pathlib import Path
 
 import numpy as np
 
+from workbench.base.cancel import Cancel
 from workbench.base.errors import FileError
 from workbench.base.units import Quantity, to_si
+from workbench.data.readers.columns_option import Naming
 from workbench.data.readers.fields import Decimal, Fields, decimal_of, to_numbers
 from workbench.data.readers.table import Table
 
@@ -41,6 +43,20 @@ class AbstractFolderLayout(ABC):
     @abstractmethod
     def read(self, path: Path) -> Fields:
         """The measurements in it, in SI."""
+
+
+class AbstractFileLayout(ABC):
+    """A file, or the folder of one, that is recognised by its name or first bytes."""
+
+    name: str
+
+    @abstractmethod
+    def matches(self, path: Path, head: bytes) -> bool:
+        """Whether a file that begins with these bytes, or a folder (which has none), is of this layout."""
+
+    @abstractmethod
+    def read(self, path: Path, naming: Naming | None, cancel: Cancel) -> Fields:
+        """What is in it, in SI; `naming` chooses what of it, and may name its joints."""
 
 
 class Picker:

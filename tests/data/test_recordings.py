@@ -1,0 +1,399 @@
+"""Bags, C3D, motion capture and point lists joined with joints, written as their makers describe them."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import workbench as wb
+from workbench.base import se3
+from workbench.base.errors import DataError, FileError, OptionError, WorkbenchError
+from workbench.data.readers.mapping import read_mapping, write_mapping
+from workbench.data.readers.preview import preview
+from workbench.data.readers.stands import still
+
+POSES, RATE = 8, 50.0
+UR = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
+
+
+@dataclass
+class Run:
+    """An arm that visits some poses and stands at each: time, joints, poses of the tool."""
+
+    time: np.ndarray
+    q: np.ndarray
+    pose: np.ndarray
+    stands: np.ndarray
+    at: np.ndarray
+
+    @property
+    def wxyz(self):
+        return se3.matrix_to_quaternion(self.pose[:, :3, :3])
+
+
+@pytest.fixture(scope="module")
+def run_of_arm() -> Run:
+    """One second at each pose, moves of different length between them, 50 samples a second."""
+    rng = np.random.default_rng(3)
+    arm = wb.load_robot("ur10")
+    stands = rng.uniform(-1.0, 1.0, (POSES, 6))
+    parts = []
+    for k in range(POSES):
+        parts.append(np.repeat(stands[k : k + 1], int(RATE * rng.uniform(0.9, 1.5)), 0))
+        if k + 1 < POSES:
+            share = np.linspace(0.0, 1.0, int(RATE * rng.uniform(0.6, 2.0)))[1:-1, None]
+            parts.append(stands[k] + (3 * share**2 - 2 * share**3) * (stands[k + 1] - stands[k]))
+    q = np.concatenate(parts)
+    return Run(np.arange(len(q)) / RATE, q, wb.tool_poses(arm, q), stands, wb.tool_poses(arm, stands))
+
+
+def check(data, run, position=1e-9, q=1e-9):
+    """One row a stand, with the joints and the pose of each."""
+    np.testing.assert_allclose(data.q, run.stands, atol=q)
+    np.testing.assert_allclose(data.position, run.at[:, :3, 3], atol=position)
+    if data.rotation is not None:
+        np.testing.assert_allclose(data.rotation, run.at[:, :3, :3], atol=max(1e-6, position))
+
+
+def log(folder: Path, run, *, shift=0.0, name="joints.csv") -> Path:
+    """A robot's log as a plain table."""
+    head = "time[s]," + ",".join(f"q{k}[rad]" for k in range(1, 7))
+    table = np.column_stack([run.time + shift, run.q])
+    np.savetxt(folder / name, table, "%.12g", ",", header=head, comments="")
+    return folder / name
+
+
+# -- stands ---------------------------------------------------------------------------------------
+
+
+def test_stands_by_hand():
+    time = np.arange(0.0, 4.0, 0.1)
+    values = np.where(time < 1.5, 0.0, np.where(time < 2.5, time - 1.5, 1.0))[:, None]
+    assert still(time, values, 1e-3) == [(0, 15), (25, 39)]  # 15: the move begins from 0
+    assert still(time, np.cumsum(np.full((40, 1), 1e-2)).reshape(-1, 1), 1e-3) == []
+
+
+def test_a_silence_ends_a_stand():
+    """Nobody knows what the arm did while the log was silent."""
+    time = np.concatenate([np.arange(0.0, 1.0, 0.05), np.arange(5.0, 6.0, 0.05)])
+    assert still(time, np.zeros((40, 1)), 1e-3) == [(0, 19), (20, 39)]
+
+
+# -- ROS ------------------------------------------------------------------------------------------
+
+
+def write_bag(path: Path, run, kind: str, *, skew=3.2, frames=False) -> Path:
+    """Joint states in UR's order and poses with a clock of their own, drop-outs, and other topics."""
+    rosbags = pytest.importorskip("rosbags")
+    assert rosbags
+    from rosbags.rosbag1 import Writer as Writer1
+    from rosbags.rosbag2 import StoragePlugin
+    from rosbags.rosbag2 import Writer as Writer2
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS1_NOETIC if kind == "ros1" else Stores.ROS2_HUMBLE)
+    types = store.types
+    stamp = types["builtin_interfaces/msg/Time"]
+    vector, turn = types["geometry_msgs/msg/Vector3"], types["geometry_msgs/msg/Quaternion"]
+    rng, order = np.random.default_rng(0), [2, 1, 0, 3, 4, 5]
+
+    def header(time, frame):
+        more = {"seq": 0} if kind == "ros1" else {}
+        return types["std_msgs/msg/Header"](
+            stamp=stamp(sec=int(time), nanosec=int(1e9 * (time % 1.0))), frame_id=frame, **more
+        )
+
+    def joints(k):
+        q = np.concatenate([run.q[k, order], [0.04]])
+        names = [f"{UR[i]}_joint" for i in order] + ["finger_joint"]
+        empty = np.zeros(0)
+        return types["sensor_msgs/msg/JointState"](
+            header=header(run.time[k], ""), name=names, position=q, velocity=empty, effort=empty
+        )
+
+    def pose(k):
+        p, (w, x, y, z) = run.pose[k, :3, 3], run.wxyz[k]
+        if frames:
+            moved = types["geometry_msgs/msg/Transform"](translation=vector(*p), rotation=turn(x, y, z, w))
+            one = types["geometry_msgs/msg/TransformStamped"](
+                header=header(run.time[k] + skew, "tracker"), child_frame_id="probe", transform=moved
+            )
+            return types["tf2_msgs/msg/TFMessage"](transforms=[one])
+        made = types["geometry_msgs/msg/Pose"](
+            position=types["geometry_msgs/msg/Point"](*p), orientation=turn(x, y, z, w)
+        )
+        return types["geometry_msgs/msg/PoseStamped"](header=header(run.time[k] + skew, "tracker"), pose=made)
+
+    def text(k):
+        return types["std_msgs/msg/String"](data=f"line {k}")
+
+    kinds = {
+        "/joint_states": ("sensor_msgs/msg/JointState", joints),
+        "/tf" if frames else "/tracker/pose": (
+            "tf2_msgs/msg/TFMessage" if frames else "geometry_msgs/msg/PoseStamped",
+            pose,
+        ),
+        "/log": ("std_msgs/msg/String", text),
+    }
+    if kind == "ros1":
+        writer = Writer1(path)
+        encode = store.serialize_ros1
+    else:
+        plugin = StoragePlugin.MCAP if kind == "mcap" else StoragePlugin.SQLITE3
+        writer = Writer2(path, version=9, storage_plugin=plugin)
+        encode = store.serialize_cdr
+    with writer:
+        for topic, (name, make) in kinds.items():
+            connection = writer.add_connection(topic, name, typestore=store)
+            for k in range(len(run.time)):
+                if topic != "/joint_states" and rng.uniform() < 0.3:
+                    continue  # dropped
+                late = rng.uniform(0.0, 0.02)
+                writer.write(connection, int(1e9 * (run.time[k] + late)), encode(make(k), name))
+    return path
+
+
+@pytest.mark.parametrize("kind", ["ros1", "ros2", "mcap"])
+def test_a_bag_becomes_one_row_a_stand(kind, run_of_arm, tmp_path):
+    bag = write_bag(tmp_path / ("run.bag" if kind == "ros1" else "run"), run_of_arm, kind)
+    data = wb.read_measurements(bag)
+    check(data, run_of_arm)
+    said = " ".join(data.notes)
+    assert "elbow_joint is q3" in said
+    assert "'finger_joint'" in said
+    assert "are +3.1" in said or "are +3.2" in said  # the tracker's clock
+    assert f"{POSES} rows from {POSES} stands" in said
+
+
+def test_frames_of_tf_are_chosen_by_name(run_of_arm, tmp_path):
+    bag = write_bag(tmp_path / "run", run_of_arm, "ros2", frames=True)
+    check(wb.read_measurements(bag, columns="pose=probe"), run_of_arm)
+    with pytest.raises(OptionError, match="'other' is none of them"):
+        wb.read_measurements(bag, columns="pose=other")
+
+
+def test_what_is_no_bag_is_refused(tmp_path):
+    pytest.importorskip("rosbags")
+    (tmp_path / "a.bag").write_bytes(b"#ROSBAG V2.0\n" + b"\x07" * 200)
+    (tmp_path / "b.mcap").write_bytes(b"\x89MCAP0\r\n" + b"\x00" * 40)
+    (tmp_path / "c.c3d").write_bytes(b"\x02\x50" + b"\x00" * 600)
+    for name in ("a.bag", "b.mcap", "c.c3d"):
+        with pytest.raises(FileError, match="can't be read"):
+            wb.read_measurements(tmp_path / name)
+
+
+# -- motion capture -------------------------------------------------------------------------------
+
+
+def optitrack(path: Path, run, *, bodies=("Tool",), unit="Meters") -> Path:
+    """A take of Motive with rigid bodies, as docs.optitrack.com describes the columns."""
+    scale = {"Meters": 1.0, "Millimeters": 1e3}[unit]
+    lines = [
+        f"Format Version,1.23,Take Name,a,Capture Frame Rate,{RATE},Rotation Type,"
+        f"Quaternion,Length Units,{unit}",
+        "",
+        ",Type," + ",".join(["Rigid Body"] * 8 * len(bodies)),
+        ",Name," + ",".join(name for name in bodies for _ in range(8)),
+        ",ID," + ",".join("1" for name in bodies for _ in range(8)),
+        ",," + ",".join(["Rotation"] * 4 + ["Position"] * 3 + ["Mean Marker Error"] * 1) * 1,
+        "Frame,Time (Seconds)," + ",".join(["X,Y,Z,W,X,Y,Z,"] * len(bodies)),
+    ]
+    lines[5] = ",," + ",".join((["Rotation"] * 4 + ["Position"] * 3 + ["Mean Marker Error"]) * len(bodies))
+    for k, time in enumerate(run.time):
+        w, x, y, z = run.wxyz[k]
+        cells = [f"{v:.9g}" for v in (x, y, z, w, *(scale * run.pose[k, :3, 3]))] + ["0.0001"]
+        cells = [""] * 8 if k % 17 == 3 else cells  # sight was lost
+        lines.append(f"{k},{time:.6f}," + ",".join(cells * len(bodies)))
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def vicon(path: Path, run) -> Path:
+    """Objects of Tracker."""
+    lines = ["Objects", f"{RATE:g}", ",,Tool:Tool,,,,,,", "Frame,Sub Frame,RX,RY,RZ,RW,TX,TY,TZ"]
+    lines.append(",,,,,,mm,mm,mm")
+    for k in range(len(run.time)):
+        w, x, y, z = run.wxyz[k]
+        lines.append(",".join(f"{v:.9g}" for v in (k + 1, 0, x, y, z, w, *(1e3 * run.pose[k, :3, 3]))))
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def qualisys(path: Path, run) -> Path:
+    """A 6DOF export of QTM: angles of R = Rx Ry Rz, the matrix column by column."""
+    head = [f"NO_OF_FRAMES\t{len(run.time)}", "NO_OF_CAMERAS\t6", f"FREQUENCY\t{RATE:g}", "DATA_INCLUDED\t6D"]
+    head += ["BODY_NAMES\tTool"]
+    lines = []
+    for k in range(len(run.time)):
+        r = run.pose[k, :3, :3]
+        pitch = np.arcsin(r[0, 2])
+        roll, yaw = np.arctan2(-r[1, 2], r[2, 2]), np.arctan2(-r[0, 1], r[0, 0])
+        numbers = (*(1e3 * run.pose[k, :3, 3]), *np.rad2deg([roll, pitch, yaw]), 0.1, *r.T.ravel())
+        lines.append("\t".join(f"{v:.9g}" for v in numbers))
+    path.write_text("\n".join([*head, *lines]) + "\n")
+    return path
+
+
+@pytest.mark.parametrize("write", [optitrack, vicon, qualisys])
+@pytest.mark.parametrize("shift", [0.0, 1234.5])
+def test_a_take_is_joined_with_a_log(write, shift, run_of_arm, tmp_path):
+    """The capture begins to count when it is started, the robot's clock when the robot was."""
+    take = write(tmp_path / ("take.tsv" if write is qualisys else "take.csv"), run_of_arm)
+    joints = log(tmp_path, run_of_arm, shift=shift)
+    data = wb.read_measurements(take, joint_table=joints, joints=6)
+    check(data, run_of_arm, position=1e-8)
+    said = " ".join(data.notes)
+    assert ("clocks differ by" in said) == (shift != 0.0)
+    if shift:
+        assert f"{shift:+.1f}" in said
+
+
+def test_stands_of_a_take_are_joined_row_by_row(run_of_arm, tmp_path):
+    """The program's list of poses, and a take that ran all the time."""
+    take = optitrack(tmp_path / "take.csv", run_of_arm, unit="Millimeters")
+    head = ",".join(f"q{k}[deg]" for k in range(1, 7))
+    np.savetxt(tmp_path / "q.csv", np.rad2deg(run_of_arm.stands), delimiter=",", header=head, comments="")
+    check(wb.read_measurements(take, joint_table=tmp_path / "q.csv"), run_of_arm, position=1e-8)
+    np.savetxt(tmp_path / "q.csv", np.rad2deg(run_of_arm.stands[1:]), delimiter=",", header=head, comments="")
+    with pytest.raises(DataError, match=r"8 rows, .*q\.csv 7"):
+        wb.read_measurements(take, joint_table=tmp_path / "q.csv")
+
+
+def test_one_of_several_bodies_is_chosen(run_of_arm, tmp_path):
+    take = optitrack(tmp_path / "take.csv", run_of_arm, bodies=("Base", "Tool"))
+    joints = log(tmp_path, run_of_arm)
+    with pytest.raises(OptionError, match="'Base', 'Tool': more than one"):
+        wb.read_measurements(take, joint_table=joints)
+    check(wb.read_measurements(take, joint_table=joints, columns="pose=Tool"), run_of_arm, position=1e-8)
+
+
+def test_a_take_of_another_run_is_refused(run_of_arm, tmp_path):
+    rng = np.random.default_rng(9)
+    take = optitrack(tmp_path / "take.csv", run_of_arm)
+    still_log = Run(run_of_arm.time, rng.uniform(-1, 1, (1, 6)) + 0 * run_of_arm.q, None, None, None)
+    with pytest.raises(DataError, match="same run"):
+        wb.read_measurements(take, joint_table=log(tmp_path, still_log))
+
+
+def test_half_a_take_is_refused(run_of_arm, tmp_path):
+    take = optitrack(tmp_path / "take.csv", run_of_arm)
+    take.write_text("\n".join(take.read_text().splitlines()[:4]))
+    with pytest.raises(FileError, match="export it again"):
+        wb.read_measurements(take)
+
+
+def test_markers_of_c3d_are_joined_with_rtde(run_of_arm, tmp_path):
+    ezc3d = pytest.importorskip("ezc3d")
+    run = run_of_arm
+    tool = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0]])
+    places = np.einsum("fij,mj->mfi", run.pose[:, :3, :3], tool) + run.pose[:, :3, 3]
+    points = np.ones((4, 3, len(run.time)))
+    points[:3] = 1e3 * np.moveaxis(places, 2, 0)
+    file = ezc3d.c3d()
+    file["parameters"]["POINT"]["UNITS"]["value"] = ["mm"]
+    file["parameters"]["POINT"]["RATE"]["value"] = [RATE]
+    file["parameters"]["POINT"]["LABELS"]["value"] = ["A", "B", "C"]
+    file["data"]["points"] = points
+    file.write(str(tmp_path / "take.c3d"))
+    head = "timestamp " + " ".join(f"actual_q_{k}" for k in range(6)) + " actual_TCP_pose_0"
+    table = np.column_stack([run.time + 77.7, run.q, run.time])
+    np.savetxt(tmp_path / "robot.csv", table, "%.9g", " ", header=head, comments="")
+    data = wb.read_measurements(tmp_path / "take.c3d", joint_table=tmp_path / "robot.csv")
+    np.testing.assert_allclose(data.q, run.stands, atol=1e-8)
+    wanted = np.einsum("fij,mj->fmi", run.at[:, :3, :3], tool) + run.at[:, None, :3, 3]
+    np.testing.assert_allclose(data.markers, wanted, atol=1e-6)
+    one = wb.read_measurements(tmp_path / "take.c3d", joint_table=tmp_path / "robot.csv", columns="pose=A")
+    np.testing.assert_allclose(one.position, run.at[:, :3, 3], atol=1e-6)
+
+
+# -- lists ----------------------------------------------------------------------------------------
+
+
+def points_list(folder: Path, run, names, *, time=None) -> Path:
+    """A tracker's list of points."""
+    lines = ["point;x[mm];y[mm];z[mm]" + (";time[s]" if time is not None else "")]
+    for k, name in enumerate(names):
+        cells = [name, *(f"{1e3 * v:.9g}" for v in run.at[k, :3, 3])]
+        lines.append(";".join([*cells, *([f"{time[k]:.6f}"] if time is not None else [])]))
+    (folder / "points.csv").write_text("\n".join(lines) + "\n")
+    return folder / "points.csv"
+
+
+def test_points_are_joined_by_name_in_any_order(run_of_arm, tmp_path):
+    names = [f"P{k}" for k in range(POSES)]
+    points = points_list(tmp_path, run_of_arm, names)
+    lines = ["point," + ",".join(f"q{k}[rad]" for k in range(1, 7))]
+    for k in (5, 2, 7, 0, 1, 6, 4):  # one is missing
+        lines.append(f"P{k}," + ",".join(map(repr, run_of_arm.stands[k].tolist())))
+    (tmp_path / "q.csv").write_text("\n".join(lines))
+    data = wb.read_measurements(points, joint_table=tmp_path / "q.csv")
+    kept = [0, 1, 2, 4, 5, 6, 7]
+    np.testing.assert_allclose(data.q, run_of_arm.stands[kept])
+    np.testing.assert_allclose(data.position, run_of_arm.at[kept, :3, 3], atol=1e-9)
+    assert "left out: 'P3'" in " ".join(data.notes)
+    (tmp_path / "q.csv").write_text("\n".join([*lines, lines[1]]))
+    with pytest.raises(DataError, match="'P5' twice"):
+        wb.read_measurements(points, joint_table=tmp_path / "q.csv")
+
+
+def test_points_are_joined_by_time(run_of_arm, tmp_path):
+    """One reading at each stand, one while the arm moved."""
+    run = run_of_arm
+    moving = np.abs(np.diff(run.q, axis=0)).max(1) > 0
+    ends = np.flatnonzero(np.diff(np.concatenate([[True], moving, [True]]).astype(int)) == 1)
+    times = run.time[ends] - 0.3
+    points = points_list(tmp_path, run, [f"P{k}" for k in range(POSES)], time=times)
+    first = run.time[np.flatnonzero(moving)[5]]
+    points.write_text(points.read_text() + f"M;0;0;0;{first}\n")
+    data = wb.read_measurements(points, joint_table=log(tmp_path, run))
+    check(data, run)
+    assert "1 of 9 samples" in " ".join(data.notes)
+
+
+def test_joints_twice_are_one_too_many(run_of_arm, tmp_path):
+    joints = log(tmp_path, run_of_arm)
+    with pytest.raises(OptionError, match="has joints of its own"):
+        wb.read_measurements(joints, joint_table=joints)
+
+
+# -- mappings -------------------------------------------------------------------------------------
+
+
+def test_a_mapping_is_stored_and_used_again(tmp_path, run):
+    (tmp_path / "a.csv").write_text(
+        "Achse 1 [deg],Unbekannt,y[mm],z[mm],Halle,temp[degC]\n90,1,2,3,4,20\n45,1,2,4,5,21\n"
+    )
+    write_mapping(preview(tmp_path / "a.csv"), tmp_path / "m.toml")
+    text = (tmp_path / "m.toml").read_text()
+    assert '"Achse 1 [deg]" = "q1[deg]"' in text
+    assert 'Unbekannt = "-"' in text
+    text = text.replace('Unbekannt = "-"', 'Unbekannt = "x[cm]"').replace(
+        '"temp[degC]" = "temperature[degC]"', '"temp[degC]" = "-"'
+    )
+    (tmp_path / "m.toml").write_text(text)
+    mapping = read_mapping(tmp_path / "m.toml")
+    data = wb.read_measurements(tmp_path / "a.csv", columns=mapping.columns)
+    np.testing.assert_allclose(data.q[:, 0], np.deg2rad([90, 45]))
+    np.testing.assert_allclose(data.position, [[1e-2, 2e-3, 3e-3], [1e-2, 2e-3, 4e-3]])
+    assert data.temperature is None
+    status, out, _ = run("preview", "a.csv", "--save-mapping", "n.toml")
+    assert status == 1  # there is no x
+    assert "Achse 1" in out
+    assert 'Halle = "-"' in (tmp_path / "n.toml").read_text()
+    assert run("preview", "a.csv", "--mapping", "m.toml")[0] == 0
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ('[columns]\na = "nothing[m]"\n', "there is no such column"),
+        ("[columns]\na = 3\n", "must be a name"),
+        ("[other]\n", "unknown key 'other'"),
+        ("layout = 3\n", "layout must be a name"),
+    ],
+)
+def test_bad_mappings_are_refused(text, words, tmp_path):
+    (tmp_path / "m.toml").write_text(text)
+    with pytest.raises(WorkbenchError, match=words):
+        read_mapping(tmp_path / "m.toml")

@@ -1,0 +1,29 @@
+"""C3D files: markers over time; extra `mocap`."""
+
+from pathlib import Path
+from typing import final
+
+from workbench.base.cancel import Cancel
+from workbench.data.foreign_streams import read_c3d
+from workbench.data.readers.columns_option import Naming
+from workbench.data.readers.fields import Fields
+from workbench.data.readers.layouts.layout import AbstractFileLayout
+from workbench.data.readers.layouts.recording import Recording, choice
+
+
+@final
+class C3d(AbstractFileLayout):
+    """Markers of a C3D file, or the one that `--columns "pose=NAME"` names."""
+
+    name = "c3d"
+
+    def matches(self, path: Path, head: bytes) -> bool:
+        return path.suffix.lower() == ".c3d"
+
+    def read(self, path: Path, naming: Naming | None, cancel: Cancel) -> Fields:
+        time, names, places = read_c3d(path, cancel)
+        markers = dict(zip(names, places, strict=True))
+        one = choice(naming, "pose")
+        if one in markers:
+            markers = {one: markers[one]}
+        return Recording(time=time, markers=markers).fields(path, self.name, naming)

@@ -1,0 +1,178 @@
+"""Motion capture as text: OptiTrack's and Vicon's CSV, Qualisys' TSV. Each has several lines of headings.
+
+OptiTrack Motive: a line of settings (`Format Version, …, Length Units, Meters`), lines `Type`, `Name`, `ID`
+and `Rotation | Position` over every column, then `Frame, Time (Seconds), X, Y, Z, W, X, Y, Z, …`.
+Vicon: `Objects`, `Segments` or `Trajectories`, the rate, names over the first column of each, `Frame,
+Sub Frame, RX, RY, RZ[, RW], TX, TY, TZ` or `X, Y, Z`, a line of units.
+Qualisys: words with values (`FREQUENCY 100`), names (`MARKER_NAMES` or `BODY_NAMES`), then rows, of a body
+`X Y Z Roll Pitch Yaw Residual Rot[0] … Rot[8]`, in mm and degrees.
+
+Orientations whose convention a file does not state are left out, and it is said.
+"""
+
+import re
+from pathlib import Path
+from typing import Any, final
+
+import numpy as np
+
+from workbench.base import se3
+from workbench.base.cancel import Cancel
+from workbench.base.errors import FileError
+from workbench.base.units import Quantity, to_si
+from workbench.data.readers.columns_option import Naming
+from workbench.data.readers.fields import Fields
+from workbench.data.readers.file_kind import read_bytes
+from workbench.data.readers.layouts.layout import AbstractFileLayout
+from workbench.data.readers.layouts.recording import Recording
+from workbench.data.readers.text import decode
+
+AGREE = 1e-3
+"""Largest entry by which matrix and angles of one body may differ."""
+LOST = 1e-9
+"""A body or marker this near to the origin was not seen: Qualisys writes zeros [m]."""
+
+
+@final
+class Mocap(AbstractFileLayout):
+    """A take that was exported as text."""
+
+    name = "mocap"
+
+    def matches(self, path: Path, head: bytes) -> bool:
+        start = head.lstrip(b"\xef\xbb\xbf")
+        return bool(
+            start.startswith((b"Format Version,", b"NO_OF_FRAMES\t", b"FILE_VERSION\t"))
+            or re.match(rb"(Objects|Segments|Trajectories)[,;]*\r?\n\d+(\.\d+)?[,;]*\r?\n", start)
+        )
+
+    def read(self, path: Path, naming: Naming | None, cancel: Cancel) -> Fields:
+        text = decode(read_bytes(path), path)[0].lstrip("\ufeff")
+        mark = "\t" if text.startswith(("NO_OF", "FILE_V")) else _mark(text)
+        rows = [[cell.strip().strip('"') for cell in line.split(mark)] for line in text.splitlines()]
+        read = _qualisys if mark == "\t" else _optitrack if text.startswith("Format") else _vicon
+        try:
+            recording = read(rows, path)
+        except (IndexError, ValueError, KeyError, StopIteration) as error:
+            raise FileError(
+                f"is no complete export of a take ({type(error).__name__}): export it again with headings",
+                path=str(path),
+            ) from None
+        return recording.fields(path, self.name, naming)
+
+
+def _mark(text: str) -> str:
+    head = text[:2000]
+    return ";" if head.count(";") > head.count(",") else ","
+
+
+def _table(rows: list[list[str]], width: int) -> np.ndarray:
+    """Numbers of rows, NaN in blank cells; rows end at the first one that is none."""
+    numbers = []
+    for row in rows:
+        if not row or not row[0]:
+            break
+        cells = (row + [""] * width)[:width]
+        numbers.append([float(cell) if cell and cell.lower() != "nan" else np.nan for cell in cells])
+    return np.array(numbers).reshape(-1, width)
+
+
+def _optitrack(rows: list[list[str]], path: Path) -> Recording:
+    settings = dict(zip(rows[0][::2], rows[0][1::2], strict=False))
+    unit = {"Meters": "m", "Millimeters": "mm", "Centimeters": "cm"}[settings.get("Length Units", "Meters")]
+    start = next(i for i, row in enumerate(rows) if row[:1] == ["Frame"])
+    above = {row[1]: row for row in rows[1:start] if len(row) > 2 and row[1] in ("Type", "Name")}
+    parts = next(row for row in rows[1:start] if "Position" in row)
+    kinds, names, axes = above["Type"], above["Name"], rows[start]
+    data = _table(rows[start + 1 :], len(axes))
+    columns: dict[tuple[str, str], dict[str, int]] = {}
+    for i in range(2, len(axes)):
+        columns.setdefault((kinds[i], names[i]), {})[f"{parts[i]} {axes[i]}"] = i
+    bodies, markers, notes = {}, {}, [f"lengths in {unit}, as the file says"]
+    turned = settings.get("Rotation Type", "Quaternion") == "Quaternion"
+    if not turned:
+        notes.append("orientations are left out: export them again with rotation type Quaternion")
+    for (kind, name), place in columns.items():
+        position = to_si(data[:, [place[f"Position {a}"] for a in "XYZ"]], unit, Quantity.LENGTH)
+        if kind == "Rigid Body":
+            known = turned and "Rotation W" in place
+            bodies[name] = position, _turns(data, [place[f"Rotation {a}"] for a in "WXYZ"]) if known else None
+        elif kind == "Marker":
+            markers[name] = position
+    return Recording(time=data[:, 1], bodies=bodies, markers=markers, notes=tuple(notes))
+
+
+def _vicon(rows: list[list[str]], path: Path) -> Recording:
+    rate, names, axes, units = float(rows[1][0]), rows[2], rows[3], rows[4]
+    data = _table(rows[5:], len(axes))
+    starts = [i for i in range(2, len(axes)) if i < len(names) and names[i]]
+    bodies, markers, notes = {}, {}, [f"{rate:g} frames a second"]
+    for first, last in zip(starts, [*starts[1:], len(axes)], strict=True):
+        place = {axes[i]: i for i in range(first, last)}
+        keys = ("TX", "TY", "TZ") if "TX" in place else ("X", "Y", "Z")
+        unit = units[place[keys[0]]]
+        position = to_si(data[:, [place[k] for k in keys]], unit, Quantity.LENGTH)
+        if "TX" in place:
+            whole = all(k in place for k in ("RW", "RX", "RY", "RZ"))
+            if not whole:
+                notes.append(f"angles of '{names[first]}' are left out: their order is not stated")
+            turns = _turns(data, [place[k] for k in ("RW", "RX", "RY", "RZ")]) if whole else None
+            bodies[names[first]] = position, turns
+        else:
+            markers[names[first]] = position
+    time = (data[:, 0] - data[0, 0]) / rate
+    return Recording(time=time, bodies=bodies, markers=markers, notes=tuple(notes))
+
+
+def _qualisys(rows: list[list[str]], path: Path) -> Recording:
+    head = {row[0]: row[1:] for row in rows[:40] if row and re.fullmatch(r"[A-Z_]+", row[0])}
+    rate = float(head["FREQUENCY"][0])
+    start = max(i for i, row in enumerate(rows[:40]) if row[0] in head) + 1
+    while not re.fullmatch(r"[-+\d.eE]+", rows[start][0]):
+        start += 1
+    counted = rows[start - 1][0] == "Frame"
+    names = [name for name in head.get("BODY_NAMES", head.get("MARKER_NAMES", [])) if name]
+    each = 16 if "BODY_NAMES" in head else 3
+    data = _table(rows[start:], 2 * counted + each * len(names))
+    time = data[:, 1] if counted else np.arange(len(data)) / rate
+    bodies, markers, notes = {}, {}, [f"{rate:g} frames a second, positions in mm"]
+    for k, name in enumerate(names):
+        part = data[:, 2 * counted + k * each :][:, :each]
+        position = 1e-3 * part[:, :3]
+        position[np.linalg.norm(position, axis=1) < LOST] = np.nan
+        if each == 3:
+            markers[name] = position
+            continue
+        turns = _matrices(part[:, 7:16], part[:, 3:6], np.isfinite(position).all(axis=1))
+        if turns is None:
+            notes.append(f"orientations of '{name}' are left out: its matrix and its angles disagree")
+        bodies[name] = position, turns
+    return Recording(time=time, bodies=bodies, markers=markers, notes=tuple(notes))
+
+
+def _matrices(nine: np.ndarray, angles: np.ndarray, seen: Any) -> np.ndarray | None:
+    """Rotation matrices, row by row or column by column, whichever Rx(roll) Ry(pitch) Rz(yaw) agrees with."""
+    roll, pitch, yaw = np.deg2rad(angles[seen]).T
+    blank = np.zeros_like(roll)
+    x, y, z = (
+        se3.rpy_to_matrix(np.stack(parts, -1))
+        for parts in ((roll, blank, blank), (blank, pitch, blank), (blank, blank, yaw))
+    )
+    wanted = x @ y @ z
+    for order in ((0, 2, 1), (0, 1, 2)):
+        found = nine.reshape(-1, 3, 3).transpose(order)
+        if len(wanted) and np.abs(found[seen] - wanted).max() < AGREE:
+            turns = np.full((len(nine), 3, 3), np.nan)
+            turns[seen] = se3.rotvec_to_matrix(se3.matrix_to_rotvec(found[seen]))
+            return turns
+    return None
+
+
+def _turns(data: np.ndarray, columns: list[int]) -> np.ndarray:
+    """Rotation matrices from quaternions w, x, y, z, NaN where there are none."""
+    wxyz = data[:, columns]
+    length = np.linalg.norm(wxyz, axis=1)
+    seen = np.isfinite(length) & (length > 0.5)
+    turns = np.full((len(data), 3, 3), np.nan)
+    turns[seen] = se3.quaternion_to_matrix(wxyz[seen] / length[seen, None])
+    return turns

@@ -1,0 +1,93 @@
+"""Recordings of an instrument: bodies and markers over time; one body, or all markers, are the tool."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.base.errors import DataError, OptionError
+from workbench.base.wording import listed
+from workbench.data.readers.columns_option import Naming
+from workbench.data.readers.fields import Fields
+
+Points = Float[np.ndarray, "frames 3"]
+Turns = Float[np.ndarray, "frames 3 3"]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Recording:
+    """What an instrument saw, frame by frame; NaN where it lost sight.
+
+    Args:
+        time: Of every frame [s].
+        bodies: Position [m] and orientation of each body by name; None where orientations are not stated.
+        markers: Position of each marker by name [m].
+        notes: Decisions, one sentence each.
+    """
+
+    time: Float[np.ndarray, " frames"]
+    bodies: Mapping[str, tuple[Points, Turns | None]] = field(default_factory=dict)
+    markers: Mapping[str, Points] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+    def fields(self, path: Path, layout: str, naming: Naming | None) -> Fields:
+        """Columns of the tool: the body that was chosen or the only one, else every marker.
+
+        Raises:
+            OptionError: several bodies and no choice, or a choice that is none of them.
+            DataError: nothing was recorded.
+        """
+        values: dict[str, np.ndarray] = {"time": self.time}
+        notes, rotation, headings = (f"layout '{layout}'", *self.notes), None, {}
+        if self.bodies:
+            name = chosen(list(self.bodies), choice(naming, "pose"), f"{path}: bodies", "pose")
+            position, rotation = self.bodies[name]
+            values |= dict(zip("xyz", position.T, strict=True))
+            headings = dict.fromkeys("xyz", name)
+            notes += (f"the tool is the body '{name}'",)
+        elif len(self.markers) == 1:
+            ((name, position),) = self.markers.items()
+            values |= dict(zip("xyz", position.T, strict=True))
+            headings = dict.fromkeys("xyz", name)
+            notes += (f"the tool is the marker '{name}'",)
+        elif self.markers:
+            for number, (name, position) in enumerate(self.markers.items(), 1):
+                keys = [f"m{number}{axis}" for axis in "xyz"]
+                values |= dict(zip(keys, position.T, strict=True))
+                headings |= dict.fromkeys(keys, name)
+            notes += (f"markers m1 … m{len(self.markers)} are {listed(list(self.markers))}",)
+        else:
+            raise DataError(f"{path}: there are neither bodies nor markers in this recording")
+        return Fields(
+            source=str(path),
+            lines=tuple(range(1, len(self.time) + 1)),
+            values=values,
+            headings=headings,
+            units=dict.fromkeys((k for k in values if k != "time"), "m") | {"time": "s"},
+            rotation=rotation,
+            notes=notes,
+        )
+
+
+def choice(naming: Naming | None, key: str) -> str | None:
+    """What `--columns "key=NAME"` chooses; None if it does not say."""
+    for pair in naming.pairs if naming is not None else ():
+        if pair.left.name == key:
+            return pair.right[0].name
+    return None
+
+
+def chosen(names: list[str], wanted: str | None, what: str, key: str) -> str:
+    """The name that is wanted, or the only one.
+
+    Raises:
+        OptionError: none of the names is wanted, or several are there and none is.
+    """
+    if wanted in names:
+        return wanted
+    if wanted is None and len(names) == 1:
+        return names[0]
+    said = f"'{wanted}' is none of them" if wanted is not None else "more than one"
+    raise OptionError(f'{what} {listed(names)}: {said}; choose with columns="{key}=NAME" (--columns)')

@@ -1,0 +1,315 @@
+"""Measurements joined with joints from a robot's log: by name, by row, or by time where the arm stands still.
+
+By time, joints and measurements are averaged over each stand: a stretch of the log of `WINDOW` or longer in
+which no joint ranges beyond `STILL`. Nothing is interpolated while the arm moves. Samples within `MARGIN` of
+a stand's ends are left out, as clocks differ by their latencies and arms settle. Two files with clocks of
+their own are brought together by when both moved (`clock_offset`).
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Float, Int
+from scipy import signal
+
+from workbench.base.errors import DataError
+from workbench.base.wording import counted, listed
+from workbench.data.readers.columns_option import GROUPS
+from workbench.data.readers.fields import Fields
+from workbench.data.readers.orientation import read_orientation
+
+WINDOW, MARGIN, GAP = 0.4, 0.1, 1.0
+"""Shortest stand, what is left out at its ends, and the silence that ends it [s]."""
+STILL, STILL_POINT = np.deg2rad(0.03), 5e-4
+"""Range of a joint [rad or m], and of a measured point [m], in a stand."""
+DENSE = 0.25
+"""Samples that are this near to each other show when something moved [s]."""
+STEP = 0.02
+ALIKE, APART = 0.6, 1.1
+"""Least correlation of both motions, and how much better it is than at any other offset."""
+TURNS = {key for keys in GROUPS.values() for key in keys} - {"x", "y", "z"}
+LABELS = ("point", "group", "image")
+"""Columns by which rows are joined, the first that both have."""
+
+Times = Float[np.ndarray, " samples"]
+
+
+def join(measured: Fields, joints: Fields) -> Fields:
+    """Measurements with joints from another table: by name, by time, or row by row.
+
+    Raises:
+        DataError: names, times and numbers of rows don't tell which belong together.
+    """
+    for key in LABELS:
+        if key in measured.values and key in joints.values:
+            return _by_label(measured, joints, key)
+    timed = "time" in measured.values
+    if timed and "time" in joints.values:
+        return join_by_time(measured, joints)
+    if timed and measured.rows > joints.rows and _dense(measured.values["time"]):
+        measured = _averaged(measured, _stands_of_points(measured), "the measured point")
+    if measured.rows != joints.rows:
+        raise DataError(
+            f"{measured.source} has {counted(measured.rows, 'row')}, {joints.source} {joints.rows}: name the "
+            "rows in both (column 'point'), give both a column time[s], or one row of joints a measurement"
+        )
+    kept = {k: v for k, v in joints.values.items() if k not in measured.values}
+    said = f"joints are those of {joints.source}, row by row: both have {joints.rows}"
+    return _merged(measured, kept, joints, (said,))
+
+
+def _by_label(measured: Fields, joints: Fields, key: str) -> Fields:
+    names, known = measured.values[key].tolist(), joints.values[key].tolist()
+    if len(set(known)) < len(known):
+        again = next(name for name in known if known.count(name) > 1)
+        raise DataError(f"{joints.source} names {key} '{again}' twice: give one row of joints a name")
+    place = {name: k for k, name in enumerate(known)}
+    rows = np.array([i for i, name in enumerate(names) if name in place], int)
+    if not len(rows):
+        raise DataError(
+            f"no {key} of {measured.source} ({listed(names, longest=3)}) is among those of {joints.source} "
+            f"({listed(known, longest=3)})"
+        )
+    notes = [f"joints are those of {joints.source}, by '{key}'"]
+    if lost := sorted(set(names) - set(known)):
+        notes.append(f"{key} without joints, left out: {listed(lost)}")
+    at = np.array([place[names[i]] for i in rows])
+    kept = {k: v[at] for k, v in joints.values.items() if k not in measured.values}
+    return _merged(_taken(measured, rows), kept, joints, notes)
+
+
+def join_by_time(measured: Fields, joints: Fields, *, one_clock: bool = False) -> Fields:
+    """Measurements and joints averaged over each stand of the arm.
+
+    Args:
+        measured: With a column `time`.
+        joints: Samples of the joints with `time`.
+        one_clock: Whether both times are of one clock; else an offset is looked for.
+
+    Raises:
+        DataError: the arm never stood, nothing was measured while it did, or the clocks don't fit.
+    """
+    measured, joints = _sorted(_turned(measured)), _sorted(joints)
+    q = np.stack(
+        [joints.values[key] for key in sorted(joints.values) if key[0] == "q" and key[1:].isdigit()], 1
+    )
+    whole = np.isfinite(q).all(1)
+    joints, q = _taken(joints, np.flatnonzero(whole)), q[whole]
+    time, log = measured.values["time"], joints.values["time"]
+    offset, notes = (0.0, ()) if one_clock else clock_offset(time, _points(measured), log, q)
+    stands = still(log, q, STILL)
+    parts, of_joints = [], []
+    for first, last in stands:
+        low, high = log[first] - offset + MARGIN, log[last] - offset - MARGIN
+        rows = np.arange(np.searchsorted(time, low), np.searchsorted(time, high, side="right"))
+        rows = rows[np.isfinite(_points(measured)[rows]).any(1)]
+        for part in _by_point(measured, rows):
+            inside = (log >= log[first] + MARGIN) & (log <= log[last] - MARGIN)
+            parts.append(part)
+            of_joints.append(np.flatnonzero(inside))
+    if not parts:
+        raise DataError(
+            f"{measured.source}: nothing was measured while the arm stood still "
+            f"({counted(len(stands), 'stand')} of {WINDOW} s or longer in {joints.source}): are both of the "
+            "same run, and is time[s] of one clock?"
+        )
+    found = _averaged(measured, parts, "the tool")
+    along = {
+        key: np.array([_middle(values[rows]) for rows in of_joints])
+        for key, values in joints.values.items()
+        if key not in measured.values
+    }
+    used = sum(len(part) for part in parts)
+    said = (
+        *notes,
+        f"{counted(len(parts), 'row')} from {counted(len(stands), 'stand')} of the arm of {WINDOW} s or "
+        f"longer: joints and measurements are averages over each; {measured.rows - used} of {measured.rows} "
+        "samples, taken while it moved or without sight, are not used",
+    )
+    return _merged(found, along, joints, said)
+
+
+def still(time: Times, values: Float[np.ndarray, "samples n"], most: float) -> list[tuple[int, int]]:
+    """First and last sample of every stretch of at least `WINDOW` in which no value ranges beyond a limit."""
+    found: list[tuple[int, int]] = []
+    first, low, high = 0, values[0].copy(), values[0].copy()
+    for k in range(1, len(time) + 1):
+        inside = k < len(time) and time[k] - time[k - 1] < GAP
+        if inside:
+            lower, higher = np.minimum(low, values[k]), np.maximum(high, values[k])
+            inside = bool(np.max(higher - lower) <= most)
+        if inside:
+            low, high = lower, higher
+            continue
+        if time[k - 1] - time[first] >= WINDOW + 2.0 * MARGIN:
+            middle = values[first:k].mean(0)
+            last = found[-1] if found else None
+            same = last is not None and np.abs(values[last[0] : last[1] + 1].mean(0) - middle).max() <= most
+            if last is not None and same and time[first] - time[last[1]] < WINDOW:
+                found[-1] = (last[0], k - 1)
+            else:
+                found.append((first, k - 1))
+        if k < len(time):
+            first, low, high = k, values[k].copy(), values[k].copy()
+    return found
+
+
+def clock_offset(
+    time: Times, points: Float[np.ndarray, "samples m"], log: Times, q: Float[np.ndarray, "logged n"]
+) -> tuple[float, tuple[str, ...]]:
+    """What is added to times of the measurements to have those of the log, and a sentence if that is not 0.
+
+    Where both are dense, the moments in which something moved are correlated over all offsets. Where the
+    measurements are few, both clocks are taken for one.
+
+    Raises:
+        DataError: no offset, or more than one, makes both move together.
+    """
+    if not (_dense(time) and _dense(log)):
+        return 0.0, ()
+    moved, drove = _moving(time, points), _moving(log, q)
+    score = signal.correlate(drove, moved, mode="full", method="fft")
+    score /= max(float(np.sqrt((drove**2).sum() * (moved**2).sum())), 1e-12)
+    offsets = STEP * (np.arange(len(score)) - (len(moved) - 1)) + log[0] - time[0]
+    best = int(np.argmax(score))
+    others = score[np.abs(offsets - offsets[best]) > 1.0]
+    now = score[np.abs(offsets) <= 3.0 * STEP]
+    if len(now) and now.max() > 0.9 * score[best] and score[best] > ALIKE:
+        return 0.0, ()
+    if score[best] < ALIKE or (len(others) and score[best] < APART * others.max()):
+        raise DataError(
+            "measurements and joints move at different moments, whatever the offset of their clocks: are "
+            "they of the same run? else give both the same clock in time[s]"
+        )
+    return float(offsets[best]), (
+        f"the clocks differ by {offsets[best]:+.2f} s: found by when the joints and the tool moved",
+    )
+
+
+def _moving(time: Times, values: Float[np.ndarray, "samples n"]) -> Float[np.ndarray, " steps"]:
+    """Whether something moved, step by step, less its mean."""
+    seen = np.isfinite(values).all(1)
+    time, values = time[seen], values[seen]
+    steps = np.arange(time[0], time[-1], STEP)
+    if len(steps) < 2:
+        return np.zeros(1)
+    even = np.stack([np.interp(steps, time, column) for column in values.T], 1)
+    even = signal.convolve(even, np.full((5, 1), 0.2), mode="same", method="direct")
+    speed = np.linalg.norm(np.diff(even, axis=0), axis=1)
+    flags = (speed > 0.05 * np.quantile(speed, 0.95)).astype(float)
+    return flags - flags.mean()
+
+
+def _dense(time: Times) -> bool:
+    return len(time) > 100 and float(np.median(np.diff(np.sort(time)))) < DENSE
+
+
+def _points(measured: Fields) -> np.ndarray:
+    """Positions of the tool, or of all markers, side by side."""
+    keys = [k for k in measured.values if k in ("x", "y", "z") or (k[0] == "m" and k[1:-1].isdigit())]
+    if not keys:
+        raise DataError(f"{measured.source}: there are no positions to join with joints: x[m], y[m], z[m]")
+    return np.stack([measured.values[key] for key in keys], 1)
+
+
+def _stands_of_points(measured: Fields) -> list[np.ndarray]:
+    points = _points(measured)
+    seen = np.flatnonzero(np.isfinite(points).all(1))
+    found = still(measured.values["time"][seen], points[seen], STILL_POINT) if len(seen) else []
+    time = measured.values["time"]
+    return [
+        rows[(time[rows] >= time[rows[0]] + MARGIN) & (time[rows] <= time[rows[-1]] - MARGIN)]
+        for rows in (seen[first : last + 1] for first, last in found)
+    ]
+
+
+def _by_point(measured: Fields, rows: Int[np.ndarray, " n"]) -> list[np.ndarray]:
+    """The rows of one stand, those of each named point by themselves."""
+    if not len(rows) or "point" not in measured.values:
+        return [rows] if len(rows) else []
+    names = measured.values["point"][rows]
+    return [rows[names == name] for name in dict.fromkeys(names.tolist())]
+
+
+def _averaged(measured: Fields, parts: Sequence[np.ndarray], what: str) -> Fields:
+    """One row a stand; labels are those of its first row.
+
+    Raises:
+        DataError: the tool moved while the arm stood.
+    """
+    measured = _turned(measured)
+    values = {
+        key: np.array([_middle(column[rows]) for rows in parts]) for key, column in measured.values.items()
+    }
+    rotation = None
+    if measured.rotation is not None:
+        rotation = np.stack([_middle_turn(measured.rotation[rows]) for rows in parts])
+    lines = tuple(measured.lines[int(rows[0])] for rows in parts)
+    restless = [
+        k
+        for k, rows in enumerate(parts)
+        if np.nanmax(np.ptp(_points(_taken(measured, rows)), axis=0), initial=0.0) > 4.0 * STILL_POINT
+    ]
+    if len(restless) > len(parts) // 2:
+        raise DataError(
+            f"{measured.source}: {what} moves by more than {4e3 * STILL_POINT:g} mm in {len(restless)} of "
+            f"{len(parts)} stands: are both of the same run, and is time[s] of one clock?"
+        )
+    notes = measured.notes
+    if restless:
+        notes += (f"{what} moved in {counted(len(restless), 'stand')}, such as line {lines[restless[0]]}",)
+    return replace(measured, values=values, rotation=rotation, lines=lines, notes=notes)
+
+
+def _turned(measured: Fields) -> Fields:
+    """The same with rotation matrices in place of whatever columns an orientation has."""
+    if measured.rotation is not None or not TURNS & set(measured.values):
+        return measured
+    rotation, notes = read_orientation(measured, usable=np.ones(measured.rows, bool))
+    values = {k: v for k, v in measured.values.items() if k not in TURNS}
+    return replace(measured, values=values, rotation=rotation, notes=measured.notes + notes)
+
+
+def _middle(column: np.ndarray) -> np.generic | float:
+    """Mean of numbers that are there; the first label."""
+    if column.dtype.kind != "f":
+        return column[0]
+    seen = column[np.isfinite(column)]
+    return float(seen.mean()) if len(seen) else np.nan
+
+
+def _middle_turn(turns: Float[np.ndarray, "n 3 3"]) -> Float[np.ndarray, "3 3"]:
+    """The rotation nearest to the mean of some."""
+    seen = turns[np.isfinite(turns).all((1, 2))]
+    if not len(seen):
+        return np.full((3, 3), np.nan)
+    u, _, vt = np.linalg.svd(seen.mean(0))
+    return u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt
+
+
+def _sorted(fields: Fields) -> Fields:
+    """Rows in the order of time; those without are left out."""
+    time = fields.values["time"]
+    order = np.argsort(time, kind="stable")
+    return _taken(fields, order[np.isfinite(time[order])])
+
+
+def _taken(fields: Fields, rows: Int[np.ndarray, " n"]) -> Fields:
+    return replace(
+        fields,
+        values={key: values[rows] for key, values in fields.values.items()},
+        rotation=None if fields.rotation is None else fields.rotation[rows],
+        lines=tuple(fields.lines[int(i)] for i in rows),
+    )
+
+
+def _merged(measured: Fields, more: dict[str, np.ndarray], joints: Fields, notes: Sequence[str]) -> Fields:
+    """Measurements with further columns of the joints' table."""
+    return replace(
+        measured,
+        values={**measured.values, **more},
+        headings={**joints.headings, **measured.headings},
+        units={**joints.units, **measured.units},
+        notes=(*measured.notes, *(n for n in joints.notes if n not in measured.notes), *notes),
+    )
