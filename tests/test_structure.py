@@ -31,6 +31,8 @@ HOMES = {
     "yourdfpy": {"arm"},
     "ezdxf": {"plate/parts"},
     "OCP": {"plate/parts"},
+    "rosbags": {"data"},
+    "ezc3d": {"data"},
 }
 LONGEST = 450
 LONGER: dict[str, int] = {}
