@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from shown import run_lines
 
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -26,15 +27,6 @@ def process(*words, folder):
     return subprocess.run(
         [sys.executable, *words], cwd=folder, env=environment, capture_output=True, text=True, check=False
     )
-
-
-def run_lines(run, lines):
-    """Every line as it is typed, each in this process."""
-    for line in lines:
-        program, *words = shlex.split(line, comments=True)
-        assert program == "workbench"
-        status, _, err = run(*words)
-        assert status == 0, (line, err)
 
 
 def test_the_commands(run, tmp_path):

@@ -1,0 +1,118 @@
+"""Builds the documentation: `sphinx-build assets/docs build/docs`, after `pip install -e '.[docs]'`.
+
+The pages need no network to be read: formulas become MathML, and the theme brings its own files.
+"""
+
+import shutil
+import sys
+from pathlib import Path
+from tempfile import mkdtemp
+
+from docutils import nodes
+from docutils.parsers.rst import Directive
+from latex2mathml.converter import convert
+from sphinx_gallery.scrapers import figure_rst
+
+ROOT = Path(__file__).resolve().parents[2]
+GALLERY = Path(mkdtemp()) / "gallery"
+"""A copy: its programs write their files beside themselves."""
+shutil.copytree(Path(__file__).parent / "gallery", GALLERY, ignore=shutil.ignore_patterns("__pycache__"))
+sys.path[:0] = [str(ROOT), str(Path(__file__).parent)]
+
+project = "workbench"
+author = "the workbench authors"
+copyright = "the workbench authors, Apache License 2.0"
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_gallery.gen_gallery"]
+myst_enable_extensions = ["dollarmath", "colon_fence"]
+myst_heading_anchors = 3
+exclude_patterns = ["gallery"]
+html_theme = "furo"
+html_title = "workbench"
+html_math_renderer = "mathml"
+html_copy_source = False
+autodoc_typehints = "none"
+autodoc_member_order = "bysource"
+napoleon_use_rtype = False
+default_role = "literal"
+sphinx_gallery_conf = {
+    "examples_dirs": str(GALLERY),
+    "gallery_dirs": "examples",
+    "filename_pattern": r"/\d\d_",
+    "within_subsection_order": "FileNameSortKey",
+    "image_scrapers": ("matplotlib", "conf.results"),
+    "ignore_repr_types": r"_Drawing",
+    "default_thumb_file": str(ROOT / "assets" / "pictures" / "identify.png"),
+    "write_computation_times": False,
+    "remove_config_comments": True,
+    "download_all_examples": False,
+    "show_memory": False,
+    "min_reported_time": 1000.0,
+}
+
+
+def results(block, block_vars, gallery_conf):
+    """The figure that a block of a gallery's program ends with, as a notebook shows it."""
+    figure = block_vars["example_globals"].get("___")
+    if block[0] != "code" or not hasattr(figure, "savefig"):
+        return ""
+    path = next(block_vars["image_path_iterator"])
+    figure.savefig(path, dpi=110)
+    return figure_rst([path], gallery_conf["src_dir"])
+
+
+def _mathml(block: bool):
+    """Writes a formula as MathML, which browsers draw by themselves."""
+
+    def visit(writer, node):
+        formula = convert(node.astext(), display="block" if block else "inline")
+        writer.body.append(f'<div class="math">{formula}</div>' if block else formula)
+        raise nodes.SkipNode
+
+    return visit, None
+
+
+class Commands(Directive):
+    """Every command's own help, under what one wants from it."""
+
+    def run(self):
+        """One section for every command."""
+        import typer
+
+        from workbench.cli import PANELS, app
+
+        group = typer.main.get_command(app)
+        titles = {"Start": ["serve"]} | {title: [] for title in PANELS if title != "Start"}
+        for name, command in group.commands.items():
+            if name != "serve":
+                titles[command.rich_help_panel].append(name)
+        found = []
+        for title, names in titles.items():
+            section = nodes.section(ids=[title.lower()])
+            section += nodes.title(text=title)
+            for name in names:
+                section += self._entry(f"workbench {name}", group.commands[name])
+            found.append(section)
+        return found
+
+    def _entry(self, name, command):
+        """A command's help; those of a group one below the other."""
+        import typer
+
+        context = command.make_context(name, [], resilient_parsing=True, max_content_width=100)
+        context.terminal_width = 100
+        section = nodes.section(ids=[nodes.make_id(name)])
+        section += nodes.title(text=name)
+        inner = getattr(command, "commands", {})
+        if inner and isinstance(command, typer.core.TyperGroup):
+            section += nodes.paragraph(text=command.help or "")
+            for word, entry in inner.items():
+                section += self._entry(f"{name} {word}", entry)
+        else:
+            section += nodes.literal_block(text=command.get_help(context), language="text")
+        return section
+
+
+def setup(app):
+    """Add the directive of commands and the writer of formulas."""
+    app.add_directive("commands", Commands)
+    app.add_html_math_renderer("mathml", _mathml(False), _mathml(True))

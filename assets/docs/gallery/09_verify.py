@@ -1,0 +1,19 @@
+"""
+Verify a calibrated arm
+=======================
+
+Fresh poses, an interval instead of a bare mean, and whether every pose keeps what is wanted.
+"""
+
+import workbench as wb
+
+arm = wb.load_robot("aria")
+actual, data = wb.measure_poses(arm, 80, seed=1)
+calibrated = wb.identify(arm, data).robot
+_, fresh = wb.measure_poses(arm, 30, actual=actual, seed=2)
+certificate = wb.verify(calibrated, fresh, wanted=3e-4, used=data)
+certificate
+
+# %%
+
+certificate.plot()

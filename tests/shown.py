@@ -1,0 +1,20 @@
+"""Commands that README and documentation show, run as they are typed."""
+
+import re
+import shlex
+from collections.abc import Iterable
+
+
+def run_lines(run, lines: Iterable[str]) -> None:
+    """Every line as it is typed, each in this process."""
+    for line in lines:
+        program, *words = shlex.split(line, comments=True)
+        assert program == "workbench"
+        status, _, err = run(*words)
+        assert status == 0, (line, err)
+
+
+def commands(text: str) -> list[str]:
+    """Lines of a text's shell blocks."""
+    blocks = re.findall(r"```bash\n(.*?)```", text, re.DOTALL)
+    return [line for block in blocks for line in block.splitlines() if line.strip()]
