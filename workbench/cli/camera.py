@@ -59,3 +59,38 @@ def _across_down(text: str) -> tuple[int, int]:
     except ValueError:
         raise OptionError(f"--squares must be like 5x7, got '{text}'") from None
     return across, down
+
+
+def view_of(camera: Path, target: Path | None, places: list[str], target_at: str, depth: str | None):
+    """Cameras and target with their rough places, from the options of `poses`."""
+    import numpy as np
+
+    from workbench.cli.options import two_lengths
+    from workbench.data.camera.camera import read_cameras
+    from workbench.data.camera.rig import Rig
+    from workbench.data.camera.target import read_target
+    from workbench.plate.poses.view import View
+
+    if target is None or not places:
+        raise OptionError("--camera needs --target FILE, and --camera-at: roughly where the camera is")
+    return View(
+        rig=Rig(read_cameras(camera), read_target(target)),
+        cameras=tuple(_place(text, "--camera-at") for text in places),
+        target=_place(target_at, "--target-at"),
+        depth=(0.0, np.inf) if depth is None else two_lengths(depth, "--depth"),
+    )
+
+
+def _place(text: str, option: str):
+    """A pose from x,y,z in m and roll,pitch,yaw in degrees."""
+    import numpy as np
+
+    from workbench.base import se3
+
+    try:
+        numbers = np.array([float(part) for part in text.split(",")])
+    except ValueError:
+        numbers = np.zeros(0)
+    if numbers.shape != (6,) or not np.isfinite(numbers).all():
+        raise OptionError(f"{option} must be x,y,z,roll,pitch,yaw in m and degrees, got '{text}'")
+    return se3.pose(se3.rpy_to_matrix(np.deg2rad(numbers[3:])), numbers[:3])

@@ -137,8 +137,12 @@ def poses(
     robot: RobotOption,
     number: Annotated[int, typer.Option(help="How many poses.")],
     index: Annotated[
-        str, typer.Option(help="Index to maximise: O, O1 … O5, A, D, or I (predicted error in the region).")
-    ] = "O1",
+        str | None,
+        typer.Option(
+            help="Index to maximise: O, O1 … O5, A, D, or I (predicted error in the region); "
+            "O1 if not given, Ov1 with --camera."
+        ),
+    ] = None,
     candidates: Annotated[
         Path | None, typer.Option("--from", help="Choose from the rows of this file.")
     ] = None,
@@ -158,6 +162,14 @@ def poses(
         str, typer.Option(help="exchange, or greedy: the choice before any exchange.")
     ] = "exchange",
     unknown: UnknownOption = None,
+    camera: Annotated[Path | None, typer.Option(help="A camera.toml: the target has to be in view.")] = None,
+    target: Annotated[Path | None, typer.Option(help="With --camera: the target.toml in view.")] = None,
+    camera_at: Annotated[
+        list[str] | None,
+        typer.Option(help='Rough place of each camera, world or tool: "x,y,z,roll,pitch,yaw" in m and °.'),
+    ] = None,
+    target_at: Annotated[str, typer.Option(help="Likewise of the target.")] = "0,0,0,0,0,0",
+    depth: Annotated[str | None, typer.Option(help="Where pictures are sharp: 300mm,900mm.")] = None,
     out: Annotated[Path | None, typer.Option(help="Write the joint positions here (.csv).")] = None,
     json: JsonOption = None,
     seed: SeedOption = 0,
@@ -165,11 +177,15 @@ def poses(
     """Informative poses for a calibration: those with the largest observability index, in a short order."""
     from workbench.arm.built_in_arms import load_robot
     from workbench.base.units import Quantity, parse_quantity
+    from workbench.cli.camera import view_of
     from workbench.plate.poses.choose_and_write import choose_poses, poses_json, poses_table, write_poses
     from workbench.plate.poses.limits import PoseLimits
 
     arm = load_robot(robot)
+    view = None if camera is None else view_of(camera, target, camera_at or [], target_at, depth)
     limits = PoseLimits(
+        view=view,
+        clearance=None if view is None else 0.0,
         region=None if region is None else region_of(region),
         towards=None if towards is None else orientations_of(towards),
         cone=parse_quantity(cone, Quantity.ANGLE),
@@ -177,7 +193,8 @@ def poses(
         spread=parse_quantity(spread, Quantity.LENGTH),
         travel=None if travel is None else parse_quantity(travel, Quantity.ANGLE),
     )
-    base, tool = unknown_frames(unknown)
+    index = index or ("O1" if view is None else "Ov1")
+    base, tool = unknown_frames("base,tool" if view is not None and unknown is None else unknown)
     check_writable(out, json)
     with progress_bar("poses") as progress:
         found = choose_poses(

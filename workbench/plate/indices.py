@@ -9,6 +9,8 @@ O1 … O5, A and D are of a whole set, by the singular values σ1 ≥ … ≥ σ
 `workbench.arm.linearisation` for the scaling). Each is zero where a parameter can't be seen. Their gradient
 comes from dσ_k = u_kᵀ dJ v_k.
 
+Ov1 is O1 of what cameras see.
+
 I is of a set and a region. It comes with the robot and poses that matter, so it is made, not registered:
 `I(position_weight(…))`.
 
@@ -337,6 +339,29 @@ def _root(linearisation: Linearisation) -> Float[np.ndarray, "p p"]:
     return vt.T / values
 
 
+@final
+class Ov1(AbstractSetIndex):
+    """O1 of poses that a camera measured, each whitened by the covariance that its picture gives it.
+
+    Where the target is far, small in the picture or seen flatly, the pose that it gives is uncertain, depth
+    most of all; O1 with one noise for all poses does not know that. It is of linearisations by a `View`.
+    """
+
+    name = "Ov1"
+    meaning = "O1 with the uncertainty of each picture: for cameras"
+    source = (
+        "Visual-Biased Observability Index for Camera-Based Robot Calibration, J. Mech. Robot. 16(5), 2024"
+    )
+
+    def of_spectrum(self, spectrum: Spectra, measurements: int) -> Float[np.ndarray, " sets"]:
+        return O1().of_spectrum(spectrum, measurements)
+
+    def slope(self, spectrum: Float[np.ndarray, " p"], measurements: int) -> Float[np.ndarray, " p"]:
+        return O1().slope(spectrum, measurements)
+
+
+OF_CAMERAS: Mapping[str, AbstractIndex] = MappingProxyType({"Ov1": Ov1()})
+"""Indices that only what cameras see has."""
 INDICES: Mapping[str, AbstractIndex] = MappingProxyType(
     {index.name: index for index in (O(), O1(), O2(), O3(), O4(), O5(), A(), D())}
 )
@@ -351,9 +376,10 @@ def index_named(name: str | AbstractIndex, indices: Mapping[str, AbstractIndex] 
     """
     if isinstance(name, AbstractIndex):
         return name
-    if name not in indices:
-        raise OptionError(f"there is no index '{name}'; known are {', '.join(indices)}")
-    return indices[name]
+    known = {**indices, **OF_CAMERAS}
+    if name not in known:
+        raise OptionError(f"there is no index '{name}'; known are {', '.join(known)}")
+    return known[name]
 
 
 def evaluate(

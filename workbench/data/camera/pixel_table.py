@@ -9,7 +9,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from os import PathLike
-from pathlib import PurePath
+from pathlib import Path, PurePath
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -86,7 +86,7 @@ def read_pixels(
     """Measurements of a table of pixels, or of corners that were found in pictures.
 
     Args:
-        source: A file with rows `image, camera, id, corner, u[px], v[px]`, or the corners themselves.
+        source: A folder of pictures, a file with rows `image, camera, id, corner, u[px], v[px]`, or the corners themselves.
         rig: Cameras and target.
         joints: A file of one row a picture; None: joints stand in the rows of the pixels.
         dof: Number of joints of the robot; None: as many as the file names.
@@ -95,6 +95,10 @@ def read_pixels(
         WorkbenchError: a file can't be read, or pictures, joints, cameras and target don't belong together.
     """
     beside = None if joints is None else read_fields(joints, layout="plain")
+    if not isinstance(source, PixelRows) and Path(source).is_dir():
+        from workbench.data.camera.detect import find_corners  # which makes such rows
+
+        source = find_corners(source, rig)
     if isinstance(source, PixelRows):
         rows = source
     else:

@@ -25,7 +25,7 @@ from workbench.base.errors import DataError, OptionError
 from workbench.base.types import Outcome, frozen
 from workbench.plate.criterion import criterion_of, goal_index
 from workbench.plate.free_constants import visible_basis
-from workbench.plate.indices import O1, AbstractIndex, D, O
+from workbench.plate.indices import O1, AbstractIndex, D, O, Ov1
 from workbench.plate.poses.d_optimal import d_bound, d_exchange, greedy_choice
 from workbench.plate.poses.exchange import Exchanged, exchange
 from workbench.plate.poses.gradient import PoseClimb
@@ -169,7 +169,7 @@ def informative_poses(
         robot: Geometry with base, tool and limits.
         number: How many poses.
         rng: Source of the random starts and candidates.
-        index: `O`, `O1` … `O5`, `A`, `D`, or `I`: the predicted error at `matter`.
+        index: `O`, `O1` … `O5`, `A`, `D`, `Ov1` for cameras, or `I`: the predicted error at `matter`.
         candidates: Joint positions to choose from, such as those of a `Dataset`; the result is then among
             them. Without, random ones, and the result is improved continuously within the limits.
         names: Constants to be identified, `base.…` and `tool.…` among them where these are unknown; the
@@ -202,7 +202,12 @@ def informative_poses(
     basis = visible_basis(robot, names)
     middle = linearise(robot, robot.search_limits.mean(1)[None], names=names)
     goal = index if matter is None or index != "I" else matter
-    climb = PoseClimb(robot, goal_index(goal, robot, middle, basis), options, basis, cancel)
+    aim = goal_index(goal, robot, middle, basis)
+    if isinstance(aim, Ov1) and limits.view is None:
+        raise OptionError(
+            "index Ov1 is of what cameras see; give --camera, --target, --camera-at, or index O1"
+        )
+    climb = PoseClimb(robot, aim, options, basis, cancel, limits.view)
     asked = replace(limits, region=limits.region or region)
     task = PoseTask(climb, number, asked, candidates, method, rng, progress)
     if isinstance(climb.index, O):
@@ -317,7 +322,7 @@ def _exchanged(task: PoseTask, blocks, start, clash, follow) -> Exchanged:
             (d_exchange(blocks, task.number, start=s, cancel=cancel) for s in (None, start)),
             key=lambda result: result.cost,
         )
-        if isinstance(task.index, O1 | D):
+        if isinstance(task.index, O1 | Ov1 | D):
             return found
         starts = [found.choice, start]
     return exchange(
@@ -335,7 +340,7 @@ def _exchanged(task: PoseTask, blocks, start, clash, follow) -> Exchanged:
 
 def _bound(task: PoseTask, blocks) -> float | None:
     """Upper bound of the index over all choices of candidates, where there is one."""
-    if not isinstance(task.index, O1 | D):
+    if not isinstance(task.index, O1 | Ov1 | D):
         return None
     bound = d_bound(blocks, task.number)
     return bound**2 if isinstance(task.index, D) else bound

@@ -19,6 +19,7 @@ from workbench.base.types import Outcome
 from workbench.plate.free_constants import visible
 from workbench.plate.indices import AbstractIndex
 from workbench.plate.poses.limits import PoseLimits
+from workbench.plate.poses.view import View
 
 STEP = 1e-5
 """Half-width of the central differences of the Jacobian [rad or m]; their error is about 1e-10."""
@@ -47,6 +48,7 @@ class PoseClimb:
         options: Of `linearise`: names, standard deviations.
         basis: Combinations of constants that the index is of, see `plate.freedom`.
         cancel: Asked at every step whether to stop with the best poses so far.
+        view: Cameras that measure; an instrument that sees full poses or points if None.
     """
 
     robot: Robot
@@ -54,9 +56,12 @@ class PoseClimb:
     options: dict
     basis: Float[np.ndarray, "p r"] | None = None
     cancel: Cancel | None = None
+    view: View | None = None
 
     def at(self, q: Float[np.ndarray, "rows n"]) -> Linearisation:
         """The linearisation that the index looks at."""
+        if self.view is not None:
+            return visible(self.view.linearise(self.robot, q, self.options["names"]), self.basis)
         return visible(linearise(self.robot, q, **self.options), self.basis)
 
     def value(self, q: Float[np.ndarray, "rows n"]) -> float:

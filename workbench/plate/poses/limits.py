@@ -19,8 +19,10 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import JointKind, Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import frozen
+from workbench.plate.optimiser.clearance import arm_shape
 from workbench.plate.poses.d_optimal import greedy_choice
 from workbench.plate.poses.sampling import in_base, poses_that, random_poses
+from workbench.plate.poses.view import SLANT, View
 from workbench.plate.region import Region
 
 
@@ -36,6 +38,8 @@ class PoseLimits:
         dexterity: Least singular value of the geometric Jacobian, lengths in units of the arm's reach.
         spread: Least distance between the tool's places in two poses [m].
         travel: Greatest travel of any joint from one pose to the next [rad or m]; any if None.
+        view: What cameras have to see; nothing if None.
+        clearance: Least distance of the arm from itself [m]; not looked at if None.
 
     Raises:
         OptionError: a cone or travel that is not positive, or a negative spread, margin or dexterity.
@@ -48,6 +52,8 @@ class PoseLimits:
     dexterity: float = 0.0
     spread: float = 0.0
     travel: float | None = None
+    view: View | None = None
+    clearance: float | None = None
 
     def __post_init__(self):
         least = min(self.spread, self.margin, self.dexterity)
@@ -62,7 +68,8 @@ class PoseLimits:
     def single(self) -> bool:
         """Whether anything is asked of single poses."""
         placed = self.region is not None or self.towards is not None
-        return placed or self.margin > 0 or self.dexterity > 0
+        seen = self.view is not None or self.clearance is not None
+        return placed or seen or self.margin > 0 or self.dexterity > 0
 
     @property
     def pairs(self) -> bool:
@@ -73,6 +80,12 @@ class PoseLimits:
         """Which joint positions keep all that is asked of single poses."""
         kept = self.inside(in_base(robot, tool_poses(robot, Motion(q))))
         kept[kept] = self._has_room(robot, q[kept])
+        if self.view is not None:
+            kept[kept] = self.view.admits(robot, q[kept])
+        if self.clearance is not None and kept.any():
+            shape = arm_shape(robot, self.clearance)
+            own = shape.own_distances(shape.placements(q[kept]), least=self.clearance)
+            kept[kept] = own >= self.clearance
         return kept
 
     def _has_room(self, robot: Robot, q: np.ndarray) -> np.ndarray:
@@ -188,6 +201,14 @@ def walks(
 
 def _none_found(robot: Robot, limits: PoseLimits, found: int, tries: int) -> str:
     """Which limits conflict, by how many random poses keep each alone."""
+    if limits.view is not None:
+        q = random_poses(robot, tries, rng=np.random.default_rng(0))
+        seen = int(limits.view.admits(robot, q).sum())
+        return (
+            f"of {tries} random joint positions of robot '{robot.name}' {seen} show the target in the "
+            f"picture, sharp and within {np.rad2deg(SLANT):.0f}° of its normal, {found} keep the other limits too; "
+            "correct --camera-at and --target-at, or move camera or target"
+        )
     region, cone = limits.region, f"orientation cone of {np.rad2deg(limits.cone):.3g}°"
     if region is None:
         return (
