@@ -86,7 +86,8 @@ def read_pixels(
     """Measurements of a table of pixels, or of corners that were found in pictures.
 
     Args:
-        source: A folder of pictures, a file with rows `image, camera, id, corner, u[px], v[px]`, or the corners themselves.
+        source: A folder of pictures, the corners themselves, or a file of them, in rows
+            `image, camera, id, corner, u[px], v[px]`.
         rig: Cameras and target.
         joints: A file of one row a picture; None: joints stand in the rows of the pixels.
         dof: Number of joints of the robot; None: as many as the file names.

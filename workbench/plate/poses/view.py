@@ -2,9 +2,9 @@
 
 With dT the tool's twist [v; ω] (base axes at the tool's origin) a point p of the target moves by
 v + ω × (p − p_tool), and its pixel by H dT. The rows H of all points in sight, divided by the pixels' noise,
-are compressed to six a pose, H = Q R: R is the inverse root of the covariance of the pose that a picture gives. A camera
-whose place is unknown is a base that is unknown, a target whose place is unknown is a tool; several cameras
-count as one rigid rig.
+are compressed to six a pose, H = Q R: R is the inverse root of the covariance of the pose that a picture
+gives. A camera whose place is unknown is a base that is unknown, a target whose place is unknown is a tool;
+several cameras count as one rigid rig.
 
 A point is in sight if it lies in the picture and in the sharp depths, and the ray meets its board or tag by
 less than 60° from its normal; corners of markers seen more flatly are no longer found.
