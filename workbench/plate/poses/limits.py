@@ -206,8 +206,8 @@ def _none_found(robot: Robot, limits: PoseLimits, found: int, tries: int) -> str
         seen = int(limits.view.admits(robot, q).sum())
         return (
             f"of {tries} random joint positions of robot '{robot.name}' {seen} show the target in the "
-            f"picture, sharp and within {np.rad2deg(SLANT):.0f}° of its normal, {found} keep the other limits "
-            "too; correct --camera-at and --target-at, or move camera or target"
+            f"picture, sharp and within {np.rad2deg(SLANT):.0f}° of its normal, {found} keep the other "
+            "limits too; correct --camera-at and --target-at, or move camera or target"
         )
     region, cone = limits.region, f"orientation cone of {np.rad2deg(limits.cone):.3g}°"
     if region is None:
