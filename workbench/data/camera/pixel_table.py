@@ -99,7 +99,7 @@ def read_pixels(
     if not isinstance(source, PixelRows) and Path(source).is_dir():
         from workbench.data.camera.detect import find_corners  # which makes such rows
 
-        source = find_corners(source, rig)
+        source = find_corners(Path(source), rig)
     if isinstance(source, PixelRows):
         rows = source
     else:
