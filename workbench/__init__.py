@@ -22,6 +22,8 @@ _HOMES = {
     "workbench.arm.inverse.solve": ("solve", "follow"),
     "workbench.data.dataset": ("Dataset",),
     "workbench.data.readers": ("read_measurements",),
+    "workbench.data.camera.rig": ("read_rig",),
+    "workbench.data.camera.pixel_table": ("read_pixels",),
     "workbench.data.writer": ("write_measurements",),
     "workbench.plate.plate": ("Plate", "Target"),
     "workbench.plate.region": ("Region",),

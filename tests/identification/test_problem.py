@@ -11,6 +11,10 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import FRAME_PARTS
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
+from workbench.base.types import Freedom
+from workbench.data.camera.camera import Camera, project
+from workbench.data.camera.rig import Rig
+from workbench.data.camera.target import Charuco, charuco_target
 from workbench.data.dataset import Dataset
 from workbench.data.observations import OBSERVATIONS
 from workbench.data.observations.tilt import reading
@@ -55,7 +59,25 @@ def measured(robot, rng, kind, rows=ROWS, sessions=None):
             tilt = {link: reading((turn @ frames[:, link, :3, :3])[:, 2]) for link in (2, 3, 6)}
             tilt[3][4] = np.nan
             return Dataset(tilt=tilt, **common)
+        case "PixelObservation":
+            return pictures(poses, rng, common)
     raise AssertionError(f"no test data for {kind}")
+
+
+def pictures(poses, rng, common):
+    """Two cameras in the world, one of them of unknown intrinsics, and a board on the tool."""
+    sigma = np.array([5.0, 5.0, 5.0, 5.0, 0.1, 0.1, 0.01, 0.01, 0.1])
+    k = np.array([900.0, 910.0, 640.0, 500.0, -0.1, 0.02, 0.001, 0.002, 0.01])
+    kind = {"size": (1280, 1000), "intrinsics": k, "sigma": sigma}
+    cameras = (Camera(name="a", **kind), Camera(name="b", free=Freedom.FIXED, **kind))
+    target = charuco_target(Charuco((4, 4), 0.04, 0.03, "DICT_6X6_250"), "tool")
+    eyes = np.stack([np.eye(4), se3.pose(se3.rotvec_to_matrix(np.array([0.1, 0.2, 0.3])), np.full(3, 0.1))])
+    eyes[:, 2, 3] -= 2.5
+    sight = se3.inverse(eyes)[None] @ poses[:, None]
+    pixels = project(se3.apply(sight[:, :, None], target.points), k).pixel
+    pixels += rng.normal(0.0, 3.0, pixels.shape)
+    pixels[3, 1, 2] = np.nan
+    return Dataset(pixels=pixels, sight=sight, rig=Rig(cameras, target), **common)
 
 
 @pytest.mark.parametrize("kind", OBSERVATIONS, ids=lambda k: k.__name__)

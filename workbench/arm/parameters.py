@@ -9,7 +9,7 @@ MAX_ANGLE, MAX_LENGTH = 1.0, 0.1
 joint was mounted 45° off, narrow enough to keep a bounded search on this side of its mirror images."""
 
 FRAMES = ("base", "tool")
-INSTRUMENT = ("anchor[", "contact[", "marker")
+INSTRUMENT = ("anchor[", "contact[", "marker", "camera[", "target.")
 """How the names of frames, and of an instrument's own unknowns, begin."""
 
 
@@ -55,7 +55,7 @@ class Parameter:
 
     @property
     def is_instrument(self) -> bool:
-        """True for the place of an anchor, a contact or a marker."""
+        """True for the place of an anchor, a contact, a marker, a camera or its target."""
         return self.name.startswith(INSTRUMENT)
 
 

@@ -26,7 +26,7 @@ class Quantity(StrEnum):
     MASS = "kg"
     TORQUE = "N*m"
     FORCE = "N"
-    PIXEL = "pixel"
+    PIXEL = "px"
     NUMBER = "1"
 
 
@@ -196,7 +196,7 @@ def _parsed(unit: str):
 def _as_quantity(parsed, quantity: Quantity) -> Conversion | None:
     """The conversion, or None when the unit measures something else."""
     registry = _registry()
-    wanted = registry.parse_units("" if quantity is Quantity.NUMBER else str(quantity))
+    wanted = _parsed(str(quantity))
     if parsed.dimensionality != wanted.dimensionality:
         return None
     if parsed.dimensionless and registry.get_root_units(parsed)[1] != registry.get_root_units(wanted)[1]:

@@ -17,6 +17,7 @@ from workbench.cli.options import (
     bounds_of,
     check_converged,
     check_writable,
+    fail,
     flattened,
     progress_bar,
     save_robot,
@@ -30,10 +31,12 @@ from workbench.cli.options import (
 @flattened
 def identify(
     data: DataArgument,
-    robot: RobotOption,
     fit: FitOptions,
     out: OutputOptions,
     files: FileOptions,
+    robot: Annotated[
+        str | None, typer.Option("--robot", help="Robot: a .toml or .urdf file, or a built-in arm.")
+    ] = None,
     algorithm: Annotated[
         str, typer.Option(help="ols, opt1, opt2, influence, several with commas between, or all.")
     ] = "ols,opt1,opt2",
@@ -55,6 +58,7 @@ def identify(
 ) -> None:
     """Identify the arm's geometry from measurements, and report its error on held-out rows."""
     from workbench.arm.built_in_arms import load_robot
+    from workbench.arm.posed_arm import posed_arm
     from workbench.identification.algorithms import ALGORITHMS
     from workbench.identification.identify import identify
     from workbench.identification.report import results_json as reports
@@ -64,8 +68,10 @@ def identify(
 
     if level == 1 and fit.free is not None:
         raise OptionError("--level 1 frees the joint offsets alone; leave out --level or --free")
-    arm = load_robot(robot)
+    arm = posed_arm() if robot is None else load_robot(robot)
     rows = with_markers(files.read(data, arm), fit.tool_markers, fit.base_markers)
+    if robot is None and (rows.rig is None or not rows.rig.tool_poses):
+        raise OptionError("give --robot; only pixels with tool poses in place of joints do without")
     out.check()
     choices = fit.choices(arm, files)
     with progress_bar("identify") as progress:
@@ -80,14 +86,16 @@ def identify(
             progress=progress,
         )
     show(table.identification_tables(run))
-    if out.save is not None:
-        say(f"calibrated robot ({run.best.fit.title}): {save_robot(run.robot, out.save)}")
     if out.json is not None:
         say(f"result: {write_json(out.json, reports.identification_json(run))}")
     if out.report is not None:
         from workbench.identification.report.html_report import write_report
 
         say(f"report: {write_report(run, out.report)}")
+    if out.save is not None and run.gate is not None and run.gate.refused:
+        fail(f"{out.save} is not written: {run.gate.refused}")
+    if out.save is not None:
+        say(f"calibrated robot ({run.best.fit.title}): {save_robot(run.robot, out.save)}")
     check_converged(run.best.fit)
 
 

@@ -99,6 +99,14 @@ BaseMarkersOption = Annotated[
 SeedOption = Annotated[int, typer.Option(help="Seed of the random numbers.")]
 
 
+CameraOption = Annotated[
+    Path | None, typer.Option("--camera", help="The data are pixels of the cameras of this camera.toml.")
+]
+TargetOption = Annotated[
+    Path | None, typer.Option("--target", help="With --camera: the board or tags in view, a target.toml.")
+]
+
+
 @dataclass(frozen=True)
 class FileOptions:
     """How a file of measurements is read."""
@@ -108,12 +116,18 @@ class FileOptions:
     layout: LayoutOption = None
     mapping: MappingOption = None
     joints: JointTableOption = None
+    camera: CameraOption = None
+    target: TargetOption = None
 
     def read(self, path: Path, arm):
         """Measurements of a file, with as many joints as the arm has."""
         from workbench.data.readers import read_measurements
         from workbench.data.readers.mapping import ColumnMapping, read_mapping
 
+        if (self.camera is None) != (self.target is None):
+            raise OptionError("pixels need both --camera FILE and --target FILE")
+        if self.camera is not None and self.target is not None:
+            return self._pixels(path, arm)
         stored = ColumnMapping() if self.mapping is None else read_mapping(self.mapping)
         return read_measurements(
             path,
@@ -129,6 +143,15 @@ class FileOptions:
     def read_whole(self, path: Path, arm):
         """Measurements of another file, which has its own joints."""
         return replace(self, joints=None).read(path, arm)
+
+    def _pixels(self, path: Path, arm):
+        """Corners in pictures, with the joints at which these were taken."""
+        from workbench.data.camera.pixel_table import read_pixels
+        from workbench.data.camera.rig import read_rig
+
+        assert self.camera is not None, "checked by the caller"
+        assert self.target is not None, "checked by the caller"
+        return read_pixels(path, read_rig(self.camera, self.target), joints=self.joints, dof=arm.dof)
 
 
 @dataclass(frozen=True)

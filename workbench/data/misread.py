@@ -9,6 +9,7 @@ from jaxtyping import Float
 
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
+from workbench.arm.posed_arm import posed_arm
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import DataError
@@ -32,6 +33,11 @@ def checked(robot: Robot, dataset: Dataset) -> Dataset:
         ShapeError: the robot has another number of joints.
         DataError: units or quaternions must have been mislabelled.
     """
+    if dataset.rig is not None and dataset.rig.tool_poses and robot is not posed_arm():
+        raise DataError(
+            f"{dataset.source}: poses of the tool were given in place of joints, so robot '{robot.name}' "
+            "can't be judged; give the joints, or only identify camera and target"
+        )
     dataset = check_plausible(dataset, robot.limits, robot.reach)
     rows = np.flatnonzero(dataset.included & dataset.in_session(dataset.sessions[0]))[:MOST]
     if len(rows) >= FEWEST:

@@ -52,6 +52,7 @@ def check_plausible(
 def repeated_rows(dataset: Dataset) -> list[tuple[int, int]]:
     """Pairs (first, again) of rows with equal joints, observation, session and point, in order."""
     arrays = [dataset.q, dataset.position, dataset.rotation, dataset.markers, dataset.distance]
+    arrays.append(dataset.pixels)
     numbers = np.hstack([a.reshape(len(dataset), -1) for a in arrays if a is not None])
     numbers = np.ascontiguousarray(numbers + 0.0)  # -0.0 and 0.0 are alike
     labels = [

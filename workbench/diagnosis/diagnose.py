@@ -10,6 +10,7 @@ import numpy as np
 from workbench.arm.effects import beyond_learned
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
+from workbench.base.errors import OptionError
 from workbench.base.threads import one_thread
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_directions
@@ -65,6 +66,10 @@ def diagnose(
         DataError: too few rows, or data that contradict the robot beyond doubt.
         OptionError: an unknown constant or option.
     """
+    if data.rig is not None:
+        raise OptionError(
+            f"{data.source}: pictures are not diagnosed; identify weighs what they may tell of the arm"
+        )
     began = perf_counter()
     report = progress or (lambda part, text: None)
     ready, gross = _prepared(

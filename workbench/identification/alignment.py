@@ -1,12 +1,8 @@
 """Where base and tool roughly are, before anything else is known: closed forms, then a short fit.
 
-With full poses B_i = X A_i Z (A the arm's nominal pose, X the base, Z the tool) the two rotations come from
-one singular value decomposition and the translations from linear least squares. With points alone the base
-(Arun's rigid fit) and the tool point (linear) are found in turns; repeated visits to one place give the
-tool point at once.
-
-Source: Shah, Solving the robot-world/hand-eye calibration problem using the Kronecker product, J. Mech.
-Robot. 5(3), 2013.
+With full poses B_i = X A_i Z (A the arm's nominal pose, X the base, Z the tool) both come from `hand_eye`.
+With points alone the base (Arun's rigid fit) and the tool point (linear) are found in turns; repeated visits
+to one place give the tool point at once.
 """
 
 from collections.abc import Iterator, Mapping
@@ -18,6 +14,7 @@ from jaxtyping import Float
 from workbench.arm import chain as chains
 from workbench.arm.robot import Frame, Robot, SessionFrames
 from workbench.base import se3
+from workbench.base.hand_eye import hand_eye, mean_base
 from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.problem import FrameFreedom, Noise, Problem
@@ -90,44 +87,12 @@ def _starts(robot: Robot, data: Dataset, freedom: FrameFreedom) -> Iterator[Robo
         tool = robot.tool.pose
         if freedom.tool and len(largest) >= 3:
             tool = hand_eye(arm[largest], se3.pose(rotations[largest], data.position[largest]))
-        bases = [_mean_base(arm[g] @ tool, se3.pose(rotations[g], data.position[g])) for g in groups]
+        bases = [mean_base(arm[g] @ tool, se3.pose(rotations[g], data.position[g])) for g in groups]
         yield _with_frames(robot, data, freedom, bases, tool)
         return
     for point in _tool_points(robot, data, arm, groups, freedom):
         bases = [se3.best_fit(se3.apply(arm[g], point[None]), data.position[g]) for g in groups]
         yield _with_frames(robot, data, freedom, bases, se3.pose(robot.tool.rotation, point))
-
-
-def hand_eye(
-    arm: Float[np.ndarray, "rows 4 4"], measured: Float[np.ndarray, "rows 4 4"]
-) -> Float[np.ndarray, "4 4"]:
-    """The tool Z of B_i = X A_i Z, base unknown: A Z = X⁻¹ B solved by one SVD."""
-    a, b = arm[:, :3, :3], measured[:, :3, :3]
-    kronecker = np.einsum("kij,kmn->jnim", a, b)  # z_jn = Σ a_ij y_im b_mn
-    matrix = kronecker.reshape(9, 9)
-    u, _, vt = np.linalg.svd(matrix)
-    z, y = u[:, 0].reshape(3, 3), vt[0].reshape(3, 3)
-    if np.linalg.det(z) < 0:
-        z, y = -z, -y
-    z, y = _nearest_rotation(z), _nearest_rotation(y)
-    x = y.T
-    # p_B = X (R_A t_Z + p_A) + t_X
-    system = np.concatenate([x @ a, np.broadcast_to(np.eye(3), a.shape)], axis=2).reshape(-1, 6)
-    right = (measured[:, :3, 3] - (x @ arm[:, :3, 3, None])[..., 0]).ravel()
-    translation = np.linalg.lstsq(system, right, rcond=1e-9)[0]
-    return se3.pose(z, translation[:3])
-
-
-def _nearest_rotation(matrix: Float[np.ndarray, "3 3"]) -> Float[np.ndarray, "3 3"]:
-    u, _, vt = np.linalg.svd(matrix)
-    return u @ np.diag([1.0, 1.0, np.linalg.det(u) * np.linalg.det(vt)]) @ vt
-
-
-def _mean_base(predicted: np.ndarray, measured: np.ndarray) -> Float[np.ndarray, "4 4"]:
-    """The base X of B_i = X P_i, rotations first."""
-    rotation = _nearest_rotation(np.einsum("kij,klj->il", measured[:, :3, :3], predicted[:, :3, :3]))
-    offset = measured[:, :3, 3] - (rotation @ predicted[:, :3, 3, None])[..., 0]
-    return se3.pose(rotation, offset.mean(0))
 
 
 def _tool_points(robot, data, arm, groups, freedom) -> Iterator[Float[np.ndarray, "3"]]:

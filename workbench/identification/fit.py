@@ -125,7 +125,7 @@ class Fit:
         return tuple(
             p.words
             for p, s, limit in zip(self.parameters, self.std, limits, strict=True)
-            if s > limit and not (p.is_coefficient or p.is_inertia)
+            if s > limit and p.unit in ("rad", "m") and not (p.is_coefficient or p.is_inertia)
         )
 
     @cached_property

@@ -18,7 +18,7 @@ from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset
-from workbench.data.observations import OBSERVATIONS, AbstractObservation, MarkerObservation
+from workbench.data.observations import OBSERVATIONS, AbstractObservation
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import ENOUGH_ROWS, align, spread_rows
 from workbench.identification.factorisation import factorise
@@ -114,7 +114,7 @@ def visible_parts(
     base = FRAME_PARTS if any(kind.sees_base or fixed_places(kind) for kind in kinds) else ()
     if any(kind.sees_tool_rotation for kind in kinds):
         return base, FRAME_PARTS
-    without = all(kind is MarkerObservation or not kind.sees_tool for kind in kinds)
+    without = all(kind.is_tool_free or not kind.sees_tool for kind in kinds)
     return base, () if without else FRAME_PARTS[:3]
 
 

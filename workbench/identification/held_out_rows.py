@@ -113,8 +113,8 @@ def split(
     if np.bincount(session).max() < 2:
         session[:] = 0  # sessions of one unit each: whole sessions are held out
     held = np.zeros(count, bool)
-    for s, cells in enumerate(_shares(np.bincount(session), fraction)):
-        for cell in _cells(centre, np.flatnonzero(session == s), int(cells)):
+    for s, number in enumerate(_shares(np.bincount(session), fraction)):
+        for cell in cells(centre, np.flatnonzero(session == s), int(number)):
             held[rng.choice(cell)] = True
     mask = held[labels]
     return np.flatnonzero(~mask), np.flatnonzero(mask)
@@ -152,7 +152,7 @@ def _shares(sizes: np.ndarray, fraction: float) -> np.ndarray:
     return shares
 
 
-def _cells(centre: np.ndarray, units: np.ndarray, count: int) -> list[np.ndarray]:
+def cells(centre: np.ndarray, units: np.ndarray, count: int) -> list[np.ndarray]:
     """Divide units into cells of nearly equal size along their widest joint, again and again."""
     if count <= 1:
         return [units] if count else []
@@ -160,7 +160,7 @@ def _cells(centre: np.ndarray, units: np.ndarray, count: int) -> list[np.ndarray
     order = units[np.argsort(centre[units, widest], kind="stable")]
     left = count // 2
     cut = round(len(order) * left / count)
-    return _cells(centre, order[:cut], left) + _cells(centre, order[cut:], count - left)
+    return cells(centre, order[:cut], left) + cells(centre, order[cut:], count - left)
 
 
 def check_enough(robot: Robot, data: Dataset, free: Sequence[str] | None) -> None:

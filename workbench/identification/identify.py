@@ -6,6 +6,7 @@ from time import perf_counter
 
 import numpy as np
 
+from workbench.arm.posed_arm import posed_arm
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.base.threads import one_thread
@@ -58,6 +59,8 @@ def identify(
         OptionError: an unknown algorithm, constant or option.
     """
     report = progress or (lambda part, text: None)
+    if data.rig is not None and data.rig.tool_poses:
+        robot = posed_arm()
     chosen = [_algorithm(name) for name in algorithms]
     loss = option(Loss, loss, "loss")
     ready = prepare(
@@ -80,6 +83,9 @@ def identify(
         fit = _fit(ready.problem, algorithm, loss, cancel)
         pairs = zip(fit.problem.parameters, fit.x.tolist(), strict=True)
         train, held = ready.errors(fit.calibrated, {p.name: value for p, value in pairs if p.is_instrument})
+        if ready.gate is not None:
+            step = ready.gate.step
+            train, held = (errors.widened(step.uncertainty, step.turned) for errors in (train, held))
         runs[algorithm.name] = Run(fit, Errors.of(train), held.summary, train, held)
     report(0.95, "validating")
     nominal = ready.nominal_rows
@@ -98,6 +104,7 @@ def identify(
         nominal=Validation(Errors.of(nominal[0]), nominal[1].summary),
         nominal_rows=nominal,
         runs=runs,
+        gate=ready.gate,
     )
 
 

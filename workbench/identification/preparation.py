@@ -2,18 +2,19 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
 from workbench.arm.robot import Robot
-from workbench.base.errors import OptionError
+from workbench.base.errors import DataError, OptionError
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_drivers
 from workbench.data.misread import checked
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import align
+from workbench.identification.camera_gate import Gate, pass_gate, unsuited
 from workbench.identification.fit_choices import FitChoices
 from workbench.identification.frames import FrameChoice, Sessions, choose_frames, visible_parts
 from workbench.identification.held_out_rows import (
@@ -31,6 +32,9 @@ from workbench.plate.region import Region
 
 ENOUGH = 6
 """Held-out rows of an anchor or contact that show its place and the arm's error: twice its three unknowns."""
+
+FEWEST_PICTURES = 4
+"""Pictures below which camera and target are not found."""
 
 Progress = Callable[[float, str], None]
 Cancel = Callable[[], bool]
@@ -51,6 +55,7 @@ class Prepared:
         places: Known places of anchors or contacts [m].
         strangers: Held-out sessions that no fitted row has; their base is found from their own rows.
         notes: Decisions, one sentence each.
+        gate: What of the arm pictures may identify; None for other instruments.
     """
 
     data: Dataset
@@ -63,6 +68,7 @@ class Prepared:
     places: Mapping[str, float]
     strangers: tuple[str, ...]
     notes: tuple[str, ...]
+    gate: Gate | None = None
 
     def errors(self, robot: Robot, instrument: Mapping[str, float]) -> tuple[RowErrors, RowErrors]:
         """Errors of a model on the fitted and on the held-out rows.
@@ -145,6 +151,9 @@ def prepare(
         notes.append(f"contacts show no scale: {length} is held at its nominal value")
     told = () if prior is None else prior.names
     check_enough(robot, fitted, [name for name in (*names, *effects) if name not in told])
+    if fitted.rig is not None:
+        fitted, train, lost = _suited(robot, fitted, train)
+        excluded += lost
     report(0.25, "deciding about base and tool")
     choice = choose_frames(
         robot,
@@ -157,24 +166,24 @@ def prepare(
         known=places,
         cancel=cancel,
     )
-    problem = Problem.build(
-        choice.robot,
-        fitted,
-        free=names,
-        frames=choice.freedom,
-        noise=noise,
-        bounds=bounds,
-        known=places,
-        effects=effects,
-    )
+    build = partial(Problem.build, frames=choice.freedom, bounds=bounds, known=places, effects=effects)
+    gate = None
+    if fitted.rig is None:
+        problem = build(choice.robot, fitted, free=names, noise=noise)
+    else:
+        report(0.5, "weighing what pictures may identify")
+        problem, gate = pass_gate(choice.robot, fitted, free=choices.free, build=build)
     if not problem.names:
         raise OptionError("nothing is left to identify; free a constant of the arm, its base or its tool")
     if prior is not None:
         problem, shared = prior.on(problem), sum(name in problem.names for name in prior.names)
         notes.append(f"prior knowledge of {shared} constants from an older calibration")
     report(0.75, "estimating the noise")
-    problem, noise_note = _with_noise(problem, noise, cancel)
-    notes += [*choice.notes, noise_note]
+    if gate is None:
+        problem, noise_note = _with_noise(problem, noise, cancel)
+        notes += [*choice.notes, noise_note]
+    else:
+        notes += [*gate.notes, f"noise from the pictures: {_picture_words(problem.noise)}"]
     held_data, placing = _placeable(held_data, {**places, **dict.fromkeys(problem.names, 0.0)})
     notes += placing
     strangers = _strangers(held_data, fitted, choice, sessions)
@@ -194,7 +203,28 @@ def prepare(
         places=places,
         strangers=strangers,
         notes=tuple(notes),
+        gate=gate,
     )
+
+
+def _suited(robot: Robot, fitted: Dataset, train: np.ndarray):
+    """Pictures that suit their joints, their places, and the others with the reason.
+
+    Raises:
+        DataError: too few pictures.
+    """
+    if len(fitted) < FEWEST_PICTURES:
+        raise DataError(
+            f"{fitted.source}: {len(fitted)} pictures are left to fit; give at least {FEWEST_PICTURES}"
+        )
+    lost = unsuited(robot, fitted)
+    keep = ~np.isin(np.arange(len(fitted)), list(lost))
+    names = fitted.row if fitted.image is None else fitted.image
+    said = [
+        (int(fitted.row[i]), f"image {names[i]} does not suit its joints: {1e3 * off:.1f} mm off")
+        for i, off in lost.items()
+    ]
+    return (fitted, train, said) if keep.all() else (fitted.take(keep), train[keep], said)
 
 
 def _other_rows(robot: Robot, data: Dataset, region: Region | None) -> Dataset:
@@ -259,6 +289,11 @@ def _with_noise(problem: Problem, noise: Noise | None, cancel: Cancel | None) ->
     floor = noises.stated(problem)
     said = f" ({_noise_words(floor, turned)})" if floor is not None else ""
     return problem, f"noise as the file states it row by row{said}, and {words} more that the fit leaves"
+
+
+def _picture_words(noise: Noise) -> str:
+    lack = f"{1e3 * noise.position:.2g} mm, {np.rad2deg(noise.rotation):.2g}°"
+    return f"corners {noise.pixel:.2f} px; what the model lacks of the tool's pose {lack} about each axis"
 
 
 def _noise_words(noise: Noise, turned: bool) -> str:

@@ -7,7 +7,7 @@ of the frames (per session where they differ), and of the instrument (anchors, c
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -20,7 +20,7 @@ from workbench.arm.statics.deflection import law_sizes
 from workbench.base.errors import OptionError
 from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
-from workbench.data.observations import Channel
+from workbench.data.observations import Channel, Unknown
 from workbench.identification.problem_blocks import (
     Block,
     FrameFreedom,
@@ -63,6 +63,7 @@ class Problem:
         prior: Whitening matrix W of prior knowledge: W (x − centre) joins the residuals.
         prior_centre: Where that knowledge says the unknowns are.
         row_weights: Factors of each row's residuals, from a robust loss.
+        facts: What is known of the instrument's unknowns.
     """
 
     robot: Robot
@@ -75,6 +76,7 @@ class Problem:
     prior: Float[np.ndarray, "k p"] | None = None
     prior_centre: Float[np.ndarray, " p"] | None = None
     row_weights: Float[np.ndarray, " rows"] | None = None
+    facts: Mapping[str, Unknown] = field(default_factory=dict)
 
     @classmethod
     def build(
@@ -132,9 +134,11 @@ class Problem:
         weighing = tuple(robot.inertia) if inertia else ()
         parameters += [_inertial(robot, n) for n in weighing]
         parameters += _frame_parameters(robot, data.sessions, frames, bounds)
-        unknown_start = instrument_start(robot, data, kinds, frames)
+        unknown_start, facts = instrument_start(robot, data, kinds, frames)
         parameters += [
-            _parameter(n, "m", v, bounds) for n, v in unknown_start.items() if n not in (known or {})
+            _parameter(n, facts[n].unit, v, bounds)
+            for n, v in unknown_start.items()
+            if n not in (known or {})
         ]
         if bounds and (stray := set(bounds) - {p.name for p in parameters}):
             raise OptionError(f"bounds name '{sorted(stray)[0]}', which is not identified here")
@@ -149,14 +153,15 @@ class Problem:
             frames=frames,
             blocks=blocks,
             bounded=frozenset(bounds or ()),
+            facts=facts,
         )
-        known_by = robot.inertia_tolerance
-        nominal, width = ([d[n] for n in weighing] for d in (robot.inertia, known_by))
-        return (
-            problem.with_prior(weighing, np.array(nominal), np.diag(1.0 / np.array(width)))
-            if weighing
-            else problem
-        )
+        spread = {n: robot.inertia_tolerance[n] for n in weighing}
+        spread |= {p.name: s for p in parameters if (s := facts.get(p.name, Unknown()).sigma)}
+        if not spread:
+            return problem
+        values = robot.inertia | unknown_start
+        centre = np.array([values[n] for n in spread])
+        return problem.with_prior(tuple(spread), centre, np.diag(1.0 / np.array(list(spread.values()))))
 
     @cached_property
     def start(self) -> Float[np.ndarray, " p"]:
@@ -186,6 +191,9 @@ class Problem:
             for name, size in law_sizes(bent.robot, bent.motion, bent.names).items():
                 largest[name] = max(size, largest.get(name, 0.0))
         known = {n: WELL_KNOWN * s for n, s in self.robot.inertia_tolerance.items()}
+        known |= {
+            n: WELL_KNOWN * fact.sigma if fact.sigma else fact.natural for n, fact in self.facts.items()
+        }
         return frozen(
             np.array([known.get(p.name) or 1.0 / (largest.get(p.name) or 1.0) for p in self.parameters])
         )
@@ -217,6 +225,11 @@ class Problem:
             )
         )
 
+    @property
+    def sees_pixels(self) -> bool:
+        """Whether corners in pictures were measured."""
+        return any(Channel.PIXEL in b.observation.channels for b in self.blocks)
+
     @cached_property
     def inverse_sigma(self) -> Float[np.ndarray, " m"]:
         """Reciprocal standard deviation of each residual component [1/m or 1/rad], joint readings exact."""
@@ -231,6 +244,8 @@ class Problem:
     def typical_noise(self) -> Noise:
         """Root mean square of all standard deviations, rows' own and joint readings' included; NaN for a
         channel without any."""
+        if self.sees_pixels:
+            return self.noise
         live, turned = self.inverse_sigma > 0.0, self.component_channels
         variances = [self.sigma[live & mine] ** 2 for mine in (~turned, turned)]
         position, rotation = (float(np.sqrt(v.mean())) if len(v) else np.nan for v in variances)
@@ -285,7 +300,7 @@ class Problem:
             pull = self.whiten(block, part.residual)
             cost += 0.5 * float((pull**2).sum())
             wrench = (pull[:, None] @ self.whiten(block, part.by_twist))[:, 0]
-            gradient[block.places] -= wrench.ravel() @ twists.reshape(-1, len(block.places))
+            gradient[block.places] -= wrench.ravel() @ twists.reshape(wrench.size, len(block.places))
             if len(block.unknowns):
                 mine = block.unknowns >= 0
                 by_unknown = np.einsum("rm,rmu->u", pull, self.whiten(block, part.by_unknown))

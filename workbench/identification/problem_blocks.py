@@ -24,7 +24,7 @@ from workbench.arm.statics.deflection import effect_columns, shift_of
 from workbench.arm.statics.wrenches import Masses, masses
 from workbench.base.errors import DataError
 from workbench.data.dataset import Dataset
-from workbench.data.observations import OBSERVATIONS, AbstractObservation, Channel
+from workbench.data.observations import OBSERVATIONS, AbstractObservation, Channel, Unknown
 from workbench.data.prediction import predict
 
 SMALLEST = 1e-9
@@ -40,6 +40,8 @@ class Noise(NamedTuple):
         position: Of a position or a distance [m].
         rotation: Of an orientation about each axis [rad].
         joints: Of the reading of every joint [rad or m]; empty where readings are taken to be exact.
+        pixel: Of a corner in a picture [px]. Position and rotation are then those of the tool in a picture:
+            what the model lacks moves all corners of it together.
 
     A row's own sigma is the instrument's repeatability. These come on top of it, since what the model lacks
     scatters as well; they are all there is where a row brings none.
@@ -48,6 +50,7 @@ class Noise(NamedTuple):
     position: float = 1e-4
     rotation: float = np.deg2rad(0.02)
     joints: tuple[float, ...] = ()
+    pixel: float = 0.3
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,9 +127,9 @@ class Block:
         known: Values of the instrument's unknowns that are known.
         inverse_sigma: Reciprocal standard deviation of every residual component, joint readings exact.
         start: First residual component of the problem that is the block's.
+        noise: What the rows are whitened by.
         bent: What an arm with effects needs; None without.
         watched: What the observation sees of the chain.
-        joint_sigma: Standard deviation of the reading of every joint [rad or m]; empty where they are exact.
     """
 
     session: str
@@ -140,9 +143,9 @@ class Block:
     known: np.ndarray
     inverse_sigma: np.ndarray
     start: int
+    noise: Noise
     bent: Bent | None = None
     watched: Watched = TOOL
-    joint_sigma: tuple[float, ...] = ()
 
     @cached_property
     def by_joint(self) -> Float[np.ndarray, "rows m n"]:
@@ -154,32 +157,47 @@ class Block:
         return self.observation.see(poses, self.known).by_twist @ twists
 
     @cached_property
-    def joint_root(self) -> Float[np.ndarray, "rows m m"] | None:
-        """Lower root of I + B diag(joint_sigma²) Bᵀ, with B = `by_joint` over sigma; None for exact readings.
+    def shared(self) -> tuple[np.ndarray, np.ndarray] | None:
+        """What moves all components of a row together: directions Q (rows, m, k) and standard deviations s
+        (rows, k) with I + Q diag(s²) Qᵀ the covariance of components over their own sigma; None for nothing.
 
-        Components that were not measured stay alone.
+        It is the noise of joint readings, and in pictures what the model lacks of the tool's pose. Components
+        that were not measured stay alone.
         """
-        if not any(self.joint_sigma):
+        columns = []
+        if any(self.noise.joints):
+            columns.append(self.by_joint * np.array(self.noise.joints))
+        if Channel.PIXEL in self.observation.channels and (self.noise.position or self.noise.rotation):
+            poses, _ = self.watched.turned(
+                chains.poses(self.chain, self.q, part=self.watched.part), np.zeros((len(self.q), 6, 0))
+            )
+            lack = np.repeat([self.noise.position, self.noise.rotation], 3)
+            columns.append(self.observation.see(poses, self.known).by_twist * lack)
+        if not columns:
             return None
-        scaled = self.by_joint * self.inverse_sigma[..., None] * np.array(self.joint_sigma)
-        return np.linalg.cholesky(np.eye(scaled.shape[1]) + scaled @ scaled.transpose(0, 2, 1))
+        q, s, _ = np.linalg.svd(
+            np.concatenate(columns, axis=2) * self.inverse_sigma[..., None], full_matrices=False
+        )
+        return q * (self.inverse_sigma > 0.0)[..., None], s
 
-    @cached_property
-    def _unmixing(self) -> Float[np.ndarray, "rows m m"] | None:
-        """Inverse of that root."""
-        return None if self.joint_root is None else np.linalg.inv(self.joint_root)
+    def _mixed(self, table: np.ndarray, power: float) -> np.ndarray:
+        """That covariance to a power, times a table of components."""
+        if self.shared is None:
+            return table
+        q, s = self.shared
+        flat = table.reshape(*table.shape[:2], -1)
+        factor = (1.0 + s**2) ** power - 1.0
+        out = flat + q @ (factor[..., None] * (np.swapaxes(q, 1, 2) @ flat))
+        return out.reshape(table.shape)
 
     def whiten(self, table: Float[np.ndarray, "rows m ..."]) -> Float[np.ndarray, "rows m ..."]:
-        """Components divided by their standard deviations, and unmixed where joint readings are noisy."""
+        """Components divided by their standard deviations, and unmixed where rows share errors."""
         out = table * self.inverse_sigma.reshape(*self.inverse_sigma.shape, *(1,) * (table.ndim - 2))
-        if self._unmixing is None:
-            return out
-        return np.einsum("rab,rb->ra", self._unmixing, out) if out.ndim == 2 else self._unmixing @ out
+        return self._mixed(out, -0.5)
 
     def physical(self, whitened: Float[np.ndarray, "rows m"]) -> Float[np.ndarray, "rows m"]:
-        """Components in m and rad from whitened ones; 0 where nothing was measured."""
-        if self.joint_root is not None:
-            whitened = np.einsum("rab,rb->ra", self.joint_root, whitened)
+        """Components in m, rad and px from whitened ones; 0 where nothing was measured."""
+        whitened = self._mixed(whitened, 0.5)
         seen = self.inverse_sigma > 0.0
         return np.where(seen, whitened / np.where(seen, self.inverse_sigma, 1.0), 0.0)
 
@@ -188,14 +206,15 @@ class Block:
         """Standard deviation of every residual component, joint readings included; infinite where hidden."""
         with np.errstate(divide="ignore"):
             alone = 1.0 / self.inverse_sigma
-        if self.joint_root is None:
+        if self.shared is None:
             return alone
-        return alone * np.sqrt((self.joint_root**2).sum(2))
+        q, s = self.shared
+        return alone * np.sqrt(1.0 + ((q * s[:, None]) ** 2).sum(2))
 
     def with_noise(self, data: Dataset, noise: Noise) -> "Block":
         """The same rows (which data has) whitened by other standard deviations."""
         inverse = inverse_sigma_of(data, self.observation, noise)
-        return replace(self, inverse_sigma=inverse, joint_sigma=noise.joints)
+        return replace(self, inverse_sigma=inverse, noise=noise)
 
     def values(self, x: np.ndarray) -> np.ndarray:
         """Constants of the chain at x."""
@@ -273,16 +292,20 @@ def observed_kinds(data: Dataset) -> list[tuple[type[AbstractObservation], np.nd
     return kinds
 
 
-def instrument_start(robot: Robot, data: Dataset, kinds, freedom: FrameFreedom) -> dict[str, float]:
-    """First guesses of anchors, contacts and markers from the nominal poses."""
+def instrument_start(
+    robot: Robot, data: Dataset, kinds, freedom: FrameFreedom
+) -> tuple[dict[str, float], dict[str, Unknown]]:
+    """First guesses of an instrument's unknowns from the nominal poses, and what is known of them."""
     start: dict[str, float] = {}
+    known: dict[str, Unknown] = {}
     for kind, rows in kinds:
         mine = data.take(rows)
         observation = kind.of(mine)
         if observation.unknowns:
             poses = predict(freedom.placed(robot, mine.sessions), mine)
             start |= zip(observation.unknowns, observation.start(poses).tolist(), strict=True)
-    return start
+            known |= {name: observation.known.get(name, Unknown()) for name in observation.unknowns}
+    return start, known
 
 
 def build_blocks(
@@ -337,7 +360,7 @@ def build_blocks(
                     if robot.effects
                     else None,
                     watched=watched(arm, observation.link),
-                    joint_sigma=noise.joints,
+                    noise=noise,
                 )
             )
             start += inverse.size
@@ -356,7 +379,8 @@ def pieces(data: Dataset, kinds, in_session) -> Iterator[tuple[AbstractObservati
 
 def inverse_sigma_of(data: Dataset, observation: AbstractObservation, noise: Noise) -> np.ndarray:
     """Reciprocal standard deviation of every residual component: a row's own one, and the noise on top."""
-    on_top = np.where(_rotations(observation), noise.rotation, noise.position)
+    sizes = {Channel.POSITION: noise.position, Channel.ROTATION: noise.rotation, Channel.PIXEL: noise.pixel}
+    on_top = np.array([sizes[channel] for channel in observation.channels])
     sigma = np.maximum(np.hypot(own_sigma_of(data, observation), on_top), SMALLEST)
     return np.where(observation.seen, 1.0 / sigma, 0.0)
 
@@ -367,7 +391,7 @@ def own_sigma_of(data: Dataset, observation: AbstractObservation) -> np.ndarray:
     Positions go axis by axis, a distance has the mean of all three.
     """
     rotation = _rotations(observation)
-    if data.sigma is None:
+    if data.sigma is None or Channel.PIXEL in observation.channels:
         return np.zeros((len(data), len(rotation)))
     sigma = np.nan_to_num(data.sigma, nan=0.0)
     positions = int((~rotation).sum())

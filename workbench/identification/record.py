@@ -9,6 +9,7 @@ from rich.console import RenderableType
 
 from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
+from workbench.identification.camera_gate import Gate
 from workbench.identification.expected_error import SERIOUS, Transfer, transfer, transfer_words
 from workbench.identification.fit import Fit
 from workbench.identification.noise import from_repeats, stated
@@ -92,6 +93,7 @@ class Identification(AbstractShown):
         nominal: Errors of `aligned`.
         nominal_rows: The same row by row: training, held out.
         runs: One per algorithm, by name.
+        gate: What of the arm pictures may identify, and why; None for other instruments.
     """
 
     nominal_robot: Robot
@@ -107,6 +109,7 @@ class Identification(AbstractShown):
     nominal: Validation
     nominal_rows: tuple[RowErrors, RowErrors]
     runs: dict[str, Run]
+    gate: Gate | None = None
 
     @property
     def best(self) -> Run:
@@ -148,12 +151,17 @@ class Identification(AbstractShown):
         found = [*searches, *_cautions(self.best.fit)]
         before, after = self.nominal.train.position_mm.rms, self.best.train.position_mm.rms
         too_much = FAR_FROM_GOOD * 1e3 * self.nominal_robot.reach
-        if after > max(min(HARDLY_BETTER * before, too_much), COARSE):
+        if self.gate is not None and self.gate.refused:
+            found.append(f"nothing of the arm was identified: {self.gate.refused}")
+        if self.gate is None and after > max(min(HARDLY_BETTER * before, too_much), COARSE):
             found.append(
                 f"the geometry explains little: {after:.1f} of {before:.1f} mm are left; are robot, frames "
                 "and sessions the right ones?"
             )
-        if words := made_worse(self.nominal_rows, (self.best.train_rows, self.best.held_out_rows)):
+        unchanged = self.gate is not None and not self.gate.taken
+        if not unchanged and (
+            words := made_worse(self.nominal_rows, (self.best.train_rows, self.best.held_out_rows))
+        ):
             found.append(words)
         if not (self.frames.base_per_session or self.frames.tool_per_session):
             turned = bool(self.best.fit.problem.component_channels.any())

@@ -1,7 +1,7 @@
 """Position and orientation errors of a model on measured rows, and their summary."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -10,9 +10,10 @@ from jaxtyping import Float, Int
 from workbench.arm.robot import Robot
 from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
-from workbench.data.observations import AbstractObservation, Channel
+from workbench.data.observations import AbstractObservation, Channel, PixelObservation
 from workbench.data.prediction import predict
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
+from workbench.identification.picture_noise import of_residuals
 from workbench.identification.problem import Problem
 from workbench.identification.problem_blocks import observed_kinds
 
@@ -39,14 +40,26 @@ class RowErrors:
     Args:
         position: Distance between measured and predicted point [m]; of several markers their rms.
         rotation: Angle between measured and predicted orientation [rad]; NaN where none was measured.
+        pixel: Of corners in pictures, their root mean square distance [px]; position and rotation are then
+            what their residuals lead one to expect at the tool. None without pictures.
+        corners: How many corners each row shows.
     """
 
     position: Float[np.ndarray, " rows"]
     rotation: Float[np.ndarray, " rows"]
+    pixel: Float[np.ndarray, " rows"] | None = None
+    corners: Float[np.ndarray, " rows"] | None = None
 
     def take(self, rows: np.ndarray) -> "RowErrors":
         """Errors of some of the rows."""
-        return RowErrors(self.position[rows], self.rotation[rows])
+        extra = (None if v is None else v[rows] for v in (self.pixel, self.corners))
+        return RowErrors(self.position[rows], self.rotation[rows], *extra)
+
+    def widened(self, position: float, rotation: float) -> "RowErrors":
+        """The same where the model itself is uncertain by so much at the tool [m], [rad]."""
+        return replace(
+            self, position=np.hypot(self.position, position), rotation=np.hypot(self.rotation, rotation)
+        )
 
     @property
     def summary(self) -> "Errors | None":
@@ -91,17 +104,27 @@ class Errors:
     Args:
         position_mm: Of positions [mm].
         orientation_deg: Of orientations [deg]; None for data without.
+        pixel_px: Of corners in pictures [px]; None for data without.
     """
 
     position_mm: Spread
     orientation_deg: Spread | None
+    pixel_px: Spread | None = None
 
     @classmethod
     def of(cls, rows: RowErrors) -> "Errors":
         """Summary of at least one row."""
         turned = rows.rotation[np.isfinite(rows.rotation)]
         orientation = Spread.of(np.rad2deg(turned)) if len(turned) else None
-        return cls(Spread.of(1e3 * rows.position), orientation)
+        return cls(Spread.of(1e3 * rows.position), orientation, _pixel_spread(rows))
+
+
+def _pixel_spread(rows: RowErrors) -> Spread | None:
+    """Of rows, but its root mean square is over all corners."""
+    if rows.pixel is None or rows.corners is None:
+        return None
+    square = (rows.corners * rows.pixel**2).sum() / max(rows.corners.sum(), 1.0)
+    return Spread.of(rows.pixel)._replace(rms=float(np.sqrt(square)))
 
 
 def row_errors(robot: Robot, data: Dataset, *, known: Mapping[str, float] | None = None) -> RowErrors:
@@ -114,6 +137,8 @@ def row_errors(robot: Robot, data: Dataset, *, known: Mapping[str, float] | None
     """
     robot.check_joints(data.q, data.source)
     places = instrument_places(robot, data, known=known)
+    if data.pixels is not None:
+        return _picture_errors(robot, data, places)
     square, components = np.zeros((2, len(data))), np.zeros((2, len(data)))  # of positions, of rotations
     for observation, rows in observations(data):
         poses = predict(robot, _chosen(data, rows), link=observation.link)
@@ -127,6 +152,17 @@ def row_errors(robot: Robot, data: Dataset, *, known: Mapping[str, float] | None
     points = np.maximum(components[0] / 3.0, 1.0)
     rotation = np.where(components[1] > 0.0, np.sqrt(square[1]), np.nan)
     return RowErrors(frozen(np.sqrt(square[0] / points)), frozen(rotation))
+
+
+def _picture_errors(robot: Robot, data: Dataset, places: Mapping[str, float]) -> RowErrors:
+    """Errors in px, and those of the tool's pose that they lead one to expect."""
+    observation = PixelObservation.of(data)
+    unknown = np.array([places[name] for name in observation.unknowns], float)
+    at = observation.see(predict(robot, data), unknown)
+    pictures, noise = of_residuals(at.residual, at.by_twist, observation.seen)
+    corners = pictures.count / 2.0
+    pixel = np.sqrt(pictures.square / np.maximum(corners, 1.0))
+    return RowErrors(*map(frozen, (*pictures.errors(noise), pixel, corners)))
 
 
 def observations(data: Dataset) -> Iterator[tuple[AbstractObservation, Int[np.ndarray, " _"]]]:

@@ -18,6 +18,7 @@ from workbench.base import se3
 from workbench.base.errors import DataError, FileError
 from workbench.base.types import frozen
 from workbench.base.wording import counted, listed
+from workbench.data.camera.resection import with_sight
 from workbench.data.camera.rig import Rig
 from workbench.data.dataset import Dataset, Labels
 from workbench.data.readers.assemble import assemble
@@ -135,7 +136,15 @@ def pixel_data(rows: PixelRows, rig: Rig, joints: Fields, *, dof: int | None = N
     seen = {"corners": np.where(count > 0, count.astype(float), np.nan)[:, None]}
     data = assemble(joints, joints=6 if posed else dof, beside=seen)
     said = (*rows.notes, *(n for n in data.notes if n not in rows.notes), *notes, *posed)
-    return replace(data, pixels=pixels, image=np.array(names), rig=rig, source=rows.source, notes=said)
+    shown = replace(
+        data,
+        pixels=pixels,
+        image=np.array(names),
+        rig=replace(rig, tool_poses=bool(posed)),
+        source=rows.source,
+        notes=said,
+    )
+    return with_sight(shown)
 
 
 def _names(rows: PixelRows, joints: Fields) -> tuple[list[str], list[str]]:

@@ -1,13 +1,33 @@
 """Cameras and the target that they see, as one instrument."""
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
 from workbench.base.errors import DataError
 from workbench.base.types import Freedom
-from workbench.data.camera.camera import Camera
-from workbench.data.camera.target import Target
+from workbench.data.camera.camera import Camera, read_cameras
+from workbench.data.camera.target import Target, read_target
+
+
+def read_rig(camera: Path | str, target: Path | str) -> "Rig":
+    """Cameras and target of a `camera.toml` and a `target.toml`."""
+    return Rig(read_cameras(camera), read_target(target))
+
+
+@dataclass(frozen=True)
+class Apart:
+    """A corner that was set apart: where it was seen and how far off [px]."""
+
+    image: str
+    camera: str
+    id: int
+    corner: int
+    off: float
+
+    def __str__(self) -> str:
+        return f"image {self.image} id {self.id} corner {self.corner} ({self.off:.1f} px)"
 
 
 @dataclass(frozen=True, eq=False)
@@ -17,6 +37,8 @@ class Rig:
     Args:
         cameras: One or more.
         target: What they all see.
+        apart: Corners that contradict their pictures and are not used, the worst first.
+        tool_poses: Whether poses of the tool were given in place of joints: the arm is `posed_arm`.
 
     Raises:
         DataError: camera and target are carried by the same thing, so that the arm moves neither.
@@ -24,6 +46,8 @@ class Rig:
 
     cameras: tuple[Camera, ...]
     target: Target
+    apart: tuple[Apart, ...] = ()
+    tool_poses: bool = False
 
     def __post_init__(self):
         for camera in self.cameras:
@@ -42,7 +66,7 @@ class Rig:
 
     def with_intrinsics(self, free: Freedom) -> "Rig":
         """The same with the intrinsics of every camera fixed, free or with a prior."""
-        return Rig(tuple(replace(camera, free=free) for camera in self.cameras), self.target)
+        return replace(self, cameras=tuple(replace(camera, free=free) for camera in self.cameras))
 
     @property
     def intrinsics(self) -> np.ndarray:

@@ -3,7 +3,8 @@
 from workbench.data.observations.contact import ContactObservation, PlaneObservation
 from workbench.data.observations.distance import DistanceObservation
 from workbench.data.observations.markers import MarkerObservation
-from workbench.data.observations.observation import AbstractObservation, Channel, Seen
+from workbench.data.observations.observation import AbstractObservation, Channel, Seen, Unknown
+from workbench.data.observations.pixels import PixelObservation
 from workbench.data.observations.point import PointObservation
 from workbench.data.observations.pose import PoseObservation
 from workbench.data.observations.tilt import TiltObservation
@@ -16,6 +17,7 @@ OBSERVATIONS: tuple[type[AbstractObservation], ...] = (
     PlaneObservation,
     ContactObservation,
     TiltObservation,
+    PixelObservation,
 )
 """All kinds, in the order in which a row is asked; each row is seen by the first that fits it."""
 
@@ -26,9 +28,11 @@ __all__ = [
     "ContactObservation",
     "DistanceObservation",
     "MarkerObservation",
+    "PixelObservation",
     "PlaneObservation",
     "PointObservation",
     "PoseObservation",
     "Seen",
     "TiltObservation",
+    "Unknown",
 ]

@@ -29,6 +29,7 @@ class MarkerObservation(AbstractObservation):
     measured: Float[np.ndarray, "rows markers 3"]
 
     unused_words = "markers"
+    is_tool_free = True
 
     @property
     def channels(self) -> tuple[Channel, ...]:

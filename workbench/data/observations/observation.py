@@ -6,6 +6,7 @@ the identification Jacobian is `by_twist @ twists` for the robot's constants and
 """
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import ClassVar, NamedTuple
@@ -22,13 +23,28 @@ class Channel(StrEnum):
 
     POSITION = "position"
     ROTATION = "rotation"
+    PIXEL = "pixel"
+
+
+class Unknown(NamedTuple):
+    """What is known of an observation's unknown before it is identified.
+
+    Args:
+        unit: What it is measured in.
+        natural: Change that moves the observation as 1 m or 1 rad of the arm does.
+        sigma: Standard deviation of its first guess; None where nothing is known.
+    """
+
+    unit: str = "m"
+    natural: float = 1.0
+    sigma: float | None = None
 
 
 class Seen(NamedTuple):
     """Residuals and derivatives of some rows.
 
     Args:
-        residual: Measured minus predicted [m or rad].
+        residual: Measured minus predicted [m, rad or px].
         by_twist: Change of the prediction per twist [v; w] of the tool, base axes.
         by_unknown: Change of the prediction per unknown of the observation.
     """
@@ -47,6 +63,8 @@ class AbstractObservation(ABC):
     """Whether it sees the tool at all (an inclinometer on a link does not)."""
     sees_tool_rotation: bool = False
     """Whether the tool's orientation can be seen."""
+    is_tool_free: bool = False
+    """Whether it has unknowns of its own in place of the tool frame, which then stays at nominal."""
     link: int | None = None
     """The moving link, counted from 1, that it watches from a level frame; None for the tool in the measuring
     frame, whose poses and twists the others are given."""
@@ -82,6 +100,11 @@ class AbstractObservation(ABC):
     def unknowns(self) -> tuple[str, ...]:
         """Names of what has to be found with the robot, such as `anchor[A].x` [m]."""
         return ()
+
+    @property
+    def known(self) -> Mapping[str, Unknown]:
+        """What is known of them; those that are not named are lengths that may be anything."""
+        return {}
 
     def start(self, poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, " u"]:
         """First guess of the unknowns from predicted tool poses."""

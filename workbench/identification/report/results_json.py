@@ -10,6 +10,7 @@ from workbench.arm.robot import JointKind
 from workbench.identification.controller_numbers import ControllerNumbers, PoseErrors
 from workbench.identification.fit import Fit
 from workbench.identification.record import Evaluation, Identification, Run, Validation
+from workbench.identification.report.cameras import camera_json
 from workbench.identification.report.parameters import unseen
 from workbench.identification.report.prior import prior_json
 from workbench.identification.row_errors import Errors, Spread
@@ -42,6 +43,7 @@ def identification_json(result: Identification) -> Json:
                 "orientation_deg": np.rad2deg(result.noise.rotation),
             },
         }
+        | camera_json(result)
         | prior_json(result.best.fit)
     )
 
@@ -94,7 +96,8 @@ def errors_json(errors: Errors | None) -> Json | None:
     """The element `E` of formats.md; None without rows."""
     if errors is None:
         return None
-    return {"position_mm": _spread(errors.position_mm), "orientation_deg": _spread(errors.orientation_deg)}
+    found = {"position_mm": _spread(errors.position_mm), "orientation_deg": _spread(errors.orientation_deg)}
+    return found if errors.pixel_px is None else {**found, "pixel_px": _spread(errors.pixel_px)}
 
 
 def validation_json(validation: Validation | Run) -> Json:

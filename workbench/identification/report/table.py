@@ -13,6 +13,7 @@ from rich.text import Text
 from workbench.identification.controller_numbers import ControllerNumbers
 from workbench.identification.fit import Fit
 from workbench.identification.record import Evaluation, Identification, Run, Validation
+from workbench.identification.report.cameras import camera_words
 from workbench.identification.report.parameters import LEGEND, Cell, State, parameter_table
 from workbench.identification.row_errors import Errors
 from workbench.report.numbers import short, signed, standard_error
@@ -53,7 +54,8 @@ def errors_table(result: Identification) -> Table:
         for _, validated in models
         for errors in (validated.train, validated.held_out)
     )
-    table = error_columns(turned)
+    pixels = result.nominal.train.pixel_px is not None
+    table = error_columns(turned, pixels)
     for title, validated in models:
         for rows, errors in (("fitted", validated.train), ("held out", validated.held_out)):
             if errors is not None:
@@ -65,7 +67,7 @@ def errors_table(result: Identification) -> Table:
 def evaluation_tables(result: Evaluation) -> RenderableType:
     """Errors of a given model, and the decisions that were taken."""
     turned = result.errors.orientation_deg is not None
-    table = error_columns(turned)
+    table = error_columns(turned, result.errors.pixel_px is not None)
     table.add_row(
         escape(result.robot.name), f"{len(result.row_numbers)}", *error_cells(result.errors, turned)
     )
@@ -136,6 +138,7 @@ def messages(result: Identification) -> list[RenderableType]:
     """Unidentifiable combinations, warnings and decisions, one line each."""
     lines: list[RenderableType] = [line("not identifiable", words) for words in result.unidentifiable]
     lines += [line("warning", words) for words in result.warnings]
+    lines += [line("found", words) for words in camera_words(result)]
     lines += [line("note", words) for words in result.notes]
     if result.excluded:
         shown = ", ".join(f"row {row} ({reason})" for row, reason in result.excluded[:5])
@@ -144,14 +147,16 @@ def messages(result: Identification) -> list[RenderableType]:
     return lines
 
 
-def error_columns(turned: bool) -> Table:
-    """An empty table of errors in mm, and degrees where orientations were measured."""
+def error_columns(turned: bool, pixels: bool = False) -> Table:
+    """An empty table of errors in mm, degrees where orientations were measured, px where pictures were."""
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     table.add_column("model", no_wrap=True)
     table.add_column("rows", no_wrap=True)
     for unit in ("mm", "°") if turned else ("mm",):
         for name in ("mean", "rms", "max"):
             table.add_column(f"{name}\n{escape(f'[{unit}]')}", justify="right", no_wrap=True)
+    if pixels:
+        table.add_column(escape("rms\n[px]"), justify="right", no_wrap=True)
     return table
 
 
@@ -161,7 +166,7 @@ def error_cells(errors: Errors, turned: bool) -> list[str]:
     if turned:
         rotation = errors.orientation_deg
         cells += ["–"] * 3 if rotation is None else [short(value) for value in rotation[:3]]
-    return cells
+    return cells if errors.pixel_px is None else [*cells, short(errors.pixel_px.rms)]
 
 
 def _cell_line(cell: Cell | None, which: str, digits: int) -> Text:

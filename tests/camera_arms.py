@@ -1,0 +1,280 @@
+"""Virtual arms seen by cameras, independent of the package: own kinematics, own projection, own tags.
+
+A dodecahedron of tags, or a board, is carried by the tool before a camera in the cell; or the camera rides on
+the tool and looks at the board. Poses are drawn until enough is in view.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+ARMS = {
+    # theta, d, a, alpha of every joint [rad, m]: standard DH, Rz(q + theta) Tz(d) Tx(a) Rx(alpha)
+    "industrial": [
+        (0.0, 0.45, 0.15, -np.pi / 2),
+        (-np.pi / 2, 0.0, 0.59, 0.0),
+        (0.0, 0.0, 0.13, -np.pi / 2),
+        (0.0, 0.647, 0.0, np.pi / 2),
+        (0.0, 0.0, 0.0, -np.pi / 2),
+        (0.0, 0.095, 0.0, 0.0),
+    ],
+    "ur5": [
+        (0.0, 0.089159, 0.0, np.pi / 2),
+        (0.0, 0.0, -0.425, 0.0),
+        (0.0, 0.0, -0.39225, 0.0),
+        (0.0, 0.10915, 0.0, np.pi / 2),
+        (0.0, 0.09465, 0.0, -np.pi / 2),
+        (0.0, 0.0823, 0.0, 0.0),
+    ],
+    "aria": [
+        (0.0, 0.205, 0.0, np.pi / 2),
+        (0.0, 0.0, 0.3, 0.0),
+        (np.pi / 2, 0.0, 0.0, np.pi / 2),
+        (0.0, 0.3, 0.0, -np.pi / 2),
+        (0.0, 0.0, 0.0, np.pi / 2),
+        (0.0, 0.12, 0.0, 0.0),
+    ],
+    "hobby": [
+        (0.0, 0.17, 0.064, -np.pi / 2),
+        (-np.pi / 2, 0.0, 0.305, 0.0),
+        (0.0, 0.0, 0.0, -np.pi / 2),
+        (0.0, 0.223, 0.0, np.pi / 2),
+        (0.0, 0.0, 0.0, -np.pi / 2),
+        (0.0, 0.036, 0.0, 0.0),
+    ],
+    "5R": [
+        (0.0, 0.2, 0.05, -np.pi / 2),
+        (-np.pi / 2, 0.0, 0.3, 0.0),
+        (0.0, 0.0, 0.3, 0.0),
+        (-np.pi / 2, 0.0, 0.0, -np.pi / 2),
+        (0.0, 0.1, 0.0, 0.0),
+    ],
+    "7R": [
+        (0.0, 0.34, 0.0, -np.pi / 2),
+        (0.0, 0.0, 0.0, np.pi / 2),
+        (0.0, 0.4, 0.0, np.pi / 2),
+        (0.0, 0.0, 0.0, -np.pi / 2),
+        (0.0, 0.4, 0.0, -np.pi / 2),
+        (0.0, 0.0, 0.0, np.pi / 2),
+        (0.0, 0.126, 0.0, 0.0),
+    ],
+}
+LIMIT = 2.6
+K = np.array([1350.0, 1352.0, 810.0, 612.0])
+SIZE = np.array([1600, 1200])
+
+
+def turn(axis, angle):
+    c, s = np.cos(angle), np.sin(angle)
+    m = np.zeros((*np.shape(angle), 4, 4))
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    m[..., axis, axis], m[..., 3, 3] = 1, 1
+    m[..., i, i], m[..., i, j], m[..., j, i], m[..., j, j] = c, -s, s, c
+    return m
+
+
+def shift(x=0.0, y=0.0, z=0.0):
+    m = np.eye(4)
+    m[:3, 3] = x, y, z
+    return m
+
+
+def look(eye, at):
+    """Pose of a camera at `eye` that looks at `at`, its y axis downwards."""
+    z = np.subtract(at, eye) / np.linalg.norm(np.subtract(at, eye))
+    x = np.cross(z, [0, 0, 1.0])
+    x /= np.linalg.norm(x)
+    m = np.eye(4)
+    m[:3, :3], m[:3, 3] = np.column_stack([x, np.cross(z, x), z]), eye
+    return m
+
+
+def small(rng, angle, length):
+    m = turn(0, angle * rng.normal()) @ turn(1, angle * rng.normal()) @ turn(2, angle * rng.normal())
+    m[:3, 3] = length * rng.normal(size=3)
+    return m
+
+
+@dataclass
+class Arm:
+    """An arm with errors of its constants, and what the package knows nothing of."""
+
+    dh: np.ndarray
+    beta: np.ndarray = field(default=None)
+    zeros: np.ndarray = field(default=None)
+    compliance: np.ndarray | None = None
+    backlash: np.ndarray | None = None
+
+    def __post_init__(self):
+        n = len(self.dh)
+        self.beta = np.zeros(n) if self.beta is None else self.beta
+        self.zeros = np.zeros(n) if self.zeros is None else self.zeros
+
+    def poses(self, q, direction=None):
+        q = q + self.zeros
+        if self.compliance is not None:
+            q = q - self.compliance * self.moments(q)
+        if self.backlash is not None:
+            q = q + self.backlash * direction
+        return self.chain(q)[-1]
+
+    def chain(self, q):
+        """Frames after every joint."""
+        at, found = np.broadcast_to(np.eye(4), (len(q), 4, 4)), []
+        for k, (theta, d, a, alpha) in enumerate(self.dh):
+            at = at @ turn(2, q[:, k] + theta) @ shift(a, 0, d) @ turn(0, alpha) @ turn(1, self.beta[k])
+            found.append(at)
+        return found
+
+    def moments(self, q):
+        """Moments of gravity about every joint for 3 kg at every frame's origin [N m]."""
+        frames = self.chain(q)
+        before = [np.broadcast_to(np.eye(4), (len(q), 4, 4)), *frames[:-1]]
+        out = np.zeros_like(q)
+        for k, base in enumerate(before):
+            for frame in frames[k:]:
+                arm = frame[:, :3, 3] - base[:, :3, 3]
+                torque = np.cross(arm, [0, 0, -9.81 * 3.0])
+                out[:, k] -= (torque * base[:, :3, 2]).sum(1)
+        return out
+
+    def toml(self, name):
+        joints = "".join(
+            f"[[joint]]\ntheta = {t!r}\nd = {d!r}\na = {a!r}\nalpha = {al!r}\nlimits = [-{LIMIT}, {LIMIT}]\n"
+            for t, d, a, al in np.asarray(self.dh, float).tolist()
+        )
+        return f'name = "{name}"\nconvention = "dh"\n{joints}'
+
+
+def made(rng, name, *, zeros=0.0, angle=0.0, length=0.0, **more):
+    """An arm with random errors: zeros and angles [rad], lengths [m], one standard deviation."""
+    dh = np.array(ARMS[name], float)
+    n = len(dh)
+    off = np.column_stack([rng.normal(size=n) * s for s in (0.0, length, length, angle)])
+    return Arm(dh + off, angle * rng.normal(size=n), zeros * rng.normal(size=n), **more)
+
+
+def dodecahedron(inner=0.09, side=0.075):
+    """Corners (tags, 4, 3) of square tags on eleven faces; the one below is the mount."""
+    g = (1 + np.sqrt(5)) / 2
+    normals = [(0, s, t * g) for s in (1, -1) for t in (1, -1)]
+    normals = np.array([np.roll(n, k) for n in normals for k in range(3)], float)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    normals = normals[normals[:, 2] > -0.9]
+    tags = []
+    for n in normals:
+        x = np.cross(n, [0.3, 0.2, 0.93])
+        x /= np.linalg.norm(x)
+        y = np.cross(n, x)
+        tags.append([inner * n + side / 2 * (s * x + t * y) for s, t in ((-1, -1), (1, -1), (1, 1), (-1, 1))])
+    return np.array(tags), normals
+
+
+def pixels(points, k=K, distortion=(0, 0, 0, 0, 0)):
+    k1, k2, p1, p2, k3 = distortion
+    x, y = points[..., 0] / points[..., 2], points[..., 1] / points[..., 2]
+    r = x**2 + y**2
+    f = 1 + k1 * r + k2 * r**2 + k3 * r**3
+    u = x * f + 2 * p1 * x * y + p2 * (r + 2 * x**2)
+    v = y * f + p1 * (r + 2 * y**2) + 2 * p2 * x * y
+    return np.stack([k[0] * u + k[2], k[1] * v + k[3]], -1)
+
+
+@dataclass
+class Scene:
+    """Pixels of one arm: what a session writes into files."""
+
+    q: np.ndarray
+    rows: list
+    truth: np.ndarray
+    camera: np.ndarray
+    target: np.ndarray
+
+    def table(self, keep=None):
+        keep = range(len(self.q)) if keep is None else keep
+        chosen = set(keep)
+        lines = ["image,camera,id,corner,u[px],v[px]"]
+        lines += [f"{i},{c},{k},{j},{u:.4f},{v:.4f}" for i, c, k, j, u, v in self.rows if i in chosen]
+        return "\n".join(lines) + "\n"
+
+    def joints(self, keep=None):
+        keep = range(len(self.q)) if keep is None else keep
+        head = "image," + ",".join(f"q{j + 1}[rad]" for j in range(self.q.shape[1]))
+        return "\n".join([head, *(f"{i}," + ",".join(map(repr, self.q[i].tolist())) for i in keep)]) + "\n"
+
+
+def scene(rng, arm, count, *, noise=0.3, on_tool=False, distortion=(0, 0, 0, 0, 0), eyes=None, scale=1.0):
+    """Joints and pixels of `count` poses; `arm` is the actual one, tags stand in `target_toml`."""
+    tags, normals = dodecahedron()
+    tags = tags * scale
+    reach = np.abs(np.array(arm.dh)[:, 1:3]).sum()
+    middle = np.array([0.5 * reach, 0.0, 0.45 * reach])
+    eyes = eyes or [(middle + np.array([0.5 * reach + 0.4, -0.3 * reach, 0.2 * reach]))]
+    if on_tool:
+        cameras = [shift(0.03, 0.05, 0.02) @ turn(2, 0.3) @ turn(0, 0.1) @ small(rng, 0.05, 0.01)]
+        target = shift(0.55 * reach, 0.1, 0.02) @ small(rng, 0.2, 0.05)
+    else:
+        cameras = [look(eye, middle) @ small(rng, 0.03, 0.02) for eye in eyes]
+        target = shift(0.01, 0.02, 0.13) @ small(rng, 0.2, 0.01)
+    q, rows, truth = [], [], []
+    while len(q) < count:
+        batch = rng.uniform(-0.95 * LIMIT, 0.95 * LIMIT, (400, len(arm.dh)))
+        direction = np.sign(rng.normal(size=batch.shape))
+        for joints, _, tool in zip(batch, direction, arm.poses(batch, direction), strict=True):
+            if tool[2, 3] < 0.05 or len(q) == count:
+                continue
+            seen = []
+            for c, eye in enumerate(cameras):
+                see = np.linalg.inv(tool @ eye) @ target if on_tool else np.linalg.inv(eye) @ tool @ target
+                points = tags @ see[:3, :3].T + see[:3, 3]
+                centre = points.mean(1)
+                facing = -((normals @ see[:3, :3].T) * centre).sum(1) / np.linalg.norm(centre, axis=1)
+                if (centre[:, 2] < 0.25).any():
+                    continue
+                uv = pixels(points, distortion=distortion)
+                inside = ((uv > 5) & (uv < SIZE - 5)).all((1, 2)) & (facing > 0.45)
+                seen += [
+                    (len(q), f"c{c}", int(k), j, *(uv[k, j] + noise * rng.normal(size=2)))
+                    for k in np.flatnonzero(inside)
+                    for j in range(4)
+                ]
+            if len(seen) >= 12:
+                q.append(joints)
+                rows += seen
+                truth.append(tool)
+    return Scene(np.array(q), rows, np.array(truth), np.array(cameras), target)
+
+
+def camera_toml(count=1, *, mounted="world", free="false", k=K, distortion=(0, 0, 0, 0, 0)):
+    return "".join(
+        f'[[camera]]\nname = "c{c}"\nsize = [{SIZE[0]}, {SIZE[1]}]\nfx = {k[0]}\nfy = {k[1]}\ncx = {k[2]}\n'
+        f'cy = {k[3]}\ndistortion = {list(map(float, distortion))}\nmounted = "{mounted}"\nfree = {free}\n'
+        for c in range(count)
+    )
+
+
+def target_toml(mounted="tool"):
+    tags, _ = dodecahedron()
+    points = "".join(
+        f"[[point]]\nid = {k}\ncorner = {j}\nxyz = {tags[k, j].tolist()}\n"
+        for k in range(len(tags))
+        for j in range(4)
+    )
+    return f'mounted = "{mounted}"\n{points}'
+
+
+def rigid_error(found, truth):
+    """Root mean square distance [m] of tool points after the best frames before and after the arm."""
+    left, right = np.eye(4), np.zeros(3)
+    for _ in range(15):
+        p = (found[:, :3, :3] @ right) + found[:, :3, 3]
+        a, b = p - p.mean(0), truth[:, :3, 3] - truth[:, :3, 3].mean(0)
+        u, _, vt = np.linalg.svd(b.T @ a)
+        r = u @ np.diag([1, 1, np.linalg.det(u @ vt)]) @ vt
+        t = truth[:, :3, 3].mean(0) - r @ p.mean(0)
+        off = truth[:, :3, 3] - (p @ r.T + t)
+        right = (
+            right + np.linalg.lstsq((r @ found[:, :3, :3]).reshape(-1, 3), off.ravel(), rcond=None)[0] * 0.5
+        )
+        left[:3, :3], left[:3, 3] = r, t
+    return float(np.sqrt((off**2).sum(1).mean()))

@@ -1,0 +1,208 @@
+"""Where the target is in each picture, from that picture alone; corners that contradict it are set apart.
+
+Every plane of the target that is in view (a board, or each tag) gives a pose by its homography, and the one
+mirrored in depth; six points or more off one plane give one by the direct linear transform. The pose that
+suits most corners is refined on all of them, with weights 1/(1 + (e/s)²) that wrong corners hardly move. No
+arm takes part, so that a corner is judged by its picture and not by the joints.
+
+Source: Hartley, Zisserman, Multiple View Geometry, 2nd ed., algorithms 4.2 and 7.1.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from workbench.base import se3
+from workbench.base.errors import DataError
+from workbench.base.hand_eye import nearest_rotation
+from workbench.data.camera.camera import Camera, project
+from workbench.data.camera.rig import Apart, Rig
+from workbench.data.dataset import Dataset
+
+STEPS = 15
+"""Gauss–Newton steps of the refinement."""
+FAR_OFF = 50.0
+"""Corners farther off than this [px] count alike when the first pose is chosen."""
+WRONG, LEAST_WRONG = 6.0, 2.0
+"""Corners beyond this many standard deviations, and so many px, are set apart."""
+USELESS = 5.0
+"""Median error of a picture [px] beyond which it shows another target, or beyond which none fits."""
+RAYLEIGH = 1.1774
+"""Median length of a normal error in the plane, in standard deviations of a coordinate."""
+
+
+def with_sight(data: Dataset) -> Dataset:
+    """The dataset with poses of the target in every camera, and without the corners that contradict them.
+
+    Raises:
+        DataError: no picture can be explained by target and intrinsics.
+    """
+    rig, pixels = data.rig, data.pixels
+    assert rig is not None, "data without cameras"
+    assert pixels is not None, "they come together"
+    assert data.image is not None, "they come together"
+    pixels, sight = pixels.copy(), np.full((*pixels.shape[:2], 4, 4), np.nan)
+    apart: list[Apart] = []
+    for c, camera in enumerate(rig.cameras):
+        rows = np.flatnonzero(np.isfinite(pixels[:, c, :, 0]).sum(1) >= 4)
+        first = _first_poses(pixels[rows, c], camera, rig)
+        placed = np.isfinite(first[:, 0, 0, 0])
+        rows, seen = rows[placed], pixels[rows[placed], c]
+        if not len(rows):
+            continue
+        poses = _refined(first[placed], seen, camera, rig)
+        off = np.linalg.norm(seen - _predicted(poses, camera, rig), axis=2)
+        lost = _judged(off, data, camera)
+        good = (np.isfinite(off) & ~lost).sum(1) >= 4
+        sight[rows[good], c] = poses[good]
+        for i, k in np.argwhere(lost):
+            name = int(rig.target.ids[k]), int(rig.target.corners[k])
+            apart.append(Apart(str(data.image[rows[i]]), camera.name, *name, float(off[i, k])))
+            pixels[rows[i], c, k] = np.nan
+    if not np.isfinite(sight).any():
+        raise DataError(
+            f"{data.source}: no picture shows four corners of the target; none can place the camera"
+        )
+    apart.sort(key=lambda a: -a.off)
+    notes = data.notes
+    if apart:
+        more = f" and {len(apart) - 5} more" if len(apart) > 5 else ""
+        notes += (f"set apart as wrong: {'; '.join(map(str, apart[:5]))}{more}",)
+    return replace(data, pixels=pixels, sight=sight, rig=replace(rig, apart=tuple(apart)), notes=notes)
+
+
+def _judged(
+    off: Float[np.ndarray, "rows points"], data: Dataset, camera: Camera
+) -> Bool[np.ndarray, "rows points"]:
+    """Corners to set apart, by their distances from where their pictures' poses put them.
+
+    Raises:
+        DataError: most pictures are useless.
+    """
+    of_picture = np.nanmedian(off, axis=1)
+    useless = of_picture > USELESS
+    if np.median(of_picture) > USELESS:
+        raise DataError(
+            f"{data.source}: corners lie {np.median(of_picture):.0f} px from where the target and the "
+            f"intrinsics of camera '{camera.name}' put them; check squares, ids, a mirrored print, fx and fy"
+        )
+    points = np.isfinite(off[~useless]).sum(1)
+    spare = np.sqrt(np.maximum(2.0 * points - 6.0, 1.0).sum() / (2.0 * points).sum())
+    scatter = float(np.nanmedian(off[~useless])) / RAYLEIGH / spare
+    with np.errstate(invalid="ignore"):
+        lost = off > max(WRONG * scatter, LEAST_WRONG)
+    return lost | (useless[:, None] & np.isfinite(off))
+
+
+def _predicted(poses: Float[np.ndarray, "rows 4 4"], camera: Camera, rig: Rig) -> np.ndarray:
+    return camera.project(se3.apply(poses[:, None], rig.target.points[None])).pixel
+
+
+def _first_poses(seen: np.ndarray, camera: Camera, rig: Rig) -> Float[np.ndarray, "rows 2 4 4"]:
+    """The best first pose of every picture, and the one mirrored in depth."""
+    rays = camera.normalised(seen)
+    points = rig.target.points
+    first = np.empty((len(seen), 2, 4, 4))
+    for i in range(len(seen)):
+        there = np.isfinite(rays[i, :, 0])
+        tried = []
+        for group in rig.target.planar:
+            mine = group[there[group]]
+            if len(mine) >= 4 and _spread(points[mine]):
+                tried.append(_by_homography(points[mine], rays[i, mine]))
+        if there.sum() >= 6 and not tried:
+            tried.append(_by_transform(points[there], rays[i, there]))
+        if not tried:
+            first[i] = np.nan
+            continue
+        poses = np.stack([p for pose in tried for p in (pose, _mirrored(pose, points[there].mean(0)))])
+        off = np.linalg.norm(seen[i] - _predicted(poses, camera, rig), axis=2)
+        best = int(np.argmin(np.nanmean(np.minimum(off, FAR_OFF), axis=1)))
+        first[i] = poses[best], poses[best ^ 1]
+    return first
+
+
+def _spread(points: np.ndarray) -> bool:
+    """Whether points are not on one line."""
+    s = np.linalg.svd(points - points.mean(0), compute_uv=False)
+    return bool(s[1] > 0.05 * s[0])
+
+
+def _by_homography(
+    points: Float[np.ndarray, "n 3"], rays: Float[np.ndarray, "n 2"]
+) -> Float[np.ndarray, "4 4"]:
+    """Pose of a plane from the rays to its points."""
+    middle = points.mean(0)
+    axes = np.linalg.svd(points - middle)[2]
+    axes[2] *= np.linalg.det(axes)
+    flat = (points - middle) @ axes[:2].T
+    size = np.abs(flat).max()
+    xy1 = np.column_stack([flat / size, np.ones(len(flat))])
+    nil = np.zeros_like(xy1)
+    system = np.concatenate(
+        [np.hstack([xy1, nil, -rays[:, :1] * xy1]), np.hstack([nil, xy1, -rays[:, 1:] * xy1])]
+    )
+    h = np.linalg.svd(system)[2][-1].reshape(3, 3) @ np.diag([1.0 / size, 1.0 / size, 1.0])
+    h *= np.sign(h[2, 2] or 1.0) * 2.0 / (np.linalg.norm(h[:, 0]) + np.linalg.norm(h[:, 1]))
+    rotation = nearest_rotation(np.column_stack([h[:, 0], h[:, 1], np.cross(h[:, 0], h[:, 1])]))
+    return se3.pose(rotation @ axes, h[:, 2] - rotation @ axes @ middle)
+
+
+def _by_transform(
+    points: Float[np.ndarray, "n 3"], rays: Float[np.ndarray, "n 2"]
+) -> Float[np.ndarray, "4 4"]:
+    """Pose from the rays to six points or more that are in no plane."""
+    middle = points.mean(0)
+    size = np.abs(points - middle).max()
+    xyz1 = np.column_stack([(points - middle) / size, np.ones(len(points))])
+    nil = np.zeros_like(xyz1)
+    system = np.concatenate(
+        [np.hstack([xyz1, nil, -rays[:, :1] * xyz1]), np.hstack([nil, xyz1, -rays[:, 1:] * xyz1])]
+    )
+    m = np.linalg.svd(system)[2][-1].reshape(3, 4)
+    m *= np.sign(m[2, 3] or 1.0)
+    m /= np.linalg.norm(m[:, :3]) / np.sqrt(3.0) / size
+    rotation = nearest_rotation(m[:, :3])
+    return se3.pose(rotation, m[:, 3] - rotation @ middle)
+
+
+def _mirrored(pose: Float[np.ndarray, "4 4"], middle: Float[np.ndarray, "3"]) -> Float[np.ndarray, "4 4"]:
+    """The pose of a plane through the middle that looks nearly alike, its depths the other way round."""
+    centre = se3.apply(pose, middle)
+    sight = centre / np.linalg.norm(centre)
+    turn = 2.0 * np.outer(sight, sight) - np.eye(3)
+    rotation = turn @ pose[:3, :3] @ np.diag([-1.0, -1.0, 1.0])
+    return se3.pose(rotation, centre - rotation @ middle)
+
+
+def _refined(first: np.ndarray, seen: np.ndarray, camera: Camera, rig: Rig) -> Float[np.ndarray, "rows 4 4"]:
+    """The better of both first poses after robust Gauss–Newton steps, all pictures at once."""
+    there = np.isfinite(seen[..., 0])
+    best, least = np.full((len(seen), 4, 4), np.nan), np.full(len(seen), np.inf)
+    for poses in np.moveaxis(first, 1, 0):
+        for _ in range(STEPS):
+            places = se3.apply(poses[:, None], rig.target.points[None])
+            at = project(places, camera.intrinsics)
+            residual = np.where(there[..., None], seen - at.pixel, 0.0)
+            off = np.linalg.norm(residual, axis=2)
+            usual = np.nanmedian(np.where(there, off, np.nan), axis=1, keepdims=True)
+            weight = there / (1.0 + (off / np.maximum(3.0 * usual, 0.5)) ** 2)
+            arm = places - poses[:, None, :3, 3]
+            by_pose = at.by_point @ np.concatenate(
+                [np.broadcast_to(np.eye(3), (*arm.shape, 3)), -se3.skew(arm)], axis=-1
+            )
+            by_pose = by_pose.reshape(len(seen), -1, 6)
+            heavy = np.repeat(weight, 2, axis=1)[..., None] * by_pose
+            normal = np.swapaxes(by_pose, 1, 2) @ heavy
+            normal += 1e-6 * np.einsum("rii->ri", normal)[:, :, None] * np.eye(6) + 1e-9 * np.eye(6)
+            step = np.linalg.solve(normal, np.swapaxes(heavy, 1, 2) @ residual.reshape(len(seen), -1, 1))[
+                ..., 0
+            ]
+            turn = se3.rotvec_to_matrix(np.clip(step[:, 3:], -0.5, 0.5))
+            poses = se3.pose(turn @ poses[:, :3, :3], poses[:, :3, 3] + np.clip(step[:, :3], -0.5, 0.5))
+        off = np.linalg.norm(seen - _predicted(poses, camera, rig), axis=2)
+        cost = np.nanmean(np.minimum(off, FAR_OFF), axis=1)
+        better = cost < least
+        best[better], least[better] = poses[better], cost[better]
+    return best

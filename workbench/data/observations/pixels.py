@@ -1,0 +1,199 @@
+"""Points of a target in the pictures of cameras, one on the tool and the other in the world.
+
+With T the tool's pose, X that of a camera (in the world, or in the tool), Z that of the target (in the
+other), and ξ a point of the target,
+
+    camera in the world      c = X⁻¹ T Z ξ
+    camera on the tool       c = X⁻¹ T⁻¹ Z ξ,      residual = measured − project(c)
+
+X and Z are unknown, each a position and a rotation vector; the intrinsics where the camera's file says so;
+the target's size, ξ = (1 + scale) ξ₀, and three bends of a board, b_xx x² + b_xy xy + b_yy y², where these
+are not exact. First guesses of X and Z are closed forms from each picture's own pose of the target.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import NamedTuple, final
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from workbench.base import se3
+from workbench.base.hand_eye import hand_eye, mean_base, nearest_rotation
+from workbench.base.types import Freedom
+from workbench.data.camera.camera import INTRINSICS, Camera, Mount, project
+from workbench.data.camera.rig import Rig
+from workbench.data.dataset import Dataset
+from workbench.data.observations.observation import AbstractObservation, Channel, Seen, Unknown
+
+POSE = ("x", "y", "z", "rx", "ry", "rz")
+BENDS = ("bend_xx", "bend_xy", "bend_yy")
+OUTLYING = 4.0
+"""Pictures whose turn is this many times the median off take no part in the first guess."""
+
+
+class Placed(NamedTuple):
+    """A pose from its six unknowns, and what turns it: Jₗ of the rotation vector."""
+
+    pose: Float[np.ndarray, "4 4"]
+    turning: Float[np.ndarray, "3 3"]
+
+    @classmethod
+    def at(cls, values: Float[np.ndarray, "6"]) -> "Placed":
+        """The pose at x y z [m] and a rotation vector [rad]."""
+        turning = np.linalg.inv(se3.left_jacobian_inverse(values[3:]))
+        return cls(se3.pose(se3.rotvec_to_matrix(values[3:]), values[:3]), turning)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class PixelObservation(AbstractObservation):
+    """Rows of pictures, all cameras of a row at once.
+
+    Args:
+        measured: Where each point was [px]; NaN where it was not seen.
+        sight: Pose of the target in each camera by that camera alone; NaN where unknown.
+        rig: Cameras and target.
+    """
+
+    measured: Float[np.ndarray, "rows cameras points 2"]
+    sight: Float[np.ndarray, "rows cameras 4 4"]
+    rig: Rig
+    sees_base = False
+    is_tool_free = True
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        return (Channel.PIXEL,) * int(np.prod(self.measured.shape[1:]))
+
+    @classmethod
+    def applies(cls, data: Dataset) -> Bool[np.ndarray, " rows"]:
+        return np.zeros(len(data), bool) if data.pixels is None else np.isfinite(data.pixels).any((1, 2, 3))
+
+    @classmethod
+    def of(cls, data: Dataset) -> "PixelObservation":
+        assert data.pixels is not None, "data without cameras"
+        assert data.sight is not None, "they come together"
+        assert data.rig is not None, "they come together"
+        return cls(data.pixels, data.sight, data.rig)
+
+    @property
+    def seen(self) -> Bool[np.ndarray, "..."]:
+        return np.isfinite(self.measured).reshape(len(self.measured), -1)
+
+    @property
+    def unknowns(self) -> tuple[str, ...]:
+        names = []
+        for camera in self.rig.cameras:
+            parts = POSE if camera.free is Freedom.FIXED else (*POSE, *INTRINSICS)
+            names += [f"camera[{camera.name}].{part}" for part in parts]
+        names += [f"target.{part}" for part in POSE]
+        names += ["target.scale"] if self.rig.target.scale_sigma else []
+        return (*names, *(f"target.{b}" for b in (BENDS if self.rig.target.flatness_sigma else ())))
+
+    @property
+    def known(self) -> Mapping[str, Unknown]:
+        target = self.rig.target
+        found = {f"target.{part}": Unknown("rad") for part in POSE[3:]}
+        found["target.scale"] = Unknown("1", sigma=target.scale_sigma)
+        found |= {f"target.{bend}": Unknown("m", sigma=target.flatness_sigma) for bend in BENDS}
+        for camera in self.rig.cameras:
+            found |= {f"camera[{camera.name}].{part}": Unknown("rad") for part in POSE[3:]}
+            guessed = camera.free is Freedom.AUTO
+            for k, part in enumerate(INTRINSICS):
+                unit, natural = ("px", float(camera.intrinsics[k % 2])) if k < 4 else ("1", 1.0)
+                sigma = float(camera.sigma[k]) if guessed else None
+                found[f"camera[{camera.name}].{part}"] = Unknown(unit, natural, sigma)
+        return found
+
+    def start(self, poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, " u"]:
+        placed = np.isfinite(self.sight[..., 0, 0])
+        main = int(placed.sum(0).argmax())
+        rows = placed[:, main]
+        target = self._target(poses[rows], self.sight[rows, main], self.rig.cameras[main])
+        values = []
+        for c, camera in enumerate(self.rig.cameras):
+            rows = placed[:, c]
+            carried = poses[rows] if camera.mounted is Mount.WORLD else se3.inverse(poses[rows])
+            pose = np.eye(4)
+            if rows.any():
+                each = carried @ target @ se3.inverse(self.sight[rows, c])
+                pose = se3.pose(nearest_rotation(each[:, :3, :3].sum(0)), np.median(each[:, :3, 3], axis=0))
+            values += [pose[:3, 3], se3.matrix_to_rotvec(pose[:3, :3])]
+            values += [] if camera.free is Freedom.FIXED else [camera.intrinsics]
+        values += [target[:3, 3], se3.matrix_to_rotvec(target[:3, :3])]
+        found = np.concatenate(values)
+        return np.concatenate([found, np.zeros(len(self.unknowns) - len(found))])
+
+    @staticmethod
+    def _target(poses: np.ndarray, sight: np.ndarray, camera: Camera) -> Float[np.ndarray, "4 4"]:
+        """The target's pose in what carries it, pictures that contradict the others left out."""
+        seen = sight if camera.mounted is Mount.WORLD else se3.inverse(sight)
+        for _ in range(3):
+            z = hand_eye(poses, seen)
+            x = mean_base(poses @ z, seen)
+            off = np.linalg.norm(se3.pose_error(seen, x @ poses @ z)[:, 3:], axis=1)
+            keep = off <= OUTLYING * np.median(off) + 1e-9
+            if keep.all() or keep.sum() < 4:
+                break
+            poses, seen = poses[keep], seen[keep]
+        return z if camera.mounted is Mount.WORLD else se3.inverse(x)
+
+    def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Seen:
+        rows = len(self.measured)
+        place = {name: k for k, name in enumerate(self.unknowns)}
+        target, xi = self._points(unknown, place)
+        held = se3.apply(target.pose[None], xi)
+        by_twist, by_unknown = (
+            np.zeros((*self.measured.shape, 6)),
+            np.zeros((*self.measured.shape, len(place))),
+        )
+        predicted = np.empty(self.measured.shape)
+        for c, camera in enumerate(self.rig.cameras):
+            first = place[f"camera[{camera.name}].x"]
+            stand = Placed.at(unknown[first : first + 6])
+            free = camera.free is not Freedom.FIXED
+            intrinsics = unknown[first + 6 : first + 15] if free else camera.intrinsics
+            inside = stand.pose[:3, :3].T
+            fixed = camera.mounted is Mount.WORLD
+            carried = poses if fixed else se3.inverse(poses)
+            q = se3.apply(carried[:, None], held[None])
+            at = project((q - stand.pose[:3, 3]) @ stand.pose[:3, :3], intrinsics)
+            predicted[:, c] = at.pixel
+            by_q = at.by_point @ inside
+            world, sign = (
+                (q - poses[:, None, :3, 3], by_q)
+                if fixed
+                else (held - poses[:, None, :3, 3], -by_q @ np.swapaxes(poses[:, None, :3, :3], -1, -2))
+            )
+            by_twist[:, c] = np.concatenate([sign, -sign @ se3.skew(world)], axis=-1)
+            out = by_unknown[:, c]
+            out[..., first : first + 3] = -by_q
+            out[..., first + 3 : first + 6] = by_q @ se3.skew(q - stand.pose[:3, 3]) @ stand.turning
+            if free:
+                out[..., first + 6 : first + 15] = at.by_intrinsics
+            by_held = by_q @ carried[:, None, :3, :3]
+            spot = place["target.x"]
+            out[..., spot : spot + 3] = by_held
+            turned = se3.skew(held - target.pose[:3, 3]) @ target.turning
+            out[..., spot + 3 : spot + 6] = -by_held @ turned
+            by_xi = by_held @ target.pose[:3, :3]
+            if (k := place.get("target.scale")) is not None:
+                out[..., k] = (by_xi @ self.rig.target.points[..., None])[..., 0]
+            if (k := place.get("target.bend_xx")) is not None:
+                out[..., k : k + 3] = by_xi[..., 2:] * self.rig.target.bends[:, None]
+        seen = np.isfinite(self.measured)
+        residual = np.where(seen, self.measured - predicted, 0.0).reshape(rows, -1)
+        size = residual.shape[1]
+        by_twist[~seen], by_unknown[~seen] = 0.0, 0.0
+        return Seen(residual, by_twist.reshape(rows, size, 6), by_unknown.reshape(rows, size, -1))
+
+    def _points(self, unknown: np.ndarray, place: Mapping[str, int]) -> tuple[Placed, np.ndarray]:
+        """The target's pose and its points with size and bends."""
+        spot = place["target.x"]
+        xi = self.rig.target.points
+        if (k := place.get("target.scale")) is not None:
+            xi = xi * (1.0 + unknown[k])
+        if (k := place.get("target.bend_xx")) is not None:
+            xi = xi + np.array([0.0, 0.0, 1.0]) * (self.rig.target.bends @ unknown[k : k + 3])[:, None]
+        return Placed.at(unknown[spot : spot + 6]), xi

@@ -1,0 +1,209 @@
+"""How far corners scatter, and how far the model's tool is off in every picture: variances by likelihood.
+
+What an arm's model lacks moves all corners of a picture together. With B the derivative of these corners by
+the tool's twist, their residuals have the covariance
+
+    V = σ² I + B D Bᵀ,      D = diag(s_p², s_p², s_p², s_r², s_r², s_r²)
+
+with σ in px, s_p in m and s_r in rad. Without the second part 40 corners would count as 80 independent
+numbers, and every standard error would be several times too small. The variances, and the width τ of prior
+knowledge of the arm's geometry where it is identified, are those of greatest restricted likelihood,
+
+    min  Σ log|V| + log|H| − log|P| + rᵀV⁻¹r + dᵀP d − gᵀH⁻¹g,      H = JᵀV⁻¹J + P,   g = JᵀV⁻¹r − P d
+
+linearised at a fit's answer: r and J its residuals and Jacobian, P and d the prior's information and pull.
+
+Source: Patterson, Thompson, Recovery of inter-block information when block sizes are unequal, Biometrika 58,
+1971.
+"""
+
+from dataclasses import dataclass, fields
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+from scipy import optimize
+
+from workbench.identification.problem import Noise, Problem
+
+LEAST, MOST = np.array([0.01, 1e-7, 1e-7, 1e-7]), np.array([50.0, 0.05, 0.2, 0.02])
+"""Bounds of σ [px], s_p [m], s_r [rad] and τ [m]."""
+SHOWN = 6.0
+"""Twice the gain in log likelihood from which on what a picture shares is no chance (χ² of two, 95 %)."""
+FAR = 10.0
+"""Standard deviation of unknowns without any knowledge [natural units], so that H can be inverted."""
+
+
+@dataclass(frozen=True, eq=False)
+class Pictures:
+    """What the likelihood needs of every picture, whatever the variances are.
+
+    Args:
+        count: Numbers that were measured.
+        square: rᵀr.
+        pull: Bᵀr.
+        normal: BᵀB.
+        cross: BᵀJ.
+        information: JᵀJ of all pictures.
+        gradient: Jᵀr of all pictures.
+    """
+
+    count: Float[np.ndarray, " rows"]
+    square: Float[np.ndarray, " rows"]
+    pull: Float[np.ndarray, "rows 6"]
+    normal: Float[np.ndarray, "rows 6 6"]
+    cross: Float[np.ndarray, "rows 6 p"]
+    information: Float[np.ndarray, "p p"]
+    gradient: Float[np.ndarray, " p"]
+
+    @classmethod
+    def of(
+        cls, residual: np.ndarray, by_twist: np.ndarray, seen: np.ndarray, jacobian: np.ndarray
+    ) -> "Pictures":
+        """Sums over each row's components [px]; jacobian (rows, m, p)."""
+        swapped = np.swapaxes(by_twist, 1, 2)
+        flat = jacobian.reshape(residual.size, jacobian.shape[2])
+        return cls(
+            seen.sum(1).astype(float),
+            (residual**2).sum(1),
+            (swapped @ residual[..., None])[..., 0],
+            swapped @ by_twist,
+            swapped @ jacobian,
+            flat.T @ flat,
+            flat.T @ residual.ravel(),
+        )
+
+    @classmethod
+    def at(cls, problem: Problem, x: Float[np.ndarray, " p"]) -> "Pictures":
+        """Those of a problem's residuals at x."""
+        plain = problem.with_noise(Noise(0.0, 0.0, (), 1.0)).with_row_weights(None)
+        parts = []
+        for block, piece in plain.pieces(x):
+            if block is None:
+                continue
+            shape = block.inverse_sigma.shape
+            by_twist = block.observation.see(block.poses(x), plain.unknown(block, x)).by_twist
+            parts.append(
+                cls.of(
+                    piece.residual.reshape(shape),
+                    by_twist,
+                    block.inverse_sigma > 0.0,
+                    piece.jacobian.reshape(*shape, -1),
+                )
+            )
+        columns = [[getattr(p, f.name) for p in parts] for f in fields(cls)]
+        sums = np.sum(columns[5], axis=0), np.sum(columns[6], axis=0)
+        count, square, pull, normal, cross = (np.concatenate(column) for column in columns[:5])
+        return cls(count, square, pull, normal, cross, *sums)
+
+    def compressed(self, noise: Noise) -> tuple[Float[np.ndarray, "rows 6 6"], float]:
+        """C with V⁻¹ = (I − B C Bᵀ)/σ² for every picture, and Σ log|V|."""
+        size = np.repeat([noise.position, noise.rotation], 3) / noise.pixel
+        k = np.eye(6) + size[:, None] * self.normal * size
+        c = size[:, None] * np.linalg.inv(k) * size
+        return c, float(2.0 * self.count.sum() * np.log(noise.pixel) + np.linalg.slogdet(k)[1].sum())
+
+    def errors(self, noise: Noise) -> tuple[Float[np.ndarray, " rows"], Float[np.ndarray, " rows"]]:
+        """Expected error of the tool [m], [rad] in every picture, given its residuals."""
+        c, _ = self.compressed(noise)
+        twist = (c @ self.pull[..., None])[..., 0]
+        square = twist**2 + noise.pixel**2 * np.einsum("rii->ri", c)
+        return np.sqrt(square[:, :3].sum(1)), np.sqrt(square[:, 3:].sum(1))
+
+
+@dataclass(frozen=True, eq=False)
+class Knowledge:
+    """Prior knowledge as the likelihood takes it.
+
+    Args:
+        information: P without the geometry's.
+        pull: P d of it.
+        shares: Of each unknown that τ speaks of, its standard deviation for τ = 1 m; 0 of the others.
+        off: x − nominal.
+    """
+
+    information: Float[np.ndarray, "p p"]
+    pull: Float[np.ndarray, " p"]
+    shares: Float[np.ndarray, " p"]
+    off: Float[np.ndarray, " p"]
+
+    @classmethod
+    def of(cls, problem: Problem, x: Float[np.ndarray, " p"], shares: Float[np.ndarray, " p"]) -> "Knowledge":
+        """Of a problem without the geometry's prior."""
+        information, pull = np.diag((FAR * problem.units) ** -2), np.zeros(len(x))
+        if problem.prior is not None:
+            own = problem.prior.T @ problem.prior
+            information, pull = information + own, own @ (x - problem.prior_centre)
+        return cls(information, pull, shares, x - problem.start)
+
+
+class Variances(NamedTuple):
+    """What the pictures say of themselves.
+
+    Args:
+        noise: σ, s_p and s_r.
+        width: τ [m]; 0 without.
+        is_shown: Whether corners of one picture are off together by more than chance.
+    """
+
+    noise: Noise
+    width: float = 0.0
+    is_shown: bool = True
+
+
+def most_likely(pictures: Pictures, knowledge: Knowledge, begin: Variances) -> Variances:
+    """Variances of greatest restricted likelihood; 0 for what the pictures do not show.
+
+    Args:
+        pictures: Sums at a fit's answer.
+        knowledge: Its prior knowledge.
+        begin: Where to begin; the noise of joint readings is kept.
+    """
+    inside = knowledge.shares > 0.0
+    share = knowledge.shares[inside]
+
+    def cost(logs: np.ndarray) -> float:
+        size = np.exp(logs)
+        noise = Noise(size[1], size[2], (), size[0])
+        c, log_v = pictures.compressed(noise)
+        square = float(pictures.square.sum() - np.einsum("ri,rij,rj->", pictures.pull, c, pictures.pull))
+        mixed = c @ pictures.cross
+        weigh = 1.0 / noise.pixel**2
+        h = weigh * (pictures.information - np.tensordot(pictures.cross, mixed, ([0, 1], [0, 1])))
+        g = weigh * (pictures.gradient - np.tensordot(mixed, pictures.pull, ([0, 1], [0, 1])))
+        h, g, prior = h + knowledge.information, g - knowledge.pull, 0.0
+        if len(logs) > 3:
+            p = (share * size[3]) ** -2
+            h[inside, inside] += p
+            g[inside] -= p * knowledge.off[inside]
+            prior = float((p * knowledge.off[inside] ** 2).sum() - np.log(p).sum())
+        scale = 1.0 / np.sqrt(np.diag(h))
+        scaled = scale[:, None] * h * scale
+        log_h = np.linalg.slogdet(scaled)[1] - 2.0 * np.log(scale).sum()
+        return (
+            log_v + log_h + weigh * square + prior - float((scale * g) @ np.linalg.solve(scaled, scale * g))
+        )
+
+    count = 4 if inside.any() else 3
+    first = np.array([begin.noise.pixel, begin.noise.position, begin.noise.rotation, begin.width])[:count]
+    low, high = np.log(LEAST[:count]), np.log(MOST[:count])
+    found = optimize.minimize(
+        cost,
+        np.clip(np.log(np.maximum(first, 1e-6)), low, high),
+        method="L-BFGS-B",
+        bounds=list(zip(low, high, strict=True)),
+        options={"eps": 1e-4, "ftol": 1e-10},
+    )
+    alone = found.x.copy()
+    alone[1:3] = low[1:3]
+    size = np.where(found.x < low + 0.7, 0.0, np.exp(found.x))
+    noise = Noise(float(size[1]), float(size[2]), begin.noise.joints, float(np.exp(found.x[0])))
+    is_shown = bool(cost(alone) - found.fun > SHOWN)
+    return Variances(noise, float(size[3]) if count > 3 else 0.0, is_shown)
+
+
+def of_residuals(residual: np.ndarray, by_twist: np.ndarray, seen: np.ndarray) -> tuple[Pictures, Noise]:
+    """Sums and variances of the residuals of a model that was not fitted to them."""
+    pictures = Pictures.of(residual, by_twist, seen, np.zeros((*residual.shape, 0)))
+    nothing = Knowledge(np.zeros((0, 0)), np.zeros(0), np.zeros(0), np.zeros(0))
+    return pictures, most_likely(pictures, nothing, Variances(Noise(3e-4, 3e-4, (), 0.5))).noise
