@@ -38,6 +38,7 @@ LONGEST = 450
 LONGER: dict[str, int] = {}
 """Files that wait to be divided; an entry may only shrink."""
 HOOKS = {
+    "AbstractObservation.known",
     "AbstractObservation.unknowns",
     "AbstractObservation.start",
     "AbstractObservation.seen",
