@@ -157,11 +157,9 @@ class Problem:
         )
         spread = {n: robot.inertia_tolerance[n] for n in weighing}
         spread |= {p.name: s for p in parameters if (s := facts.get(p.name, Unknown()).sigma)}
-        if not spread:
-            return problem
-        values = robot.inertia | unknown_start
-        centre = np.array([values[n] for n in spread])
-        return problem.with_prior(tuple(spread), centre, np.diag(1.0 / np.array(list(spread.values()))))
+        centre = np.array([(robot.inertia | unknown_start)[n] for n in spread])
+        width = np.diag(1.0 / np.array(list(spread.values())))
+        return problem.with_prior(tuple(spread), centre, width) if spread else problem
 
     @cached_property
     def start(self) -> Float[np.ndarray, " p"]:
@@ -225,11 +223,6 @@ class Problem:
             )
         )
 
-    @property
-    def sees_pixels(self) -> bool:
-        """Whether corners in pictures were measured."""
-        return any(Channel.PIXEL in b.observation.channels for b in self.blocks)
-
     @cached_property
     def inverse_sigma(self) -> Float[np.ndarray, " m"]:
         """Reciprocal standard deviation of each residual component [1/m or 1/rad], joint readings exact."""
@@ -244,7 +237,7 @@ class Problem:
     def typical_noise(self) -> Noise:
         """Root mean square of all standard deviations, rows' own and joint readings' included; NaN for a
         channel without any."""
-        if self.sees_pixels:
+        if self.data.rig is not None:
             return self.noise
         live, turned = self.inverse_sigma > 0.0, self.component_channels
         variances = [self.sigma[live & mine] ** 2 for mine in (~turned, turned)]
