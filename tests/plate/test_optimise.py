@@ -57,6 +57,27 @@ def mixed(aria, plate, goal):
     return optimise_plate(aria, plate, reading=SEAT, goal=goal, rng=rng(), wish=Wish(places=300, starts=1))
 
 
+def test_locked_targets_stay_and_the_others_are_placed(aria, plate, goal):
+    """Of Table 2 two targets are kept: the search places the other eight, better than they were."""
+    held = (2, 7)
+    targets = tuple(replace(t, locked=i in held) for i, t in enumerate(plate.targets))
+    locked = replace(plate, targets=targets)
+    wish = Wish(places=300, starts=1)
+    found = optimise_plate(aria, locked, reading=SEAT, goal=goal, rng=rng(), wish=wish)
+    assert len(found.plate) == len(plate)
+    for i, (old, new) in enumerate(zip(plate.targets, found.plate.targets, strict=True)):
+        same = np.allclose(old.pose, new.pose, atol=1e-9)
+        assert same is (i in held), i
+    assert found.cost < found.start_cost
+
+
+def test_a_target_locked_out_of_reach_is_named(aria, plate, goal):
+    away = replace(plate.targets[4], xyz=plate.targets[4].xyz + np.array([3.0, 0.0, 0.0]), locked=True)
+    locked = replace(plate, targets=(*plate.targets[:4], away, *plate.targets[5:]))
+    with pytest.raises(DataError, match="target 5 is locked"):
+        optimise_plate(aria, locked, reading=SEAT, goal=goal, rng=rng(), wish=Wish(places=50, starts=1))
+
+
 @pytest.fixture(scope="module")
 def single(aria, plate, goal):
     wish = Wish(places=250, starts=1, postures=Postures.SINGLE)

@@ -329,6 +329,7 @@ class Session:
         done: Steps that undo goes back to, oldest first.
         undone: Steps that redo goes forward to, nearest last.
         history: Scores after every step, oldest first.
+        past: The plates that had these scores.
         best: The plate with the least predicted error so far.
         best_score: Its score.
         trial: The last trial of a plate on virtual arms, if any.
@@ -379,6 +380,7 @@ class Session:
     done: tuple[Step, ...] = ()
     undone: tuple[Step, ...] = ()
     history: tuple[Score, ...] = ()
+    past: tuple[Step, ...] = ()
     best: Step | None = None
     best_score: Score | None = None
     trial: Trial | None = None

@@ -65,10 +65,11 @@ def commit_step(session: Session) -> Session:
 
 def with_history(session: Session) -> Session:
     """The session with its score in the history, and as the best one if it is."""
-    session = replace(session, history=(*session.history, session.score)[-UNDO_STEPS:])
+    step = Step(session.plate, session.states)
+    history, past = (*session.history, session.score), (*session.past, step)
+    session = replace(session, history=history[-UNDO_STEPS:], past=past[-UNDO_STEPS:])
     if session.best_score is None or is_better(session.score, session.best_score):
-        best = Step(session.plate, session.states)
-        session = replace(session, best=best, best_score=session.score)
+        session = replace(session, best=step, best_score=session.score)
     return session
 
 
@@ -89,7 +90,8 @@ def rescore(session: Session) -> Session:
     now = scored(Step(session.plate, session.states))
     first = scored(Step(session.first_plate, session.first_states))
     best = Step(session.plate, session.states)
-    return replace(session, score=now, first_score=first, history=(now,), best=best, best_score=now)
+    session = replace(session, score=now, first_score=first, best=best, best_score=now)
+    return replace(session, history=(now,), past=(best,))
 
 
 def is_better(score: Score, than: Score) -> bool:

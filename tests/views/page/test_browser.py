@@ -37,7 +37,8 @@ def test_drag_changes_numbers_and_arm(app, look, tmp_path):
     page = screen.page
     assert "Drag an arrow" in screen.text("hint")
     screen.shoot("plate")
-    before = {"own": screen.text("own"), "O2": screen.text("O2"), "arm": screen.node("/arm/nominal/body2")}
+    before = {name: screen.text(name) for name in ("own", "predicted")}
+    before["arm"] = screen.node("/arm/nominal/body2")
     start = np.array(app.worker.session.plate.targets[0].xyz)
 
     at, metre = screen.grab(0)
@@ -60,8 +61,9 @@ def test_drag_changes_numbers_and_arm(app, look, tmp_path):
     assert np.allclose(moved, [-0.064, 0, 0], atol=0.012)
     assert app.worker.session.drag is None
     assert screen.text("own") != before["own"]
-    assert screen.text("O2") != before["O2"]
+    assert screen.text("predicted") != before["predicted"]
     assert not np.allclose(screen.node("/arm/nominal/body2"), before["arm"], atol=1e-3)
+    assert step_back(screen, page).startswith("Step 1: ")
     report = {"median_ms": round(statistics.median(latency), 1), "max_ms": round(max(latency), 1)}
     (Path(os.environ.get("WORKBENCH_PICTURES", tmp_path)) / "latency.json").write_text(json.dumps(report))
     assert statistics.median(latency) < 5000  # only against a freeze: the machine may be shared
@@ -69,6 +71,19 @@ def test_drag_changes_numbers_and_arm(app, look, tmp_path):
     screen.press("Undo")
     screen.wait_text("own", before["own"])
     assert np.allclose(screen.node("/arm/nominal/body2"), before["arm"], atol=1e-6)
+
+
+def step_back(screen, page):
+    """Go back to the plate of the first step; returns what it was called."""
+    page.get_by_label("Go back to").click()
+    option = page.get_by_role("option").last
+    name = option.inner_text()
+    option.click()
+    first = screen.app.worker.session.past[0].plate
+    screen.until(lambda session: session.plate is first)
+    screen.press("Undo")
+    screen.until(lambda session: session.plate is not first)
+    return name
 
 
 def test_out_of_reach_says_why_and_typing_brings_it_back(app, look):

@@ -17,7 +17,7 @@ from jaxtyping import Float
 
 from workbench.arm.linearisation import linearise
 from workbench.arm.robot import Robot
-from workbench.base.errors import OptionError
+from workbench.base.errors import DataError, OptionError
 from workbench.base.types import Outcome
 from workbench.plate.accuracy import position_weight
 from workbench.plate.criterion import RegionCriterion
@@ -110,7 +110,8 @@ def optimise_plate(
 
     Args:
         robot: Nominal arm with limits.
-        plate: Where the plate lies and how large it is; its targets are one of the starts.
+        plate: Where the plate lies and how large it is; its targets are one of the starts, and those that
+            are locked stay.
         reading: What is read at a target, and how well.
         goal: Joint positions of poses that matter [rad or m], see `plate.region_poses`.
         rng: Source of everything random.
@@ -145,6 +146,8 @@ class _Run:
         self.best_cost = np.inf
         self.start_cost, self.start_kept = np.inf, False
         self.pool: Pool | None = None
+        self.held: Candidates | None = None
+        self.held_slots = [i for i, target in enumerate(plate.targets) if target.locked]
 
     def result(self) -> PlateDesign:
         outcome = Outcome.CONVERGED
@@ -161,7 +164,7 @@ class _Run:
         self.progress(1.0)
         return describe(
             self.setting,
-            self.best,
+            self.best.take(self._in_order()),
             goal=self.goal,
             start_cost=self.start_cost,
             start_kept=self.start_kept,
@@ -169,6 +172,13 @@ class _Run:
             history=tuple(np.sqrt(self.search.history)),
             outcome=outcome,
         )
+
+    def _in_order(self) -> np.ndarray:
+        """Locked targets, which come first in the search, at their old numbers, the others in between."""
+        order = list(range(len(self.held_slots), self.number))
+        for row, slot in enumerate(self.held_slots):
+            order.insert(min(slot, len(order)), row)
+        return np.array(order)
 
     def _untouched(self) -> PlateDesign:
         return PlateDesign(
@@ -195,20 +205,39 @@ class _Run:
         solutions = given_solutions(self.setting, self.given)
         fits = self.wish.blocks.fit(solutions.places, self.half)
         good, kept = self.setting.examine(*(part[fits] for part in solutions[1:]))
-        if len(np.unique(solutions.slots)) < len(self.given) or len(self.given) != self.number:
-            return good, None
-        choice = self._choose(solutions)
-        self.start_cost = self._error(solutions.q[choice], solutions.places[choice])
         fine = np.flatnonzero(fits)[np.logical_and.reduce(list(kept.values()))]
+        is_whole = len(np.unique(solutions.slots)) == len(self.given) == self.number
+        choice = self._choose(solutions) if is_whole else np.zeros(0, int)
+        free = self._hold(good, solutions.slots[fine], np.isin(fine, choice))
+        if not is_whole:
+            return good.take(free), None
+        self.start_cost = self._error(solutions.q[choice], solutions.places[choice])
         rows = np.searchsorted(fine, choice)
         inside = rows < len(fine)
         if not inside.all() or not (fine[rows] == choice).all():
-            return good, None
+            return good.take(free), None
         near = Neighbours(self.setting, good)
         together = all(near.clear(int(r), rows[:i].tolist()) for i, r in enumerate(rows))
         spaced = all(near.spaced(rows[:i].tolist())[r] for i, r in enumerate(rows))
         self.start_kept = together and spaced
-        return good, rows if self.start_kept else None
+        rows = np.delete(rows, self.held_slots)
+        return good.take(free), np.searchsorted(free, rows) if self.start_kept else None
+
+    def _hold(self, good: Candidates, slots: np.ndarray, is_chosen: np.ndarray) -> np.ndarray:
+        """Hold a posture of every locked target, the chosen one if possible; returns the other rows."""
+        rows = []
+        for slot in self.held_slots:
+            mine = np.flatnonzero(slots == slot)
+            if not len(mine):
+                raise DataError(
+                    f"target {slot + 1} is locked where the arm does not keep the margins; unlock or move it"
+                )
+            rows.append(int(mine[np.argmax(is_chosen[mine])]))
+        self.held = good.take(np.array(rows)) if rows else None
+        return np.flatnonzero(~np.isin(slots, self.held_slots))
+
+    def _with_held(self, candidates: Candidates) -> Candidates:
+        return candidates if self.held is None else self.held.join(candidates)
 
     def _choose(self, solutions) -> np.ndarray:
         """The best branches for the given plate, collisions or not."""
@@ -234,7 +263,7 @@ class _Run:
 
     def _search(self, start: Candidates | None, exact: np.ndarray | None) -> None:
         if start is not None and exact is not None:
-            self._keep(start.take(exact))
+            self._keep(self._with_held(start.take(exact)))
         self.pool = draw_pool(
             self.setting,
             self.wish.blocks,
@@ -251,7 +280,7 @@ class _Run:
             self._exchange(candidates.take(rows), [int(np.searchsorted(rows, c)) for c in first if c in rows])
             self.progress(POOL_SHARE + (EXCHANGE_SHARE - POOL_SHARE) * (i + 1) / len(groups))
         if self.best is not None:
-            self._keep(self.search.polish(self.wish.blocks, self.half, self.best))
+            self._keep(self.search.polish(self.wish.blocks, self.half, self.best, len(self.held_slots)))
 
     def _groups(self, candidates: Candidates) -> list[np.ndarray]:
         """All candidates, or those of each branch."""
@@ -260,12 +289,13 @@ class _Run:
         return [np.flatnonzero(candidates.branches == name) for name in np.unique(candidates.branches)]
 
     def _exchange(self, candidates: Candidates, first: list[int]) -> None:
+        candidates, held = self._with_held(candidates), len(self.held_slots)
         near = Neighbours(self.setting, candidates)
         for number in range(self.wish.starts):
-            begun = first if number == 0 else []
+            begun = [*range(held), *([c + held for c in first] if number == 0 else [])]
             chosen = self.search.fill(near, begun, self.number, greedy=number < 2)
             if chosen is not None:
-                self._keep(candidates.take(np.array(self.search.exchange(near, chosen))))
+                self._keep(candidates.take(np.array(self.search.exchange(near, chosen, held))))
 
     def _keep(self, targets: Candidates) -> None:
         """Remember the targets if they are the best so far."""

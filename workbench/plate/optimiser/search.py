@@ -82,23 +82,25 @@ class Search:
             chosen.append(found)
         return chosen
 
-    def exchange(self, near: Neighbours, chosen: list[int]) -> list[int]:
-        """Exchange targets until none can be changed for the better."""
+    def exchange(self, near: Neighbours, chosen: list[int], held: int = 0) -> list[int]:
+        """Exchange targets until none can be changed for the better; the first so many are held."""
         chosen = list(chosen)
         cost = self.cost(near.pool.rows[chosen])
         for _ in range(ROUNDS):
             before = cost
-            for slot in range(len(chosen)):
+            for slot in range(held, len(chosen)):
                 cost = self._improve(near, chosen, slot, cost, 0)
             self.history.append(cost)
             if cost >= before * (1.0 - BETTER):
                 break
         return chosen
 
-    def polish(self, blocks: Blocks, half: Float[np.ndarray, "2"], targets: Candidates) -> Candidates:
-        """Move every target a little where that lowers the criterion."""
+    def polish(
+        self, blocks: Blocks, half: Float[np.ndarray, "2"], targets: Candidates, held: int = 0
+    ) -> Candidates:
+        """Move every target a little where that lowers the criterion; the first so many are held."""
         for step in STEPS:
-            for slot in range(len(targets)):
+            for slot in range(held, len(targets)):
                 near = Neighbours(
                     self.setting, targets.join(self._variants(blocks, half, targets, slot, step))
                 )

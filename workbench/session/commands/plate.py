@@ -59,7 +59,7 @@ class ClusterTargets(AbstractTask):
 
 @dataclass(frozen=True)
 class ImprovePlate(AbstractTask):
-    """Let the program place all targets for the least predicted error in the region, free of collisions.
+    """Let the program place all targets but the locked ones for the least predicted error in the region.
 
     Args:
         seed: Of the search.
@@ -71,9 +71,8 @@ class ImprovePlate(AbstractTask):
 
     def check(self, session: Session) -> None:
         check_free(session)
-        locked = [i + 1 for i, target in enumerate(session.plate.targets) if target.locked]
-        if locked:
-            raise OptionError(f"the search moves all targets; unlock target {locked[0]} first")
+        if all(target.locked for target in session.plate.targets):
+            raise OptionError("all targets are locked; unlock those that may be moved")
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
         from workbench.plate.design import optimise_plate
@@ -91,7 +90,8 @@ class ImprovePlate(AbstractTask):
 
     def finish(self, session: Session, result: Any) -> Session:
         check_free(session)
-        better = place_targets(session, result)
+        pairs = zip(session.plate.targets, result, strict=True)
+        better = place_targets(session, tuple(old if old.locked else new for old, new in pairs))
         if not is_better(better.score, session.score):
             return session.tell(Severity.INFO, "the search found no better plate")
         before, now = 1e3 * session.score.position, 1e3 * better.score.position

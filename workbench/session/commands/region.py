@@ -87,9 +87,7 @@ class ShowCubes(AbstractChange):
         if self.view.field is Field.MEASURED and session.comparison is None:
             raise DataError("there are no measurements yet; load a file or measure a virtual arm first")
         if self.view.field is Field.YIELD and values(replace(session, cube_view=self.view)) is None:
-            raise DataError(
-                "no yield is known for this region; press Try this plate under Yield in the Plate tab"
-            )
+            raise DataError("no yield is known for this region; press Try this plate in the Plate tab")
 
     def apply(self, session: Session) -> Session:
         return replace(session, cube_view=self.view)

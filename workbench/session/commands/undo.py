@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 
+from workbench.base.errors import OptionError
 from workbench.session.command import AbstractChange
 from workbench.session.state import Session, Severity, Step
 from workbench.session.target_steps import begin_step, check_free, commit_step, first_difference, with_targets
@@ -70,6 +71,32 @@ class RestoreBest(AbstractChange):
         if session.best is None or session.best.plate is session.plate:
             return session.tell(Severity.INFO, "this is the best plate so far")
         return go_to_step(begin_step(session), session.best)
+
+
+@dataclass(frozen=True)
+class GoBackTo(AbstractChange):
+    """Put the plate back to how it was after a step of the history; can be undone.
+
+    Args:
+        step: Which, counted from 0.
+    """
+
+    step: int
+
+    @property
+    def title(self) -> str:
+        return f"Back to the plate after step {self.step + 1}"
+
+    def check(self, session: Session) -> None:
+        check_free(session)
+        if not 0 <= self.step < len(session.past):
+            raise OptionError(f"step must be 1 to {len(session.past)}, got {self.step + 1}")
+
+    def apply(self, session: Session) -> Session:
+        step = session.past[self.step]
+        if step.plate is session.plate:
+            return session.tell(Severity.INFO, "the plate is as it was then")
+        return go_to_step(begin_step(session), step)
 
 
 def go_to_step(session: Session, step: Step) -> Session:

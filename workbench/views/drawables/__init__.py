@@ -6,6 +6,7 @@
 | `arm/bent`, `arm/branch/N` | as its effects bend it; in the other branches that reach the selected target |
 | `arm/blame/N` | a glow about the joint of the effect whose law is shown |
 | `plate/solid`, `plate/targets/N`, `…/number` | fixture, targets |
+| `plate/before/N`, `reach/envelope` | targets before the last step; how far the arm reaches, in a drag |
 | `region/outline`, `region/cubes` | the region that matters and its cube field |
 | `measured`, `measured/held_out` | measured positions, coloured by their error |
 | `errors/nominal`, `errors/calibrated` | errors as arrows, exaggerated |
@@ -20,7 +21,8 @@ from workbench.session.state import Session
 from workbench.views.drawables.arms import arms, bent_arm, blame, branches
 from workbench.views.drawables.item import Item
 from workbench.views.drawables.measured import looked_at, measured
-from workbench.views.drawables.plate import plate
+from workbench.views.drawables.plate import plate, plate_before
+from workbench.views.drawables.reach import envelope
 from workbench.views.drawables.region import region
 from workbench.views.drawables.track import on_its_way, track
 
@@ -30,7 +32,7 @@ SUBJECTS = (arms, plate, region, measured, track)
 
 def on_page(session: Session) -> Iterator[Item]:
     """Everything that the page shows."""
-    for subject in (*SUBJECTS, branches, looked_at, bent_arm, blame, on_its_way):
+    for subject in (*SUBJECTS, plate_before, envelope, branches, looked_at, bent_arm, blame, on_its_way):
         yield from subject(session)
 
 

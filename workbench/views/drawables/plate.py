@@ -6,8 +6,8 @@ import numpy as np
 
 from workbench.base.types import Matrix4, Vector3
 from workbench.plate.plate import Target
-from workbench.session.state import Session, TargetState
-from workbench.views.appearance.colours import BLOCKED, OUT_OF_REACH, PLATE, REACHED, SELECTED
+from workbench.session.state import Focus, Session, TargetState
+from workbench.views.appearance.colours import BLOCKED, BRANCH, OUT_OF_REACH, PLATE, REACHED, SELECTED
 from workbench.views.appearance.shapes import SIDE, box, target_block
 from workbench.views.drawables.drawable import Colour, Label, Mesh
 from workbench.views.drawables.item import Item
@@ -22,6 +22,20 @@ def plate(session: Session) -> Iterator[Item]:
         path, colour = f"plate/targets/{i + 1}", target_colour(state, selected=i == session.selected)
         yield Item(path, _block, (i, target, fixture.pose, colour))
         yield Item(f"{path}/number", _number, (i, target))
+
+
+def plate_before(session: Session) -> Iterator[Item]:
+    """Grey blocks where targets stood before the last step, or before the drag that is under way."""
+    if not session.done or session.focus is not Focus.TARGET:
+        return
+    before, now = session.done[-1].plate, session.plate.targets
+    for i, target in enumerate(before.targets):
+        if i >= len(now) or (now[i] is not target and not np.allclose(now[i].pose, target.pose)):
+            yield Item(f"plate/before/{i + 1}", _ghost, (target, before.pose))
+
+
+def _ghost(target: Target, plate: Matrix4) -> Mesh:
+    return Mesh(solid=target_block(target.pose, plate), colour=BRANCH, opacity=0.35, flat=True)
 
 
 def _solid(size: Vector3, pose: Matrix4) -> Mesh:

@@ -14,7 +14,7 @@ from workbench.session.view import AbstractView
 from workbench.session.worker import Worker
 from workbench.views.page.html import MUTED, block, text
 from workbench.views.page.panels.arm import ArmPanel
-from workbench.views.page.panels.arrange import ArrangePanel, TablePanel
+from workbench.views.page.panels.arrange import ArrangePanel, ImprovePanel, TablePanel
 from workbench.views.page.panels.bending import BendingPanel
 from workbench.views.page.panels.choices import ChoicesPanel
 from workbench.views.page.panels.compare import ComparePanel
@@ -25,7 +25,7 @@ from workbench.views.page.panels.fit import FitPanel
 from workbench.views.page.panels.guided import GuidedPanel
 from workbench.views.page.panels.header import Header, Verdict
 from workbench.views.page.panels.history import HistoryPanel
-from workbench.views.page.panels.index import IndexPanel
+from workbench.views.page.panels.index import IndexPanel, IndicesPanel
 from workbench.views.page.panels.influence import InfluencePanel
 from workbench.views.page.panels.jog import CapturedPanel, JogPanel, ToolPanel
 from workbench.views.page.panels.joints import JointsPanel
@@ -48,11 +48,13 @@ TABS: dict[Tab, tuple[type[AbstractPanel], ...]] = {
     Tab.PLATE: (
         TargetsPanel,
         IndexPanel,
+        ImprovePanel,
+        ProductionPanel,
         HistoryPanel,
+        IndicesPanel,
         InfluencePanel,
         ArrangePanel,
         TablePanel,
-        ProductionPanel,
         NoisePanel,
     ),
     Tab.REGION: (RegionPanel,),
@@ -106,8 +108,7 @@ def _build_panels(server: viser.ViserServer, worker: Worker, link: str) -> tuple
     gui = server.gui
     gui.main_panel.dock_right()
     gui.main_panel.set_width(PANEL_WIDTH)
-    panels: list[AbstractPanel] = [ResidualsPanel(worker)]
-    panels[0].build(server)
+    panels: list[AbstractPanel] = []
     with gui.add_folder("Next"):
         for kind in STRIP:
             panels.append(kind(worker))
@@ -122,6 +123,8 @@ def _build_panels(server: viser.ViserServer, worker: Worker, link: str) -> tuple
                 panels[-1].build(server)
             if link and FilesPanel in kinds:
                 gui.add_html(_link(link))
+    panels.append(ResidualsPanel(worker))
+    panels[-1].build(server)
     return panels, tabs
 
 

@@ -21,34 +21,36 @@ KINDS = {name.capitalize(): name for name in PATTERNS}
 SEPARATORS = str.maketrans({",": " ", ";": " ", "\t": " ", "−": "-"})
 
 
-class ArrangePanel(AbstractPanel):
-    """What moves several targets at once, or one with precision."""
+class ImprovePanel(AbstractPanel):
+    """The one button that makes the plate better."""
 
     def build(self, server: viser.ViserServer) -> None:
         gui = server.gui
-        mix = gui.add_button(
-            "Best mix of branches",
-            icon=viser.Icon.ARROWS_SHUFFLE,
-            color="gray",
-            hint="Choose the branches together for the least predicted error; branches chosen by "
-            "hand are kept.",
-        )
-        on_press(mix, lambda: self._worker.submit(MixBranches()))
         self._improve = gui.add_button(
             "Improve this plate",
             icon=viser.Icon.SPARKLES,
-            hint="Let the program place all targets for the least predicted error in the region, reachable "
-            "and free of collisions. Runs in the background; Cancel stops it, Undo restores the old plate.",
+            hint="Let the program place all targets but the locked ones for the least predicted error in the "
+            "region, reachable and free of collisions. Cancel stops it, Undo restores the old plate.",
         )
         on_press(self._improve, self._improve_plate)
-        self._cluster = gui.add_button(
-            "Search poses of equal index",
-            icon=viser.Icon.SEARCH,
-            color="gray",
-            hint="Workspace clustering: replace the targets by as many poses with equal index O in mutually "
-            "different cubes of the region, the best such set. Takes a few seconds; Undo reverts this.",
-        )
-        on_press(self._cluster, self._search)
+
+    def parts(self, session: Session) -> tuple[Any, ...]:
+        return (session.job is None,)
+
+    def show(self, session: Session) -> None:
+        self._improve.disabled = session.job is not None
+
+    def _improve_plate(self) -> None:
+        self._worker.submit(ImprovePlate(seed=len(self._worker.session.history)))
+
+
+class ArrangePanel(AbstractPanel):
+    """What else moves several targets at once, or one with precision; folded."""
+
+    def build(self, server: viser.ViserServer) -> None:
+        gui = server.gui
+        with gui.add_folder("Other searches", expand_by_default=False):
+            self._build_searches(gui)
         with gui.add_folder("Snap and number", expand_by_default=False):
             self._build_snap(gui)
         with gui.add_folder("Pattern", expand_by_default=False):
@@ -59,9 +61,26 @@ class ArrangePanel(AbstractPanel):
 
     def show(self, session: Session) -> None:
         set_value(self._number, session.selected + 1)
-        for button in (self._improve, self._cluster):
-            button.disabled = session.job is not None
+        self._cluster.disabled = session.job is not None
         self._number.max = len(session.plate)
+
+    def _build_searches(self, gui: viser.GuiApi) -> None:
+        mix = gui.add_button(
+            "Best mix of branches",
+            icon=viser.Icon.ARROWS_SHUFFLE,
+            color="gray",
+            hint="Choose the branches together for the least predicted error; branches chosen by "
+            "hand are kept.",
+        )
+        on_press(mix, lambda: self._worker.submit(MixBranches()))
+        self._cluster = gui.add_button(
+            "Search poses of equal index",
+            icon=viser.Icon.SEARCH,
+            color="gray",
+            hint="Workspace clustering: replace the targets by as many poses with equal index O in mutually "
+            "different cubes of the region, the best such set. Takes a few seconds; Undo reverts this.",
+        )
+        on_press(self._cluster, self._search)
 
     def _build_snap(self, gui: viser.GuiApi) -> None:
         on_choice(
@@ -113,9 +132,6 @@ class ArrangePanel(AbstractPanel):
 
     def _snap(self, to: str) -> None:
         self._worker.submit(SnapTarget(self._worker.session.selected, to))
-
-    def _improve_plate(self) -> None:
-        self._worker.submit(ImprovePlate(seed=len(self._worker.session.history)))
 
     def _search(self) -> None:
         number = len(self._worker.session.plate)

@@ -1,58 +1,112 @@
-"""How the last steps changed the plate: the predicted error after each."""
+"""How the last steps changed the plate: the predicted error after each, and the way back to any of them."""
 
 from typing import Any
 
 import numpy as np
 import viser
 
+from workbench.session.commands.undo import GoBackTo
 from workbench.session.state import Score, Session
 from workbench.views.appearance.colours import SELECTED, css
-from workbench.views.page.html import GOOD, MUTED, block, heading, number, text
-from workbench.views.page.panels.panel import AbstractPanel
+from workbench.views.page.html import GOOD, LINE, MUTED, block, heading, number, text
+from workbench.views.page.panels.panel import AbstractPanel, on_change, set_options
 
-WIDTH, HEIGHT, MARGIN = 340, 64, 6
+WIDTH, HEIGHT, LEFT, FOOT, MARGIN = 340, 78, 38, 14, 6
 SHOWN = 40
 """Steps drawn at most."""
+HERE = "–"
 
 
 class HistoryPanel(AbstractPanel):
-    """A small plot; the best step is marked."""
+    """A small plot with its numbers; the best step is marked. Any step can be gone back to."""
 
     def build(self, server: viser.ViserServer) -> None:
         self._html = server.gui.add_html("")
+        self._back = server.gui.add_dropdown(
+            "Go back to",
+            [HERE],
+            visible=False,
+            hint="Put the plate back to how it was after one of these steps; Undo reverts this.",
+        )
+        on_change(self._back, self._go_back)
 
     def parts(self, session: Session) -> tuple[Any, ...]:
         return (session.history,)
 
     def show(self, session: Session) -> None:
-        scores = session.history[-SHOWN:]
-        self._html.content = block(_plot(scores), testid="history") if len(scores) > 1 else ""
+        first = max(len(session.history) - SHOWN, 0)
+        scores = session.history[first:]
+        is_shown = len(scores) > 1
+        self._html.content = block(_plot(scores, first), testid="history") if is_shown else ""
+        self._back.visible = is_shown
+        set_options(self._back, [HERE, *step_names(scores, first)], HERE)
+
+    def _go_back(self) -> None:
+        name = self._back.value
+        if name != HERE:
+            self._worker.submit(GoBackTo(int(name.split()[1].rstrip(":")) - 1))
 
 
-def _plot(scores: tuple[Score, ...]) -> str:
-    values = np.array([s.position for s in scores])
-    words = "Predicted error after each step [mm]"
-    if not np.isfinite(values).any():
-        values, words = np.array([s.indices["O1"] for s in scores]), "Index O1 after each step"
+def values_of(scores: tuple[Score, ...]) -> tuple[np.ndarray, str, str]:
+    """A number for every step, its unit, and what it is."""
+    values = 1e3 * np.array([s.position for s in scores])
+    if np.isfinite(values).any():
+        return values, "mm", "Predicted error after each step [mm]"
+    return np.array([s.indices["O1"] for s in scores]), "", "Index O1 after each step"
+
+
+def step_names(scores: tuple[Score, ...], first: int) -> list[str]:
+    """The steps in words, the latest first; the present one is none to go back to."""
+    values, unit, _ = values_of(scores)
+    best = _best(values, unit)
+    names = [
+        f"Step {first + i + 1}: {number(float(value))} {unit}".rstrip() + (" (best)" if i == best else "")
+        for i, value in enumerate(values[:-1])
+    ]
+    return names[::-1]
+
+
+def _best(values: np.ndarray, unit: str) -> int:
+    known = np.where(np.isfinite(values), values, np.nan)
+    if np.isnan(known).all():
+        return -1
+    return int(np.nanargmin(known) if unit else np.nanargmax(known))
+
+
+def _plot(scores: tuple[Score, ...], first: int) -> str:
+    values, unit, words = values_of(scores)
     finite = np.isfinite(values)
     if finite.sum() < 2:
         return ""
     logs = np.log(np.maximum(np.where(finite, values, np.nan), 1e-12))
     low, high = np.nanmin(logs), np.nanmax(logs)
-    x = MARGIN + (WIDTH - 2 * MARGIN) * np.arange(len(values)) / (len(values) - 1)
-    y = MARGIN + (HEIGHT - 2 * MARGIN) * (1.0 - (logs - low) / max(high - low, 1e-9))
+    room = HEIGHT - 2 * MARGIN
+    x = LEFT + MARGIN + (WIDTH - LEFT - 2 * MARGIN) * np.arange(len(values)) / (len(values) - 1)
+    y = MARGIN + room * (1.0 - (logs - low) / max(high - low, 1e-9))
     line = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x[finite], y[finite], strict=True))
-    best = int(np.nanargmin(np.where(finite, values, np.nan)))
+    best = _best(values, unit)
     points = enumerate(zip(x.tolist(), y.tolist(), values.tolist(), strict=True))
-    dots = "".join(_dot(*point, i == best) for i, point in points if finite[i])
+    dots = "".join(_dot(first + i + 1, *point, unit, i == best) for i, point in points if finite[i])
+    ends = [(MARGIN + 4, np.nanmax(values)), (HEIGHT - MARGIN + 4, np.nanmin(values))]
+    numbers = "".join(_words(LEFT - 4, at, number(float(value)), "end") for at, value in ends)
+    steps = _words(LEFT + MARGIN, HEIGHT + FOOT - 2, f"step {first + 1}", "start")
+    steps += _words(WIDTH - 2, HEIGHT + FOOT - 2, f"{first + len(values)}", "end")
     return heading(words) + (
-        f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" width="100%">'
+        f'<svg viewBox="0 0 {WIDTH} {HEIGHT + FOOT}" width="100%">'
+        f'<path d="M{LEFT} 0V{HEIGHT}H{WIDTH}" fill="none" style="stroke:{LINE}"/>{numbers}{steps}'
         f'<polyline points="{line}" fill="none" style="stroke:{MUTED}" stroke-width="1.2"/>{dots}</svg>'
     )
 
 
-def _dot(x: float, y: float, value: float, is_best: bool) -> str:
+def _dot(step: int, x: float, y: float, value: float, unit: str, is_best: bool) -> str:
     colour, radius = (GOOD, 4.5) if is_best else (css(SELECTED), 2.6)
-    words = f"{number(1e3 * value)} mm" + (", the best so far" if is_best else "")
+    words = f"step {step}: {number(value)} {unit}" + (", the best so far" if is_best else "")
     title = f"<title>{text(words)}</title>"
     return f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{radius}" fill="{colour}">{title}</circle>'
+
+
+def _words(x: float, y: float, words: str, anchor: str) -> str:
+    return (
+        f'<text x="{x:.1f}" y="{y:.1f}" font-size="10" text-anchor="{anchor}" style="fill:{MUTED}">'
+        f"{text(words)}</text>"
+    )

@@ -9,20 +9,26 @@ from workbench.plate.indices import INDICES
 from workbench.session.state import Score, Session
 from workbench.views.appearance.colours import OUT_OF_REACH, css
 from workbench.views.drawables.plate import target_colour
-from workbench.views.page.html import MUTED, block, change, heading, number, table, text
+from workbench.views.page.html import GOOD, MUTED, block, change, heading, number, table, text
 from workbench.views.page.panels.panel import AbstractPanel
 
-WIDTH, HEIGHT = 340, 46
+WIDTH, HEIGHT, HEAD = 340, 46, 13
+"""Size of the bars, and room for the numbers above them."""
+INK = "var(--mantine-color-text)"
+FULL = 0.3
+"""Rise of the error, as a share, of a bar of full height, at least."""
+NORM_OF_NOISE = float(np.sqrt(8.0 / np.pi))
+"""Mean length of an error whose coordinates have a standard deviation of 1."""
 
 
 class IndexPanel(AbstractPanel):
-    """Index of each target, indices of the set, predicted error; drawn at every step of a drag."""
+    """Predicted error, what it is worth, and the worth of each target; drawn at every step of a drag."""
 
     def build(self, server: viser.ViserServer) -> None:
         self._html = server.gui.add_html("")
 
     def parts(self, session: Session) -> tuple[Any, ...]:
-        return session.score, session.first_score, session.states, session.selected
+        return session.score, session.first_score, session.states, session.selected, session.noise
 
     def show(self, session: Session) -> None:
         now, first = session.score, session.first_score
@@ -30,14 +36,55 @@ class IndexPanel(AbstractPanel):
             heading("Predicted error in the region after calibration")
             + _measurable(session)
             + _predicted(now, first)
-            + heading("Index O of each target")
-            + _bars(session)
+            + judgement(now.position, session.noise.position)
+            + heading("Predicted error without each target")
+            + worth(session)
             + _worst(now)
-            + heading("Observability of all targets (larger is better)")
-            + _indices(now, first)
             + _rank(now),
             testid="index",
         )
+
+
+class IndicesPanel(AbstractPanel):
+    """All observability indices, for who wants them."""
+
+    pause = 0.25
+
+    def build(self, server: viser.ViserServer) -> None:
+        with server.gui.add_folder("All indices", expand_by_default=False):
+            self._html = server.gui.add_html("")
+
+    def parts(self, session: Session) -> tuple[Any, ...]:
+        return session.score, session.first_score
+
+    def show(self, session: Session) -> None:
+        head = heading("Observability of all targets (larger is better)")
+        content = head + _indices(session.score, session.first_score)
+        self._html.content = block(content, testid="indices")
+
+
+def judgement(position: float, noise: float, wanted: float | None = None) -> str:
+    """Whether a predicted error is good: against what is wanted, and against the instrument.
+
+    Args:
+        position: Predicted mean position error [m].
+        noise: Standard deviation of each coordinate that the instrument measures [m].
+        wanted: Position error that is wanted at most [m]; None if nothing is.
+    """
+    if not np.isfinite(position):
+        return ""
+    parts = []
+    if wanted is not None:
+        good = position <= wanted
+        words = f"{'meets' if good else 'misses'} the wanted {number(1e3 * wanted)} mm"
+        parts.append(f'<span style="color:{GOOD if good else css(OUT_OF_REACH)}">{words}</span>')
+    length = NORM_OF_NOISE * noise
+    times = position / length
+    if times < 1.0:
+        reading = f"below one reading of the instrument, which errs by {number(1e3 * length)} mm"
+    else:
+        reading = f"{number(times, 2)} × what one reading errs by ({number(1e3 * length)} mm)"
+    return f'<div data-testid="judgement" style="color:{MUTED}">{"; ".join([*parts, reading])}</div>'
 
 
 def _measurable(session: Session) -> str:
@@ -70,39 +117,42 @@ def _predicted(now: Score, first: Score) -> str:
     )
 
 
-def _bars(session: Session) -> str:
-    """One bar per target, full height for O = 1."""
-    values, count = session.score.per_target, len(session.states)
-    step = WIDTH / max(count, 1)
+def worth(session: Session) -> str:
+    """A bar a target: by how much the error would rise without it. What cannot be done without is full."""
+    rises, count = session.score.rises, len(session.states)
+    finite = rises[np.isfinite(rises)]
+    top, step = max(FULL, float(finite.max(initial=0.0))), WIDTH / max(count, 1)
     parts = []
-    for i, (value, state) in enumerate(zip(values, session.states, strict=True)):
+    for i, (rise, state) in enumerate(zip(rises.tolist(), session.states, strict=True)):
         colour = css(target_colour(state, selected=i == session.selected))
-        high = 3.0 if np.isnan(value) else max(3.0, HEIGHT * float(value))
-        rise = session.score.rises[i]
-        words = f"target {i + 1}: " + (state.obstacle or f"O = {value:.3f}")
-        words += f"; without it {100 * rise:+.0f} % error" if np.isfinite(rise) else ""
-        x = step * i
+        share = 1.0 if np.isinf(rise) else 0.0 if np.isnan(rise) else min(rise / top, 1.0)
+        high, x, middle = max(3.0, HEIGHT * share), step * i, step * (i + 0.5)
+        above = "!" if np.isinf(rise) else "" if np.isnan(rise) else f"+{100 * rise:.0f}"
+        words = f"target {i + 1}: " + (_without(rise) if state.measurable else state.obstacle)
         parts.append(
-            f'<rect x="{x + 0.14 * step:.1f}" y="{HEIGHT - high:.1f}" width="{0.72 * step:.1f}" '
-            f'height="{high:.1f}" rx="2" fill="{colour}"><title>{text(words)}</title></rect>'
-            f'<text x="{x + 0.5 * step:.1f}" y="{HEIGHT + 13}" text-anchor="middle" font-size="11" '
-            f'style="fill:{MUTED}">{i + 1}</text>'
+            f'<g><title>{text(words)}</title><rect x="{x + 0.14 * step:.1f}" y="{HEAD + HEIGHT - high:.1f}" '
+            f'width="{0.72 * step:.1f}" height="{high:.1f}" rx="2" fill="{colour}"/>'
+            f'<text x="{middle:.1f}" y="{HEAD + HEIGHT - high - 3:.1f}" text-anchor="middle" '
+            f'font-size="{min(11.0, 0.5 * step + 2):.1f}" style="fill:{INK}">{above}</text>'
+            f'<text x="{middle:.1f}" y="{HEAD + HEIGHT + 13}" text-anchor="middle" '
+            f'font-size="11" style="fill:{MUTED}">{i + 1}</text></g>'
         )
-    own, box = values[session.selected], f"0 0 {WIDTH} {HEIGHT + 17}"
+    selected, own = (of[session.selected] for of in (rises, session.score.per_target))
     return (
-        f'<svg viewBox="{box}" width="100%" data-testid="bars">{"".join(parts)}</svg>'
-        f'<div style="color:{MUTED}" title="Inverse condition number of the target alone; 1 is best.">'
-        f'Target {session.selected + 1}: <span data-testid="own">{number(own)}</span>'
-        f"{_loss(session.score.rises[session.selected])}</div>"
+        f'<svg viewBox="0 0 {WIDTH} {HEAD + HEIGHT + 17}" width="100%" data-testid="bars">'
+        f"{''.join(parts)}</svg>"
+        f'<div style="color:{MUTED}">Target {session.selected + 1}: '
+        f'<span data-testid="loss">{_without(selected) or "does not count"}</span> (bars in %) · '
+        '<span title="Inverse condition number of the target alone; 1 is best.">index O '
+        f'<span data-testid="own">{number(own)}</span></span></div>'
     )
 
 
-def _loss(rise: float) -> str:
-    """What would be lost without the selected target."""
+def _without(rise: float) -> str:
+    """What would be lost without a target."""
     if np.isnan(rise):
         return ""
-    words = "parameters would be undetermined" if np.isinf(rise) else f"{100 * rise:+.0f} % error"
-    return f' · without it <span data-testid="loss">{words}</span>'
+    return "parameters undetermined without it" if np.isinf(rise) else f"{100 * rise:+.0f} % error without it"
 
 
 def _worst(now: Score) -> str:

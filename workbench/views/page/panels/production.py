@@ -17,30 +17,31 @@ class ProductionPanel(AbstractPanel):
 
     def build(self, server: viser.ViserServer) -> None:
         gui = server.gui
-        with gui.add_folder("Yield", expand_by_default=False):
-            self._arms = gui.add_number(
-                "Virtual arms",
-                TryPlate.arms,
-                min=1,
-                max=MOST_ARMS,
-                step=1,
-                hint="Number of arms with random manufacturing errors to calibrate on this plate. More arms "
-                "give a narrower interval and take longer.",
-            )
-            self._try = gui.add_button(
-                "Try this plate",
-                icon=viser.Icon.CHART_BAR,
-                hint="The share of arms that meet eq. (3) everywhere in the region, and which error matters "
-                "most. Takes about a minute in the background; Cancel stops it.",
-            )
-            on_press(self._try, lambda: self._worker.submit(TryPlate(int(self._arms.value))))
-            self._result = gui.add_html("")
+        self._try = gui.add_button(
+            "Try this plate",
+            icon=viser.Icon.CHART_BAR,
+            color="gray",
+            hint="Calibrate virtual arms with random manufacturing errors on it: the share that meets "
+            "eq. (3) everywhere in the region, and which error matters most. Takes about a minute; Cancel "
+            "stops it.",
+        )
+        on_press(self._try, lambda: self._worker.submit(TryPlate(int(self._arms.value))))
+        self._result = gui.add_html("", visible=False)
+        self._arms = gui.add_number(
+            "Virtual arms",
+            TryPlate.arms,
+            min=1,
+            max=MOST_ARMS,
+            step=1,
+            hint="How many arms are tried. More of them give a narrower interval and take longer.",
+        )
 
     def parts(self, session: Session) -> tuple[Any, ...]:
         return session.job is None, session.trial, _is_outdated(session)
 
     def show(self, session: Session) -> None:
         self._try.disabled = session.job is not None
+        self._result.visible = session.trial is not None
         self._result.content = result(session)
 
 
@@ -48,8 +49,7 @@ def result(session: Session) -> str:
     """The last yield in words, if there is one."""
     trial = session.trial
     if trial is None:
-        words = "Not tried yet."
-        return block(words, testid="yield", style=f"color:{MUTED};margin:4px 0")
+        return ""
     content = heading("Yield") + f"<div>{text(yield_sentence(trial.found))}.</div>"
     if _is_outdated(session):
         words = "The plate or the instrument has changed since; try again."
@@ -66,7 +66,7 @@ class NoisePanel(AbstractPanel):
     """Two numbers."""
 
     def build(self, server: viser.ViserServer) -> None:
-        with server.gui.add_folder("Instrument"):
+        with server.gui.add_folder("Instrument", expand_by_default=False):
             self._position = server.gui.add_number(
                 "Noise [mm]",
                 0.1,

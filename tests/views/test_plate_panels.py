@@ -1,0 +1,124 @@
+"""The plate tab's pictures: worth of targets, history, whether an error is good; ghosts and reach."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from workbench.arm.built_in_arms import load_robot
+from workbench.arm.kinematics.envelope import ring_at
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
+from workbench.base import se3
+from workbench.plate.plate_toml import load_plate
+from workbench.session import start
+from workbench.session.commands.drag import GrabTarget, MoveTarget
+from workbench.session.commands.undo import GoBackTo, Undo
+from workbench.views.drawables.plate import plate_before
+from workbench.views.drawables.reach import envelope
+from workbench.views.page.panels.history import _plot, step_names
+from workbench.views.page.panels.index import judgement, worth
+
+
+@pytest.fixture(scope="module")
+def first():
+    return start(load_robot("aria"), load_plate("table2"))
+
+
+@pytest.fixture(scope="module")
+def moved(first):
+    """Two steps later."""
+    session = first
+    for number, x in ((0, 0.45), (4, 0.33)):
+        target = session.plate.targets[number]
+        session = MoveTarget(number, (x, *target.xyz[1:].tolist()), tuple(target.rpy.tolist())).apply(session)
+    return session
+
+
+def test_every_bar_says_what_is_lost_without_its_target(first):
+    words = worth(first)
+    for i, rise in enumerate(first.score.rises):
+        assert f"target {i + 1}: {100 * rise:+.0f} % error without it" in words
+        assert f">+{100 * rise:.0f}</text>" in words
+    heights = [float(part.split('"')[0]) for part in words.split('height="')[1:]]
+    assert np.argmax(heights) == np.argmax(first.score.rises)
+
+
+def test_a_target_that_nothing_replaces_is_marked(first):
+    rises = np.array(first.score.rises)
+    rises[2], rises[5] = np.inf, np.nan
+    words = worth(replace(first, score=replace(first.score, rises=rises), selected=2))
+    assert "parameters undetermined without it" in words
+    assert ">!</text>" in words
+
+
+@pytest.mark.parametrize(
+    ("position", "wanted", "expected"),
+    [
+        (1.25e-4, None, "below one reading of the instrument, which errs by 0.160 mm"),
+        (3.2e-4, None, "2.0 × what one reading errs by (0.160 mm)"),
+        (1.25e-4, 1e-3, "meets the wanted 1.00 mm"),
+        (2e-3, 1e-3, "misses the wanted 1.00 mm"),
+        (np.inf, 1e-3, ""),
+        (np.nan, None, ""),
+    ],
+)
+def test_an_error_is_judged_against_the_wanted_one_and_the_instrument(position, wanted, expected):
+    words = judgement(position, 1e-4, wanted)
+    assert expected in words
+    assert bool(words) is bool(expected)
+
+
+def test_the_history_has_numbers_and_any_step_can_be_gone_back_to(first, moved):
+    assert len(moved.past) == len(moved.history) == 3
+    names = step_names(moved.history, 0)
+    assert [name.split(":")[0] for name in names] == ["Step 2", "Step 1"]
+    assert sum("(best)" in name for name in names) <= 1
+    words = _plot(moved.history, 0)
+    assert words.count("<circle") == 3
+    best = 1e3 * min(score.position for score in moved.history)
+    assert f"{best:.3f}" in words
+    assert "step 1" in words
+    back = GoBackTo(0).apply(moved)
+    assert back.plate is first.plate
+    assert len(back.history) == len(back.past) == 4
+    assert Undo().apply(back).plate is moved.plate
+
+
+@pytest.mark.parametrize("step", [-1, 3])
+def test_there_are_no_other_steps(moved, step):
+    with pytest.raises(Exception, match="step must be 1 to 3"):
+        GoBackTo(step).check(moved)
+
+
+def test_a_ghost_stands_where_a_target_was_before_the_last_step(first, moved):
+    assert list(plate_before(first)) == []
+    assert [item.path for item in plate_before(moved)] == ["plate/before/5"]
+    dragged = GrabTarget(2, client=1).apply(first)
+    target = dragged.plate.targets[2]
+    way = MoveTarget(2, (0.3, *target.xyz[1:].tolist()), tuple(target.rpy.tolist()), client=1)
+    now = way.apply(dragged)
+    (ghost,) = plate_before(now)
+    assert ghost.path == "plate/before/3"
+    assert np.allclose(ghost.inputs[0].xyz, target.xyz)
+
+
+def test_the_reach_is_shown_during_a_drag_alone(first):
+    assert list(envelope(first)) == []
+    dragged = GrabTarget(2, client=1).apply(first)
+    ring, words = [item.make(*item.inputs) for item in envelope(dragged)]
+    assert ring.places[:, 2] == pytest.approx(first.plate.targets[2].xyz[2], abs=0.021)
+    assert words.text == "reach"
+
+
+@pytest.mark.parametrize("name", ["aria", "katana450"])
+def test_no_posture_at_a_height_is_far_beyond_the_ring(name):
+    robot, height = load_robot(name), 0.1
+    ring = ring_at(robot, height)
+    q = np.random.default_rng(9).uniform(*robot.search_limits.T, (20_000, robot.dof))
+    places = se3.apply(se3.inverse(robot.base.pose), tool_poses(robot, Motion(q))[:, :3, 3])
+    near = places[np.abs(places[:, 2] - height) < 0.01]
+    farthest = np.hypot(*near[:, :2].T).max()
+    outermost = np.hypot(*ring[:, :2].T).max()
+    assert 0.9 * farthest < outermost < 1.05 * robot.reach
+    assert len(ring_at(robot, 9.0)) == 0
