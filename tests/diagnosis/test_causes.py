@@ -31,6 +31,15 @@ def test_no_cause_where_nothing_is_hidden():
     assert found.causes == ()
 
 
+def test_a_joint_that_scatters_alone_is_not_named_after_a_part_of_its_error():
+    """A drive that winds up follows its joint's motion in part, as a scale or backlash would."""
+    case = make("wind-up", 203)
+    found = diagnose(case.robot, case.data, held_out=0.0)
+    assert found.causes == ()
+    assert "in joint 3" in found.message
+    assert "winds up the drive" in found.message
+
+
 @pytest.mark.parametrize(
     ("odds", "word"), [(1e6, "certain"), (1000.0, "certain"), (999.0, "probable"), (19.0, "cannot tell")]
 )

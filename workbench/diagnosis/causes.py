@@ -3,6 +3,8 @@
 Effects of one kind that joints have together are one cause. An accepted effect is a cause if
 
 - it is physically possible: over the rows it moves no element by more than `POSSIBLE`;
+- it stands out: where one joint scatters and the others don't, something in that joint is not modelled, of
+  which an effect of the joint's own position or motion may be a part;
 - what it brings to rows that took no part in its fit, fold by fold, exceeds one standard error;
 - that is at least a tenth of what is left, and a third of the noise.
 
@@ -35,10 +37,13 @@ from workbench.diagnosis.evidence import (
 )
 from workbench.diagnosis.rounds import Searched
 from workbench.diagnosis.stepwise_search import kind_of, worth
+from workbench.identification.joint_readings import Readings, readings
 from workbench.identification.problem import Noise
 
 POSSIBLE = 0.1
 """Most that a cause may move any element [rad or m]."""
+STANDS_OUT = 10.0
+"""Times the scatter of its joint, where that joint scatters alone, that the most a cause moves it must be."""
 PART_OF_REST, PART_OF_NOISE = 0.1, 1.0 / 3.0
 """Parts of what is left, and of the noise, that a cause must bring at least."""
 CERTAIN, PROBABLE = 1000.0, 20.0
@@ -161,6 +166,7 @@ def find_causes(searched: Searched, arm: Robot, motion: Motion, floor: Noise | N
     """
     sized = {e.names: e for e in arm.effects}
     known = searched.stage.geometric.typical_noise
+    scatter = readings(searched.stage.geometric)
     after = validated(searched.grams, searched.found.model)
     count = searched.grams.count
     left = float(np.sqrt(after.sum() / count))
@@ -172,7 +178,7 @@ def find_causes(searched: Searched, arm: Robot, motion: Motion, floor: Noise | N
         size = float(np.sqrt(max(fall.sum(), 0.0) / count))
         if _is_map(group[0]) or size < least or fall.mean() <= standard_error(fall):
             continue
-        if not _possible(arm, motion, effects):
+        if not _possible(arm, motion, effects) or _drowned(arm, motion, effects, scatter):
             continue
         odds, rivals = _against_rivals(searched, group)
         words = together(effects).sentence(arm.chain, motion)
@@ -211,10 +217,21 @@ def _groups(model: Model) -> list[Model]:
 
 
 def _possible(arm: Robot, motion: Motion, effects: Sequence[AbstractEffect]) -> bool:
-    sizes = law_sizes(arm, motion, [n for e in effects for n in e.names])
-    return all(
-        sizes[n] * abs(c) < POSSIBLE for e in effects for n, c in zip(e.names, e.coefficients, strict=True)
-    )
+    return all(most < POSSIBLE for e in effects for most in _most(arm, motion, e))
+
+
+def _drowned(arm: Robot, motion: Motion, effects: Sequence[AbstractEffect], scatter: Readings | None) -> bool:
+    """Whether effects of a joint's position or motion don't stand out of what that joint alone scatters."""
+    if scatter is None:
+        return False
+    mine = [e for e in effects if not e.loads and e.joints and e.joints[0] in scatter.alone]
+    return any(max(_most(arm, motion, e)) < STANDS_OUT * scatter.sigma[e.joints[0]] for e in mine)
+
+
+def _most(arm: Robot, motion: Motion, effect: AbstractEffect) -> list[float]:
+    """The most that each coefficient of an effect moves an element over the rows [rad or m]."""
+    sizes = law_sizes(arm, motion, effect.names)
+    return [sizes[n] * abs(c) for n, c in zip(effect.names, effect.coefficients, strict=True)]
 
 
 def _against_rivals(searched: Searched, group: Model) -> tuple[float, tuple[AbstractEffect, ...]]:

@@ -22,7 +22,9 @@ NOISE_LIKE = 1.25
 LEADS = 0.5
 """Part of what is left that noise of joint readings must make for the verdict to begin with it."""
 SETTLE = "let the arm settle before its joints are read, or average several readings"
-"""What to do about it."""
+"""What to do about it …"""
+LOOK = "look there for friction that winds up the drive, a worn coupling or a poor encoder"
+"""… and where one joint scatters alone."""
 LITTLE = np.deg2rad(30.0)
 """A joint that turned less than this moved little [rad]; less than `STILL`, not at all."""
 TOGETHER = 0.02
@@ -84,7 +86,8 @@ def conclude(
         if structure:
             rest += f"; {part} of it is like noise of the joint readings ({size}), or an effect not found yet"
         elif joint_noise.share > LEADS:
-            lead = f"The joint readings scatter by {size}, which makes {part} of what is left: {SETTLE}. "
+            advice = LOOK if joint_noise.alone else SETTLE
+            lead = f"The joint readings scatter by {size}, which makes {part} of what is left: {advice}. "
         else:
             rest += f"; noise of the joint readings ({size}) makes {part} of it"
     rest = f"the remaining error of {left:.3g} mm {rest}"

@@ -40,6 +40,8 @@ LEAST = 1e-4
 """Least variance of a channel, as part of what is left, where rows state none …"""
 NOTHING = 1e-3
 """… and that of a joint below which its readings count as exact."""
+ALONE = 3.0
+"""Times the scatter of most other joints from which on a joint is said to scatter alone."""
 LARGEST = 0.01
 """Joints that would have to be read as badly as this [rad or m] to make what is left count as exact."""
 SMOOTH = 3.0
@@ -58,6 +60,12 @@ class Readings(NamedTuple):
 
     sigma: tuple[float, ...]
     share: float
+
+    @property
+    def alone(self) -> tuple[int, ...]:
+        """Joints that scatter far more than most others: less likely their readings than their mechanics."""
+        sigma = np.array(self.sigma)
+        return tuple(np.flatnonzero(sigma > ALONE * np.median(sigma)).tolist())
 
     def words(self, chain: Chain) -> str:
         """`0.5 mrad`, or `0.5 mrad in joint 2, 0.1 mm in joint 3`; joints that read exactly are left out."""
