@@ -65,6 +65,18 @@ def calibrated_urdf(session: Session) -> File:
     return f"{_stem(session.robot.name)}-calibrated.urdf", content
 
 
+def rezeroed_toml(session: Session) -> File:
+    """The calibrated arm with the zeros that were found.
+
+    Raises:
+        DataError: none were, or what was found speaks against them.
+    """
+    if session.rezero is None or session.rezero.doubts:
+        raise DataError("no zeros have been found; press Find moved joints first")
+    robot = session.rezero.robot
+    return f"{_stem(robot.name)}-zeros.toml", _written(lambda path: write_toml(robot, path), "toml")
+
+
 def captured_csv(session: Session) -> File:
     """The poses that were kept while jogging.
 

@@ -18,6 +18,7 @@ from workbench.base.errors import OptionError
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.record import Diagnosis
 from workbench.identification.record import Identification
+from workbench.identification.rezero.record import Rezero
 from workbench.plate.cubes import CubeMap
 from workbench.plate.plate import Plate, Target
 from workbench.plate.region import Region
@@ -344,6 +345,7 @@ class Session:
         source: The live source, if there is one.
         identification: The last identification of these measurements, if any.
         diagnosis: The last diagnosis of these measurements, if any.
+        rezero: The last search of these measurements for joints that moved, if any.
         accepted: Effects that were added to the model, as the diagnosis found them.
         fit: Name of the algorithm whose robot is shown.
         comparison: Measured against predicted, row by row, once there are measurements.
@@ -395,6 +397,7 @@ class Session:
     source: Source | None = None
     identification: Identification | None = None
     diagnosis: Diagnosis | None = None
+    rezero: Rezero | None = None
     accepted: tuple[AbstractEffect, ...] = ()
     fit: str = ""
     comparison: Comparison | None = None

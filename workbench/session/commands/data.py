@@ -213,6 +213,7 @@ def with_data(session: Session, loaded: Loaded | None) -> Session:
         loaded=loaded,
         identification=None,
         diagnosis=None,
+        rezero=None,
         accepted=(),
         fit="",
         row=0,

@@ -182,6 +182,7 @@ SUBJECTS = {
     ),
     "identification": Subject(lambda s: (s.identification,), _identification),
     "diagnosis": Subject(lambda s: (s.diagnosis,), _diagnosis),
+    "rezero": Subject(lambda s: (s.rezero,), lambda s: None if s.rezero is None else s.rezero.json()),
     "accepted": Subject(lambda s: (s.accepted,), _accepted),
     "best": Subject(lambda s: (s.best_score,), _best),
     "fit": Subject(lambda s: (s.fit,), lambda s: s.fit),

@@ -34,6 +34,7 @@ from workbench.views.page.panels.panel import AbstractPanel
 from workbench.views.page.panels.production import NoisePanel, ProductionPanel
 from workbench.views.page.panels.region import RegionPanel
 from workbench.views.page.panels.residuals import ResidualsPanel
+from workbench.views.page.panels.rezero import RezeroPanel
 from workbench.views.page.panels.targets import TargetsPanel
 from workbench.views.page.panels.track import TrackPanel
 from workbench.views.page.scene.gizmo import Gizmo
@@ -59,7 +60,7 @@ TABS: dict[Tab, tuple[type[AbstractPanel], ...]] = {
     ),
     Tab.REGION: (RegionPanel,),
     Tab.MEASURE: (DataPanel, GuidedPanel),
-    Tab.IDENTIFY: (FitPanel, ChoicesPanel),
+    Tab.IDENTIFY: (FitPanel, ChoicesPanel, RezeroPanel),
     Tab.DIAGNOSE: (DiagnosePanel, JointsPanel),
     Tab.COMPARE: (ComparePanel, TrackPanel, BendingPanel),
     Tab.MORE: (ArmPanel, JogPanel, ToolPanel, CapturedPanel, FilesPanel, LookPanel),

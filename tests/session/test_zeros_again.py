@@ -1,0 +1,47 @@
+"""Joint zeros after a knock, as a command: found, kept in the journal, saved; refused with a reason."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from workbench.arm.motion import Motion
+from workbench.arm.robot_toml import read_toml
+from workbench.data.simulation.instruments import instrument_named
+from workbench.data.simulation.simulate import simulate
+from workbench.data.writer import write_measurements
+from workbench.identification.rezero.record import Verdict
+from workbench.session import replay
+from workbench.session.commands.data import LoadData
+from workbench.session.commands.rezero import FindZeros
+from workbench.session.export import rezeroed_toml
+from workbench.session.state import Severity
+
+SHIFT = np.deg2rad(0.5)
+
+
+@pytest.fixture(scope="module")
+def file(first, tmp_path_factory) -> bytes:
+    robot, rng = first.robot, np.random.default_rng(8)
+    actual = robot.with_values({"joint3.theta": robot.values(("joint3.theta",))[0] + SHIFT})
+    q = rng.uniform(*np.clip(robot.limits, -2.0, 2.0).T, (8, 6))
+    rows = simulate(actual, Motion(q), instrument=instrument_named("tracker-6d"), rng=rng)
+    return write_measurements(rows, tmp_path_factory.mktemp("data") / "a.csv").read_bytes()
+
+
+def test_the_joint_that_moved_is_found_and_saved(worker, do, first, file, tmp_path):
+    session = do(FindZeros())
+    assert session.messages[-1].severity is Severity.ERROR
+    session = do(LoadData("knock.csv", file), FindZeros((9,)))
+    assert "replaced joints must be 1–6" in session.messages[-1].text
+    session = do(FindZeros())
+    assert session.rezero.verdict is Verdict.MOVED
+    assert [s.joint for s in session.rezero.moved] == [2]
+    assert "joint 3 by 0.49" in session.messages[-1].text
+    name, content = rezeroed_toml(session)
+    (tmp_path / name).write_bytes(content)
+    saved = read_toml(tmp_path / name).values(("joint3.theta",))
+    assert saved - first.robot.values(("joint3.theta",)) == pytest.approx([SHIFT], abs=5e-4)
+    assert replay(first, worker.journal).rezero.json() == session.rezero.json()
+    assert do(LoadData("knock.csv", file)).rezero is None
+    assert replace(session, rezero=None).rezero is None

@@ -1,0 +1,121 @@
+"""Joint zeros after a knock: which moved, by how much, what can't be told, and the arm with the new ones."""
+
+from typing import Any
+
+import viser
+
+from workbench.base.errors import OptionError
+from workbench.identification.rezero.record import Rezero, Verdict, readable
+from workbench.session.commands.messages import Tell
+from workbench.session.commands.rezero import FindZeros
+from workbench.session.export import rezeroed_toml
+from workbench.session.state import Session
+from workbench.views.appearance.colours import OUT_OF_REACH, css
+from workbench.views.page.html import CAREFUL, GOOD, MUTED, badge, block, folded, heading, table, text
+from workbench.views.page.panels.panel import AbstractPanel, on_press
+
+WORDS = {Verdict.MOVED: "Moved", Verdict.UNCHANGED: "Unchanged", Verdict.REFUSED: "Not the zeros alone"}
+WIDTH, ROW, LEFT, RIGHT = 340, 22, 54, 128
+READY = (
+    "After a knock or a new motor: load the calibrated arm and 3 to 10 poses measured since. "
+    "The calibration counts as known; only the joints' zeros are sought."
+)
+
+
+class RezeroPanel(AbstractPanel):
+    """A closed folder: start, verdict, a bar for every joint."""
+
+    def build(self, server: viser.ViserServer) -> None:
+        gui = server.gui
+        with gui.add_folder("Joint zeros after a knock", expand_by_default=False):
+            self._replaced = gui.add_text(
+                "Replaced joints", "", hint="Such as 3, or 3, 4: the links beside them may differ too."
+            )
+            self._start = gui.add_button(
+                "Find moved joints",
+                icon=viser.Icon.REFRESH_ALERT,
+                hint="Find which joint's zero moved since the robot of this session was calibrated.",
+            )
+            on_press(self._start, self._find)
+            self._card = gui.add_html("")
+            self._save = self.download(
+                gui, "Arm with these zeros (TOML)", rezeroed_toml, "The calibrated arm with the zeros found."
+            )
+
+    def parts(self, session: Session) -> tuple[Any, ...]:
+        return session.rezero, session.loaded is None, session.job is None
+
+    def show(self, session: Session) -> None:
+        found = session.rezero
+        self._start.disabled = session.loaded is None or session.job is not None
+        self._save.visible = found is not None and not found.doubts
+        if found is None:
+            self._card.content = block(text(READY), testid="rezero", style=f"color:{MUTED};margin:4px 0")
+        else:
+            self._card.content = block(_card(found), testid="rezero", style="margin:4px 0 8px")
+
+    def _find(self) -> None:
+        try:
+            joints = tuple(int(part) for part in str(self._replaced.value).split(",") if part.strip())
+        except ValueError:
+            error = OptionError(f"replaced joints must be numbers such as 3, 4, got '{self._replaced.value}'")
+            self._worker.submit(Tell(str(error)))
+            return
+        self._worker.submit(FindZeros(joints))
+
+
+def _card(found: Rezero) -> str:
+    colours = {Verdict.MOVED: CAREFUL, Verdict.UNCHANGED: GOOD, Verdict.REFUSED: css(OUT_OF_REACH)}
+    mark = badge(WORDS[found.verdict], colours[found.verdict])
+    sentence = found.sentence[:1].upper() + found.sentence[1:]
+    error = f"<div style='color:{MUTED}'>{text(repr(found.error).capitalize())}</div>"
+    apart = heading("Can't be told apart") + _listed(found.ambiguous) if found.ambiguous else ""
+    renewed = folded("Geometry next to replaced joints", _geometry(found)) if found.renewed else ""
+    more = folded("Notes", _listed(found.notes))
+    return f"{mark}<div>{text(sentence)}.</div>{error}{_bars(found)}{apart}{renewed}{more}"
+
+
+def _listed(sentences: tuple[str, ...]) -> str:
+    lines = "".join(f"<li>{text(words)}</li>" for words in sentences)
+    return f'<ul style="margin:0;padding-left:16px">{lines}</ul>'
+
+
+def _bars(found: Rezero) -> str:
+    """Every joint's shift with its 95 % interval about the calibrated zero."""
+    told = [s for s in found.shifts if s.determined]
+    scale = {}
+    for unit in {s.unit for s in found.shifts}:
+        own = [abs(s.shift) + s.half for s in told if s.unit == unit]
+        scale[unit] = 0.5 * (WIDTH - LEFT - RIGHT) / max([*own, 1e-9])
+    middle, parts = LEFT + 0.5 * (WIDTH - LEFT - RIGHT), []
+    for k, shift in enumerate(found.shifts):
+        y = k * ROW + 0.5 * ROW
+        _, moved, half, words = shift.cells
+        strong = "600" if shift.moved else "400"
+        fill = CAREFUL if shift.moved else "currentColor" if shift.determined else MUTED
+        parts.append(f'<text x="0" y="{y + 4}" font-size="12" style="fill:{MUTED}">joint {k + 1}</text>')
+        label = f"{moved} {half}" if shift.determined else words
+        parts.append(
+            f'<text x="{WIDTH}" y="{y + 4}" font-size="12" text-anchor="end" font-weight="{strong}" '
+            f'style="fill:{fill};font-variant-numeric:tabular-nums">{text(label)}</text>'
+        )
+        if shift.determined:
+            a, b = (middle + scale[shift.unit] * (shift.shift + s * shift.half) for s in (-1.0, 1.0))
+            x = middle + scale[shift.unit] * shift.shift
+            parts.append(
+                f'<line x1="{a:.1f}" x2="{b:.1f}" y1="{y}" y2="{y}" style="stroke:{fill}" stroke-width="2"/>'
+                f'<circle cx="{x:.1f}" cy="{y}" r="3.5" style="fill:{fill}"/>'
+            )
+    high = ROW * len(found.shifts)
+    zero = f'<line x1="{middle}" x2="{middle}" y1="0" y2="{high}" style="stroke:{MUTED}" stroke-width=".6"/>'
+    head, drawing = heading("Shift of every zero, with 95 % intervals"), zero + "".join(parts)
+    return head + f'<svg viewBox="0 0 {WIDTH} {high}" width="100%" data-testid="zeros">{drawing}</svg>'
+
+
+def _geometry(found: Rezero) -> str:
+    rows, chain = [], found.calibrated.chain
+    for name, change, std in found.renewed:
+        factor, unit = readable(chain.elements[chain.index[name]].unit)
+        shown = f"{factor * change:+.3f}{unit}".replace("-", "−")
+        rows.append((text(name), shown, f"±{2.0 * factor * std:.3f}{unit}"))
+    return table(("constant", "changed by", "95 %"), rows)
