@@ -21,6 +21,9 @@ MAGICS = [
     b"\xff\xfe",
     b"\xef\xbb\xbf",
     b"# ",
+    b"Format Version,1.23\n",
+    b"Objects\n100\n",
+    b"FILE_VERSION\t2.0.0\nFREQUENCY\t100\nMARKER_NAMES\tA\n",
 ]
 CELLS = [
     "",

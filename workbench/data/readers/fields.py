@@ -41,6 +41,7 @@ class Fields:
         values: Numbers in SI (NaN: missing) or labels, by the column's name in formats.md.
         headings: The file's text over each of them.
         units: The file's unit of each of them, where a layout knows it.
+        began: Date of the first row, where `time` was read from dates and counts from there.
         rotation: Orientations that a layout has already made, in place of columns; NaN where missing.
         notes: Decisions taken so far.
     """
@@ -50,6 +51,7 @@ class Fields:
     values: Mapping[str, np.ndarray]
     headings: Mapping[str, str] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
+    began: datetime | None = None
     rotation: Float[np.ndarray, "rows 3 3"] | None = None
     notes: tuple[str, ...] = ()
 
@@ -116,11 +118,13 @@ def convert(table: Table, columns: tuple[Column, ...]) -> Fields:
     numeric = [column.index for column in used if column.conversion is not None]
     decimal = decimal_of(table, numeric)
     note = ("decimal commas",) if decimal is Decimal.COMMA else ()
+    dated = next((c for c in used if c.key == "time" and c.conversion is None), None)
     return Fields(
         source=table.source,
         lines=table.lines,
         values={str(column.key): _values(table, column, decimal) for column in used},
         headings={str(column.key): column.heading for column in used},
+        began=None if dated is None else datetime.fromisoformat(table.columns[dated.index][0]),
         notes=table.notes + note + decisions(columns),
     )
 

@@ -90,7 +90,7 @@ def join_by_time(measured: Fields, joints: Fields, *, one_clock: bool = False) -
     Raises:
         DataError: the arm never stood, nothing was measured while it did, or the clocks don't fit.
     """
-    measured, joints = _sorted(_turned(measured)), _sorted(joints)
+    measured, joints = _sorted(_turned(_dated(measured, joints))), _sorted(joints)
     q = np.stack(
         [joints.values[key] for key in sorted(joints.values) if key[0] == "q" and key[1:].isdigit()], 1
     )
@@ -128,6 +128,28 @@ def join_by_time(measured: Fields, joints: Fields, *, one_clock: bool = False) -
         "samples, taken while it moved or without sight, are not used",
     )
     return _merged(found, along, joints, said)
+
+
+def _dated(measured: Fields, joints: Fields) -> Fields:
+    """Measurements whose time counts from the first date of the joints, where both have dates.
+
+    Raises:
+        DataError: only one of them has, or only one knows its time zone, and nothing shows their offset.
+    """
+    first, second = measured.began, joints.began
+    if first is None and second is None:
+        return measured
+    if first is not None and second is not None and (first.tzinfo is None) == (second.tzinfo is None):
+        later = (first - second).total_seconds()
+        return replace(
+            measured, values={**measured.values, "time": measured.values["time"] + later}, began=second
+        )
+    if _dense(measured.values["time"]) and _dense(joints.values["time"]):
+        return measured
+    raise DataError(
+        f"{measured.source} and {joints.source} count time differently: give both dates of one time "
+        "zone, or both seconds of one clock"
+    )
 
 
 def still(time: Times, values: Float[np.ndarray, "samples n"], most: float) -> list[tuple[int, int]]:

@@ -74,7 +74,18 @@ def _table(rows: list[list[str]], width: int) -> np.ndarray:
             break
         cells = (row + [""] * width)[:width]
         numbers.append([float(cell) if cell and cell.lower() != "nan" else np.nan for cell in cells])
-    return np.array(numbers).reshape(-1, width)
+    found = np.array(numbers).reshape(-1, width)
+    if np.isinf(found).any() or not len(found):
+        raise ValueError("no rows of finite numbers")
+    return found
+
+
+def _rate(text: str) -> float:
+    """Frames a second."""
+    rate = float(text)
+    if not 0.0 < rate < 1e6:
+        raise ValueError(f"{rate} frames a second")
+    return rate
 
 
 def _optitrack(rows: list[list[str]], path: Path) -> Recording:
@@ -103,7 +114,7 @@ def _optitrack(rows: list[list[str]], path: Path) -> Recording:
 
 
 def _vicon(rows: list[list[str]], path: Path) -> Recording:
-    rate, names, axes, units = float(rows[1][0]), rows[2], rows[3], rows[4]
+    rate, names, axes, units = _rate(rows[1][0]), rows[2], rows[3], rows[4]
     data = _table(rows[5:], len(axes))
     starts = [i for i in range(2, len(axes)) if i < len(names) and names[i]]
     bodies, markers, notes = {}, {}, [f"{rate:g} frames a second"]
@@ -126,7 +137,7 @@ def _vicon(rows: list[list[str]], path: Path) -> Recording:
 
 def _qualisys(rows: list[list[str]], path: Path) -> Recording:
     head = {row[0]: row[1:] for row in rows[:40] if row and re.fullmatch(r"[A-Z_]+", row[0])}
-    rate = float(head["FREQUENCY"][0])
+    rate = _rate(head["FREQUENCY"][0])
     start = max(i for i, row in enumerate(rows[:40]) if row[0] in head) + 1
     while not re.fullmatch(r"[-+\d.eE]+", rows[start][0]):
         start += 1
