@@ -10,7 +10,9 @@ import matplotlib.figure
 import pytest
 
 pytestmark = pytest.mark.slow
-NOTEBOOK = Path(__file__).parent / "notebooks" / "first_steps.ipynb"
+NOTEBOOKS = Path(__file__).parent / "notebooks"
+NOTEBOOK = NOTEBOOKS / "first_steps.ipynb"
+EXECUTED = ("identify_and_diagnose", "design_a_plate")
 LARGEST = 5000
 """Characters of an answer in a terminal; a table fits a screen."""
 
@@ -106,3 +108,19 @@ def test_the_page_shows_exactly_this(answers):
     assert session.plate is names["plate"]
     assert (session.loaded.dataset.q == names["data"].q).all()
     assert repr(names["page"]) == "<Page, stopped>"
+
+
+@pytest.mark.parametrize("name", EXECUTED)
+def test_executed_notebooks_show_what_they_say(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    path = NOTEBOOKS / f"{name}.ipynb"
+    assert path.stat().st_size < 600_000
+    names: dict = {}
+    for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]:
+        if cell["cell_type"] != "code":
+            continue
+        value, kept = answer("".join(cell["source"]), names), cell["outputs"]
+        assert not [out for out in kept if out["output_type"] == "error"]
+        kinds = {kind for out in kept for kind in out.get("data", {})}
+        assert ("text/html" in kinds) == hasattr(value, "_repr_html_")
+        assert ("image/png" in kinds) == isinstance(value, matplotlib.figure.Figure)
