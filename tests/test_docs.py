@@ -21,7 +21,8 @@ QUICK = {"mocap", "robots"}
 @pytest.mark.parametrize(
     "page", [pytest.param(p, marks=[] if p in QUICK else [pytest.mark.slow]) for p in SHOWN]
 )
-def test_commands_run_as_shown(page, run):
+def test_commands_run_as_shown(page, run, tmp_path):
+    (tmp_path / "recordings").symlink_to(DOCS.parents[1] / "recordings")
     run_lines(run, SHOWN[page])
 
 

@@ -1,4 +1,4 @@
-"""What the README shows is run: its commands, and its Python."""
+"""What the README shows is run: its commands, and its Python; marked blocks of the documentation too."""
 
 import json
 import os
@@ -14,11 +14,13 @@ from shown import run_lines
 
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
+PAGES = [path.read_text(encoding="utf-8") for path in sorted((ROOT / "assets" / "docs").glob("*.md"))]
 
 
 def block(mark):
-    """The code block after a mark."""
-    return re.search(rf"<!-- {mark} -->\n```\w+\n(.*?)```", README, re.DOTALL).group(1)
+    """The code block after a mark, in the README or else in a page of the documentation."""
+    pattern = re.compile(rf"<!-- {mark} -->\n```\w+\n(.*?)```", re.DOTALL)
+    return next(found[1] for text in (README, *PAGES) if (found := pattern.search(text)))
 
 
 def process(*words, folder):
@@ -77,6 +79,18 @@ def test_the_python(tmp_path):
     assert len(fits) == 3
     assert max(fits) < 0.2 < 5.0 < nominal
     assert (tmp_path / "calibrated.urdf").is_file()
+
+
+def test_the_own_robot(tmp_path):
+    code = re.search(r"## Your own robot.*?```python\n(.*?)```", README, re.DOTALL).group(1)
+    done = process("-c", code, folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "my_arm.toml").is_file()
+
+
+def test_what_is_linked_exists():
+    for target in re.findall(r"\]\(([^)#:]+)\)", README):
+        assert (ROOT / target).exists(), target
 
 
 def test_names_of_the_root_are_no_modules():
