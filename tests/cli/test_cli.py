@@ -242,6 +242,27 @@ def test_every_command_has_help(run):
         assert run(command, "--help")[0] == 0
 
 
+@pytest.mark.parametrize(
+    ("given", "read"),
+    [
+        ([], ["serve"]),
+        (["rows.csv", "--robot", "ur10"], ["serve", "--data", "rows.csv", "--robot", "ur10"]),
+        (["My arm.URDF"], ["serve", "--robot", "My arm.URDF"]),
+        (["identify", "rows.csv"], ["identify", "rows.csv"]),
+        (["--help"], ["--help"]),
+        (["--data=x.csv"], ["--data=x.csv"]),
+    ],
+)
+def test_a_file_in_the_place_of_a_command_is_opened_in_the_app(given, read):
+    assert cli.opened(given) == read
+
+
+def test_a_file_that_is_not_there_is_said_in_one_sentence(run):
+    status, _, error = run(*cli.opened(["nowhere.csv", "--no-open", "--no-record"]))
+    assert status == 1
+    assert "nowhere.csv" in error
+
+
 # -- bad input ------------------------------------------------------------------------------------
 
 

@@ -7,12 +7,14 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import write_toml
+from workbench.arm.urdf import write_urdf
 from workbench.base import se3
 from workbench.plate.plate_toml import write_plate
 from workbench.session.commands.arm import ChooseRobot, Jog, JogTo, LoadModel, standing
 from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.drag import MoveTarget
 from workbench.session.commands.identify import HoldParameter, Identify, LeaveRowsOut
+from workbench.session.export import calibrated_urdf
 from workbench.session.state import Focus, Severity
 
 
@@ -95,3 +97,12 @@ def test_a_surprise_is_no_geometry(do):
     plain = do(MeasureVirtualArm(5, more=60), Identify(("opt2",))).identification.runs["opt2"]
     odd = do(MeasureVirtualArm(5, surprise=True, more=60), Identify(("opt2",))).identification.runs["opt2"]
     assert odd.held_out.position_mm.mean > 2.0 * plain.held_out.position_mm.mean
+
+
+def test_a_urdf_from_the_page_is_corrected_in_a_copy(do, tmp_path):
+    """The uploaded file is there as long as its robot, whose calibrated copies are made of it."""
+    path = write_urdf(load_robot("aria"), tmp_path / "own.urdf")
+    session = do(LoadModel("own.urdf", path.read_bytes()), MeasureVirtualArm(2), Identify(("ols",)))
+    name, content = calibrated_urdf(session)
+    assert name == "aria-calibrated.urdf"
+    assert b"<robot" in content

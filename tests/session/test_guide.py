@@ -11,7 +11,7 @@ from workbench.diagnosis.record import Verdict
 from workbench.identification.problem import Noise
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
 from workbench.session.commands.diagnose import AddEffects, Diagnose, TakeNextPoses
-from workbench.session.commands.drag import GrabTarget, MoveTarget
+from workbench.session.commands.drag import GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.measure import BeginMeasuring
 from workbench.session.commands.messages import Tell
@@ -19,6 +19,7 @@ from workbench.session.commands.tabs import OpenTab
 from workbench.session.commands.track import PlanTrack
 from workbench.session.guide import Action, Tone, guide, share_of_noise, stages
 from workbench.session.state import Drag, Focus, Job, Session, Source, Tab
+from workbench.views.drawables import on_page
 
 
 def done(session: Session, *commands) -> Session:
@@ -259,3 +260,14 @@ def test_a_drag_tells_its_outcome_meanwhile(first):
     moved = MoveTarget(0, (x, y, z + 0.02), (-2.6, 0.0, 0.0), 1).apply(GrabTarget(0, 1).apply(first))
     assert f"{1e3 * moved.score.position:.3g} mm" in guide(moved).sentence
     assert guide(Tell("no").apply(moved)).sentence == guide(moved).sentence
+
+
+def test_rows_of_a_real_arm_stand_without_the_plate_until_it_is_asked_for(walked):
+    def shown(session):
+        return {item.path for item in on_page(session) if item.shown}
+
+    loaded = walked["loaded"]
+    assert loaded.focus is Focus.ROW
+    assert "plate/solid" in shown(walked["first"])
+    assert not any(path.startswith(("plate/", "region/")) for path in shown(loaded))
+    assert "plate/solid" in shown(SelectTarget(0).apply(loaded))

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from click.core import ParameterSource
 
 from workbench.cli import (
     arms,
@@ -30,6 +31,11 @@ from workbench.cli.ending import Commands, run
 from workbench.cli.options import PlateOption, RobotOption, say
 from workbench.cli.sessions import open_session
 
+ROBOTS, MEASUREMENTS = (".urdf", ".toml"), (".csv", ".tsv", ".txt", ".xlsx", ".parquet", ".mat")
+"""Endings of files that the app opens where a command is expected."""
+OPENED = ("robot", "plate", "data", "session", "step", "demo", "source")
+"""Options that tell what the app is to show; without any of them it asks."""
+
 app = typer.Typer(
     name="workbench",
     help="Kinematic calibration of serial robot arms. Without a command: the app in the browser.",
@@ -42,12 +48,23 @@ app = typer.Typer(
 
 
 def main() -> None:
-    """Entry point of the `workbench` command; alone it opens the app on ARIA and its ten-target plate."""
-    sys.exit(run(lambda words: app(list(words)), sys.argv[1:] or ["serve"]))
+    """Entry point of the `workbench` command; alone, or with a file, it opens the app."""
+    sys.exit(run(lambda words: app(list(words)), opened(sys.argv[1:])))
+
+
+def opened(words: list[str]) -> list[str]:
+    """The words of a command; a file in its place is opened in the app: a robot (.urdf) or measurements."""
+    if not words:
+        return ["serve"]
+    ending = Path(words[0]).suffix.lower()
+    if words[0].startswith("-") or ending not in (*ROBOTS, *MEASUREMENTS):
+        return words
+    return ["serve", "--robot" if ending in ROBOTS else "--data", *words]
 
 
 @app.command(rich_help_panel="Start")
 def serve(
+    context: typer.Context,
     robot: RobotOption = "aria",
     plate: PlateOption = None,
     data: Annotated[Path | None, typer.Option(help="Measurements to load at once.")] = None,
@@ -89,6 +106,7 @@ def serve(
             data=data,
             demo=demo,
             source=live,
+            asks=all(context.get_parameter_source(name) is ParameterSource.DEFAULT for name in OPENED),
             host=host,
             port=port,
             open_browser=open_browser,

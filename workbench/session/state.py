@@ -414,6 +414,11 @@ class Session:
     revision: int = 0
 
     @property
+    def shows_plate(self) -> bool:
+        """Whether the plate is in the scene: not while rows are looked at that were measured without it."""
+        return self.loaded is None or self.loaded.virtual or self.focus is not Focus.ROW
+
+    @property
     def is_playing(self) -> bool:
         """Whether the arm moves along the trajectory now: until anything else takes it or begins."""
         return self.is_underway and not self.play.is_pausing and self.job is None

@@ -38,6 +38,7 @@ from workbench.views.page.panels import fit
 from workbench.views.page.panels.arrange import rows_of, table_of
 from workbench.views.page.panels.choices import read_rows
 from workbench.views.page.panels.compare import ComparePanel
+from workbench.views.page.panels.header import Header
 from workbench.views.page.panels.targets import TargetsPanel
 
 
@@ -50,7 +51,7 @@ def test_every_control_has_a_tooltip(app):
 def test_text_from_outside_is_escaped(app):
     app.worker.submit(Tell("<script>alert(1)</script>"))
     app.worker.wait()
-    header = app.view._panels[1]._message.content
+    header = next(p for p in app.view._panels if isinstance(p, Header))._message.content
     assert "<script>" not in header
     assert "&lt;script&gt;" in header
 

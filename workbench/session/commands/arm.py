@@ -1,6 +1,8 @@
 """Commands about the arm and the plate as wholes: another arm, another plate, jogging by hand."""
 
+import shutil
 import tempfile
+import weakref
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -72,15 +74,22 @@ class LoadModel(AbstractTask):
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
         progress(0.1, "reading")
-        with tempfile.TemporaryDirectory(prefix="workbench-") as folder:
-            path = Path(folder) / safe_name(self.name)
+        folder, source = tempfile.mkdtemp(prefix="workbench-"), None
+        path = Path(folder) / safe_name(self.name)
+        try:
             path.write_bytes(self.content)
-            try:
-                if b"[[target]]" in self.content:
-                    return start(session.robot, read_plate(path), noise=session.noise, cancel=cancel)
-                return begin_with(load_robot(path), session, cancel=cancel)
-            except WorkbenchError as error:
-                raise OptionError(str(error).replace(f"{folder}/", "")) from error
+            if b"[[target]]" in self.content:
+                return start(session.robot, read_plate(path), noise=session.noise, cancel=cancel)
+            robot = load_robot(path)
+            source = robot.urdf
+            return begin_with(robot, session, cancel=cancel)
+        except WorkbenchError as error:
+            raise OptionError(str(error).replace(f"{folder}/", "")) from error
+        finally:
+            if source is None:
+                shutil.rmtree(folder)
+            else:  # a calibrated URDF is a copy of this file, made later
+                weakref.finalize(source, shutil.rmtree, folder, ignore_errors=True)
 
     def finish(self, session: Session, result: Any) -> Session:
         return _begun(session, result)

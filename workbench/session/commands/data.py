@@ -217,7 +217,7 @@ def with_data(session: Session, loaded: Loaded | None) -> Session:
         accepted=(),
         fit="",
         row=0,
-        focus=Focus.TARGET,
+        focus=Focus.TARGET if loaded is None or loaded.virtual else Focus.ROW,
         left_out=frozenset(),
         cube_view=_without_measured(session.cube_view),
     )

@@ -17,11 +17,11 @@ def plate(session: Session) -> Iterator[Item]:
     """Blocks are green where reached, blue where selected, brown where blocked, red where out of reach."""
     fixture = session.plate
     if fixture.size is not None:
-        yield Item("plate/solid", _solid, (fixture.size, fixture.pose))
+        yield Item("plate/solid", _solid, (fixture.size, fixture.pose), shown=session.shows_plate)
     for i, (target, state) in enumerate(zip(fixture.targets, session.states, strict=True)):
         path, colour = f"plate/targets/{i + 1}", target_colour(state, selected=i == session.selected)
-        yield Item(path, _block, (i, target, fixture.pose, colour))
-        yield Item(f"{path}/number", _number, (i, target))
+        yield Item(path, _block, (i, target, fixture.pose, colour), shown=session.shows_plate)
+        yield Item(f"{path}/number", _number, (i, target), shown=session.shows_plate)
 
 
 def plate_before(session: Session) -> Iterator[Item]:

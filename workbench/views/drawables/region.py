@@ -16,7 +16,8 @@ from workbench.views.drawables.item import Item
 def region(session: Session) -> Iterator[Item]:
     """Cubes may wait during a drag: their numbers change with every step, and those in the panel go first."""
     view, cuboid = session.cube_view, session.plate.region
-    yield Item("region/outline", _outline, (cuboid,))
+    is_seen = session.shows_plate or view.field is not Field.NONE
+    yield Item("region/outline", _outline, (cuboid,), shown=is_seen)
     if view.field is not Field.NONE:
         score = session.score if view.field is Field.PREDICTED else None
         inputs = view, cuboid, session.cubes, session.comparison, session.trial, score

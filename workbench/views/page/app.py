@@ -9,8 +9,10 @@ from workbench.plate.plate import Plate
 from workbench.session.commands.data import LoadData
 from workbench.session.commands.measure import TellSource
 from workbench.session.commands.region import CHORES
+from workbench.session.commands.tabs import OpenTab
 from workbench.session.journal.folder import Begun, unrecorded
 from workbench.session.live import LiveSource, VirtualDriver
+from workbench.session.state import Tab
 from workbench.session.worker import Worker
 from workbench.views.page.demo import Demo
 from workbench.views.page.local_server import local_server, page_address, session_link, stop_server
@@ -28,6 +30,7 @@ class App:
         begun: The session and what follows it, such as a recording; None for a new one, not recorded.
         demo: Pace of the demo that plays at first, 1 for two minutes; None: no demo.
         source: Name and lines of a live source that tells where a real arm stands; None: no such arm.
+        asks: Whether a card asks first what the user has.
     """
 
     def __init__(
@@ -40,6 +43,7 @@ class App:
         begun: Begun | None = None,
         demo: float | None = None,
         source: tuple[str, Iterable[str]] | None = None,
+        asks: bool = False,
     ):
         begun = unrecorded(robot, plate) if begun is None else begun
         self.server = local_server() if server is None else server
@@ -47,7 +51,10 @@ class App:
             begun.session, keepers=begun.keepers, journal=begun.entries, chores=CHORES, opening=begun.opening
         )
         link = session_link(self.server, begun.name) if begun.name else ""
-        self.view = BrowserView(self.server, self.worker, link=link)
+        self.demo: Demo | None = None
+        self.view = BrowserView(
+            self.server, self.worker, link=link, show_demo=self.play_demo if asks else None
+        )
         self.worker.add_view(self.view)
         self.worker.add_view(VirtualDriver(self.worker))
         if source is not None:
@@ -56,7 +63,13 @@ class App:
             self.worker.submit(TellSource(left.name, is_open=False))
         if data is not None:
             self.worker.submit(LoadData(*data))
-        self.demo = None if demo is None else Demo(self.worker, pace=demo)
+            self.worker.submit(OpenTab(Tab.IDENTIFY))
+        if demo is not None:
+            self.play_demo(demo)
+
+    def play_demo(self, pace: float = 1.0) -> None:
+        """Play the demo, 1 for two minutes."""
+        self.demo = Demo(self.worker, pace=pace)
 
     @property
     def url(self) -> str:

@@ -2,7 +2,7 @@
 
 import contextlib
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from types import SimpleNamespace
 from unittest import mock
 
@@ -35,6 +35,7 @@ from workbench.views.page.panels.production import NoisePanel, ProductionPanel
 from workbench.views.page.panels.region import RegionPanel
 from workbench.views.page.panels.residuals import ResidualsPanel
 from workbench.views.page.panels.rezero import RezeroPanel
+from workbench.views.page.panels.start_card import StartCard
 from workbench.views.page.panels.targets import TargetsPanel
 from workbench.views.page.panels.track import TrackPanel
 from workbench.views.page.scene.gizmo import Gizmo
@@ -75,15 +76,26 @@ class BrowserView(AbstractView):
         server: Where.
         worker: What takes the commands.
         link: Address of the page with this session; empty if it is not recorded.
+        show_demo: Begins the demo, from the card that asks what one has; None: no such card.
     """
 
-    def __init__(self, server: viser.ViserServer, worker: Worker, *, link: str = ""):
+    def __init__(
+        self,
+        server: viser.ViserServer,
+        worker: Worker,
+        *,
+        link: str = "",
+        show_demo: Callable[[], None] | None = None,
+    ):
         self._server = server
         session = worker.session
         with server.atomic(), icons_at_once():
             self._scene = Scene(server, worker, session)
             self._opened = session.opened
             self._panels, self._tabs = _build_panels(server, worker, link)
+            if show_demo is not None:
+                self._panels.append(StartCard(worker, show_demo))
+                self._panels[-1].build(server)
             for panel in self._panels:
                 panel.update(session)
 

@@ -39,6 +39,7 @@ def serve(
     begin: Callable | None = None,
     demo: bool = False,
     source: tuple[str, Iterable[str]] | None = None,
+    asks: bool = False,
     on_ready: Callable[[str], None] | None = None,
 ) -> None:
     """Show the page until interrupted.
@@ -53,6 +54,7 @@ def serve(
         begin: Makes the session of robot and plate, with what follows it; None: one that is not recorded.
         demo: Whether a story of two minutes plays at first.
         source: Name and lines of a live source that tells where a real arm stands.
+        asks: Whether a card asks first what the user has.
         on_ready: Told the page's address as soon as it can be opened.
 
     Raises:
@@ -77,7 +79,9 @@ def serve(
             waiting.remove()
             names.append(begun.name)
             pace = 1.0 if demo else None
-            app = App(robot, plate, begun=begun, data=first, server=server, demo=pace, source=source)
+            app = App(
+                robot, plate, begun=begun, data=first, server=server, demo=pace, source=source, asks=asks
+            )
             end = app.close
         with one_thread():
             stop.wait()

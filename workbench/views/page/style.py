@@ -8,6 +8,8 @@ INSIDE = ':has(> div > [data-testid="hint"])'
 """What holds its parts."""
 WIDE = 'data-wide="1"'
 """Marks what makes its modal as wide as the window."""
+DROP = 'data-drop="1"'
+"""Marks a modal on whose upload buttons files can be dropped: the browser's file fields lie above them."""
 SHEET = f"""
 .mantine-Modal-content:has([{WIDE}]) {{ flex-basis: 94vw; max-width: 1800px }}
 [{WIDE}] svg {{ max-height: 76vh }}
@@ -19,6 +21,9 @@ div{INSIDE} {{ display: flex; flex-wrap: wrap; gap: 6px 0; padding: 6px 0 !impor
 div{INSIDE} > * {{ flex: 1 0 100%; padding-bottom: 0 !important }}
 div{INSIDE} > :has(> button) {{ flex: 1 1 0 }}
 .gone {{ display: none }}
+.mantine-Modal-body:has([{DROP}]) div:has(> input[type="file"]) {{ position: relative }}
+.mantine-Modal-body:has([{DROP}]) input[type="file"] {{ display: block !important; position: absolute;
+  inset: 0; width: 100%; opacity: 0; z-index: 1; cursor: pointer }}
 div[style*="pointer-events: none"][style*="opacity: 0.5"] .gone {{ display: block }}
 @media (max-width: 767px) {{
   .mantine-Paper-root[style*="width: 20em"], [style*="width: 20em"] {{ width: 100% !important }}

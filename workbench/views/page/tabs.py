@@ -1,7 +1,9 @@
 """Tabs that the program can open. viser has no word for that: a page whose chosen tab is gone shows the first
-one left, so all but the wanted tab are taken away for a moment.
+one left, so all but the wanted tab are taken away until the page has drawn itself so. A small picture that is
+asked of it tells when.
 """
 
+import contextlib
 import threading
 
 import viser
@@ -9,8 +11,9 @@ from viser import _messages
 
 from workbench.session.state import Tab
 
-MOMENT, ARRIVAL = 0.15, 1.0
-"""How long the other tabs are gone, and how long a new page is given to draw itself [s]."""
+PATIENCE = 10.0
+"""How long a page may take to draw itself; one in the background does not at all [s]."""
+PIXELS = 8
 
 
 class Tabs:
@@ -38,16 +41,21 @@ class Tabs:
 
     def _arrived(self, client: viser.ClientHandle) -> None:
         if self._opened is not None:
-            threading.Timer(ARRIVAL, self._open_on, (client, self._opened)).start()
+            self._open_on(client, self._opened)
 
     def _open_on(self, client: viser.ClientHandle, tab: Tab) -> None:
-        labels = self._group._tab_labels
-        self._send(client, slice(k := labels.index(tab), k + 1))
-        later = threading.Timer(MOMENT, self._send, (client, slice(None)))
-        later.daemon = True
-        later.start()
+        threading.Thread(target=self._opening, args=(client, tab), name="workbench-tab", daemon=True).start()
+
+    def _opening(self, client: viser.ClientHandle, tab: Tab) -> None:
+        self._send(client, slice(k := self._group._tab_labels.index(tab), k + 1))
+        with contextlib.suppress(Exception):  # a page that is gone, or in the background, draws nothing
+            client.get_render(PIXELS, PIXELS, timeout=PATIENCE)
+        if tab is self._opened:  # or else the next one brings the others back
+            self._send(client, slice(None))
 
     def _send(self, client: viser.ClientHandle, which: slice) -> None:
+        if client.client_id not in self._server.get_clients():
+            return
         names = ("_tab_labels", "_tab_icons_html", "_tab_container_ids")
         some = {name: getattr(self._group, name)[which] for name in names}
         client.gui._websock_interface.queue_message(_messages.GuiUpdateMessage(self._group._impl.uuid, some))

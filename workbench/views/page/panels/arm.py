@@ -8,10 +8,11 @@ import viser
 from workbench.arm.built_in_arms import built_in_robots
 from workbench.arm.robot import JointKind, Robot
 from workbench.session.commands.arm import LARGEST_MODEL, ChooseRobot, LoadModel
-from workbench.session.commands.messages import Tell
 from workbench.session.state import Session
 from workbench.views.page.html import block, heading, pairs, text
 from workbench.views.page.panels.panel import AbstractPanel, on_press
+
+MODELS = ".toml,.urdf,.xml"
 
 
 class ArmPanel(AbstractPanel):
@@ -29,24 +30,14 @@ class ArmPanel(AbstractPanel):
             hint="Start over with this arm; the plate is kept if the arm reaches at least half of it.",
         )
         on_press(self._change, lambda: self._worker.submit(ChooseRobot(self._choice.value)))
-        upload = gui.add_upload_button(
+        self.upload(
+            gui,
             "Open a robot or plate",
-            icon=viser.Icon.UPLOAD,
-            color="gray",
-            mime_type=".toml,.urdf,.xml",
-            hint="A robot as TOML or URDF, or a plate as TOML; measurements go to the Measure tab.",
+            LoadModel,
+            "A robot as TOML or URDF, or a plate as TOML; measurements go to the Measure tab.",
+            endings=MODELS,
+            most=LARGEST_MODEL,
         )
-
-        @upload.on_upload
-        async def _(event: viser.GuiEvent) -> None:
-            file = event.target.value
-            if len(file.content) > LARGEST_MODEL:
-                size = len(file.content) / 2**20
-                words = f"{file.name[-80:]} has {size:.0f} MiB; a robot or plate file may have at most 2 MiB"
-                self._worker.submit(Tell(words))
-                return
-            self._worker.submit(LoadModel(file.name, bytes(file.content)))
-
         self._facts = gui.add_html("")
 
     def parts(self, session: Session) -> tuple[Any, ...]:

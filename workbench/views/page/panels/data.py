@@ -12,11 +12,9 @@ from workbench.session.commands.data import (
     LoadData,
     MeasureVirtualArm,
 )
-from workbench.session.commands.messages import Tell
 from workbench.session.state import Loaded, Session
-from workbench.session.worker import Worker
 from workbench.views.page.html import LINE, MUTED, block, heading, pairs, text
-from workbench.views.page.panels.panel import AbstractPanel, on_press
+from workbench.views.page.panels.panel import AbstractPanel
 
 FILES = ".csv,.tsv,.txt,.xlsx,.parquet"
 SEAT = "plate seats"
@@ -30,12 +28,15 @@ class DataPanel(AbstractPanel):
     def build(self, server: viser.ViserServer) -> None:
         gui = server.gui
         with gui.add_folder("Real arm"):
-            self._upload = gui.add_upload_button(
+            self.upload(
+                gui,
                 "Load measurements",
-                icon=viser.Icon.UPLOAD,
-                mime_type=FILES,
-                hint="Joint positions and measured poses: a CSV, Excel, Parquet or MATLAB file, units in "
+                LoadData,
+                "Joint positions and measured poses: a CSV, Excel, Parquet or MATLAB file, units in "
                 f"brackets as in q1[deg] or x[mm]; up to {LARGEST_FILE // 2**20} MiB.",
+                endings=FILES,
+                most=LARGEST_FILE,
+                main=True,
             )
         with gui.add_folder("Virtual arm"):
             self._seed = gui.add_number(
@@ -66,23 +67,24 @@ class DataPanel(AbstractPanel):
                 hint="What measures. The seats have the noise that is set in the Plate tab; every other "
                 "instrument has its own, and sees poses or points only.",
             )
-            measure = gui.add_button(
+            self.button(
+                gui,
                 "Measure a virtual arm",
-                icon=viser.Icon.ROBOT,
-                hint="Make an arm with hidden manufacturing errors (up to 5 mm and 5°) and measure it at "
+                self._virtual,
+                viser.Icon.ROBOT,
+                "Make an arm with hidden manufacturing errors (up to 5 mm and 5°) and measure it at "
                 "the targets.",
+                main=True,
             )
         self._preview = gui.add_html("")
-        self._forget = gui.add_button(
+        self._forget = self.button(
+            gui,
             "Remove these measurements",
-            color="gray",
-            icon=viser.Icon.TRASH,
+            ForgetData,
+            viser.Icon.TRASH,
+            "Remove the measurements and everything identified from them.",
             visible=False,
-            hint="Remove the measurements and everything identified from them.",
         )
-        on_press(measure, lambda: self._measure())
-        on_press(self._forget, lambda: self._worker.submit(ForgetData()))
-        on_press_upload(self._upload, self._worker)
 
     def parts(self, session: Session) -> tuple[Any, ...]:
         return (session.loaded,)
@@ -91,26 +93,11 @@ class DataPanel(AbstractPanel):
         self._preview.content = _nothing() if session.loaded is None else _preview(session.loaded)
         self._forget.visible = session.loaded is not None
 
-    def _measure(self) -> None:
+    def _virtual(self) -> MeasureVirtualArm:
         seed, more = int(self._seed.value), int(self._more.value)
         name = str(self._instrument.value)
         instrument = "" if name == SEAT else name
-        self._worker.submit(MeasureVirtualArm(seed, bool(self._surprise.value), more, instrument))
-
-
-def on_press_upload(button: viser.GuiUploadButtonHandle, worker: Worker) -> None:
-    """Send an uploaded file on, if it is not too large."""
-
-    @button.on_upload
-    async def _(event: viser.GuiEvent) -> None:
-        file = event.target.value
-        if len(file.content) > LARGEST_FILE:
-            size, most = len(file.content) / 2**20, LARGEST_FILE // 2**20
-            worker.submit(
-                Tell(f"{file.name[-80:]} has {size:.0f} MiB, but the page accepts up to {most} MiB")
-            )
-            return
-        worker.submit(LoadData(file.name, bytes(file.content)))
+        return MeasureVirtualArm(seed, bool(self._surprise.value), more, instrument)
 
 
 def _nothing() -> str:

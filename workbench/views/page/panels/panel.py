@@ -85,6 +85,33 @@ class AbstractPanel(ABC):
         made.on_click(lambda event: self.save(event, make))
         return made
 
+    def upload(
+        self,
+        gui: viser.GuiApi,
+        label: str,
+        command: Callable[[str, bytes], AbstractCommand],
+        hint: str,
+        *,
+        endings: str,
+        most: int,
+        main: bool = False,
+    ) -> viser.GuiUploadButtonHandle:
+        """A button that sends a command with a file's name and contents; a file of more bytes is refused."""
+        made = gui.add_upload_button(
+            label, icon=viser.Icon.UPLOAD, color=None if main else "gray", mime_type=endings, hint=hint
+        )
+
+        @made.on_upload
+        async def _(event: viser.GuiEvent) -> None:
+            file = event.target.value
+            if len(file.content) > most:
+                size = f"{file.name[-80:]} has {len(file.content) / 2**20:.0f} MiB"
+                self._worker.submit(Tell(f"{size}, but the page accepts up to {most // 2**20} MiB here"))
+                return
+            self._worker.submit(command(file.name, bytes(file.content)))
+
+        return made
+
     def save(self, event: viser.GuiEvent, make: Callable[[Session], File]) -> None:
         """Download a file; what goes wrong is shown on the page instead of lost in viser's thread pool."""
         try:

@@ -1,0 +1,66 @@
+"""A new user's way on the page, with files of their own: the card, the strip's buttons, a calibrated URDF."""
+
+import pytest
+from driven_effects import driven_file
+
+from workbench.arm.built_in_arms import load_robot
+from workbench.arm.urdf import write_urdf
+from workbench.plate.plate_toml import load_plate
+from workbench.session.state import Tab
+from workbench.views.page.app import App
+
+pytestmark = pytest.mark.browser
+
+
+@pytest.fixture
+def app():
+    running = App(load_robot("aria"), load_plate("table2"), asks=True)
+    yield running
+    running.close()
+
+
+def test_from_own_files_to_a_cause_and_a_calibrated_urdf_in_seven_clicks(app, chromium, tmp_path):
+    robot = write_urdf(load_robot("aria"), tmp_path / "own.urdf")
+    rows, name = driven_file("payload", tmp_path)
+    with chromium.new_context(viewport={"width": 390, "height": 844}, accept_downloads=True) as context:
+        page = context.new_page()
+        page.goto(f"{app.url}/?fixedDpr=1")
+
+        def press(label: str) -> None:
+            page.get_by_role("button", name=label, exact=True).click(timeout=120_000)
+
+        def opened(tab: Tab) -> None:
+            page.wait_for_function(
+                "name => document.querySelector('[role=tab][aria-selected=true]')?.innerText === name",
+                arg=str(tab),
+                timeout=60_000,
+            )
+
+        def says(words: str) -> None:
+            page.locator('[data-testid="hint"]', has_text=words).wait_for(timeout=120_000)
+
+        press("A robot and measurements")
+        files = page.locator(".mantine-Modal-body input[type=file]")
+        files.nth(0).set_input_files(robot)
+        page.locator('[data-testid="start"]', has_text="Robot: ARIA").wait_for(timeout=60_000)
+        app.worker.wait()
+        files.nth(1).set_input_files(rows)
+        says("90 rows")
+        opened(Tab.IDENTIFY)
+        assert page.locator('[data-testid="start"]').count() == 0
+        press("Identify the geometry")
+        says("something is not geometry")
+        press("Find the cause")
+        says(name)
+        opened(Tab.DIAGNOSE)
+        page.mouse.wheel(0, 2000)  # the strip stays where it is
+        box = page.locator('[data-testid="hint"]').bounding_box()
+        assert 0 < box["y"] < 844 - box["height"]
+        assert box["width"] > 300
+        press("Add what was found")
+        says(" → ")
+        opened(Tab.IDENTIFY)
+        with page.expect_download(timeout=120_000) as download:
+            press("URDF")
+        download.value.save_as(tmp_path / "calibrated.urdf")
+    assert load_robot(tmp_path / "calibrated.urdf").dof == 6

@@ -1,0 +1,139 @@
+"""The first card: what do you have? It goes once there is something to work on."""
+
+from collections.abc import Callable
+from typing import Any
+
+import viser
+
+from workbench.arm.built_in_arms import built_in_robots
+from workbench.session.commands.arm import LARGEST_MODEL, ChooseRobot, LoadModel
+from workbench.session.commands.data import LARGEST_FILE, LoadData
+from workbench.session.commands.tabs import OpenTab
+from workbench.session.state import Session, Severity, Tab
+from workbench.session.worker import Worker
+from workbench.views.page.html import BAD, MUTED, block, text
+from workbench.views.page.panels.arm import MODELS
+from workbench.views.page.panels.data import FILES
+from workbench.views.page.panels.panel import AbstractPanel, on_change, on_press, set_value
+from workbench.views.page.style import DROP
+
+FIRST = "aria"
+INTRODUCTION = "Whatever you choose, nothing is final: every tab stays open to you."
+BOTH = "Choose the robot, then its measurements; files can be dropped on the buttons."
+ALONE = "Choose the robot: you get a plate of ten targets before it, to be improved and made."
+
+
+class StartCard(AbstractPanel):
+    """A modal over the page.
+
+    Args:
+        worker: What takes the commands.
+        show_demo: Begins the demo.
+    """
+
+    def __init__(self, worker: Worker, show_demo: Callable[[], None]):
+        super().__init__(worker)
+        self._show_demo = show_demo
+        self._modal: viser.GuiModalHandle | None = None
+        self._wants_data = False
+
+    def build(self, server: viser.ViserServer) -> None:
+        gui = server.gui
+        icon = viser.Icon
+        self._modal = gui.add_modal("What do you have?")
+        with self._modal:
+            self._words = gui.add_html("")
+            self._ways = [
+                self._way(gui, "A robot and measurements", icon.DATABASE, lambda: self._ask(wants_data=True)),
+                self._way(gui, "Only a robot", icon.ROBOT, lambda: self._ask(wants_data=False)),
+                self._way(gui, "Nothing yet: show me", icon.PLAYER_PLAY, self._demo),
+            ]
+            self._asked = gui.add_folder(None, visible=False)
+            with self._asked:
+                self._build_asked(gui)
+            self._done = self._way(gui, "Look around", icon.EYE, lambda: self._leave(Tab.PLATE), main=False)
+
+    def _build_asked(self, gui: viser.GuiApi) -> None:
+        """The robot, and its measurements; in folders, as viser always shows a button for uploads."""
+        self._robot = gui.add_dropdown(
+            "Robot", list(built_in_robots()), initial_value=FIRST, hint="The built-in arms."
+        )
+        on_change(self._robot, lambda: self._worker.submit(ChooseRobot(self._robot.value)))
+        self.upload(
+            gui,
+            "… or your robot: URDF or TOML",
+            LoadModel,
+            "The nominal arm as its maker describes it.",
+            endings=MODELS,
+            most=LARGEST_MODEL,
+        )
+        self._data = gui.add_folder(None)
+        with self._data:
+            self.upload(
+                gui,
+                "Measurements: CSV, Excel or Parquet",
+                LoadData,
+                "Joint positions and measured poses, units in brackets as in q1[deg] or x[mm].",
+                endings=FILES,
+                most=LARGEST_FILE,
+                main=True,
+            )
+
+    def parts(self, session: Session) -> tuple[Any, ...]:
+        return session.robot, session.loaded, session.job is None
+
+    def show(self, session: Session) -> None:
+        if self._modal is None:
+            return
+        if session.loaded is not None or session.measuring is not None:
+            self._leave(Tab.IDENTIFY)
+            return
+        newest = session.messages[-1] if session.messages else None
+        wrong = newest.text if newest is not None and newest.severity is not Severity.INFO else ""
+        working = f"{session.job.title} …" if session.job is not None else ""
+        self._words.content = self._said(session, wrong, working)
+
+    def _said(self, session: Session, wrong: str, working: str) -> str:
+        is_asking = self._asked.visible
+        words = INTRODUCTION if not is_asking else BOTH if self._wants_data else ALONE
+        robot = f"<div><b>Robot: {text(session.robot.name)}</b>, {session.robot.dof} joints</div>"
+        return block(
+            f'<div {DROP} style="color:{MUTED}">{words}</div>'
+            + (robot if is_asking else "")
+            + f'<div style="color:{BAD}">{text(wrong)}</div><div>{text(working)}</div>',
+            testid="start",
+            style="margin-bottom:8px",
+        )
+
+    def _way(
+        self,
+        gui: viser.GuiApi,
+        label: str,
+        icon: viser.IconName,
+        go: Callable[[], None],
+        *,
+        main: bool = True,
+    ) -> viser.GuiButtonHandle:
+        made = gui.add_button(label, icon=icon, color=None if main else "gray", hint=INTRODUCTION)
+        on_press(made, go)
+        return made
+
+    def _ask(self, *, wants_data: bool) -> None:
+        """Show what is needed for one of the first two ways."""
+        self._wants_data = wants_data
+        for button in self._ways:
+            button.visible = False
+        self._asked.visible, self._data.visible = True, wants_data
+        self._done.label = "Look around" if wants_data else "Design a plate for it"
+        set_value(self._robot, FIRST)
+        self.show(self._worker.session)
+
+    def _demo(self) -> None:
+        self._leave(Tab.PLATE)
+        self._show_demo()
+
+    def _leave(self, tab: Tab) -> None:
+        if self._modal is not None:
+            modal, self._modal = self._modal, None
+            modal.close()
+            self._worker.submit(OpenTab(tab))
