@@ -47,7 +47,7 @@ def test_chosen_poses_say_more_than_random_ones(arm, seed):
     case = make("none", seed, arm, poses=40)
     fit = fitted(case).fit
     problem, rng = fit.problem, np.random.default_rng(seed)
-    chosen = next_poses(problem, fit.x, ASKED, rng=rng, count=COUNT)
+    chosen, _ = next_poses(problem, fit.x, ASKED, rng=rng, count=COUNT)
     assert chosen.shape == (COUNT, problem.data.joints)
     now = information([problem], ASKED)
     gain = information([problem, at(problem, chosen)], ASKED) - now
@@ -64,7 +64,7 @@ def test_chosen_poses_say_more_than_random_ones(arm, seed):
 def test_poses_stay_within_what_was_measured(arm):
     case = make("none", 6, arm)
     fit = fitted(case).fit
-    found = next_poses(fit.problem, fit.x, ASKED, rng=np.random.default_rng(0))
+    found, _ = next_poses(fit.problem, fit.x, ASKED, rng=np.random.default_rng(0))
     q = case.data.q
     assert ((found >= q.min(0)) & (found <= q.max(0))).all()
     assert len(np.unique(found, axis=0)) == len(found)
@@ -76,7 +76,7 @@ def test_poses_stay_within_what_was_measured(arm):
 def test_the_same_seed_gives_the_same_poses():
     fit = fitted(make("none", 6, poses=40)).fit
     one, same, other = (
-        next_poses(fit.problem, fit.x, ASKED, rng=np.random.default_rng(s)) for s in (1, 1, 2)
+        next_poses(fit.problem, fit.x, ASKED, rng=np.random.default_rng(s))[0] for s in (1, 1, 2)
     )
     assert (one == same).all()
     assert not (one == other).all()
@@ -88,6 +88,11 @@ def test_rivals_that_no_row_separates_may_be_asked_for():
     fit = fitted(case).fit
     wide = with_effects(fit.problem, EncoderScale((2,)))
     x = np.append(fit.x, 0.0)[[[*fit.problem.names, "joint3.scale"].index(n) for n in wide.names]]
-    found = next_poses(wide, x, (EncoderScale((2,)), *ASKED), rng=np.random.default_rng(0))
+    found, reasons = next_poses(wide, x, (EncoderScale((2,)), *ASKED), rng=np.random.default_rng(0))
     assert np.isfinite(found).all()
+    assert len(reasons) == len(found)
+    for reason in reasons:
+        assert 0.0 < reason.shrinks_to < 1.0
+        assert reason.gain > 0.0
+        assert "±" in reason.sentence
     assert len(found) == 5

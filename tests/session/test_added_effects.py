@@ -1,5 +1,6 @@
 """Effects that something beside the joint positions drives: found, added and compared in the app."""
 
+import csv
 from dataclasses import replace
 
 import numpy as np
@@ -12,6 +13,7 @@ from workbench.session.commands.data import LoadData
 from workbench.session.commands.diagnose import AddEffects, Diagnose
 from workbench.session.commands.identify import Identify
 from workbench.session.comparison import STAGES, Stage
+from workbench.session.export import next_poses_csv
 from workbench.session.joint_errors import NO_LAW, along_joints, blamed, candidates, law_along_joints
 from workbench.session.journal.numbers import numbers_of
 from workbench.views.drawables.arms import blame
@@ -31,6 +33,13 @@ def the_law_of_the_cause_is_laid_over_the_errors(session):
     known = np.isfinite(law) & np.isfinite(left[order])
     assert shown.any()
     assert np.corrcoef(law[known], left[order][known])[0, 1] > 0.5
+    name, content = next_poses_csv(session)
+    lines = list(csv.reader(content.decode().splitlines()))
+    assert name.endswith("next-poses.csv")
+    assert lines[0] == [*(f"q{k}[deg]" for k in range(1, 7)), "tells"]
+    written = np.deg2rad(np.array(lines[1:])[:, :6].astype(float))
+    assert written == pytest.approx(found.measure_next, abs=1e-5)
+    assert all("±" in line[6] for line in lines[1:])
     words = joint_plots(session, rows)
     assert words.count("◄") == len(effect.joints)
     assert f"Law of {effect.label}" in words

@@ -196,6 +196,7 @@ def _concluded(
     if said is not None:
         notes.append(said)
     keep, (fitted, held) = last.stage.keep, ready.nominal_rows
+    poses, reasons = next_poses(fit.problem, fit.x, asked, rng=rng)
     result = Diagnosis(
         nominal_robot=robot,
         data=ready.data,
@@ -225,7 +226,8 @@ def _concluded(
         verdict=verdict,
         message=message,
         undetectable=missing,
-        measure_next=next_poses(fit.problem, fit.x, asked, rng=rng),
+        measure_next=poses,
+        next_reasons=reasons,
         notes=(*notes, *weights_that_differ(final), *(c for a in accepted if (c := a.effect.caveat(motion)))),
         seconds=perf_counter() - began,
     )

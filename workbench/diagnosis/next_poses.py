@@ -9,7 +9,7 @@ Source: Atkinson, Donev, Tobias, Optimum experimental designs, with SAS, 2007, s
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -25,6 +25,7 @@ from workbench.data.dataset import Dataset
 from workbench.diagnosis.columns import candidate_columns, carriers
 from workbench.identification.problem import Problem
 from workbench.plate.optimiser.capsules import capsule_arm
+from workbench.report.numbers import readable_unit
 
 POOL = 400
 """Poses to choose from …"""
@@ -34,8 +35,27 @@ WIDER = 0.1
 """Part of the measured box by which a pose may leave it."""
 CLEAR = 0.01
 """Distance that links keep from each other [m]."""
+OPEN = 1e3
+"""Standard error, in units of one row's worth of all rows, from which on nothing was known before."""
+ALIKE = 0.3
+"""Correlation from which on one unknown is told from another."""
 WEAK = 1e-8
 """Information [relative] that is taken for granted, so that what nothing shows can be asked for."""
+
+
+@dataclass(frozen=True)
+class NextReason:
+    """Why a pose should be measured.
+
+    Args:
+        sentence: What it tells, with the standard error before and after.
+        shrinks_to: That standard error afterwards, as a share of the one before.
+        gain: What it adds to the log determinant of all that is asked for [nat].
+    """
+
+    sentence: str
+    shrinks_to: float
+    gain: float
 
 
 def next_poses(
@@ -45,8 +65,8 @@ def next_poses(
     *,
     rng: np.random.Generator,
     count: int = 5,
-) -> Float[np.ndarray, "_ n"]:
-    """Joint positions to measure next.
+) -> tuple[Float[np.ndarray, "_ n"], tuple[NextReason, ...]]:
+    """Joint positions to measure next, and why each of them, once those before it are measured.
 
     Args:
         problem: What was fitted.
@@ -57,7 +77,7 @@ def next_poses(
     """
     pool = _pool(problem, x, rng, max(min(POOL, MANY // len(x)), 50))
     if not len(pool.q):
-        return pool.q
+        return pool.q, ()
     asked = carriers(effects)
     now, new = (_columns(problem, x, p, asked) for p in (problem, _like(problem, x, pool)))
     scale = np.maximum(np.linalg.norm(now, axis=0), 1e-12)
@@ -65,21 +85,83 @@ def next_poses(
     information[np.diag_indices(len(information))] += WEAK
     per_pose = (new / scale).reshape(len(pool), -1, len(scale))
     known = len(scale) - sum(len(e.names) for e in asked) if asked else 0
-    return pool.q[_greedy(information, per_pose, known, count)]
+    chosen, steps = _greedy(information, per_pose, known, count)
+    unknowns = _unknowns(problem, asked)
+    reasons = tuple(_reason(*step, known=known, scale=scale, unknowns=unknowns) for step in steps)
+    return pool.q[chosen], reasons
 
 
-def _greedy(information: np.ndarray, per_pose: np.ndarray, known: int, count: int) -> list[int]:
+Step = tuple[float, np.ndarray, np.ndarray]
+"""What a pose adds to the log determinant, and the covariance before and after it."""
+
+
+def _greedy(
+    information: np.ndarray, per_pose: np.ndarray, known: int, count: int
+) -> tuple[list[int], list[Step]]:
     """Poses that add most to log |M| − log |M of what is not asked for|, one after the other."""
     chosen: list[int] = []
+    steps: list[Step] = []
     whole = np.linalg.inv(information)
     rest = np.linalg.inv(information[:known, :known])
     for _ in range(min(count, len(per_pose))):
         gain = _gain(whole, per_pose) - _gain(rest, per_pose[:, :, :known])
         gain[chosen] = -np.inf
         chosen.append(int(np.argmax(gain)))
-        whole = _grown(whole, per_pose[chosen[-1]])
+        before, whole = whole, _grown(whole, per_pose[chosen[-1]])
+        steps.append((float(gain[chosen[-1]]), before, whole))
         rest = _grown(rest, per_pose[chosen[-1], :, :known])
-    return chosen
+    return chosen, steps
+
+
+@dataclass(frozen=True)
+class _Unknown:
+    """A parameter or a coefficient, in words."""
+
+    name: str
+    owner: str
+    unit: str
+
+
+def _unknowns(problem: Problem, asked: Sequence[AbstractEffect]) -> list[_Unknown]:
+    """In the order of the columns."""
+    chain = problem.robot.chain
+    found = [_Unknown(p.words, p.name, p.unit) for p in problem.parameters if p.is_plain]
+    for effect in asked:
+        for name, unit in zip(effect.names, effect.units(chain), strict=True):
+            words = effect.phrase if len(effect.joints) < 2 else f"{effect.name} ({name.partition('.')[0]})"
+            found.append(_Unknown(words, effect.label if len(effect.joints) < 2 else name, unit))
+    return found
+
+
+def _reason(
+    gain: float,
+    before: np.ndarray,
+    after: np.ndarray,
+    *,
+    known: int,
+    scale: np.ndarray,
+    unknowns: Sequence[_Unknown],
+) -> NextReason:
+    """Of all that is asked for, what a pose sharpens most, and from what it tells it best."""
+    old, new = (np.sqrt(np.diag(c)) for c in (before, after))
+    best = known + int(np.argmin((new / old)[known:]))
+    mine = unknowns[best]
+    alike = np.abs(before[best]) / (old * old[best])
+    alike[[u.owner == mine.owner for u in unknowns]] = 0.0
+    other = int(np.argmax(alike))
+    factor, unit = readable_unit(mine.unit)
+    is_open = old[best] > OPEN
+    sharper = f"± {factor * new[best] / scale[best]:.2g} {unit}"
+    if is_open:
+        words = f"shows {mine.name} for the first time: {sharper}"
+    else:
+        verb = (
+            f"tells {mine.name} from {unknowns[other].name}"
+            if alike[other] > ALIKE
+            else f"sharpens {mine.name}"
+        )
+        words = f"{verb}: ± {factor * old[best] / scale[best]:.2g} → {sharper}"
+    return NextReason(words, float(new[best] / old[best]), gain)
 
 
 def _gain(covariance: np.ndarray, per_pose: np.ndarray) -> np.ndarray:

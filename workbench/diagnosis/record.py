@@ -13,6 +13,7 @@ from workbench.arm.effects import AbstractEffect
 from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.causes import Cause, ResidualMap
+from workbench.diagnosis.next_poses import NextReason
 from workbench.diagnosis.undetectable import Undetectable
 from workbench.identification.fit import Fit
 from workbench.identification.joint_readings import Readings
@@ -115,6 +116,7 @@ class Diagnosis(AbstractShown):
         message: The verdict in one sentence.
         undetectable: Effects of load that the rows can't show.
         measure_next: Joint positions of poses to measure next [rad or m].
+        next_reasons: What each of them would tell.
         notes: Decisions, and what could not be tried, one sentence each.
         seconds: Time it took.
     """
@@ -150,6 +152,7 @@ class Diagnosis(AbstractShown):
     measure_next: Float[np.ndarray, "_ n"]
     notes: tuple[str, ...]
     seconds: float
+    next_reasons: tuple[NextReason, ...] = ()
 
     @cached_property
     def calibrated(self) -> Robot:

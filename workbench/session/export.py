@@ -1,11 +1,14 @@
 """What a session hands out as files: name and content of each."""
 
+import csv
 import io
 import re
 import tempfile
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
+
+import numpy as np
 
 from workbench.arm.robot import JointKind, Robot
 from workbench.arm.robot_toml import write_toml
@@ -38,6 +41,25 @@ def measurements_csv(session: Session) -> File:
     sliding = [i for i, j in enumerate(session.robot.moving) if j.kind is JointKind.PRISMATIC]
     content = _written(lambda path: write_measurements(data, path, prismatic=sliding), "csv")
     return f"{_stem(Path(session.loaded.name).stem)}.csv", content
+
+
+def next_poses_csv(session: Session) -> File:
+    """Joint positions of the poses to measure next, with what each of them would tell.
+
+    Raises:
+        DataError: no diagnosis suggests any.
+    """
+    found = session.diagnosis
+    if found is None or not len(found.measure_next):
+        raise DataError("no diagnosis suggests poses; press Diagnose first")
+    slides = [joint.kind is JointKind.PRISMATIC for joint in session.robot.moving]
+    out = io.StringIO()
+    writer = csv.writer(out)
+    writer.writerow([*(f"q{i + 1}[{'mm' if s else 'deg'}]" for i, s in enumerate(slides)), "tells"])
+    shown = (found.measure_next * np.where(slides, 1e3, np.rad2deg(1.0))).round(4)
+    reasons = [reason.sentence for reason in found.next_reasons] or [""] * len(shown)
+    writer.writerows([*row, why] for row, why in zip(shown.tolist(), reasons, strict=True))
+    return f"{_stem(session.robot.name)}-next-poses.csv", out.getvalue().encode()
 
 
 def calibrated_toml(session: Session) -> File:

@@ -148,10 +148,15 @@ def _noise_words(noise) -> str:
 
 def _next_headings(result: Diagnosis) -> list[str]:
     chain = result.calibrated.chain
-    return [f"q{j + 1} [{'°' if turns(chain, j) else 'mm'}]" for j in range(chain.dof)]
+    joints = [f"q{j + 1} [{'°' if turns(chain, j) else 'mm'}]" for j in range(chain.dof)]
+    return [*joints, *(["what it tells"] if result.next_reasons else [])]
 
 
 def _next_rows(result: Diagnosis) -> list[list[str]]:
     chain = result.calibrated.chain
     scale = [float(np.rad2deg(1.0)) if turns(chain, j) else 1e3 for j in range(chain.dof)]
-    return [[f"{v:.1f}".replace("-", "−") for v in q * scale] for q in result.measure_next]
+    reasons = [[reason.sentence] for reason in result.next_reasons] or [[]] * len(result.measure_next)
+    return [
+        [*(f"{v:.1f}".replace("-", "−") for v in q * scale), *why]
+        for q, why in zip(result.measure_next, reasons, strict=True)
+    ]

@@ -40,6 +40,7 @@ def diagnosis_json(result: Diagnosis) -> Json:
             "verdict": str(result.verdict),
             "message": result.message,
             "measure_next": result.measure_next,
+            "next_reasons": [reason.sentence for reason in result.next_reasons],
             "ranking": [_ranked(r) for r in result.ranking],
             "notes": list(result.notes),
             "seconds": result.seconds,

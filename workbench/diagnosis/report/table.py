@@ -190,9 +190,12 @@ def next_table(result: Diagnosis) -> Table:
     turning = [turns(chain, j) for j in range(chain.dof)]
     for j, turn in enumerate(turning):
         table.add_column(escape(f"q{j + 1} [{'°' if turn else 'mm'}]"), justify="right", no_wrap=True)
+    if result.next_reasons:
+        table.add_column("what it tells")
     for k, q in enumerate(result.measure_next):
         cells = [f"{np.rad2deg(v) if turn else 1e3 * v:.1f}" for v, turn in zip(q, turning, strict=True)]
-        table.add_row(str(k + 1), *(c.replace("-", "−") for c in cells))
+        why = [r.sentence for r in result.next_reasons[k : k + 1]]
+        table.add_row(str(k + 1), *(c.replace("-", "−") for c in cells), *map(escape, why))
     return table
 
 

@@ -5,10 +5,12 @@ from typing import Any
 import numpy as np
 import viser
 
+from workbench.arm.effects.axes import turns
 from workbench.diagnosis.causes import Confidence
 from workbench.diagnosis.record import Diagnosis, Verdict, judged
 from workbench.diagnosis.report.table import outlier_words
 from workbench.session.commands.diagnose import AddEffects, Diagnose, TakeNextPoses
+from workbench.session.export import next_poses_csv
 from workbench.session.state import Session
 from workbench.views.appearance.colours import AFTER, BEFORE, OUT_OF_REACH, css
 from workbench.views.page.html import GOOD, MUTED, badge, block, folded, heading, number, table, text
@@ -60,6 +62,13 @@ class DiagnosePanel(AbstractPanel):
             hint="Add to the plate the poses where a measurement would tell most about these effects.",
         )
         on_press(self._next, lambda: self._worker.submit(TakeNextPoses()))
+        self._save = self.download(
+            gui,
+            "Save the suggested poses (CSV)",
+            next_poses_csv,
+            "Download their joint positions, with what each of them would tell.",
+        )
+        self._save.visible = False
 
     def parts(self, session: Session) -> tuple[Any, ...]:
         return session.diagnosis, session.accepted, session.loaded, session.job is None
@@ -69,7 +78,7 @@ class DiagnosePanel(AbstractPanel):
         self._start.disabled = session.loaded is None or session.job is not None
         is_new = found is not None and bool(found.effects) and not session.accepted
         self._add.visible = is_new
-        self._next.visible = found is not None and len(found.measure_next) > 0
+        self._next.visible = self._save.visible = found is not None and len(found.measure_next) > 0
         self._verdict.content = (
             waiting(session, "verdict", READY, more=MORE) if found is None else _verdict(found, session)
         )
@@ -110,12 +119,30 @@ def _details(found: Diagnosis) -> str:
         _causes(found)
         + heading("Remaining error, row by row [mm]")
         + _residuals(found)
+        + _next(found)
         + folded("Effects of the model, one by one", _listed(_effects(found)))
         + folded("Candidates, each added to the geometry alone", _ranking(found))
         + folded("Notes", _notes(found)),
         testid="diagnosis",
         style="margin-bottom:10px",
     )
+
+
+def _next(found: Diagnosis) -> str:
+    """Poses to measure next, with what each of them would tell once those above are measured."""
+    if not found.next_reasons:
+        return ""
+    turning = [turns(found.calibrated.chain, j) for j in range(found.calibrated.dof)]
+    lines = []
+    for q, reason in zip(found.measure_next, found.next_reasons, strict=True):
+        shown = np.where(turning, np.rad2deg(q), 1e3 * q).round(1) + 0.0
+        joints = ", ".join(f"{v:.1f}{'°' if turn else ' mm'}" for v, turn in zip(shown, turning, strict=True))
+        lines.append(
+            f"<li>{text(reason.sentence[:1].upper() + reason.sentence[1:])}"
+            f'<div style="color:{MUTED}">{text(joints.replace("-", "−"))}</div></li>'
+        )
+    items = f'<ol data-testid="next-poses" style="margin:0;padding-left:20px">{"".join(lines)}</ol>'
+    return heading("Measure next") + items
 
 
 def _causes(found: Diagnosis) -> str:
