@@ -25,6 +25,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import FRAME_PARTS, Robot
 from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
+from workbench.identification.camera_checks import doubts
 from workbench.identification.held_out_rows import cells
 from workbench.identification.picture_noise import FAR, LEAST, Knowledge, Pictures, Variances, most_likely
 from workbench.identification.problem import Noise, Problem
@@ -90,11 +91,15 @@ class Gate:
         steps: Every step that was tried.
         taken: Number of the one that holds.
         advice: What to measure next; "" where nothing has to be.
+        noise: How corners scatter, and how far the tool is off in every picture.
+        doubts: What of camera and target the pictures contradict.
     """
 
     steps: tuple[Step, ...]
     taken: int
     advice: str
+    noise: Noise
+    doubts: tuple[str, ...] = ()
 
     @property
     def step(self) -> Step:
@@ -108,7 +113,7 @@ class Gate:
             return ""
         reasons = [f"{step.name}: {step.refused}" for step in self.steps[1:]]
         if not reasons:
-            return "no constant of an arm could be identified from these pictures"
+            return "it has no constant that these pictures could show"
         return "; ".join([*reasons, self.advice] if self.advice else reasons)
 
     @property
@@ -129,6 +134,7 @@ class Fitted(NamedTuple):
     problem: Problem
     x: np.ndarray
     free: tuple[str, ...]
+    noise: Noise
     is_lack_shown: bool
 
 
@@ -151,8 +157,9 @@ def pass_gate(
     wanted = [(ZEROS, zeros), (GEOMETRY, list(robot.default_free))]
     if free is not None:
         wanted = [("constants as asked", list(free))]
-    at = _fitted(build(robot, data, free=()), ())
-    noise = at.problem.noise
+    at = _alike(build(robot, data, free=()))
+    doubted = tuple(doubts(robot, data, at.problem, at.x, build))
+    noise = at.noise
     taken, steps = at, [_step("camera and target alone", at, at)]
     hidden: set[str] = set()
     for name, names in wanted:
@@ -171,7 +178,17 @@ def pass_gate(
         if not step.refused:
             taken = at
     number = max(k for k, step in enumerate(steps) if not step.refused)
-    return taken.problem, Gate(tuple(steps), number, _advice(steps, number, data))
+    return taken.problem, Gate(tuple(steps), number, _advice(steps, number, data), taken.noise, doubted)
+
+
+def _alike(problem: Problem) -> Fitted:
+    """Fit of camera and target alone, all corners weighed alike: what they leave tells of the arm."""
+    problem = problem.with_noise(Noise(0.0, 0.0, (), problem.noise.pixel))
+    x = Opt2(limit=60).search(problem).x
+    nothing = np.zeros(len(x))
+    begin = Variances(Noise(1e-3, 1e-3, (), problem.noise.pixel))
+    found = most_likely(Pictures.at(problem, x), Knowledge.of(problem, x, nothing), begin)
+    return Fitted(problem, x, (), found.noise, found.is_shown)
 
 
 def _fitted(problem: Problem, shrunk: tuple[str, ...]) -> Fitted:
@@ -195,7 +212,7 @@ def _fitted(problem: Problem, shrunk: tuple[str, ...]) -> Fitted:
         ):
             break
     free = tuple(p.name for p in problem.parameters if p.is_geometry)
-    return Fitted(now, x, free, found.is_shown)
+    return Fitted(now, x, free, now.noise, found.is_shown)
 
 
 def _confounded(problem: Problem) -> set[str]:
@@ -255,7 +272,7 @@ def _step(name: str, at: Fitted, before: Fitted) -> Step:
         moved=float(np.sqrt(max(change @ effect.position @ change, 0.0))),
         uncertainty=float(np.sqrt(max(*wide[:2], 0.0))),
         turned=float(np.sqrt(max(*wide[2:], 0.0))),
-        lack=float(np.sqrt(3.0) * problem.noise.position),
+        lack=float(np.sqrt(3.0) * at.noise.position),
         is_lack_shown=at.is_lack_shown,
         weakest=at.free[int(np.argmax(each))] if at.free else "",
     )

@@ -17,7 +17,8 @@ from workbench.arm.unidentifiable import Combination, combinations
 from workbench.base.types import Outcome
 from workbench.identification.factorisation import Factor
 from workbench.identification.noise import effective_parameters, factor_at
-from workbench.identification.problem import Problem
+from workbench.identification.picture_noise import covariance
+from workbench.identification.problem import Noise, Problem
 
 SUSPICIOUS = 5.0
 """Rows whose residual is this many times what the others lead one to expect are listed."""
@@ -38,6 +39,7 @@ class Fit:
         history: Cost after every iteration.
         seconds: Time of the search.
         warnings: What a user should know, one sentence each.
+        actual: How corners in pictures scatter, where all were weighed alike.
     """
 
     algorithm: str
@@ -48,6 +50,7 @@ class Fit:
     history: tuple[float, ...]
     seconds: float
     warnings: tuple[str, ...] = ()
+    actual: Noise | None = None
 
     @property
     def iterations(self) -> int:
@@ -96,6 +99,8 @@ class Fit:
     @cached_property
     def covariance(self) -> Float[np.ndarray, "p p"]:
         """Covariance of x [rad, m] for the residuals that were left; zero along what can't be seen."""
+        if self.actual is not None:
+            return covariance(self.problem, self.x, self.factor.root, self.actual)
         return self.factor.covariance() * self.variance_factor
 
     @cached_property

@@ -202,6 +202,31 @@ def most_likely(pictures: Pictures, knowledge: Knowledge, begin: Variances) -> V
     return Variances(noise, float(size[3]) if count > 3 else 0.0, is_shown)
 
 
+def covariance(
+    problem: Problem, x: Float[np.ndarray, " p"], root: Float[np.ndarray, "p r"], actual: Noise
+) -> Float[np.ndarray, "p p"]:
+    """Covariance of an answer for residuals that scatter otherwise than they were weighed.
+
+    Args:
+        problem: As it was weighed.
+        x: Its answer.
+        root: Square root of the covariance if they scattered as weighed.
+        actual: How they scatter.
+    """
+    middle = np.zeros((root.shape[1], root.shape[1]))
+    for block, piece in problem.pieces(x):
+        moved = piece.jacobian @ root
+        spread = moved
+        if block is not None:
+            scattered = block.with_noise(problem.data.take(block.rows), actual)
+            table = moved.reshape(*block.inverse_sigma.shape, -1)
+            spread = (
+                scattered.mixed(table, 1.0).reshape(moved.shape) * (actual.pixel / problem.noise.pixel) ** 2
+            )
+        middle += moved.T @ spread
+    return root @ middle @ root.T
+
+
 def of_residuals(residual: np.ndarray, by_twist: np.ndarray, seen: np.ndarray) -> tuple[Pictures, Noise]:
     """Sums and variances of the residuals of a model that was not fitted to them."""
     pictures = Pictures.of(residual, by_twist, seen, np.zeros((*residual.shape, 0)))

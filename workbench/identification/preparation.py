@@ -183,7 +183,7 @@ def prepare(
         problem, noise_note = _with_noise(problem, noise, cancel)
         notes += [*choice.notes, noise_note]
     else:
-        notes += [*gate.notes, f"noise from the pictures: {_picture_words(problem.noise)}"]
+        notes += [*gate.notes, f"noise from the pictures: {_picture_words(gate.noise)}"]
     held_data, placing = _placeable(held_data, {**places, **dict.fromkeys(problem.names, 0.0)})
     notes += placing
     strangers = _strangers(held_data, fitted, choice, sessions)

@@ -180,7 +180,7 @@ class Block:
         )
         return q * (self.inverse_sigma > 0.0)[..., None], s
 
-    def _mixed(self, table: np.ndarray, power: float) -> np.ndarray:
+    def mixed(self, table: Float[np.ndarray, "rows m ..."], power: float) -> Float[np.ndarray, "rows m ..."]:
         """That covariance to a power, times a table of components."""
         if self.shared is None:
             return table
@@ -193,11 +193,11 @@ class Block:
     def whiten(self, table: Float[np.ndarray, "rows m ..."]) -> Float[np.ndarray, "rows m ..."]:
         """Components divided by their standard deviations, and unmixed where rows share errors."""
         out = table * self.inverse_sigma.reshape(*self.inverse_sigma.shape, *(1,) * (table.ndim - 2))
-        return self._mixed(out, -0.5)
+        return self.mixed(out, -0.5)
 
     def physical(self, whitened: Float[np.ndarray, "rows m"]) -> Float[np.ndarray, "rows m"]:
         """Components in m, rad and px from whitened ones; 0 where nothing was measured."""
-        whitened = self._mixed(whitened, 0.5)
+        whitened = self.mixed(whitened, 0.5)
         seen = self.inverse_sigma > 0.0
         return np.where(seen, whitened / np.where(seen, self.inverse_sigma, 1.0), 0.0)
 

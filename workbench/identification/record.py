@@ -151,6 +151,7 @@ class Identification(AbstractShown):
         found = [*searches, *_cautions(self.best.fit)]
         before, after = self.nominal.train.position_mm.rms, self.best.train.position_mm.rms
         too_much = FAR_FROM_GOOD * 1e3 * self.nominal_robot.reach
+        found += self.gate.doubts if self.gate is not None else ()
         if self.gate is not None and self.gate.refused:
             found.append(f"nothing of the arm was identified: {self.gate.refused}")
         if self.gate is None and after > max(min(HARDLY_BETTER * before, too_much), COARSE):

@@ -14,7 +14,7 @@ from workbench.data.observations import AbstractObservation, Channel, PixelObser
 from workbench.data.prediction import predict
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.picture_noise import of_residuals
-from workbench.identification.problem import Problem
+from workbench.identification.problem import Noise, Problem
 from workbench.identification.problem_blocks import observed_kinds
 
 
@@ -192,6 +192,7 @@ def instrument_places(
     known = dict(known or {})
     if all(name in known for observation, _ in observations(data) for name in observation.unknowns):
         return known
-    problem = Problem.build(robot, data, free=(), known=known)
+    alike = None if data.rig is None else Noise(0.0, 0.0)
+    problem = Problem.build(robot, data, free=(), known=known, noise=alike)
     found = Opt2(limit=60).search(problem).x
     return known | dict(zip(problem.names, found.tolist(), strict=True))

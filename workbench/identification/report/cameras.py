@@ -88,7 +88,7 @@ def camera_json(result: Identification) -> Json:
         }
         for step in gate.steps
     ]
-    noise = fit.problem.noise
+    noise = gate.noise
     return {
         "camera": {
             "step": gate.step.name,

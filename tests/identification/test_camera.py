@@ -1,0 +1,209 @@
+"""Cameras as the instrument: what they find, what they refuse, against virtual arms of another code."""
+
+import json
+
+import camera_arms as virtual
+import numpy as np
+import pytest
+
+import workbench as wb
+from workbench.base.errors import DataError
+from workbench.cli import app
+
+NORMAL = 1.96
+
+
+def written(folder, name, shots, *, mounted="world", free="false", cameras=1, k=virtual.K):
+    """The files of a session with a camera, and the data that they hold."""
+    other = {"world": "tool", "tool": "world"}[mounted]
+    files = {
+        "pixels.csv": shots.table(),
+        "joints.csv": shots.joints(),
+        "camera.toml": virtual.camera_toml(cameras, mounted=mounted, free=free, k=k),
+        "target.toml": virtual.target_toml(other),
+        "robot.toml": virtual.Arm(np.array(virtual.ARMS[name], float)).toml(name),
+    }
+    for file, text in files.items():
+        (folder / file).write_text(text)
+    return wb.load_robot(str(folder / "robot.toml")), read(folder)
+
+
+def read(folder, pixels="pixels.csv", **options):
+    rig = wb.read_rig(folder / "camera.toml", folder / "target.toml")
+    return wb.read_pixels(folder / pixels, rig, joints=folder / "joints.csv", **options)
+
+
+def true_errors(arm, robots, seed=5):
+    """Errors [mm] at other poses, the best frames before and after the arm granted."""
+    rng = np.random.default_rng(seed)
+    q = rng.uniform(-2.0, 2.0, (200, len(arm.dh)))
+    way = np.sign(rng.normal(size=q.shape))
+    return [1e3 * virtual.rigid_error(wb.tool_poses(r, q), arm.poses(q, way)) for r in robots]
+
+
+def test_zeros_and_hand_eye_lie_in_their_intervals(tmp_path):
+    rng = np.random.default_rng(3)
+    arm = virtual.made(rng, "hobby", zeros=np.deg2rad(0.3))
+    arm.zeros[[0, -1]] = 0.0
+    shots = virtual.scene(rng, arm, 40)
+    robot, data = written(tmp_path, "hobby", shots)
+    run = wb.identify(robot, data, algorithms=("opt2",))
+    fit = run.best.fit
+    place = {name: k for k, name in enumerate(fit.problem.names)}
+    assert run.gate.step.name == "joint zeros"
+    assert [n for n in place if n.endswith("theta")] == [f"joint{k}.theta" for k in (2, 3, 4, 5)]
+    off = [
+        (fit.x[place[f"joint{k}.theta"]] - fit.parameters[place[f"joint{k}.theta"]].nominal)
+        for k in (2, 3, 4, 5)
+    ]
+    std = [fit.std[place[f"joint{k}.theta"]] for k in (2, 3, 4, 5)]
+    assert (np.abs(np.array(off) - arm.zeros[1:5]) < 4.0 * np.array(std)).all()
+    assert np.rad2deg(max(std)) < 0.02
+    for owner, pose in (("camera[c0]", shots.camera[0]), ("target", shots.target)):
+        found = np.array([fit.x[place[f"{owner}.{axis}"]] for axis in "xyz"])
+        spread = np.array([fit.std[place[f"{owner}.{axis}"]] for axis in "xyz"])
+        assert (np.abs(found - pose[:3, 3]) < 4.0 * spread).all()
+        assert spread.max() < 2e-3
+    before, after = true_errors(arm, (robot, run.robot))
+    assert before > 0.5
+    assert after < 0.06
+
+
+def test_a_camera_on_the_tool_and_free_intrinsics(tmp_path):
+    rng = np.random.default_rng(4)
+    arm = virtual.made(rng, "ur5", zeros=np.deg2rad(0.3))
+    shots = virtual.scene(rng, arm, 40, on_tool=True)
+    wrong = virtual.K * [1.004, 1.004, 1.005, 0.995]
+    robot, data = written(tmp_path, "ur5", shots, mounted="tool", free='"auto"', k=wrong)
+    run = wb.identify(robot, data, algorithms=("opt2",))
+    fit = run.best.fit
+    for k, part in enumerate(("fx", "fy", "cx", "cy")):
+        place = fit.problem.names.index(f"camera[c0].{part}")
+        assert abs(fit.x[place] - virtual.K[k]) < 4.0 * fit.std[place]
+    before, after = true_errors(arm, (robot, run.robot))
+    assert after < 0.2 * before
+
+
+def test_the_shifted_joint_is_named(tmp_path):
+    rng = np.random.default_rng(2)
+    arm = virtual.made(rng, "industrial", angle=1.2e-4, length=0.8e-4, zeros=1.5e-4)
+    arm.zeros[2] += np.deg2rad(0.7)
+    shots = virtual.scene(rng, arm, 100)
+    robot, _ = written(tmp_path, "industrial", shots)
+    found = tmp_path / "found.json"
+    saved = tmp_path / "calibrated.toml"
+    files = {
+        "--camera": "camera.toml",
+        "--target": "target.toml",
+        "--joints": "joints.csv",
+        "--robot": "robot.toml",
+    }
+    words = [word for option, file in files.items() for word in (option, str(tmp_path / file))]
+    words += ["--algorithm", "opt2", "--json", str(found), "--save", str(saved)]
+    app(["identify", str(tmp_path / "pixels.csv"), *words], standalone_mode=False)
+    told = json.loads(found.read_text())
+    moved = [zero for zero in told["camera"]["zeros"] if zero["moved"]]
+    assert [zero["joint"] for zero in moved] == ["joint3"]
+    assert abs(moved[0]["change"] - arm.zeros[2]) < 4.0 * moved[0]["std"]
+    assert told["algorithms"]["opt2"]["held_out"]["pixel_px"]["rms"] < 0.5
+    assert told["camera"]["poses"]["camera[c0]"]["mounted"] == "world"
+    before, after = true_errors(arm, (robot, wb.load_robot(str(saved))))
+    assert before > 2.0
+    assert after < 0.25
+
+
+def test_what_does_not_carry_is_refused_and_said(tmp_path):
+    """Ten pictures of an arm that is right: nothing is identified, and nothing is saved."""
+    rng = np.random.default_rng(6)
+    arm = virtual.made(rng, "ur5", compliance=np.full(6, 1e-5), backlash=np.full(6, 1e-4))
+    shots = virtual.scene(rng, arm, 12)
+    robot, data = written(tmp_path, "ur5", shots)
+    run = wb.identify(robot, data, algorithms=("opt2",))
+    assert run.gate.taken == 0
+    assert run.robot.values(robot.default_free) == pytest.approx(robot.values(robot.default_free), abs=0.0)
+    assert "measure about" in run.gate.refused
+    assert any("nothing of the arm was identified" in words for words in run.warnings)
+
+
+def test_wrong_corners_are_set_apart_by_name_and_pictures_of_other_joints_too(tmp_path):
+    rng = np.random.default_rng(7)
+    arm = virtual.made(rng, "ur5", zeros=1e-3)
+    shots = virtual.scene(rng, arm, 30)
+    image, camera, tag, corner, u, v = shots.rows[40]
+    shots.rows[40] = (image, camera, tag, corner, u + 25.0, v - 10.0)
+    shots.q[9] += 0.1
+    robot, data = written(tmp_path, "ur5", shots)
+    assert [(a.image, a.id, a.corner) for a in data.rig.apart] == [(str(image), tag, corner)]
+    assert data.rig.apart[0].off == pytest.approx(27.0, abs=2.0)
+    run = wb.identify(robot, data, algorithms=("opt2",), held_out=0.0)
+    assert [row for row, _ in run.excluded] == [9]
+    assert "image 9 does not suit its joints" in run.excluded[0][1]
+    assert true_errors(arm, (run.robot,))[0] < 0.15
+
+
+def test_wrong_intrinsics_and_a_wrong_size_are_doubted(tmp_path):
+    rng = np.random.default_rng(8)
+    arm = virtual.made(rng, "ur5")
+    shots = virtual.scene(rng, arm, 25, distortion=(-0.15, 0.05, 0, 0, 0), scale=1.01)
+    robot, data = written(tmp_path, "ur5", shots)
+    doubts = wb.identify(robot, data, algorithms=("opt2",)).gate.doubts
+    assert "intrinsics do not suit the pictures" in doubts[0]
+    (tmp_path / "camera.toml").write_text(virtual.camera_toml(distortion=(-0.15, 0.05, 0, 0, 0)))
+    doubts = wb.identify(robot, read(tmp_path), algorithms=("opt2",)).gate.doubts
+    assert "larger than its file says" in doubts[0]
+    (tmp_path / "camera.toml").write_text(virtual.camera_toml(k=virtual.K * [0.5, 1.6, 1.0, 1.0]))
+    with pytest.raises(DataError, match="fx and fy"):
+        read(tmp_path)
+
+
+def test_two_cameras_at_once(tmp_path):
+    rng = np.random.default_rng(9)
+    arm = virtual.made(rng, "7R", zeros=np.deg2rad(0.3))
+    reach = np.abs(np.array(arm.dh)[:, 1:3]).sum()
+    eyes = [
+        np.array([1.1 * reach, -0.4 * reach, 0.7 * reach]),
+        np.array([1.0 * reach, 0.5 * reach, 0.5 * reach]),
+    ]
+    shots = virtual.scene(rng, arm, 30, eyes=eyes)
+    robot, data = written(tmp_path, "7R", shots, cameras=2)
+    run = wb.identify(robot, data, algorithms=("opt2",))
+    place = {name: k for k, name in enumerate(run.best.fit.problem.names)}
+    apart = np.array([run.best.fit.x[[place[f"camera[c{c}].{a}"] for a in "xyz"]] for c in (0, 1)])
+    true = shots.camera[0][:3, 3] - shots.camera[1][:3, 3]
+    assert np.linalg.norm(apart[0] - apart[1]) == pytest.approx(np.linalg.norm(true), abs=2e-3)
+    before, after = true_errors(arm, (robot, run.robot))
+    assert after < 0.2 * before
+
+
+@pytest.mark.data
+def test_hand_eye_of_real_pictures(tmp_path, shared_data):
+    """Poses of the tool and no joints: camera and target alone, and no arm is said to be calibrated."""
+    cv2 = pytest.importorskip("cv2")
+    folder = shared_data / "charuco_poses"
+    board = cv2.aruco.CharucoBoard(
+        (5, 7), 0.036195, 0.018256, cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_6X6_250)
+    )
+    detector = cv2.aruco.CharucoDetector(board)
+    pixels, poses = ["image,id,u[px],v[px]"], ["image,x[m],y[m],z[m],qw,qx,qy,qz"]
+    for i in range(16):
+        uv, ids, _, _ = detector.detectBoard(cv2.imread(str(folder / f"images/{i}.jpg"), 0))
+        pixels += [f"{i}.jpg,{k},{u},{v}" for k, (u, v) in zip(ids.ravel(), uv.reshape(-1, 2), strict=True)]
+        lines = (folder / f"poses/{i}.yaml").read_text().split("\n")
+        pose = dict(line.split(": ") for line in lines if ": " in line)
+        poses.append(f"{i}," + ",".join(pose[k] for k in ("x", "y", "z", "qw", "qx", "qy", "qz")))
+    (tmp_path / "pixels.csv").write_text("\n".join(pixels))
+    (tmp_path / "joints.csv").write_text("\n".join(poses))
+    (tmp_path / "target.toml").write_text(
+        'mounted = "tool"\n[charuco]\nsquares = [5, 7]\nsquare = 0.036195\nmarker = 0.018256\n'
+    )
+    for free, most in (("false", 2.59), ("true", 1.10)):
+        text = virtual.camera_toml(free=free, k=(1352.02747, 1356.14287, 789.67065, 627.2995))
+        (tmp_path / "camera.toml").write_text(text)
+        run = wb.identify(None, read(tmp_path), algorithms=("opt2",), held_out=0.0)
+        assert run.best.train.pixel_px.rms < most
+        assert any("joints are missing" in note for note in run.notes)
+        assert run.gate.refused
+        assert bool(run.gate.doubts) == (free == "false")
+    assert 0.2 < run.best.train.position_mm.rms < 1.0
+    place = run.best.fit.problem.names.index("camera[c0].y")
+    assert 2e-4 < run.best.fit.std[place] < 3e-3
