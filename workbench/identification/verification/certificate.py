@@ -16,7 +16,7 @@ from workbench.base.distribution import package_version
 from workbench.base.errors import FileError
 from workbench.base.files import check_folder, write_bytes, write_folder
 from workbench.base.wording import counted
-from workbench.identification.verification.iso9283 import SAME, cycle_words
+from workbench.identification.verification.iso9283 import cycle_words
 from workbench.identification.verification.pictures import CAPTION, draw_error_map, error_map
 from workbench.identification.verification.results import (
     REPEATS,
@@ -36,7 +36,7 @@ PAGE, PAPER, MAP, RESULT = "certificate.html", "certificate.pdf", "error-map.svg
 REPEATED = 5
 """Repeated poses in the table: as many as the standard's cycle has."""
 GOOD, BAD, PLAIN = "#00704f", "#b03a00", "#5d6672"
-ROOM = {"left": 0.07, "right": 0.99, "bottom": 0.17, "top": 0.9, "wspace": 0.3}
+ROOM = {"left": 0.07, "right": 0.99, "bottom": 0.15, "top": 0.91, "wspace": 0.3}
 SIGNATURES = ("Measured by", "Approved by")
 
 
@@ -132,7 +132,7 @@ class Certificate:
         page.y = max(low, page.y) + 2.0
         page.table(self.errors[0], self.errors[1:], (0.25, 0.12, 0.21, 0.12, 0.12, 0.18))
         page.space(2.0)
-        draw_error_map(page.picture(68.0), result, ROOM)
+        draw_error_map(page.picture(76.0), result, ROOM)
         page.words(CAPTION, size=6.5, colour=QUIET)
         if self.repeats:
             page.space(2.0)
@@ -239,7 +239,7 @@ def _method(result: Verification) -> list[str]:
     ]
     if result.repeated:
         said[1] += (
-            f" Visits are rows whose joints agree within {np.rad2deg(SAME):.2g}° or as given; AP: barycentre "
+            f" Visits are rows whose joints agree within {np.rad2deg(result.same):.2g}°; AP: barycentre "
             "of the visits against the command pose; RP: mean + 3 S of their distances from it."
         )
         if (more := len(result.repeated) - REPEATED) > 0:

@@ -47,7 +47,7 @@ def draw_error_map(
     if result.wanted is not None:
         top = max(top, 1e3 * result.wanted.position)
     with look():
-        axes = figure.subplots(1, 3, width_ratios=[1.0, 1.0, 1.05], gridspec_kw=room)
+        axes = figure.subplots(1, 3, width_ratios=[1.0, 1.15, 1.05], gridspec_kw=room)
         for panel, (i, j) in zip(axes, ((0, 1), (0, 2)), strict=False):
             dots = panel.scatter(
                 *(1e3 * places[order][:, [i, j]]).T,
@@ -60,7 +60,7 @@ def draw_error_map(
                 edgecolors=INK,
             )
             _frame(panel, i, j)
-        _scale(figure, axes[0], dots, result)
+        _scale(figure, axes[1], dots, result)
         _distribution(axes[2], errors, result)
 
 
@@ -84,13 +84,12 @@ def _frame(axes: Axes, i: int, j: int) -> None:
 
 
 def _scale(figure: Figure | SubFigure, axes: Axes, dots: PathCollection, result: Verification) -> None:
-    inset = axes.inset_axes((0.03, 0.05, 0.03, 0.4))
-    bar = figure.colorbar(dots, cax=inset)
+    bar = figure.colorbar(dots, ax=axes, shrink=0.8, aspect=25, pad=0.03)
     bar.outline.set_linewidth(0.4)  # type: ignore[operator]
-    inset.tick_params(labelsize=6)
-    inset.set_title("mm", fontsize=6, fontweight="normal")
+    bar.ax.tick_params(labelsize=6)
+    bar.ax.set_title("mm", fontsize=6, fontweight="normal")
     if result.wanted is not None:
-        inset.axhline(1e3 * result.wanted.position, color=INK, lw=1.2)
+        bar.ax.axhline(1e3 * result.wanted.position, color=INK, lw=1.2)
 
 
 def _distribution(axes: Axes, errors: Float[np.ndarray, " rows"], result: Verification) -> None:

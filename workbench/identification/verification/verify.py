@@ -70,6 +70,7 @@ class Verification(AbstractShown):
         rotation: Intervals of the orientation error [rad]; None where none was measured.
         repeated: AP and RP of poses that were visited several times.
         pose: Which pose each row visits, from 0.
+        same: Greatest difference of any joint between visits of one pose [rad or m].
         wanted: What was asked for; None: nothing is judged.
         facts: What the certificate says beside the data, such as instrument and serial number.
         warnings: What weakens the statement, one sentence each.
@@ -80,6 +81,7 @@ class Verification(AbstractShown):
     rotation: Bounds | None
     repeated: tuple[RepeatedPose, ...]
     pose: Int[np.ndarray, " rows"]
+    same: float = SAME
     wanted: Wanted | None = None
     facts: dict[str, str] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
@@ -198,6 +200,7 @@ def verify(
         else None,
         repeated=repeated,
         pose=frozen(pose),
+        same=same,
         wanted=Wanted(position=wanted) if isinstance(wanted, int | float) else wanted,
         facts=dict(facts or {}),
         warnings=tuple(warnings),
