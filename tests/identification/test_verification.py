@@ -166,6 +166,14 @@ def test_points_alone_are_verified(arm):
     assert "–" in str(found)
 
 
+def test_angles_alone_verify_nothing(arm):
+    """An inclinometer sees no position; without any, every position error would be 0."""
+    calibrated, _, fresh = arm
+    tilted = replace(fresh, position=None, rotation=None, tilt={2: np.zeros((70, 2))})
+    with pytest.raises(DataError, match="no positions to verify"):
+        wb.verify(calibrated, tilted, wanted=1e-3)
+
+
 def test_a_certificate_says_what_was_done(arm, tmp_path):
     calibrated, _, fresh = arm
     robot = calibrated.save(tmp_path / "arm.toml")

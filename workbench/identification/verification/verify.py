@@ -29,6 +29,8 @@ from workbench.report.result_display import AbstractShown
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+SEEN = ("position", "markers", "distance", "contact", "pixels")
+"""What tells where the tool is."""
 ENOUGH = 100
 """Poses that practitioners ask of a verification."""
 
@@ -180,7 +182,13 @@ def verify(
         DataError: no fresh row is left, or data that contradict the robot beyond doubt.
     """
     robot.check_joints(data.q, data.source)
+    if all(getattr(data, name) is None for name in SEEN):
+        raise DataError(f"{data.source}: there are no positions to verify (x[m], markers, distance, contact)")
     fresh, warnings = _fresh(robot, data, used, same)
+    if data.distance is not None or data.contact is not None:
+        warnings.append(
+            "places of anchors and contacts were fitted to these rows, which makes errors smaller"
+        )
     found = evaluate(robot, data.take(fresh), fit_frames=fit_frames)
     rng = np.random.default_rng(seed)
     turned = np.isfinite(found.rows.rotation)
