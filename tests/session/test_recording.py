@@ -206,6 +206,14 @@ def test_every_line_but_the_places_of_a_drag_is_on_the_disk(record, first, monke
     assert len(synced) == len(run.lines) - 1
 
 
+def test_a_system_without_fdatasync_records_too(record, first, monkeypatch):
+    """As macOS is."""
+    monkeypatch.delattr(os, "fdatasync")
+    run = record()
+    run(SelectTarget(1))
+    assert len(read_recording(run.folder).lines) == 1
+
+
 def test_a_drag_that_was_cut_off_is_let_go(record, first):
     """Whoever held the target is gone: others can drag again, and a replay knows of it."""
     run = record()

@@ -110,7 +110,7 @@ class Appender:
         if os.pwrite(self._file, content, self._length) != len(content):
             os.ftruncate(self._file, self._length)
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        os.fdatasync(self._file)
+        getattr(os, "fdatasync", os.fsync)(self._file)  # macOS has the second alone
         self._length, self._last = self._length + len(content), content
 
 

@@ -18,6 +18,8 @@ import rerun.blueprint as rrb
 
 from workbench.base.errors import OptionError
 
+OPEN_FILES = "/proc/self/fd" if os.path.isdir("/proc/self/fd") else "/dev/fd"
+"""Where the files that this process has open stand by their numbers: on Linux; on macOS."""
 APPLICATION = "workbench"
 PORT = 9876
 """Port of a rerun viewer that was started without options."""
@@ -69,7 +71,7 @@ class FileOutlet(AbstractOutlet):
         self._pump.start()
         batches = rr.ChunkBatcherConfig(flush_tick=FILE_TICK)
         self.stream = _stream(recording, batches)
-        self.stream.set_sinks(rr.FileSink(f"/proc/self/fd/{inlet}"), default_blueprint=blueprint)
+        self.stream.set_sinks(rr.FileSink(f"{OPEN_FILES}/{inlet}"), default_blueprint=blueprint)
         os.close(inlet)  # the sink has its own handle; the pipe ends when it lets go
 
     def close(self) -> None:

@@ -1,0 +1,110 @@
+"""Pictures of the page for README and documentation: `python assets/docs/pictures.py`, with Chromium installed.
+
+The story of `workbench serve --demo` is played; every few commands the page is kept as it stands. Makes
+`tour.webp` (it moves), `page-design.png` and `identify.png` in `assets/pictures`.
+"""
+
+import io
+import shutil
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+from PIL import Image
+from playwright.sync_api import Page, sync_playwright
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT))
+
+from workbench.arm.built_in_arms import load_robot
+from workbench.plate.plate_toml import load_plate
+from workbench.session.commands.compare import ShowRow
+from workbench.session.commands.data import MeasureVirtualArm
+from workbench.session.commands.diagnose import Diagnose
+from workbench.session.commands.drag import MoveTarget
+from workbench.session.commands.identify import Identify
+from workbench.session.commands.messages import SetCaption
+from workbench.session.commands.tabs import OpenTab
+from workbench.session.state import Tab
+from workbench.views.page.app import App
+from workbench.views.page.demo import story
+
+FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=gl-egl", "--ignore-gpu-blocklist"]
+DRAWN = "() => (window.__viserTestpoints?.rendererInfo?.render?.triangles ?? 0) > 3000"
+CLEAR = """() => document.head.appendChild(document.createElement('style')).textContent =
+  '.mantine-Notification-root { display: none }'"""
+SIZE = {"width": 1280, "height": 800}
+WIDTH = 800
+"""Width of the moving picture [px]."""
+EVERY = 4
+"""Of a drag's places, each fourth is kept."""
+TABS = {
+    MeasureVirtualArm: Tab.MEASURE,
+    Identify: Tab.IDENTIFY,
+    ShowRow: Tab.COMPARE,
+    Diagnose: Tab.DIAGNOSE,
+}
+"""Where the results of commands are to be seen."""
+SETTLED = 400
+"""Time that the page is given to draw a step [ms]."""
+
+
+def frames(app: App, page: Page) -> Iterator[tuple[Image.Image, int, str]]:
+    """The page after every few commands, how long it stands [ms], and what was done last."""
+
+    def kept() -> Image.Image:
+        return Image.open(io.BytesIO(page.screenshot())).convert("RGB")
+
+    for scene in story(lambda: app.worker.session):
+        moves = 0
+        tab = TABS.get(type(scene.commands[0])) if scene.commands else None
+        for command in (SetCaption(scene.caption), *([] if tab is None else [OpenTab(tab)])):
+            app.worker.submit(command)
+        for command in scene.commands:
+            app.worker.submit(command)
+            app.worker.wait(120.0)
+            moves += isinstance(command, MoveTarget)
+            if isinstance(command, MoveTarget) and moves % EVERY:
+                continue
+            page.wait_for_timeout(SETTLED if moves else 3 * SETTLED)
+            alone = len(scene.commands) == 1
+            yield kept(), 2500 if alone else 120 if moves else 500, type(command).__name__
+        if not scene.commands and scene.caption:
+            page.wait_for_timeout(SETTLED)
+            yield kept(), 1500, ""
+
+
+def main() -> None:
+    """Play the story and write the pictures."""
+    folder = ROOT / "assets" / "pictures"
+    app = App(load_robot("aria"), load_plate("table2"))
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=FLAGS)
+        page = browser.new_context(viewport=SIZE, color_scheme="light").new_page()
+        page.goto(f"{app.url}/?fixedDpr=1")
+        page.wait_for_function(DRAWN, timeout=60_000)
+        page.evaluate(CLEAR)
+        page.wait_for_timeout(3000)
+        page.screenshot(path=folder / "page-design.png")
+        shown: list[tuple[Image.Image, int]] = []
+        for picture, time, last in frames(app, page):
+            if last == "Identify":
+                picture.save(folder / "identify.png", optimize=True)
+            size = (WIDTH, WIDTH * picture.height // picture.width)
+            shown.append((picture.resize(size, Image.Resampling.LANCZOS), time))
+        browser.close()
+    app.close()
+    pictures, times = zip(*shown, strict=True)
+    pictures[0].save(
+        folder / "tour.webp",
+        save_all=True,
+        append_images=pictures[1:],
+        duration=list(times),
+        loop=0,
+        quality=45,
+        method=6,
+    )
+
+
+if __name__ == "__main__":
+    main()
