@@ -357,10 +357,6 @@ class Problem:
         wide[-len(whitening) :, columns], centre[columns] = whitening, values
         return replace(self, prior=frozen(wide), prior_centre=frozen(centre))
 
-    def without_prior(self) -> "Problem":
-        """The same problem, of whose unknowns nothing is known beforehand."""
-        return replace(self, prior=None, prior_centre=None)
-
     def robot_at(self, x: Float[np.ndarray, " p"]) -> Robot:
         """The robot with the unknowns set, its session frames included."""
         pairs = zip(self.parameters, x.tolist(), strict=True)

@@ -11,9 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from workbench.arm.robot import Robot
-from workbench.data.dataset import Dataset
 from workbench.identification.frames import visible_parts
-from workbench.identification.problem import FrameFreedom, Problem
+from workbench.identification.problem import Problem
 from workbench.identification.rezero.fitted import Fitted
 from workbench.identification.rezero.knowledge import Knowledge, link_constants
 from workbench.identification.rezero.record import readable
@@ -87,7 +86,7 @@ def _causes(knowledge: Knowledge, zeros: Fitted, places: Mapping[str, float]) ->
             yield _Cause(
                 f"{f'link {joint + 1}' if joint >= 0 else 'the foot'} is not as calibrated",
                 "look whether it is bent, then calibrate anew with 'workbench identify'",
-                knowledge.without(*offsets, *loose).on(problem.without_prior()),
+                knowledge.problem(problem, zeros.x, places, (*offsets, *loose)),
                 len(loose),
                 tuple(loose),
             )
@@ -99,7 +98,7 @@ def _causes(knowledge: Knowledge, zeros: Fitted, places: Mapping[str, float]) ->
             yield _Cause(
                 f"the {frame} is not where the file has it",
                 f"set [{frame}] free = true in the robot's file",
-                _rebuilt(knowledge, zeros, places, problem.data, freer),
+                knowledge.problem(problem, zeros.x, places, offsets, frames=freer),
                 len(parts),
             )
     if len(problem.data) < ENOUGH:
@@ -107,7 +106,7 @@ def _causes(knowledge: Knowledge, zeros: Fitted, places: Mapping[str, float]) ->
     square = np.bincount(problem.component_rows, problem.residual(zeros.x)[: problem.size] ** 2)
     for row in np.argsort(-square)[:WORST]:
         others = problem.data.take(np.delete(np.arange(len(problem.data)), row))
-        less = _rebuilt(knowledge, zeros, places, others, problem.frames)
+        less = knowledge.problem(problem, zeros.x, places, offsets, rows=others)
         number = int(problem.data.row[row])
         yield _Cause(
             f"row {number} does not fit the others",
@@ -115,15 +114,6 @@ def _causes(knowledge: Knowledge, zeros: Fitted, places: Mapping[str, float]) ->
             less,
             problem.count - less.count,
         )
-
-
-def _rebuilt(
-    knowledge: Knowledge, zeros: Fitted, places: Mapping[str, float], rows: Dataset, frames: FrameFreedom
-) -> Problem:
-    """The problem of all zeros with other rows or frames."""
-    arm, names, noise = zeros.problem.robot_at(zeros.x), knowledge.names, zeros.problem.noise
-    problem = Problem.build(arm, rows, free=names, frames=frames, noise=noise, known=places)
-    return knowledge.without(*knowledge.robot.joint_offsets).on(problem)
 
 
 def _sentence(knowledge: Knowledge, cause: _Cause, fit: Fitted, ratio: float) -> str:

@@ -6,11 +6,13 @@ zeros, and their intervals hold what the geometry leaves open. Joints that moved
 then held to the calibration again, which makes the others more certain.
 """
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from workbench.arm.parameters import FRAMES
 from workbench.arm.robot import Robot
 from workbench.arm.unidentifiable import combinations
 from workbench.base.errors import OptionError, WorkbenchError
@@ -81,13 +83,17 @@ def rezero(
     check_enough(robot, data.take(data.included), zeros)
     begin = _near(robot, data)
     knowledge = Knowledge.of(robot, begin, prior, tolerance, [joint - 1 for joint in replaced])
+    pictures = data.rig is not None  # whose gate lets zeros alone through; knowledge comes afterwards
+    free = zeros if pictures else knowledge.names
     choices = FitChoices(
-        held_out=0.0, frames=frames, free=knowledge.names, exclude=exclude or {}, noise=noise, known=places
+        held_out=0.0, frames=frames, free=free, exclude=exclude or {}, noise=noise, known=places
     )
-    ready = prepare(begin, data, choices, prior=knowledge.without(*zeros))
+    ready = prepare(begin, data, choices, prior=None if pictures else knowledge.without(*zeros))
     measured = noise is not None or noises.from_repeats(ready.problem.data) is not None
-    everything = Fitted.of(ready.problem, measured=measured)
-    moved, best = _moved(knowledge, everything, zeros)
+    problem = ready.problem
+    problem = knowledge.problem(problem, problem.start, places, zeros) if pictures else problem
+    everything = Fitted.of(problem, measured=measured)
+    moved, best = _moved(knowledge, everything, zeros, places)
     own = {s.name: s for s in _shifts(robot, best)}
     shifts = tuple(
         replace(own[s.name], moved=True) if s.name in moved else s for s in _shifts(robot, everything)
@@ -117,6 +123,8 @@ def _near(robot: Robot, data: Dataset) -> Robot:
     A joint that is far off would else be taken for a base that stands elsewhere.
     """
     robot.check_joints(data.q, data.source)
+    if data.rig is not None:  # pictures show no base
+        return robot
     try:
         problem = Problem.build(robot, data.take(data.included), free=robot.joint_offsets)
     except WorkbenchError:  # said where the rows are checked
@@ -145,16 +153,16 @@ def _shifts(robot: Robot, fit: Fitted) -> tuple[JointShift, ...]:
 
 
 def _moved(
-    knowledge: Knowledge, everything: Fitted, zeros: tuple[str, ...]
+    knowledge: Knowledge, everything: Fitted, zeros: tuple[str, ...], places: Mapping[str, float]
 ) -> tuple[tuple[str, ...], Fitted]:
     """Zeros that moved by more than chance, and the fit in which the others are held to the calibration.
 
     Where the rows show that something moved but not which joint, it is the one that explains them best alone.
     """
-    bare, noise = everything.problem.without_prior(), everything.problem.noise
 
-    def with_free(*names: str, given: Noise | None = noise) -> Fitted:
-        return Fitted.of(knowledge.without(*names).on(bare), measured=everything.measured, noise=given)
+    def with_free(*names: str) -> Fitted:
+        own = knowledge.problem(everything.problem, everything.x, places, names)
+        return Fitted.of(own, measured=everything.measured, noise=everything.problem.noise)
 
     limit = everything.quantile(1.0 - CHANCE / len(zeros))
     told = [s for s in _shifts(knowledge.robot, everything) if s.determined]
@@ -204,12 +212,16 @@ def _ambiguous(knowledge: Knowledge, ready: Prepared, shifts: tuple[JointShift, 
         own = [by_name[n] for n in combination.names if n in by_name]
         if not own or not any(s.moved or not s.determined for s in own):
             continue
-        frames = sorted({n.split(".")[0] for n in combination.names} & {"base", "tool"})
+        frames = sorted({re.split(r"[.\[]", n)[0] for n in combination.names} & {*FRAMES, "camera", "target"})
         joints = " and ".join(f"joint {s.joint + 1}" for s in own)
         if not frames:
             sentences.append(f"the zeros of {joints} ({combination.words}): measure poses that differ more")
             continue
-        frame = frames[0] if len(frames) == 1 else "base and tool"
+        frame = " and ".join(frames)
+        if not set(frames) <= set(FRAMES):
+            words = f"the zero of {joints} and a turn of the {frame} ({combination.words})"
+            sentences.append(f"{words}: no picture shows which of them turned; here the {frame} took it")
+            continue
         free = any(getattr(taken, f) for f in frames)
         said = (
             f"here the {frame} took it; if that has not moved, set [{frames[0]}] free = false"

@@ -17,6 +17,7 @@ from scipy import stats
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.factorisation import Factor
+from workbench.identification.picture_noise import Knowledge, Pictures, Variances, most_likely
 from workbench.identification.problem import Noise, Problem
 
 ROUNDS = 4
@@ -47,8 +48,11 @@ class Fitted:
         for _ in range(ROUNDS):
             search = Opt2(limit=60).search(problem, begin=x)
             x = search.x
-            left = None if measured or noise is not None else noises.beyond_stated(problem, x)
-            if left is None or np.allclose(left[:2], problem.noise[:2], rtol=0.02, atol=0.0):
+            left = None if measured or noise is not None else _left(problem, x)
+            old = problem.noise
+            if left is None or np.allclose(
+                [*left[:2], left.pixel], [*old[:2], old.pixel], rtol=0.02, atol=1e-7
+            ):
                 break
             problem = problem.with_noise(left)
         return cls(problem, x, 2.0 * search.history[-1], measured)
@@ -102,3 +106,15 @@ class Fitted:
         least = max(self.mean_square, 1e-300)
         chance = float(stats.f.sf(gained / least, further, self.spare))
         return chance, float(np.sqrt(same.mean_square / least))
+
+
+def _sizes(noise: Noise) -> tuple[float, float, float]:
+    return noise.position, noise.rotation, noise.pixel
+
+
+def _left(problem: Problem, x: Float[np.ndarray, " p"]) -> Noise | None:
+    """The noise that a fit leaves."""
+    if problem.data.rig is None:
+        return noises.beyond_stated(problem, x)
+    known = Knowledge.of(problem, x, np.zeros(len(x)))
+    return most_likely(Pictures.at(problem, x), known, Variances(problem.noise)).noise

@@ -4,10 +4,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from jaxtyping import Float
 
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
+from workbench.data.dataset import Dataset
 from workbench.identification.prior import Prior
+from workbench.identification.problem import FrameFreedom, Problem
 
 REPLACED = 10.0
 """Times the tolerance by which the geometry next to a replaced joint may differ."""
@@ -88,6 +91,31 @@ class Knowledge:
         information[:size, :size] = rest.information
         values = np.concatenate([rest.values, self.begin.values(tuple(unknown))])
         return Prior(names, values, information)
+
+    def problem(
+        self,
+        like: Problem,
+        x: Float[np.ndarray, " p"],
+        places: Mapping[str, float],
+        loose: Sequence[str],
+        *,
+        rows: Dataset | None = None,
+        frames: FrameFreedom | None = None,
+    ) -> Problem:
+        """A problem like another one, from its answer on, with the knowledge but that of some constants.
+
+        Args:
+            like: Has robot, rows, frames and noise, unless other ones are given.
+            x: Its answer.
+            places: Known places of anchors or contacts [m].
+            loose: Constants of which nothing is known.
+            rows: Other rows.
+            frames: Another freedom of base and tool.
+        """
+        data, freedom = rows or like.data, frames or like.frames
+        free, arm = self.names, like.robot_at(x)
+        fresh = Problem.build(arm, data, free=free, frames=freedom, noise=like.noise, known=places)
+        return self.without(*loose).on(fresh)
 
 
 def link_constants(robot: Robot, joint: int) -> tuple[str, ...]:

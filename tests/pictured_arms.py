@@ -1,0 +1,96 @@
+"""An arm with a board on its tool before a camera: rendered pictures, joints and files, as a user has them.
+
+Poses come from `generator`, pictures from `rendered`; neither shares code with the package.
+"""
+
+import cv2
+import numpy as np
+from generator import VirtualArm, four, rotation
+from rendered import render
+
+LENS = np.array([780.0, 778.0, 322.0, 238.0, -0.11, 0.05, 8e-4, -5e-4, 0.0])
+SIZE = (640, 480)
+SQUARES, SQUARE, MARKER, DOT = (5, 7), 0.03, 0.022, 0.25e-3
+CAMERA = """[[camera]]
+name = "cell"
+size = [640, 480]
+fx = 775.0
+fy = 775.0
+cx = 320.0
+cy = 240.0
+distortion = [-0.1, 0.0, 0.0, 0.0, 0.0]
+free = "auto"
+"""
+TARGET = """mounted = "tool"
+[charuco]
+squares = [5, 7]
+square = 0.03
+marker = 0.022
+dictionary = "DICT_5X5_250"
+"""
+
+
+def paper():
+    """The board as OpenCV draws it."""
+    drawn = cv2.aruco.CharucoBoard(
+        SQUARES, SQUARE, MARKER, cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_5X5_250)
+    )
+    return drawn.generateImage(tuple(round(n * SQUARE / DOT) for n in SQUARES))
+
+
+def pose(xyz, turn):
+    """A 4×4 pose from a place and a rotation vector."""
+    t = four(rotation(np.array(turn, float)))
+    t[:3, 3] = xyz
+    return t
+
+
+def table_of(robot):
+    """A Hayati table of a robot of the package."""
+    table = np.zeros((robot.dof, 5))
+    for element in robot.elements:
+        joint, part = int(element.name[5 : element.name.index(".")]) - 1, element.name.split(".")[1]
+        table[joint, ("theta", "d", "a", "alpha", "beta").index(part)] = element.value
+    return table
+
+
+def photograph(robot, shifts, folder, *, count, seed=0, scale=1.003, blur=0.7, noise=2.0):
+    """Pictures `0.png` …, `joints.csv`, `camera.toml` and `target.toml` of an arm with shifted zeros.
+
+    Args:
+        robot: The arm as it is known.
+        shifts: By which its zeros are off [rad].
+        folder: Where.
+        count: How many pictures.
+        seed: Of poses and noise.
+        scale: Size of the print, relative to what target.toml says.
+        blur: Of the pictures [px].
+        noise: Of the pictures [grey values].
+    """
+    rng = np.random.default_rng(seed)
+    table = table_of(robot)
+    table[:, 0] += shifts
+    arm = VirtualArm("hayati", table)
+    board = pose([-0.075, 0.105, 0.03], [np.pi, 0.0, 0.0])  # its face looks along the tool's z axis
+    eye = pose([0.45, 0.05, 0.0], [0.0, 0.0, 0.3])  # on the table, looking up
+    sheet, rows, names = paper(), [], []
+    while len(rows) < count:
+        q = rng.uniform(
+            np.clip(robot.limits[:, 0], -2.6, 2.6), np.clip(robot.limits[:, 1], -2.6, 2.6), (4000, 6)
+        )
+        at = np.linalg.inv(eye) @ arm.pose(q) @ board
+        middle = at @ np.array([0.075, 0.105, 0.0, 1.0])
+        spot = np.abs(middle[:, :2] / middle[:, 2:3]) * LENS[:2]
+        near = (middle[:, 2] > 0.3) & (middle[:, 2] < 0.6) & (spot < [120, 60]).all(1) & (at[:, 2, 2] > 0.75)
+        for row, target in zip(q[near], at[near], strict=True):
+            if len(rows) == count:
+                break
+            picture = render(sheet, DOT * scale, target, LENS, SIZE, rng=rng, blur=blur, noise=noise)
+            cv2.imwrite(str(folder / f"{len(rows)}.png"), picture)
+            names.append(f"{len(rows)}.png")
+            rows.append(row)
+    lines = [",".join(["image", *(f"q{k + 1}[rad]" for k in range(6))])]
+    lines += [",".join([name, *map(repr, map(float, row))]) for name, row in zip(names, rows, strict=True)]
+    (folder / "joints.csv").write_text("\n".join(lines) + "\n")
+    (folder / "camera.toml").write_text(CAMERA)
+    (folder / "target.toml").write_text(TARGET)
