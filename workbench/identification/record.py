@@ -9,6 +9,7 @@ from rich.console import RenderableType
 
 from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
+from workbench.identification.arm_match import SOME, ArmMatch, arm_match
 from workbench.identification.camera_gate import Gate
 from workbench.identification.expected_error import SERIOUS, Transfer, transfer, transfer_words
 from workbench.identification.fit import Fit
@@ -20,8 +21,11 @@ from workbench.report.result_display import AbstractShown
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+IMPLAUSIBLE_LENGTH, IMPLAUSIBLE_ANGLE = 0.02, float(np.deg2rad(20.0))
+"""Corrections of an arm's constants beyond these [m], [rad] are hardly errors of making."""
 HARDLY_BETTER, FAR_FROM_GOOD, COARSE = 0.7, 0.01, 1.0
 """What is left of the nominal error, of the reach, and in mm, from which on a fit is suspicious."""
+LOOK_AGAIN = "no arm is made that wrong: are robot, units and order of the joints the right ones?"
 ALIKE = 1e-6
 """Relative difference of two costs that is no difference."""
 
@@ -72,6 +76,18 @@ class Run:
     def calibrated(self) -> Robot:
         """The robot with the identified values."""
         return self.fit.calibrated
+
+    @cached_property
+    def implausible(self) -> tuple[str, ...]:
+        """Well-determined constants that moved farther than arms are wrongly made, the farthest first, in words."""
+        found = []
+        for p, value in zip(self.fit.parameters, self.fit.x.tolist(), strict=True):
+            most = IMPLAUSIBLE_ANGLE if p.unit == "rad" else IMPLAUSIBLE_LENGTH
+            known = p.is_geometry and p.words not in self.fit.poorly_determined
+            if known and abs(moved := value - p.nominal) > most:
+                size = f"{np.rad2deg(moved):+.0f}°" if p.unit == "rad" else f"{1e3 * moved:+.0f} mm"
+                found.append((abs(moved) / most, f"{p.words} {size}"))
+        return tuple(words for _, words in sorted(found, reverse=True))
 
 
 @final
@@ -139,6 +155,13 @@ class Identification(AbstractShown):
         """Standard deviations that the rows state, or that repeated rows show; None where neither tells."""
         return stated(self.best.fit.problem) or from_repeats(self.data)
 
+    @cached_property
+    def match(self) -> ArmMatch | None:
+        """How well the rows and the nominal arm go together; None where its errors are too small to ask."""
+        errors = judged(self.nominal).position_mm
+        suspicious = errors.median > 1e3 * SOME * self.nominal_robot.reach
+        return arm_match(self.nominal_robot, self.data) if suspicious else None
+
     @property
     def unidentifiable(self) -> tuple[str, ...]:
         """Combinations of parameters that the rows don't show, in words."""
@@ -149,6 +172,10 @@ class Identification(AbstractShown):
         """What the user should know: how the searches ended, and what the rows left open."""
         searches = (w for run in self.runs.values() for w in run.fit.warnings)
         found = [*searches, *_cautions(self.best.fit)]
+        if self.match is not None and self.match.is_foreign:
+            found.insert(0, self.match.words)
+        if self.best.implausible:
+            found.insert(0, f"implausible: {', '.join(self.best.implausible[:3])}; {LOOK_AGAIN}")
         before, after = self.nominal.train.position_mm.rms, self.best.train.position_mm.rms
         too_much = FAR_FROM_GOOD * 1e3 * self.nominal_robot.reach
         found += self.gate.doubts if self.gate is not None else ()

@@ -23,6 +23,7 @@ from workbench.base.types import frozen
 from workbench.plate.obstruction import clear_of
 from workbench.plate.patterns import pattern
 from workbench.plate.plate import Kind, Plate, Target
+from workbench.plate.plate_toml import load_plate
 from workbench.plate.region import Region
 from workbench.session.reach import place_all
 from workbench.session.score import draw_region, score
@@ -73,11 +74,25 @@ def start(
     )
 
 
+ARIA, TABLE_2, TABLE_2_NAME, CIRCLE = "ARIA", "table2", "Table 2", "Circle"
+"""The paper's arm and its plate, as it is loaded and called; what every other arm begins on."""
 TARGETS = 10
 ROOM = 0.14
 """Least radius of the circle [m]: its blocks stand side by side."""
 TURNS = 6
 """Turns about the vertical that are tried at a place."""
+
+
+def own_plate(robot: Robot) -> Plate:
+    """The plate that an arm begins on: Table 2 for the arm that it was made for, a circle for any other."""
+    return load_plate(TABLE_2) if robot.name == ARIA else suited_plate(robot)
+
+
+def is_untouched(session: Session) -> bool:
+    """Whether the plate is still the one that the arm began on."""
+    if session.plate is not session.first_plate:
+        return False
+    return session.plate.name == CIRCLE or (session.robot.name == ARIA and session.plate.name == TABLE_2_NAME)
 
 
 def suited_plate(robot: Robot) -> Plate:
@@ -88,7 +103,7 @@ def suited_plate(robot: Robot) -> Plate:
     radius = max(0.16 * reach, ROOM)
     side = 2.0 * radius + 0.1 * reach
     plate = Plate(
-        name="Circle",
+        name=CIRCLE,
         targets=pattern("circle", TARGETS, centre=centre, radius=radius),
         region=Region(min=centre - half * [1, 1, 0.5], max=centre + 1.5 * half, cube=float(0.05 * reach)),
         xyz=frozen(centre - [0.0, 0.0, 0.05]),

@@ -17,6 +17,7 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.record import Diagnosis
+from workbench.identification.arm_match import ArmMatch
 from workbench.identification.record import Identification
 from workbench.identification.rezero.record import Rezero
 from workbench.plate.cubes import CubeMap
@@ -210,10 +211,17 @@ class Drag:
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """Targets before or after a move, for undo."""
+    """Targets before or after a move, for undo.
+
+    Args:
+        plate: The plate.
+        states: How the arm stands at its targets.
+        session: The whole session, where more than the plate is another: the robot, with all that was measured.
+    """
 
     plate: Plate
     states: tuple[TargetState, ...]
+    session: "Session | None" = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -228,6 +236,8 @@ class Loaded:
         virtual: Whether a virtual arm made them.
         checks: Rows that are measured for checking only and never fitted.
         actual: The virtual arm that was measured, hidden from every computation.
+        read: The rows as they were read, before anything was said of them for an arm; None: virtual ones.
+        match: How well they and the arm go together; None: not asked.
     """
 
     dataset: Dataset
@@ -237,6 +247,13 @@ class Loaded:
     virtual: bool = False
     checks: Dataset | None = None
     actual: Robot | None = None
+    read: Dataset | None = None
+    match: ArmMatch | None = None
+
+    @property
+    def is_foreign(self) -> bool:
+        """Whether these are clearly another arm's rows."""
+        return self.match is not None and self.match.is_foreign
 
 
 @dataclass(frozen=True)

@@ -122,6 +122,7 @@ def _run(run: Run) -> Json:
         "seconds": fit.seconds,
         "condition": fit.condition,
         "parameters": _parameters(fit),
+        "implausible": list(run.implausible),
         "suspicious_rows": fit.problem.data.row[fit.suspicious],
     }
 

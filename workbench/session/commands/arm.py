@@ -18,9 +18,9 @@ from workbench.base.errors import FileError, OptionError, WorkbenchError
 from workbench.base.types import frozen
 from workbench.plate.plate_toml import read_plate
 from workbench.session.command import AbstractChange, AbstractTask, Progress
-from workbench.session.commands.data import safe_name
-from workbench.session.start import start, suited_plate
-from workbench.session.state import Focus, Session, Severity
+from workbench.session.commands.data import matched, safe_name, with_data
+from workbench.session.start import is_untouched, own_plate, start
+from workbench.session.state import Focus, Session, Severity, Step
 
 LARGEST_MODEL = 2 * 1024 * 1024
 """Robot and plate files beyond this size are refused [bytes]."""
@@ -28,9 +28,15 @@ LARGEST_MODEL = 2 * 1024 * 1024
 
 @dataclass(frozen=True)
 class ChooseRobot(AbstractTask):
-    """Begin anew with another built-in robot, on the present plate if it reaches at least half of it."""
+    """Begin anew with another built-in robot; undo brings back this one with all that was measured.
+
+    Args:
+        name: Which one.
+        keep: Whether the measurements are this robot's, and stay.
+    """
 
     name: str
+    keep: bool = False
 
     @property
     def title(self) -> str:
@@ -38,10 +44,15 @@ class ChooseRobot(AbstractTask):
 
     def check(self, session: Session) -> None:
         _check_quiet(session)
+        if self.keep and (session.loaded is None or session.loaded.read is None):
+            raise OptionError("there are no measurements of a file to keep")
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
         progress(0.2, "working out how it reaches the targets")
-        return begin_with(load_robot(self.name), session, cancel=cancel)
+        robot = load_robot(self.name)
+        loaded = matched(robot, session.loaded) if self.keep and session.loaded is not None else None
+        begun = begin_with(robot, session, cancel=cancel)
+        return begun if loaded is None else with_data(begun, loaded)
 
     def finish(self, session: Session, result: Any) -> Session:
         return _begun(session, result)
@@ -163,15 +174,23 @@ def standing(session: Session) -> np.ndarray:
 
 
 def begin_with(robot: Robot, session: Session, *, cancel: Cancel) -> Session:
-    """A session with another robot, on the present plate or on one that suits the arm."""
+    """A session with another robot: on its own plate, or on the user's if it can stand at half of the targets."""
+    if is_untouched(session):
+        return start(robot, own_plate(robot), noise=session.noise, cancel=cancel)
     begun = start(robot, session.plate, noise=session.noise, cancel=cancel)
     if 2 * begun.score.measurable >= len(session.plate):
         return begun
-    return start(robot, suited_plate(robot), noise=session.noise, cancel=cancel)
+    return start(robot, own_plate(robot), noise=session.noise, cancel=cancel)
 
 
 def _begun(session: Session, begun: Session) -> Session:
-    begun = replace(begun, message_count=session.message_count, revision=session.revision, job=session.job)
+    begun = replace(
+        begun,
+        message_count=session.message_count,
+        revision=session.revision,
+        job=session.job,
+        done=(Step(session.plate, session.states, session),),
+    )
     reached = f"{begun.score.measurable} of {len(begun.plate)} targets measurable"
     words = f"{begun.robot.name} on the plate '{begun.plate.name}': {reached}"
     return begun.tell(Severity.INFO, words)

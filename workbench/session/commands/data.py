@@ -21,6 +21,7 @@ from workbench.data.misread import checked
 from workbench.data.readers.preview import Preview
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument, Observes
 from workbench.data.simulation.simulate import simulate, virtual_arm
+from workbench.identification.arm_match import arm_match
 from workbench.plate.region_poses import nearby_poses
 from workbench.session.command import AbstractChange, AbstractTask, Progress
 from workbench.session.commands.compare import with_comparison
@@ -79,16 +80,21 @@ class LoadData(AbstractTask):
                 )
                 if understood.dataset is None:
                     raise DataError(understood.problems[0])
-                dataset = replace(understood.dataset, source=path.name)
-                dataset = checked(session.robot, dataset)
+                dataset = understood.dataset
+                notes = tuple(note.replace(f"{folder}/", "") for note in dataset.notes)
+                dataset = replace(dataset, source=path.name, notes=notes)
+                progress(0.5, "comparing the rows with the arm")
+                found = Loaded(dataset, path.name, facts_of(dataset, understood), read=dataset)
+                return matched(session.robot, found)
             except WorkbenchError as error:
                 raise DataError(str(error).replace(f"{folder}/", "")) from error
-        notes = tuple(note.replace(f"{folder}/", "") for note in dataset.notes)
-        return Loaded(dataset, path.name, facts_of(dataset, understood), notes)
 
     def finish(self, session: Session, result: Any) -> Session:
         session = with_data(session, result)
-        return session.tell(Severity.INFO, f"{len(result.dataset)} rows read from {result.name}")
+        words = f"{len(result.dataset)} rows read from {result.name}"
+        if result.is_foreign:
+            return session.tell(Severity.WARNING, f"{words}; {result.match.words}")
+        return session.tell(Severity.INFO, words)
 
 
 @dataclass(frozen=True)
@@ -176,6 +182,27 @@ def check_measurable(session: Session) -> None:
         raise DataError(
             "the arm can stand at none of the targets; drag some within reach, or choose other branches"
         )
+
+
+def matched(robot: Robot, loaded: Loaded) -> Loaded:
+    """Measurements of a file with all that is said of them for this arm.
+
+    Raises:
+        ShapeError: the arm has another number of joints.
+        DataError: units or quaternions must have been mislabelled.
+    """
+    assert loaded.read is not None
+    dataset = checked(robot, loaded.read)
+    return replace(loaded, dataset=dataset, notes=dataset.notes, match=arm_match(robot, dataset))
+
+
+def check_own(session: Session, *, anyway: bool) -> None:
+    """Refuse rows of another arm, unless they are wanted all the same."""
+    loaded = session.loaded
+    if loaded is None:
+        raise DataError("there are no measurements yet; load a file or measure a virtual arm first")
+    if loaded.match is not None and loaded.is_foreign and not anyway:
+        raise DataError(f"{loaded.match.words}; change the robot, or go on all the same")
 
 
 def instrument_of(session: Session) -> Instrument:

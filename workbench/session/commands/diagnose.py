@@ -15,6 +15,7 @@ from workbench.plate.patterns import MOST_TARGETS
 from workbench.plate.plate import Target
 from workbench.session.command import AbstractChange, AbstractTask, Progress
 from workbench.session.commands.arrange import place_targets
+from workbench.session.commands.data import check_own
 from workbench.session.commands.compare import with_comparison
 from workbench.session.commands.identify import Identify
 from workbench.session.state import Session, Severity
@@ -34,16 +35,18 @@ class Diagnose(AbstractTask):
     Args:
         held_out: Share of the rows that is kept for judging; they choose nothing.
         seed: Of the held-out rows and the folds.
+        anyway: Whether to go on though the rows are clearly another arm's.
     """
 
     title = "Diagnose"
 
     held_out: float = 0.2
     seed: int = 0
+    anyway: bool = False
 
     def check(self, session: Session) -> None:
-        if session.loaded is None:
-            raise DataError("there are no measurements yet; load a file or measure a virtual arm first")
+        check_own(session, anyway=self.anyway or session.identification is not None)
+        assert session.loaded is not None
         rows = len(session.loaded.dataset) - len(session.left_out)
         if rows < LEAST_ROWS:
             raise DataError(

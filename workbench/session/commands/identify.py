@@ -11,6 +11,7 @@ from workbench.identification.identify import identify
 from workbench.identification.record import Identification
 from workbench.session.command import AbstractChange, AbstractTask, Progress
 from workbench.session.commands.compare import with_fit
+from workbench.session.commands.data import check_own
 from workbench.session.comparison import exaggeration_for
 from workbench.session.state import Focus, Session, Severity
 
@@ -27,6 +28,7 @@ class Identify(AbstractTask):
         held_out: Share of the rows that is kept for checking.
         frames: `auto`, `shared` or `per-session`: whether base and tool differ between sessions.
         seed: Of the choice of held-out rows.
+        anyway: Whether to go on though the rows are clearly another arm's.
     """
 
     title = "Identify the parameters"
@@ -35,10 +37,10 @@ class Identify(AbstractTask):
     held_out: float = 0.2
     frames: str = "auto"
     seed: int = 0
+    anyway: bool = False
 
     def check(self, session: Session) -> None:
-        if session.loaded is None:
-            raise DataError("there are no measurements yet; load a file or measure a virtual arm first")
+        check_own(session, anyway=self.anyway)
         if not self.algorithms or set(self.algorithms) - set(ALGORITHMS):
             titles = ", ".join(algorithm.title for algorithm in ALGORITHMS.values())
             raise OptionError(f"choose at least one algorithm of {titles}")

@@ -21,6 +21,9 @@ class Undo(AbstractChange):
         if not session.done:
             return session.tell(Severity.INFO, "nothing to undo")
         step = session.done[-1]
+        if step.session is not None:
+            whole = replace(step.session, undone=(Step(session.plate, session.states, session),))
+            return _in_place_of(session, whole)
         undone = (*session.undone, Step(session.plate, session.states))
         return go_to_step(replace(session, done=session.done[:-1], undone=undone), step)
 
@@ -38,6 +41,8 @@ class Redo(AbstractChange):
         if not session.undone:
             return session.tell(Severity.INFO, "nothing to redo")
         step = session.undone[-1]
+        if step.session is not None:
+            return _in_place_of(session, step.session)
         done = (*session.done, Step(session.plate, session.states))
         return go_to_step(replace(session, undone=session.undone[:-1], done=done), step)
 
@@ -97,6 +102,24 @@ class GoBackTo(AbstractChange):
         if step.plate is session.plate:
             return session.tell(Severity.INFO, "the plate is as it was then")
         return go_to_step(begin_step(session), step)
+
+
+def _in_place_of(now: Session, whole: Session) -> Session:
+    """Another robot with all that was measured and found, in the present page."""
+    session = replace(
+        whole,
+        messages=now.messages,
+        message_count=now.message_count,
+        revision=now.revision,
+        job=now.job,
+        chore=now.chore,
+        source=now.source,
+        opened=now.opened,
+        is_dark=now.is_dark,
+        units=now.units,
+    )
+    loaded = "" if whole.loaded is None else f", {whole.loaded.name} with what was found from it"
+    return session.tell(Severity.INFO, f"back on {whole.robot.name}, plate '{whole.plate.name}'{loaded}")
 
 
 def go_to_step(session: Session, step: Step) -> Session:

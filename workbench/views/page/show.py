@@ -7,9 +7,8 @@ from typing import final
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.data.dataset import Dataset
-from workbench.data.misread import checked
 from workbench.plate.plate import Plate
-from workbench.session.commands.data import observed, with_data
+from workbench.session.commands.data import matched, observed, with_data
 from workbench.session.journal.folder import Begun
 from workbench.session.start import start, suited_plate
 from workbench.session.state import Loaded, Session
@@ -111,6 +110,5 @@ def show(
 def _loaded(robot: Robot, data: Dataset) -> Loaded:
     """Measurements as the page keeps them."""
     robot.check_joints(data.q, data.source)
-    data = checked(robot, data)
     facts = (("Rows", str(len(data))), ("Joints", str(data.joints)), ("Measured", observed(data)))
-    return Loaded(data, data.source, facts, data.notes)
+    return matched(robot, Loaded(data, data.source, facts, read=data))

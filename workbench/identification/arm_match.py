@@ -1,0 +1,136 @@
+"""Whether rows can be an arm's at all: asked before a fit, which would bend any arm into any rows.
+
+The nominal arm is brought to the rows with the best base and tool. An arm's own rows are then off by its errors of
+making, a hundredth of its reach, and inside its joint limits. Rows of another arm are off by a twentieth of it or
+more (measured: UR5, UR10, WAM, Panda and iiwa rows on each other), and there is often a built-in arm that they fit.
+Joints whose zero is elsewhere do the same to an arm's own rows: where offsets of the joints mend it, it is its own.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from workbench.arm.built_in_arms import built_in_robots, load_robot
+from workbench.arm.robot import Robot
+from workbench.data.dataset import Dataset
+from workbench.data.prediction import predict
+from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
+from workbench.identification.alignment import align, spread_rows
+from workbench.identification.frames import visible_parts
+from workbench.identification.problem import FrameFreedom, Problem
+
+LOOKED_AT = 60
+"""Rows that are looked at, and …"""
+FEWEST = 10
+"""… how many with a measured point tell anything."""
+SOME, MUCH = 0.045, 0.12
+"""Shares of the reach: from the first on another arm is looked for, beyond the second the rows are none of its."""
+OUTSIDE = 0.2
+"""Share of rows outside the joint limits from which on half as much is too much."""
+SLACK = 0.05
+"""How far beyond a limit a joint may be [rad or m]."""
+BETTER = 5.0
+"""A rival, or other zeros of the joints, must leave so many times less."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ArmMatch:
+    """How well rows and a nominal arm go together.
+
+    Args:
+        robot: Name of the arm.
+        error: Median distance of measured from predicted points with the best base and tool [m]; NaN: unknown.
+        outside: Share of the rows in which a joint is beyond its limits.
+        rival: Built-in arm that fits far better, as `load_robot` takes it; empty if there is none.
+        rival_name: What that arm is called.
+        rival_error: What it leaves [m].
+        is_foreign: Whether these are clearly not the arm's rows.
+    """
+
+    robot: str
+    error: float
+    outside: float
+    rival: str = ""
+    rival_name: str = ""
+    rival_error: float = np.nan
+    is_foreign: bool = False
+
+    @property
+    def words(self) -> str:
+        """The finding as a sentence."""
+        found = [f"{_millimetres(self.error)} off after the best base and tool"]
+        if self.outside >= 0.005:
+            found.append(f"{100 * self.outside:.0f} % of the rows outside the joint limits")
+        own = "these rows are not" if self.is_foreign else "these rows may be"
+        sentence = f"{', '.join(found)}: {own} {self.robot}'s"
+        if self.rival:
+            sentence += f"; {self.rival_name} fits to {_millimetres(self.rival_error)}"
+        return sentence
+
+
+def arm_match(robot: Robot, data: Dataset) -> ArmMatch:
+    """Compare rows with the arm that they are said to be of; quick, unless something is wrong.
+
+    Args:
+        robot: Nominal arm, whatever its frames say.
+        data: Rows with as many joints.
+    """
+    low, high = robot.limits.T
+    q = data.q[data.included]
+    outside = float(((q < low - SLACK) | (q > high + SLACK)).any(1).mean()) if len(q) else 0.0
+    seen = _some(data)
+    if seen is None:
+        return ArmMatch(robot=robot.name, error=np.nan, outside=outside)
+    aligned = _aligned(robot, seen)
+    error = _left(aligned, seen)
+    found = ArmMatch(robot=robot.name, error=error, outside=outside)
+    if error < SOME * robot.reach:
+        return found
+    found = _with_rival(found, robot, seen)
+    much = error > MUCH * robot.reach or (outside > OUTSIDE and error > 0.5 * MUCH * robot.reach)
+    return replace(found, is_foreign=bool(found.rival) or (much and not _other_zeros(aligned, seen, error)))
+
+
+def _some(data: Dataset) -> Dataset | None:
+    """Rows with points of the session that has most of them; None where too few tell."""
+    if data.position is None:
+        return None
+    has_point = data.included & np.isfinite(data.position).all(1)
+    session = max(data.sessions, key=lambda name: int((has_point & data.in_session(name)).sum()))
+    rows = np.flatnonzero(has_point & data.in_session(session))
+    if len(rows) < FEWEST:
+        return None
+    return data.take(rows[spread_rows(data.take(rows), LOOKED_AT)])
+
+
+def _aligned(robot: Robot, seen: Dataset) -> Robot:
+    bare = replace(robot.with_effects(), sessions=())
+    return align(bare, seen, FrameFreedom(*visible_parts(seen)))
+
+
+def _left(robot: Robot, seen: Dataset) -> float:
+    assert seen.position is not None
+    return float(np.median(np.linalg.norm(predict(robot, seen)[:, :3, 3] - seen.position, axis=1)))
+
+
+def _with_rival(found: ArmMatch, robot: Robot, seen: Dataset) -> ArmMatch:
+    """The match with the built-in arm of as many joints that fits best, if it does so far better."""
+    for name in built_in_robots():
+        rival = load_robot(name)
+        if rival.dof != robot.dof or rival.name == robot.name:
+            continue
+        error = _left(_aligned(rival, seen), seen)
+        if error < found.error / BETTER and not error >= found.rival_error:
+            found = replace(found, rival=name, rival_name=rival.name, rival_error=error)
+    return found
+
+
+def _other_zeros(aligned: Robot, seen: Dataset, error: float) -> bool:
+    """Whether offsets of the joints alone explain nearly everything."""
+    frames = FrameFreedom(*visible_parts(seen))
+    problem = Problem.build(aligned, seen, free=aligned.joint_offsets, frames=frames)
+    return _left(problem.robot_at(Opt2(limit=100).search(problem).x), seen) < error / BETTER
+
+
+def _millimetres(length: float) -> str:
+    return f"{1e3 * length:.0f} mm" if length >= 0.01 else f"{1e3 * length:.2g} mm"
