@@ -73,6 +73,7 @@ def identify(
     if robot is None and (rows.rig is None or not rows.rig.tool_poses):
         raise OptionError("give --robot; only pixels with tool poses in place of joints do without")
     out.check()
+    fit.check_own(arm, rows)
     choices = fit.choices(arm, files)
     with progress_bar("identify") as progress:
         run = identify(
@@ -113,6 +114,7 @@ def diagnose(
     arm = load_robot(robot)
     rows = with_markers(files.read(data, arm), fit.tool_markers, fit.base_markers)
     out.check(effects=True)
+    fit.check_own(arm, rows)
     choices = fit.choices(arm, files)
     with progress_bar("diagnose") as progress:
         run = diagnose(arm, rows, choices, progress=progress)

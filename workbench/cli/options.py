@@ -96,6 +96,9 @@ BaseMarkersOption = Annotated[
         "--base-markers", help="Markers on the base, two rows (as designed, as seen), to align the frames."
     ),
 ]
+ForceOption = Annotated[
+    bool, typer.Option("--force", help="Go on though the rows are clearly those of another arm.")
+]
 SeedOption = Annotated[int, typer.Option(help="Seed of the random numbers.")]
 
 
@@ -167,6 +170,18 @@ class FitOptions:
     tool_markers: ToolMarkersOption = None
     base_markers: BaseMarkersOption = None
     seed: SeedOption = 0
+    force: ForceOption = False
+
+    def check_own(self, arm, rows) -> None:
+        """End with status 2 where the rows are clearly another arm's, unless that is meant."""
+        from workbench.data.misread import checked
+        from workbench.identification.arm_match import arm_match
+
+        arm.check_joints(rows.q, rows.source)
+        found = arm_match(arm, checked(arm, rows))
+        if found.is_foreign and not self.force:
+            rival = f"--robot {found.rival}, or " if found.rival else "the robot that was measured, or "
+            fail(f"{found.words}; give {rival}--force to go on all the same")
 
     def choices(self, arm, files: FileOptions):
         """The same in SI."""

@@ -1,9 +1,10 @@
 """Whether rows can be an arm's at all: asked before a fit, which would bend any arm into any rows.
 
-The nominal arm is brought to the rows with the best base and tool. An arm's own rows are then off by its errors of
-making, a hundredth of its reach, and inside its joint limits. Rows of another arm are off by a twentieth of it or
-more (measured: UR5, UR10, WAM, Panda and iiwa rows on each other), and there is often a built-in arm that they fit.
-Joints whose zero is elsewhere do the same to an arm's own rows: where offsets of the joints mend it, it is its own.
+The nominal arm is brought to the rows with the best base and tool. An arm's own rows are then off by its
+errors of making, a hundredth of its reach, and inside its joint limits. Rows of another arm are off by a
+twentieth of it or more (seen: rows of UR5, UR10, WAM, Panda and iiwa on each other), and often a built-in arm
+fits them. Joints whose zero is elsewhere do the same to an arm's own rows: where offsets of the joints mend it,
+these are its own.
 """
 
 from dataclasses import dataclass, replace
@@ -24,7 +25,7 @@ LOOKED_AT = 60
 FEWEST = 10
 """… how many with a measured point tell anything."""
 SOME, MUCH = 0.045, 0.12
-"""Shares of the reach: from the first on another arm is looked for, beyond the second the rows are none of its."""
+"""Shares of the reach: from the first on other arms are tried, beyond the second the rows are not its own."""
 OUTSIDE = 0.2
 """Share of rows outside the joint limits from which on half as much is too much."""
 SLACK = 0.05
@@ -39,7 +40,7 @@ class ArmMatch:
 
     Args:
         robot: Name of the arm.
-        error: Median distance of measured from predicted points with the best base and tool [m]; NaN: unknown.
+        error: Median distance of measured from predicted points with the best base and tool [m]; or NaN.
         outside: Share of the rows in which a joint is beyond its limits.
         rival: Built-in arm that fits far better, as `load_robot` takes it; empty if there is none.
         rival_name: What that arm is called.

@@ -79,7 +79,7 @@ class Run:
 
     @cached_property
     def implausible(self) -> tuple[str, ...]:
-        """Well-determined constants that moved farther than arms are wrongly made, the farthest first, in words."""
+        """Well-determined constants that moved farther than arms are wrongly made, the farthest first."""
         found = []
         for p, value in zip(self.fit.parameters, self.fit.x.tolist(), strict=True):
             most = IMPLAUSIBLE_ANGLE if p.unit == "rad" else IMPLAUSIBLE_LENGTH
@@ -161,6 +161,11 @@ class Identification(AbstractShown):
         errors = judged(self.nominal).position_mm
         suspicious = errors.median > 1e3 * SOME * self.nominal_robot.reach
         return arm_match(self.nominal_robot, self.data) if suspicious else None
+
+    def doubts(self, run: Run) -> tuple[str, ...]:
+        """Why a calibrated arm is hardly one: rows of another arm, or constants that moved too far."""
+        foreign = (self.match.words,) if self.match is not None and self.match.is_foreign else ()
+        return foreign + run.implausible
 
     @property
     def unidentifiable(self) -> tuple[str, ...]:

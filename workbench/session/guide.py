@@ -10,9 +10,11 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.diagnosis.record import Diagnosis, Verdict
-from workbench.identification.record import Identification, Run, Validation, judged
+from workbench.identification.arm_match import ArmMatch
+from workbench.identification.record import LOOK_AGAIN, Identification, Run, Validation, judged
 from workbench.identification.row_errors import RowErrors
 from workbench.session.command import AbstractCommand
+from workbench.session.commands.arm import ChooseRobot
 from workbench.session.commands.diagnose import LEAST_ROWS, AddEffects, Diagnose, TakeNextPoses
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.identify import Identify
@@ -100,12 +102,23 @@ def guide(session: Session) -> Step:
         return _design(session)
     if session.identification is None:
         rows = len(session.loaded.dataset)
+        if session.loaded.match is not None and session.loaded.is_foreign:
+            return _foreign(session.loaded.match)
         return Step(f"{rows} rows of {session.loaded.name} are loaded.", next=FIT, other=LOAD)
     if session.accepted:
         return Step(f"{stages_in_words(session)} mm. This is the arm as it is.", Tone.GOOD, TAKE, COMPARE)
     if session.diagnosis is not None:
         return _diagnosed(session.diagnosis)
     return _identified(session, session.identification)
+
+
+def _foreign(match: ArmMatch) -> Step:
+    """Rows of another arm: change to that one, if it is known."""
+    anyway = Action("Identify all the same", Tab.IDENTIFY, Identify(anyway=True))
+    change = Action("Choose the robot", Tab.MORE)
+    if match.rival:
+        change = Action(f"Change to {match.rival_name}", Tab.IDENTIFY, ChooseRobot(match.rival, keep=True))
+    return Step(f"{_capital(match.words)}.", Tone.BAD, change, anyway)
 
 
 @dataclass(frozen=True, eq=False)
@@ -204,7 +217,11 @@ def _takes_next_poses(session: Session) -> bool:
 
 
 def _identified(session: Session, found: Identification) -> Step:
-    left = judged(found.runs[session.fit]).position_mm.mean
+    run = found.runs[session.fit]
+    left = judged(run).position_mm.mean
+    if doubts := found.doubts(run):
+        words = f"Implausible: {', '.join(doubts[:2])}; {LOOK_AGAIN}"
+        return Step(words, Tone.CAREFUL, COMPARE, LOAD)
     rows, times = len(found.train_rows), share_of_noise(session, found)
     if times <= BEYOND_NOISE:
         words = f"{stages_in_words(session)} mm: what is left is the instrument's noise."

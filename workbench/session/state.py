@@ -216,7 +216,7 @@ class Step:
     Args:
         plate: The plate.
         states: How the arm stands at its targets.
-        session: The whole session, where more than the plate is another: the robot, with all that was measured.
+        session: The whole session, where the robot is another, with all that was measured.
     """
 
     plate: Plate

@@ -174,7 +174,7 @@ def standing(session: Session) -> np.ndarray:
 
 
 def begin_with(robot: Robot, session: Session, *, cancel: Cancel) -> Session:
-    """A session with another robot: on its own plate, or on the user's if it can stand at half of the targets."""
+    """A session with another robot: on its own plate, or on the user's if it can stand at half of it."""
     if is_untouched(session):
         return start(robot, own_plate(robot), noise=session.noise, cancel=cancel)
     begun = start(robot, session.plate, noise=session.noise, cancel=cancel)

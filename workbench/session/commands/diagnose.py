@@ -15,8 +15,8 @@ from workbench.plate.patterns import MOST_TARGETS
 from workbench.plate.plate import Target
 from workbench.session.command import AbstractChange, AbstractTask, Progress
 from workbench.session.commands.arrange import place_targets
-from workbench.session.commands.data import check_own
 from workbench.session.commands.compare import with_comparison
+from workbench.session.commands.data import check_own
 from workbench.session.commands.identify import Identify
 from workbench.session.state import Session, Severity
 from workbench.session.target_steps import check_free

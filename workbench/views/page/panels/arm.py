@@ -10,7 +10,7 @@ from workbench.arm.robot import JointKind, Robot
 from workbench.session.commands.arm import LARGEST_MODEL, ChooseRobot, LoadModel
 from workbench.session.state import Session
 from workbench.views.page.html import block, heading, pairs, text
-from workbench.views.page.panels.panel import AbstractPanel, on_press
+from workbench.views.page.panels.panel import AbstractPanel, ask
 
 MODELS = ".toml,.urdf,.xml"
 
@@ -27,9 +27,9 @@ class ArmPanel(AbstractPanel):
             "Change to this robot",
             icon=viser.Icon.ROBOT,
             color="gray",
-            hint="Start over with this arm; the plate is kept if the arm reaches at least half of it.",
+            hint="Start over with this arm, on its plate or on yours if it reaches half of it.",
         )
-        on_press(self._change, lambda: self._worker.submit(ChooseRobot(self._choice.value)))
+        self._change.on_click(self._choose)
         self.upload(
             gui,
             "Open a robot or plate",
@@ -39,6 +39,16 @@ class ArmPanel(AbstractPanel):
             most=LARGEST_MODEL,
         )
         self._facts = gui.add_html("")
+
+    def _choose(self, event: viser.GuiEvent) -> None:
+        """Change the robot; ask first where that puts measurements away."""
+        name, loaded = self._choice.value, self._worker.session.loaded
+        if loaded is None:
+            self._worker.submit(ChooseRobot(name))
+            return
+        fit = "" if self._worker.session.identification is None else " and what was found from them"
+        question = f"The measurements ({loaded.name}){fit} are put away; Undo brings them back."
+        ask(event, question, f"Change to {name}", lambda: self._worker.submit(ChooseRobot(name)))
 
     def parts(self, session: Session) -> tuple[Any, ...]:
         return session.robot, session.job is None

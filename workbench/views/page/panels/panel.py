@@ -9,9 +9,10 @@ from typing import Any, ClassVar
 import viser
 
 from workbench.base.errors import WorkbenchError
+from workbench.identification.record import LOOK_AGAIN
 from workbench.session.command import AbstractCommand
 from workbench.session.commands.messages import Tell
-from workbench.session.export import File
+from workbench.session.export import File, calibrated_toml, calibrated_urdf
 from workbench.session.state import Session
 from workbench.session.worker import Worker
 from workbench.views.drawables.item import is_same
@@ -114,6 +115,16 @@ class AbstractPanel(ABC):
 
     def save(self, event: viser.GuiEvent, make: Callable[[Session], File]) -> None:
         """Download a file; what goes wrong is shown on the page instead of lost in viser's thread pool."""
+        session = self._worker.session
+        found = session.identification
+        doubts = () if found is None else found.doubts(found.runs[session.fit])
+        if doubts and make in (calibrated_toml, calibrated_urdf):
+            question = f"Implausible: {', '.join(doubts[:3])}; {LOOK_AGAIN} Save the arm all the same?"
+            ask(event, question, "Save all the same", lambda: self._download(event, make))
+            return
+        self._download(event, make)
+
+    def _download(self, event: viser.GuiEvent, make: Callable[[Session], File]) -> None:
         try:
             name, content = make(self._worker.session)
             if event.client is not None:
@@ -122,6 +133,32 @@ class AbstractPanel(ABC):
             self._worker.submit(Tell(str(error)))
         except Exception as error:
             self._worker.submit(Tell(f"the file could not be made ({type(error).__name__}: {error})"))
+
+
+def ask(event: viser.GuiEvent, question: str, label: str, do: Callable[[], object]) -> None:
+    """Do something once the user has said so, in a sheet over that user's page.
+
+    Args:
+        event: Of the button that was pressed.
+        question: What is at stake.
+        label: Of the button that does it.
+        do: What is done then.
+    """
+    if event.client is None:
+        return
+    gui = event.client.gui
+    with (sheet := gui.add_modal("Are you sure?")):
+        gui.add_html(block(text(question), testid="question", style="margin:4px 0 10px"))
+        yes, no = (
+            gui.add_button(label, hint=question),
+            gui.add_button("Cancel", color="gray", hint="Go back."),
+        )
+    no.on_click(lambda _: sheet.close())
+
+    @yes.on_click
+    def _(_: object) -> None:
+        sheet.close()
+        do()
 
 
 def waiting(session: Session, testid: str, ready: str, *, more: str = "") -> str:

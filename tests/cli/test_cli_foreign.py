@@ -1,0 +1,31 @@
+"""The command line refuses to fit rows that are clearly those of another arm."""
+
+import json
+
+import pytest
+
+FEW = ("--algorithm", "opt2", "--json", "r.json")
+
+
+@pytest.fixture
+def rows(run, tmp_path):
+    status, _, err = run("simulate", "--robot", "ur5", "--poses", 40, "--seed", 2, "--out", "ur5.csv")
+    assert status == 0, err
+    return tmp_path / "ur5.csv"
+
+
+def test_rows_of_another_arm_end_with_status_2_unless_forced(run, rows, tmp_path):
+    for command in ("identify", "diagnose"):
+        status, _, err = run(command, rows, "--robot", "aria", "--json", "r.json")
+        assert status == 2
+        assert "these rows are not ARIA's" in err
+        assert "--force" in err
+        assert not (tmp_path / "r.json").exists()
+    run("identify", rows, "--robot", "aria", "--force", *FEW)
+    result = json.loads((tmp_path / "r.json").read_text())
+    assert any("these rows are not ARIA's" in words for words in result["warnings"])
+    status, _, err = run("identify", rows, "--robot", "ur5", *FEW)
+    assert status == 0, err
+    assert not any(
+        "rows are not" in words for words in json.loads((tmp_path / "r.json").read_text())["warnings"]
+    )

@@ -1,0 +1,102 @@
+"""Rows of another arm are refused before a fit; another robot can be changed to, and undone."""
+
+import numpy as np
+import pytest
+
+from workbench.arm.built_in_arms import load_robot
+from workbench.data.writer import write_measurements
+from workbench.identification.arm_match import arm_match
+from workbench.identification.identify import identify
+from workbench.identification.report.results_json import identification_json
+from workbench.plate.virtual_measuring import measure_poses
+from workbench.session.commands.arm import ChooseRobot
+from workbench.session.commands.data import LoadData, MeasureVirtualArm
+from workbench.session.commands.identify import Identify
+from workbench.session.commands.undo import Redo, Undo
+from workbench.session.guide import Tone, guide
+from workbench.session.state import Severity
+
+
+@pytest.fixture(scope="module")
+def ur5_rows():
+    nominal = load_robot("ur5")
+    off = nominal.values(nominal.default_free)
+    slightly = dict(zip(nominal.default_free, (off + 1e-3).tolist(), strict=True))
+    return measure_poses(nominal, 40, actual=nominal.with_values(slightly), seed=2)[1]
+
+
+@pytest.fixture(scope="module")
+def ur5_file(ur5_rows, tmp_path_factory):
+    return write_measurements(ur5_rows, tmp_path_factory.mktemp("rows") / "ur5.csv").read_bytes()
+
+
+def test_rows_of_another_arm_are_told_from_an_arm_that_is_made_badly(ur5_rows):
+    foreign = arm_match(load_robot("aria"), ur5_rows)
+    assert foreign.is_foreign
+    assert foreign.rival == "ur5"
+    assert foreign.rival_error < 0.02
+    assert "these rows are not ARIA's; UR5 (CB3) fits to" in foreign.words
+    assert not arm_match(load_robot("ur5"), ur5_rows).is_foreign
+    aria = load_robot("aria")
+    assert not arm_match(aria, measure_poses(aria, 40, seed=5)[1]).is_foreign
+
+
+def test_joints_with_other_zeros_are_the_arms_own():
+    aria = load_robot("aria")
+    zeros = dict(
+        zip(aria.joint_offsets, aria.values(aria.joint_offsets) + [0, 0.8, 0, 0.5, 0, 0], strict=True)
+    )
+    found = arm_match(aria, measure_poses(aria, 40, actual=aria.with_values(zeros), seed=1)[1])
+    assert found.error > 0.1
+    assert not found.is_foreign
+
+
+def test_the_page_refuses_to_fit_another_arms_rows_and_offers_that_arm(do, ur5_file):
+    loaded = do(LoadData("ur5.csv", ur5_file))
+    assert loaded.messages[-1].severity is Severity.WARNING
+    assert "these rows are not ARIA's" in loaded.messages[-1].text
+    step = guide(loaded)
+    assert step.next.command == ChooseRobot("ur5", keep=True)
+    refused = do(Identify())
+    assert refused.identification is None
+    assert refused.messages[-1].severity is Severity.ERROR
+    changed = do(step.next.command, Identify(("opt2",)))
+    assert changed.robot.name == load_robot("ur5").name
+    assert len(changed.loaded.dataset) == 40
+    assert not changed.loaded.is_foreign
+    assert changed.identification.match is None
+    assert not changed.identification.best.implausible
+
+
+def test_what_was_fitted_all_the_same_is_called_implausible(do, ur5_file):
+    session = do(LoadData("ur5.csv", ur5_file), Identify(("opt2",), anyway=True))
+    found = session.identification
+    assert "these rows are not ARIA's" in found.warnings[0]
+    assert found.doubts(found.best)
+    assert guide(session).tone is Tone.CAREFUL
+    assert guide(session).sentence.startswith("Implausible")
+
+
+def test_a_constant_that_no_arm_can_have_is_called_implausible():
+    aria = load_robot("aria")
+    longer = aria.with_values({"joint2.a": float(aria.values(["joint2.a"])[0]) + 0.06})
+    found = identify(aria, measure_poses(aria, 40, actual=longer, seed=4)[1], algorithms=("opt2",))
+    assert found.best.implausible == ("joint2.a +60 mm",)
+    assert found.warnings[0].startswith("implausible: joint2.a +60 mm")
+    assert identification_json(found)["algorithms"]["opt2"]["implausible"] == ["joint2.a +60 mm"]
+    own = identify(aria, measure_poses(aria, 40, seed=4)[1], algorithms=("opt2",))
+    assert not own.best.implausible
+
+
+def test_another_robot_has_its_own_plate_and_undo_brings_everything_back(do):
+    before = do(MeasureVirtualArm(3), Identify(("opt2",)))
+    other = do(ChooseRobot("ur5"))
+    assert other.plate.name == "Circle"
+    assert other.loaded is None
+    back = do(Undo())
+    for part in ("robot", "plate", "states", "loaded", "identification", "comparison"):
+        assert getattr(back, part) is getattr(before, part)
+    again = do(Redo())
+    assert again.robot is other.robot
+    assert do(ChooseRobot("aria")).plate.name == "Table 2"
+    assert np.array_equal(do(Undo()).plate.poses, other.plate.poses)
