@@ -43,9 +43,8 @@ def test_rows_of_another_arm_are_told_from_an_arm_that_is_made_badly(ur5_rows):
 
 def test_joints_with_other_zeros_are_the_arms_own():
     aria = load_robot("aria")
-    zeros = dict(
-        zip(aria.joint_offsets, aria.values(aria.joint_offsets) + [0, 0.8, 0, 0.5, 0, 0], strict=True)
-    )
+    moved = aria.values(aria.joint_offsets) + np.array([0, 0.8, 0, 0.5, 0, 0])
+    zeros = dict(zip(aria.joint_offsets, moved.tolist(), strict=True))
     found = arm_match(aria, measure_poses(aria, 40, actual=aria.with_values(zeros), seed=1)[1])
     assert found.error > 0.1
     assert not found.is_foreign

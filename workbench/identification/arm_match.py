@@ -3,8 +3,8 @@
 The nominal arm is brought to the rows with the best base and tool. An arm's own rows are then off by its
 errors of making, a hundredth of its reach, and inside its joint limits. Rows of another arm are off by a
 twentieth of it or more (seen: rows of UR5, UR10, WAM, Panda and iiwa on each other), and often a built-in arm
-fits them. Joints whose zero is elsewhere do the same to an arm's own rows: where offsets of the joints mend it,
-these are its own.
+fits them. Joints whose zero is elsewhere do the same to an arm's own rows; where offsets of the joints mend
+it, they are its own.
 """
 
 from dataclasses import dataclass, replace
