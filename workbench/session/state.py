@@ -15,9 +15,7 @@ from workbench.arm.inverse.branch import Branch
 from workbench.arm.linearisation import Linearisation
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
-from workbench.data.dataset import Dataset
 from workbench.diagnosis.record import Diagnosis
-from workbench.identification.arm_match import ArmMatch
 from workbench.identification.record import Identification
 from workbench.identification.rezero.record import Rezero
 from workbench.plate.cubes import CubeMap
@@ -26,6 +24,7 @@ from workbench.plate.region import Region
 from workbench.plate.yield_trial.result import Yield
 from workbench.session.comparison import Comparison
 from workbench.session.guided import Measuring
+from workbench.session.loaded import Loaded
 from workbench.session.overlay import Overlay
 from workbench.session.trajectory import Track
 
@@ -222,38 +221,6 @@ class Step:
     plate: Plate
     states: tuple[TargetState, ...]
     session: "Session | None" = None
-
-
-@dataclass(frozen=True, eq=False)
-class Loaded:
-    """Measurements, and what was understood of them.
-
-    Args:
-        dataset: The rows.
-        name: File name, or how they came to be.
-        facts: Pairs of a heading and what was understood.
-        notes: Decisions that the reader took, one sentence each.
-        virtual: Whether a virtual arm made them.
-        checks: Rows that are measured for checking only and never fitted.
-        actual: The virtual arm that was measured, hidden from every computation.
-        read: The rows as they were read, before anything was said of them for an arm; None: virtual ones.
-        match: How well they and the arm go together; None: not asked.
-    """
-
-    dataset: Dataset
-    name: str
-    facts: tuple[tuple[str, str], ...] = ()
-    notes: tuple[str, ...] = ()
-    virtual: bool = False
-    checks: Dataset | None = None
-    actual: Robot | None = None
-    read: Dataset | None = None
-    match: ArmMatch | None = None
-
-    @property
-    def is_foreign(self) -> bool:
-        """Whether these are clearly another arm's rows."""
-        return self.match is not None and self.match.is_foreign
 
 
 @dataclass(frozen=True)

@@ -25,8 +25,9 @@ from workbench.identification.arm_match import arm_match
 from workbench.plate.region_poses import nearby_poses
 from workbench.session.command import AbstractChange, AbstractTask, Progress
 from workbench.session.commands.compare import with_comparison
+from workbench.session.loaded import Loaded
 from workbench.session.reach import advance
-from workbench.session.state import CubeView, Field, Focus, Loaded, Session, Severity
+from workbench.session.state import CubeView, Field, Focus, Session, Severity
 
 LARGEST_FILE = 20 * 1024 * 1024
 """Files beyond this size are refused [bytes]."""

@@ -35,7 +35,8 @@ from workbench.session.commands.data import (
     with_data,
 )
 from workbench.session.guided import Measuring, Ride, VirtualArm
-from workbench.session.state import Focus, Loaded, Session, Severity, Source
+from workbench.session.loaded import Loaded
+from workbench.session.state import Focus, Session, Severity, Source
 from workbench.session.target_steps import with_branches
 
 NOISY = 10.0

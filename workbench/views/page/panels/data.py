@@ -12,7 +12,8 @@ from workbench.session.commands.data import (
     LoadData,
     MeasureVirtualArm,
 )
-from workbench.session.state import Loaded, Session
+from workbench.session.loaded import Loaded
+from workbench.session.state import Session
 from workbench.views.page.html import LINE, MUTED, block, heading, pairs, text
 from workbench.views.page.panels.panel import AbstractPanel
 
