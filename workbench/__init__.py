@@ -17,6 +17,8 @@ _HOMES = {
     "workbench.arm.robot": ("Robot", "Frame"),
     "workbench.arm.built_in_arms": ("load_robot",),
     "workbench.arm.robot_toml": ("write_toml",),
+    "workbench.arm.own_robot.find_convention": ("find_convention",),
+    "workbench.arm.own_robot.readings": ("table_readings", "typed_readings"),
     "workbench.arm.urdf": ("read_urdf", "write_urdf"),
     "workbench.arm.kinematics.api": ("tool_poses", "sensitivity", "sensitivity_blocks", "link_frames"),
     "workbench.arm.inverse.solve": ("solve", "follow"),

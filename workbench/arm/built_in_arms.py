@@ -23,7 +23,9 @@ def built_in_robots() -> dict[str, Path]:
 
 
 def load_robot(source: Path | str, *, tip: str | None = None) -> Robot:
-    """A robot from a TOML or URDF file, or a built-in arm by name (`aria`, `katana450`, …).
+    """A robot from a TOML, URDF or xacro file, or a built-in arm by name (`aria`, `katana450`, …).
+
+    Arguments of a xacro follow its name: `ur.urdf.xacro ur_type:=ur5e name:=ur`.
 
     Raises:
         FileError: neither a file nor a built-in name, or a file that is no robot.
@@ -31,14 +33,20 @@ def load_robot(source: Path | str, *, tip: str | None = None) -> Robot:
     built_in = built_in_robots()
     if str(source).lower() in built_in:
         return read_toml(built_in[str(source).lower()])
-    path = Path(source)
+    words = str(source).split()
+    if words and words[0].lower().endswith(".xacro"):
+        from workbench.arm.xacro import expand_xacro
+
+        path = expand_xacro(words[0], dict(pair.split(":=", 1) for pair in words[1:] if ":=" in pair))
+    else:
+        path = Path(source)
     if path.suffix.lower() in (".urdf", ".xml"):
         from workbench.arm.urdf import read_urdf
 
         return read_urdf(path, tip=tip)
     if path.suffix.lower() != ".toml":
         raise FileError(
-            f"is neither a .toml nor a .urdf file nor a built-in arm; built in are {', '.join(built_in)}",
+            f"is no .toml, .urdf or .xacro file and no built-in arm; built in are {', '.join(built_in)}",
             path=str(source),
         )
     return read_toml(path)

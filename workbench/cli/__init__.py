@@ -135,6 +135,7 @@ PANELS: dict[str, tuple] = {
         load_test.loading,
         arms.axes,
         arms.redundancy,
+        arms.new,
     ),
     "Plates": (plate_design.plates,),
     "Paths": (paths.paths, paths.compensate, pencil.pencil),

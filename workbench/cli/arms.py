@@ -1,9 +1,11 @@
-"""The commands that look at an arm by itself: redundancy, axes."""
+"""The commands that look at an arm by itself: redundancy, axes; new, for one's own."""
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from workbench.base.errors import OptionError
 from workbench.cli.options import (
     DataArgument,
     FileOptions,
@@ -53,3 +55,128 @@ def axes(data: DataArgument, robot: RobotOption, files: FileOptions, json: JsonO
     show(axes_table(arm, found))
     if json is not None:
         say(f"result: {write_json(json, axes_json(arm, found))}")
+
+
+def new(
+    source: Annotated[
+        str, typer.Argument(help="A DH table (.csv), a .urdf, a .xacro (name:=value …), or a known arm.")
+    ],
+    out: Annotated[Path, typer.Option(help="Write the robot here (.toml).")],
+    pose: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="A pose as the pendant shows it, flange in the robot's base: "
+            '"q1,…,qn = x,y,z,roll,pitch,yaw"; three times or more. Units are found.'
+        ),
+    ] = None,
+    poses: Annotated[
+        Path | None, typer.Option(help="The same as a measurement file, whose headings tell the units.")
+    ] = None,
+    name: Annotated[str | None, typer.Option(help="Name of the robot.")] = None,
+    apply: Annotated[
+        Path | None, typer.Option(help="With --for: a file of the arm's controller or driver, read in.")
+    ] = None,
+    form: Annotated[
+        str | None, typer.Option("--for", help="With --apply: its form, such as ur-calibration.")
+    ] = None,
+    tip: Annotated[str | None, typer.Option(help="Last link of the chain, for a URDF with several.")] = None,
+    json: JsonOption = None,
+) -> None:
+    """One's own robot: signs, offsets, units and convention found from three poses of the pendant."""
+    from dataclasses import replace
+
+    from workbench.arm.built_in_arms import check_robot_file, load_robot, save_robot
+    from workbench.report.json import write_json
+
+    if (apply is None) != (form is None):
+        raise OptionError("--apply FILE and --for NAME belong together")
+    if apply is None and not pose and poses is None:
+        raise OptionError(
+            'three poses or more are needed to check a robot: --pose "q1,…,qn = x,y,z,roll,pitch,yaw" for '
+            "each, or --poses FILE"
+        )
+    check_robot_file(out)
+    check_writable(out, json)
+    table = source.lower().endswith(".csv")
+    content: dict = {"schema": "workbench.robot/1", "file": str(out)}
+    if apply is not None and form is not None:
+        arm = _applied(load_robot(source, tip=tip), apply, form)
+    else:
+        found = _checked(source if table else load_robot(source, tip=tip), pose or [], poses)
+        arm = found.robot
+        say(f"it fits: {', '.join(found.words) or 'as it was given'}")
+        for change in found.changes:
+            say(f"change: {change}")
+        say(
+            f"errors at the typed poses: at most {1e3 * found.position:.3f} mm and "
+            f"{57.29577951308232 * found.rotation:.3f}°; {found.tried} readings tried"
+        )
+        content |= {"words": list(found.words), "changes": list(found.changes), "tried": found.tried}
+        content |= {"position_m": found.position, "rotation_rad": found.rotation}
+    default = Path(source.split()[0]).stem if table else arm.name
+    say(f"{name or default}: {save_robot(replace(arm, name=name or default), out)}")
+    if json is not None:
+        say(f"result: {write_json(json, content)}")
+
+
+def _applied(nominal, path: Path, form: str):
+    """A known arm with what its controller or driver has of it."""
+    from workbench.base.files import read_bytes
+    from workbench.exports import FORMS, Job
+
+    if form not in FORMS:
+        raise OptionError(f"there is no form '{form}'; choose {', '.join(FORMS)}")
+    text = read_bytes(path, wanted=f"a {FORMS[form].title}").decode(errors="replace")
+    arm = FORMS[form].read(text, Job(robot=nominal, nominal=nominal, source=text))
+    if arm is None:
+        raise OptionError(
+            f"a file of the form {form} can't be read in; it computes with a calibration's TOML"
+        )
+    return arm
+
+
+def _checked(source, texts: list[str], path: Path | None):
+    """The reading of a table or an arm that gives the poses."""
+    from workbench.arm.own_robot.find_convention import find_convention
+    from workbench.arm.own_robot.joint_table import read_joint_table
+    from workbench.arm.own_robot.readings import Reading, Typed, table_readings, typed_readings
+    from workbench.arm.robot import Frame
+    from workbench.base import se3
+    from workbench.data.readers import read_measurements
+
+    if isinstance(source, str):
+        table = read_joint_table(source)
+        readings = table_readings(
+            table.rows, conventions=table.conventions, lengths=table.lengths, angles=table.angles
+        )
+    else:
+        readings = [Reading(source.with_effects().with_frames(base=Frame(), tool=Frame()))]
+    robot = readings[0].robot
+    slides = [not e.axis.turns for e in robot.elements if e.joint is not None]
+    if path is not None:
+        data = read_measurements(path, joints=robot.dof)
+        if data.position is None or data.rotation is None:
+            raise OptionError(f"{path}: full poses are needed, position and orientation")
+        return find_convention(readings, [Typed(data.q, se3.pose(data.rotation, data.position))])
+    return find_convention(readings, typed_readings(_typed(texts, robot.dof), slides))
+
+
+def _typed(texts: list[str], joints: int):
+    """Poses typed in words as rows of numbers."""
+    import re
+
+    import numpy as np
+
+    rows = []
+    for text in texts:
+        left, _, right = text.partition("=")
+        try:
+            q, pose = ([float(v) for v in re.split(r"[,;\s]+", part.strip())] for part in (left, right))
+        except ValueError:
+            q, pose = [], []
+        if len(q) != joints or len(pose) != 6:
+            raise OptionError(
+                f"--pose '{text}' must be {joints} joint positions, =, x, y, z and three angles, with commas"
+            )
+        rows.append(q + pose)
+    return np.array(rows)

@@ -19,12 +19,12 @@ from typing import final
 
 import numpy as np
 
+from workbench.arm.joint_frames import JointFrames, joint_frames
 from workbench.arm.robot import Frame, JointKind, Robot
 from workbench.base import se3
 from workbench.base.errors import FileError, OptionError
 from workbench.base.types import Matrix4
 from workbench.exports.form import AbstractForm, Job, tool_note
-from workbench.exports.joint_frames import JointFrames, joint_frames
 
 PARTS = ("x", "y", "z", "roll", "pitch", "yaw")
 NUMBERED = tuple(f"joint{k}" for k in range(1, 51))

@@ -11,7 +11,7 @@ Source: lerobot, motors_bus.py (`_normalize`) and its calibration files.
 
 import json
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, final
 
 import numpy as np
@@ -133,7 +133,9 @@ class MotorCalibration(AbstractForm):
         ]
         names = [nominal.chain.elements[i].name for i in joint_elements(nominal)]
         values = {n: float(v) + m for n, v, m in zip(names, nominal.values(tuple(names)), moved, strict=True)}
-        return nominal.with_values(values).with_frames(tool=job.robot.tool)
+        limits = dict(zip([j.name for j in nominal.moving], (m.limits for m in new), strict=True))
+        joints = tuple(replace(j, limits=limits.get(j.name, j.limits)) for j in nominal.joints)
+        return replace(nominal.with_values(values), joints=joints, tool=job.robot.tool)
 
     def notes(self, job: Job) -> Iterable[str]:
         yield "joint positions must be read and sent in degrees (use_degrees): percent scale with the range"

@@ -14,13 +14,13 @@ from typing import final
 import numpy as np
 
 from workbench.arm import chain as chains
+from workbench.arm.joint_frames import JointFrames, joint_frames
 from workbench.arm.masses import carried
 from workbench.arm.robot import Frame, JointKind, Robot
 from workbench.arm.urdf import numbers_text as _text
 from workbench.base import se3
 from workbench.base.types import Matrix4
 from workbench.exports.form import AbstractForm, Job
-from workbench.exports.joint_frames import JointFrames, joint_frames
 
 LEAST_MASS, LEAST_INERTIA = "0.001", "1e-06"
 

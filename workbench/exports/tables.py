@@ -19,12 +19,12 @@ from typing import Any, final
 import numpy as np
 
 from workbench.arm.conventions import CONSTANTS, ORDERS
+from workbench.arm.joint_frames import StandardDh, dh_pose, joint_frames, standard_dh
 from workbench.arm.robot import Frame, JointKind, Robot
 from workbench.arm.robot_toml import robot_from_rows, robot_to_table
 from workbench.base import se3
 from workbench.base.errors import FileError, OptionError
 from workbench.exports.form import AbstractForm, Job, tool_note
-from workbench.exports.joint_frames import StandardDh, dh_pose, joint_frames, standard_dh
 
 UNITS = {"theta": "rad", "d": "m", "a": "m", "alpha": "rad", "beta": "rad"}
 SYMBOLS = (r"\theta", "d", "a", r"\alpha", r"\beta")

@@ -86,7 +86,7 @@ class JointFrames:
         return self.with_origins(new, steps[-1])
 
     def robot(self, like: Robot) -> Robot:
-        """An arm of these frames, each with six corrections to identify, with the tool of another."""
+        """An arm of these frames, six corrections each to identify, with the tool of another; no masses."""
         elements: list[Element] = []
         ends = []
         for k, frame in enumerate(self.joints):
@@ -105,7 +105,9 @@ class JointFrames:
             name=like.name,
             convention="frames",
             elements=tuple(elements),
-            joints=tuple(replace(f.joint, name=f"joint{k + 1}") for k, f in enumerate(self.joints)),
+            joints=tuple(
+                replace(f.joint, name=f"joint{k + 1}", mass=None) for k, f in enumerate(self.joints)
+            ),
             link_ends=(*ends[:-1], len(elements) - 1),
             base=like.base,
             tool=like.tool,

@@ -1,0 +1,51 @@
+"""Tables read wrongly, found out by three poses of the pendant.  Run: python tests/benchmarks/own_robot.py [COUNT]
+
+Each of COUNT (200) choices takes one of five arms (DH, Hayati, modified DH; five, six, seven joints) and lets
+its pendant count three joints in ten the other way, from quarter turns or from anywhere; its table is in m or mm,
+rad or deg, its poses in three kinds of angles, all rounded as pendants do. Printed: how many are found, how many
+refused with what would decide, how many silently wrong (must be 0), and the time of each.
+"""
+
+import statistics
+import sys
+import time
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "arm"))
+from test_own_robot import ARMS, right, wrong_choice
+
+from workbench.arm.own_robot.find_convention import find_convention
+from workbench.arm.own_robot.readings import table_readings, typed_readings
+from workbench.base.errors import DataError
+
+
+def main(count: int) -> None:
+    tally: Counter[str] = Counter()
+    seconds = []
+    for number in range(count):
+        name = ARMS[number % len(ARMS)]
+        arm, signs, offsets, table, numbers = wrong_choice(np.random.default_rng(1000 + number), name)
+        start = time.process_time()
+        try:
+            found = find_convention(table_readings(table), typed_readings(numbers, [False] * arm.dof))
+        except DataError as error:
+            result = "refused"
+            print(number, name, error)
+        else:
+            result = "right" if right(found, arm, signs, offsets) else "WRONG"
+            if result == "WRONG":
+                print(number, name, found.words, found.changes)
+        seconds.append(time.process_time() - start)
+        tally[result] += 1
+        if number % 10 == 9:
+            print(dict(tally), flush=True)
+    print(
+        f"{dict(tally)} of {count}; median {statistics.median(seconds):.1f} s, most {max(seconds):.1f} s of processor"
+    )
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 200)
