@@ -1,9 +1,9 @@
-"""Tables read wrongly, found out by three poses of the pendant.  Run: python tests/benchmarks/own_robot.py [COUNT]
+"""Tables read wrongly, found out by three poses of the pendant.  Run: tests/benchmarks/own_robot.py [COUNT]
 
-Each of COUNT (200) choices takes one of five arms (DH, Hayati, modified DH; five, six, seven joints) and lets
-its pendant count three joints in ten the other way, from quarter turns or from anywhere; its table is in m or mm,
-rad or deg, its poses in three kinds of angles, all rounded as pendants do. Printed: how many are found, how many
-refused with what would decide, how many silently wrong (must be 0), and the time of each.
+Each of COUNT (200) choices takes one of five arms (DH, Hayati, modified DH; five, six and seven joints). Its
+pendant counts three joints in ten the other way, from quarter turns or from anywhere; its table is in m or mm,
+rad or deg; its poses have one of three kinds of angles, all rounded as pendants do. Printed: how many are found,
+how many are refused with what would decide, how many are silently wrong (must be 0), and the processor's time.
 """
 
 import statistics
@@ -42,9 +42,8 @@ def main(count: int) -> None:
         tally[result] += 1
         if number % 10 == 9:
             print(dict(tally), flush=True)
-    print(
-        f"{dict(tally)} of {count}; median {statistics.median(seconds):.1f} s, most {max(seconds):.1f} s of processor"
-    )
+    middle, most = statistics.median(seconds), max(seconds)
+    print(f"{dict(tally)} of {count}; median {middle:.1f} s, most {most:.1f} s of the processor")
 
 
 if __name__ == "__main__":
