@@ -1,9 +1,9 @@
 """Tables read wrongly, found out by three poses of the pendant.  Run: tests/benchmarks/own_robot.py [COUNT]
 
-Each of COUNT (200) choices takes one of five arms (DH, Hayati, modified DH; five to seven joints). Its pendant
-counts three joints in ten the other way, from quarter turns or from anywhere; its table is in m or mm, rad or
-deg; its poses have one of three kinds of angles, all rounded as pendants do. Printed: how many are found, how
-many refused with what would decide, how many silently wrong (must be 0), and the time of the processor.
+Each of COUNT (200) choices takes one of five arms (DH, Hayati, modified DH; five to seven joints). Its
+pendant counts three joints in ten the other way, from quarter turns or from anywhere; its table is in m or
+mm, rad or deg; its poses have one of three kinds of angles, all rounded as pendants do. Printed: how many are
+found, how many refused with what would decide, how many silently wrong (must be 0), and the processor's time.
 """
 
 import statistics

@@ -1,0 +1,115 @@
+"""The built-in arms against sources other than their files: descriptions of others, documented poses."""
+
+import importlib.util
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.exports.readers import origin, rot
+from workbench.arm.built_in_arms import built_in_robots, load_robot
+from workbench.arm.joint_frames import joint_frames
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
+from workbench.arm.urdf import read_urdf
+
+QUARTER = 0.5 * np.pi
+
+
+def described(folder: str, file: str, tip: str):
+    """An arm of example-robot-data, from the package that brings it."""
+    spec = importlib.util.find_spec("cmeel")
+    if spec is None or spec.origin is None:
+        pytest.skip("example-robot-data is not installed")
+    site = Path(spec.origin).parent.parent
+    path = site / "cmeel.prefix/share/example-robot-data/robots" / folder / "urdf" / file
+    if not path.is_file():
+        pytest.skip("example-robot-data is not installed")
+    return read_urdf(path, tip=tip)
+
+
+def joints(robot, rows: int = 20) -> np.ndarray:
+    low, high = robot.search_limits.T
+    return np.random.default_rng(0).uniform(low, high, (rows, robot.dof))
+
+
+def chain(origins, q: np.ndarray) -> np.ndarray:
+    """Joints that turn about their own z axes, each at its origin in the link before."""
+    out = np.eye(4)
+    for frame, angle in zip(origins, q, strict=True):
+        out = out @ origin(*frame) @ rot(2, angle)
+    return out
+
+
+@pytest.mark.parametrize("name", built_in_robots())
+def test_every_file_says_where_its_numbers_are_from(name):
+    first = built_in_robots()[name].read_text(encoding="utf-8").splitlines()[0]
+    assert first.startswith("# ")
+    assert len(first) > 30
+
+
+@pytest.mark.parametrize(("name", "lengths"), [
+    ("ur3e", (0.15185, -0.24355, -0.2132, 0.13105, 0.08535, 0.0921)),
+    ("ur5e", (0.1625, -0.425, -0.3922, 0.1333, 0.0997, 0.0996)),
+    ("ur10e", (0.1807, -0.6127, -0.57155, 0.17415, 0.11985, 0.11655)),
+])  # fmt: skip
+def test_ur_arms_are_those_of_ur_description(name, lengths):
+    """Frames of ur_description (default_kinematics.yaml)."""
+    d1, a2, a3, d4, d5, d6 = lengths
+    frames = [
+        (0, 0, d1, 0, 0, 0), (0, 0, 0, QUARTER, 0, 0), (a2, 0, 0, 0, 0, 0),
+        (a3, 0, d4, 0, 0, 0), (0, -d5, 0, QUARTER, 0, 0), (0, d6, 0, QUARTER, np.pi, np.pi),
+    ]  # fmt: skip
+    robot = load_robot(name)
+    q = joints(robot)
+    for row, pose in zip(q, tool_poses(robot, Motion(q)), strict=True):
+        np.testing.assert_allclose(pose, chain(frames, row), atol=1e-8)
+    assert robot.has_masses
+
+
+def test_xarm6_is_that_of_xarm_description():
+    """Joint origins of its URDF, which has angles of 1.5708."""
+    frames = [
+        (0, 0, 0.267, 0, 0, 0), (0, 0, 0, -QUARTER, 0, 0), (0.0535, -0.2845, 0, 0, 0, 0),
+        (0.0775, 0.3425, 0, -QUARTER, 0, 0), (0, 0, 0, QUARTER, 0, 0), (0.076, 0.097, 0, -QUARTER, 0, 0),
+    ]  # fmt: skip
+    robot = load_robot("xarm6")
+    q = joints(robot)
+    for row, pose in zip(q, tool_poses(robot, Motion(q)), strict=True):
+        np.testing.assert_allclose(pose, chain(frames, row), atol=1e-8)
+
+
+def test_franka_research_3_has_the_geometry_of_the_panda_and_limits_of_its_own():
+    robot, panda = load_robot("fr3"), described("panda_description", "panda.urdf", "panda_link8")
+    q = joints(robot)
+    np.testing.assert_allclose(tool_poses(robot, Motion(q)), tool_poses(panda, Motion(q)), atol=1e-8)
+    assert robot.limits[3].tolist() == [-3.0421, -0.1518]
+
+
+def test_so101_is_that_of_its_urdf():
+    """Its URDF has angles of five digits (1.5708, 3.14159)."""
+    robot, other = load_robot("so101"), described("so_arm_description", "so101.urdf", "gripper_link")
+    q = joints(robot)
+    np.testing.assert_allclose(tool_poses(robot, Motion(q)), tool_poses(other, Motion(q)), atol=3e-5)
+    np.testing.assert_allclose(robot.limits, other.limits)
+
+
+def test_iiwa7_has_the_documented_axes_and_height():
+    """Axes at zero: z, y, z, −y, z, y, z at 340, 740 and 1140 mm; the flange 1266 mm up."""
+    robot = load_robot("iiwa7")
+    *frames, flange = joint_frames(robot).at_zero
+    axes = [[0, 0, 1], [0, 1, 0], [0, 0, 1], [0, -1, 0], [0, 0, 1], [0, 1, 0], [0, 0, 1]]
+    for frame, axis in zip(frames, axes, strict=True):
+        np.testing.assert_allclose(frame[:3, 2], axis, atol=1e-8)
+    np.testing.assert_allclose([frames[k][2, 3] for k in (1, 3, 5)], [0.34, 0.74, 1.14], atol=1e-8)
+    np.testing.assert_allclose(flange[:3, 3], [0, 0, 1.266], atol=1e-8)
+
+
+def test_ar4_stands_upright_with_its_forearm_ahead_at_zero():
+    """As in its manual: 64.2 + 222.63 + 41 mm ahead, 169.77 + 305 mm up, the tool's axis ahead."""
+    robot = load_robot("ar4")
+    pose = tool_poses(robot, Motion(np.zeros((1, 6))))[0]
+    np.testing.assert_allclose(pose[:3, 3], [0.32783, 0.0, 0.47477], atol=1e-8)
+    np.testing.assert_allclose(pose[:3, 2], [1.0, 0.0, 0.0], atol=1e-8)
+    leaning = tool_poses(robot, Motion(np.array([[0.0, 0.3, 0, 0, 0, 0]])))[0]
+    assert leaning[2, 3] < pose[2, 3]  # a positive joint 2 leans forward
