@@ -61,12 +61,14 @@ class Step:
         tone: How it is meant.
         next: What to do now, if the program can.
         other: The other way, mostly a step back.
+        figure: The number that counts now, for a sentence without numbers.
     """
 
     sentence: str
     tone: Tone = Tone.PLAIN
     next: Action | None = None
     other: Action | None = None
+    figure: str = ""
 
 
 LOAD = Action("Measure", Tab.MEASURE)
@@ -82,7 +84,7 @@ POSES = Action("Make the next poses targets", Tab.PLATE, TakeNextPoses())
 def guide(session: Session) -> Step:
     """Where this session stands."""
     if session.caption:
-        return Step(session.caption)
+        return Step(session.caption, figure=_figure(session))
     if session.job is not None:
         return Step(f"{session.job.title} … Meanwhile you can go on working.")
     if session.drag is not None:
@@ -174,6 +176,14 @@ def share_of_noise(session: Session, found: Identification) -> float:
 
 def _kind(diagnosis: Diagnosis | None) -> str:
     return "causes" if diagnosis is None or diagnosis.causes else "residual map"
+
+
+def _figure(session: Session) -> str:
+    """Errors stage by stage, or what is predicted before there are any [mm]."""
+    if session.identification is not None:
+        return f"{stages_in_words(session)} mm"
+    predicted = 1e3 * session.score.position
+    return f"{predicted:.3f} mm predicted" if np.isfinite(predicted) else ""
 
 
 def _design(session: Session) -> Step:

@@ -336,6 +336,7 @@ class Session:
         row: Measured row that is looked at.
         overlay: What is laid over the scene.
         caption: What the demo says at present; empty if none plays.
+        is_paused: Whether the demo waits.
         opened: The tab that the program opened last, if any.
         is_dark: Whether pages are dark.
         units: What coordinates are shown and typed in.
@@ -388,6 +389,7 @@ class Session:
     row: int = 0
     overlay: Overlay = field(default_factory=Overlay)
     caption: str = ""
+    is_paused: bool = False
     opened: Opened | None = None
     is_dark: bool = False
     units: Units = Units.MILLIMETRES

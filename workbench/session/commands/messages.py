@@ -1,6 +1,7 @@
 """Messages: told by the program, put away by the user."""
 
 from dataclasses import dataclass, replace
+from enum import StrEnum
 
 from workbench.session.command import AbstractChange
 from workbench.session.state import Session, Severity
@@ -39,4 +40,26 @@ class SetCaption(AbstractChange):
     text: str
 
     def apply(self, session: Session) -> Session:
-        return replace(session, caption=self.text)
+        return replace(session, caption=self.text, is_paused=False)
+
+
+class Steer(StrEnum):
+    """What one can do with a demo besides stopping it."""
+
+    PAUSE = "Pause"
+    ON = "Go on"
+    BACK = "Back"
+
+
+@dataclass(frozen=True)
+class SteerDemo(AbstractChange):
+    """Let the demo wait, go on, or tell the scene before once more."""
+
+    how: Steer
+
+    @property
+    def title(self) -> str:
+        return f"{self.how} (demo)"
+
+    def apply(self, session: Session) -> Session:
+        return replace(session, is_paused=self.how is Steer.PAUSE)

@@ -1,6 +1,7 @@
 """The demo: a story of about two minutes, told with commands like a user's; any other command ends it."""
 
 import threading
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
@@ -12,10 +13,11 @@ from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.diagnose import AddEffects, Diagnose
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget
 from workbench.session.commands.identify import Identify
-from workbench.session.commands.messages import SetCaption, Tell
+from workbench.session.commands.messages import SetCaption, Steer, SteerDemo, Tell
 from workbench.session.commands.region import ShowCubes
+from workbench.session.commands.tabs import OpenTab
 from workbench.session.commands.undo import RestoreBest
-from workbench.session.state import CubeView, Field, Session, Severity
+from workbench.session.state import CubeView, Field, Session, Severity, Tab
 from workbench.session.worker import Worker
 
 CLIENT = 1_000_000
@@ -23,6 +25,8 @@ CLIENT = 1_000_000
 SEED, POSES = 5, 70
 STEPS = 45
 """Places of one drag."""
+TICK = 0.1
+"""How soon a button of the demo is heard [s]."""
 END = "That is the whole workflow: design, measure, identify, diagnose. Over to you."
 
 
@@ -34,11 +38,13 @@ class Scene:
         caption: What is said; empty: what was said before still stands.
         commands: What is done, one after the other.
         seconds: How long it stands afterwards, or in all for many commands.
+        tab: Where its outcome is seen.
     """
 
     caption: str
     commands: tuple[AbstractCommand, ...] = ()
     seconds: float = 6.0
+    tab: Tab = Tab.PLATE
 
 
 class Demo:
@@ -51,8 +57,11 @@ class Demo:
 
     def __init__(self, worker: Worker, *, pace: float = 1.0):
         self._worker, self._pace = worker, pace
-        self._stop = threading.Event()
+        self._stop, self._back = threading.Event(), threading.Event()
+        self._on = threading.Event()
+        self._on.set()
         self._mine: AbstractCommand | None = None
+        self._tab: Tab | None = None
         self.is_finished = False
         worker.listen(self._heard)
         self._thread = threading.Thread(target=self._run, name="workbench-demo", daemon=True)
@@ -61,29 +70,60 @@ class Demo:
     def stop(self) -> None:
         """End it where it stands."""
         self._stop.set()
+        self._on.set()
 
     def join(self, timeout: float) -> None:
         """Wait for its end."""
         self._thread.join(timeout)
 
     def _heard(self, command: AbstractCommand) -> None:
-        if command is not self._mine:
-            self._stop.set()
+        if isinstance(command, SteerDemo):
+            if command.how is Steer.BACK:
+                self._back.set()
+            (self._on.clear if command.how is Steer.PAUSE else self._on.set)()
+        elif command is not self._mine:
+            self.stop()
 
     def _run(self) -> None:
-        for scene in story(lambda: self._worker.session):
-            if scene.caption:
-                self._submit(SetCaption(scene.caption))
-            for command in scene.commands:
-                self._submit(command)
-                self._worker.wait(60.0)
-                self._stop.wait(self._pace * scene.seconds / max(len(scene.commands), 1))
-            if not scene.commands:
-                self._stop.wait(self._pace * scene.seconds)
-            if self._stop.is_set():
-                break
-        self.is_finished = not self._stop.is_set()
+        scenes = story(lambda: self._worker.session)
+        told: list[Scene] = []
+        at = 0
+        while not self._stop.is_set():
+            if at == len(told):
+                if (scene := next(scenes, None)) is None:
+                    self.is_finished = True
+                    break
+                told.append(scene)
+            self._tell(told[at])
+            at = max(at - 1, 0) if self._back.is_set() else at + 1
+            self._back.clear()
         self._leave()
+
+    def _tell(self, scene: Scene) -> None:
+        """One scene, up to its end, or until somebody wants back or out."""
+        if scene.caption:
+            self._submit(SetCaption(scene.caption))
+        if scene.tab is not self._tab:
+            self._tab = scene.tab
+            self._submit(OpenTab(scene.tab))
+        for command in scene.commands:
+            if self._back.is_set():
+                return
+            self._submit(command)
+            self._worker.wait(60.0)
+            self._wait(scene.seconds / len(scene.commands))
+        if not scene.commands:
+            self._wait(scene.seconds)
+
+    def _wait(self, seconds: float) -> None:
+        """Let so much of the film pass; a pause is not counted."""
+        end = time.monotonic() + self._pace * seconds
+        while not (self._stop.is_set() or self._back.is_set()) and (left := end - time.monotonic()) > 0.0:
+            if not self._on.is_set():
+                begin = time.monotonic()
+                self._on.wait()
+                end += time.monotonic() - begin
+            self._stop.wait(min(left, TICK))
 
     def _submit(self, command: AbstractCommand) -> None:
         if self._stop.is_set():
@@ -117,8 +157,9 @@ def story(session: Callable[[], Session]) -> Iterator[Scene]:
         "The cubes show the predicted error throughout the region. They follow the drag too.",
         (ShowCubes(CubeView(field=Field.PREDICTED)),),
         seconds=6.0,
+        tab=Tab.REGION,
     )
-    yield Scene("", drag(session(), 5, np.array([0.12, 0.10, 0.06])), seconds=9.0)
+    yield Scene("", drag(session(), 5, np.array([0.12, 0.10, 0.06])), seconds=9.0, tab=Tab.REGION)
     yield Scene(
         "Back to the best plate so far, with one button.", (RestoreBest(), ShowCubes(CubeView())), seconds=6.0
     )
@@ -127,22 +168,31 @@ def story(session: Callable[[], Session]) -> Iterator[Scene]:
         "can't explain.",
         (MeasureVirtualArm(SEED, surprise=True, more=POSES),),
         seconds=7.0,
+        tab=Tab.MEASURE,
     )
-    yield Scene("Three algorithms identify its parameters …", (Identify(),), seconds=8.0)
+    yield Scene("Three algorithms identify its geometry …", (Identify(),), seconds=8.0, tab=Tab.IDENTIFY)
     yield Scene(
         "The solid arm is nominal, the amber one calibrated; arrows show the errors, exaggerated.",
         tuple(ShowRow(row) for row in range(0, 40, 4)),
         seconds=12.0,
+        tab=Tab.COMPARE,
     )
     yield Scene(
         "The remaining error is not geometric. The diagnosis looks for the cause …",
         (Diagnose(),),
         seconds=8.0,
+        tab=Tab.DIAGNOSE,
     )
     found = session().diagnosis
     if found is not None and found.effects:
-        yield Scene(f"Found: {found.message}", seconds=8.0)
-        yield Scene("The effect is added to the model …", (AddEffects(),), seconds=8.0)
+        yield Scene(f"Found: {found.message}", seconds=8.0, tab=Tab.DIAGNOSE)
+        yield Scene(
+            "What was found joins the model, and the error falls. The violet arm shows, exaggerated, how it "
+            "bends.",
+            (AddEffects(),),
+            seconds=10.0,
+            tab=Tab.IDENTIFY,
+        )
 
 
 def drag(session: Session, target: int, way: np.ndarray) -> tuple[AbstractCommand, ...]:

@@ -40,10 +40,11 @@ from workbench.views.page.panels.targets import TargetsPanel
 from workbench.views.page.panels.track import TrackPanel
 from workbench.views.page.scene.gizmo import Gizmo
 from workbench.views.page.scene.scene import Scene
-from workbench.views.page.style import style_sheet
+from workbench.views.page.style import NARROW, style_sheet
 from workbench.views.page.tabs import Tabs
 
-PANEL_WIDTH = 470
+PANEL_WIDTH, LEAST_WIDTH, SHARE = 470, 340, 0.42
+"""Width of the panel [px]; where the window is narrow its least one, and its share of the window."""
 STRIP: tuple[type[AbstractPanel], ...] = (Verdict, Header)
 """The panels above the tabs, in a folder that the style sheet keeps in view (`style.py`)."""
 TABS: dict[Tab, tuple[type[AbstractPanel], ...]] = {
@@ -121,6 +122,7 @@ def _build_panels(server: viser.ViserServer, worker: Worker, link: str) -> tuple
     gui = server.gui
     gui.main_panel.dock_right()
     gui.main_panel.set_width(PANEL_WIDTH)
+    server.on_client_connect(_fit_panel)
     panels: list[AbstractPanel] = []
     with gui.add_folder("Next"):
         for kind in STRIP:
@@ -139,6 +141,12 @@ def _build_panels(server: viser.ViserServer, worker: Worker, link: str) -> tuple
     panels.append(ResidualsPanel(worker))
     panels[-1].build(server)
     return panels, tabs
+
+
+def _fit_panel(client: viser.ClientHandle) -> None:
+    """Leave the scene its part of a narrow window; a page that has just been opened shows the scene alone."""
+    if 0 < (window := client.camera.image_width) <= NARROW:
+        client.gui.main_panel.set_width(max(LEAST_WIDTH, SHARE * window))
 
 
 def _link(address: str) -> str:

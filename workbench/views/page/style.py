@@ -6,6 +6,8 @@ STRIP = '.mantine-Paper-root:has(> div > div > div > div > [data-testid="hint"])
 """The folder that holds the strip."""
 INSIDE = ':has(> div > [data-testid="hint"])'
 """What holds its parts."""
+NARROW = 1000
+"""Windows up to this width have a narrower panel [px]."""
 WIDE = 'data-wide="1"'
 """Marks what makes its modal as wide as the window."""
 DROP = 'data-drop="1"'
@@ -25,6 +27,7 @@ div{INSIDE} > :has(> button) {{ flex: 1 1 0 }}
 .mantine-Modal-body:has([{DROP}]) input[type="file"] {{ display: block !important; position: absolute;
   inset: 0; width: 100%; opacity: 0; z-index: 1; cursor: pointer }}
 div[style*="pointer-events: none"][style*="opacity: 0.5"] .gone {{ display: block }}
+@media (max-width: {NARROW}px) {{ [role="tab"] {{ padding: .6em .35em !important; font-size: 12px }} }}
 @media (max-width: 767px) {{
   .mantine-Paper-root[style*="width: 20em"], [style*="width: 20em"] {{ width: 100% !important }}
 }}

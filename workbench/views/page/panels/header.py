@@ -4,7 +4,7 @@ from typing import Any
 
 import viser
 
-from workbench.session.commands.messages import Dismiss, SetCaption
+from workbench.session.commands.messages import Dismiss, SetCaption, Steer, SteerDemo
 from workbench.session.commands.tabs import OpenTab
 from workbench.session.guide import Action, Step, Tone, guide
 from workbench.session.state import Message, Session, Severity
@@ -17,6 +17,7 @@ TINTS = {
     Severity.WARNING: ("rgba(245,158,11,.14)", "#c2700a"),
     Severity.ERROR: ("rgba(239,68,68,.13)", "#dc2626"),
 }
+FIGURE = "font-size:22px;font-weight:650;line-height:1.3;font-variant-numeric:tabular-nums"
 INKS = {Tone.PLAIN: LINE, Tone.GOOD: GOOD, Tone.CAREFUL: CAREFUL, Tone.BAD: BAD}
 
 
@@ -64,6 +65,22 @@ class Header(AbstractPanel):
 
     def build(self, server: viser.ViserServer) -> None:
         gui = self._gui = server.gui
+        self._back = self.button(
+            gui,
+            "Back",
+            lambda: SteerDemo(Steer.BACK),
+            viser.Icon.PLAYER_SKIP_BACK,
+            "Tell the scene before once more.",
+            visible=False,
+        )
+        self._pause = self.button(
+            gui,
+            Steer.PAUSE,
+            lambda: SteerDemo(Steer.ON if self._worker.session.is_paused else Steer.PAUSE),
+            viser.Icon.PLAYER_PAUSE,
+            "Let the demo wait here, or go on.",
+            visible=False,
+        )
         self._stop = self.button(
             gui,
             "Stop the demo",
@@ -89,11 +106,20 @@ class Header(AbstractPanel):
         on_press(self._cancel, self._worker.cancel)
 
     def parts(self, session: Session) -> tuple[Any, ...]:
-        return _label(session), session.caption, session.messages, session.chore, session.job
+        return (
+            _label(session),
+            bool(session.caption),
+            session.is_paused,
+            session.messages,
+            session.chore,
+            session.job,
+        )
 
     def show(self, session: Session) -> None:
         self._gui.set_panel_label(_label(session))
-        self._stop.visible = bool(session.caption)
+        for button in (self._back, self._pause, self._stop):
+            button.visible = bool(session.caption)
+        self._pause.label = Steer.ON if session.is_paused else Steer.PAUSE
         newest = session.messages[-1] if session.messages else None
         self._message.content = "" if newest is None else _message(newest)
         self._message.visible = newest is not None
@@ -117,7 +143,10 @@ def _verdict(step: Step, *, is_caption: bool) -> str:
     size = 15 if is_caption else 13
     style = f"margin:0 12px;padding:1px 10px;border-left:3px solid {INKS[step.tone]};font-size:{size}px"
     words = f'<span data-testid="caption">{text(step.sentence)}</span>' if is_caption else text(step.sentence)
-    return block(words, testid="hint", style=style)
+    figure = (
+        f'<div data-testid="figure-now" style="{FIGURE}">{text(step.figure)}</div>' if step.figure else ""
+    )
+    return block(words + figure, testid="hint", style=style)
 
 
 def _message(message: Message) -> str:

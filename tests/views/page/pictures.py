@@ -1,0 +1,104 @@
+"""Every picture of the page, from one scripted session: for README, and to look at each screen oneself.
+
+Run it with a folder:
+
+    python tests/views/page/pictures.py /tmp/pictures
+
+`identify.png` of the folder is the one in `assets/pictures`; the others show each step of the story in
+windows of 390, 900, 1500 and 2560 px, light and dark.
+"""
+
+import shutil
+import sys
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from playwright.sync_api import Browser, Page, sync_playwright
+
+from workbench.arm.built_in_arms import load_robot
+from workbench.plate.plate_toml import load_plate
+from workbench.session.command import AbstractChange, AbstractCommand
+from workbench.session.commands.data import MeasureVirtualArm
+from workbench.session.commands.diagnose import AddEffects, Diagnose
+from workbench.session.commands.identify import Identify
+from workbench.session.commands.tabs import OpenTab
+from workbench.session.state import Opened, Session, Tab
+from workbench.views.page.app import App
+
+FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=gl-egl", "--ignore-gpu-blocklist"]
+SIZES = ((390, 844), (900, 700), (1500, 950), (2560, 1440))
+README = 1500
+"""Width of the picture in README."""
+STEPS: tuple[tuple[str, tuple[AbstractCommand, ...]], ...] = (
+    ("plate", (OpenTab(Tab.PLATE),)),
+    ("identify", (MeasureVirtualArm(5, surprise=True, more=70), Identify(), OpenTab(Tab.IDENTIFY))),
+    ("diagnose", (Diagnose(), OpenTab(Tab.DIAGNOSE))),
+    ("result", (AddEffects(), OpenTab(Tab.IDENTIFY))),
+)
+"""Name of a picture, and the commands that lead to it."""
+DRAWN = "() => (window.__viserTestpoints?.rendererInfo?.render?.triangles ?? 0) > 3000"
+NO_NOTES = (
+    "() => document.head.appendChild(document.createElement('style')).textContent = "
+    "'.mantine-Notification-root { display: none }'"
+)
+SETTLED = 2500
+"""How long a page is given after each step [ms]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Show(AbstractChange):
+    """Go to a state of the session."""
+
+    title = "Show"
+
+    wanted: Session
+
+    def apply(self, session: Session) -> Session:
+        opened = None if self.wanted.opened is None else Opened(self.wanted.opened.tab)
+        return replace(self.wanted, opened=opened, revision=session.revision)
+
+
+def walked(app: App) -> dict[str, Session]:
+    """The session at each step."""
+    found = {}
+    for name, commands in STEPS:
+        for command in commands:
+            app.worker.submit(command)
+            app.worker.wait(300.0)
+        found[name] = app.worker.session
+    return found
+
+
+def opened(browser: Browser, app: App, size: tuple[int, int]) -> Page:
+    """A page of this size."""
+    page = browser.new_page(viewport={"width": size[0], "height": size[1]})
+    page.goto(f"{app.url}/?fixedDpr=1")
+    page.wait_for_function(DRAWN, timeout=120_000)
+    page.evaluate(NO_NOTES)
+    return page
+
+
+def main(folder: Path) -> None:
+    """Make them all."""
+    folder.mkdir(parents=True, exist_ok=True)
+    app = App(load_robot("aria"), load_plate("table2"))
+    try:
+        states = walked(app)
+        with sync_playwright() as playwright:
+            browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=FLAGS)
+            for size in SIZES:
+                page = opened(browser, app, size)
+                for name, state in states.items():
+                    for shade, is_dark in (("", False), ("-dark", True)):
+                        app.worker.submit(Show(replace(state, is_dark=is_dark)))
+                        page.wait_for_timeout(SETTLED)
+                        page.screenshot(path=folder / f"{name}-{size[0]}{shade}.png")
+                page.close()
+            browser.close()
+        shutil.copy(folder / f"result-{README}.png", folder / "identify.png")
+    finally:
+        app.close()
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))

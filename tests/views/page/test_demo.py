@@ -1,0 +1,87 @@
+"""The demo as a film: it waits, goes back a scene, shows the tab where each scene's outcome is seen."""
+
+import time
+
+import pytest
+
+from workbench.arm.built_in_arms import load_robot
+from workbench.plate.plate_toml import load_plate
+from workbench.session import Worker, start
+from workbench.session.commands.drag import SelectTarget
+from workbench.session.commands.messages import SetCaption, Steer, SteerDemo
+from workbench.session.guide import guide
+from workbench.session.state import Tab
+from workbench.views.page import demo
+from workbench.views.page.demo import Demo, Scene, story
+
+
+@pytest.fixture(scope="module")
+def session():
+    return start(load_robot("aria"), load_plate("table2"))
+
+
+@pytest.fixture
+def film(session, monkeypatch):
+    """A film of three scenes, and its worker."""
+    scenes = (Scene("one"), Scene("two", (SelectTarget(3),), tab=Tab.REGION), Scene("three"))
+    monkeypatch.setattr(demo, "story", lambda now: iter(scenes))
+    worker = Worker(session)
+    playing = Demo(worker, pace=0.1)
+    yield playing, worker
+    playing.stop()
+    playing.join(5.0)
+    worker.close()
+
+
+def captions(worker) -> list[str]:
+    worker.wait()
+    return [e.command.text for e in worker.journal if isinstance(e.command, SetCaption) and e.command.text]
+
+
+def until(holds, timeout: float = 20.0) -> None:
+    end = time.monotonic() + timeout
+    while not holds():
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
+def test_it_waits_and_goes_back(film):
+    playing, worker = film
+    until(lambda: worker.session.caption == "two")
+    worker.submit(SteerDemo(Steer.PAUSE))
+    until(lambda: worker.session.is_paused)
+    time.sleep(1.0)  # longer than the scene
+    assert worker.session.caption == "two"
+    worker.submit(SteerDemo(Steer.BACK))
+    until(lambda: worker.session.caption == "one")
+    assert not worker.session.is_paused
+    until(lambda: playing.is_finished)
+    assert captions(worker) == ["one", "two", "one", "two", "three"]
+
+
+def test_anything_else_ends_it_even_where_it_waits(film):
+    playing, worker = film
+    until(lambda: worker.session.caption == "one")
+    worker.submit(SteerDemo(Steer.PAUSE))
+    worker.submit(SelectTarget(5))
+    playing.join(5.0)
+    until(lambda: worker.session.caption == "")
+    assert not playing.is_finished
+
+
+def test_the_tabs_follow_and_the_number_is_beside_the_caption(film):
+    playing, worker = film
+    until(lambda: worker.session.caption == "two" and worker.session.opened.tab is Tab.REGION)
+    assert guide(worker.session).figure == f"{1e3 * worker.session.score.position:.3f} mm predicted"
+    until(lambda: playing.is_finished)
+    worker.wait()
+    assert worker.session.opened.tab is Tab.PLATE
+
+
+def test_every_scene_that_finds_something_is_shown_where_it_is_found(session):
+    scenes = list(story(lambda: session))
+    shown = {type(command).__name__: scene.tab for scene in scenes for command in scene.commands}
+    assert shown["Identify"] is Tab.IDENTIFY
+    assert shown["Diagnose"] is Tab.DIAGNOSE
+    assert shown["MeasureVirtualArm"] is Tab.MEASURE
+    assert shown["ShowRow"] is Tab.COMPARE
