@@ -36,7 +36,8 @@ def test_the_demo_plays_to_its_end_and_the_numbers_fall(app, look):
     number = len(session.plate)
     screen.press("Add the suggested poses as targets")
     screen.tab("Plate")
-    screen.wait_text("rank", f"{number + len(found.measure_next)} targets")
+    session = screen.until(lambda now: len(now.plate) == number + len(found.measure_next))
+    screen.wait_text("rank", f"{session.score.measurable} targets")
     screen.shoot("next")
 
 
