@@ -3,24 +3,35 @@
 One step moves a target of ten: inverse kinematics, all indices, contributions, predicted error, error of
 every cube; drawing prepares and queues every message for the page. Printed in ms: median and 95th
 percentile of 300 steps, with 1 000 and 10 000 cubes; and the processor's time, which other programs on the
-machine do not lengthen. In headless Chromium (`--browser`): from the pointer's
-move to the changed number on the page, and how many updates a second the page showed during a drag.
+machine do not lengthen. In headless Chromium (`--browser`), side by side with a bare viser page that holds
+one gizmo and one number: from the pointer's move to the changed number on the page, and how many updates a
+second the page showed during a drag; with cubes, and with as many measured points as the largest public file.
 """
 
 import shutil
 import statistics
 import sys
+import tempfile
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
+import viser
 from playwright.sync_api import Page, sync_playwright
 
 from workbench.arm.built_in_arms import load_robot
+from workbench.arm.motion import Motion
+from workbench.data.simulation.instruments import instrument_named
+from workbench.data.simulation.simulate import simulate
+from workbench.data.writer import write_measurements
 from workbench.plate.cubes import map_cubes
 from workbench.plate.plate_toml import load_plate
 from workbench.session import Session, start
+from workbench.session.commands.data import LoadData
 from workbench.session.commands.drag import GrabTarget, MoveTarget
 from workbench.session.commands.region import SetRegion, ShowCubes, corner
 from workbench.session.cubes import values
@@ -98,36 +109,102 @@ def on_the_server(first: Session, app: App) -> None:
             report(f"{words}, {len(session.cubes)} cubes", times)
 
 
-def in_the_browser(app: App, number: int) -> None:
-    """A drag of the gizmo in headless Chromium, with about so many cubes."""
+Measured = tuple[float, float]
+"""Median time from gesture to number [ms], and updates a second."""
+
+
+@contextmanager
+def page_of(url: str) -> Iterator[Page]:
+    """A page in headless Chromium."""
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(
             executable_path=shutil.which("chromium"), headless=True, args=FLAGS
         )
         page = browser.new_context(viewport=SIZE, device_scale_factor=1).new_page()
-        page.goto(f"{app.url}/?fixedDpr=1")
+        page.goto(f"{url}/?fixedDpr=1")
         page.wait_for_selector('[data-testid="index"]', timeout=60_000)
+        yield page
+        browser.close()
+
+
+def dragged(screen: Screen) -> Measured:
+    """A drag of the gizmo: quick for its updates, slow for its latency."""
+    page = screen.page
+    at, metre = screen.grab(0)
+    page.evaluate(PROBE)
+    rate = updates_a_second(page, at, metre)
+    latency = [gesture_to_number(page, at - metre * (0.01 + 0.004 * (k % 5))) for k in range(12)]
+    page.mouse.up()
+    return statistics.median(latency), rate
+
+
+def on_a_bare_page() -> Measured:
+    """A viser page that holds one gizmo and one number, and computes nothing."""
+    server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+    number = server.gui.add_html('<div data-testid="index">0</div>')
+    gizmo = server.scene.add_transform_controls("/gizmo", scale=0.2, disable_rotations=True)
+    server.initial_camera.position, server.initial_camera.look_at = (1.0, -0.9, 0.7), (0.0, 0.0, 0.0)
+
+    @gizmo.on_update
+    async def _(event: viser.TransformControlsEvent) -> None:
+        number.content = f'<div data-testid="index">{event.target.position[0]:.6f}</div>'
+
+    with page_of(f"http://127.0.0.1:{server.get_port()}") as page:
+        page.wait_for_timeout(3000)
+        app = SimpleNamespace(view=SimpleNamespace(gizmo=SimpleNamespace(handles={"arrows": gizmo})))
+        found = dragged(Screen(page, app, next(iter(server.get_clients().values())), []))
+    server.stop()
+    return found
+
+
+def in_the_browser(app: App, number: int) -> Measured:
+    """A drag of the gizmo in headless Chromium, with about so many cubes."""
+    with page_of(app.url) as page:
         page.wait_for_function(DRAWN, timeout=60_000)
         if number:
             show_cubes(app, number)
             page.wait_for_timeout(3000)
-        screen = Screen(page, app, next(iter(app.server.get_clients().values())))
-        at, metre = screen.grab(0)
-        page.evaluate(PROBE)
-        rate = updates_a_second(page, at, metre)
-        latency = [gesture_to_number(page, at - metre * (0.01 + 0.004 * (k % 5))) for k in range(12)]
-        page.mouse.up()
+        found = dragged(Screen(page, app, next(iter(app.server.get_clients().values())), []))
         page.wait_for_timeout(1000)
         app.worker.wait(30.0)
         shown = page.locator('[data-testid="predicted"]').inner_text()
         wanted = f"{html.number(1e3 * app.worker.session.score.position)} mm"
+        if shown != wanted:
+            print(f"STALE: {shown}, not {wanted}")
+    return found
+
+
+def with_points(app: App, number: int) -> None:
+    """Show so many measured points, coloured by an error."""
+    rng = np.random.default_rng(0)
+    low, high = app.worker.session.robot.search_limits.T
+    q = rng.uniform(low, high, (number, len(low)))
+    rows = simulate(app.worker.session.robot, Motion(q), instrument=instrument_named("ideal"), rng=rng)
+    content = write_measurements(rows, Path(tempfile.mkdtemp()) / "points.csv").read_bytes()
+    app.worker.submit(LoadData("points.csv", content))
+    app.worker.wait(120.0)
+
+
+def side_by_side(session: Session) -> None:
+    """The page against a bare one in one run: what the drag itself costs."""
+    bare = on_a_bare_page()
+    print(f"bare page: gesture to number {bare[0]:.0f} ms median; {bare[1]:.1f} updates/s", flush=True)
+    for words, cubes, points in (
+        ("no cubes", 0, 0),
+        ("1 000 cubes", 1_000, 0),
+        ("10 000 cubes", 10_000, 0),
+        ("11 911 measured points", 0, 11_911),
+    ):
+        app = App(session.robot, session.plate)
+        if points:
+            with_points(app, points)
+        median, rate = in_the_browser(app, cubes)
+        app.close()
         print(
-            f"browser, {number} cubes: gesture to number {statistics.median(latency):.0f} ms median, "
-            f"{max(latency):.0f} ms max; {rate:.1f} updates/s; "
-            f"{'right at the end' if shown == wanted else f'STALE: {shown}, not {wanted}'}",
+            f"{words}: gesture to number {median:.0f} ms median ({median / bare[0]:.2f} × bare); "
+            f"{rate:.1f} updates/s ({rate / bare[1]:.2f} × bare)",
             flush=True,
         )
-        browser.close()
 
 
 def show_cubes(app: App, number: int) -> None:
@@ -167,10 +244,7 @@ def main() -> None:
     on_the_server(session, app)
     app.close()
     if "--browser" in sys.argv:
-        for number in (0, *CUBES):
-            app = App(session.robot, session.plate)
-            in_the_browser(app, number)
-            app.close()
+        side_by_side(session)
 
 
 if __name__ == "__main__":

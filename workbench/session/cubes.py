@@ -1,10 +1,13 @@
 """What the cubes of the region show: numbers of the chosen field, with their unit and their scale."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Bool, Float
 
+from workbench.arm.linearisation import Linearisation
+from workbench.plate.cubes import CubeMap
 from workbench.session.comparison import Comparison
 from workbench.session.state import CubeView, Field, Session, Trial
 
@@ -63,6 +66,12 @@ def values(session: Session) -> CubeValues | None:
     linearisation = session.score.linearisation
     if linearisation is None:
         return CubeValues(np.where(cubes.reached > 0, np.inf, np.nan), 0.0, 1.0)
+    return _predicted(cubes, linearisation)
+
+
+@lru_cache(maxsize=2)
+def _predicted(cubes: CubeMap, linearisation: Linearisation) -> CubeValues:
+    """Asked for by the scene and by the panel alike."""
     return _scaled(cubes.errors(linearisation))
 
 

@@ -23,7 +23,7 @@ SYMBOLS = {"theta": "θ", "alpha": "α", "beta": "β", "roll": "r", "pitch": "p"
 class InfluencePanel(AbstractPanel):
     """A bar a constant for the present pose, a line for the range over the targets in reach."""
 
-    pause = 0.2
+    pause = 0.5
 
     def __init__(self, worker: Worker):
         super().__init__(worker)

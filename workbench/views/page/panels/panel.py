@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any, ClassVar
 
 import viser
+from viser._messages import GuiUpdateMessage
 
 from workbench.base.errors import WorkbenchError
 from workbench.identification.record import LOOK_AGAIN
@@ -178,8 +179,15 @@ def waiting(session: Session, testid: str, ready: str, *, more: str = "") -> str
 
 
 def set_value(control: Any, value: Any) -> None:
-    """Show a value; nothing is sent if the control has it already."""
-    control.value = value
+    """Show a value; nothing is sent if the control has it already.
+
+    viser would wake its event loop for every callback of the control, which are for users' changes alone.
+    """
+    state = control._impl
+    value = type(state.value)(value)
+    if state.value != value:
+        state.gui_api._websock_interface.queue_message(GuiUpdateMessage(state.uuid, {"value": value}))
+        state.value = value
 
 
 def set_options(control: Any, options: list[str], value: str) -> None:

@@ -25,6 +25,7 @@ class Gizmo:
         self._worker = worker
         self._session = session
         self._dragged: tuple[str, int] | None = None
+        self._turned = b""
         size = 0.17 * session.robot.reach
         arrows = server.scene.add_transform_controls(
             "/handles/arrows",
@@ -58,10 +59,11 @@ class Gizmo:
     def _put(self, kind: str, *, off: float = 0.0) -> None:
         """Put a handle at the target, or a little off in place [m] and angle [rad]."""
         target = self._session.plate.targets[self._session.selected]
-        turned = target.pose[:3, :3]
-        if off:
-            turned = turned @ se3.rotvec_to_matrix(np.full(3, off))
-        put(self.handles[kind], target.xyz + off, turned if kind == RINGS else None)
+        turned = None
+        if kind == RINGS and (off or target.rpy.tobytes() != self._turned):
+            turned = target.pose[:3, :3] @ se3.rotvec_to_matrix(np.full(3, off))
+            self._turned = b"" if off else target.rpy.tobytes()
+        put(self.handles[kind], target.xyz + off, turned)
 
     def _listen(self, kind: str, handle: viser.TransformControlsHandle) -> None:
         @handle.on_update
@@ -75,6 +77,8 @@ class Gizmo:
             elif event.phase == "end":
                 self._let_go(client)
             elif event.phase == "update":
+                if kind == RINGS:
+                    self._turned = b""
                 self._move(kind, event.target, client)
 
     def _move(self, kind: str, handle: viser.TransformControlsHandle, client: int) -> None:
