@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import workbench as wb
-from workbench.base.errors import DataError
+from workbench.base.errors import DataError, WorkbenchError
 from workbench.cli import app
 
 NORMAL = 1.96
@@ -31,6 +31,14 @@ def written(folder, name, shots, *, mounted="world", free="false", cameras=1, k=
 def read(folder, pixels="pixels.csv", **options):
     rig = wb.read_rig(folder / "camera.toml", folder / "target.toml")
     return wb.read_pixels(folder / pixels, rig, joints=folder / "joints.csv", **options)
+
+
+def identified(folder, *words):
+    """Exit status of the command on the files of a folder."""
+    files = ("camera.toml", "target.toml", "joints.csv", "robot.toml")
+    given = [w for f in files for w in (f"--{f.split('.')[0]}", str(folder / f))]
+    arguments = ["identify", str(folder / "pixels.csv"), *given, "--algorithm", "opt2", *words]
+    return app(arguments, standalone_mode=False)
 
 
 def true_errors(arm, robots, seed=5):
@@ -92,15 +100,7 @@ def test_the_shifted_joint_is_named(tmp_path):
     robot, _ = written(tmp_path, "industrial", shots)
     found = tmp_path / "found.json"
     saved = tmp_path / "calibrated.toml"
-    files = {
-        "--camera": "camera.toml",
-        "--target": "target.toml",
-        "--joints": "joints.csv",
-        "--robot": "robot.toml",
-    }
-    words = [word for option, file in files.items() for word in (option, str(tmp_path / file))]
-    words += ["--algorithm", "opt2", "--json", str(found), "--save", str(saved)]
-    app(["identify", str(tmp_path / "pixels.csv"), *words], standalone_mode=False)
+    assert not identified(tmp_path, "--json", str(found), "--save", str(saved))
     told = json.loads(found.read_text())
     moved = [zero for zero in told["camera"]["zeros"] if zero["moved"]]
     assert [zero["joint"] for zero in moved] == ["joint3"]
@@ -123,6 +123,19 @@ def test_what_does_not_carry_is_refused_and_said(tmp_path):
     assert run.robot.values(robot.default_free) == pytest.approx(robot.values(robot.default_free), abs=0.0)
     assert "measure about" in run.gate.refused
     assert any("nothing of the arm was identified" in words for words in run.warnings)
+    saved = tmp_path / "calibrated.toml"
+    assert identified(tmp_path, "--save", str(saved)) == 2
+    assert not saved.exists()
+    held = wb.evaluate(robot, data).errors
+    assert 0.01 < held.position_mm.rms < 2.0
+    assert 0.2 < held.pixel_px.rms < 2.0
+    for call, words in (
+        (lambda: wb.read_measurements(tmp_path / "pixels.csv"), "--camera and --target"),
+        (lambda: wb.read_pixels(tmp_path / "pixels.csv", data.rig), "has no joints"),
+        (lambda: wb.diagnose(robot, data), "not diagnosed"),
+    ):
+        with pytest.raises(WorkbenchError, match=words):
+            call()
 
 
 def test_wrong_corners_are_set_apart_by_name_and_pictures_of_other_joints_too(tmp_path):

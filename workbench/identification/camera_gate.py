@@ -41,6 +41,8 @@ CLEARLY = 2.0
 """A step must move the tool by so many times what it is uncertain, in squares."""
 UNEXPLAINED = 0.4
 """Part of the tool's error before, that may be left unexplained where the geometry is taken."""
+HINTED = 0.5
+"""More pictures are advised for a step that moves the tool by this part of what it is uncertain."""
 MEANINGLESS = 1e-5
 """Errors of the tool below this [m] are none."""
 CONFOUNDED = 1e-5
@@ -307,7 +309,7 @@ def _judged(step: Step, steps: Sequence[Step]) -> Step:
 def _advice(steps: Sequence[Step], taken: int, data: Dataset) -> str:
     """What to measure so that the next step could be taken."""
     step = next((s for s in steps[taken + 1 :] if s.moved**2 <= CLEARLY * s.uncertainty**2), None)
-    if step is None or not step.weakest:
+    if step is None or (taken and step.moved < HINTED * step.uncertainty):
         return ""
     more = len(data) * (CLEARLY * step.uncertainty**2 / max(step.moved, 1e-9) ** 2 - 1.0)
     count = int(np.clip(np.ceil(more), 5, 300))
@@ -331,6 +333,8 @@ def unsuited(robot: Robot, data: Dataset, build: Callable[..., Problem] = Proble
 
 
 def _mm(length: float) -> str:
+    if length < 1e-6:
+        return "less than 0.001 mm"
     return f"{1e3 * length:.2g} mm" if length < 0.1 else f"{1e3 * length:.0f} mm"
 
 

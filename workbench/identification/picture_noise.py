@@ -18,6 +18,7 @@ Source: Patterson, Thompson, Recovery of inter-block information when block size
 """
 
 from dataclasses import dataclass, fields
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -160,33 +161,10 @@ def most_likely(pictures: Pictures, knowledge: Knowledge, begin: Variances) -> V
         begin: Where to begin; the noise of joint readings is kept.
     """
     inside = knowledge.shares > 0.0
-    share = knowledge.shares[inside]
-
-    def cost(logs: np.ndarray) -> float:
-        size = np.exp(logs)
-        noise = Noise(size[1], size[2], (), size[0])
-        c, log_v = pictures.compressed(noise)
-        square = float(pictures.square.sum() - np.einsum("ri,rij,rj->", pictures.pull, c, pictures.pull))
-        mixed = c @ pictures.cross
-        weigh = 1.0 / noise.pixel**2
-        h = weigh * (pictures.information - np.tensordot(pictures.cross, mixed, ([0, 1], [0, 1])))
-        g = weigh * (pictures.gradient - np.tensordot(mixed, pictures.pull, ([0, 1], [0, 1])))
-        h, g, prior = h + knowledge.information, g - knowledge.pull, 0.0
-        if len(logs) > 3:
-            p = (share * size[3]) ** -2
-            h[inside, inside] += p
-            g[inside] -= p * knowledge.off[inside]
-            prior = float((p * knowledge.off[inside] ** 2).sum() - np.log(p).sum())
-        scale = 1.0 / np.sqrt(np.diag(h))
-        scaled = scale[:, None] * h * scale
-        log_h = np.linalg.slogdet(scaled)[1] - 2.0 * np.log(scale).sum()
-        return (
-            log_v + log_h + weigh * square + prior - float((scale * g) @ np.linalg.solve(scaled, scale * g))
-        )
-
     count = 4 if inside.any() else 3
     first = np.array([begin.noise.pixel, begin.noise.position, begin.noise.rotation, begin.width])[:count]
     low, high = np.log(LEAST[:count]), np.log(MOST[:count])
+    cost = partial(_cost, pictures, knowledge)
     found = optimize.minimize(
         cost,
         np.clip(np.log(np.maximum(first, 1e-6)), low, high),
@@ -200,6 +178,29 @@ def most_likely(pictures: Pictures, knowledge: Knowledge, begin: Variances) -> V
     noise = Noise(float(size[1]), float(size[2]), begin.noise.joints, float(np.exp(found.x[0])))
     is_shown = bool(cost(alone) - found.fun > SHOWN)
     return Variances(noise, float(size[3]) if count > 3 else 0.0, is_shown)
+
+
+def _cost(pictures: Pictures, knowledge: Knowledge, logs: np.ndarray) -> float:
+    """Twice the negative restricted log likelihood at logarithms of σ, s_p, s_r and, with a prior, τ."""
+    inside = knowledge.shares > 0.0
+    size = np.exp(logs)
+    noise = Noise(size[1], size[2], (), size[0])
+    c, log_v = pictures.compressed(noise)
+    square = float(pictures.square.sum() - np.einsum("ri,rij,rj->", pictures.pull, c, pictures.pull))
+    mixed = c @ pictures.cross
+    weigh = 1.0 / noise.pixel**2
+    h = weigh * (pictures.information - np.tensordot(pictures.cross, mixed, ([0, 1], [0, 1])))
+    g = weigh * (pictures.gradient - np.tensordot(mixed, pictures.pull, ([0, 1], [0, 1])))
+    h, g, prior = h + knowledge.information, g - knowledge.pull, 0.0
+    if len(logs) > 3:
+        p = (knowledge.shares[inside] * size[3]) ** -2
+        h[inside, inside] += p
+        g[inside] -= p * knowledge.off[inside]
+        prior = float((p * knowledge.off[inside] ** 2).sum() - np.log(p).sum())
+    scale = 1.0 / np.sqrt(np.diag(h))
+    scaled = scale[:, None] * h * scale
+    log_h = np.linalg.slogdet(scaled)[1] - 2.0 * np.log(scale).sum()
+    return log_v + log_h + weigh * square + prior - float((scale * g) @ np.linalg.solve(scaled, scale * g))
 
 
 def covariance(
@@ -228,7 +229,17 @@ def covariance(
 
 
 def of_residuals(residual: np.ndarray, by_twist: np.ndarray, seen: np.ndarray) -> tuple[Pictures, Noise]:
-    """Sums and variances of the residuals of a model that was not fitted to them."""
+    """Sums and variances of the residuals of a model that was not fitted to them.
+
+    Where corners show nothing of s_p it is not 0 but as large as they leave it, to one standard deviation.
+    """
     pictures = Pictures.of(residual, by_twist, seen, np.zeros((*residual.shape, 0)))
     nothing = Knowledge(np.zeros((0, 0)), np.zeros(0), np.zeros(0), np.zeros(0))
-    return pictures, most_likely(pictures, nothing, Variances(Noise(3e-4, 3e-4, (), 0.5))).noise
+    noise = most_likely(pictures, nothing, Variances(Noise(3e-4, 3e-4, (), 0.5))).noise
+    if not noise.position:
+        least = np.log(np.maximum([noise.pixel, noise.position, noise.rotation], LEAST[:3]))
+        best, size = _cost(pictures, nothing, least), LEAST[1]
+        while _cost(pictures, nothing, np.array([least[0], np.log(size), least[2]])) < best + 1.0:
+            size *= 1.2
+        noise = noise._replace(position=float(size))
+    return pictures, noise

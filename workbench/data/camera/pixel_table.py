@@ -227,8 +227,10 @@ def _one_a_picture(fields: Fields) -> Fields:
     """The joints that stand in the rows of the pixels, one row a picture.
 
     Raises:
-        FileError: rows of one picture have different joints.
+        FileError: rows of one picture have different joints, or there are none.
     """
+    if not fields.numbers(r"q(\d+)") and "x" not in fields.values:
+        raise FileError("has no joints: add q1[rad] …, or give --joints TABLE", path=fields.source)
     names = np.array(_plain(fields.values["image"]))
     _, first, back = np.unique(names, return_index=True, return_inverse=True)
     for key, values in fields.values.items():

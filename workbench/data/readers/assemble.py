@@ -52,6 +52,8 @@ def assemble(
         DataError: There are no joints, or nothing was observed.
         FileError: A value can't be what its column says.
     """
+    if beside is None and {"u", "v", "id"} <= set(fields.values):
+        raise FileError("is a table of pixels: give --camera and --target as well", path=fields.source)
     q = joint_columns(fields, joints)
     excluded = _excluded_by_file(fields)
     _need_whole_joints(fields, q, excluded)
@@ -154,9 +156,7 @@ def _observations(fields: Fields, position, rotation, markers, tilt, beside) -> 
     observed |= {f"tilt {link}": values for link, values in (tilt or {}).items()}
     if not observed and "contact" not in fields.values and "point" not in fields.values:
         raise DataError(
-            f"{fields.source}: pixels need --camera and --target"
-            if "u" in fields.values
-            else f"{fields.source}: nothing was observed: "
+            f"{fields.source}: nothing was observed: "
             "add x[m], y[m], z[m], or distance, contact, markers or tilt"
         )
     return observed
