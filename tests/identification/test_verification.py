@@ -16,10 +16,10 @@ from workbench.arm.calibration import Calibration, pose_keys
 from workbench.arm.robot import Frame, SessionFrames
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
+from workbench.data.accuracy_requirement import Wanted
 from workbench.identification.verification.certificate import MAP, PAGE, PAPER, RESULT, write_certificate
 from workbench.identification.verification.intervals import Bounds, bound_of_share, least_share
 from workbench.identification.verification.iso9283 import RepeatedPose, pose_labels, repeated_poses
-from workbench.identification.verification.verify import Wanted
 
 
 @pytest.fixture(scope="module")

@@ -82,7 +82,7 @@ def verify(
 def wanted_of(text: str):
     """What is wanted, from a length or a length and an angle."""
     from workbench.base.units import Quantity, parse_quantity
-    from workbench.identification.verification.verify import Wanted
+    from workbench.data.accuracy_requirement import Wanted
 
     position, comma, angle = text.partition(",")
     return Wanted(

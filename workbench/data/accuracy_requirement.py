@@ -25,6 +25,45 @@ from workbench.data.prediction import RowComponents
 
 
 @dataclass(frozen=True, kw_only=True)
+class Wanted:
+    """What an arm has to keep at every pose.
+
+    Args:
+        position: Greatest position error [m].
+        rotation: Greatest orientation error [rad]; None: not judged.
+        per_axis: Whether each axis alone has to keep it, as ARIA eq. (3) asks.
+
+    Raises:
+        OptionError: a limit that is not positive.
+    """
+
+    position: float
+    rotation: float | None = None
+    per_axis: bool = False
+
+    def __post_init__(self):
+        if not self.position > 0.0 or not (self.rotation is None or self.rotation > 0.0):
+            raise OptionError(f"wanted errors must be positive, got {self.words}")
+
+    @property
+    def words(self) -> str:
+        """For people."""
+        axis = " per axis" if self.per_axis else ""
+        angle = "" if self.rotation is None else f" and {np.rad2deg(self.rotation):.2g}°"
+        return f"{1e3 * self.position:.3g} mm{axis}{angle}"
+
+    def within(self, errors: RowComponents) -> Bool[np.ndarray, " rows"]:
+        """Rows that keep it, as far as they were measured."""
+        limits = (self.position, np.inf if self.rotation is None else self.rotation)
+        sizes = (
+            np.abs(part).max(-1) if self.per_axis else np.linalg.norm(part, axis=-1)
+            for part in (errors.position, errors.rotation)
+        )
+        kept = [~(size > limit) for size, limit in zip(sizes, limits, strict=True)]
+        return kept[0] & kept[1]
+
+
+@dataclass(frozen=True, kw_only=True)
 class Requirement:
     """How far off the tool may be.
 
@@ -65,9 +104,14 @@ class Requirement:
         return 2.0 * float(np.arcsin(min(sine, 1.0)))
 
     @property
+    def wanted(self) -> Wanted:
+        """The two limits."""
+        return Wanted(position=self.per_axis, rotation=self.angle, per_axis=True)
+
+    @property
     def words(self) -> str:
         """The two limits for people."""
-        return f"{1e3 * self.per_axis:.3g} mm per axis and {np.rad2deg(self.angle):.2f}°"
+        return self.wanted.words
 
     def check(self, components: RowComponents) -> "RequirementCheck":
         """Judge every row that has a measured point.

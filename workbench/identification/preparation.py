@@ -285,7 +285,7 @@ def _with_noise(problem: Problem, noise: Noise | None, cancel: Cancel | None) ->
         return problem, "noise as the file states it row by row"
     words = _noise_words(problem.noise, turned)
     if own is noises.Given.NONE:
-        return problem, f"noise from what the fit leaves: {words}"
+        return problem, f"the rows are weighed by what the geometry alone leaves: {words}"
     floor = noises.stated(problem)
     said = f" ({_noise_words(floor, turned)})" if floor is not None else ""
     return problem, f"noise as the file states it row by row{said}, and {words} more that the fit leaves"

@@ -20,6 +20,7 @@ from workbench.base import se3
 from workbench.base.cancel import Cancel, never
 from workbench.base.errors import OptionError
 from workbench.base.types import frozen
+from workbench.data.accuracy_requirement import Requirement
 from workbench.plate.obstruction import clear_of
 from workbench.plate.patterns import pattern
 from workbench.plate.plate import Kind, Plate, Target
@@ -70,6 +71,7 @@ def start(
             region_q=region_q,
             sampled=plate.region if is_quick else None,
             noise=noise,
+            wanted=Requirement().wanted if robot.name == ARIA else None,
         )
     )
 

@@ -15,6 +15,7 @@ from workbench.arm.inverse.branch import Branch
 from workbench.arm.linearisation import Linearisation
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
+from workbench.data.accuracy_requirement import Wanted
 from workbench.diagnosis.record import Diagnosis
 from workbench.identification.record import Identification
 from workbench.identification.rezero.record import Rezero
@@ -322,6 +323,7 @@ class Session:
         captured: Joint positions that were kept [rad or m].
         track: The planned trajectory, if any.
         play: How far it is played.
+        wanted: Errors that the user wants the calibrated arm to keep; None: nothing is judged.
         fixed: Parameters that are not identified, though the robot would have them free.
         left_out: Measured rows that the user keeps out, counted as in the data.
         loaded: Measurements, if any.
@@ -375,6 +377,7 @@ class Session:
     captured: tuple[tuple[float, ...], ...] = ()
     track: Track | None = None
     play: Play = field(default_factory=Play)
+    wanted: Wanted | None = None
     fixed: frozenset[str] = frozenset()
     left_out: frozenset[int] = frozenset()
     loaded: Loaded | None = None
@@ -425,6 +428,11 @@ class Session:
         return replace(
             self, messages=(*self.messages, message)[-MESSAGES:], message_count=self.message_count + 1
         )
+
+    def without_refusals(self, number: int) -> "Session":
+        """The session without refusals up to this message: something was done since."""
+        kept = tuple(m for m in self.messages if m.severity is not Severity.ERROR or m.number > number)
+        return self if len(kept) == len(self.messages) else replace(self, messages=kept)
 
     def without_news(self) -> "Session":
         """The session without messages that only inform; the user has gone on."""

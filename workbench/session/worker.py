@@ -207,6 +207,8 @@ class Worker:
             before = self._session
             after = command.apply(before)
             is_read = after.message_count == before.message_count and not command.is_automatic
+            if not command.is_automatic:
+                after = after.without_refusals(before.message_count)
             self._session = after.without_news() if is_read else after
             self._note(self._merged(command, before), Ending.DONE, basis, time.monotonic() - begin)
         except Exception as error:
@@ -281,7 +283,8 @@ class Worker:
         try:
             if ended.error is not None:
                 raise ended.error
-            self._session = ended.command.finish(self._session, ended.result)
+            known = self._session.message_count
+            self._session = ended.command.finish(self._session, ended.result).without_refusals(known)
             self._note(ended.command, Ending.DONE, ended.basis, ended.seconds)
         except Exception as error:
             self._fail(ended.command, error, ended.basis, ended.seconds)

@@ -9,10 +9,11 @@ from jaxtyping import Bool, Int
 from rich.console import RenderableType
 
 from workbench.arm.robot import Robot
-from workbench.base.errors import DataError, OptionError
+from workbench.base.errors import DataError
 from workbench.base.threads import one_thread
 from workbench.base.types import frozen
 from workbench.base.wording import counted
+from workbench.data.accuracy_requirement import Wanted
 from workbench.data.dataset import Dataset
 from workbench.identification.evaluate import evaluate
 from workbench.identification.record import Evaluation
@@ -33,32 +34,6 @@ SEEN = ("position", "markers", "distance", "contact", "pixels")
 """What tells where the tool is."""
 ENOUGH = 100
 """Poses that practitioners ask of a verification."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Wanted:
-    """What the arm has to keep at every verified pose.
-
-    Args:
-        position: Greatest position error [m].
-        rotation: Greatest orientation error [rad]; None: not judged.
-
-    Raises:
-        OptionError: a limit that is not positive.
-    """
-
-    position: float
-    rotation: float | None = None
-
-    def __post_init__(self):
-        if self.position <= 0.0 or (self.rotation is not None and self.rotation <= 0.0):
-            raise OptionError(f"wanted errors must be positive, got {self.words}")
-
-    @property
-    def words(self) -> str:
-        """For people."""
-        angle = "" if self.rotation is None else f" and {np.rad2deg(self.rotation):.3g}°"
-        return f"{1e3 * self.position:.3g} mm{angle}"
 
 
 @final

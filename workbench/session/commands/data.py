@@ -14,6 +14,7 @@ from workbench.arm.effects.joint_compliance import JointCompliance
 from workbench.arm.effects.joint_harmonic import JointHarmonic
 from workbench.arm.motion import Motion
 from workbench.arm.robot import JointKind, Robot
+from workbench.base import se3
 from workbench.base.cancel import Cancel
 from workbench.base.errors import DataError, OptionError, WorkbenchError
 from workbench.data.dataset import Dataset
@@ -22,9 +23,11 @@ from workbench.data.readers.preview import Preview
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument, Observes
 from workbench.data.simulation.simulate import simulate, virtual_arm
 from workbench.identification.arm_match import arm_match
+from workbench.plate.region import Region
 from workbench.plate.region_poses import nearby_poses
 from workbench.session.command import AbstractChange, AbstractTask, Progress
 from workbench.session.commands.compare import with_comparison
+from workbench.session.comparison import Comparison
 from workbench.session.loaded import Loaded
 from workbench.session.reach import advance
 from workbench.session.state import CubeView, Field, Focus, Session, Severity
@@ -33,6 +36,8 @@ LARGEST_FILE = 20 * 1024 * 1024
 """Files beyond this size are refused [bytes]."""
 CHECKS = 40
 """Poses in the region that a virtual arm is measured at besides the targets, to be held out."""
+MARGIN, ACROSS = 0.01, 12
+"""Of a region about rows: room beyond them [m], cubes along its longest side."""
 MOST_SEED = 2**32 - 1
 MOST_MORE = 500
 VIRTUAL_INSTRUMENTS = tuple(
@@ -249,7 +254,22 @@ def with_data(session: Session, loaded: Loaded | None) -> Session:
         left_out=frozenset(),
         cube_view=_without_measured(session.cube_view),
     )
-    return with_comparison(session)
+    session = with_comparison(session)
+    if session.comparison is None or loaded is None or loaded.virtual:
+        return session
+    return _around_rows(session, session.comparison)
+
+
+def _around_rows(session: Session, rows: Comparison) -> Session:
+    """The session with the box of the rows for its region, where that was nobody's choice."""
+    if session.plate.region is not session.first_plate.region:
+        return session
+    places = (se3.inverse(session.robot.base.pose) @ rows.nominal)[:, :3, 3]
+    low, high = (np.round(end, 3) for end in (places.min(0) - MARGIN, places.max(0) + MARGIN))
+    region = Region(min=low, max=high, cube=round(float((high - low).max()) / ACROSS, 3))
+    plate = replace(session.plate, region=region)
+    first = plate if session.plate is session.first_plate else replace(session.first_plate, region=region)
+    return replace(session, plate=plate, first_plate=first)
 
 
 def _without_measured(view: CubeView) -> CubeView:

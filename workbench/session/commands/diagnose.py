@@ -11,8 +11,9 @@ from workbench.base import se3
 from workbench.base.cancel import Cancel
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import frozen
+from workbench.plate.obstruction import hits
 from workbench.plate.patterns import MOST_TARGETS
-from workbench.plate.plate import Target
+from workbench.plate.plate import Plate, Target
 from workbench.session.command import AbstractChange, AbstractTask, Progress
 from workbench.session.commands.arrange import place_targets
 from workbench.session.commands.compare import with_comparison
@@ -119,7 +120,35 @@ class TakeNextPoses(AbstractChange):
             Target(frozen(pose[:3, 3]), frozen(se3.matrix_to_rpy(pose[:3, :3])), q=frozen(row.copy()))
             for pose, row in zip(poses, q, strict=True)
         )
-        return place_targets(session, (*session.plate.targets, *new))
+        plate = session.plate
+        for target in new:
+            more = replace(plate, targets=(*plate.targets, target))
+            plate = more if _can_be_measured(session, more) else plate
+        added, count = len(plate) - len(session.plate), len(new)
+        if not added:
+            raise DataError(
+                f"at none of the {count} suggested poses can a block stand on this plate clear of the arm; "
+                "measure them with an instrument"
+            )
+        session = place_targets(session, plate.targets)
+        left = "" if added == count else "; at the others no block can stand clear of the arm"
+        return session.tell(Severity.INFO, f"{added} of {count} suggested poses are now targets{left}")
+
+
+def _can_be_measured(session: Session, plate: Plate) -> bool:
+    """Whether the last target can stand on the plate, and brings the arm into nothing's way."""
+    if plate.size is None:
+        return True
+    x, y, height = (se3.inverse(plate.pose) @ plate.targets[-1].pose)[:3, 3]
+    if abs(x) > 0.5 * plate.size[0] or abs(y) > 0.5 * plate.size[1] or height < 0.0:
+        return False
+    q = plate.targets[-1].q
+    assert q is not None
+    if hits(session.robot, plate, [len(plate) - 1], q[None])[0]:
+        return False
+    fine = [i for i, state in enumerate(session.states) if state.measurable]
+    now = hits(session.robot, plate, fine, np.stack([session.states[i].q for i in fine])) if fine else ()
+    return not any(now)
 
 
 def _found(session: Session) -> "Diagnosis":

@@ -6,6 +6,7 @@ from typing import Any
 
 from workbench.base.cancel import Cancel
 from workbench.base.errors import DataError, OptionError
+from workbench.data.accuracy_requirement import Wanted
 from workbench.identification.algorithms import ALGORITHMS, USUAL
 from workbench.identification.identify import identify
 from workbench.identification.record import Identification
@@ -92,6 +93,36 @@ def _summary(found: Identification, fit: str) -> str:
         f"mean error on {kind} poses: {old.position_mm.mean:.3g} mm with the nominal arm, "
         f"{new.position_mm.mean:.3g} mm with the calibrated one ({ALGORITHMS[fit].title})"
     )
+
+
+@dataclass(frozen=True)
+class SetWanted(AbstractChange):
+    """Say what errors the calibrated arm has to keep.
+
+    Args:
+        position: Greatest position error [m]; None: nothing is wanted, and nothing judged.
+        rotation: Greatest orientation error [rad]; None: orientations are not judged.
+        per_axis: Whether each axis alone has to keep it.
+    """
+
+    title = "Set the wanted error"
+    key = "wanted"
+
+    position: float | None
+    rotation: float | None = None
+    per_axis: bool = False
+
+    def check(self, session: Session) -> None:
+        self.wanted()
+
+    def wanted(self) -> Wanted | None:
+        """The same as a record."""
+        if self.position is None:
+            return None
+        return Wanted(position=self.position, rotation=self.rotation, per_axis=self.per_axis)
+
+    def apply(self, session: Session) -> Session:
+        return replace(session, wanted=self.wanted())
 
 
 @dataclass(frozen=True)

@@ -5,12 +5,11 @@ from typing import Any
 import numpy as np
 import viser
 
-from workbench.data.accuracy_requirement import Requirement
 from workbench.identification.algorithms import ALGORITHMS, USUAL
 from workbench.identification.error_columns import columns_of
 from workbench.identification.record import Identification
 from workbench.session.commands.compare import ShowFit
-from workbench.session.commands.identify import Identify
+from workbench.session.commands.identify import Identify, SetWanted
 from workbench.session.export import calibrated_toml, calibrated_urdf, report_zip
 from workbench.session.state import Session
 from workbench.views.appearance.colours import OUT_OF_REACH, css
@@ -62,6 +61,15 @@ class FitPanel(AbstractPanel):
                 hint="Whether all measurement sessions share the same base and tool frames.",
             )
         self._card = gui.add_html("")
+        self._wanted = [
+            gui.add_number(label, 0.0, min=0.0, step=step, hint=f"{hint}; 0: not judged.")
+            for label, step, hint in (
+                ("Wanted [mm]", 0.01, "Greatest position error that you want"),
+                ("Wanted [°]", 0.01, "Greatest orientation error that you want"),
+            )
+        ]
+        for field in self._wanted:
+            on_change(field, self._want)
         self._requirement = gui.add_html("", visible=False)
         self._warnings = gui.add_html("", visible=False)
         self._save = gui.add_button_group(
@@ -103,11 +111,17 @@ class FitPanel(AbstractPanel):
         self._remarks = gui.add_html("")
 
     def parts(self, session: Session) -> tuple[Any, ...]:
-        return session.identification, session.fit, session.loaded, session.job is None
+        return session.identification, session.fit, session.loaded, session.wanted, session.job is None
 
     def show(self, session: Session) -> None:
         self._start.disabled = session.loaded is None or session.job is not None
         found = session.identification
+        wanted = session.wanted
+        set_value(self._wanted[0], 0.0 if wanted is None else 1e3 * wanted.position)
+        angle = 0.0 if wanted is None or wanted.rotation is None else wanted.rotation
+        set_value(self._wanted[1], round(float(np.rad2deg(angle)), 3))
+        for field in self._wanted:
+            field.visible = found is not None
         for part in (self._requirement, self._warnings, self._save, self._details):
             part.visible = found is not None
         self._card.content = waiting(session, "result", READY) if found is None else result_card(session)
@@ -115,7 +129,7 @@ class FitPanel(AbstractPanel):
             self._errors.content = _errors(found, session.fit)
             self._fit.options = [TITLES[name] for name in found.runs]
             set_value(self._fit, TITLES[session.fit])
-            self._requirement.content = _requirement(found, session.fit)
+            self._requirement.content = _requirement(found, session)
             self._draw_figure()
             self._parameters.content = _parameters(found, session.fit)
             self._warnings.content = block(_list("Warnings", found.warnings, CAREFUL), testid="warnings")
@@ -125,6 +139,17 @@ class FitPanel(AbstractPanel):
         algorithms = tuple(name for name, box in self._chosen.items() if box.value)
         share = 0.01 * float(self._held_out.value)
         self._worker.submit(Identify(algorithms, share, FRAMES[self._frames.value]))
+
+    def _want(self) -> None:
+        position, rotation = (float(field.value) for field in self._wanted)
+        before = self._worker.session.wanted
+        self._worker.submit(
+            SetWanted(
+                1e-3 * position if position > 0.0 else None,
+                float(np.deg2rad(rotation)) if rotation > 0.0 else None,
+                before is not None and before.per_axis,
+            )
+        )
 
     def _draw_figure(self) -> None:
         """Draw the errors of the shown fit, unless they are drawn: every message comes by here."""
@@ -169,20 +194,21 @@ def _cells(validation) -> tuple[str, str, str]:
     return number(errors.position_mm.mean), number(errors.position_mm.max), turned
 
 
-def _requirement(found: Identification, shown: str) -> str:
-    """Pass or fail by ARIA eq. (3) of the shown fit, on held-out rows where there are any."""
-    column = columns_of(found)[1 + list(found.runs).index(shown)]
+def _requirement(found: Identification, session: Session) -> str:
+    """Pass or fail of the shown fit by what the user wants, on held-out rows where there are any."""
+    if session.wanted is None:
+        words = "Give the error that you want above, and the poses are judged by it."
+        return block(words, testid="requirement", style=f"color:{MUTED};margin:4px 0")
+    column = columns_of(found)[1 + list(found.runs).index(session.fit)]
     rows, kind = (column.held_out, "held-out") if len(column.held_out) else (column.train, "fitted")
-    check = Requirement().check(rows)
-    if np.isnan(check.share):
+    judged = int(rows.has_position.sum())
+    if not judged:
         return ""
-    mark = badge("Passes" if check.ok else "Fails", GOOD if check.ok else css(OUT_OF_REACH))
-    passed = f"{int(check.passed.sum())} of {int(check.judged.sum())} {kind} poses"
+    kept = int((session.wanted.within(rows) & rows.has_position).sum())
+    mark = badge("Passes", GOOD) if kept == judged else badge("Fails", css(OUT_OF_REACH))
+    words = f"{kept} of {judged} {kind} poses keep {session.wanted.words}"
     return block(
-        f'{mark} <span style="color:{MUTED}" title="ARIA eq. (3): needle of 200 mm, target of 5 mm radius. '
-        f'Change it with the command workbench evaluate.">{passed} keep {text(Requirement().words)}</span>',
-        testid="requirement",
-        style="margin:4px 0",
+        f'{mark} <span style="color:{MUTED}">{text(words)}</span>', testid="requirement", style="margin:4px 0"
     )
 
 
@@ -204,6 +230,11 @@ def _list(head: str, items: tuple[str, ...], colour: str) -> str:
     return heading(head) + f'<ul style="margin:0;padding-left:16px;color:{colour}">{lines}</ul>'
 
 
+def _uncertain(std: float) -> str:
+    """A standard error: three decimals, or two figures of one that would look like none."""
+    return f"{std:.3f}" if std >= 0.0005 or std == 0.0 else f"{std:.1g}"
+
+
 def _parameters(found: Identification, shown: str) -> str:
     """Nominal, identified and standard error, in mm and degrees."""
     fit = found.runs[shown].fit
@@ -217,7 +248,7 @@ def _parameters(found: Identification, shown: str) -> str:
                 f'{text(parameter.words)} <span style="color:{MUTED}">{unit}</span>',
                 f"{scale * parameter.nominal:.3f}".replace("-", "−"),
                 f"{scale * value:.3f}".replace("-", "−"),
-                f"±{scale * std:.3f}",
+                f"±{_uncertain(scale * std)}",
             )
         )
     header = ("Parameter", "nominal", "identified", "std. error")

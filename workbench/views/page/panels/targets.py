@@ -130,6 +130,8 @@ def _state(state: TargetState) -> str:
             + f'<div style="color:{MUTED}">{words}</div>'
         )
     distance, angle = state.missing
+    if " off" in state.reason:  # it says how far, for the nearest orientation there
+        distance = angle = 0.0
     short = (
         f"The arm stops {1e3 * distance:.1f} mm and {np.rad2deg(angle):.1f}° short of it. Drag the target "
         "back, or press Undo."
