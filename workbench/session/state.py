@@ -97,11 +97,13 @@ class Message:
         number: Counts up in a session, so that views can tell a new message from an old one.
         severity: How it is meant.
         text: What happened and what to do.
+        refused: Kind of the command that was refused; empty if none was.
     """
 
     number: int
     severity: Severity
     text: str
+    refused: str = ""
 
 
 @dataclass(frozen=True)
@@ -422,16 +424,16 @@ class Session:
         if not 0 <= number < len(self.plate):
             raise OptionError(f"target must be 1 to {len(self.plate)}, got {number + 1}")
 
-    def tell(self, severity: Severity, text: str) -> "Session":
+    def tell(self, severity: Severity, text: str, *, refused: str = "") -> "Session":
         """The session with one more message."""
-        message = Message(self.message_count + 1, severity, text)
+        message = Message(self.message_count + 1, severity, text, refused)
         return replace(
             self, messages=(*self.messages, message)[-MESSAGES:], message_count=self.message_count + 1
         )
 
-    def without_refusals(self, number: int) -> "Session":
-        """The session without refusals up to this message: something was done since."""
-        kept = tuple(m for m in self.messages if m.severity is not Severity.ERROR or m.number > number)
+    def without_refusals(self, kind: str) -> "Session":
+        """The session without refusals of this kind of command: another one of it was taken."""
+        kept = tuple(m for m in self.messages if not m.refused or m.refused != kind)
         return self if len(kept) == len(self.messages) else replace(self, messages=kept)
 
     def without_news(self) -> "Session":

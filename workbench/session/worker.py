@@ -207,8 +207,7 @@ class Worker:
             before = self._session
             after = command.apply(before)
             is_read = after.message_count == before.message_count and not command.is_automatic
-            if not command.is_automatic:
-                after = after.without_refusals(before.message_count)
+            after = after.without_refusals(type(command).__name__)
             self._session = after.without_news() if is_read else after
             self._note(self._merged(command, before), Ending.DONE, basis, time.monotonic() - begin)
         except Exception as error:
@@ -233,7 +232,7 @@ class Worker:
             return
         self._task = task
         self._cancel.clear()
-        self._session = replace(self._session, job=Job(task.title))
+        self._session = replace(self._session.without_refusals(type(task).__name__), job=Job(task.title))
         self._start(task, basis, self._cancel)
 
     def _look_for_chores(self) -> None:
@@ -283,8 +282,7 @@ class Worker:
         try:
             if ended.error is not None:
                 raise ended.error
-            known = self._session.message_count
-            self._session = ended.command.finish(self._session, ended.result).without_refusals(known)
+            self._session = ended.command.finish(self._session, ended.result)
             self._note(ended.command, Ending.DONE, ended.basis, ended.seconds)
         except Exception as error:
             self._fail(ended.command, error, ended.basis, ended.seconds)
@@ -313,7 +311,7 @@ class Worker:
             ending, severity = Ending.FAILED, Severity.ERROR
             text = f"{command.title} failed ({type(error).__name__}: {error}); the session is unchanged"
             log.error("%s failed", command.title, exc_info=error)
-        self._session = self._session.tell(severity, text)
+        self._session = self._session.tell(severity, text, refused=type(command).__name__)
         self._note(command, ending, basis, seconds, text)
 
     def _note(
