@@ -34,7 +34,7 @@ DRAWN = "() => (window.__viserTestpoints?.rendererInfo?.render?.triangles ?? 0) 
 CLEAR = """() => document.head.appendChild(document.createElement('style')).textContent =
   '.mantine-Notification-root { display: none }'"""
 SIZE = {"width": 1280, "height": 800}
-WIDTH = 800
+WIDTH = 960
 """Width of the moving picture [px]."""
 EVERY = 4
 """Of a drag's places, each fourth is kept."""
@@ -101,7 +101,7 @@ def main() -> None:
         append_images=pictures[1:],
         duration=list(times),
         loop=0,
-        quality=45,
+        quality=60,
         method=6,
     )
 
