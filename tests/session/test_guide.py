@@ -199,7 +199,7 @@ STATES = [
     ),
     (
         "diagnosed",
-        lambda s: done(s, TakeNextPoses()),
+        lambda s: done(replace(s, plate=replace(s.plate, size=None)), TakeNextPoses()),
         "measure next are on the plate",
         Tone.PLAIN,
         "Measure",

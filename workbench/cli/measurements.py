@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.markup import escape
 
 from workbench.base.errors import DataError, OptionError
 from workbench.cli.options import (
@@ -113,6 +112,8 @@ def preview(
     ] = None,
 ) -> None:
     """What a file would be read as: every column with its meaning and units, decisions, problems."""
+    from rich.markup import escape
+
     from workbench.data.readers.mapping import read_mapping, write_mapping
     from workbench.data.readers.preview import preview
     from workbench.report.tables import line, new_table

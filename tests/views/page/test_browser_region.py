@@ -37,11 +37,15 @@ def test_cubes_are_coloured_clicked_and_move_a_target_and_a_corner_is_dragged(ap
     place = np.array(region.max)
     tip = place + 0.9 * 0.12 * app.worker.session.robot.reach * np.eye(3)[2]
     at, end = screen.pixel(tip), screen.pixel(tip + 0.1 * np.eye(3)[2])
-    screen.page.mouse.move(*at)
-    screen.page.wait_for_timeout(150)
-    screen.page.mouse.down()
-    screen.page.mouse.move(*end, steps=5)
-    screen.page.mouse.up()
+    for _ in range(5):  # the handle may not be drawn yet
+        screen.page.mouse.move(*at)
+        screen.page.wait_for_timeout(500)
+        screen.page.mouse.down()
+        screen.page.mouse.move(*end, steps=5)
+        screen.page.mouse.up()
+        screen.page.wait_for_timeout(500)
+        if app.worker.session.plate.region.max[2] > region.max[2]:
+            break
     session = screen.until(lambda session: abs(session.plate.region.max[2] - region.max[2] - 0.1) < 0.02)
     assert session.sampled is session.plate.region
     screen.shoot("corner")

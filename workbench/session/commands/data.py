@@ -38,6 +38,8 @@ CHECKS = 40
 """Poses in the region that a virtual arm is measured at besides the targets, to be held out."""
 MARGIN, ACROSS = 0.01, 12
 """Of a region about rows: room beyond them [m], cubes along its longest side."""
+FEW = 8
+"""Fewer rows show no region."""
 MOST_SEED = 2**32 - 1
 MOST_MORE = 500
 VIRTUAL_INSTRUMENTS = tuple(
@@ -262,7 +264,7 @@ def with_data(session: Session, loaded: Loaded | None) -> Session:
 
 def _around_rows(session: Session, rows: Comparison) -> Session:
     """The session with the box of the rows for its region, where that was nobody's choice."""
-    if session.plate.region is not session.first_plate.region:
+    if session.plate.region is not session.first_plate.region or len(rows.nominal) < FEW:
         return session
     places = (se3.inverse(session.robot.base.pose) @ rows.nominal)[:, :3, 3]
     low, high = (np.round(end, 3) for end in (places.min(0) - MARGIN, places.max(0) + MARGIN))
