@@ -89,7 +89,10 @@ def main() -> None:
         shown: list[tuple[Image.Image, int]] = []
         for picture, time, last in frames(app, page):
             if last == "Identify":
-                picture.save(folder / "identify.png", optimize=True)
+                app.worker.submit(SetCaption(""))
+                app.worker.wait(120.0)
+                page.wait_for_timeout(3 * SETTLED)
+                page.screenshot(path=folder / "identify.png")
             size = (WIDTH, WIDTH * picture.height // picture.width)
             shown.append((picture.resize(size, Image.Resampling.LANCZOS), time))
         browser.close()

@@ -1,11 +1,11 @@
-"""Every picture of the page, from one scripted session: for README, and to look at each screen oneself.
+"""Every screen of the page, from one scripted session, to look at oneself.
 
 Run it with a folder:
 
     python tests/views/page/pictures.py /tmp/pictures
 
-`identify.png` of the folder is the one in `assets/pictures`; the others show each step of the story in
-windows of 390, 900, 1500 and 2560 px, light and dark.
+Each step of the story in windows of 390, 900, 1500 and 2560 px, light and dark. README's own pictures are
+made by `assets/docs/pictures.py`.
 """
 
 import shutil
@@ -27,8 +27,6 @@ from workbench.views.page.app import App
 
 FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=gl-egl", "--ignore-gpu-blocklist"]
 SIZES = ((390, 844), (900, 700), (1500, 950), (2560, 1440))
-README = 1500
-"""Width of the picture in README."""
 STEPS: tuple[tuple[str, tuple[AbstractCommand, ...]], ...] = (
     ("plate", (OpenTab(Tab.PLATE),)),
     ("identify", (MeasureVirtualArm(5, surprise=True, more=70), Identify(), OpenTab(Tab.IDENTIFY))),
@@ -95,7 +93,6 @@ def main(folder: Path) -> None:
                         page.screenshot(path=folder / f"{name}-{size[0]}{shade}.png")
                 page.close()
             browser.close()
-        shutil.copy(folder / f"result-{README}.png", folder / "identify.png")
     finally:
         app.close()
 
