@@ -38,12 +38,14 @@ def test_a_branch_left_to_the_program_leaves_what_blocks_it(do):
 
 
 def test_a_drag_sees_at_every_step_whether_the_arm_is_blocked(do, first):
-    target = first.plate.targets[0]
-    low = (*target.xyz[:2].tolist(), 0.02)
-    held = do(GrabTarget(0, client=3), MoveTarget(0, low, (np.pi / 2, 0.0, 0.0), client=3))
-    if held.states[0].reached:
-        assert held.score.measurable == sum(s.measurable for s in held.states)
-        assert held.states[0].hit == hits(held.robot, held.plate, [0], held.states[0].q[None])[0]
+    target = first.plate.targets[2]
+    x, y, z = target.xyz.tolist()
+    do(SelectTarget(2), ChooseBranch(2, DOWN), GrabTarget(2, client=3))
+    held = do(MoveTarget(2, (x + 0.002, y, z), tuple(target.rpy.tolist()), client=3))
+    assert held.drag is not None
+    assert held.states[2].reached
+    assert held.states[2].hit == hits(held.robot, held.plate, [2], held.states[2].q[None])[0] != ""
+    assert held.score.measurable == 9
 
 
 def test_the_score_of_a_plate_leaves_blocked_targets_out(first):

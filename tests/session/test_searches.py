@@ -1,7 +1,6 @@
 """Diagnoses that can't be made are refused in words; poses of equal index are searched."""
 
 import threading
-from dataclasses import replace
 
 import numpy as np
 
