@@ -7,6 +7,7 @@ from arms import TUNING, make
 from generator import move, turn
 
 from workbench.diagnosis.diagnose import diagnose
+from workbench.diagnosis.next_poses import WEAK, _covariance
 from workbench.identification.frames import Sessions
 
 ELSEWHERE = move("x", 0.2) @ turn("z", 0.5)
@@ -30,3 +31,16 @@ def test_sessions_with_frames_of_their_own():
     assert found.measure_next.shape == (5, 6)
     assert (found.measure_next >= data.q.min(0)).all()
     assert (found.measure_next <= data.q.max(0)).all()
+
+
+def test_variances_of_nearly_open_directions_are_above_zero():
+    """As a difference of large numbers they were not, and the reason of a pose was chosen among NaN."""
+    rng = np.random.default_rng(0)
+    for _ in range(200):
+        rows = (
+            rng.standard_normal((30, 12))
+            @ np.diag(np.logspace(0.0, -7.0, 12))
+            @ rng.standard_normal((12, 12))
+        )
+        scaled = rows / np.linalg.norm(rows, axis=0)
+        assert (np.diag(_covariance(scaled.T @ scaled + WEAK * np.eye(12))) > 0.0).all()

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
+from scipy import linalg
 
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.gravity_sag import sags
@@ -101,15 +102,16 @@ def _greedy(
     """Poses that add most to log |M| − log |M of what is not asked for|, one after the other."""
     chosen: list[int] = []
     steps: list[Step] = []
-    whole = np.linalg.inv(information)
-    rest = np.linalg.inv(information[:known, :known])
+    whole, rest = _covariance(information), _covariance(information[:known, :known])
     for _ in range(min(count, len(per_pose))):
         gain = _gain(whole, per_pose) - _gain(rest, per_pose[:, :, :known])
         gain[chosen] = -np.inf
         chosen.append(int(np.argmax(gain)))
-        before, whole = whole, _grown(whole, per_pose[chosen[-1]])
+        rows = per_pose[chosen[-1]]
+        information = information + rows.T @ rows
+        before, whole = whole, _covariance(information)
         steps.append((float(gain[chosen[-1]]), before, whole))
-        rest = _grown(rest, per_pose[chosen[-1], :, :known])
+        rest = _covariance(information[:known, :known])
     return chosen, steps
 
 
@@ -170,10 +172,11 @@ def _gain(covariance: np.ndarray, per_pose: np.ndarray) -> np.ndarray:
     return _log_det(np.eye(per_pose.shape[1]) + seen)
 
 
-def _grown(covariance: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """The covariance once a pose is measured."""
-    half = rows @ covariance
-    return covariance - half.T @ np.linalg.solve(np.eye(len(rows)) + half @ rows.T, half)
+def _covariance(information: np.ndarray) -> np.ndarray:
+    """The inverse as a square, so that rounding leaves no variance below zero where a direction is open."""
+    root = np.linalg.cholesky(information)
+    half = linalg.solve_triangular(root, np.eye(len(root)), lower=True, check_finite=False)
+    return half.T @ half
 
 
 def _log_det(matrices: np.ndarray) -> np.ndarray:
