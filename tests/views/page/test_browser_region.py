@@ -34,7 +34,7 @@ def test_cubes_are_coloured_clicked_and_move_a_target_and_a_corner_is_dragged(ap
     screen.page.get_by_label("Handles on two corners").check()
     screen.until(lambda session: session.cube_view.corners)
     screen.page.wait_for_timeout(300)
-    place = np.array(region.max)
+    place = np.array(region.min)
     tip = place + 0.9 * 0.12 * app.worker.session.robot.reach * np.eye(3)[2]
     at, end = screen.pixel(tip), screen.pixel(tip + 0.1 * np.eye(3)[2])
     for _ in range(5):  # the handle may not be drawn yet
@@ -44,8 +44,8 @@ def test_cubes_are_coloured_clicked_and_move_a_target_and_a_corner_is_dragged(ap
         screen.page.mouse.move(*end, steps=5)
         screen.page.mouse.up()
         screen.page.wait_for_timeout(500)
-        if app.worker.session.plate.region.max[2] > region.max[2]:
+        if app.worker.session.plate.region.min[2] > region.min[2]:
             break
-    session = screen.until(lambda session: abs(session.plate.region.max[2] - region.max[2] - 0.1) < 0.02)
+    session = screen.until(lambda session: abs(session.plate.region.min[2] - region.min[2] - 0.1) < 0.02)
     assert session.sampled is session.plate.region
     screen.shoot("corner")
