@@ -105,7 +105,7 @@ def test_the_page_shows_exactly_this(answers):
     assert answers["opened"] == [names["page"].url]
     assert names["page"].url.startswith("http://127.0.0.1:")
     assert session.robot is names["fit"].robot
-    assert session.plate is names["plate"]
+    assert session.plate.targets is names["plate"].targets
     assert (session.loaded.dataset.q == names["data"].q).all()
     assert repr(names["page"]) == "<Page, stopped>"
 
