@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from click.core import ParameterSource
 
 from workbench.cli import (
     arms,
@@ -62,6 +61,12 @@ def opened(words: list[str]) -> list[str]:
     return ["serve", "--robot" if ending in ROBOTS else "--data", *words]
 
 
+def _is_given(context: typer.Context, name: str) -> bool:
+    """Whether an option stood on the command line, by its source's name: typer brings a click of its own."""
+    source = context.get_parameter_source(name)
+    return source is not None and source.name != "DEFAULT"
+
+
 @app.command(rich_help_panel="Start")
 def serve(
     context: typer.Context,
@@ -106,7 +111,7 @@ def serve(
             data=data,
             demo=demo,
             source=live,
-            asks=all(context.get_parameter_source(name) is ParameterSource.DEFAULT for name in OPENED),
+            asks=not any(_is_given(context, name) for name in OPENED),
             host=host,
             port=port,
             open_browser=open_browser,
