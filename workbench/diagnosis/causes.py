@@ -40,6 +40,8 @@ from workbench.diagnosis.stepwise_search import kind_of, worth
 from workbench.identification.joint_readings import Readings, readings
 from workbench.identification.problem import Noise
 
+Sizes = dict[tuple[str, ...], float]
+
 POSSIBLE = 0.1
 """Most that a cause may move any element [rad or m]."""
 STANDS_OUT = 10.0
@@ -167,6 +169,7 @@ def find_causes(searched: Searched, arm: Robot, motion: Motion, floor: Noise | N
     sized = {e.names: e for e in arm.effects}
     known = searched.stage.geometric.typical_noise
     scatter = readings(searched.stage.geometric)
+    most = _most(arm, motion)
     after = validated(searched.grams, searched.found.model)
     count = searched.grams.count
     left = float(np.sqrt(after.sum() / count))
@@ -178,7 +181,7 @@ def find_causes(searched: Searched, arm: Robot, motion: Motion, floor: Noise | N
         size = float(np.sqrt(max(fall.sum(), 0.0) / count))
         if _is_map(group[0]) or size < least or fall.mean() <= standard_error(fall):
             continue
-        if not _possible(arm, motion, effects) or _drowned(arm, motion, effects, scatter):
+        if any(most[e.names] >= POSSIBLE for e in effects) or _drowned(effects, most, scatter):
             continue
         odds, rivals = _against_rivals(searched, group)
         words = together(effects).sentence(arm.chain, motion)
@@ -216,22 +219,21 @@ def _groups(model: Model) -> list[Model]:
     return list(out.values())
 
 
-def _possible(arm: Robot, motion: Motion, effects: Sequence[AbstractEffect]) -> bool:
-    return all(most < POSSIBLE for e in effects for most in _most(arm, motion, e))
-
-
-def _drowned(arm: Robot, motion: Motion, effects: Sequence[AbstractEffect], scatter: Readings | None) -> bool:
+def _drowned(effects: Sequence[AbstractEffect], most: Sizes, scatter: Readings | None) -> bool:
     """Whether effects of a joint's position or motion don't stand out of what that joint alone scatters."""
     if scatter is None:
         return False
     mine = [e for e in effects if not e.loads and e.joints and e.joints[0] in scatter.alone]
-    return any(max(_most(arm, motion, e)) < STANDS_OUT * scatter.sigma[e.joints[0]] for e in mine)
+    return any(most[e.names] < STANDS_OUT * scatter.sigma[e.joints[0]] for e in mine)
 
 
-def _most(arm: Robot, motion: Motion, effect: AbstractEffect) -> list[float]:
-    """The most that each coefficient of an effect moves an element over the rows [rad or m]."""
-    sizes = law_sizes(arm, motion, effect.names)
-    return [sizes[n] * abs(c) for n, c in zip(effect.names, effect.coefficients, strict=True)]
+def _most(arm: Robot, motion: Motion) -> Sizes:
+    """The most that each effect moves an element over the rows [rad or m], by its coefficients."""
+    sizes = law_sizes(arm, motion, [n for e in arm.effects for n in e.names])
+    return {
+        e.names: max(sizes[n] * abs(c) for n, c in zip(e.names, e.coefficients, strict=True))
+        for e in arm.effects
+    }
 
 
 def _against_rivals(searched: Searched, group: Model) -> tuple[float, tuple[AbstractEffect, ...]]:
