@@ -9,6 +9,7 @@ import pytest
 import workbench as wb
 from workbench.base import se3
 from workbench.base.errors import DataError, FileError, OptionError, WorkbenchError
+from workbench.data.readers.layouts import mocap
 from workbench.data.readers.mapping import read_mapping, write_mapping
 from workbench.data.readers.preview import preview
 from workbench.data.readers.stands import still
@@ -233,6 +234,21 @@ def qualisys(path: Path, run) -> Path:
         lines.append("\t".join(f"{v:.9g}" for v in numbers))
     path.write_text("\n".join([*head, *lines]) + "\n")
     return path
+
+
+def test_angles_of_qualisys_are_those_of_a_real_export(tmp_path):
+    """First row of a public take (shiplab/dt_cv, M510A-IRR-EKFPID-020019_6D.tsv), rounded to 1e-5.
+
+    Only R = Rx Ry Rz, column by column, agrees with the printed matrix: the other order is 1.7e-5 off.
+    """
+    angles, nine = (-0.65630, 0.09391, 0.05772), "1 .00099 -.00165 -.00101 .99993 -.01145 .00164 .01145 .99993"
+    row = "\t".join(["-194.91974 2.24150 0.99661".replace(" ", "\t"), *map(str, angles), "4.98536", *nine.split()])
+    head = "NO_OF_FRAMES\t1\nFREQUENCY\t100\nDATA_INCLUDED\t6D\nBODY_NAMES\tPSVH\n"
+    rows = [line.split("\t") for line in (head + row).splitlines()]
+    _, turns = mocap._qualisys(rows, tmp_path / "take.tsv").bodies["PSVH"]
+    blank = np.zeros(3)
+    x, y, z = (se3.rpy_to_matrix(np.where(np.arange(3) == k, np.deg2rad(angles), blank)) for k in range(3))
+    assert np.abs(turns[0] - x @ y @ z).max() < 0.7e-5 < 1.5e-5 < np.abs(turns[0] - z @ y @ x).max()
 
 
 @pytest.mark.parametrize("write", [optitrack, vicon, qualisys])

@@ -324,7 +324,7 @@ static void arm_refine(const double *target, double *x) {
         int better = 0;
         for (int k = 0; k < ARM_N; k++)
             held[k] = (x[k] <= ARM_LIMITS[k][0] && g[k] < 0.0) || (x[k] >= ARM_LIMITS[k][1] && g[k] > 0.0);
-        relative = fmax(fmin(relative, cost / size), 1e-15);
+        relative = fmax(fmin(relative, cost / size), 1e-11);
         for (int attempt = 0; attempt < 14 && !better; attempt++) {
             double longest = 0.0, scale;
             if (arm_solve(h, g, relative * size, held, step)) {

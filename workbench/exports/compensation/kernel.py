@@ -105,7 +105,7 @@ def _refine(targets, start, limits):
         held = ((x[going] <= limits[0]) & (g < 0.0)) | ((x[going] >= limits[1]) & (g > 0.0))
         h[np.broadcast_to(held[:, :, None] | held[:, None, :], h.shape)] = 0.0
         g[held] = 0.0
-        damping[going] = np.maximum(np.minimum(damping[going], cost[going] / size), 1e-15)
+        damping[going] = np.maximum(np.minimum(damping[going], cost[going] / size), 1e-11)
         open_rows = np.arange(len(going))
         for _ in range(14):
             rows = going[open_rows]

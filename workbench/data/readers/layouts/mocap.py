@@ -5,7 +5,8 @@ and `Rotation | Position` over every column, then `Frame, Time (Seconds), X, Y, 
 Vicon: `Objects`, `Segments` or `Trajectories`, the rate, names over the first column of each, `Frame,
 Sub Frame, RX, RY, RZ[, RW], TX, TY, TZ` or `X, Y, Z`, a line of units.
 Qualisys: words with values (`FREQUENCY 100`), names (`MARKER_NAMES` or `BODY_NAMES`), then rows, of a body
-`X Y Z Roll Pitch Yaw Residual Rot[0] … Rot[8]`, in mm and degrees.
+`X Y Z Roll Pitch Yaw Residual Rot[0] … Rot[8]`, in mm and degrees. The angles turn about the body's own axes in the
+order roll, pitch, yaw (manual of QTM, "Rotation angles in QTM"), R = Rx Ry Rz; the matrix stands column by column.
 
 Orientations whose convention a file does not state are left out, and it is said.
 """
@@ -162,7 +163,7 @@ def _qualisys(rows: list[list[str]], path: Path) -> Recording:
 
 
 def _matrices(nine: np.ndarray, angles: np.ndarray, seen: Any) -> np.ndarray | None:
-    """Rotation matrices, row by row or column by column, whichever Rx(roll) Ry(pitch) Rz(yaw) agrees with."""
+    """Rotation matrices, column by column or else row by row, as Rx(roll) Ry(pitch) Rz(yaw) agrees with."""
     roll, pitch, yaw = np.deg2rad(angles[seen]).T
     blank = np.zeros_like(roll)
     x, y, z = (
