@@ -17,7 +17,7 @@ from workbench.arm.robot import Frame, SessionFrames
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.data.accuracy_requirement import Wanted
-from workbench.identification.verification.certificate import MAP, PAGE, PAPER, RESULT, write_certificate
+from workbench.identification.verification.certificate import MAP, PAGE, PAPER, write_certificate
 from workbench.identification.verification.intervals import Bounds, bound_of_share, least_share
 from workbench.identification.verification.iso9283 import RepeatedPose, pose_labels, repeated_poses
 
@@ -182,7 +182,7 @@ def test_a_certificate_says_what_was_done(arm, tmp_path):
     )
     page = write_certificate(found, tmp_path / "out", inputs=[robot], day=date(2026, 1, 2))
     text = page.read_text()
-    assert {p.name for p in page.parent.iterdir()} == {PAGE, PAPER, MAP, RESULT}
+    assert {p.name for p in page.parent.iterdir()} == {PAGE, PAPER, f"{MAP}.svg", "result.json"}
     html = Page()
     html.feed(text)
     words = " ".join(html.words)
@@ -195,7 +195,7 @@ def test_a_certificate_says_what_was_done(arm, tmp_path):
     ):
         assert said in words
     assert not [value for name, value in html.attributes if name in ("src", "href") and "http" in value]
-    assert json.loads((page.parent / RESULT).read_text())["iso9283"][0]["visits"] == 2
+    assert json.loads((page.parent / "result.json").read_text())["iso9283"][0]["visits"] == 2
     pdf = write_certificate(found, tmp_path / "c.pdf", inputs=[robot], day=date(2026, 1, 2)).read_bytes()
     assert pdf == (page.parent / PAPER).read_bytes()
     assert pdf.count(b"/Type /Page ") + pdf.count(b"/Type /Page\n") == 1

@@ -1,14 +1,21 @@
 """Pages that need nothing else: no network, no scripts, their pictures inside.
 
+All have one head and one look (`page.html`) and share their tables, cards and figures (`parts.html`).
 Everything that is written into a page passes through the template's escaping; only our own pictures are put
 in as they are.
 """
 
+from collections.abc import Iterable, Sequence
 from functools import cache
+from pathlib import Path
+from typing import Any
 
 from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined, Template
+from markupsafe import Markup
 
-from workbench.report.figures import COLOURS
+from workbench.base.files import write_folder
+from workbench.report.figures import COLOURS, Drawing
+from workbench.report.json import Json, json_text
 from workbench.report.numbers import short, signed, standard_error
 
 
@@ -23,6 +30,7 @@ def page_template(name: str, *, package: str = "workbench.report") -> Template:
         lstrip_blocks=True,
     )
     environment.filters |= {"short": short, "signed": signed, "plusminus": standard_error}
+    environment.filters["themed"] = lambda drawing: Markup(themed(drawing.svg))
     return environment.get_template(name)
 
 
@@ -31,3 +39,41 @@ def themed(svg: str) -> str:
     for number, colour in enumerate(COLOURS):
         svg = svg.replace(colour, f"var(--figure-{number}, {colour})")
     return svg
+
+
+def write_page(
+    folder: Path | str,
+    page: str,
+    drawings: Sequence[Drawing],
+    result: Json,
+    *,
+    replaces: Iterable[str] = (),
+    numbers: str = "result.json",
+    files: dict[str, bytes] | None = None,
+    **words: Any,
+) -> Path:
+    """Write a page, its pictures as SVG files and its numbers: all of them or nothing.
+
+    An older page in the folder is replaced; other files in it stay.
+
+    Args:
+        folder: Made if it is not there.
+        page: Name of the page and of its template.
+        drawings: Its pictures.
+        result: Its numbers.
+        replaces: Names of files of an older page that go, even if nothing new has their name.
+        numbers: Name of the file for these.
+        files: Further files with their contents; None: the pictures.
+        **words: What the template is filled with.
+
+    Returns:
+        Path of the page.
+
+    Raises:
+        FileError: the folder is a file, or can't be written.
+    """
+    if files is None:
+        files = {f"{drawing.name}.svg": drawing.svg.encode() for drawing in drawings}
+    text = page_template(page).render(drawings=drawings, **words)
+    files = files | {numbers: json_text(result).encode(), page: text.encode()}
+    return write_folder(folder, files, replaces=replaces) / page

@@ -2,12 +2,12 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-from markupsafe import Markup
 
 from workbench.arm.effects.axes import turns
-from workbench.base.files import check_folder, write_folder
+from workbench.base.files import check_folder
 from workbench.diagnosis.causes import Cause
 from workbench.diagnosis.record import Diagnosis, Verdict, judged
 from workbench.diagnosis.report.pictures import pictures
@@ -22,8 +22,7 @@ from workbench.diagnosis.report.table import (
 )
 from workbench.identification.report.html_report import error_cards
 from workbench.report.figures import Drawing, png, svg
-from workbench.report.html import page_template, themed
-from workbench.report.json import json_text
+from workbench.report.html import write_page
 from workbench.report.numbers import short
 
 PAGE = "diagnosis.html"
@@ -62,28 +61,27 @@ def write_diagnosis(result: Diagnosis, folder: Path | str, *, progress: Progress
             drawings.append(Drawing(picture.name, picture.title, picture.caption, drawing))
             files[f"{PICTURES}{picture.name}.png"] = png(figure)
     report(0.9, "writing the page")
-    files[RESULT] = json_text(diagnosis_json(result)).encode()
-    files[PAGE] = render(result, tuple(drawings)).encode()
     old = (p.name for p in Path(folder).glob(f"{PICTURES}*.png"))
-    path = write_folder(folder, files, replaces=(PAGE, RESULT, *old)) / PAGE
+    numbers, words = diagnosis_json(result), _words(result)
+    path = write_page(folder, PAGE, drawings, numbers, numbers=RESULT, files=files, replaces=old, **words)
     report(1.0, "done")
     return path
 
 
-def render(result: Diagnosis, drawings: tuple[Drawing, ...]) -> str:
-    """The page as text."""
-    return page_template("diagnosis.html").render(
-        robot=result.robot.name,
-        verdict=str(result.verdict),
-        good=result.verdict in (Verdict.EXPLAINED, Verdict.NONE),
-        message=result.message,
-        causes=[_cause(c) for c in result.causes],
-        residual_map=result.residual_map.sentence if result.residual_map is not None else "",
-        effects=[_effect(result, k) for k in range(len(result.effects))],
-        held_out=result.after.held_out is not None,
-        cards=error_cards(judged(result.before), judged(result.after)),
-        facts=_facts(result),
-        errors=[
+def _words(result: Diagnosis) -> dict[str, Any]:
+    """What the template is filled with."""
+    return {
+        "robot": result.robot.name,
+        "verdict": str(result.verdict),
+        "good": result.verdict in (Verdict.EXPLAINED, Verdict.NONE),
+        "message": result.message,
+        "causes": [_cause(c) for c in result.causes],
+        "residual_map": result.residual_map.sentence if result.residual_map is not None else "",
+        "effects": [_effect(result, k) for k in range(len(result.effects))],
+        "held_out": result.after.held_out is not None,
+        "cards": error_cards(judged(result.before), judged(result.after)),
+        "facts": _facts(result),
+        "errors": [
             (title if rows == "fitted" else "", rows, found)
             for title, validation in (
                 ("Nominal", result.nominal),
@@ -93,14 +91,13 @@ def render(result: Diagnosis, drawings: tuple[Drawing, ...]) -> str:
             for rows, found in (("fitted", validation.train), ("held out", validation.held_out))
             if found is not None
         ],
-        turned=result.after.train.orientation_deg is not None,
-        alternatives=alternatives(result),
-        outliers=outlier_words(result) if len(result.outliers) else "",
-        next_headings=_next_headings(result),
-        next_rows=_next_rows(result),
-        drawings=[(d, Markup(themed(d.svg))) for d in drawings],
-        notes=result.notes,
-    )
+        "turned": result.after.train.orientation_deg is not None,
+        "alternatives": alternatives(result),
+        "outliers": outlier_words(result) if len(result.outliers) else "",
+        "next_headings": _next_headings(result),
+        "next_rows": _next_rows(result),
+        "notes": result.notes,
+    }
 
 
 def _cause(cause: Cause) -> dict[str, object]:

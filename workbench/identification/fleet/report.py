@@ -2,21 +2,19 @@
 
 from pathlib import Path
 
-from markupsafe import Markup
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from workbench.base.files import write_folder
 from workbench.identification.fleet.fleet import ArmReport, Fleet
 from workbench.identification.fleet.movement import Law, Movement
 from workbench.identification.fleet.pictures import DRIFT, FLEET, drift_chart, fleet_chart
-from workbench.report.figures import svg
-from workbench.report.html import page_template, themed
-from workbench.report.json import Json, json_text, plain
+from workbench.report.figures import Drawing, svg
+from workbench.report.html import write_page
+from workbench.report.json import Json, plain
 from workbench.report.tables import line, new_table
 
 SCHEMA = "workbench.fleet/1"
-PAGE, RESULT = "fleet.html", "result.json"
+PAGE = "fleet.html"
 LISTED, DRAWN, PAGE_ROWS = 15, 6, 200
 """Arms in the terminal's table, with a chart of their own, and in the page's table."""
 HEADS = ("arm", "moved most", "by", "σ", "since", "tool\n[mm]", "again by")
@@ -119,20 +117,22 @@ def write_fleet(fleet: Fleet, folder: Path | str) -> Path:
     Raises:
         FileError: the folder is a file, or can't be written.
     """
-    drawn = {"fleet": (svg(fleet_chart(fleet), "fleet"), "Joints of all arms", FLEET)}
+    drawings = [Drawing("fleet", "Joints of all arms", FLEET, svg(fleet_chart(fleet), "fleet"))]
     for number, arm in enumerate((fleet.worn or fleet.worst_first)[:DRAWN], 1):
-        picture = svg(drift_chart(arm, factor=fleet.factor), f"drift-{number}")
-        drawn[f"drift-{number}"] = (picture, arm.history.arm, DRIFT)
-    page = page_template("fleet.html").render(
+        name = f"drift-{number}"
+        picture = svg(drift_chart(arm, factor=fleet.factor), name)
+        drawings.append(Drawing(name, arm.history.arm, DRIFT, picture))
+    return write_page(
+        folder,
+        PAGE,
+        drawings,
+        fleet_json(fleet),
+        replaces=[f"drift-{number}.svg" for number in range(1, DRAWN + 1)],
         fleet=fleet,
         heads=HEADS,
         rows=[arm_cells(arm) for arm in fleet.worn[:PAGE_ROWS]],
         more=max(len(fleet.worn) - PAGE_ROWS, 0),
         still=[f"{arm.history.arm} ({len(arm.history.dates)})" for arm in fleet.arms if not arm.moved],
+        unread=[f"{arm.arm}: {arm.why}" for arm in fleet.unread],
         notes=notes_of(fleet),
-        pictures=[(Markup(themed(picture)), title, caption) for picture, title, caption in drawn.values()],
     )
-    files = {f"{name}.svg": picture.encode() for name, (picture, _, _) in drawn.items()}
-    files |= {PAGE: page.encode(), RESULT: json_text(fleet_json(fleet)).encode()}
-    old = [f"drift-{number}.svg" for number in range(1, DRAWN + 1)]
-    return write_folder(folder, files, replaces=old) / PAGE

@@ -9,10 +9,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from markupsafe import Markup
 
 from workbench.arm.robot import Robot
-from workbench.base.files import check_folder, write_folder
+from workbench.base.files import check_folder
 from workbench.data.accuracy_requirement import Requirement, RequirementCheck
 from workbench.data.dataset import Dataset
 from workbench.data.prediction import row_components
@@ -22,12 +21,10 @@ from workbench.identification.report.how_to_apply import Use, controller_use
 from workbench.identification.report.parameters import LEGEND, Cell, ParameterTable, State, parameter_table
 from workbench.identification.report.results_json import identification_json
 from workbench.identification.row_errors import Errors
-from workbench.report.figures import Drawing
-from workbench.report.html import page_template, themed
-from workbench.report.json import json_text
+from workbench.report.html import write_page
 from workbench.report.numbers import factor, short, signed, standard_error
 
-PAGE, RESULT = "report.html", "result.json"
+PAGE = "report.html"
 LISTED = 50
 """Greatest number of rows that a list in the page names one by one; the rest is in the JSON file."""
 
@@ -72,52 +69,45 @@ def write_report(
     check = _check(result, requirement)
     content = identification_json(result)
     content |= {"requirement": _requirement_json(check, result), "controller": use.json()}
-    files = {
-        **{f"{d.name}.svg": d.svg.encode() for d in drawings},
-        RESULT: json_text(content).encode(),
-        PAGE: render(result, drawings, check=check, use=use).encode(),
-    }
-    old = (PAGE, RESULT, *(f"{name}.svg" for name in NAMES))
-    path = write_folder(folder, files, replaces=old) / PAGE
+    old = [f"{name}.svg" for name in NAMES]
+    words = _words(result, check=check, use=use)
+    path = write_page(folder, PAGE, drawings, content, replaces=old, **words)
     report(1.0, "done")
     return path
 
 
-def render(
-    result: Identification, drawings: tuple[Drawing, ...], *, check: RequirementCheck, use: Use
-) -> str:
-    """The page as text."""
+def _words(result: Identification, *, check: RequirementCheck, use: Use) -> dict[str, Any]:
+    """What the template is filled with."""
     best = result.best
     after = best.held_out or best.train
     before = result.nominal.held_out or result.nominal.train
     rows, _, where = _judged(result)
-    return page_template("report.html").render(
-        robot=result.robot.name,
-        source=result.data.source,
-        facts=_facts(result),
-        best=best.fit.title,
-        held_out=best.held_out is not None,
-        cards=error_cards(before, after),
-        errors=_errors_rows(result),
-        turned=after.orientation_deg is not None,
-        check=check,
-        check_where=where,
-        check_axes=_axes(check),
-        check_strip=_strip(check),
-        check_failed=[int(r) for r in rows.row[check.judged & ~check.passed][:LISTED]],
-        check_failed_count=int((check.judged & ~check.passed).sum()),
-        drawings=[(d, Markup(themed(d.svg))) for d in drawings],
-        algorithms=[_algorithm(run, run is best) for run in result.runs.values()],
-        legend=LEGEND,
-        unidentifiable=result.unidentifiable,
-        warnings=result.warnings,
-        notes=result.notes,
-        excluded=result.excluded[:LISTED],
-        excluded_count=len(result.excluded),
-        suspicious=_suspicious(best)[:LISTED],
-        suspicious_count=len(best.fit.suspicious),
-        use=use,
-    )
+    return {
+        "robot": result.robot.name,
+        "source": result.data.source,
+        "facts": _facts(result),
+        "best": best.fit.title,
+        "held_out": best.held_out is not None,
+        "cards": error_cards(before, after),
+        "errors": _errors_rows(result),
+        "turned": after.orientation_deg is not None,
+        "check": check,
+        "check_where": where,
+        "check_axes": _axes(check),
+        "check_strip": _strip(check),
+        "check_failed": [int(r) for r in rows.row[check.judged & ~check.passed][:LISTED]],
+        "check_failed_count": int((check.judged & ~check.passed).sum()),
+        "algorithms": [_algorithm(run, run is best) for run in result.runs.values()],
+        "legend": LEGEND,
+        "unidentifiable": result.unidentifiable,
+        "warnings": result.warnings,
+        "notes": result.notes,
+        "excluded": result.excluded[:LISTED],
+        "excluded_count": len(result.excluded),
+        "suspicious": _suspicious(best)[:LISTED],
+        "suspicious_count": len(best.fit.suspicious),
+        "use": use,
+    }
 
 
 def _judged(result: Identification) -> tuple[Dataset, Robot, str]:

@@ -10,11 +10,10 @@ from datetime import date
 from pathlib import Path
 
 import numpy as np
-from markupsafe import Markup
 
 from workbench.base.distribution import package_version
 from workbench.base.errors import FileError
-from workbench.base.files import check_folder, write_bytes, write_folder
+from workbench.base.files import check_folder, write_bytes
 from workbench.base.wording import counted
 from workbench.identification.verification.iso9283 import cycle_words
 from workbench.identification.verification.pictures import CAPTION, draw_error_map, error_map
@@ -26,13 +25,12 @@ from workbench.identification.verification.results import (
     worst_first,
 )
 from workbench.identification.verification.verify import Verification
-from workbench.report.figures import svg
-from workbench.report.html import page_template, themed
-from workbench.report.json import json_text
+from workbench.report.figures import Drawing, svg
+from workbench.report.html import write_page
 from workbench.report.numbers import short
 from workbench.report.paper import MARGIN, QUIET, WIDTH, Paper, Place
 
-PAGE, PAPER, MAP, RESULT = "certificate.html", "certificate.pdf", "error-map.svg", "result.json"
+PAGE, PAPER, MAP = "certificate.html", "certificate.pdf", "error-map"
 REPEATED = 5
 """Repeated poses in the table: as many as the standard's cycle has."""
 GOOD, BAD, PLAIN = "#00704f", "#b03a00", "#5d6672"
@@ -108,12 +106,6 @@ class Certificate:
             made=f"{day.isoformat()}, workbench {package_version()}",
         )
 
-    def html(self, picture: str) -> str:
-        """The page, with the error map as SVG."""
-        return page_template("certificate.html").render(
-            c=self, picture=Markup(themed(picture)), caption=CAPTION, signatures=SIGNATURES
-        )
-
     def paper(self, result: Verification) -> bytes:
         """The page as PDF, A4."""
         page = Paper()
@@ -179,14 +171,11 @@ def write_certificate(
     if target.suffix.lower() == ".pdf":
         return write_bytes(target, paper)
     check_folder(target)
-    picture = svg(error_map(result), "error-map")
-    files = {
-        PAGE: words.html(picture).encode(),
-        PAPER: paper,
-        MAP: picture.encode(),
-        RESULT: json_text(verification_json(result)).encode(),
-    }
-    return write_folder(target, files) / PAGE
+    drawing = Drawing(MAP, "Where the errors are", CAPTION, svg(error_map(result), MAP))
+    files = {PAPER: paper, f"{MAP}.svg": drawing.svg.encode()}
+    return write_page(
+        target, PAGE, [drawing], verification_json(result), files=files, c=words, signatures=SIGNATURES
+    )
 
 
 def _conditions(result: Verification) -> list[tuple[str, str]]:

@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from markupsafe import Markup
 
 from workbench.base.files import write_text
 from workbench.diagnosis.report.ranking import ranking
@@ -13,8 +12,8 @@ from workbench.identification.error_columns import order_of_measuring
 from workbench.identification.report.corrections import corrections
 from workbench.identification.report.error_plots import before_after
 from workbench.identification.report.html_report import error_cards
-from workbench.report.figures import svg
-from workbench.report.html import page_template, themed
+from workbench.report.figures import Drawing, svg
+from workbench.report.html import page_template
 from workbench.report.numbers import short
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget
 from workbench.session.journal.compare_numbers import Replayed
@@ -55,7 +54,7 @@ def write_page(recording: Recording, replayed: Replayed, path: Path) -> Path:
         diagnosis=last.diagnosis,
         model_errors=[] if last.diagnosis is None else list(model_errors(last.diagnosis)),
         remarks=[] if last.diagnosis is None else list(remarks(last.diagnosis)),
-        drawings=[(title, Markup(picture)) for title, picture in _drawings(last)],
+        drawings=list(_drawings(last)),
         fit="" if run is None else run.fit.title,
         parameters=[] if run is None else list(parameter_rows(run.fit)),
         decisions=list(_decisions(recording)),
@@ -98,17 +97,17 @@ def _place(xyz: np.ndarray) -> str:
     return ", ".join(f"{1e3 * v:.1f}".replace("-", "−") for v in xyz)
 
 
-def _drawings(session: Session) -> Iterator[tuple[str, str]]:
+def _drawings(session: Session) -> Iterator[Drawing]:
     found = session.identification
     if found is not None:
         rows = before_after(found, order_of_measuring(found))
-        yield "Before and after, row by row", themed(svg(rows, "before-after"))
+        yield Drawing("before-after", "Before and after, row by row", "", svg(rows, "before-after"))
         figure = corrections(found.best)
         if figure is not None:
-            yield "Corrections of the arm", themed(svg(figure, "corrections"))
+            yield Drawing("corrections", "Corrections of the arm", "", svg(figure, "corrections"))
     figure = None if session.diagnosis is None else ranking(session.diagnosis)
     if figure is not None:
-        yield "What each effect would bring", themed(svg(figure, "ranking"))
+        yield Drawing("ranking", "What each effect would bring", "", svg(figure, "ranking"))
 
 
 def _decisions(recording: Recording) -> Iterator[tuple[int, str, str]]:
