@@ -241,13 +241,9 @@ def test_angles_of_qualisys_are_those_of_a_real_export(tmp_path):
 
     Only R = Rx Ry Rz, column by column, agrees with the printed matrix: the other order is 1.7e-5 off.
     """
-    angles, nine = (
-        (-0.65630, 0.09391, 0.05772),
-        "1 .00099 -.00165 -.00101 .99993 -.01145 .00164 .01145 .99993",
-    )
-    row = "\t".join(
-        ["-194.91974 2.24150 0.99661".replace(" ", "\t"), *map(str, angles), "4.98536", *nine.split()]
-    )
+    angles = (-0.65630, 0.09391, 0.05772)
+    nine = "1 .00099 -.00165 -.00101 .99993 -.01145 .00164 .01145 .99993"
+    row = "\t".join(["-194.91974", "2.24150", "0.99661", *map(str, angles), "4.98536", *nine.split()])
     head = "NO_OF_FRAMES\t1\nFREQUENCY\t100\nDATA_INCLUDED\t6D\nBODY_NAMES\tPSVH\n"
     rows = [line.split("\t") for line in (head + row).splitlines()]
     _, turns = mocap._qualisys(rows, tmp_path / "take.tsv").bodies["PSVH"]

@@ -6,8 +6,8 @@ Vicon: `Objects`, `Segments` or `Trajectories`, the rate, names over the first c
 Sub Frame, RX, RY, RZ[, RW], TX, TY, TZ` or `X, Y, Z`, a line of units.
 Qualisys: words with values (`FREQUENCY 100`), names (`MARKER_NAMES` or `BODY_NAMES`), then rows, of a body
 `X Y Z Roll Pitch Yaw Residual Rot[0] … Rot[8]`, in mm and degrees. The angles turn about the body's own axes
-in the order roll, pitch, yaw (manual of QTM, "Rotation angles in QTM"), R = Rx Ry Rz; the matrix stands column
-by column.
+in the order roll, pitch, yaw (manual of QTM, "Rotation angles in QTM"), R = Rx Ry Rz; the matrix stands
+column by column.
 
 Orientations whose convention a file does not state are left out, and it is said.
 """
