@@ -1,20 +1,40 @@
 """What is wanted is the user's; the region is where the rows are; a solved refusal does not return."""
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
+from carried_out import done
 
 from workbench.arm.built_in_arms import load_robot
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
+from workbench.base import se3
+from workbench.base.errors import OptionError
 from workbench.data.accuracy_requirement import Wanted
 from workbench.data.prediction import RowComponents
 from workbench.data.writer import write_measurements
+from workbench.plate import design
+from workbench.plate.obstruction import has_room, hits
+from workbench.plate.plate import Target
+from workbench.plate.plate_toml import write_plate
 from workbench.plate.virtual_measuring import measure_poses
 from workbench.session import Worker, start
-from workbench.session.commands.data import LoadData
+from workbench.session.commands.arm import LoadModel
+from workbench.session.commands.data import ForgetData, LoadData
 from workbench.session.commands.drag import MoveTarget
 from workbench.session.commands.edit import LockTarget
 from workbench.session.commands.identify import SetWanted
+from workbench.session.commands.plate import TryPlate
+from workbench.session.commands.undo import Undo
+from workbench.session.guide import Tone, guide
+from workbench.session.journal.folder import begin
+from workbench.session.journal.reader import read_recording
 from workbench.session.start import suited_plate
-from workbench.session.state import Severity
+from workbench.session.state import Severity, Step
+from workbench.views.page.scene.ground import first_view
+from workbench.views.page.scene.scene import _has_other_rows
 
 
 def test_only_aria_begins_with_what_its_paper_asks(first, do):
@@ -46,6 +66,67 @@ def test_the_region_of_a_file_is_where_its_rows_are(first, tmp_path):
     worker.close()
     assert session.plate.region.contains(session.comparison.measured).all()
     assert session.plate is session.first_plate
+
+
+def test_the_region_of_a_given_plate_stays(first, tmp_path):
+    aria = load_robot("aria")
+    rows = measure_poses(aria, 40, actual=aria, seed=1)[1]
+    content = write_measurements(rows, tmp_path / "rows.csv").read_bytes()
+    begun = replace(first, is_plate_given=True)
+    session = done(begun, LoadData("rows.csv", content))
+    assert session.plate is first.plate
+    given = done(session, LoadModel("mine.toml", write_plate(first.plate, tmp_path / "p.toml").read_bytes()))
+    assert given.is_plate_given
+    assert given.plate.region.min.tolist() == first.plate.region.min.tolist()
+    assert given.loaded is session.loaded
+    assert given.comparison is session.comparison
+    assert not np.allclose(first_view(given)[1], first_view(session)[1])
+    assert np.allclose(first_view(done(given, ForgetData()))[1], first_view(first)[1])
+    assert _has_other_rows(session, done(session, ForgetData()))
+    assert done(given, Undo()).plate is session.plate
+
+
+def test_a_recording_knows_that_its_plate_was_given(first, tmp_path):
+    begun = begin(first.robot, first.plate, is_given=True, folder=tmp_path / "kept")
+    for keeper in begun.keepers:
+        keeper.close()
+    assert read_recording(tmp_path / "kept").first.is_plate_given
+
+
+def test_the_plate_is_judged_by_what_is_wanted(first, monkeypatch):
+    moved = replace(first, done=(Step(first.plate, first.states),))
+    assert guide(moved).next.command == TryPlate()
+    strict = replace(moved, wanted=Wanted(position=1e-4))
+    assert guide(strict).tone is Tone.CAREFUL
+    assert guide(strict).next.command.title == "Improve this plate"
+    assert "Good enough?" in guide(replace(moved, wanted=None)).sentence
+    with pytest.raises(OptionError, match="Wanted"):
+        TryPlate(20).check(replace(moved, wanted=None))
+    monkeypatch.setattr(design, "try_plate", lambda *given, requirement, **options: yield_of(requirement))
+    tried = done(moved, TryPlate(20))
+    assert f"97.0 % of 200 virtual arms meet {first.wanted.words}" in tried.messages[-1].text
+    assert guide(tried).tone is Tone.GOOD
+    assert replace(tried, wanted=None).tried is None
+
+
+def yield_of(requirement):
+    """A yield of 97 %."""
+    return SimpleNamespace(requirement=requirement, share=0.97, arms=200, interval=(0.94, 0.99), blame=None)
+
+
+def test_room_for_a_target_is_where_its_block_and_the_arm_keep_clear(first):
+    robot, plate = first.robot, first.plate
+    standing = np.array([state.q for state in first.states])
+    q = standing[:5] + np.random.default_rng(3).normal(0.0, 0.15, (40, 5, 6))
+    q = q.reshape(-1, 6)
+    room = has_room(robot, plate, standing, q)
+    assert 0 < room.sum() < len(q)
+    for row in np.flatnonzero(room)[:5]:
+        tool = (se3.inverse(robot.base.pose) @ tool_poses(robot, Motion(q[row][None])))[0]
+        target = Target(tool[:3, 3], se3.matrix_to_rpy(tool[:3, :3]), q=q[row])
+        more = replace(plate, targets=(*plate.targets, target))
+        assert not any(hits(robot, more, range(len(more)), np.vstack([standing, q[row]])))
+    assert has_room(robot, replace(plate, size=None), standing, q).all()
 
 
 def test_a_refusal_goes_once_something_else_was_done(do):

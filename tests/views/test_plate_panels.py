@@ -10,6 +10,7 @@ from workbench.arm.kinematics.envelope import ring_at
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
+from workbench.data.accuracy_requirement import Wanted
 from workbench.plate.plate_toml import load_plate
 from workbench.session import start
 from workbench.session.commands.drag import GrabTarget, MoveTarget
@@ -57,14 +58,14 @@ def test_a_target_that_nothing_replaces_is_marked(first):
     [
         (1.25e-4, None, "below one reading of the instrument, which errs by 0.160 mm"),
         (3.2e-4, None, "2.0 × what one reading errs by (0.160 mm)"),
-        (1.25e-4, 1e-3, "meets the wanted 1.00 mm"),
-        (2e-3, 1e-3, "misses the wanted 1.00 mm"),
+        (1.25e-4, 1e-3, "within the wanted 1 mm"),
+        (2e-3, 1e-3, "beyond the wanted 1 mm"),
         (np.inf, 1e-3, ""),
         (np.nan, None, ""),
     ],
 )
 def test_an_error_is_judged_against_the_wanted_one_and_the_instrument(position, wanted, expected):
-    words = judgement(position, 1e-4, wanted)
+    words = judgement(position, 1e-4, wanted and Wanted(position=wanted))
     assert expected in words
     assert bool(words) is bool(expected)
 

@@ -38,10 +38,14 @@ def open_session(
     from workbench.arm.built_in_arms import load_robot
     from workbench.plate.parts.as_measured import load_plate
 
+    is_given = plate is not None
+
     def begin(robot, plate):
         from workbench.session.journal import folder as folders
 
-        made = folders.begin(robot, plate, folder=session) if record else folders.unrecorded(robot, plate)
+        if record:
+            return _followed(folders.begin(robot, plate, is_given=is_given, folder=session), live)
+        made = folders.unrecorded(robot, plate, is_given=is_given)
         return _followed(made, live)
 
     if plate is not None or robot.startswith("aria"):

@@ -52,12 +52,23 @@ class Wanted:
         angle = "" if self.rotation is None else f" and {np.rad2deg(self.rotation):.2g}°"
         return f"{1e3 * self.position:.3g} mm{axis}{angle}"
 
+    @property
+    def wanted(self) -> "Wanted":
+        """These limits, as a requirement names them."""
+        return self
+
     def within(self, errors: RowComponents) -> Bool[np.ndarray, " rows"]:
         """Rows that keep it, as far as they were measured."""
+        return self.kept_by(errors.position, errors.rotation)
+
+    def kept_by(
+        self, position: Float[np.ndarray, "*rows 3"], rotation: Float[np.ndarray, "*rows 3"]
+    ) -> Bool[np.ndarray, "*rows"]:
+        """Which errors keep it; what was not measured (NaN) does."""
         limits = (self.position, np.inf if self.rotation is None else self.rotation)
         sizes = (
             np.abs(part).max(-1) if self.per_axis else np.linalg.norm(part, axis=-1)
-            for part in (errors.position, errors.rotation)
+            for part in (position, rotation)
         )
         kept = [~(size > limit) for size, limit in zip(sizes, limits, strict=True)]
         return kept[0] & kept[1]

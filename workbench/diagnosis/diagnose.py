@@ -18,7 +18,7 @@ from workbench.diagnosis.causes import Cause, ResidualMap, find_causes
 from workbench.diagnosis.evidence import Model
 from workbench.diagnosis.final_fit import fitted_on_all, suspect_words, suspects
 from workbench.diagnosis.leftover import structured
-from workbench.diagnosis.next_poses import next_poses
+from workbench.diagnosis.next_poses import Measurable, next_poses
 from workbench.diagnosis.record import Accepted, Diagnosis, Ranked, Verdict, judged
 from workbench.diagnosis.refit import robot_with
 from workbench.diagnosis.rivals import ranked, rivals_of
@@ -50,6 +50,7 @@ def diagnose(
     data: Dataset,
     choices: FitChoices,
     *,
+    measurable: Measurable | None = None,
     progress: Progress | None = None,
     cancel: Cancel | None = None,
 ) -> Diagnosis:
@@ -59,6 +60,7 @@ def diagnose(
         robot: Nominal arm; effects that it carries already act as they are.
         data: Measurements, with whatever may drive an effect.
         choices: Rows and frames of the fit; its fields may be given as keywords, such as `held_out=0.2`.
+        measurable: Tells which postures can be measured next; all that the arm can take if None.
         progress: Called with the part done and what is being done.
         cancel: Asked often; True ends the search with what it has.
 
@@ -82,7 +84,16 @@ def diagnose(
     rng = np.random.default_rng(choices.seed)
     search = _search(robot, ready, rng, report, on_step(cancel))
     return _concluded(
-        robot, ready, search, choices.noise, rng, report, on_step(cancel), gross=gross, began=began
+        robot,
+        ready,
+        search,
+        choices.noise,
+        rng,
+        report,
+        on_step(cancel),
+        gross=gross,
+        began=began,
+        measurable=measurable,
     )
 
 
@@ -142,6 +153,7 @@ def _concluded(
     *,
     gross: np.ndarray,
     began: float,
+    measurable: Measurable | None,
 ) -> Diagnosis:
     """The effects with what they bring, the verdict, and what to measure next."""
     last = search.rounds[-1]
@@ -196,7 +208,7 @@ def _concluded(
     if said is not None:
         notes.append(said)
     keep, (fitted, held) = last.stage.keep, ready.nominal_rows
-    poses, reasons = next_poses(fit.problem, fit.x, asked, rng=rng)
+    poses, reasons = next_poses(fit.problem, fit.x, asked, rng=rng, measurable=measurable)
     result = Diagnosis(
         nominal_robot=robot,
         data=ready.data,

@@ -8,11 +8,11 @@ after the other.
 Source: Atkinson, Donev, Tobias, Optimum experimental designs, with SAS, 2007, section 10.3.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from scipy import linalg
 
 from workbench.arm.effects import AbstractEffect
@@ -44,6 +44,10 @@ WEAK = 1e-8
 """Information [relative] that is taken for granted, so that what nothing shows can be asked for."""
 
 
+Measurable = Callable[[JointRows], Bool[np.ndarray, " rows"]]
+"""Tells which postures can be measured."""
+
+
 @dataclass(frozen=True)
 class NextReason:
     """Why a pose should be measured.
@@ -66,6 +70,7 @@ def next_poses(
     *,
     rng: np.random.Generator,
     count: int = 5,
+    measurable: Measurable | None = None,
 ) -> tuple[Float[np.ndarray, "_ n"], tuple[NextReason, ...]]:
     """Joint positions to measure next, and why each of them, once those before it are measured.
 
@@ -75,8 +80,9 @@ def next_poses(
         effects: What is to be sharpened and told apart; the geometry as a whole if empty.
         rng: Draws the poses.
         count: How many poses.
+        measurable: Tells which postures can be measured; all that the arm can take if None.
     """
-    pool = _pool(problem, x, rng, max(min(POOL, MANY // len(x)), 50))
+    pool = _pool(problem, x, rng, max(min(POOL, MANY // len(x)), 50), measurable)
     if not len(pool.q):
         return pool.q, ()
     asked = carriers(effects)
@@ -211,14 +217,17 @@ def _like(problem: Problem, x: np.ndarray, pool: Dataset) -> Problem:
     )
 
 
-def _pool(problem: Problem, x: np.ndarray, rng: np.random.Generator, size: int) -> Dataset:
+def _pool(
+    problem: Problem, x: np.ndarray, rng: np.random.Generator, size: int, measurable: Measurable | None
+) -> Dataset:
     """Poses within the joint ranges that were measured, whose tool stays about where it was measured."""
     data, arm = problem.data, problem.robot_at(x).with_effects()
     low, high = data.q.min(0), data.q.max(0)
     session = data.sessions[0]
     arm = problem.frames.placed(arm, data.sessions).in_session(session)
     q = rng.uniform(low, high, (8 * size, data.joints))
-    q = q[_about(arm, data.q, q)][: 2 * size]
+    q = q[_about(arm, data.q, q)]
+    q = q[: 2 * size] if measurable is None else q[measurable(q)]
     return _unmeasured(data, q[_clear(arm, data.q, q)][:size], arm, session)
 
 

@@ -13,7 +13,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError
 from workbench.base.threads import one_thread
-from workbench.data.accuracy_requirement import Requirement
+from workbench.data.accuracy_requirement import Requirement, Wanted
 from workbench.data.simulation.simulate import ANGLE_ERROR, LENGTH_ERROR
 from workbench.plate import clustering
 from workbench.plate.branches import choose_branches, measurable
@@ -164,7 +164,7 @@ def try_plate(
     undeclared: tuple[AbstractEffect, ...] = (),
     length: float = LENGTH_ERROR,
     angle: float = ANGLE_ERROR,
-    requirement: Requirement | None = None,
+    requirement: Requirement | Wanted | None = None,
     towards: Plate | None = None,
     poses: int = JUDGED_POSES,
     scheduler: str | None = None,

@@ -13,7 +13,10 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from workbench.arm.inverse.branch import Branch
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
+from workbench.base import se3
 from workbench.plate.optimiser.capsules import CapsuleArm, capsule_arm
 from workbench.plate.optimiser.shapes import Hull, Placements, block_hulls, plate_hull
 from workbench.plate.plate import Plate, Target
@@ -55,6 +58,36 @@ def clear_of(robot: Robot, plate: Plate, target: int, branches: Sequence[Branch]
         return ()
     found = hits(robot, plate, [target] * len(branches), np.stack([branch.q for branch in branches]))
     return tuple(branch for branch, hit in zip(branches, found, strict=True) if not hit)
+
+
+def has_room(
+    robot: Robot, plate: Plate, standing: Float[np.ndarray, "targets n"], q: Float[np.ndarray, "rows n"]
+) -> Bool[np.ndarray, " rows"]:
+    """At which postures a further target of the plate could be measured.
+
+    Its block stands on the plate, the arm runs into nothing there, and nowhere else into that block. A plate
+    without a solid has room everywhere.
+
+    Args:
+        robot: The arm, as its geometry says.
+        plate: Its solid and the blocks of its targets.
+        standing: How the arm stands at those targets [rad or m].
+        q: Postures [rad or m].
+    """
+    if plate.size is None or not len(q):
+        return np.ones(len(q), bool)
+    poses = se3.inverse(robot.base.pose) @ tool_poses(robot, Motion(q))
+    x, y, height = np.moveaxis((se3.inverse(plate.pose) @ poses)[:, :3, 3], -1, 0)
+    fine = (np.abs(x) <= 0.5 * plate.size[0]) & (np.abs(y) <= 0.5 * plate.size[1]) & (height >= 0.0)
+    shape = shape_of(robot)
+    rows = np.flatnonzero(fine)
+    if len(rows):
+        fine[rows] = ~touches(shape, shape.placements(q[rows]), bodies_of(plate)).any(1)
+    rows = np.flatnonzero(fine)
+    if len(rows) and len(standing):
+        blocks = block_hulls(_bare(plate.xyz.tobytes(), plate.rpy.tobytes()), poses[rows])
+        fine[rows] = ~touches(shape, shape.placements(standing), blocks).any(0)
+    return fine
 
 
 def touches(shape: CapsuleArm, at: Placements, hulls: Sequence[Hull]) -> Bool[np.ndarray, "rows hulls"]:

@@ -19,11 +19,13 @@ from workbench.session.commands.diagnose import LEAST_ROWS, AddEffects, Diagnose
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.measure import UseRows
-from workbench.session.commands.plate import ImprovePlate
+from workbench.session.commands.plate import ImprovePlate, TryPlate
 from workbench.session.state import Focus, Session, Tab, TargetState
 
 NORM_OF_NOISE = float(np.sqrt(8.0 / np.pi))
 """Mean length of a position error of three normal components of unit deviation."""
+ENOUGH = 0.95
+"""Share of virtual arms that have to keep the wanted error."""
 BEYOND_NOISE = 1.5
 """How many times the instrument's noise is left where it is not noise alone."""
 
@@ -76,6 +78,7 @@ MORE = Action("Measure more", Tab.MEASURE)
 FIT = Action("Identify the geometry", Tab.IDENTIFY, Identify())
 CAUSE = Action("Find the cause", Tab.DIAGNOSE, Diagnose())
 ADD = Action("Add what was found", Tab.IDENTIFY, AddEffects())
+TRY = Action("Try it on virtual arms", Tab.PLATE, TryPlate())
 COMPARE = Action("Compare", Tab.COMPARE)
 TAKE = Action("Take the arm away", Tab.IDENTIFY)
 POSES = Action("Make the next poses targets", Tab.PLATE, TakeNextPoses())
@@ -200,7 +203,19 @@ def _design(session: Session) -> Step:
     if not session.done:
         words = "Drag an arrow to move the blue target, a ring to turn it; the arm follows"
         return Step(f"{words}. Or let the program place all targets.", next=improve, other=LOAD)
-    return Step(f"{_capital(_predicted(session))}. Good enough? Then measure.", next=LOAD, other=improve)
+    words = _capital(_predicted(session))
+    if session.wanted is None or np.isnan(session.score.position):
+        return Step(f"{words}. Good enough? Then measure.", next=LOAD, other=improve)
+    wanted = session.wanted.words
+    if not session.score.position <= session.wanted.position:
+        return Step(f"{words}: beyond the wanted {wanted}. Improve it.", Tone.CAREFUL, improve, LOAD)
+    if session.tried is None:
+        words = f"{words}: on average within the wanted {wanted}. Good enough? Try it, or measure."
+        return Step(words, next=TRY, other=LOAD)
+    kept = f"{100 * session.tried.share:.3g} % of {session.tried.arms} virtual arms keep {wanted} everywhere"
+    if session.tried.share < ENOUGH:
+        return Step(f"{kept}.", Tone.CAREFUL, improve, LOAD)
+    return Step(f"{kept}. Make the plate (below), then measure.", Tone.GOOD, LOAD, improve)
 
 
 def _why(state: TargetState) -> str:

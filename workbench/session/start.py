@@ -33,7 +33,13 @@ from workbench.session.target_steps import commit_step
 
 
 def start(
-    robot: Robot, plate: Plate, *, noise: Noise | None = None, seed: int = 0, cancel: Cancel = never
+    robot: Robot,
+    plate: Plate,
+    *,
+    is_given: bool = False,
+    noise: Noise | None = None,
+    seed: int = 0,
+    cancel: Cancel = never,
 ) -> Session:
     """A session in which nothing has happened yet.
 
@@ -43,6 +49,7 @@ def start(
     Args:
         robot: Nominal robot.
         plate: Fixture with at least one target.
+        is_given: Whether the plate is the user's, not one made for the arm.
         noise: The instrument; 0.1 mm and 0.02° if None.
         seed: For the poses at which the error is predicted, and the first mix of branches.
         cancel: Asked at each target whether to stop.
@@ -69,6 +76,7 @@ def start(
             score=first,
             first_score=first,
             region_q=region_q,
+            is_plate_given=is_given,
             sampled=plate.region if is_quick else None,
             noise=noise,
             wanted=Requirement().wanted if robot.name == ARIA else None,
@@ -92,7 +100,7 @@ def own_plate(robot: Robot) -> Plate:
 
 def is_untouched(session: Session) -> bool:
     """Whether the plate is still the one that the arm began on."""
-    if session.plate is not session.first_plate:
+    if session.is_plate_given or session.plate is not session.first_plate:
         return False
     return session.plate.name == CIRCLE or (session.robot.name == ARIA and session.plate.name == TABLE_2_NAME)
 

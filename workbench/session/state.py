@@ -196,11 +196,13 @@ class Trial:
         plate: The plate as it was then.
         noise: The instrument of that time.
         found: Its yield.
+        wanted: What every arm had to keep.
     """
 
     plate: Plate
     noise: Noise
     found: Yield
+    wanted: Wanted | None = None
 
 
 @dataclass(frozen=True)
@@ -301,6 +303,7 @@ class Session:
         plate: Fixture with its targets as they stand now.
         first_plate: The fixture as it was loaded, to go back to.
         first_states: How the arm stood at its targets.
+        is_plate_given: Whether the plate is the user's: it and its region then stay.
         states: How the arm stands at every target.
         score: What the targets would tell about the robot.
         first_score: The score of the fixture as it was loaded, to compare with.
@@ -359,6 +362,7 @@ class Session:
     score: Score
     first_score: Score
     region_q: Float[np.ndarray, "poses n"]
+    is_plate_given: bool = False
     sampled: Region | None = None
     cubes: CubeMap | None = None
     cube_view: CubeView = field(default_factory=CubeView)
@@ -403,6 +407,12 @@ class Session:
     messages: tuple[Message, ...] = ()
     message_count: int = 0
     revision: int = 0
+
+    @property
+    def tried(self) -> Yield | None:
+        """The yield of the plate as it stands, if it was tried."""
+        trial, now = self.trial, (self.plate, self.noise, self.wanted)
+        return trial.found if trial is not None and (trial.plate, trial.noise, trial.wanted) == now else None
 
     @property
     def shows_plate(self) -> bool:

@@ -163,14 +163,15 @@ def yield_sentence(found: Yield) -> str:
 
 def yield_json(found: Yield) -> Json:
     """The yield with the distribution over the cubes of the region."""
+    wanted = found.requirement.wanted
     low, high = found.interval
     return {
         "schema": YIELD,
         "outcome": str(found.outcome),
         "arms": found.arms,
         "requirement": {
-            "position_mm": 1e3 * found.requirement.per_axis,
-            "orientation_deg": float(np.rad2deg(found.requirement.angle)),
+            "position_mm": 1e3 * wanted.position,
+            "orientation_deg": None if wanted.rotation is None else float(np.rad2deg(wanted.rotation)),
         },
         "share": found.share,
         "share_95": [low, high],

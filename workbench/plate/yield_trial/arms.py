@@ -145,7 +145,6 @@ def _errors(
 def _judged(job: Job, reached: Reached, tests: np.ndarray, errors: np.ndarray) -> Chunk:
     squares = np.stack([(errors[..., :3] ** 2).sum(-1), (errors[..., 3:] ** 2).sum(-1)], -1)
     axes = np.abs(errors)
-    limits = np.repeat([job.requirement.per_axis, job.requirement.angle], 3)
     rows, judged = len(job.bank), tests[reached.planned].ravel()
     sums = [np.bincount(judged, part[reached.planned].ravel(), rows) for part in np.moveaxis(squares, -1, 0)]
     position, rotation = np.sqrt(squares.mean(1)).T
@@ -155,7 +154,7 @@ def _judged(job: Job, reached: Reached, tests: np.ndarray, errors: np.ndarray) -
         position=position,
         rotation=rotation,
         worst=np.stack([axes[..., :3].max((1, 2)), axes[..., 3:].max((1, 2))], -1),
-        within=(axes <= limits).all(-1).mean(1),
+        within=job.requirement.wanted.kept_by(errors[..., :3], errors[..., 3:]).mean(1),
         squares=np.stack(sums, -1),
         counts=np.bincount(judged, minlength=rows),
     )

@@ -12,7 +12,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import frozen
-from workbench.data.accuracy_requirement import Requirement
+from workbench.data.accuracy_requirement import Requirement, Wanted
 from workbench.plate.plate import Kind, Plate
 from workbench.plate.yield_trial.reach_targets import bent, branches_by_distance
 
@@ -118,7 +118,7 @@ class Job:
     bank: Float[np.ndarray, "rows n"]
     cells: Int[np.ndarray, " rows"]
     tests: int = TESTS
-    requirement: Requirement = field(default_factory=Requirement)
+    requirement: Requirement | Wanted = field(default_factory=Requirement)
 
     @cached_property
     def branches(self) -> Float[np.ndarray, "targets branches n"]:

@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float, Int
 from scipy import special
 
 from workbench.base.types import Outcome, frozen
-from workbench.data.accuracy_requirement import Requirement
+from workbench.data.accuracy_requirement import Requirement, Wanted
 from workbench.plate.yield_trial.arms import Chunk
 from workbench.plate.yield_trial.job import Job
 
@@ -39,7 +39,7 @@ class Yield:
         notes: What limits the trial, one sentence each.
     """
 
-    requirement: Requirement
+    requirement: Requirement | Wanted
     reached: Bool[np.ndarray, " arms"]
     planned: Bool[np.ndarray, " arms"]
     position: Float[np.ndarray, " arms"]

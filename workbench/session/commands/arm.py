@@ -22,6 +22,9 @@ from workbench.session.commands.data import matched, safe_name, with_data
 from workbench.session.start import is_untouched, own_plate, start
 from workbench.session.state import Focus, Session, Severity, Step
 
+LOADED = ("loaded", "left_out", "fixed", "wanted", "captured", "source", "overlay")
+FOUND = ("identification", "fit", "diagnosis", "accepted", "rezero", "comparison", "row")
+"""What a session knows of its arm, whichever plate it is on: as it came, and found from it."""
 LARGEST_MODEL = 2 * 1024 * 1024
 """Robot and plate files beyond this size are refused [bytes]."""
 
@@ -90,7 +93,10 @@ class LoadModel(AbstractTask):
         try:
             path.write_bytes(self.content)
             if b"[[target]]" in self.content:
-                return start(session.robot, read_plate(path), noise=session.noise, cancel=cancel)
+                given = start(
+                    session.robot, read_plate(path), is_given=True, noise=session.noise, cancel=cancel
+                )
+                return _with_measured(given, session)
             robot = load_robot(path)
             source = robot.urdf
             return begin_with(robot, session, cancel=cancel)
@@ -177,10 +183,16 @@ def begin_with(robot: Robot, session: Session, *, cancel: Cancel) -> Session:
     """A session with another robot: on its own plate, or on the user's if it can stand at half of it."""
     if is_untouched(session):
         return start(robot, own_plate(robot), noise=session.noise, cancel=cancel)
-    begun = start(robot, session.plate, noise=session.noise, cancel=cancel)
+    given = session.is_plate_given
+    begun = start(robot, session.plate, is_given=given, noise=session.noise, cancel=cancel)
     if 2 * begun.score.measurable >= len(session.plate):
         return begun
     return start(robot, own_plate(robot), noise=session.noise, cancel=cancel)
+
+
+def _with_measured(begun: Session, session: Session) -> Session:
+    """On another plate all that was measured of the same arm, and what was found from it, stays."""
+    return replace(begun, **{name: getattr(session, name) for name in LOADED + FOUND})
 
 
 def _begun(session: Session, begun: Session) -> Session:

@@ -264,7 +264,8 @@ def with_data(session: Session, loaded: Loaded | None) -> Session:
 
 def _around_rows(session: Session, rows: Comparison) -> Session:
     """The session with the box of the rows for its region, where that was nobody's choice."""
-    if session.plate.region is not session.first_plate.region or len(rows.nominal) < FEW:
+    is_chosen = session.is_plate_given or session.plate.region is not session.first_plate.region
+    if is_chosen or len(rows.nominal) < FEW:
         return session
     places = (se3.inverse(session.robot.base.pose) @ rows.nominal)[:, :3, 3]
     low, high = (np.round(end, 3) for end in (places.min(0) - MARGIN, places.max(0) + MARGIN))

@@ -11,9 +11,9 @@ from workbench.base import se3
 from workbench.base.cancel import Cancel
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import frozen
-from workbench.plate.obstruction import hits
+from workbench.plate.obstruction import has_room
 from workbench.plate.patterns import MOST_TARGETS
-from workbench.plate.plate import Plate, Target
+from workbench.plate.plate import Target
 from workbench.session.command import AbstractChange, AbstractTask, Progress
 from workbench.session.commands.arrange import place_targets
 from workbench.session.commands.compare import with_comparison
@@ -23,6 +23,7 @@ from workbench.session.state import Session, Severity
 from workbench.session.target_steps import check_free
 
 if TYPE_CHECKING:
+    from workbench.diagnosis.next_poses import Measurable
     from workbench.diagnosis.record import Diagnosis
 
 LEAST_ROWS = 20
@@ -67,6 +68,7 @@ class Diagnose(AbstractTask):
             free=tuple(n for n in session.robot.default_free if n not in session.fixed),
             exclude=dict.fromkeys(sorted(session.left_out), "left out by hand"),
             seed=self.seed,
+            measurable=_on_the_plate(session) if loaded.virtual else None,
             progress=progress,
             cancel=cancel,
         )
@@ -121,9 +123,9 @@ class TakeNextPoses(AbstractChange):
             for pose, row in zip(poses, q, strict=True)
         )
         plate = session.plate
-        for target in new:
-            more = replace(plate, targets=(*plate.targets, target))
-            plate = more if _can_be_measured(session, more) else plate
+        for target, row in zip(new, q, strict=True):
+            if _on_the_plate(replace(session, plate=plate))(row[None])[0]:
+                plate = replace(plate, targets=(*plate.targets, target))
         added, count = len(plate) - len(session.plate), len(new)
         if not added:
             raise DataError(
@@ -135,20 +137,10 @@ class TakeNextPoses(AbstractChange):
         return session.tell(Severity.INFO, f"{added} of {count} suggested poses are now targets{left}")
 
 
-def _can_be_measured(session: Session, plate: Plate) -> bool:
-    """Whether the last target can stand on the plate, and brings the arm into nothing's way."""
-    if plate.size is None:
-        return True
-    x, y, height = (se3.inverse(plate.pose) @ plate.targets[-1].pose)[:3, 3]
-    if abs(x) > 0.5 * plate.size[0] or abs(y) > 0.5 * plate.size[1] or height < 0.0:
-        return False
-    q = plate.targets[-1].q
-    assert q is not None
-    if hits(session.robot, plate, [len(plate) - 1], q[None])[0]:
-        return False
-    fine = [i for i, state in enumerate(session.states) if state.measurable]
-    now = hits(session.robot, plate, fine, np.stack([session.states[i].q for i in fine])) if fine else ()
-    return not any(now)
+def _on_the_plate(session: Session) -> "Measurable":
+    """Tells at which postures a further target of this plate can be measured."""
+    standing = np.array([state.q for state in session.states if state.measurable])
+    return lambda q: has_room(session.robot, session.plate, standing, q)
 
 
 def _found(session: Session) -> "Diagnosis":

@@ -104,7 +104,7 @@ MOST_ARMS = 100_000
 
 @dataclass(frozen=True)
 class TryPlate(AbstractTask):
-    """Find the yield: the share of virtual arms that meet ARIA eq. (3) after a calibration on this plate.
+    """Find the yield: the share of virtual arms that keep the wanted error after a calibration on this plate.
 
     Args:
         arms: How many virtual arms.
@@ -121,6 +121,8 @@ class TryPlate(AbstractTask):
     def check(self, session: Session) -> None:
         if not 1 <= self.arms <= MOST_ARMS:
             raise OptionError(f"the number of virtual arms must be 1 to {MOST_ARMS}, got {self.arms}")
+        if session.wanted is None:
+            raise OptionError("no error is wanted that the arms could keep; give one as 'Wanted [mm]' first")
         for i, state in enumerate(session.states):
             if not state.measurable:
                 raise OptionError(f"target {i + 1} is {state.obstacle}; move it, then try the plate")
@@ -135,11 +137,12 @@ class TryPlate(AbstractTask):
             plate.with_joints(q, tuple(state.branch or AUTO for state in session.states)),
             arms=self.arms,
             sigma=(noise.position, noise.rotation),
+            requirement=session.wanted,
             seed=self.seed,
             progress=lambda share: progress(share, "building, calibrating and checking arms"),
             cancel=cancel,
         )
-        return Trial(plate, noise, found)
+        return Trial(plate, noise, found, session.wanted)
 
     def finish(self, session: Session, result: Any) -> Session:
         from workbench.plate.report.design import yield_sentence

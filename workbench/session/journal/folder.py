@@ -72,12 +72,14 @@ class Begun:
         return "" if self.folder is None else self.folder.resolve().name
 
 
-def unrecorded(robot: Robot, plate: Plate) -> Begun:
+def unrecorded(robot: Robot, plate: Plate, *, is_given: bool = False) -> Begun:
     """A new session that leaves no trace."""
-    return Begun(start(robot, plate))
+    return Begun(start(robot, plate, is_given=is_given))
 
 
-def begin(robot: Robot, plate: Plate, *, folder: Path | None = None, root: Path = ROOT) -> Begun:
+def begin(
+    robot: Robot, plate: Plate, *, is_given: bool = False, folder: Path | None = None, root: Path = ROOT
+) -> Begun:
     """A new session, recorded in a new folder.
 
     Where none can be made the session begins all the same, and its user is told.
@@ -85,6 +87,7 @@ def begin(robot: Robot, plate: Plate, *, folder: Path | None = None, root: Path 
     Args:
         robot: Nominal robot.
         plate: Fixture.
+        is_given: Whether the fixture is the user's, not one made for the arm.
         folder: Where to record; a folder below `root`, named by date, time and robot, if None.
         root: Where recordings go.
     """
@@ -92,12 +95,14 @@ def begin(robot: Robot, plate: Plate, *, folder: Path | None = None, root: Path 
         folder = _make(folder, root, robot.name)
         write_text(folder / ROBOT, tomli_w.dumps(robot_to_table(robot)))
         write_text(folder / PLATE, tomli_w.dumps(plate_to_table(plate)))
-        session = start(read_toml(folder / ROBOT), read_plate(folder / PLATE))
+        session = start(read_toml(folder / ROBOT), read_plate(folder / PLATE), is_given=is_given)
         file = Appender(folder / JOURNAL)
         file.add(json.dumps(_header(session), ensure_ascii=False))
     except (OSError, WorkbenchError) as error:
         trouble = f"this session is not recorded: {_why(error, folder or root)}"
-        return Begun(start(robot, plate), (Logbook(None, trouble=trouble),), trouble=trouble)
+        return Begun(
+            start(robot, plate, is_given=is_given), (Logbook(None, trouble=trouble),), trouble=trouble
+        )
     return Begun(session, (Logbook(file),), folder)
 
 
@@ -153,6 +158,7 @@ def _header(session: Session) -> dict[str, Any]:
             "began": _now().isoformat(timespec="seconds"),
             "robot": session.robot.name,
             "plate": session.plate.name,
+            "plate_given": session.is_plate_given,
             "numbers": changed_numbers(session, None),
         }
     )

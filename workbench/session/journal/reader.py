@@ -88,7 +88,7 @@ class Recording:
     @cached_property
     def first(self) -> Session:
         """The session in which nothing has happened yet."""
-        return start(self.robot, self.plate)
+        return start(self.robot, self.plate, is_given=bool(self.header.get("plate_given")))
 
     def upto(self, step: int) -> "Recording":
         """The recording cut off after so many commands.

@@ -38,6 +38,7 @@ from workbench.views.page.panels.rezero import RezeroPanel
 from workbench.views.page.panels.start_card import StartCard
 from workbench.views.page.panels.targets import TargetsPanel
 from workbench.views.page.panels.track import TrackPanel
+from workbench.views.page.panels.wanted import WantedPanel
 from workbench.views.page.scene.gizmo import Gizmo
 from workbench.views.page.scene.scene import Scene
 from workbench.views.page.style import NARROW, style_sheet
@@ -51,6 +52,7 @@ TABS: dict[Tab, tuple[type[AbstractPanel], ...]] = {
     Tab.PLATE: (
         TargetsPanel,
         IndexPanel,
+        WantedPanel,
         ImprovePanel,
         ProductionPanel,
         HistoryPanel,

@@ -97,7 +97,7 @@ def show(
         DataError: measurements that this arm can't have made.
     """
     loaded = None if data is None else _loaded(robot, data)
-    session = start(robot, suited_plate(robot) if plate is None else plate)
+    session = start(robot, suited_plate(robot) if plate is None else plate, is_given=plate is not None)
     if loaded is not None:
         session = with_data(session, loaded)
     page = Page(App(robot, session.plate, begun=Begun(session), server=bound("127.0.0.1", port)))

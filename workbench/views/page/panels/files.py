@@ -7,7 +7,6 @@ import viser
 from workbench.session.export import (
     calibrated_toml,
     calibrated_urdf,
-    fixture_zip,
     measurements_csv,
     plate_toml,
     report_zip,
@@ -26,13 +25,6 @@ class FilesPanel(AbstractPanel):
         gui = server.gui
         with gui.add_folder("Save"):
             self.download(gui, "Plate (TOML)", plate_toml, "The plate with its targets and its region.")
-            self.download(
-                gui,
-                "Plate to make (ZIP)",
-                fixture_zip,
-                "Solids as STL and 3MF, the drawing as DXF, lists of holes and blocks, and the sheet for the "
-                "workshop. Takes a few seconds.",
-            )
             self._needs_data = [
                 self.download(gui, "Measurements (CSV)", measurements_csv, "One row per line, with units.")
             ]

@@ -9,14 +9,16 @@ from workbench.identification.algorithms import ALGORITHMS, USUAL
 from workbench.identification.error_columns import columns_of
 from workbench.identification.record import Identification
 from workbench.session.commands.compare import ShowFit
-from workbench.session.commands.identify import Identify, SetWanted
+from workbench.session.commands.identify import Identify
 from workbench.session.export import calibrated_toml, calibrated_urdf, report_zip
 from workbench.session.state import Session
+from workbench.session.worker import Worker
 from workbench.views.appearance.colours import OUT_OF_REACH, css
 from workbench.views.page.html import CAREFUL, GOOD, MUTED, badge, block, heading, number, table, text
 from workbench.views.page.panels.figure import error_figure
 from workbench.views.page.panels.panel import AbstractPanel, on_change, on_press, set_value, waiting
 from workbench.views.page.panels.result_card import result_card
+from workbench.views.page.panels.wanted import WantedPanel
 from workbench.views.page.style import WIDE
 
 POSITION, ORIENTATION = "Position [mm]", "Orientation [°]"
@@ -32,6 +34,10 @@ FRAMES = {
 
 class FitPanel(AbstractPanel):
     """Algorithms side by side on the same rows."""
+
+    def __init__(self, worker: Worker):
+        super().__init__(worker)
+        self._wanted = WantedPanel(worker)
 
     def build(self, server: viser.ViserServer) -> None:
         gui = server.gui
@@ -61,15 +67,9 @@ class FitPanel(AbstractPanel):
                 hint="Whether all measurement sessions share the same base and tool frames.",
             )
         self._card = gui.add_html("")
-        self._wanted = [
-            gui.add_number(label, 0.0, min=0.0, step=step, hint=f"{hint}; 0: not judged.")
-            for label, step, hint in (
-                ("Wanted [mm]", 0.01, "Greatest position error that you want"),
-                ("Wanted [°]", 0.01, "Greatest orientation error that you want"),
-            )
-        ]
-        for field in self._wanted:
-            on_change(field, self._want)
+        self._judging = gui.add_folder(None, visible=False)
+        with self._judging:
+            self._wanted.build(server)
         self._requirement = gui.add_html("", visible=False)
         self._warnings = gui.add_html("", visible=False)
         self._save = gui.add_button_group(
@@ -116,13 +116,8 @@ class FitPanel(AbstractPanel):
     def show(self, session: Session) -> None:
         self._start.disabled = session.loaded is None or session.job is not None
         found = session.identification
-        wanted = session.wanted
-        set_value(self._wanted[0], 0.0 if wanted is None else 1e3 * wanted.position)
-        angle = 0.0 if wanted is None or wanted.rotation is None else wanted.rotation
-        set_value(self._wanted[1], round(float(np.rad2deg(angle)), 3))
-        for field in self._wanted:
-            field.visible = found is not None
-        for part in (self._requirement, self._warnings, self._save, self._details):
+        self._wanted.show(session)
+        for part in (self._judging, self._requirement, self._warnings, self._save, self._details):
             part.visible = found is not None
         self._card.content = waiting(session, "result", READY) if found is None else result_card(session)
         if found is not None:
@@ -139,17 +134,6 @@ class FitPanel(AbstractPanel):
         algorithms = tuple(name for name, box in self._chosen.items() if box.value)
         share = 0.01 * float(self._held_out.value)
         self._worker.submit(Identify(algorithms, share, FRAMES[self._frames.value]))
-
-    def _want(self) -> None:
-        position, rotation = (float(field.value) for field in self._wanted)
-        before = self._worker.session.wanted
-        self._worker.submit(
-            SetWanted(
-                1e-3 * position if position > 0.0 else None,
-                float(np.deg2rad(rotation)) if rotation > 0.0 else None,
-                before is not None and before.per_axis,
-            )
-        )
 
     def _draw_figure(self) -> None:
         """Draw the errors of the shown fit, unless they are drawn: every message comes by here."""

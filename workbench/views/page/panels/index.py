@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import viser
 
+from workbench.data.accuracy_requirement import Wanted
 from workbench.plate.indices import INDICES
 from workbench.session.state import Score, Session
 from workbench.views.appearance.colours import OUT_OF_REACH, css
@@ -28,7 +29,8 @@ class IndexPanel(AbstractPanel):
         self._html = server.gui.add_html("")
 
     def parts(self, session: Session) -> tuple[Any, ...]:
-        return session.score, session.first_score, session.states, session.selected, session.noise
+        kept = session.noise, session.wanted
+        return session.score, session.first_score, session.states, session.selected, *kept
 
     def show(self, session: Session) -> None:
         now, first = session.score, session.first_score
@@ -36,7 +38,7 @@ class IndexPanel(AbstractPanel):
             heading("Predicted error in the region after calibration")
             + _measurable(session)
             + _predicted(now, first)
-            + judgement(now.position, session.noise.position)
+            + judgement(now.position, session.noise.position, session.wanted)
             + heading("Predicted error without each target")
             + worth(session)
             + _worst(now)
@@ -63,20 +65,20 @@ class IndicesPanel(AbstractPanel):
         self._html.content = block(content, testid="indices")
 
 
-def judgement(position: float, noise: float, wanted: float | None = None) -> str:
+def judgement(position: float, noise: float, wanted: Wanted | None = None) -> str:
     """Whether a predicted error is good: against what is wanted, and against the instrument.
 
     Args:
         position: Predicted mean position error [m].
         noise: Standard deviation of each coordinate that the instrument measures [m].
-        wanted: Position error that is wanted at most [m]; None if nothing is.
+        wanted: What is wanted at most; None if nothing is.
     """
     if not np.isfinite(position):
         return ""
     parts = []
     if wanted is not None:
-        good = position <= wanted
-        words = f"{'meets' if good else 'misses'} the wanted {number(1e3 * wanted)} mm"
+        good = position <= wanted.position
+        words = f"{'within' if good else 'beyond'} the wanted {wanted.words}"
         parts.append(f'<span style="color:{GOOD if good else css(OUT_OF_REACH)}">{words}</span>')
     length = NORM_OF_NOISE * noise
     times = position / length

@@ -7,6 +7,7 @@ import viser
 
 from workbench.plate.report.design import yield_sentence
 from workbench.session.commands.plate import MOST_ARMS, SetNoise, TryPlate
+from workbench.session.export import fixture_zip
 from workbench.session.state import Session
 from workbench.views.page.html import MUTED, block, heading, text
 from workbench.views.page.panels.panel import AbstractPanel, on_change, on_press, set_value
@@ -21,9 +22,9 @@ class ProductionPanel(AbstractPanel):
             "Try this plate",
             icon=viser.Icon.CHART_BAR,
             color="gray",
-            hint="Calibrate virtual arms with random manufacturing errors on it: the share that meets "
-            "eq. (3) everywhere in the region, and which error matters most. Takes about a minute; Cancel "
-            "stops it.",
+            hint="Calibrate virtual arms with random manufacturing errors on it: the share that keeps the "
+            "wanted error everywhere in the region, and which error matters most. Takes about a minute; "
+            "Cancel stops it.",
         )
         on_press(self._try, lambda: self._worker.submit(TryPlate(int(self._arms.value))))
         self._result = gui.add_html("", visible=False)
@@ -35,9 +36,16 @@ class ProductionPanel(AbstractPanel):
             step=1,
             hint="How many arms are tried. More of them give a narrower interval and take longer.",
         )
+        self.download(
+            gui,
+            "Plate to make (ZIP)",
+            fixture_zip,
+            "Solids as STL and 3MF, the drawing as DXF, lists of holes and blocks, and the sheet for the "
+            "workshop. Takes a few seconds.",
+        )
 
     def parts(self, session: Session) -> tuple[Any, ...]:
-        return session.job is None, session.trial, _is_outdated(session)
+        return session.job is None, session.trial, session.tried
 
     def show(self, session: Session) -> None:
         self._try.disabled = session.job is not None
@@ -51,15 +59,10 @@ def result(session: Session) -> str:
     if trial is None:
         return ""
     content = heading("Yield") + f"<div>{text(yield_sentence(trial.found))}.</div>"
-    if _is_outdated(session):
-        words = "The plate or the instrument has changed since; try again."
+    if session.tried is None:
+        words = "The plate, the instrument or the wanted error has changed since; try again."
         content += f'<div style="color:{MUTED}">{words}</div>'
     return block(content, testid="yield", style="margin:4px 0")
-
-
-def _is_outdated(session: Session) -> bool:
-    trial = session.trial
-    return trial is not None and (trial.plate is not session.plate or trial.noise != session.noise)
 
 
 class NoisePanel(AbstractPanel):

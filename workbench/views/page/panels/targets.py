@@ -5,21 +5,28 @@ from typing import Any
 import numpy as np
 import viser
 
+from workbench.plate.obstruction import clear_of
 from workbench.plate.plate import AUTO
 from workbench.session.commands.drag import MoveTarget, SelectTarget
 from workbench.session.commands.edit import AddTarget, ChooseBranch, CopyTarget, DeleteTarget, LockTarget
 from workbench.session.commands.undo import Redo, ResetTargets, RestoreBest, Undo
 from workbench.session.state import Session, TargetState
+from workbench.session.worker import Worker
 from workbench.views.appearance.colours import BLOCKED, OUT_OF_REACH, REACHED, css
 from workbench.views.page.html import MUTED, badge, block, text
 from workbench.views.page.panels.coordinates import Coordinates, Quantity
 from workbench.views.page.panels.panel import AbstractPanel, on_change, on_choice, set_options, set_value
 
 LEFT_TO_PROGRAM = "automatic"
+MARK = " · blocked"
 
 
 class TargetsPanel(AbstractPanel):
     """Place and state of the selected target."""
+
+    def __init__(self, worker: Worker):
+        super().__init__(worker)
+        self._names = {AUTO: LEFT_TO_PROGRAM}
 
     def build(self, server: viser.ViserServer) -> None:
         gui = server.gui
@@ -59,6 +66,7 @@ class TargetsPanel(AbstractPanel):
             session.states[session.selected],
             session.branches,
             session.branches_of,
+            session.drag is None,
             session.units,
         )
 
@@ -68,10 +76,12 @@ class TargetsPanel(AbstractPanel):
         set_options(self._choice, [str(k + 1) for k in range(len(session.plate))], str(i + 1))
         self._xyz.show(target.xyz, session.units)
         self._rpy.show(target.rpy, session.units)
-        known = [way.name for way in session.branches] if session.branches_of is target else []
-        mine = [target.branch] if target.branch not in (AUTO, *known) else []
-        chosen = LEFT_TO_PROGRAM if target.branch == AUTO else target.branch
-        set_options(self._branch, [LEFT_TO_PROGRAM, *mine, *known], chosen)
+        known = {way.name: way.name for way in session.branches} if session.branches_of is target else {}
+        if known and session.drag is None:
+            known |= {name: name + MARK for name in blocked_branches(session)}
+        mine = {} if target.branch in (AUTO, *known) else {target.branch: target.branch}
+        self._names = {AUTO: LEFT_TO_PROGRAM, **mine, **known}
+        set_options(self._branch, list(self._names.values()), self._names[target.branch])
         set_value(self._locked, target.locked)
         for field in (self._xyz, self._rpy):
             field.control.disabled = target.locked
@@ -111,11 +121,18 @@ class TargetsPanel(AbstractPanel):
         )
 
     def _choose_branch(self) -> None:
-        name = self._branch.value
-        self._worker.submit(ChooseBranch(self._number, AUTO if name == LEFT_TO_PROGRAM else name))
+        names = {shown: name for name, shown in self._names.items()}
+        self._worker.submit(ChooseBranch(self._number, names[self._branch.value]))
 
     def _typed(self) -> None:
         self._worker.submit(MoveTarget(self._number, self._xyz.typed, self._rpy.typed))
+
+
+def blocked_branches(session: Session) -> tuple[str, ...]:
+    """Names of the selected target's branches in which the arm would run into something."""
+    ways = session.branches
+    free = clear_of(session.robot, session.plate, session.selected, ways)
+    return tuple(way.name for way in ways if not any(way is other for other in free))
 
 
 def _state(state: TargetState) -> str:

@@ -4,7 +4,7 @@ import numpy as np
 import viser
 
 from workbench.arm.kinematics.skeleton import height_above_floor
-from workbench.session.state import Session
+from workbench.session.state import Focus, Session
 from workbench.views.appearance.colours import GRID, GRID_DARK, GRID_SECTION, GRID_SECTION_DARK, SKY, SKY_DARK
 from workbench.views.page.camera import view_of_rows
 
@@ -66,8 +66,9 @@ def _light(server: viser.ViserServer) -> None:
 
 def first_view(session: Session) -> tuple[np.ndarray, np.ndarray]:
     """Where the camera stands and looks at first [m]: at the measured rows, or else at the plate."""
-    if session.comparison is not None:
-        return view_of_rows(session.robot, session.comparison)
+    rows, loaded = session.comparison, session.loaded
+    if rows is not None and loaded is not None and (loaded.virtual or session.focus is Focus.ROW):
+        return view_of_rows(session.robot, rows)
     reach = session.robot.reach
     middle = 0.5 * (session.plate.region.min + session.plate.region.max)
     height = 0.24 * reach - height_above_floor(session.robot)

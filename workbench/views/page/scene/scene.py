@@ -86,10 +86,10 @@ class Scene:
 
 
 def _has_other_rows(before: Session, now: Session) -> bool:
-    """Whether measurements have come, or have come to lie elsewhere because the base is known now."""
-    if now.loaded is None:
-        return False
-    return now.loaded is not before.loaded or (before.identification is None) > (now.identification is None)
+    """Whether measurements have come or gone, or lie elsewhere because the base is known now."""
+    if now.loaded is not before.loaded:
+        return True
+    return now.loaded is not None and (before.identification is None) > (now.identification is None)
 
 
 def _at(session: Session, time: float) -> Session:

@@ -1,0 +1,16 @@
+"""Commands carried out in the test's own thread, without a worker."""
+
+from workbench.base.cancel import never
+from workbench.session.state import Session
+
+
+def done(session: Session, *commands) -> Session:
+    """The session after commands, carried out here."""
+    for command in commands:
+        command.check(session)
+        if hasattr(command, "compute"):
+            result = command.compute(session, progress=lambda share, words: None, cancel=never)
+            session = command.finish(session, result)
+        else:
+            session = command.apply(session)
+    return session
