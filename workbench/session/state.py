@@ -27,7 +27,7 @@ from workbench.session.comparison import Comparison
 from workbench.session.guided import Measuring
 from workbench.session.loaded import Loaded
 from workbench.session.overlay import Overlay
-from workbench.session.trajectory import Track
+from workbench.session.trajectory import Play, Track
 
 UNDO_STEPS = 200
 """How many moves can be taken back."""
@@ -275,23 +275,6 @@ class Source:
     is_open: bool = True
     silence: float = 0.0
     is_followed: bool = True
-
-
-@dataclass(frozen=True, kw_only=True)
-class Play:
-    """How far a trajectory is played.
-
-    Args:
-        at: Time along it [s]; while it runs, where it began to.
-        pace: How many times faster than its own time.
-        is_running: Whether it was begun, and nothing has said yet where it stopped.
-        is_pausing: Whether it is to stop.
-    """
-
-    at: float = 0.0
-    pace: float = 1.0
-    is_running: bool = False
-    is_pausing: bool = False
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

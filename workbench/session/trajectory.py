@@ -49,3 +49,20 @@ class Track:
     def at(self, time: float) -> Float[np.ndarray, " n"]:
         """Joint positions at a time between the rows [rad or m]."""
         return np.array([np.interp(time, self.time, column) for column in self.q.T])
+
+
+@dataclass(frozen=True, kw_only=True)
+class Play:
+    """How far a trajectory is played.
+
+    Args:
+        at: Time along it [s]; while it runs, where it began to.
+        pace: How many times faster than its own time.
+        is_running: Whether it was begun, and nothing has said yet where it stopped.
+        is_pausing: Whether it is to stop.
+    """
+
+    at: float = 0.0
+    pace: float = 1.0
+    is_running: bool = False
+    is_pausing: bool = False

@@ -8,9 +8,10 @@ import numpy as np
 from workbench.base.cancel import Cancel
 from workbench.base.errors import OptionError
 from workbench.session.command import AbstractChange, AbstractTask, Progress
-from workbench.session.state import Focus, Play, Session, Severity
+from workbench.session.state import Focus, Session, Severity
 from workbench.session.target_steps import check_free
-from workbench.session.track import CIRCLE, LINE, Track, erring_robot, make_track
+from workbench.session.track import CIRCLE, LINE, erring_robot, make_track
+from workbench.session.trajectory import Play, Track
 
 LEAST_TIME, GREATEST_TIME = 1.0, 120.0
 """Time that a trajectory may take [s]."""

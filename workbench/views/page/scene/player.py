@@ -12,8 +12,8 @@ import numpy as np
 import viser
 
 from workbench.session.commands.track import PlaceTrack
-from workbench.session.state import Play, Session
-from workbench.session.trajectory import Track
+from workbench.session.state import Session
+from workbench.session.trajectory import Play, Track
 from workbench.session.worker import Worker
 from workbench.views.page.camera import from_outside, look_at
 
