@@ -28,7 +28,7 @@ def test_the_worst_case_just_keeps_the_target():
 
 
 def test_rows_and_axes_pass_or_fail():
-    check = Requirement().check(
+    check = Requirement().wanted.check(
         rows(
             [[0.9, -0.9, 0.0], [1.1, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, -1.0]],
             [[0.6, 0.0, -0.6], [0.0, 0.0, 0.0], [0.0, -0.7, 0.0], [0.0, 0.0, 0.0]],
@@ -36,26 +36,26 @@ def test_rows_and_axes_pass_or_fail():
     )
     assert check.passed.tolist() == [True, False, False, True]
     assert check.share == 0.5
-    assert check.share_per_axis.tolist() == [0.75, 1.0, 1.0, 1.0, 0.75, 1.0]
+    assert check.shares.tolist() == [0.75, 1.0, 1.0, 1.0, 0.75, 1.0]
     assert not check.ok
     assert 1e3 * check.worst[:3] == pytest.approx([1.1, 0.9, 1.0])
     assert np.rad2deg(check.worst[3:]) == pytest.approx([0.6, 0.7, 0.6])
 
 
 def test_points_are_judged_by_position_alone():
-    check = Requirement().check(rows([[0.1, 0.2, 0.3], [NAN] * 3], [[NAN] * 3] * 2))
+    check = Requirement().wanted.check(rows([[0.1, 0.2, 0.3], [NAN] * 3], [[NAN] * 3] * 2))
     assert check.judged.tolist() == [True, False]
     assert check.ok
     assert check.share == 1.0
-    assert not check.with_rotation
-    assert np.isnan(check.share_per_axis[3:]).all()
+    assert check.unmeasured
+    assert np.isnan(check.shares[3:]).all()
 
 
 def test_rows_without_any_position_are_not_judged():
-    check = Requirement().check(rows([[NAN] * 3], [[NAN] * 3]))
+    check = Requirement().wanted.check(rows([[NAN] * 3], [[NAN] * 3]))
     assert not check.ok
     assert np.isnan(check.share)
-    assert np.isnan(check.share_per_axis).all()
+    assert np.isnan(check.shares).all()
 
 
 @pytest.mark.parametrize("changes", [{"radius": 0.0}, {"insertion": -1.0}, {"per_axis": 3e-3}])

@@ -14,6 +14,7 @@ from workbench.cli.options import (
     JsonOption,
     OutputOptions,
     RobotOption,
+    WantedOption,
     bounds_of,
     check_converged,
     check_writable,
@@ -23,6 +24,7 @@ from workbench.cli.options import (
     save_robot,
     say,
     show,
+    wanted_of,
     whole_numbers,
     with_markers,
 )
@@ -34,6 +36,7 @@ def identify(
     fit: FitOptions,
     out: OutputOptions,
     files: FileOptions,
+    wanted: WantedOption = None,
     robot: Annotated[
         str | None, typer.Option("--robot", help="Robot: a .toml or .urdf file, or a built-in arm.")
     ] = None,
@@ -59,8 +62,10 @@ def identify(
     """Identify the arm's geometry from measurements, and report its error on held-out rows."""
     from workbench.arm.built_in_arms import load_robot
     from workbench.arm.posed_arm import posed_arm
+    from workbench.data.accuracy_requirement import usual_wanted
     from workbench.identification.algorithms import ALGORITHMS
     from workbench.identification.identify import identify
+    from workbench.identification.judged import judge
     from workbench.identification.report import results_json as reports
     from workbench.identification.report import table
     from workbench.identification.report.prior import read_prior
@@ -69,6 +74,7 @@ def identify(
     if level == 1 and fit.free is not None:
         raise OptionError("--level 1 frees the joint offsets alone; leave out --level or --free")
     arm = posed_arm() if robot is None else load_robot(robot)
+    asked = usual_wanted(arm.name) if wanted is None else wanted_of(wanted)
     rows = with_markers(files.read(data, arm), fit.tool_markers, fit.base_markers)
     if robot is None and (rows.rig is None or not rows.rig.tool_poses):
         raise OptionError("give --robot; only pixels with tool poses in place of joints do without")
@@ -87,12 +93,14 @@ def identify(
             progress=progress,
         )
     show(table.identification_tables(run))
+    if asked is not None:
+        say(judge(run, asked).verdict)
     if out.json is not None:
         say(f"result: {write_json(out.json, reports.identification_json(run))}")
     if out.report is not None:
         from workbench.identification.report.html_report import write_report
 
-        say(f"report: {write_report(run, out.report)}")
+        say(f"report: {write_report(run, out.report, wanted=asked)}")
     if out.save is not None and run.gate is not None and run.gate.refused:
         fail(f"{out.save} is not written: {run.gate.refused}")
     if out.save is not None:

@@ -96,6 +96,9 @@ BaseMarkersOption = Annotated[
         "--base-markers", help="Markers on the base, two rows (as designed, as seen), to align the frames."
     ),
 ]
+WantedOption = Annotated[
+    str | None, typer.Option(help='What every pose has to keep: "0.3mm", or "0.3mm,0.1deg".')
+]
 ForceOption = Annotated[
     bool, typer.Option("--force", help="Go on though the rows are clearly those of another arm.")
 ]
@@ -441,3 +444,15 @@ def progress_bar(what: str) -> Iterator[Callable[[float, str], None]]:
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bars:
         task = bars.add_task(what, total=1.0)
         yield lambda part, text: bars.update(task, completed=part, description=text)
+
+
+def wanted_of(text: str):
+    """What is wanted, from a length or a length and an angle."""
+    from workbench.base.units import Quantity, parse_quantity
+    from workbench.data.accuracy_requirement import Wanted
+
+    position, comma, angle = text.partition(",")
+    return Wanted(
+        position=parse_quantity(position, Quantity.LENGTH),
+        rotation=parse_quantity(angle, Quantity.ANGLE) if comma else None,
+    )

@@ -13,12 +13,14 @@ from workbench.cli.options import (
     JsonOption,
     ReportOption,
     RobotOption,
+    WantedOption,
     check_writable,
     fail,
     flattened,
     progress_bar,
     say,
     show,
+    wanted_of,
     write_result,
 )
 
@@ -28,9 +30,7 @@ def verify(
     data: DataArgument,
     robot: RobotOption,
     files: FileOptions,
-    wanted: Annotated[
-        str | None, typer.Option(help='What every pose has to keep: "0.3mm", or "0.3mm,0.1deg".')
-    ] = None,
+    wanted: WantedOption = None,
     used: Annotated[
         Path | None,
         typer.Option(help="Measurements of the calibration; its poses are left out of the verification."),
@@ -77,18 +77,6 @@ def verify(
         say(f"certificate: {write_certificate(found, report, inputs=inputs)}")
     if found.passed is False:
         fail(found.verdict)
-
-
-def wanted_of(text: str):
-    """What is wanted, from a length or a length and an angle."""
-    from workbench.base.units import Quantity, parse_quantity
-    from workbench.data.accuracy_requirement import Wanted
-
-    position, comma, angle = text.partition(",")
-    return Wanted(
-        position=parse_quantity(position, Quantity.LENGTH),
-        rotation=parse_quantity(angle, Quantity.ANGLE) if comma else None,
-    )
 
 
 def fact_of(text: str) -> tuple[str, str]:

@@ -32,6 +32,7 @@ class Wanted:
         position: Greatest position error [m].
         rotation: Greatest orientation error [rad]; None: not judged.
         per_axis: Whether each axis alone has to keep it, as ARIA eq. (3) asks.
+        why: What keeping it is good for, one sentence for people; empty if nobody said.
 
     Raises:
         OptionError: a limit that is not positive.
@@ -40,17 +41,45 @@ class Wanted:
     position: float
     rotation: float | None = None
     per_axis: bool = False
+    why: str = ""
 
     def __post_init__(self):
         if not self.position > 0.0 or not (self.rotation is None or self.rotation > 0.0):
             raise OptionError(f"wanted errors must be positive, got {self.words}")
 
     @property
+    def position_words(self) -> str:
+        """The limit of positions alone."""
+        return f"{1e3 * self.position:.3g} mm{' per axis' if self.per_axis else ''}"
+
+    @property
     def words(self) -> str:
         """For people."""
-        axis = " per axis" if self.per_axis else ""
         angle = "" if self.rotation is None else f" and {np.rad2deg(self.rotation):.2g}°"
-        return f"{1e3 * self.position:.3g} mm{axis}{angle}"
+        return f"{self.position_words}{angle}"
+
+    def json(self) -> dict[str, float | bool | None]:
+        """For files."""
+        return {
+            "position_mm": 1e3 * self.position,
+            "orientation_deg": None if self.rotation is None else float(np.rad2deg(self.rotation)),
+            "per_axis": self.per_axis,
+        }
+
+    def check(self, errors: RowComponents) -> "WantedCheck":
+        """Judge every row that has a measured point.
+
+        Args:
+            errors: Errors axis by axis.
+        """
+        sizes = self._sizes(errors.position, errors.rotation)
+        return WantedCheck(
+            wanted=self,
+            judged=errors.has_position,
+            limits=self.limits,
+            within=~(sizes > self.limits),
+            worst=np.array([_greatest(column[np.isfinite(column)]) for column in sizes.T]),
+        )
 
     @property
     def wanted(self) -> "Wanted":
@@ -65,13 +94,72 @@ class Wanted:
         self, position: Float[np.ndarray, "*rows 3"], rotation: Float[np.ndarray, "*rows 3"]
     ) -> Bool[np.ndarray, "*rows"]:
         """Which errors keep it; what was not measured (NaN) does."""
-        limits = (self.position, np.inf if self.rotation is None else self.rotation)
-        sizes = (
-            np.abs(part).max(-1) if self.per_axis else np.linalg.norm(part, axis=-1)
-            for part in (position, rotation)
-        )
-        kept = [~(size > limit) for size, limit in zip(sizes, limits, strict=True)]
-        return kept[0] & kept[1]
+        return ~(self._sizes(position, rotation) > self.limits).any(-1)
+
+    @property
+    def limits(self) -> Float[np.ndarray, " entries"]:
+        """Of each entry: position x, y, z and rotation x, y, z where each axis is judged, else position and
+        rotation; no rotation where none is asked for [m], [rad]."""
+        kinds = [self.position] if self.rotation is None else [self.position, self.rotation]
+        return np.repeat(kinds, 3 if self.per_axis else 1)
+
+    def _sizes(self, *errors: np.ndarray) -> np.ndarray:
+        """Of every entry that has a limit."""
+        parts = errors[:1] if self.rotation is None else errors
+        if self.per_axis:
+            return np.abs(np.concatenate(parts, axis=-1))
+        return np.stack([np.linalg.norm(part, axis=-1) for part in parts], axis=-1)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class WantedCheck:
+    """Pass or fail of some rows.
+
+    Args:
+        wanted: What was asked.
+        judged: Rows with a measured point; the others are not judged.
+        limits: Of each entry, as `Wanted.limits`.
+        within: Whether each entry keeps its limit; True where an entry was not measured.
+        worst: Greatest magnitude of each entry [m], [rad]; NaN where none was measured.
+    """
+
+    wanted: Wanted
+    judged: Bool[np.ndarray, " rows"]
+    limits: Float[np.ndarray, " entries"]
+    within: Bool[np.ndarray, "rows entries"]
+    worst: Float[np.ndarray, " entries"]
+
+    @property
+    def unmeasured(self) -> bool:
+        """Whether an orientation is asked for and none was measured: only positions are judged."""
+        return self.wanted.rotation is not None and not np.isfinite(self.worst[len(self.worst) // 2 :]).any()
+
+    @property
+    def words(self) -> str:
+        """What was judged, for people."""
+        return self.wanted.position_words if self.unmeasured else self.wanted.words
+
+    @property
+    def passed(self) -> Bool[np.ndarray, " rows"]:
+        """Rows that keep every limit."""
+        return self.within.all(axis=1) & self.judged
+
+    @property
+    def share(self) -> float:
+        """Part of the judged rows that passes; NaN if there are none."""
+        return float(self.passed.sum() / self.judged.sum()) if self.judged.any() else float("nan")
+
+    @property
+    def shares(self) -> Float[np.ndarray, " entries"]:
+        """Part of the judged rows that keeps each limit; NaN for what was not measured."""
+        if not self.judged.any():
+            return np.full(len(self.worst), np.nan)
+        return np.where(np.isfinite(self.worst), self.within[self.judged].mean(axis=0), np.nan)
+
+    @property
+    def ok(self) -> bool:
+        """True when every judged row passes, and there is one."""
+        return bool(self.judged.any()) and bool(self.passed[self.judged].all())
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,70 +205,21 @@ class Requirement:
     @property
     def wanted(self) -> Wanted:
         """The two limits."""
-        return Wanted(position=self.per_axis, rotation=self.angle, per_axis=True)
+        why = (
+            f"A tool with these errors keeps a needle of {1e3 * self.insertion:.3g} mm within "
+            f"{1e3 * self.radius:.3g} mm of its aim, whatever the direction of the errors (ARIA eq. 3)."
+        )
+        return Wanted(position=self.per_axis, rotation=self.angle, per_axis=True, why=why)
 
     @property
     def words(self) -> str:
         """The two limits for people."""
         return self.wanted.words
 
-    def check(self, components: RowComponents) -> "RequirementCheck":
-        """Judge every row that has a measured point.
 
-        Args:
-            components: Errors axis by axis.
-        """
-        limit = np.repeat([self.per_axis, self.angle], 3)
-        errors = np.abs(np.concatenate([components.position, components.rotation], axis=1))
-        return RequirementCheck(
-            requirement=self,
-            judged=components.has_position,
-            within=~(errors > limit),
-            worst=np.array([_greatest(column[np.isfinite(column)]) for column in errors.T]),
-            with_rotation=bool(components.has_rotation.any()),
-        )
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class RequirementCheck:
-    """Pass or fail of some rows.
-
-    Args:
-        requirement: What was asked.
-        judged: Rows with a measured point; the others are not judged.
-        within: Whether each entry (position x, y, z, rotation x, y, z) keeps its limit; True where an
-            entry was not measured.
-        worst: Greatest magnitude of each entry [m], [rad]; NaN where none was measured.
-        with_rotation: Whether any orientation was measured; without, only positions are judged.
-    """
-
-    requirement: Requirement
-    judged: Bool[np.ndarray, " rows"]
-    within: Bool[np.ndarray, "rows 6"]
-    worst: Float[np.ndarray, "6"]
-    with_rotation: bool
-
-    @property
-    def passed(self) -> Bool[np.ndarray, " rows"]:
-        """Rows that keep every limit."""
-        return self.within.all(axis=1) & self.judged
-
-    @property
-    def share(self) -> float:
-        """Part of the judged rows that passes; NaN if there are none."""
-        return float(self.passed.sum() / self.judged.sum()) if self.judged.any() else float("nan")
-
-    @property
-    def share_per_axis(self) -> Float[np.ndarray, "6"]:
-        """Part of the judged rows that keeps each limit; NaN for what was not measured."""
-        if not self.judged.any():
-            return np.full(6, np.nan)
-        return np.where(np.isfinite(self.worst), self.within[self.judged].mean(axis=0), np.nan)
-
-    @property
-    def ok(self) -> bool:
-        """True when every judged row passes, and there is one."""
-        return bool(self.judged.any()) and bool(self.passed[self.judged].all())
+def usual_wanted(name: str) -> Wanted | None:
+    """What is asked of an arm of that name where nobody says: eq. (3) of ARIA, nothing of others."""
+    return Requirement().wanted if name == "ARIA" else None
 
 
 def _greatest(values: np.ndarray) -> float:

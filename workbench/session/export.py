@@ -119,7 +119,7 @@ def report_zip(session: Session) -> File:
     from workbench.identification.report.html_report import write_report
 
     found = _identified(session)
-    content = _packed(lambda folder: write_report(found, folder), "report")
+    content = _packed(lambda folder: write_report(found, folder, wanted=session.wanted), "report")
     return f"{_stem(session.robot.name)}-report.zip", content
 
 

@@ -20,7 +20,7 @@ from workbench.base import se3
 from workbench.base.cancel import Cancel, never
 from workbench.base.errors import OptionError
 from workbench.base.types import frozen
-from workbench.data.accuracy_requirement import Requirement
+from workbench.data.accuracy_requirement import usual_wanted
 from workbench.plate.obstruction import clear_of
 from workbench.plate.patterns import pattern
 from workbench.plate.plate import Kind, Plate, Target
@@ -79,7 +79,7 @@ def start(
             is_plate_given=is_given,
             sampled=plate.region if is_quick else None,
             noise=noise,
-            wanted=Requirement().wanted if robot.name == ARIA else None,
+            wanted=usual_wanted(robot.name),
         )
     )
 

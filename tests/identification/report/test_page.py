@@ -15,7 +15,7 @@ from workbench.identification.report.html_report import write_report
 
 @pytest.fixture(scope="module")
 def page(result, tmp_path_factory):
-    path = write_report(result, tmp_path_factory.mktemp("report") / "new")
+    path = write_report(result, tmp_path_factory.mktemp("report") / "new", wanted=Requirement().wanted)
     parsed = Page()
     parsed.feed(path.read_text(encoding="utf-8"))
     return path, parsed
@@ -75,7 +75,7 @@ def test_it_says_what_matters(page, result):
 
 
 def test_points_without_held_out_rows(points, tmp_path):
-    path = write_report(points, tmp_path / "p", requirement=Requirement(per_axis=1e-7))
+    path = write_report(points, tmp_path / "p", wanted=Requirement(per_axis=1e-7).wanted)
     text = path.read_text()
     assert "none were held out" in text
     assert "✗" in text

@@ -8,7 +8,7 @@ from functools import cache, partial
 
 import numpy as np
 
-from workbench.data.accuracy_requirement import Requirement
+from workbench.data.accuracy_requirement import Wanted
 from workbench.identification.error_columns import columns_of, order_of_measuring
 from workbench.identification.record import Identification
 from workbench.identification.report.corrections import corrections
@@ -25,20 +25,17 @@ NAMES = (
 
 
 def all_figures(
-    result: Identification,
-    *,
-    requirement: Requirement | None = None,
-    progress: Callable[[str], None] | None = None,
+    result: Identification, *, wanted: Wanted | None = None, progress: Callable[[str], None] | None = None
 ) -> tuple[Drawing, ...]:
     """Every picture that the result can fill, in the order of a report.
 
     Args:
         result: An identification.
-        requirement: Whose limits are drawn; eq. (3) with the paper's numbers if None.
+        wanted: Whose limits are drawn along the axes, where it is asked for per axis.
         progress: Called with the title of each picture.
     """
     drawings = []
-    for picture in pictures(result, requirement=requirement):
+    for picture in pictures(result, wanted=wanted):
         if progress is not None:
             progress(picture.title)
         figure = picture.draw()
@@ -48,13 +45,16 @@ def all_figures(
     return tuple(drawings)
 
 
-def pictures(result: Identification, *, requirement: Requirement | None = None) -> tuple[Picture, ...]:
+def pictures(result: Identification, *, wanted: Wanted | None = None) -> tuple[Picture, ...]:
     """Every picture that the result might fill; arguments as of `all_figures`."""
-    requirement = requirement or Requirement()
     best, rows = result.best, len(result.train_rows) + len(result.held_out_data)
     place = order_of_measuring(result)
     columns = cache(partial(columns_of, result))
-    limits = (1e3 * requirement.per_axis, float(np.rad2deg(requirement.angle)))
+    asked = wanted is not None and wanted.per_axis
+    limits = (
+        1e3 * wanted.position if wanted and asked else None,
+        float(np.rad2deg(wanted.rotation)) if wanted and asked and wanted.rotation else None,
+    )
     over = (
         "sorted by size, as there are too many to draw one by one"
         if rows > STEMS
@@ -63,7 +63,7 @@ def pictures(result: Identification, *, requirement: Requirement | None = None) 
     array = (
         f"Each column is one arm; rows are {over}. The identified arms share a scale in every row of the "
         "array; the nominal arm has its own where noted, and the band in its column is what the other "
-        "columns show. Dotted lines: the required limit."
+        "columns show.{' Dotted lines: the wanted limit.' if asked else ''}"
     )
     thin = f" {POINTS} of {rows} rows are drawn, evenly chosen." if rows > POINTS else ""
     best_title = best.fit.title

@@ -10,11 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from workbench.arm.robot import Robot
 from workbench.base.files import check_folder
-from workbench.data.accuracy_requirement import Requirement, RequirementCheck
-from workbench.data.dataset import Dataset
-from workbench.data.prediction import row_components
+from workbench.data.accuracy_requirement import Wanted, WantedCheck
+from workbench.identification.judged import Judged, judge
 from workbench.identification.record import Identification, Run, Validation
 from workbench.identification.report.figures import NAMES, all_figures
 from workbench.identification.report.how_to_apply import Use, controller_use
@@ -35,7 +33,7 @@ def write_report(
     result: Identification,
     folder: Path | str,
     *,
-    requirement: Requirement | None = None,
+    wanted: Wanted | None = None,
     progress: Progress | None = None,
 ) -> Path:
     """Write `report.html`, its pictures as SVG files and `result.json`: all of them or nothing.
@@ -45,7 +43,7 @@ def write_report(
     Args:
         result: An identification.
         folder: Made if it is not there.
-        requirement: What the task asks for; ARIA eq. (3) with the paper's numbers if None.
+        wanted: What every pose has to keep; nothing is judged if None.
         progress: Called with the part done and what is being done.
 
     Returns:
@@ -55,33 +53,29 @@ def write_report(
         FileError: the folder is a file.
     """
     report = progress or (lambda part, words: None)
-    requirement = requirement or Requirement()
     check_folder(folder)
     titles = iter(range(len(NAMES)))
     drawings = all_figures(
-        result,
-        requirement=requirement,
-        progress=lambda title: report(0.1 + 0.1 * next(titles), f"drawing: {title}"),
+        result, wanted=wanted, progress=lambda title: report(0.1 + 0.1 * next(titles), f"drawing: {title}")
     )
     report(0.8, "numbers for the controller")
     use = controller_use(result)
     report(0.9, "writing the page")
-    check = _check(result, requirement)
+    judged = None if wanted is None else judge(result, wanted)
     content = identification_json(result)
-    content |= {"requirement": _requirement_json(check, result), "controller": use.json()}
+    content |= {"requirement": judged and _requirement_json(judged), "controller": use.json()}
     old = [f"{name}.svg" for name in NAMES]
-    words = _words(result, check=check, use=use)
+    words = _words(result, judged=judged, use=use)
     path = write_page(folder, PAGE, drawings, content, replaces=old, **words)
     report(1.0, "done")
     return path
 
 
-def _words(result: Identification, *, check: RequirementCheck, use: Use) -> dict[str, Any]:
+def _words(result: Identification, *, judged: Judged | None, use: Use) -> dict[str, Any]:
     """What the template is filled with."""
     best = result.best
     after = best.held_out or best.train
     before = result.nominal.held_out or result.nominal.train
-    rows, _, where = _judged(result)
     return {
         "robot": result.robot.name,
         "source": result.data.source,
@@ -91,12 +85,10 @@ def _words(result: Identification, *, check: RequirementCheck, use: Use) -> dict
         "cards": error_cards(before, after),
         "errors": _errors_rows(result),
         "turned": after.orientation_deg is not None,
-        "check": check,
-        "check_where": where,
-        "check_axes": _axes(check),
-        "check_strip": _strip(check),
-        "check_failed": [int(r) for r in rows.row[check.judged & ~check.passed][:LISTED]],
-        "check_failed_count": int((check.judged & ~check.passed).sum()),
+        "judged": judged,
+        "check_axes": [] if judged is None else _axes(judged.check),
+        "check_strip": [] if judged is None else _strip(judged.check),
+        "listed": LISTED,
         "algorithms": [_algorithm(run, run is best) for run in result.runs.values()],
         "legend": LEGEND,
         "unidentifiable": result.unidentifiable,
@@ -110,28 +102,16 @@ def _words(result: Identification, *, check: RequirementCheck, use: Use) -> dict
     }
 
 
-def _judged(result: Identification) -> tuple[Dataset, Robot, str]:
-    """Rows on which the requirement is judged, the arm that is judged, and the rows' name."""
-    if len(result.held_out_data):
-        return result.held_out_data, result.best.fit.calibrated, "held-out rows"
-    return result.data.take(result.train_rows), result.best.fit.calibrated, "fitted rows (none were held out)"
-
-
-def _check(result: Identification, requirement: Requirement) -> RequirementCheck:
-    rows, robot, _ = _judged(result)
-    return requirement.check(row_components(robot, rows))
-
-
-def _requirement_json(check: RequirementCheck, result: Identification) -> dict[str, Any]:
-    rows = _judged(result)[0].row
+def _requirement_json(judged: Judged) -> dict[str, Any]:
+    check = judged.check
     return {
-        "per_axis_mm": 1e3 * check.requirement.per_axis,
-        "per_axis_deg": float(np.rad2deg(check.requirement.angle)),
-        "rows": "held_out" if len(result.held_out_data) else "train",
+        **check.wanted.json(),
+        "rows": "held_out" if judged.held_out else "train",
         "share_passed": check.share,
-        "passed": [int(r) for r in rows[check.passed]],
-        "failed": [int(r) for r in rows[check.judged & ~check.passed]],
-    } | {"with_orientation": check.with_rotation}
+        "passed": judged.rows[check.passed].tolist(),
+        "failed": judged.failed,
+        "with_orientation": not check.unmeasured,
+    }
 
 
 def _facts(result: Identification) -> list[tuple[str, str]]:
@@ -195,19 +175,24 @@ def _errors_rows(result: Identification) -> list[tuple[str, str, Errors]]:
     ]
 
 
-def _axes(check: RequirementCheck) -> list[dict[str, Any]]:
+def _axes(check: WantedCheck) -> list[dict[str, Any]]:
     lines = []
-    for k, (worst, share) in enumerate(zip(check.worst, check.share_per_axis, strict=True)):
+    axes = "XYZ" if check.wanted.per_axis else ("",)
+    for k, (limit, worst, share) in enumerate(zip(check.limits, check.worst, check.shares, strict=True)):
         if np.isfinite(worst):
-            scale, unit = (1e3, " mm") if k < 3 else (float(np.rad2deg(1.0)), "°")
-            limit = (check.requirement.per_axis if k < 3 else check.requirement.angle) * scale
-            name = f"{'Position' if k < 3 else 'Orientation'} {'XYZ'[k % 3]}"
-            line = {"name": name, "limit": f"{limit:.2f}{unit}", "worst": f"{short(worst * scale)}{unit}"}
+            turned = k >= len(axes)
+            scale, unit = (float(np.rad2deg(1.0)), "°") if turned else (1e3, " mm")
+            name = f"{'Orientation' if turned else 'Position'} {axes[k % len(axes)]}".strip()
+            line = {
+                "name": name,
+                "limit": f"{limit * scale:.2f}{unit}",
+                "worst": f"{short(worst * scale)}{unit}",
+            }
             lines.append(line | {"share": f"{100.0 * share:.1f} %", "ok": share == 1.0})
     return lines
 
 
-def _strip(check: RequirementCheck) -> list[tuple[float, float]]:
+def _strip(check: WantedCheck) -> list[tuple[float, float]]:
     """Runs of rows that fail, as start and length in percent of all judged rows, for a bar."""
     failed = ~check.passed[check.judged]
     edges = np.flatnonzero(np.diff(np.concatenate([[False], failed, [False]]).astype(int)))

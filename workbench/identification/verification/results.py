@@ -94,12 +94,7 @@ def verification_json(result: Verification) -> Json:
             "robot": result.robot.name,
             "passed": result.passed,
             "verdict": result.verdict,
-            "wanted": None
-            if wanted is None
-            else {
-                "position_mm": 1e3 * wanted.position,
-                "orientation_deg": None if wanted.rotation is None else DEG * wanted.rotation,
-            },
+            "wanted": wanted and wanted.json(),
             "rows": len(result.within),
             "poses": result.poses,
             "errors": errors_json(result.evaluation.errors),

@@ -77,8 +77,8 @@ def judgement(position: float, noise: float, wanted: Wanted | None = None) -> st
         return ""
     parts = []
     if wanted is not None:
-        good = position <= wanted.position
-        words = f"{'within' if good else 'beyond'} the wanted {wanted.words}"
+        good = position <= wanted.position * (np.sqrt(3.0) if wanted.per_axis else 1.0)
+        words = f"on average {'within' if good else 'beyond'} the wanted {wanted.position_words}"
         parts.append(f'<span style="color:{GOOD if good else css(OUT_OF_REACH)}">{words}</span>')
     length = NORM_OF_NOISE * noise
     times = position / length

@@ -1,0 +1,54 @@
+"""Whether the calibrated arm keeps what is wanted: on held-out rows, or on the fitted ones if none were."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Int
+
+from workbench.data.accuracy_requirement import Wanted, WantedCheck
+from workbench.data.prediction import row_components
+from workbench.identification.record import Identification
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Judged:
+    """Rows of an identification, judged.
+
+    Args:
+        check: Which of them keep what is wanted.
+        rows: Their numbers in the file.
+        held_out: Whether they were held out; else they are the fitted ones.
+    """
+
+    check: WantedCheck
+    rows: Int[np.ndarray, " rows"]
+    held_out: bool
+
+    @property
+    def failed(self) -> list[int]:
+        """Numbers of the rows that don't keep it."""
+        return self.rows[self.check.judged & ~self.check.passed].tolist()
+
+    @property
+    def where(self) -> str:
+        """Which rows, for people."""
+        return "held-out rows" if self.held_out else "fitted rows (none were held out)"
+
+    @property
+    def verdict(self) -> str:
+        """In one line."""
+        count = int(self.check.judged.sum())
+        if not count:
+            return "Not judged: no positions were measured"
+        if not self.failed:
+            return f"✓ Meets {self.check.words} on all {count} {self.where}"
+        words = "misses" if len(self.failed) == 1 else "miss"
+        return f"✗ {len(self.failed)} of {count} {self.where} {words} {self.check.words}"
+
+
+def judge(result: Identification, wanted: Wanted) -> Judged:
+    """The best fit by what is wanted."""
+    held_out = len(result.held_out_data) > 0
+    rows = result.held_out_data if held_out else result.data.take(result.train_rows)
+    check = wanted.check(row_components(result.best.fit.calibrated, rows))
+    return Judged(check=check, rows=rows.row, held_out=held_out)
