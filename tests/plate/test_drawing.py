@@ -82,7 +82,7 @@ def test_dimensions_say_millimetres(fixture, drawn):
         assert min(abs(value - number) for number in numbers) < 2e-3
     for shape in fixture.shapes:
         words = said(drawn[f"block-{shape.letter}"])
-        numbers = [float(w) for w in words if re.fullmatch(r"-?[\d.]+", w)]
+        numbers = [float(w.strip("()")) for w in words if re.fullmatch(r"\(?-?[\d.]+\)?", w)]
         for height in shape.block.heights:
             assert min(abs(1e3 * height - number) for number in numbers) < 2e-3
         assert any(

@@ -7,6 +7,7 @@ import numpy as np
 from workbench.plate.obstruction import hits
 from workbench.plate.plate import AUTO
 from workbench.plate.score import score_plate
+from workbench.plate.virtual_measuring import measure_plate
 from workbench.session.commands.drag import GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.edit import ChooseBranch
 from workbench.session.commands.plate import TryPlate
@@ -62,3 +63,13 @@ def test_the_score_of_a_plate_leaves_blocked_targets_out(first):
 def test_states_known_before_are_not_looked_at_again_while_dragging(first):
     again = with_targets(first, first.plate, first.states)
     assert again.states is first.states
+
+
+def test_what_stands_in_the_way_is_said_of_a_virtual_arm_too(first):
+    """Rows of blocked targets were measured like any other."""
+    _, rows = measure_plate(first.robot, first.plate, branch=DOWN, actual=first.robot)
+    assert np.flatnonzero(~rows.exclude).tolist() == [8]
+    assert rows.reason[0] == "link 2 would run into the plate"
+    assert np.isnan(rows.position[0]).all()
+    _, rows = measure_plate(first.robot, first.plate)
+    assert rows.exclude is None

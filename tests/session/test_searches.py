@@ -7,6 +7,7 @@ import numpy as np
 from workbench.arm.kinematics.forward import sensitivity
 from workbench.arm.motion import Motion
 from workbench.plate.indices import inverse_condition
+from workbench.plate.obstruction import solid_clear
 from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.diagnose import AddEffects, Diagnose, TakeNextPoses
 from workbench.session.commands.edit import LockTarget
@@ -31,6 +32,9 @@ def test_clustering_gives_equal_indices_in_different_cubes(do):
     assert np.ptp(index) < 1e-3
     cells = session.plate.region.cells(session.plate.poses[:, :3, 3])
     assert len(set(cells.tolist())) == 6
+    assert solid_clear(session.robot, session.plate, q).all()
+    hit = [number for number, state in enumerate(session.states, 1) if state.hit]
+    assert all(f"target {number} is blocked: " in session.messages[-1].text for number in hit)
     assert do(ClusterTargets(1)).messages[-1].severity is Severity.ERROR
 
 

@@ -24,7 +24,6 @@ from workbench.cli.options import (
     save_robot,
     say,
     show,
-    wanted_of,
     whole_numbers,
     with_markers,
 )
@@ -62,6 +61,7 @@ def identify(
     """Identify the arm's geometry from measurements, and report its error on held-out rows."""
     from workbench.arm.built_in_arms import load_robot
     from workbench.arm.posed_arm import posed_arm
+    from workbench.cli.verification import wanted_of
     from workbench.data.accuracy_requirement import usual_wanted
     from workbench.identification.algorithms import ALGORITHMS
     from workbench.identification.identify import identify

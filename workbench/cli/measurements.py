@@ -99,6 +99,9 @@ def simulate(
     for note in rows.notes:
         if note.startswith("hidden"):
             say(note)
+    if rows.exclude is not None and rows.reason is not None:
+        for number in rows.exclude.nonzero()[0]:
+            say(f"row {rows.row[number]} is kept out: {rows.reason[number]}")
     if actual is not None:
         say(f"hidden actual arm: {write_toml(hidden, actual)}")
 

@@ -444,15 +444,3 @@ def progress_bar(what: str) -> Iterator[Callable[[float, str], None]]:
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bars:
         task = bars.add_task(what, total=1.0)
         yield lambda part, text: bars.update(task, completed=part, description=text)
-
-
-def wanted_of(text: str):
-    """What is wanted, from a length or a length and an angle."""
-    from workbench.base.units import Quantity, parse_quantity
-    from workbench.data.accuracy_requirement import Wanted
-
-    position, comma, angle = text.partition(",")
-    return Wanted(
-        position=parse_quantity(position, Quantity.LENGTH),
-        rotation=parse_quantity(angle, Quantity.ANGLE) if comma else None,
-    )

@@ -178,12 +178,16 @@ def cluster(
             index=index,
             towards=None if fixture is None or not len(fixture) else fixture.poses[:, :3, :3],
             cone=parse_quantity(cone, Quantity.ANGLE),
+            solid=fixture,
             seed=seed,
             progress=lambda part: progress(part, "looking for equal O"),
         )
     show(cluster_tables(found))
+    made = found.plate(fixture)
+    for note in made.notes:
+        say(f"note: {note}")
     if out is not None:
-        say(f"plate: {write_plate(found.plate(), out)}")
+        say(f"plate: {write_plate(made, out)}")
     write_result(json, cluster_json(found))
 
 

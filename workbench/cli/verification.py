@@ -20,7 +20,6 @@ from workbench.cli.options import (
     progress_bar,
     say,
     show,
-    wanted_of,
     write_result,
 )
 
@@ -77,6 +76,18 @@ def verify(
         say(f"certificate: {write_certificate(found, report, inputs=inputs)}")
     if found.passed is False:
         fail(found.verdict)
+
+
+def wanted_of(text: str):
+    """What is wanted, from a length or a length and an angle."""
+    from workbench.base.units import Quantity, parse_quantity
+    from workbench.data.accuracy_requirement import Wanted
+
+    position, comma, angle = text.partition(",")
+    return Wanted(
+        position=parse_quantity(position, Quantity.LENGTH),
+        rotation=parse_quantity(angle, Quantity.ANGLE) if comma else None,
+    )
 
 
 def fact_of(text: str) -> tuple[str, str]:

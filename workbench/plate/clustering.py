@@ -26,6 +26,7 @@ from workbench.base.errors import DataError, OptionError
 from workbench.base.types import Outcome, frozen
 from workbench.plate.criterion import criterion_of
 from workbench.plate.indices import AbstractIndex, O
+from workbench.plate.obstruction import hits
 from workbench.plate.plate import Plate, Target
 from workbench.plate.poses.d_optimal import greedy_choice
 from workbench.plate.poses.exchange import exchange
@@ -106,11 +107,20 @@ class Clustering:
     turned: Cluster
     outcome: Outcome
 
-    def plate(self, name: str = "Clustering") -> Plate:
-        """The calibration tool that the best set is a design of: its poses as targets."""
+    def plate(self, solid: Plate | None = None) -> Plate:
+        """The calibration tool that the best set is a design of: its poses as targets, on a solid if given.
+
+        Its notes name the targets at which the arm would run into solid or blocks.
+        """
         poses = in_base(self.robot, tool_poses(self.robot, Motion(self.best.q)))
         targets = tuple(_target(pose, q) for pose, q in zip(poses, self.best.q, strict=True))
-        return Plate(name=name, targets=targets, region=self.region)
+        bare = Plate(name="Clustering", targets=targets, region=self.region)
+        if solid is None:
+            return bare
+        plate = replace(bare, xyz=solid.xyz, rpy=solid.rpy, size=solid.size, making=solid.making)
+        met = hits(self.robot, plate, range(len(plate)), self.best.q)
+        notes = tuple(f"target {i} is blocked: {hit}" for i, hit in enumerate(met, start=1) if hit)
+        return replace(plate, notes=notes)
 
 
 def _target(pose: np.ndarray, q: np.ndarray) -> Target:

@@ -251,6 +251,7 @@ def cluster_region(
     index: str = ERROR,
     towards: Float[np.ndarray, "orientations 3 3"] | None = None,
     cone: float = np.pi,
+    solid: Plate | None = None,
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
     cancel: Callable[[], bool] | None = None,
@@ -265,24 +266,33 @@ def cluster_region(
         index: What is made large among sets with equal O: `O1` … `O5`, `A`, `D`, or `I`.
         towards: Orientations of the tool about which a cone opens; any orientation if None.
         cone: Greatest angle from the nearest of them [rad].
+        solid: A plate that the arm must not run into, as long as there are such poses; none if None.
         seed: Of the random candidates.
         progress: Called with the share of the work done.
         cancel: Asked now and then whether to stop with the best set so far.
     """
-    rng = np.random.default_rng(seed)
     goal: str | np.ndarray = index
     if index == ERROR:
         goal = region_poses(
             robot, region, PLATE_POSES, rng=np.random.default_rng(0), towards=towards, cone=cone
         )
     middle = robot.search_limits.mean(axis=1)[None]
-    return clustering.cluster_region(
-        robot,
-        region if side is None else replace(region, cube=side),
-        index=goal_index(goal, robot, linearise(robot, middle)),
-        rng=rng,
-        number=number,
-        limits=replace(clustering.ROOMY, towards=towards, cone=cone),
-        progress=progress,
-        cancel=cancel,
-    )
+
+    def search(solid: Plate | None) -> Clustering:
+        return clustering.cluster_region(
+            robot,
+            region if side is None else replace(region, cube=side),
+            index=goal_index(goal, robot, linearise(robot, middle)),
+            rng=np.random.default_rng(seed),
+            number=number,
+            limits=replace(clustering.ROOMY, towards=towards, cone=cone, solid=solid),
+            progress=progress,
+            cancel=cancel,
+        )
+
+    if solid is None or solid.size is None:
+        return search(None)
+    try:
+        return search(solid)
+    except DataError:  # too few poses are clear of it: the others are better than none, and are named
+        return search(None)

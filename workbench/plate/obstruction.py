@@ -7,6 +7,7 @@ What the optimiser calls clear is clear here too.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -50,6 +51,14 @@ def hits(
         link = _link(shape, at[row : row + 1], hulls[first])
         found[row] = f"link {link} would run into {names[first]}"
     return tuple(found)
+
+
+def solid_clear(robot: Robot, plate: Plate, q: Float[np.ndarray, "rows n"]) -> Bool[np.ndarray, " rows"]:
+    """Which postures run into nothing of the plate's solid, whatever blocks stand on it."""
+    if plate.size is None:
+        return np.ones(len(q), bool)
+    shape = shape_of(robot)
+    return ~touches(shape, shape.placements(q), bodies_of(replace(plate, targets=()))).any(1)
 
 
 def clear_of(robot: Robot, plate: Plate, target: int, branches: Sequence[Branch]) -> tuple[Branch, ...]:

@@ -16,8 +16,9 @@ from workbench.data.live.sample import Sample
 from workbench.data.simulation.driver import Pace, drive
 from workbench.data.simulation.hidden_effects import hidden_effects, varied_state
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument, instrument_named
-from workbench.data.simulation.simulate import simulate, simulate_targets, virtual_arm
-from workbench.plate.branches import choose_branches, plate_solutions
+from workbench.data.simulation.simulate import simulate, simulate_targets, virtual_arm, without
+from workbench.plate.branches import choose_branches, measurable, plate_solutions
+from workbench.plate.obstruction import hits
 from workbench.plate.plate import Plate
 from workbench.plate.poses.choose import informative_poses
 from workbench.plate.poses.circle_points import circle_poses
@@ -104,15 +105,20 @@ def measure_plate(
         progress: Called with the share of the work done.
 
     Returns:
-        The actual arm and the rows, one a target.
+        The actual arm and the rows, one a target; those where the arm would run into plate or blocks are
+        kept out, with the reason.
+
+    Raises:
+        DataError: a target out of reach, or the arm can stand at none.
     """
     rng = np.random.default_rng(seed)
     actual, notes = _hidden(robot, actual, effects, rng)
     near = None
     if branch == DESIGNED:
-        solutions = plate_solutions(robot, plate)
-        near = choose_branches(
-            robot, plate, solutions, goal=plate_region_poses(robot, plate), rng=rng, progress=progress
+        can = measurable(robot, plate)
+        near = np.stack([solutions[0].q for solutions in plate_solutions(robot, plate)])
+        near[can.rows] = choose_branches(
+            robot, can.plate, can.solutions, goal=plate_region_poses(robot, plate), rng=rng, progress=progress
         ).q
         branch = "auto"
     nowhere = np.zeros((len(plate), actual.dof))
@@ -125,6 +131,8 @@ def measure_plate(
         near=near,
         motion=varied_state(actual, nowhere, rng=rng) if actual.effects else None,
     )
+    posed = (actual, rows.q) if near is None else (robot, near)  # what was planned clear counts as clear
+    rows = without(rows, np.array(hits(posed[0], plate, range(len(plate)), posed[1])))
     note = f"simulated: plate '{plate.name}', {_instrument(instrument).name}, seed {seed}"
     return actual, replace(rows, source=note, notes=(*plate.notes, *rows.notes, *notes))
 

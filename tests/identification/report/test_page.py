@@ -8,7 +8,8 @@ from html_page import Page
 from workbench.base import files
 from workbench.base.errors import FileError
 from workbench.base.files import write_folder
-from workbench.data.accuracy_requirement import Requirement
+from workbench.data.accuracy_requirement import Requirement, Wanted, usual_wanted
+from workbench.identification.judged import judge
 from workbench.identification.report.figures import NAMES
 from workbench.identification.report.html_report import write_report
 
@@ -82,6 +83,19 @@ def test_points_without_held_out_rows(points, tmp_path):
     assert not (path.parent / "errors-orientation.svg").exists()
     for words in points.unidentifiable:
         assert words in text
+
+
+def test_an_arm_is_judged_by_what_its_user_wants_and_else_not_at_all(result, points, tmp_path):
+    """The report used eq. (3) of ARIA for every arm, whatever was wanted of it."""
+    assert "no wanted error was given" in write_report(points, tmp_path).read_text()
+    norms = judge(result, Wanted(position=1e-2))
+    assert norms.verdict == f"✓ Meets 10 mm on all {len(result.held_out_data)} held-out rows"
+    strict = judge(result, Wanted(position=1e-2, rotation=1e-7))
+    assert strict.failed == result.held_out_data.row.tolist()
+    assert strict.check.limits.tolist() == [1e-2, 1e-7]
+    assert judge(points, Wanted(position=1e-2, rotation=1e-7)).check.words == "10 mm"
+    assert usual_wanted("ARIA") == Requirement().wanted
+    assert usual_wanted("UR5") is None
 
 
 def test_an_older_report_is_replaced_and_other_files_stay(points, tmp_path):

@@ -19,7 +19,7 @@ from workbench.plate.parts.page_parts import (
     table,
     title,
 )
-from workbench.plate.parts.parts import Block, BlockShape, Bore, Fixture, Purpose
+from workbench.plate.parts.parts import Block, BlockShape, Fixture, Purpose
 from workbench.plate.parts.tolerances import GENERAL, Tolerances
 
 
@@ -70,8 +70,8 @@ def _front(block: Block, view: View, tolerances: Tolerances) -> list[Item]:
         items.append(view.line(outline[:, [0, 2]], Layer.HIDDEN))
     items.append(view.line([(0.0, -4.0), (0.0, MM * block.height + 6.0)], Layer.CENTRES, closed=False))
     reach = half / view.scale
-    items.append(view.across((half, 0.0), (half, low), (reach + 10.0, 0.0), 90.0))
-    items.append(view.across((-half, 0.0), (-half, high), (-reach - 10.0, 0.0), 90.0))
+    items.append(view.across((half, 0.0), (half, low), (reach + 10.0, 0.0), 90.0, "(<>)"))
+    items.append(view.across((-half, 0.0), (-half, high), (-reach - 10.0, 0.0), 90.0, "(<>)"))
     middle = f"<> ±{MM * tolerances.height:.3g}"
     items.append(view.across((0.0, 0.0), (0.0, MM * block.height), (-reach - 22.0, 0.0), 90.0, middle))
     items.append(view.across((-half, 0.0), (half, 0.0), (0.0, -10.0), 0.0))
@@ -95,10 +95,10 @@ def _foot(block: Block, view: View, tolerances: Tolerances) -> list[Item]:
     half = 0.5 * MM * block.side
     items: list[Item] = [view.line([(-half, -half), (half, -half), (half, half), (-half, half)])]
     offsets = []
-    for bore in block.bores:
+    for number, bore in enumerate(block.bores, start=1):
         if bore.direction[2] > 0.0:
             x, y = MM * bore.mouth[:2]
-            items += view.hole((x, -y), MM * bore.diameter)
+            items += view.hole((x, -y), MM * bore.diameter, f"{number}")
             offsets.append(-float(y))
     reach = half / view.scale
     a, b = min(offsets), max(offsets)
@@ -106,8 +106,8 @@ def _foot(block: Block, view: View, tolerances: Tolerances) -> list[Item]:
         items.append(view.across((0.0, 0.0), (0.0, b), (-reach - 10.0, 0.0), 90.0))
         items.append(view.across((0.0, a), (0.0, 0.0), (-reach - 10.0, 0.0), 90.0))
         items.append(Words("C", view.at((0.0, b)) + np.array([3.0, 3.0]), 1.2 * TEXT))
-    items.append(view.across((-half, 0.0), (half, 0.0), (0.0, -reach - 10.0), 0.0))
-    items.append(view.across((0.0, -half), (0.0, half), (reach + 10.0, 0.0), 90.0))
+    items.append(view.across((-half, -half), (half, -half), (0.0, -reach - 10.0), 0.0))
+    items.append(view.across((half, -half), (half, half), (reach + 10.0, 0.0), 90.0))
     items.append(Words("B", view.at((0.0, 0.0)) + np.array([4.0, 3.0]), 1.2 * TEXT))
     items.append(
         Words(
@@ -123,12 +123,14 @@ def _face(block: Block, view: View, tolerances: Tolerances) -> list[Item]:
     slope = half / float(np.cos(block.tilt))
     items: list[Item] = [view.line([(-slope, -half), (slope, -half), (slope, half), (-slope, half)])]
     items.append(view.line([(-slope - 4.0, 0.0), (slope + 8.0, 0.0)], Layer.CENTRES, closed=False))
-    for bore in _face_bores(block):
-        items += view.hole(block.on_face(bore), MM * bore.diameter)
+    for number, bore in enumerate(block.bores, start=1):
+        if bore.direction[2] > 0.0:
+            continue
+        items += view.hole(block.on_face(bore), MM * bore.diameter, f"{number}")
         if bore.purpose is Purpose.INDEX:
             top = view.at((0.0, half)) + np.array([-14.0, 5.0])
             items += _index(view, block.on_face(bore), tolerances, top)
-    items.append(view.across((-slope, 0.0), (slope, 0.0), (0.0, -half / view.scale - 10.0), 0.0))
+    items.append(view.across((-slope, -half), (slope, -half), (0.0, -half / view.scale - 10.0), 0.0, "(<>)"))
     items.append(Words("u", view.at((slope + 9.0, -1.0)), 1.2 * TEXT))
     items.append(
         Words(
@@ -155,10 +157,6 @@ def _index(view: View, place: tuple[float, float], tolerances: Tolerances, top: 
     away = side * (9.0 if angle >= 0.0 else -9.0)
     items.append(view.across((0.0, 0.0), place, away, angle))
     return items
-
-
-def _face_bores(block: Block) -> list[Bore]:
-    return [bore for bore in block.bores if bore.direction[2] < 0.0]
 
 
 def _bore_rows(block: Block, tolerances: Tolerances) -> list[tuple[str, ...]]:

@@ -146,12 +146,21 @@ class View:
         """A polyline."""
         return Line(np.array([self.at(p) for p in points]), layer, closed)
 
-    def hole(self, centre: Point, diameter: float) -> list[Item]:
-        """A round hole with its centre lines."""
+    def hole(self, centre: Point, diameter: float, label: str = "") -> list[Item]:
+        """A round hole with its centre lines, and its number to the lower right."""
         middle, radius = self.at(centre), 0.5 * diameter / self.scale
         reach = 1.6 * radius
         cross = [np.array([[-reach, 0.0], [reach, 0.0]]), np.array([[0.0, -reach], [0.0, reach]])]
-        return [Circle(middle, radius), *(Line(middle + ends, Layer.CENTRES) for ends in cross)]
+        items: list[Item] = [Circle(middle, radius), *(Line(middle + ends, Layer.CENTRES) for ends in cross)]
+        if label:
+            items.append(Words(label, middle + np.array([0.8 * radius + 0.6, -radius - TEXT])))
+        return items
+
+    def label(self, centre: Point, diameter: float, words: str, *, under: bool = False) -> Words:
+        """Words over a hole, or under it."""
+        off = 0.8 * diameter / self.scale + 0.6
+        up = -off - TEXT if under else off
+        return Words(words, self.at(centre) + np.array([0.0, up]), TEXT, "center")
 
     def across(self, a: Point, b: Point, base: Point, turn: float, text: str = "<>") -> Dimension:
         """A dimension; its line goes through a point of the paper relative to the origin [mm]."""
@@ -219,6 +228,10 @@ def _on_axes(axes: Axes, item: Item, scale: float) -> None:
         case Angle(centre, radius, start, end, text, at):
             arc = Arc(_xy(centre), 2 * radius, 2 * radius, theta1=start, theta2=end, **_pen(Layer.DIMENSIONS))
             axes.add_patch(arc)
+            for angle, way in ((start, 1.0), (end, -1.0)):
+                out = np.array([np.cos(np.deg2rad(angle)), np.sin(np.deg2rad(angle))])
+                _arrow(axes, centre + radius * out, way * np.array([-out[1], out[0]]))
+            _on_axes(axes, _leader(item), scale)
             _on_axes(axes, Words(text, at), scale)
 
 
@@ -251,15 +264,28 @@ def _dimension(axes: Axes, item: Dimension, scale: float) -> None:
         feet if inside else [feet[0] - 6.0 * np.sign(length) * along, feet[1] + 6.0 * np.sign(length) * along]
     )
     _on_axes(axes, Line(np.array(ends), Layer.DIMENSIONS), scale)
-    side = np.array([-along[1], along[0]])
     for foot, way in zip(feet, (1.0, -1.0), strict=True):
-        back = way * np.sign(length) * (1.0 if inside else -1.0) * along
-        arrow = np.array([foot, foot + 2.5 * back + 0.5 * side, foot + 2.5 * back - 0.5 * side])
-        axes.add_patch(Polygon(arrow, closed=True, fc=_ink(Layer.DIMENSIONS), lw=0.0))
+        _arrow(axes, foot, way * np.sign(length) * (1.0 if inside else -1.0) * along)
     text = item.text.replace("<>", f"{abs(length) * scale:.3f}".rstrip("0").rstrip("."))
     turn = item.turn if -90.0 < item.turn <= 90.0 else item.turn - 180.0
     up = np.array([-np.sin(np.deg2rad(turn)), np.cos(np.deg2rad(turn))])
     _on_axes(axes, Words(text, 0.5 * (feet[0] + feet[1]) + 0.8 * up, TEXT, "center", turn), scale)
+
+
+def _arrow(axes: Axes, tip: np.ndarray, back: np.ndarray) -> None:
+    """An arrowhead whose shaft goes back along a unit vector."""
+    side = np.array([-back[1], back[0]])
+    arrow = np.array([tip, tip + 2.5 * back + 0.5 * side, tip + 2.5 * back - 0.5 * side])
+    axes.add_patch(Polygon(arrow, closed=True, fc=_ink(Layer.DIMENSIONS), lw=0.0))
+
+
+def _leader(item: Angle) -> Line:
+    """From the middle of an arc to its words."""
+    middle = np.deg2rad(0.5 * (item.start + item.end))
+    on_arc = item.centre + item.radius * np.array([np.cos(middle), np.sin(middle)])
+    left, foot = item.at
+    right = left + 0.65 * TEXT * len(item.text)
+    return Line(np.array([on_arc, [np.clip(on_arc[0], left, right), foot - 1.0]]), Layer.DIMENSIONS)
 
 
 def dxf_of(page: Page) -> str:
@@ -305,6 +331,7 @@ def _in_space(space: Any, item: Item, scale: float) -> None:
                 **_dimension_style(scale),
             ).render()
         case Angle(centre, radius, start, end, text, at):
+            _in_space(space, _leader(item), scale)
             space.add_angular_dim_cra(
                 center=(scale * centre).tolist(),
                 radius=scale * radius,

@@ -3,7 +3,7 @@
 A seat is a face with a bore for the probe's pin and an index hole on the tool's x axis, so that all six
 coordinates are constrained. A socket is a 90° cone in which a ball rests with its centre at the target: the
 face lies half a radius below the centre, the cone's apex √2 radii. A pointed probe stands in the apex of a
-centre.
+centre. A block's screw is under its target, so that blocks meant for a grid of holes stand on it.
 """
 
 from itertools import combinations
@@ -77,18 +77,18 @@ def _block(plate: Plate, number: int, target: Target, stock: Stock) -> Block:
             f"the face of target {number} stands {np.rad2deg(tilt):.0f}° off the plate, more than the "
             f"{np.rad2deg(STEEPEST):.0f}° that a block can be sawn to; turn the target, or tilt the plate"
         )
-    face = tool[:3, 3] + stock.lift(target.kind) * normal
+    lift = stock.lift(target.kind)
     azimuth = float(np.arctan2(normal[1], normal[0])) if tilt > 1e-6 else 0.0
-    pose = se3.pose(se3.rpy_to_matrix(np.array([0.0, 0.0, azimuth])), np.array([face[0], face[1], 0.0]))
+    pose = se3.pose(se3.rpy_to_matrix(np.array([0.0, 0.0, azimuth])), np.array([*tool[:2, 3], 0.0]))
     local = se3.inverse(pose)
-    middle = np.array([0.0, 0.0, face[2]])
+    middle = se3.apply(local, tool[:3, 3] + lift * normal)
     bores = (*_face_bores(number, target.kind, middle, local[:3, :3] @ tool[:3, :3], stock),)
     block = Block(
         number=number,
         kind=target.kind,
         pose=frozen(pose),
         side=stock.side,
-        height=float(face[2]),
+        height=float(tool[2, 3] + lift / normal[2]),
         tilt=tilt,
         bores=(*bores, *_foot_bores(number, stock)),
     )

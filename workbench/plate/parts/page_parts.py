@@ -16,6 +16,8 @@ TITLE = (180.0, 36.0)
 LINE = 1.7 * TEXT
 MATERIAL = {"plate": "EN AW-5083, milled flat to 0.05", "bottom": "EN AW-5083", "block": "EN AW-6082"}
 STEEL = "C45"
+RADIAL = 0.01
+"""± of an index hole's distance from the seat [mm]."""
 Rows = Sequence[Sequence[str]]
 
 
@@ -66,7 +68,7 @@ def millimetres(value: float) -> str:
 
 SHORT = {
     Purpose.SCREW: "screw",
-    Purpose.THREAD: "screw of the foot",
+    Purpose.THREAD: "screw",
     Purpose.DOWEL: "dowel",
     Purpose.MOUNTING: "mounting",
     Purpose.SEAT: "seat of the probe",
@@ -88,7 +90,7 @@ def position_words(bore: Bore, tolerances: Tolerances) -> str:
         case Purpose.SEAT | Purpose.SOCKET | Purpose.TIP:
             return f"Ø{across:.3f} to A B C"
         case Purpose.INDEX:
-            return "by angle, Ø0.02 radially"
+            return f"by angle; 15 ±{RADIAL:g}"
         case Purpose.DOWEL:
             return f"Ø{MM * tolerances.pair:.3f} pair; Ø{across:.3f}"
         case Purpose.PIN:

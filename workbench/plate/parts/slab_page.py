@@ -45,10 +45,10 @@ def slab_page(fixture: Fixture, slab: Slab) -> Page:
     for place, bore in zip(places, slab.bores, strict=True):
         items += view.hole(place, MM * bore.diameter)
         if not bore.label.isdecimal():
-            items.append(Words(bore.label, view.at(place) + 0.9 * MM * bore.diameter / scale + 0.5))
+            items.append(view.label(place, MM * bore.diameter, bore.label))
     if own:
         items += _feet(fixture, view)
-    across = view.across((0, 0), (length, 0), (0.0, -16.0), 0.0)
+    across = view.across((0, 0), (length, 0), (0.0, -10.0), 0.0)
     up = view.across((length, 0), (length, width), (length / scale + 16.0, 0.0), 90.0)
     items += [across, up, *_ordinates(np.array(_named(fixture, slab, places)), view, width)]
     left = view.origin[0] + length / scale + 34.0
@@ -62,7 +62,12 @@ def slab_page(fixture: Fixture, slab: Slab) -> Page:
     items += table(rows, np.array([left, top - BORDER - 4.0]), (14, 24, 24, 26, 36))
     name = "plate" if own else "bottom plate"
     notes = (
-        _plate_notes(fixture) if own else ["Robot's foot: centre of the circle R, x as the plate's drawing."]
+        _plate_notes(fixture)
+        if own
+        else [
+            "Robot's foot: centre of the circle R, x as the plate's drawing.",
+            "All holes: position Ø0.2 to the lower and the left edge.",
+        ]
     )
     items += lines(notes, np.array([left, top - BORDER - 10.0 - LINE * len(rows)]))
     items += title(
@@ -104,7 +109,8 @@ def _feet(fixture: Fixture, view: View) -> list[Item]:
         items.append(Circle(centre, 1.2, Layer.CENTRES))
         for axis, name in ((0, "X robot"), (1, "Y robot")):
             tip = centre + 10.0 * pose[:2, axis]
-            items += [Line(np.array([centre, tip]), Layer.CENTRES), Words(name, tip)]
+            align = "left" if axis == 0 else "right"
+            items += [Line(np.array([centre, tip]), Layer.CENTRES), Words(name, tip + 0.8, TEXT, align)]
     return items
 
 
@@ -130,7 +136,7 @@ def _plate_notes(fixture: Fixture) -> list[str]:
     x, y = fixture.from_corner(pose[:3, 3])
     return [
         "Datums: A top face, B lower edge, C left edge. Ordinates: the blocks' screw holes.",
-        f"Screw and dowel holes: position Ø{2 * MM * tolerances.place:.3f} to A B C;",
+        f"Dowel holes: position Ø{2 * MM * tolerances.place:.3f} to A B C; screw and mounting holes Ø0.2;",
         f"the two dowel holes of a block Ø{MM * tolerances.pair:.3f} to each other.",
         "Ticks: low side of each block. Numbers: target and shape of its block.",
         f"Budget: {tolerances.note}.",

@@ -15,7 +15,7 @@ from workbench.plate.parts.page_parts import (
     table,
     title,
 )
-from workbench.plate.parts.parts import Fixture, Turned
+from workbench.plate.parts.parts import Bore, Fixture, Turned
 from workbench.plate.parts.tolerances import GENERAL
 
 
@@ -43,6 +43,7 @@ def turned_page(fixture: Fixture, part: Turned) -> Page:
         z += high
     items.append(side.across((0.0, 0.0), (0.0, z), (-0.5 * widest / scale - 10.0, 0.0), 90.0))
     items.append(side.line([(0.0, -4.0), (0.0, z + 4.0)], Layer.CENTRES, closed=False))
+    there: dict[tuple[float, float], list[Bore]] = {}
     rows = [("hole", "for", "x", "y", "size", "depth", "position")]
     for bore in part.bores:
         x, y = MM * bore.mouth[:2]
@@ -55,7 +56,7 @@ def turned_page(fixture: Fixture, part: Turned) -> Page:
             )
         )
         items += end.hole((x, y), 2.0 * across)
-        items.append(Words(bore.label, end.at((x, y)) + across / scale + 0.6))
+        there.setdefault((round(x, 6), round(y, 6)), []).append(bore)
         depth = "through" if bore.through else millimetres(bore.depth)
         rows.append(
             (
@@ -68,6 +69,9 @@ def turned_page(fixture: Fixture, part: Turned) -> Page:
                 position_words(bore, fixture.tolerances),
             )
         )
+    for place, bores in there.items():
+        words, widest_bore = ", ".join(b.label for b in bores), max(b.diameter for b in bores)
+        items.append(end.label(place, MM * widest_bore, words, under=place[1] < 0.0))
     left = end.origin[0] + 0.5 * widest / scale + 22.0
     items += table(rows, np.array([left, top - BORDER - 6.0]), (12, 26, 18, 18, 34, 20, 32))
     items += [
@@ -78,18 +82,14 @@ def turned_page(fixture: Fixture, part: Turned) -> Page:
             "center",
         )
     ]
-    notes = (
-        PROBE_NOTES
-        if part.name == "probe"
-        else ["Ends parallel within 0.02; all stand-offs of one length within 0.02."]
-    )
+    notes = PROBE_NOTES if part.name == "probe" else ["All stand-offs of one length within 0.02."]
     items += lines(notes, np.array([left, top - BORDER - 14.0 - LINE * len(rows)]))
     items += title(
         paper,
         (
             f"{fixture.name}: {part.name}",
             f"quantity {part.quantity}; {STEEL}; scale 1:{scale:g}, mm",
-            f"general tolerances {GENERAL}; ends Ra 1.6, parallel 0.01",
+            f"general tolerances {GENERAL}; ends Ra 1.6, parallel 0.02",
             f"file {part.name}.step / .stl / .dxf",
         ),
     )

@@ -19,7 +19,9 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import JointKind, Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import frozen
+from workbench.plate.obstruction import solid_clear
 from workbench.plate.optimiser.clearance import arm_shape
+from workbench.plate.plate import Plate
 from workbench.plate.poses.d_optimal import greedy_choice
 from workbench.plate.poses.sampling import in_base, poses_that, random_poses
 from workbench.plate.poses.view import SLANT, View
@@ -40,6 +42,7 @@ class PoseLimits:
         travel: Greatest travel of any joint from one pose to the next [rad or m]; any if None.
         view: What cameras have to see; nothing if None.
         clearance: Least distance of the arm from itself [m]; not looked at if None.
+        solid: A plate whose solid the arm must not run into; none if None.
 
     Raises:
         OptionError: a cone or travel that is not positive, or a negative spread, margin or dexterity.
@@ -54,6 +57,7 @@ class PoseLimits:
     travel: float | None = None
     view: View | None = None
     clearance: float | None = None
+    solid: Plate | None = None
 
     def __post_init__(self):
         least = min(self.spread, self.margin, self.dexterity)
@@ -86,6 +90,8 @@ class PoseLimits:
             shape = arm_shape(robot, self.clearance)
             own = shape.own_distances(shape.placements(q[kept]), least=self.clearance)
             kept[kept] = own >= self.clearance
+        if self.solid is not None and kept.any():
+            kept[kept] = solid_clear(robot, self.solid, q[kept])
         return kept
 
     def _has_room(self, robot: Robot, q: np.ndarray) -> np.ndarray:

@@ -45,16 +45,18 @@ class ClusterTargets(AbstractTask):
             session.robot,
             plate.region,
             number=self.number,
+            solid=plate,
             seed=self.seed,
             progress=lambda share: progress(share, "searching"),
             cancel=cancel,
         )
-        return found.plate().targets
+        return found.plate(plate)
 
     def finish(self, session: Session, result: Any) -> Session:
         check_free(session)
-        session = place_targets(session, result)
-        return session.tell(Severity.INFO, f"the targets are now {len(result)} poses of equal index")
+        session = place_targets(session, result.targets)
+        words = (f"the targets are now {len(result)} poses of equal index", *result.notes)
+        return session.tell(Severity.INFO, "; ".join(words))
 
 
 @dataclass(frozen=True)
