@@ -94,7 +94,7 @@ class Wanted:
         self, position: Float[np.ndarray, "*rows 3"], rotation: Float[np.ndarray, "*rows 3"]
     ) -> Bool[np.ndarray, "*rows"]:
         """Which errors keep it; what was not measured (NaN) does."""
-        return ~(self._sizes(position, rotation) > self.limits).any(-1)
+        return np.asarray((~(self._sizes(position, rotation) > self.limits)).all(-1))
 
     @property
     def limits(self) -> Float[np.ndarray, " entries"]:

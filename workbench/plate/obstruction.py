@@ -58,7 +58,7 @@ def solid_clear(robot: Robot, plate: Plate, q: Float[np.ndarray, "rows n"]) -> B
     if plate.size is None:
         return np.ones(len(q), bool)
     shape = shape_of(robot)
-    return ~touches(shape, shape.placements(q), bodies_of(replace(plate, targets=()))).any(1)
+    return np.asarray((~touches(shape, shape.placements(q), bodies_of(replace(plate, targets=())))).all(1))
 
 
 def clear_of(robot: Robot, plate: Plate, target: int, branches: Sequence[Branch]) -> tuple[Branch, ...]:
