@@ -5,6 +5,7 @@ Poses come from `generator`, pictures from `rendered`; neither shares code with 
 
 import cv2
 import numpy as np
+from camera_arms import pixels
 from generator import VirtualArm, four, rotation
 from rendered import render
 
@@ -68,13 +69,39 @@ def photograph(robot, shifts, folder, *, count, seed=0, scale=1.003, blur=0.7, n
         noise: Of the pictures [grey values].
     """
     rng = np.random.default_rng(seed)
+    sheet, rows = paper(), []
+    for k, (row, target) in enumerate(_shots(robot, shifts, count, rng)):
+        picture = render(sheet, DOT * scale, target, LENS, SIZE, rng=rng, blur=blur, noise=noise)
+        cv2.imwrite(str(folder / f"{k}.png"), picture)
+        rows.append(row)
+    _write_beside(folder, rows)
+
+
+def tabulate(robot, shifts, folder, *, count, seed=0, noise=0.1):
+    """The same with a table of corners in place of pictures, noise in px; one picture to look at."""
+    rng = np.random.default_rng(seed)
+    across, down = SQUARES[0] - 1, SQUARES[1] - 1
+    corners = [[SQUARE * (k % across + 1), SQUARE * (k // across + 1), 0.0] for k in range(across * down)]
+    lines, rows = ["image,id,u[px],v[px]"], []
+    for k, (row, target) in enumerate(_shots(robot, shifts, count, rng)):
+        uv = pixels(np.array(corners) @ target[:3, :3].T + target[:3, 3], LENS[:4], LENS[4:])
+        uv += noise * rng.normal(size=uv.shape)
+        lines += [f"{k}.png,{i},{u:.4f},{v:.4f}" for i, (u, v) in enumerate(uv)]
+        if not k:
+            cv2.imwrite(str(folder / "0.png"), render(paper(), DOT, target, LENS, SIZE, rng=rng, fine=1))
+        rows.append(row)
+    (folder / "corners.csv").write_text("\n".join(lines) + "\n")
+    _write_beside(folder, rows)
+
+
+def _shots(robot, shifts, count, rng):
+    """Joints, and the board's pose in the camera, of pictures in which it is well in view."""
     table = table_of(robot)
     table[:, 0] += shifts
     arm = VirtualArm("hayati", table)
     board = pose([-0.075, 0.105, 0.03], [np.pi, 0.0, 0.0])  # its face looks along the tool's z axis
     eye = pose([0.45, 0.05, 0.0], [0.0, 0.0, 0.3])  # on the table, looking up
-    sheet, rows, names = paper(), [], []
-    while len(rows) < count:
+    while count:
         q = rng.uniform(
             np.clip(robot.limits[:, 0], -2.6, 2.6), np.clip(robot.limits[:, 1], -2.6, 2.6), (4000, 6)
         )
@@ -82,15 +109,15 @@ def photograph(robot, shifts, folder, *, count, seed=0, scale=1.003, blur=0.7, n
         middle = at @ np.array([0.075, 0.105, 0.0, 1.0])
         spot = np.abs(middle[:, :2] / middle[:, 2:3]) * LENS[:2]
         near = (middle[:, 2] > 0.3) & (middle[:, 2] < 0.6) & (spot < [120, 60]).all(1) & (at[:, 2, 2] > 0.75)
-        for row, target in zip(q[near], at[near], strict=True):
-            if len(rows) == count:
-                break
-            picture = render(sheet, DOT * scale, target, LENS, SIZE, rng=rng, blur=blur, noise=noise)
-            cv2.imwrite(str(folder / f"{len(rows)}.png"), picture)
-            names.append(f"{len(rows)}.png")
-            rows.append(row)
+        for row, target in list(zip(q[near], at[near], strict=True))[:count]:
+            count -= 1
+            yield row, target
+
+
+def _write_beside(folder, rows):
+    """The joints, and the files of camera and target."""
     lines = [",".join(["image", *(f"q{k + 1}[rad]" for k in range(6))])]
-    lines += [",".join([name, *map(repr, map(float, row))]) for name, row in zip(names, rows, strict=True)]
+    lines += [",".join([f"{k}.png", *map(repr, map(float, row))]) for k, row in enumerate(rows)]
     (folder / "joints.csv").write_text("\n".join(lines) + "\n")
     (folder / "camera.toml").write_text(CAMERA)
     (folder / "target.toml").write_text(TARGET)

@@ -6,12 +6,10 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.robot import Robot
 from workbench.base.types import Freedom
 from workbench.data.camera.camera import INTRINSICS
 from workbench.data.dataset import Dataset
-from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
-from workbench.identification.problem import Problem
+from workbench.identification.problem import Noise, Problem
 
 BETTER, LEAST_PIXEL = 0.75, 0.05
 """Intrinsics are doubted where free ones leave this part of the corners' error, and so many px less."""
@@ -20,25 +18,22 @@ OUTSIDE = 3.0
 
 
 def doubts(
-    robot: Robot, data: Dataset, problem: Problem, x: Float[np.ndarray, " p"], build: Callable[..., Problem]
+    problem: Problem, x: Float[np.ndarray, " p"], fitted: Callable[[Dataset], tuple[Problem, np.ndarray]]
 ) -> Iterator[str]:
     """Sentences on what the pictures contradict, with what to do.
 
     Args:
-        robot: Nominal arm.
-        data: Pictures.
-        problem: Of camera and target alone, all corners weighed alike.
+        problem: Of what the pictures may identify, joints' zeros at most, all corners weighed alike.
         x: Its answer.
-        build: Makes such a problem of other data.
+        fitted: Such a problem of other data, and its answer.
     """
+    data = problem.data
     rig = data.rig
     assert rig is not None, "pictures were fitted"
     values = dict(zip(problem.names, x.tolist(), strict=True))
     fixed = [camera for camera in rig.cameras if camera.free is Freedom.FIXED]
     if fixed:
-        freed = build(robot, replace(data, rig=rig.with_intrinsics(Freedom.AUTO)), free=())
-        freed = freed.with_noise(problem.noise)
-        other = Opt2(limit=60).search(freed).x
+        freed, other = fitted(replace(data, rig=rig.with_intrinsics(Freedom.AUTO)))
         was, now = pixel_error(problem, x), pixel_error(freed, other)
         if now < BETTER * was and was - now > LEAST_PIXEL:
             found = dict(zip(freed.names, other.tolist(), strict=True))
@@ -69,5 +64,6 @@ def doubts(
 
 def pixel_error(problem: Problem, x: Float[np.ndarray, " p"]) -> float:
     """Error of corners [px, root mean square of a coordinate]."""
+    problem = problem.with_noise(Noise(0.0, 0.0, (), problem.noise.pixel))
     off = problem.physical(problem.residual(x)[: problem.size])
     return float(np.sqrt((off**2).sum() / problem.count))

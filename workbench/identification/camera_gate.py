@@ -152,15 +152,13 @@ def pass_gate(
     Args:
         robot: Nominal arm.
         data: Pictures to fit.
-        free: Constants of the arm that the user frees: the only step beside camera and target.
+        free: Constants of the arm that may be freed at all; the robot's default ones if None.
         build: Makes the problem from robot, data and `free`.
     """
-    zeros = [n for n in robot.joint_offsets if n in robot.default_free]
-    wanted = [(ZEROS, zeros), (GEOMETRY, list(robot.default_free))]
-    if free is not None:
-        wanted = [("constants as asked", list(free))]
+    chosen = list(robot.default_free if free is None else free)
+    zeros = [n for n in robot.joint_offsets if n in chosen]
+    wanted = [(ZEROS, zeros)] + ([(GEOMETRY, chosen)] if set(chosen) - set(zeros) else [])
     at = _alike(build(robot, data, free=()))
-    doubted = tuple(doubts(robot, data, at.problem, at.x, build))
     noise = at.noise
     taken, steps = at, [_step("camera and target alone", at, at)]
     hidden: set[str] = set()
@@ -174,12 +172,20 @@ def pass_gate(
         mine = tuple(p.name for p in problem.parameters if p.is_geometry)
         if not mine or len(data) * 4 < len(mine):
             continue
-        at = _fitted(problem, tuple(n for n in mine if n not in zeros) if free is None else ())
+        at = _fitted(problem, tuple(n for n in mine if n not in zeros))
         step = _judged(_step(name, at, taken), steps)
         steps.append(step)
         if not step.refused:
             taken = at
     number = max(k for k, step in enumerate(steps) if not step.refused)
+
+    moved = [name for name in taken.free if name in zeros]
+
+    def fitted(other: Dataset) -> tuple[Problem, np.ndarray]:
+        again = _alike(build(robot, other, free=moved))
+        return again.problem, again.x
+
+    doubted = tuple(doubts(*fitted(data), fitted))
     return taken.problem, Gate(tuple(steps), number, _advice(steps, number, data), taken.noise, doubted)
 
 

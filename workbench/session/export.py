@@ -147,7 +147,10 @@ def _identified(session: Session) -> Identification:
 
 
 def _calibrated(session: Session) -> Robot:
-    return _identified(session).runs[session.fit].calibrated
+    found = _identified(session)
+    if found.gate is not None and found.gate.refused:
+        raise DataError(f"there is no calibrated arm to save: {found.gate.refused}")
+    return found.runs[session.fit].calibrated
 
 
 def _written(write: Callable[[Path], object], ending: str) -> bytes:

@@ -247,6 +247,12 @@ def _identified(session: Session, found: Identification) -> Step:
     if doubts := found.doubts(run):
         words = f"Implausible: {', '.join(doubts[:2])}; {LOOK_AGAIN}"
         return Step(words, Tone.CAREFUL, COMPARE, LOAD)
+    if (gate := found.gate) is not None and gate.refused:
+        words = f"The pictures identify nothing of the arm: {gate.advice or gate.steps[-1].refused}."
+        return Step(words, Tone.CAREFUL, MORE, COMPARE)
+    if gate is not None:
+        words = f"{stages_in_words(session)} mm; {gate.step.name} identified from pictures."
+        return Step(words, Tone.GOOD, TAKE, COMPARE)
     rows, times = len(found.train_rows), share_of_noise(session, found)
     if times <= BEYOND_NOISE:
         words = f"{stages_in_words(session)} mm: what is left is the instrument's noise."

@@ -1,6 +1,7 @@
 """Measurements of a session, and what was understood of them."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
@@ -21,6 +22,7 @@ class Loaded:
         actual: The virtual arm that was measured, hidden from every computation.
         read: The rows as they were read, before anything was said of them for an arm; None: virtual ones.
         match: How well they and the arm go together; None: not asked.
+        pictures: Small JPEG of every picture, by camera and image.
     """
 
     dataset: Dataset
@@ -32,6 +34,7 @@ class Loaded:
     actual: Robot | None = None
     read: Dataset | None = None
     match: ArmMatch | None = None
+    pictures: Mapping[tuple[str, str], bytes] = field(default_factory=dict)
 
     @property
     def is_foreign(self) -> bool:

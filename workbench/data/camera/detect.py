@@ -7,7 +7,7 @@ pattern: whichever shows more corners is taken, and said. A picture without the 
 
 import os
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -167,7 +167,7 @@ def find_corners(
         DataError: no picture shows the target, with the reason; or pictures are not of the camera's size.
     """
     folder = Path(folder)
-    files = [(camera.name, path) for camera, path in _files(folder, rig)]
+    files = list(picture_files(folder, rig))
     finder = Finder.of(rig.target, [_read(path) for _, path in _some(files)])
     sizes = {camera.name: camera.size for camera in rig.cameras}
 
@@ -227,8 +227,8 @@ def _judged(folder: Path, finder: Finder, names: list[str], found: list[Found]) 
     return (*said, *finder.notes)
 
 
-def _files(folder: Path, rig: Rig):
-    """Pictures of every camera, in the order of their names."""
+def picture_files(folder: Path, rig: Rig) -> Iterator[tuple[str, Path]]:
+    """Name of the camera and path of every picture, in the order of their names."""
     if not folder.is_dir():
         raise FileError("is no folder of pictures", path=str(folder))
     for camera in rig.cameras:
@@ -238,7 +238,7 @@ def _files(folder: Path, rig: Rig):
         )
         if not found:
             raise FileError(f"has no pictures ({', '.join(ENDINGS[:4])} …)", path=str(own))
-        yield from ((camera, path) for path in found)
+        yield from ((camera.name, path) for path in found)
 
 
 def _counting(path: Path) -> tuple[int, str]:

@@ -6,7 +6,7 @@ turns that reach these poses: camera and target can be found, of the arm nothing
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path, PurePath
@@ -119,7 +119,7 @@ def pixel_data(rows: PixelRows, rig: Rig, joints: Fields, *, dof: int | None = N
     picture = {name: k for k, name in enumerate(names)}
     place, camera, notes_of_names = _points(rows, rig)
     notes += notes_of_names
-    row = np.array([picture[name] for name in _plain(rows.image)])
+    row = np.array([picture[name] for name in plain_names(rows.image)])
     known = (place >= 0) & np.isfinite(rows.uv).all(1)
     pixels = np.full((len(names), len(rig.cameras), len(rig.target), 2), np.nan)
     where = row[known], camera[known], place[known]
@@ -153,7 +153,7 @@ def _names(rows: PixelRows, joints: Fields) -> tuple[list[str], list[str]]:
     Raises:
         DataError: pictures and joints don't belong together.
     """
-    taken = list(dict.fromkeys(_plain(rows.image)))
+    taken = list(dict.fromkeys(plain_names(rows.image)))
     if "image" not in joints.values:
         if len(taken) != joints.rows:
             raise DataError(
@@ -163,7 +163,7 @@ def _names(rows: PixelRows, joints: Fields) -> tuple[list[str], list[str]]:
         return taken, [
             "joints have no column 'image': the first row is taken for the first picture, and so on"
         ]
-    names = _plain(joints.values["image"])
+    names = plain_names(joints.values["image"])
     if len(set(names)) < len(names):
         again = next(name for name in names if names.count(name) > 1)
         raise DataError(f"{joints.source}: image '{again}' has joints twice; give one row a picture")
@@ -176,7 +176,7 @@ def _names(rows: PixelRows, joints: Fields) -> tuple[list[str], list[str]]:
     return names, []
 
 
-def _plain(names: np.ndarray) -> list[str]:
+def plain_names(names: Iterable) -> list[str]:
     """Names of pictures without folder, ending and leading zeros: 'shots/007.png' is '7'."""
     stems = [
         re.sub(r"\.(png|jpe?g|bmp|tiff?|pgm|webp|0+)$", "", PurePath(str(n)).name, flags=re.I) for n in names
@@ -231,7 +231,7 @@ def _one_a_picture(fields: Fields) -> Fields:
     """
     if not fields.numbers(r"q(\d+)") and "x" not in fields.values:
         raise FileError("has no joints: add q1[rad] …, or give --joints TABLE", path=fields.source)
-    names = np.array(_plain(fields.values["image"]))
+    names = np.array(plain_names(fields.values["image"]))
     _, first, back = np.unique(names, return_index=True, return_inverse=True)
     for key, values in fields.values.items():
         if re.fullmatch(r"q\d+", key):

@@ -49,6 +49,8 @@ class Diagnose(AbstractTask):
     def check(self, session: Session) -> None:
         check_own(session, anyway=self.anyway or session.identification is not None)
         assert session.loaded is not None
+        if session.loaded.dataset.rig is not None:
+            raise DataError("pictures are not diagnosed; Identify weighs what they may tell of the arm")
         rows = len(session.loaded.dataset) - len(session.left_out)
         if rows < LEAST_ROWS:
             raise DataError(

@@ -12,6 +12,8 @@
 | `errors/nominal`, `errors/calibrated` | errors as arrows, exaggerated |
 | `row/frames`, `row/mark` | measured orientations, the measured position that is looked at |
 | `track/wanted`, `track/reached` | the planned trajectory, and where the tool goes |
+| `camera/NAME`, `camera/target` | what a camera can see, and the target before it |
+| `camera/ellipsoid` | where the tool may be, enlarged |
 | `track/arm`, `track/mark`, `track/trail/N` | the arm that errs on its way, and what it left behind |
 """
 
@@ -19,6 +21,7 @@ from collections.abc import Iterator
 
 from workbench.session.state import Session
 from workbench.views.drawables.arms import arms, bent_arm, blame, branches
+from workbench.views.drawables.camera import cameras, ellipsoid
 from workbench.views.drawables.item import Item
 from workbench.views.drawables.measured import looked_at, measured
 from workbench.views.drawables.plate import plate, plate_before
@@ -26,13 +29,23 @@ from workbench.views.drawables.reach import envelope
 from workbench.views.drawables.region import region
 from workbench.views.drawables.track import on_its_way, track
 
-SUBJECTS = (arms, plate, region, measured, track)
+SUBJECTS = (arms, plate, region, measured, track, cameras)
 """What page and recordings show."""
 
 
 def on_page(session: Session) -> Iterator[Item]:
     """Everything that the page shows."""
-    for subject in (*SUBJECTS, plate_before, envelope, branches, looked_at, bent_arm, blame, on_its_way):
+    for subject in (
+        *SUBJECTS,
+        plate_before,
+        envelope,
+        branches,
+        looked_at,
+        bent_arm,
+        blame,
+        on_its_way,
+        ellipsoid,
+    ):
         yield from subject(session)
 
 

@@ -8,6 +8,7 @@ from workbench.arm.robot import Robot
 from workbench.plate.plate import Plate
 from workbench.session.commands.data import LoadData
 from workbench.session.commands.measure import TellSource
+from workbench.session.commands.pictures import LoadPictures
 from workbench.session.commands.region import CHORES
 from workbench.session.commands.tabs import OpenTab
 from workbench.session.journal.folder import Begun, unrecorded
@@ -62,7 +63,7 @@ class App:
         elif (left := begun.session.source) is not None and left.is_open:  # of a session that goes on
             self.worker.submit(TellSource(left.name, is_open=False))
         if data is not None:
-            self.worker.submit(LoadData(*data))
+            self.worker.submit(LoadPictures(*data) if data[0].endswith((".tar", ".zip")) else LoadData(*data))
             self.worker.submit(OpenTab(Tab.IDENTIFY))
         if demo is not None:
             self.play_demo(demo)

@@ -16,6 +16,7 @@ from workbench.views.page.html import MUTED, block, text
 from workbench.views.page.panels.arm import ArmPanel
 from workbench.views.page.panels.arrange import ArrangePanel, ImprovePanel, TablePanel
 from workbench.views.page.panels.bending import BendingPanel
+from workbench.views.page.panels.cameras import CamerasPanel
 from workbench.views.page.panels.choices import ChoicesPanel
 from workbench.views.page.panels.compare import ComparePanel
 from workbench.views.page.panels.data import DataPanel
@@ -63,7 +64,7 @@ TABS: dict[Tab, tuple[type[AbstractPanel], ...]] = {
         NoisePanel,
     ),
     Tab.REGION: (RegionPanel,),
-    Tab.MEASURE: (DataPanel, GuidedPanel),
+    Tab.MEASURE: (DataPanel, CamerasPanel, GuidedPanel),
     Tab.IDENTIFY: (FitPanel, ChoicesPanel, RezeroPanel),
     Tab.DIAGNOSE: (DiagnosePanel, JointsPanel),
     Tab.COMPARE: (ComparePanel, TrackPanel, BendingPanel),

@@ -47,7 +47,7 @@ def serve(
     Args:
         robot: Nominal robot.
         plate: Fixture with its targets.
-        data: Measurement file to begin with.
+        data: Measurement file, or folder of pictures, to begin with.
         host: Address to listen at; anything but the loopback address lets other machines in.
         port: Port; 0 for any free one; None for the usual one, or any free one where that is taken.
         open_browser: Whether to open the page in the user's browser.
@@ -61,7 +61,7 @@ def serve(
         OptionError: the port is taken or can't be used.
         FileError: the measurement file can't be opened.
     """
-    first = None if data is None else (Path(data).name, read_bytes(data, wanted="a measurement file"))
+    first = None if data is None else _content(Path(data))
     stop = threading.Event()
     before = signal.signal(signal.SIGINT, _stopped_by_interrupt(stop))
     names: list[str] = []  # of the session on the page, once there is one
@@ -90,6 +90,15 @@ def serve(
     finally:
         signal.signal(signal.SIGINT, before)
         end()
+
+
+def _content(data: Path) -> tuple[str, bytes]:
+    """Name and contents of a file; of a folder of pictures, those of its archive."""
+    if data.is_dir():
+        from workbench.data.camera.folder import packed
+
+        return f"{data.resolve().name}.tar", packed(data)
+    return data.name, read_bytes(data, wanted="a measurement file")
 
 
 @contextlib.contextmanager

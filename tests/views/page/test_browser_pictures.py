@@ -1,0 +1,41 @@
+"""A folder of what a camera saw, chosen on the page, to a calibrated URDF."""
+
+import numpy as np
+import pytest
+
+from workbench.arm.urdf import read_urdf
+
+cv2 = pytest.importorskip("cv2")
+pytestmark = pytest.mark.browser
+SHIFTS = np.deg2rad([0.0, 0.0, 0.6, 0.0, -0.4, 0.0])
+
+
+def test_a_folder_is_chosen_identified_and_saved(app, look, aria, tmp_path):
+    from pictured_arms import tabulate
+
+    folder = tmp_path / "knocked"
+    folder.mkdir()
+    tabulate(aria, SHIFTS, folder, count=24)
+    screen = look()
+    screen.tab("Measure")
+    screen.page.locator('[data-testid="folder"] input').set_input_files(folder)
+    screen.wait_text("camera_0", "image 0")
+    session = screen.until(lambda s: s.loaded is not None and s.job is None)
+    assert session.loaded.name == "knocked"
+    assert screen.page.locator('[data-testid="picture"] image').count() == 1
+    screen.wait_node("/camera/target", np.zeros(3))
+    screen.shoot("pictures-loaded")
+    screen.press("Identify the geometry")
+    screen.until(lambda s: s.identification is not None and s.job is None, timeout=120.0)
+    screen.tab("Measure")
+    screen.wait_text("gate", "Identified: joint zeros")
+    screen.wait_node("/camera/target", np.zeros(3))
+    screen.shoot("pictures-identified")
+    screen.tab("More")
+    with screen.page.expect_download() as saved:
+        screen.press("Calibrated robot (URDF)")
+    saved.value.save_as(tmp_path / "arm.urdf")
+    q = np.random.default_rng(1).uniform(-1.0, 1.0, (20, 6))
+    turns = [arm.predict(q)[:, :3, :3] for arm in (read_urdf(tmp_path / "arm.urdf"), aria)]
+    off = np.swapaxes(turns[0], 1, 2) @ turns[1]
+    assert 0.3 < np.rad2deg(np.arccos((np.trace(off, axis1=1, axis2=2).mean() - 1.0) / 2.0)) < 1.0

@@ -1,0 +1,180 @@
+"""A folder as people keep it: pictures or a table of their corners, joints, cameras and target beside them.
+
+What a file is, its content says and not its name: `[[camera]]` tables, a target, corners (a column `u[px]`),
+joints or tool poses.
+"""
+
+import io
+import os
+import re
+import tarfile
+import tempfile
+import zipfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from workbench.base.errors import FileError
+from workbench.base.toml import AbstractTableReader
+from workbench.base.wording import listed
+from workbench.data.camera.detect import ENDINGS, find_corners, picture_files
+from workbench.data.camera.markers import opencv
+from workbench.data.camera.pixel_table import plain_names, read_pixels
+from workbench.data.camera.rig import Rig, read_rig
+from workbench.data.dataset import Dataset
+from workbench.data.readers.read import read_fields
+
+TABLES = (".csv", ".tsv", ".xlsx", ".parquet")
+LARGEST, MOST_FILES = 1 << 30, 20_000
+"""Bytes and files of an archive that are unpacked."""
+SHOWN_WIDTH, QUALITY = 900, 80
+"""Width [px] and quality of pictures that are kept to be looked at."""
+
+Progress = Callable[[float, str], None]
+
+
+@dataclass(frozen=True)
+class Folder:
+    """What the files of a folder are.
+
+    Args:
+        rig: Cameras and target.
+        corners: Table of corners; None: they are found in the pictures.
+        joints: Table of one row a picture; None: joints stand beside the corners.
+        place: The folder.
+    """
+
+    rig: Rig
+    corners: Path | None
+    joints: Path | None
+    place: Path
+
+
+def look_into(place: Path | str) -> Folder:
+    """What is in a folder, or in the only one that it holds.
+
+    Raises:
+        FileError: something is missing, or there is more than one of it.
+    """
+    place = Path(place)
+    if not place.is_dir():
+        raise FileError("is no folder", path=str(place))
+    while (
+        len(inside := [p for p in place.iterdir() if not p.name.startswith(".")]) == 1 and inside[0].is_dir()
+    ):
+        place = inside[0]
+    files = sorted(p for p in inside if p.is_file())
+    tables = {p: set(_keys(p)) for p in files if p.suffix.lower() == ".toml"}
+    camera = _only(place, [p for p, keys in tables.items() if "camera" in keys], "camera.toml", "[[camera]]")
+    targets = [p for p, keys in tables.items() if keys & {"charuco", "point"}]
+    target = _only(place, targets, "target.toml", "[charuco] or [[point]]")
+    columns = {p: set(read_fields(p, layout="plain").values) for p in files if p.suffix.lower() in TABLES}
+    corners = _only(place, [p for p, keys in columns.items() if "u" in keys])
+    beside = [p for p, keys in columns.items() if "u" not in keys and keys & {"q1", "x"}]
+    joints = _only(place, beside)
+    if joints is None and corners is None:
+        raise FileError(
+            "has no table of the joints at which the pictures were taken: add a CSV with the columns image, "
+            "q1[deg] …",
+            path=str(place),
+        )
+    return Folder(read_rig(camera, target), corners, joints, place)
+
+
+def read_folder(place: Path | str, *, dof: int | None = None, progress: Progress | None = None) -> Dataset:
+    """Measurements of a folder; `progress` is told how far the search for corners is.
+
+    Raises:
+        WorkbenchError: files are missing, can't be read, or don't belong together.
+    """
+    found = look_into(place)
+    source: Any = found.corners
+    if source is None:
+        source = find_corners(found.place, found.rig, progress=progress)
+    data = read_pixels(source, found.rig, joints=found.joints, dof=dof)
+    return replace(data, source=found.place.name)
+
+
+def shown_pictures(place: Path | str, rig: Rig) -> dict[tuple[str, str], bytes]:
+    """Small JPEG of every picture, by camera and image; none where the folder has corners alone."""
+    place = look_into(place).place
+    if not any(p.suffix.lower() in ENDINGS for p in place.rglob("*")):
+        return {}
+    cv2 = opencv("reading pictures")
+    found = {}
+    for camera, path in picture_files(place, rig):
+        picture = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+        if picture is None:
+            continue
+        part = min(1.0, SHOWN_WIDTH / picture.shape[1])
+        small = cv2.resize(picture, None, fx=part, fy=part, interpolation=cv2.INTER_AREA)
+        content = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, QUALITY])[1]
+        found[camera, plain_names([path.name])[0]] = content.tobytes()
+    return found
+
+
+def packed(place: Path | str) -> bytes:
+    """A folder as a tar archive: pictures, tables and TOML files."""
+    out = io.BytesIO()
+    with tarfile.open(fileobj=out, mode="w") as archive:
+        for path in sorted(Path(place).rglob("*")):
+            if path.suffix.lower() in (*ENDINGS, *TABLES, ".toml"):
+                archive.add(path, arcname=str(path.relative_to(place)))
+    return out.getvalue()
+
+
+@contextmanager
+def unpacked(name: str, content: bytes) -> Iterator[Path]:
+    """The folder that a ZIP or tar archive holds, as long as it is looked at.
+
+    Raises:
+        FileError: it is no archive, or too large.
+    """
+    with tempfile.TemporaryDirectory(prefix="workbench-") as folder:
+        size = 0
+        for number, (inside, data) in enumerate(_members(name, content)):
+            size += len(data)
+            if size > LARGEST or number >= MOST_FILES:
+                raise FileError(f"unpacks to more than {LARGEST >> 20} MiB or {MOST_FILES} files", path=name)
+            parts = [re.sub(r"[^\w.+ ()-]", "_", part) for part in re.split(r"[/\\]", inside)]
+            path = Path(folder, *(part for part in parts if part.strip(".")))
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(data)
+        yield Path(folder)
+
+
+def _members(name: str, content: bytes) -> Iterator[tuple[str, bytes]]:
+    try:
+        if zipfile.is_zipfile(io.BytesIO(content)):
+            with zipfile.ZipFile(io.BytesIO(content)) as archive:
+                for info in archive.infolist():
+                    if not info.is_dir() and info.file_size <= LARGEST:
+                        yield info.filename, archive.read(info)
+            return
+        with tarfile.open(fileobj=io.BytesIO(content)) as archive:
+            for member in archive:
+                if member.isfile() and (file := archive.extractfile(member)) is not None:
+                    yield member.name, file.read()
+    except (tarfile.TarError, zipfile.BadZipFile, EOFError, OSError) as error:
+        raise FileError(f"is no ZIP or tar archive of a folder ({error})", path=name) from None
+
+
+def _only(place: Path, found: list[Path], name: str = "", holds: str = "") -> Any:
+    """The one file; None where it may be missing."""
+    if len(found) > 1:
+        names = listed([p.name for p in found])
+        raise FileError(f"has several files of the same kind: {names}; leave one of them", path=str(place))
+    if not found and name:
+        beside = f", with {holds}, beside the pictures"
+        raise FileError(f"has no {name}: add one{beside}", path=str(place))
+    return found[0] if found else None
+
+
+class _Keys(AbstractTableReader):
+    wanted = otherwise = "a TOML file"
+
+
+def _keys(path: Path) -> dict[str, Any]:
+    return _Keys(os.fspath(path)).load()

@@ -1,0 +1,197 @@
+"""Cameras as the instrument: a folder of pictures, what was found in them, and what they may identify."""
+
+import base64
+from typing import Any
+
+import numpy as np
+import viser
+
+from workbench.identification.camera_gate import Gate
+from workbench.identification.report.cameras import camera_words
+from workbench.session.camera_view import CameraView, camera_views, coverage
+from workbench.session.commands.compare import ShowRow
+from workbench.session.commands.pictures import LARGEST_FOLDER, LoadPictures
+from workbench.session.state import Session
+from workbench.views.page.drop import ENDING, folder_field
+from workbench.views.page.html import (
+    BAD,
+    CAREFUL,
+    GOOD,
+    LINE,
+    MUTED,
+    badge,
+    block,
+    folded,
+    heading,
+    number,
+    table,
+    text,
+)
+from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value
+
+FOUND, MODEL, FAR = "#22c55e", "#f43f5e", "#f59e0b"
+"""Colours of corners as found, as the model puts them, and of what lies between."""
+ARROWS = 20.0
+"""How many times residuals are drawn."""
+
+
+class CamerasPanel(AbstractPanel):
+    """A folder: loading, one picture with its corners, coverage, and the steps of the gate."""
+
+    def build(self, server: viser.ViserServer) -> None:
+        gui = server.gui
+        with gui.add_folder("Pictures of a camera", expand_by_default=True):
+            gui.add_html(
+                folder_field("Drop or choose a folder: pictures, joints (CSV), camera.toml and target.toml")
+            )
+            self.upload(
+                gui,
+                "… or an archive of it (ZIP)",
+                LoadPictures,
+                "Pictures of a board or of tags, or a table of their corners; a table of the joints with a "
+                f"column 'image'; camera.toml and target.toml. Up to {LARGEST_FOLDER // 2**20} MiB.",
+                endings=ENDING,
+                most=LARGEST_FOLDER,
+            )
+            self._row = gui.add_slider(
+                "Picture", 1, 2, 1, 1, visible=False, hint="Step through the pictures."
+            )
+            on_change(self._row, lambda: self._worker.submit(ShowRow(int(self._row.value) - 1)))
+            self._seen = gui.add_html("")
+            self._gate = gui.add_html("")
+
+    def parts(self, session: Session) -> tuple[Any, ...]:
+        return (
+            session.comparison,
+            session.row,
+            session.focus,
+            session.identification,
+            session.fit,
+            session.loaded,
+        )
+
+    def show(self, session: Session) -> None:
+        views = camera_views(session)
+        rows = 0 if session.comparison is None or not views else len(session.comparison)
+        self._row.visible = rows > 1
+        if rows > 1:
+            if self._row.value > rows:
+                set_value(self._row, 1)
+            self._row.max = rows
+            set_value(self._row, session.row + 1)
+        self._seen.content = "".join(_camera(session, c, view) for c, view in enumerate(views))
+        self._gate.content = _identified(session) if views else ""
+
+
+def _camera(session: Session, number_of: int, view: CameraView) -> str:
+    """What one camera sees, with its words and its coverage."""
+    assert session.loaded is not None, "a camera has pictures"
+    off = np.linalg.norm(view.measured - view.predicted, axis=1)
+    found = int(np.isfinite(off).sum())
+    head = f"{view.name}: image {view.image}" if view.image else f"{view.name}: what it would see here"
+    words = f"{found} corners" if view.image else f"{int(_inside(view).sum())} corners in view"
+    if found and session.identification is not None:
+        words += f", {number(float(np.sqrt((off[np.isfinite(off)] ** 2).mean())))} px off the model"
+    cells = coverage(session.loaded.dataset, number_of)
+    share = float((cells > 0).mean())
+    tone = GOOD if share > 0.6 else CAREFUL
+    return block(
+        f'<div style="display:flex;justify-content:space-between"><b>{text(head)}</b>'
+        f"<span>{text(words)}</span></div>"
+        + _picture(view)
+        + f'<div style="display:flex;gap:10px;align-items:center;margin-top:4px">{_cells(cells)}'
+        f'<span data-testid="coverage">{badge(f"{100 * share:.0f} % of the picture used", tone)}</span>'
+        "</div>",
+        testid=f"camera_{number_of}",
+        style="margin:4px 0 8px",
+    )
+
+
+def _inside(view: CameraView) -> np.ndarray:
+    with np.errstate(invalid="ignore"):
+        return ((view.predicted >= 0.0) & (view.predicted < np.array(view.size))).all(1)
+
+
+def _picture(view: CameraView) -> str:
+    """The picture, or an empty one, with corners as found (rings) and as the model has them (crosses)."""
+    width, height = view.size
+    r = width / 160.0
+    parts = [f'<rect width="{width}" height="{height}" fill="#1f2937"/>']
+    if view.picture is not None:
+        data = base64.b64encode(view.picture).decode()
+        parts.append(f'<image width="{width}" height="{height}" href="data:image/jpeg;base64,{data}"/>')
+    for place, seen in zip(view.predicted, view.measured, strict=True):
+        if np.isfinite(place).all():
+            x, y = place
+            cross = f"M{x - r:.1f} {y:.1f}h{2 * r:.1f}M{x:.1f} {y - r:.1f}v{2 * r:.1f}"
+            parts.append(f'<path d="{cross}" stroke="{MODEL}" stroke-width="{0.4 * r:.1f}"/>')
+        if np.isfinite(seen).all():
+            u, v = seen
+            parts.append(
+                f'<circle cx="{u:.1f}" cy="{v:.1f}" r="{r:.1f}" fill="none" stroke="{FOUND}" '
+                f'stroke-width="{0.4 * r:.1f}"/>'
+            )
+            if np.isfinite(place).all():
+                far = seen + ARROWS * (seen - place)
+                parts.append(
+                    f'<path d="M{u:.1f} {v:.1f}L{far[0]:.1f} {far[1]:.1f}" stroke="{FAR}" '
+                    f'stroke-width="{0.4 * r:.1f}"/>'
+                )
+    words = f"rings: found; crosses: by the model; lines: the difference × {ARROWS:g}"
+    return (
+        f'<svg viewBox="0 0 {width} {height}" width="100%" data-testid="picture" style="border-radius:4px">'
+        f"<title>{words}</title>{''.join(parts)}</svg>"
+        f'<div style="color:{MUTED};font-size:11.5px">{words}</div>'
+    )
+
+
+def _cells(cells: np.ndarray) -> str:
+    """Which parts of the picture have corners."""
+    most = max(float(cells.max()), 1.0)
+    parts = [
+        f'<rect x="{12 * c}" y="{12 * r}" width="11" height="11" rx="2" fill="{FOUND}" '
+        f'fill-opacity="{0.0 if not n else 0.25 + 0.75 * n / most:.2f}" stroke="{LINE}" stroke-width=".7">'
+        f"<title>{int(n)} corners</title></rect>"
+        for (r, c), n in np.ndenumerate(cells)
+    ]
+    return f'<svg width="{12 * cells.shape[1]}" height="{12 * cells.shape[0]}">{"".join(parts)}</svg>'
+
+
+def _identified(session: Session) -> str:
+    """The gate's steps, and where cameras and target are."""
+    result = session.identification
+    if result is None or result.gate is None:
+        words = "Not identified yet: camera and target are first guesses. Identify is in the next tab."
+        return block(text(words), testid="gate", style=f"color:{MUTED};margin:4px 0")
+    gate = result.gate
+    verdict = "Nothing of the arm was identified" if gate.refused else f"Identified: {gate.step.name}"
+    colour = BAD if gate.refused else GOOD
+    reasons = "".join(
+        f"<li>{text(step.name)}: {text(step.refused)}</li>" for step in gate.steps if step.refused
+    )
+    said = [*gate.doubts, *([gate.advice] if gate.advice else [])]
+    places = "".join(f"<div>{text(words)}</div>" for words in camera_words(result))
+    return block(
+        badge(verdict, colour)
+        + heading("Step by step, at the tool")
+        + _steps(gate)
+        + (f'<ul style="margin:4px 0;padding-left:16px">{reasons}</ul>' if reasons else "")
+        + "".join(f'<div style="color:{CAREFUL}">{text(words)}</div>' for words in said)
+        + folded("Zeros, camera and target", places),
+        testid="gate",
+        style="margin:4px 0 8px",
+    )
+
+
+def _steps(gate: Gate) -> str:
+    rows = [
+        (
+            text(step.name),
+            f"{number(1e3 * step.expected, 2)} mm",
+            f"{number(1e3 * step.uncertainty, 2)} mm",
+            f"{step.pixel:.2f} px",
+            "no" if step.refused else "yes",
+        )
+        for step in gate.steps
+    ]
+    return table(("freed", "expected", "uncertain", "left out", "taken"), rows, testid="steps")
