@@ -109,7 +109,7 @@ def _camera(session: Session, number_of: int, view: CameraView) -> str:
 
 def _inside(view: CameraView) -> np.ndarray:
     with np.errstate(invalid="ignore"):
-        return ((view.predicted >= 0.0) & (view.predicted < np.array(view.size))).all(1)
+        return np.all((view.predicted >= 0.0) & (view.predicted < np.array(view.size)), axis=1)
 
 
 def _picture(view: CameraView) -> str:
