@@ -147,11 +147,15 @@ class Arm:
 
 
 def made(rng, name, *, zeros=0.0, angle=0.0, length=0.0, **more):
-    """An arm with random errors: zeros and angles [rad], lengths [m], one standard deviation."""
+    """An arm with random errors: zeros and angles [rad], lengths [m], one standard deviation.
+
+    A turn beta is an error of its own between parallel axes only, elsewhere another zero of the next joint.
+    """
     dh = np.array(ARMS[name], float)
     n = len(dh)
     off = np.column_stack([rng.normal(size=n) * s for s in (0.0, length, length, angle)])
-    return Arm(dh + off, angle * rng.normal(size=n), zeros * rng.normal(size=n), **more)
+    beta = angle * rng.normal(size=n) * (np.sin(dh[:, 3]) == 0.0)
+    return Arm(dh + off, beta, zeros * rng.normal(size=n), **more)
 
 
 def dodecahedron(inner=0.09, side=0.075):

@@ -27,7 +27,15 @@ from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.camera_checks import doubts
 from workbench.identification.held_out_rows import cells
-from workbench.identification.picture_noise import FAR, LEAST, Knowledge, Pictures, Variances, most_likely
+from workbench.identification.picture_noise import (
+    FAR,
+    LEAST,
+    Considered,
+    Knowledge,
+    Pictures,
+    Variances,
+    most_likely,
+)
 from workbench.identification.problem import Noise, Problem
 
 ZEROS, GEOMETRY = "joint zeros", "geometry"
@@ -95,6 +103,7 @@ class Gate:
         advice: What to measure next; "" where nothing has to be.
         noise: How corners scatter, and how far the tool is off in every picture.
         doubts: What of camera and target the pictures contradict.
+        considered: The geometry, where it stays nominal beside zeros that are identified.
     """
 
     steps: tuple[Step, ...]
@@ -102,6 +111,7 @@ class Gate:
     advice: str
     noise: Noise
     doubts: tuple[str, ...] = ()
+    considered: Considered | None = None
 
     @property
     def step(self) -> Step:
@@ -138,6 +148,7 @@ class Fitted(NamedTuple):
     free: tuple[str, ...]
     noise: Noise
     is_lack_shown: bool
+    deviations: np.ndarray = np.zeros(0)
 
 
 def pass_gate(
@@ -185,8 +196,11 @@ def pass_gate(
         again = _alike(build(robot, other, free=moved))
         return again.problem, again.x
 
-    doubted = tuple(doubts(*fitted(data), fitted))
-    return taken.problem, Gate(tuple(steps), number, _advice(steps, number, data), taken.noise, doubted)
+    doubted, advice = tuple(doubts(*fitted(data), fitted)), _advice(steps, number, data)
+    considered = None
+    if taken.free and len(at.free) > len(taken.free):
+        considered = Considered(at.problem.with_noise(taken.noise), at.deviations)
+    return taken.problem, Gate(tuple(steps), number, advice, taken.noise, doubted, considered)
 
 
 def _alike(problem: Problem) -> Fitted:
@@ -220,7 +234,7 @@ def _fitted(problem: Problem, shrunk: tuple[str, ...]) -> Fitted:
         ):
             break
     free = tuple(p.name for p in problem.parameters if p.is_geometry)
-    return Fitted(now, x, free, now.noise, found.is_shown)
+    return Fitted(now, x, free, now.noise, found.is_shown, found.width * shares)
 
 
 def _confounded(problem: Problem) -> set[str]:

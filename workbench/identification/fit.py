@@ -17,7 +17,7 @@ from workbench.arm.unidentifiable import Combination, combinations
 from workbench.base.types import Outcome
 from workbench.identification.factorisation import Factor
 from workbench.identification.noise import effective_parameters, factor_at
-from workbench.identification.picture_noise import covariance
+from workbench.identification.picture_noise import Considered, covariance
 from workbench.identification.problem import Noise, Problem
 
 SUSPICIOUS = 5.0
@@ -40,6 +40,7 @@ class Fit:
         seconds: Time of the search.
         warnings: What a user should know, one sentence each.
         actual: How corners in pictures scatter, where all were weighed alike.
+        considered: Constants that stay nominal though they are uncertain.
     """
 
     algorithm: str
@@ -51,6 +52,7 @@ class Fit:
     seconds: float
     warnings: tuple[str, ...] = ()
     actual: Noise | None = None
+    considered: Considered | None = None
 
     @property
     def iterations(self) -> int:
@@ -101,7 +103,10 @@ class Fit:
         """Covariance of x [rad, m] for the residuals that were left; zero along what can't be seen."""
         if self.actual is not None:
             return covariance(self.problem, self.x, self.factor.root, self.actual)
-        return self.factor.covariance() * self.variance_factor
+        found = self.factor.covariance() * self.variance_factor
+        if self.considered is None:
+            return found
+        return found + self.considered.covariance(self.problem.names, self.x, self.factor.root)
 
     @cached_property
     def std(self) -> Float[np.ndarray, " p"]:

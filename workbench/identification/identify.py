@@ -81,8 +81,8 @@ def identify(
             0.4 + 0.5 * k / len(chosen), f"{algorithm.title}: fitting {len(ready.problem.names)} parameters"
         )
         fit = _fit(ready.problem, algorithm, loss, cancel)
-        if ready.gate is not None and not ready.gate.taken:
-            fit = replace(fit, actual=ready.gate.noise)
+        if (gate := ready.gate) is not None:
+            fit = replace(fit, actual=None if gate.taken else gate.noise, considered=gate.considered)
         pairs = zip(fit.problem.parameters, fit.x.tolist(), strict=True)
         train, held = ready.errors(fit.calibrated, {p.name: value for p, value in pairs if p.is_instrument})
         if ready.gate is not None:

@@ -228,6 +228,37 @@ def covariance(
     return root @ middle @ root.T
 
 
+@dataclass(frozen=True, eq=False)
+class Considered:
+    """Constants that stay nominal, though they are known only so well: their errors bend the others.
+
+    With J and K the Jacobians of the unknowns and of these constants, the answer errs by S = −(JᵀJ)⁻¹JᵀK for
+    a unit error of each, so that S D² Sᵀ joins its covariance.
+
+    Args:
+        problem: With these constants free as well.
+        deviations: Standard deviation of each of its unknowns that is only considered; 0 of the others.
+
+    Source: Schmidt, Application of state-space methods to navigation problems, Advances in Control Systems 3,
+    1966.
+    """
+
+    problem: Problem
+    deviations: Float[np.ndarray, " p"]
+
+    def covariance(
+        self, names: tuple[str, ...], x: Float[np.ndarray, " k"], root: Float[np.ndarray, "k r"]
+    ) -> Float[np.ndarray, "k k"]:
+        """What it adds to the covariance root rootᵀ of these unknowns at their answer."""
+        places, everything = [self.problem.names.index(n) for n in names], self.problem.start.copy()
+        everything[places] = x
+        jacobian = self.problem.evaluate(everything).jacobian
+        inside = self.deviations > 0.0
+        known = jacobian[:, inside] * self.deviations[inside]
+        bent = root @ (root.T @ (jacobian[:, places].T @ known))
+        return bent @ bent.T
+
+
 def of_residuals(residual: np.ndarray, by_twist: np.ndarray, seen: np.ndarray) -> tuple[Pictures, Noise]:
     """Sums and variances of the residuals of a model that was not fitted to them.
 
