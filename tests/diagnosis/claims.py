@@ -82,5 +82,5 @@ def named(thing) -> Iterator[Named]:
 
 def map_gain(said) -> float:
     """What the residual map takes off the mean held-out error [mm]; NaN where there is none."""
-    found = getattr(said, "map", None)
-    return float(getattr(found, "gain_mm", float("nan")))
+    found = getattr(said, "residual_map", None)
+    return float("nan") if found is None else float(found.before_mm - found.after_mm)

@@ -40,6 +40,22 @@ def test_a_joint_that_scatters_alone_is_not_named_after_a_part_of_its_error():
     assert "winds up the drive" in found.message
 
 
+def test_a_soft_bearing_is_not_called_a_soft_link_for_the_masses_behind_it():
+    """The link's flexure holds the bearing as a special case; both are asked with uncertain masses."""
+    case = make("bearing", 302, "three-parallel")
+    found = diagnose(case.robot, case.data, held_out=0.0)
+    assert [(c.kind, c.joints, c.confidence) for c in found.causes] == [
+        ("bearing-compliance", case.truth[0].joints, "certain")
+    ]
+
+
+def test_what_geometry_takes_back_is_no_coupling():
+    """Play bends the geometry that is fitted first; the slides' right angle comes back with it."""
+    case = make("backlash-moment", 402, "gantry")
+    found = diagnose(case.robot, case.data, held_out=0.0)
+    assert [(c.kind, c.joints) for c in found.causes] == [("backlash", case.truth[0].joints)]
+
+
 @pytest.mark.parametrize(
     ("odds", "word"), [(1e6, "certain"), (1000.0, "certain"), (999.0, "probable"), (19.0, "cannot tell")]
 )

@@ -24,19 +24,10 @@ from workbench.arm.effects import AbstractEffect
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import law_sizes
-from workbench.diagnosis.evidence import (
-    Left,
-    Model,
-    Offer,
-    Term,
-    drop,
-    left_by,
-    offers,
-    standard_error,
-    validated,
-)
+from workbench.diagnosis.evidence import Left, Model, Offer, Term, drop, left_by, standard_error, validated
+from workbench.diagnosis.rivals import distinct, place_of
 from workbench.diagnosis.rounds import Searched
-from workbench.diagnosis.stepwise_search import kind_of, worth
+from workbench.diagnosis.stepwise_search import kind_of
 from workbench.identification.joint_readings import Readings, readings
 from workbench.identification.problem import Noise
 
@@ -238,22 +229,14 @@ def _most(arm: Robot, motion: Motion) -> Sizes:
 
 def _against_rivals(searched: Searched, group: Model) -> tuple[float, tuple[AbstractEffect, ...]]:
     """Odds of some terms against the best other claim, and the claims that can't be told from them."""
-    rest = drop(searched.found.model, group)
-    own = worth(searched.grams, rest, group)
-    others = [
-        c
-        for c in searched.offered.candidates
-        if not _same_claim(Term(c), group) and not any(c.excludes(t.candidate) for t in rest)
-    ]
-    left = left_by(searched.grams, rest)
-    ordered = sorted(offers(left, others), key=lambda o: -o.gain)
-    near = [o for o in ordered if own - o.gain < np.log(CERTAIN)]
-    holding = {id(o) for o in near if _holds(left, o, group)}
-    ordered = [o for o in ordered if id(o) not in holding]
+    place = place_of(searched, group)
+    near = [o for o in place.offers if place.own - o.gain < np.log(CERTAIN)]
+    holding = {id(o) for o in near if _holds(place.left, o, group)}
+    ordered = [o for o in place.offers if id(o) not in holding]
     best = max(ordered[0].gain if ordered else 0.0, 0.0)
-    odds = float(np.exp(np.clip(own - best, 0.0, np.log(MOST_ODDS))))
-    close = [o for o in ordered if own - o.gain < np.log(PROBABLE)]
-    return odds, _distinct(close)
+    odds = float(np.exp(np.clip(place.own - best, 0.0, np.log(MOST_ODDS))))
+    close = distinct([o for o in ordered if place.own - o.gain < np.log(PROBABLE)])
+    return odds, tuple(o.term.candidate.effect for o in close[:LOOK_ALIKES])
 
 
 def _holds(left: Left, rival: Offer, group: Model) -> bool:
@@ -265,22 +248,6 @@ def _holds(left: Left, rival: Offer, group: Model) -> bool:
     beside = left_by(left.grams, (*left.model, rival.term))
     before, after = (np.diagonal(side.inner)[columns] for side in (left, beside))
     return bool((after < HELD * before).all())
-
-
-def _same_claim(other: Term, group: Model) -> bool:
-    """Whether another candidate would claim the same as some terms."""
-    if kind_of(other) != kind_of(group[0]):
-        return False
-    joints = {j for t in group for j in t.candidate.effect.joints}
-    return other.candidate.alike or len(group) > 1 or set(other.candidate.effect.joints) == joints
-
-
-def _distinct(close: Sequence[Offer]) -> tuple[AbstractEffect, ...]:
-    """The first few, one for each label."""
-    best: dict[str, AbstractEffect] = {}
-    for effect in (o.term.candidate.effect for o in close):
-        best.setdefault(effect.label, effect)
-    return tuple(best.values())[:LOOK_ALIKES]
 
 
 def _listed(effects: Sequence[AbstractEffect]) -> str:

@@ -15,7 +15,7 @@ from workbench.base.threads import one_thread
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_directions
 from workbench.diagnosis.causes import Cause, ResidualMap, find_causes
-from workbench.diagnosis.evidence import Model
+from workbench.diagnosis.evidence import Model, Offer
 from workbench.diagnosis.final_fit import fitted_on_all, suspect_words, suspects
 from workbench.diagnosis.leftover import structured
 from workbench.diagnosis.next_poses import Measurable, next_poses
@@ -41,6 +41,8 @@ GROSS_PART = 0.02
 """… and by this part of the reach are set apart before anything is fitted."""
 TRIES = 3
 """Most rounds of setting such rows apart."""
+TRIED = 12
+"""Candidates of the ranking that are tried out on the rows that judge."""
 
 
 @with_choices
@@ -231,7 +233,7 @@ def _concluded(
         effects=accepted,
         causes=causes,
         residual_map=residual_map,
-        ranking=ranked(search.rounds[0], Trial(ready, search.rounds[0]).mean_mm),
+        ranking=_ranking(search.rounds[0], Trial(ready, search.rounds[0])),
         noise=left if fit.problem.component_channels.any() else left._replace(rotation=np.nan),
         floor=floor,
         joint_noise=shaky,
@@ -324,6 +326,17 @@ class Trial:
         return 1e3 * float(rows.position.mean()) if len(rows.position) else float("nan")
 
 
+def _ranked(offer: Offer, mean_mm: float | None) -> Ranked:
+    candidate = offer.term.candidate
+    return Ranked(candidate.effect, offer.gain, float(np.exp(offer.log_p)), mean_mm, candidate.shrunk)
+
+
+def _ranking(first: Searched, judge: Trial) -> tuple[Ranked, ...]:
+    """The candidates by what they would bring to the geometry alone; the first few tried out."""
+    best = enumerate(ranked(first))
+    return tuple(_ranked(o, judge.mean_mm((o.term,)) if place < TRIED else None) for place, o in best)
+
+
 def _accepted(
     last: Searched,
     final: Fit,
@@ -353,14 +366,7 @@ def _accepted(
         term, offered = last.found.model[k], last.found.offers[k]
         effect = sized[term.candidate.names]
         alternatives = tuple(
-            Ranked(
-                rival.term.candidate.effect,
-                rival.gain,
-                float(np.exp(rival.log_p)),
-                judge.mean_mm((*rest, rival.term)),
-                rival.term.candidate.shrunk,
-            )
-            for rest, rival in rivals_of(last, term)
+            _ranked(rival, judge.mean_mm((*rest, rival.term))) for rest, rival in rivals_of(last, term)
         )
         out.append(
             Accepted(

@@ -112,14 +112,39 @@ def offer(left: Left, candidate: Candidate) -> Offer | None:
     return next(iter(offers(left, [candidate])), None)
 
 
-def offers(left: Left, candidates: Sequence[Candidate]) -> list[Offer]:
-    """What candidates would bring to a model, each alone; those that the rows don't show are left out."""
-    found = []
-    for c in candidates:
-        if c.names in left.grams.inertia:
-            found += _weighed(left, c)
-    candidates = [c for c in candidates if c.names not in left.grams.inertia]
-    found += [o for c in candidates if c.shrunk and (o := _shrunk(left, c)) is not None]
+def offers(left: Left, candidates: Sequence[Candidate], *, behind: Sequence[str] = ()) -> list[Offer]:
+    """What candidates would bring to a model, each alone; those that the rows don't show are left out.
+
+    Args:
+        left: What the model leaves.
+        candidates: Which.
+        behind: Columns of the masses and centres that act through what the candidates would replace. They act
+            alike through whatever follows its load in its place, so both are asked with them.
+    """
+    inertia = left.grams.inertia
+    found = [o for c in candidates if c.names in inertia for o in _weighed(left, [c], inertia[c.names])]
+    others = [c for c in candidates if c.names not in inertia]
+    loaded = [c for c in others if behind and follows_load(c)]
+    if loaded:
+        found += _weighed(left, loaded, behind)
+    return found + _offers(left, [c for c in others if not (behind and follows_load(c))])
+
+
+def follows_load(candidate: Candidate) -> bool:
+    """Whether a candidate follows its load; play depends on the load's sign alone."""
+    return bool(candidate.effect.loads and not candidate.effect.has_play)
+
+
+def behind(grams: Grams, model: Model) -> tuple[str, ...]:
+    """Columns of the masses and centres that act through a model's terms that follow their load."""
+    return tuple(
+        n for t in model if follows_load(t.candidate) for n in grams.inertia.get(t.candidate.names, ())
+    )
+
+
+def _offers(left: Left, candidates: Sequence[Candidate]) -> list[Offer]:
+    """Likewise, with masses as they are."""
+    found = [o for c in candidates if c.shrunk and (o := _shrunk(left, c)) is not None]
     sizes: dict[int, list[Candidate]] = {}
     for c in candidates:
         if not c.shrunk:
@@ -129,31 +154,30 @@ def offers(left: Left, candidates: Sequence[Candidate]) -> list[Offer]:
     return found
 
 
-def _weighed(left: Left, candidate: Candidate) -> list[Offer]:
-    """A fitted effect of load, together with the masses and centres that act through it.
+def _weighed(left: Left, candidates: Sequence[Candidate], inertia: Sequence[str]) -> list[Offer]:
+    """Effects of load, each together with the masses and centres that act through it.
 
     Without the effect they would not act, so chance is asked for all that both bring: evidence of e^g comes
     by chance in at most e^-g of all arms (Markov's inequality).
     """
-    columns = left.grams.columns(left.grams.inertia[candidate.names])
-    precision = np.diag(_known(left.grams, candidate.names))
+    columns = left.grams.columns(inertia)
+    precision = np.diag(_known(left.grams, inertia))
     block = left.inner[np.ix_(columns, columns)]
     factor = linalg.cholesky(block + precision, lower=True, check_finite=False)
-    mine = np.append(left.grams.columns(candidate.names), left.inner.shape[0] - 1)
+    mine = np.append(left.grams.columns([n for c in candidates for n in c.names]), left.inner.shape[0] - 1)
     half = linalg.solve_triangular(factor, left.inner[np.ix_(columns, mine)], lower=True, check_finite=False)
     inner = left.inner.copy()
     inner[np.ix_(mine, mine)] -= half.T @ half
     beside = replace(left, inner=inner)
     charge = np.log(np.diagonal(factor)).sum() - 0.5 * np.log(np.diagonal(precision)).sum()
     taken = 0.5 * left.freedom * np.log(left.square / beside.square) - float(charge)
-    found = [_shrunk(beside, candidate)] if candidate.shrunk else _free(beside, [candidate])
-    gains = [(o, o.gain + taken) for o in found if o is not None]
+    gains = [(o, o.gain + taken) for o in _offers(beside, candidates)]
     return [replace(o, gain=gain, log_p=min(o.log_p, -gain)) for o, gain in gains]
 
 
-def _known(grams: Grams, names: Sequence[str]) -> np.ndarray:
-    """Precisions of the masses and centres that act through an effect; none where it was not fitted."""
-    return np.array([grams.known[n] for n in grams.inertia.get(tuple(names), ())]) ** -2.0
+def _known(grams: Grams, inertia: Sequence[str]) -> np.ndarray:
+    """Precisions of masses and centres."""
+    return np.array([grams.known[n] for n in inertia]) ** -2.0
 
 
 def _free(left: Left, candidates: Sequence[Candidate]) -> list[Offer]:
@@ -320,18 +344,10 @@ def _own(grams: Grams, model: Model, *, inertia: bool = True) -> tuple[np.ndarra
     names = [t.candidate.names for t in model]
     columns, precisions = [grams.columns(n) for n in names], [precision_of(grams, t) for t in model]
     if inertia:
-        columns += [grams.columns(grams.inertia.get(n, ())) for n in names]
-        precisions += [np.diag(_known(grams, n)) for n in names if n in grams.inertia]
+        inertial = [n for each in names for n in grams.inertia.get(each, ())]
+        columns.append(grams.columns(inertial))
+        precisions.append(np.diag(_known(grams, inertial)))
     return np.concatenate(columns), linalg.block_diag(*precisions)
-
-
-def grown(grams: Grams, model: Model) -> Model:
-    """A model whose terms are shrunk one after the other as the rows like best, at other inner products."""
-    out: Model = ()
-    for term in model:
-        found = offer(left_by(grams, out, term.candidate.names), term.candidate)
-        out = (*out, term if found is None else found.term)
-    return out
 
 
 def rescaled(model: Model, factor: float) -> Model:

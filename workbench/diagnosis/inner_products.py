@@ -21,7 +21,8 @@ from workbench.identification.factorisation import factorise
 from workbench.identification.problem import Problem
 
 TETHER = 0.005
-"""How far [rad, m] a model of effects may be expected to move the geometry from where it was fitted."""
+"""How far [rad, m] a model of effects may be expected to move the geometry from where it was fitted, or else
+back to the nominal arm: what rows hardly show, an effect that was not there yet takes far away."""
 SHORTEST = 1e-12
 """Columns shorter than this [whitened residual per unit] are zero."""
 
@@ -39,6 +40,7 @@ class Grams:
         inertia: By the coefficients of a fitted effect of load, columns of the masses and centres that act
             through it. They go with the effect: without it, no mass is seen.
         known: Standard deviations of these, scaled as the columns are.
+        reach: How far a model may be expected to move each of the unknowns that are no coefficients.
     """
 
     names: tuple[str, ...]
@@ -48,11 +50,13 @@ class Grams:
     count: int
     inertia: Mapping[tuple[str, ...], tuple[str, ...]] = field(default_factory=dict)
     known: Mapping[str, float] = field(default_factory=dict)
+    reach: Float[np.ndarray, " p"] | float = TETHER
 
     @cached_property
     def tether(self) -> Float[np.ndarray, "g g"]:
-        """Precision that keeps geometry near the fit where effects leave it open: within `TETHER`."""
-        return self.basis.T @ self.basis / TETHER**2
+        """Precision that keeps geometry near the fit where effects leave it open."""
+        held = self.basis.T / self.reach
+        return held @ held.T
 
     @property
     def geometry(self) -> int:
@@ -123,7 +127,17 @@ def compress(
     known = dict(zip((n for each in inertia.values() for n in each), widths, strict=True))
     scales = dict(zip(names, scale.tolist(), strict=True))
     known = {n: width * scales[n] for n, width in known.items()}
-    return Grams(names, sums / np.outer(by, by), scale, basis, problem.count, inertia, known)
+    moved = np.array([abs(v - p.nominal) for p, v in zip(problem.parameters, x.tolist(), strict=True)])
+    return Grams(
+        names,
+        sums / np.outer(by, by),
+        scale,
+        basis,
+        problem.count,
+        inertia,
+        known,
+        np.maximum(TETHER, moved[plain]),
+    )
 
 
 def weighed(problem: Problem, arm: Robot) -> list[AbstractEffect]:

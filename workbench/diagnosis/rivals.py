@@ -1,12 +1,12 @@
 """Rivals: effects that would do nearly as well in an accepted one's place, and how all candidates rank."""
 
-from collections.abc import Callable
+from collections.abc import Sequence
+from dataclasses import dataclass
 
-import numpy as np
-
-from workbench.diagnosis.evidence import Model, Offer, Term, drop, left_by, offer, offers
-from workbench.diagnosis.record import Ranked
+from workbench.arm.effects import Candidate
+from workbench.diagnosis.evidence import Left, Model, Offer, Term, behind, drop, left_by, offers
 from workbench.diagnosis.rounds import Searched
+from workbench.diagnosis.stepwise_search import kind_of, worth
 
 LISTED = 3
 """Rivals that are listed for an effect."""
@@ -16,49 +16,61 @@ FAR = 100.0
 """… and how far below the effect's it may lie at most."""
 RANKED = 40
 """Candidates in the ranking."""
-TRIED = 12
-"""How many of them are tried out on the rows that judge."""
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """The place of some accepted terms, and what would do instead.
+
+    Args:
+        left: What the rest of the model leaves.
+        own: Log evidence of the terms in it.
+        offers: What other claims would bring there, the best first.
+    """
+
+    left: Left
+    own: float
+    offers: Sequence[Offer]
+
+
+def place_of(searched: Searched, group: Model) -> Place:
+    """The place of some terms of the accepted model."""
+    rest = drop(searched.found.model, group)
+    left = left_by(searched.grams, rest)
+    others = [
+        c
+        for c in searched.offered.candidates
+        if not _same_claim(c, group) and not any(c.excludes(t.candidate) for t in rest)
+    ]
+    found = offers(left, others, behind=behind(searched.grams, group))
+    return Place(left, worth(searched.grams, rest, group), sorted(found, key=lambda o: -o.gain))
+
+
+def _same_claim(other: Candidate, group: Model) -> bool:
+    """Whether another candidate would claim the same as some terms."""
+    if kind_of(Term(other)) != kind_of(group[0]):
+        return False
+    joints = {j for t in group for j in t.candidate.effect.joints}
+    return other.alike or len(group) > 1 or set(other.effect.joints) == joints
+
+
+def distinct(found: Sequence[Offer]) -> list[Offer]:
+    """The first of each label."""
+    best: dict[str, Offer] = {}
+    for one in found:
+        best.setdefault(one.term.candidate.effect.label, one)
+    return list(best.values())
 
 
 def rivals_of(searched: Searched, term: Term) -> list[tuple[Model, Offer]]:
     """The best candidates for the place of an accepted term, each with the model that they would join."""
-    rest = drop(searched.found.model, [term])
-    left = left_by(searched.grams, rest)
-    own = offer(left, term.candidate)
-    others = [
-        c
-        for c in searched.offered.candidates
-        if c is not term.candidate
-        and not (c.alike and c.effect.name == term.candidate.effect.name)
-        and not any(c.excludes(t.candidate) for t in rest)
-    ]
-    least = np.inf if own is None else max(MENTIONED * own.gain, own.gain - FAR)
-    best: dict[tuple, Offer] = {}
-    for found in sorted((o for o in offers(left, others) if o.gain > least), key=lambda o: -o.gain):
-        effect = found.term.candidate.effect
-        if (effect.name, effect.joints) != (term.candidate.effect.name, term.candidate.effect.joints):
-            best.setdefault((effect.name, effect.joints), found)
-    return [(rest, found) for found in list(best.values())[:LISTED]]
+    place = place_of(searched, (term,))
+    least = max(MENTIONED * place.own, place.own - FAR)
+    near = distinct([o for o in place.offers if o.gain > least])
+    return [(place.left.model, found) for found in near[:LISTED]]
 
 
-def ranked(searched: Searched, mean_mm: Callable[[Model], float]) -> tuple[Ranked, ...]:
-    """What the candidates would bring to the geometry alone, the best first; one for each label.
-
-    Args:
-        searched: The search at the geometry alone.
-        mean_mm: Error of the geometry with a model on the rows that judge [mm].
-    """
-    left = left_by(searched.grams, ())
-    best: dict[str, Offer] = {}
-    for found in sorted(offers(left, searched.offered.candidates), key=lambda o: -o.gain):
-        best.setdefault(found.term.candidate.effect.label, found)
-    return tuple(
-        Ranked(
-            o.term.candidate.effect,
-            o.gain,
-            float(np.exp(o.log_p)),
-            mean_mm((o.term,)) if place < TRIED else None,
-            o.term.candidate.shrunk,
-        )
-        for place, o in enumerate(list(best.values())[:RANKED])
-    )
+def ranked(searched: Searched) -> list[Offer]:
+    """What the candidates would bring to the geometry alone, the best first; one for each label."""
+    found = offers(left_by(searched.grams, ()), searched.offered.candidates)
+    return distinct(sorted(found, key=lambda o: -o.gain))[:RANKED]

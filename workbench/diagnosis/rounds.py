@@ -120,7 +120,7 @@ def rounds(
         key = frozenset(_key(t.candidate) for t in last.found.model)
         stalled = key in seen or (on_step is not None and on_step(number, 0.0))
         seen.add(key)
-        if _same(last.found.model, stage.fitted.model) or not (_better(last) or _fewer(last)):
+        if _same(last.found.model, stage.fitted.model) or not _better(last):
             done[-1] = _as_fitted(last)
             break
         if stalled or number == (FEW_ROUNDS if large(stage.fitted.problem) else ROUNDS) - 1:
@@ -140,20 +140,16 @@ def _as_fitted(searched: Searched) -> Searched:
 
 
 def _better(searched: Searched) -> bool:
-    """Whether what was found predicts other folds noticeably better than the fitted model, or says less."""
-    found = {_key(t.candidate) for t in searched.found.model}
-    if found < {_key(t.candidate) for t in searched.stage.fitted.model}:
+    """Whether what was found says less than the fitted model, or predicts other folds noticeably better."""
+    if _coefficients(searched.found.model) < _coefficients(searched.stage.fitted.model):
         return True
     fitted = _among(searched.stage.fitted.model, searched.offered.candidates)
     before, after = (validated(searched.grams, m).sum() for m in (fitted, searched.found.model))
     return bool(abs(before - after) > WORTH * before)
 
 
-def _fewer(searched: Searched) -> bool:
-    """Whether some effects of the fitted model were dropped and none added: what noise carried once it was
-    weighed otherwise."""
-    fitted = {_key(t.candidate) for t in searched.stage.fitted.model}
-    return {_key(t.candidate) for t in searched.found.model} < fitted
+def _coefficients(model: Model) -> int:
+    return sum(len(t.candidate.names) for t in model)
 
 
 def folds_of(data: Dataset, rng: np.random.Generator) -> Int[np.ndarray, " rows"]:

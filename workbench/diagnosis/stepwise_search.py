@@ -17,6 +17,7 @@ from workbench.diagnosis.evidence import (
     Model,
     Offer,
     Term,
+    behind,
     drop,
     left_by,
     offer,
@@ -152,9 +153,10 @@ def _add(grams: Grams, candidates: Sequence[Candidate], model: Model) -> tuple[M
     return None, refused
 
 
-def _offers(left: Left, candidates: Sequence[Candidate]) -> list[Offer]:
-    """What all candidates that may stand beside a model would bring."""
-    return offers(left, [c for c in candidates if not any(c.excludes(t.candidate) for t in left.model)])
+def _offers(left: Left, candidates: Sequence[Candidate], group: Model = ()) -> list[Offer]:
+    """What all candidates that may stand beside a model would bring, in the place of some terms."""
+    beside = [c for c in candidates if not any(c.excludes(t.candidate) for t in left.model)]
+    return offers(left, beside, behind=behind(left.grams, group))
 
 
 def _own_offer(grams: Grams, model: Model, k: int) -> Offer:
@@ -178,7 +180,9 @@ def _one_exchange(grams: Grams, candidates: Sequence[Candidate], model: Model) -
         rest = drop(model, group)
         left = left_by(grams, rest)
         present = worth(grams, rest, group)
-        others = [o for o in _offers(left, candidates) if len(group) == 1 or _takes_place(o.term, group)]
+        others = [
+            o for o in _offers(left, candidates, group) if len(group) == 1 or _takes_place(o.term, group)
+        ]
         best = max(others, key=lambda o: o.gain, default=None)
         same = best is not None and len(group) == 1 and best.term.candidate is group[0].candidate
         if best is not None and not same and best.gain > present + BETTER:
