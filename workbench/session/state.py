@@ -329,6 +329,7 @@ class Session:
         is_paused: Whether the demo waits.
         opened: The tab that the program opened last, if any.
         is_dark: Whether pages are dark.
+        is_dark_chosen: Whether that was said by hand; else they are as their system is.
         units: What coordinates are shown and typed in.
         job: Long work under way, if any.
         chore: What is being worked out by the way; empty if nothing.
@@ -384,6 +385,7 @@ class Session:
     is_paused: bool = False
     opened: Opened | None = None
     is_dark: bool = False
+    is_dark_chosen: bool = False
     units: Units = Units.MILLIMETRES
     job: Job | None = None
     chore: str = ""

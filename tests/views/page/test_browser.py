@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import SIZE
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.motion import Motion
@@ -14,6 +15,7 @@ from workbench.arm.robot_toml import read_toml
 from workbench.data.simulation.instruments import instrument_named
 from workbench.data.simulation.simulate import simulate, virtual_arm
 from workbench.data.writer import write_measurements
+from workbench.session.commands.compare import SetDark
 from workbench.session.comparison import Stage
 
 pytestmark = pytest.mark.browser
@@ -247,3 +249,42 @@ def test_reload_keeps_everything(app, look):
     screen.reload()
     screen.wait_text("own", shown)
     assert screen.page.get_by_role("textbox").first.input_value() == "540"
+
+
+def test_a_page_is_as_dark_as_its_system_until_somebody_chooses(app, look):
+    page = look().page
+
+    def becomes(scheme):
+        shown = "scheme => document.documentElement.dataset.mantineColorScheme === scheme"
+        page.wait_for_function(shown, arg=scheme, timeout=30_000)
+
+    for scheme in ("dark", "light"):
+        page.emulate_media(color_scheme=scheme)
+        becomes(scheme)
+    app.worker.submit(SetDark(True))
+    becomes("dark")
+    for scheme in ("dark", "light"):
+        page.emulate_media(color_scheme=scheme)
+    page.wait_for_timeout(300)
+    becomes("dark")
+
+
+def test_on_a_phone_no_part_of_the_scene_is_below_the_panel(look):
+    page = look().page
+    page.set_viewport_size({"width": 390, "height": 844})
+    page.wait_for_function("() => document.querySelector('canvas').getBoundingClientRect().height < 400")
+    box = page.locator("canvas").first.bounding_box()
+    assert 0.3 * 844 < box["height"] < page.locator('[data-testid="hint"]').bounding_box()["y"]
+    page.set_viewport_size(SIZE)
+
+
+def test_the_first_card_can_be_opened_again(app, look):
+    screen = look()
+    screen.tab("More")
+    screen.press("What do you have?")
+    screen.wait_text("start", "Undo brings back")
+    screen.press("Only a robot")
+    screen.wait_text("start", "Robot: ARIA")
+    screen.press("Design a plate for it")
+    screen.page.wait_for_selector('[data-testid="start"]', state="detached")
+    screen.page.get_by_role("tab", name="Measure").wait_for()

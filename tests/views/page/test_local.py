@@ -51,6 +51,17 @@ def test_foreign_origins_are_refused(server):
         assert dial(port, origin=origin) == "403", origin
 
 
+def test_only_a_page_that_knows_the_secret_tells_anything(server):
+    heard = []
+    server.heard = heard.append
+    port = server.get_port()
+    assert get(port, f"127.0.0.1:{port}", f"{server.telling}dark") == 204
+    assert heard == ["dark"]
+    get(port, f"127.0.0.1:{port}", "/told/guessed/dark")
+    assert get(port, "evil.example", f"{server.telling}dark") == 403
+    assert heard == ["dark"]
+
+
 def get(port: int, host: str, path: str = "/", **headers: str) -> int:
     """Status of opening the page under that name of the host."""
     given = {name.replace("_", "-"): value for name, value in headers.items()}

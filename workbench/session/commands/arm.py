@@ -23,6 +23,7 @@ from workbench.session.start import is_untouched, own_plate, start
 from workbench.session.state import Focus, Session, Severity, Step
 
 LOADED = ("loaded", "left_out", "fixed", "wanted", "captured", "source", "overlay")
+LOOKS = ("is_dark", "is_dark_chosen", "units")
 FOUND = ("identification", "fit", "diagnosis", "accepted", "rezero", "comparison", "row")
 """What a session knows of its arm, whichever plate it is on: as it came, and found from it."""
 LARGEST_MODEL = 2 * 1024 * 1024
@@ -201,6 +202,7 @@ def _begun(session: Session, begun: Session) -> Session:
         message_count=session.message_count,
         revision=session.revision,
         job=session.job,
+        **{name: getattr(session, name) for name in LOOKS},
         done=(Step(session.plate, session.states, session),),
     )
     reached = f"{begun.score.measurable} of {len(begun.plate)} targets measurable"

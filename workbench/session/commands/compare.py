@@ -130,7 +130,21 @@ class SetDark(AbstractChange):
         return "Dark pages" if self.is_dark else "Light pages"
 
     def apply(self, session: Session) -> Session:
-        return replace(session, is_dark=self.is_dark)
+        return replace(session, is_dark=self.is_dark, is_dark_chosen=True)
+
+
+@dataclass(frozen=True)
+class FollowSystem(AbstractChange):
+    """Be as dark as the system of a page prefers, unless somebody has chosen by hand."""
+
+    title = "As the system prefers"
+    key = "system"
+    is_automatic = True
+
+    is_dark: bool
+
+    def apply(self, session: Session) -> Session:
+        return session if session.is_dark_chosen else replace(session, is_dark=self.is_dark)
 
 
 @dataclass(frozen=True)

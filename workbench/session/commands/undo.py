@@ -116,6 +116,7 @@ def _in_place_of(now: Session, whole: Session) -> Session:
         source=now.source,
         opened=now.opened,
         is_dark=now.is_dark,
+        is_dark_chosen=now.is_dark_chosen,
         units=now.units,
     )
     loaded = "" if whole.loaded is None else f", {whole.loaded.name} with what was found from it"

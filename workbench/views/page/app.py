@@ -53,9 +53,7 @@ class App:
         )
         link = session_link(self.server, begun.name) if begun.name else ""
         self.demo: Demo | None = None
-        self.view = BrowserView(
-            self.server, self.worker, link=link, show_demo=self.play_demo if asks else None
-        )
+        self.view = BrowserView(self.server, self.worker, link=link, show_demo=self.play_demo, asks=asks)
         self.worker.add_view(self.view)
         self.worker.add_view(VirtualDriver(self.worker))
         if source is not None:

@@ -52,9 +52,16 @@ rich.print = _print_but_viser
 
 
 class LocalServer(viser.ViserServer):
-    """A server with the secret that its pages must know; empty where only this machine can reach it."""
+    """A server with the secret that its pages must know; empty where only this machine can reach it.
+
+    Attributes:
+        telling: How addresses begin by which its pages tell something.
+        heard: Called with what a page tells, by the server's thread.
+    """
 
     key = ""
+    telling = ""
+    heard: Callable[[str], None] = staticmethod(lambda words: None)
 
 
 def local_server(
@@ -86,6 +93,11 @@ def local_server(
             wanted, here = _session_of(request.path), shown()
             if wanted and here and wanted != here:
                 return connection.respond(404, _elsewhere(wanted, here))
+            if server.telling and request.path.startswith(server.telling):
+                server.heard(request.path.removeprefix(server.telling))
+                response = connection.respond(204, "")
+                response.headers["Cache-Control"] = "no-store"
+                return response
             response = process_request(connection, request)
             if response is not None:
                 response.headers.update(HEADERS)
@@ -100,7 +112,7 @@ def local_server(
     # what it prints there names no page that one should open
     with mock.patch.object(websockets, "serve", serve), mock.patch("rich.print"):
         server = LocalServer(host=host, port=port, label=label, verbose=False)
-    server.key = key
+    server.key, server.telling = key, f"/told/{secrets.token_urlsafe(8)}/"
     if port and server.get_port() != port:
         server.stop()
         raise OptionError(f"port {port} is taken by another program; choose another one with --port")

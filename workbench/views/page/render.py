@@ -9,6 +9,7 @@ from unittest import mock
 import viser
 from viser import _icons
 
+from workbench.session.commands.compare import FollowSystem
 from workbench.session.state import Session, Tab
 from workbench.session.view import AbstractView
 from workbench.session.worker import Worker
@@ -44,6 +45,7 @@ from workbench.views.page.scene.gizmo import Gizmo
 from workbench.views.page.scene.scene import Scene
 from workbench.views.page.style import NARROW, style_sheet
 from workbench.views.page.tabs import Tabs
+from workbench.views.page.told import Told
 
 PANEL_WIDTH, LEAST_WIDTH, SHARE = 470, 340, 0.42
 """Width of the panel [px]; where the window is narrow its least one, and its share of the window."""
@@ -80,7 +82,8 @@ class BrowserView(AbstractView):
         server: Where.
         worker: What takes the commands.
         link: Address of the page with this session; empty if it is not recorded.
-        show_demo: Begins the demo, from the card that asks what one has; None: no such card.
+        show_demo: Begins the demo, from the card that asks what one has.
+        asks: Whether that card is open at first.
     """
 
     def __init__(
@@ -89,17 +92,18 @@ class BrowserView(AbstractView):
         worker: Worker,
         *,
         link: str = "",
-        show_demo: Callable[[], None] | None = None,
+        show_demo: Callable[[], None] = lambda: None,
+        asks: bool = False,
     ):
-        self._server = server
+        self._server, self._worker = server, worker
         session = worker.session
         with server.atomic(), icons_at_once():
             self._scene = Scene(server, worker, session)
             self._opened = session.opened
-            self._panels, self._tabs = _build_panels(server, worker, link)
-            if show_demo is not None:
-                self._panels.append(StartCard(worker, show_demo))
-                self._panels[-1].build(server)
+            self._card = StartCard(worker, show_demo, is_open=asks)
+            told = Told(server)
+            self._panels, self._tabs = _build_panels(server, worker, link, self._card, told)
+            server.gui.add_html(told.dark(self._follow))
             for panel in self._panels:
                 panel.update(session)
 
@@ -117,11 +121,17 @@ class BrowserView(AbstractView):
             self._tabs.open(session.opened.tab)
         self._opened = session.opened
 
+    def _follow(self, is_dark: bool) -> None:
+        if is_dark is not self._worker.session.is_dark:
+            self._worker.submit(FollowSystem(is_dark))
+
     def close(self) -> None:
         """The server is closed by its owner."""
 
 
-def _build_panels(server: viser.ViserServer, worker: Worker, link: str) -> tuple[list[AbstractPanel], Tabs]:
+def _build_panels(
+    server: viser.ViserServer, worker: Worker, link: str, card: StartCard, told: Told
+) -> tuple[list[AbstractPanel], Tabs]:
     gui = server.gui
     gui.main_panel.dock_right()
     gui.main_panel.set_width(PANEL_WIDTH)
@@ -133,16 +143,19 @@ def _build_panels(server: viser.ViserServer, worker: Worker, link: str) -> tuple
             panels[-1].build(server)
     gui.add_html(style_sheet())
     opened = worker.session.opened
-    tabs = Tabs(server, first=None if opened is None else opened.tab)
+    tabs = Tabs(server, told, first=None if opened is None else opened.tab)
     for tab, kinds in TABS.items():
         with tabs.add(tab):
+            if tab is Tab.MORE:
+                card.build_way_back(gui)
             for kind in kinds:
                 panels.append(kind(worker))
                 panels[-1].build(server)
             if link and FilesPanel in kinds:
                 gui.add_html(_link(link))
-    panels.append(ResidualsPanel(worker))
-    panels[-1].build(server)
+    panels += [ResidualsPanel(worker), card]
+    for panel in panels[-2:]:
+        panel.build(server)
     return panels, tabs
 
 

@@ -6,13 +6,19 @@ STRIP = '.mantine-Paper-root:has(> div > div > div > div > [data-testid="hint"])
 """The folder that holds the strip."""
 INSIDE = ':has(> div > [data-testid="hint"])'
 """What holds its parts."""
+SHEET = (
+    '.mantine-Paper-root[style*="position: fixed"] [style*="grid-template-rows: 1fr"] [data-testid="hint"]'
+)
+"""On a phone: the strip in a panel that is open, over the lower part of the window."""
 NARROW = 1000
 """Windows up to this width have a narrower panel [px]."""
 WIDE = 'data-wide="1"'
 """Marks what makes its modal as wide as the window."""
+MORE = 'data-more="1"'
+"""Marks what gives way where the window is narrow."""
 DROP = 'data-drop="1"'
 """Marks a modal on whose upload buttons files can be dropped: the browser's file fields lie above them."""
-SHEET = f"""
+RULES = f"""
 .mantine-Modal-content:has([{WIDE}]) {{ flex-basis: 94vw; max-width: 1800px }}
 [{WIDE}] svg {{ max-height: 76vh }}
 div[style*="grid-template-rows"] > div[style*="overflow: hidden"] {{ overflow: clip !important }}
@@ -27,8 +33,12 @@ div{INSIDE} > :has(> button) {{ flex: 1 1 0 }}
 .mantine-Modal-body:has([{DROP}]) input[type="file"] {{ display: block !important; position: absolute;
   inset: 0; width: 100%; opacity: 0; z-index: 1; cursor: pointer }}
 div[style*="pointer-events: none"][style*="opacity: 0.5"] .gone {{ display: block }}
-@media (max-width: {NARROW}px) {{ [role="tab"] {{ padding: .6em .35em !important; font-size: 12px }} }}
+@media (max-width: {NARROW}px) {{
+  [{MORE}] {{ display: none }}
+  [role="tab"] {{ padding: .6em .35em !important; font-size: 12px }}
+}}
 @media (max-width: 767px) {{
+  body:has({SHEET}) div:has(> div > canvas) {{ height: 41vh !important }}
   .mantine-Paper-root[style*="width: 20em"], [style*="width: 20em"] {{ width: 100% !important }}
 }}
 """
@@ -42,4 +52,4 @@ ENDED = (
 
 def style_sheet() -> str:
     """The sheet as an element of the page."""
-    return f"<style>{SHEET}</style>{ENDED}"
+    return f"<style>{RULES}</style>{ENDED}"

@@ -1,19 +1,18 @@
 """Tabs that the program can open. viser has no word for that: a page whose chosen tab is gone shows the first
-one left, so all but the wanted tab are taken away until the page has drawn itself so. A small picture that is
-asked of it tells when.
+one left, so all but the wanted tab are taken away until the page has drawn itself so, and told it.
 """
 
-import contextlib
+import itertools
 import threading
 
 import viser
 from viser import _messages
 
 from workbench.session.state import Tab
+from workbench.views.page.told import Told
 
-PATIENCE = 10.0
+PATIENCE = 5.0
 """How long a page may take to draw itself; one in the background does not at all [s]."""
-PIXELS = 8
 
 
 class Tabs:
@@ -21,11 +20,13 @@ class Tabs:
 
     Args:
         server: Where.
+        told: What its pages tell.
         first: The tab that a new page opens; None: the first one.
     """
 
-    def __init__(self, server: viser.ViserServer, *, first: Tab | None = None):
-        self._server, self._opened = server, first
+    def __init__(self, server: viser.ViserServer, told: Told, *, first: Tab | None = None):
+        self._server, self._told, self._opened = server, told, first
+        self._numbers = itertools.count()
         self._group = server.gui.add_tab_group()
         server.on_client_connect(self._arrived)
 
@@ -48,8 +49,10 @@ class Tabs:
 
     def _opening(self, client: viser.ClientHandle, tab: Tab) -> None:
         self._send(client, slice(k := self._group._tab_labels.index(tab), k + 1))
-        with contextlib.suppress(Exception):  # a page that is gone, or in the background, draws nothing
-            client.get_render(PIXELS, PIXELS, timeout=PATIENCE)
+        sign, event = self._told.drawn(f"tab-{next(self._numbers)}")
+        shown = client.gui.add_html(sign)
+        event.wait(PATIENCE)
+        shown.remove()
         if tab is self._opened:  # or else the next one brings the others back
             self._send(client, slice(None))
 

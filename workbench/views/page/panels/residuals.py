@@ -16,6 +16,7 @@ from workbench.views.appearance.error_scale import ErrorScale, gradient
 from workbench.views.drawables.measured import error_scale
 from workbench.views.page.html import MUTED, badge, block, number, text
 from workbench.views.page.panels.panel import AbstractPanel
+from workbench.views.page.style import MORE
 
 WIDTH, MARGIN = 340, 15
 NAMES = {Stage.NOMINAL: "Nominal", Stage.GEOMETRY: "Geometry", Stage.CAUSES: "Causes"}
@@ -101,7 +102,7 @@ def marks(rows: Comparison, *, is_left_out: bool) -> str:
     """What round and square points are, and that they answer to a click."""
     kinds = "● fitted ■ held out" if rows.held_out.any() else "● fitted"
     grey = f' <span style="color:{css(LEFT_OUT)}">●</span> excluded' if is_left_out else ""
-    return f'<div style="color:{MUTED}">{kinds}{grey} · click one for its numbers</div>'
+    return f'<div {MORE} style="color:{MUTED}">{kinds}{grey} · click one for its numbers</div>'
 
 
 def arrow_factors(rows: Comparison, overlay: Overlay) -> str:
@@ -109,7 +110,8 @@ def arrow_factors(rows: Comparison, overlay: Overlay) -> str:
     if not overlay.arrows or rows.calibrated is None:
         return ""
     return (
-        f'<div data-testid="factors">{badge("Nominal", css(ARROW_BEFORE))} × {overlay.exaggeration:g} &nbsp; '
+        f'<div data-testid="factors" {MORE}>{badge("Nominal", css(ARROW_BEFORE))} × '
+        f"{overlay.exaggeration:g} &nbsp; "
         f"{badge('Calibrated', css(ARROW_AFTER))} × {overlay.exaggeration_after:g}</div>"
     )
 
@@ -126,7 +128,7 @@ def row_errors(rows: Comparison, row: int, robot: Robot) -> str:
     return (
         '<div data-testid="row-errors" style="margin-top:4px">'
         f"<b>Data row {int(rows.number[row])}</b> ({kind}): {errors}"
-        f'<div style="color:{MUTED}">Joints {text(_joints(rows.q[row], robot))}</div></div>'
+        f'<div {MORE} style="color:{MUTED}">Joints {text(_joints(rows.q[row], robot))}</div></div>'
     )
 
 

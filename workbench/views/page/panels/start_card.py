@@ -14,11 +14,13 @@ from workbench.session.worker import Worker
 from workbench.views.page.html import BAD, MUTED, block, text
 from workbench.views.page.panels.arm import MODELS
 from workbench.views.page.panels.data import FILES
-from workbench.views.page.panels.panel import AbstractPanel, on_change, on_press, set_value
+from workbench.views.page.panels.panel import AbstractPanel, on_change, on_press
 from workbench.views.page.style import DROP
 
-FIRST = "aria"
-INTRODUCTION = "Whatever you choose, nothing is final: every tab stays open to you."
+CHOSEN = "as said above"
+INTRODUCTION = (
+    "Whatever you choose, nothing is final: every tab stays open to you, and Undo brings back what is here."
+)
 BOTH = "Choose the robot, then its measurements; files can be dropped on the buttons."
 ALONE = "Choose the robot: you get a plate of ten targets before it, to be improved and made."
 
@@ -29,17 +31,34 @@ class StartCard(AbstractPanel):
     Args:
         worker: What takes the commands.
         show_demo: Begins the demo.
+        is_open: Whether it is there at first.
     """
 
-    def __init__(self, worker: Worker, show_demo: Callable[[], None]):
+    def __init__(self, worker: Worker, show_demo: Callable[[], None], *, is_open: bool = True):
         super().__init__(worker)
-        self._show_demo = show_demo
+        self._show_demo, self._is_open_at_first = show_demo, is_open
         self._modal: viser.GuiModalHandle | None = None
         self._wants_data = False
 
     def build(self, server: viser.ViserServer) -> None:
-        gui = server.gui
+        if self._is_open_at_first:
+            self._open(server.gui)
+
+    def build_way_back(self, gui: viser.GuiApi) -> None:
+        """A button that opens the card again."""
+        again = gui.add_button("What do you have?", icon=viser.Icon.HOME, color="gray", hint=INTRODUCTION)
+
+        @again.on_click
+        def _(event: viser.GuiEvent) -> None:
+            if event.client is None:
+                return
+            if self._modal is not None:
+                self._modal.close()
+            self._open(event.client.gui)
+
+    def _open(self, gui: viser.GuiApi) -> None:
         icon = viser.Icon
+        self._before = self._worker.session.loaded
         self._modal = gui.add_modal("What do you have?")
         with self._modal:
             self._words = gui.add_html("")
@@ -52,13 +71,12 @@ class StartCard(AbstractPanel):
             with self._asked:
                 self._build_asked(gui)
             self._done = self._way(gui, "Look around", icon.EYE, lambda: self._leave(Tab.PLATE), main=False)
+        self.show(self._worker.session)
 
     def _build_asked(self, gui: viser.GuiApi) -> None:
         """The robot, and its measurements; in folders, as viser always shows a button for uploads."""
-        self._robot = gui.add_dropdown(
-            "Robot", list(built_in_robots()), initial_value=FIRST, hint="The built-in arms."
-        )
-        on_change(self._robot, lambda: self._worker.submit(ChooseRobot(self._robot.value)))
+        self._robot = gui.add_dropdown("Built in", (CHOSEN, *built_in_robots()), hint="The built-in arms.")
+        on_change(self._robot, self._choose)
         self.upload(
             gui,
             "… or your robot: URDF or TOML",
@@ -85,7 +103,7 @@ class StartCard(AbstractPanel):
     def show(self, session: Session) -> None:
         if self._modal is None:
             return
-        if session.loaded is not None or session.measuring is not None:
+        if session.loaded not in (None, self._before) or session.measuring is not None:
             self._leave(Tab.IDENTIFY)
             return
         newest = session.messages[-1] if session.messages else None
@@ -118,6 +136,10 @@ class StartCard(AbstractPanel):
         on_press(made, go)
         return made
 
+    def _choose(self) -> None:
+        if self._robot.value != CHOSEN:
+            self._worker.submit(ChooseRobot(self._robot.value))
+
     def _ask(self, *, wants_data: bool) -> None:
         """Show what is needed for one of the first two ways."""
         self._wants_data = wants_data
@@ -125,7 +147,6 @@ class StartCard(AbstractPanel):
             button.visible = False
         self._asked.visible, self._data.visible = True, wants_data
         self._done.label = "Look around" if wants_data else "Design a plate for it"
-        set_value(self._robot, FIRST)
         self.show(self._worker.session)
 
     def _demo(self) -> None:
