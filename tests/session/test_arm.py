@@ -6,7 +6,7 @@ import pytest
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.robot_toml import write_toml
+from workbench.arm.robot_toml import read_toml, robot_to_table, write_toml
 from workbench.arm.urdf import write_urdf
 from workbench.base import se3
 from workbench.plate.plate_toml import write_plate
@@ -14,7 +14,7 @@ from workbench.session.commands.arm import ChooseRobot, Jog, JogTo, LoadModel, s
 from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.drag import MoveTarget
 from workbench.session.commands.identify import HoldParameter, Identify, LeaveRowsOut
-from workbench.session.export import calibrated_urdf
+from workbench.session.export import calibrated_urdf, robot_toml
 from workbench.session.state import Focus, Severity
 
 
@@ -25,6 +25,34 @@ def test_another_robot_gets_a_plate_that_it_reaches(do):
     assert session.plate.name == "Circle"
     assert "10 of 10 targets measurable" in session.messages[-1].text
     assert do(ChooseRobot("panda")).robot.dof == 7
+
+
+def test_a_table_that_is_read_wrongly_is_checked_against_typed_poses(do, tmp_path):
+    """Table in mm and degrees; joint 2 counts the other way, joint 4 from −90°."""
+    arm = load_robot("ur10e")
+    rows = robot_to_table(arm)["joint"]
+    cells = [[np.rad2deg(r["theta"]), 1e3 * r["d"], 1e3 * r["a"], np.rad2deg(r["alpha"])] for r in rows]
+    table = "theta,d,a,alpha\n" + "\n".join(",".join(f"{v:.4f}" for v in row) for row in cells)
+    shown = np.random.default_rng(3).uniform(-2.0, 2.0, (4, 6))
+    poses = tool_poses(arm, Motion(shown * [1, -1, 1, 1, 1, 1] + np.deg2rad([0, 0, 0, 90, 0, 0])))
+    angles = np.rad2deg(se3.matrix_to_rpy(poses[:, :3, :3]))
+    typed = tuple(
+        " = ".join(", ".join(f"{v:.3f}" for v in part) for part in (np.rad2deg(q), [*(1e3 * p[:3, 3]), *a]))
+        for q, p, a in zip(shown, poses, angles, strict=True)
+    )
+    session = do(LoadModel("mine.csv", table.encode(), typed[:3]))
+    assert "standard DH" in session.messages[-1].text
+    assert "joint 2 counts the other way" in session.messages[-1].text
+    found = tool_poses(session.robot, Motion(shown))
+    assert np.abs(found[:, :3, 3] - poses[:, :3, 3]).max() < 1e-4
+    name, content = robot_toml(session)
+    (tmp_path / name).write_bytes(content)
+    np.testing.assert_allclose(tool_poses(read_toml(tmp_path / name), Motion(shown)), found, atol=1e-9)
+    for wrong, words in ((typed[:2], "at least 3 poses"), (("1, 2 = 3",) * 3, "6 joint positions")):
+        refused = do(LoadModel("mine.csv", table.encode(), wrong))
+        assert words in refused.messages[-1].text
+        assert refused.robot is session.robot
+    assert "none of" in do(ChooseRobot("ur5e", poses=typed)).messages[-1].text
 
 
 def test_files_of_robots_and_plates_are_opened(do, first, tmp_path):

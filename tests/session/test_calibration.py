@@ -8,6 +8,8 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml
 from workbench.base import se3
+from workbench.data.readers.mapping import mapping_text, read_mapping, with_column
+from workbench.data.readers.preview import preview
 from workbench.data.simulation.instruments import instrument_named
 from workbench.data.simulation.simulate import simulate, virtual_arm
 from workbench.data.writer import write_measurements
@@ -16,7 +18,7 @@ from workbench.session.commands.compare import SetOverlay, ShowFit, ShowRow
 from workbench.session.commands.data import ForgetData, LoadData, MeasureVirtualArm
 from workbench.session.commands.drag import MoveTarget
 from workbench.session.commands.identify import Identify
-from workbench.session.export import calibrated_toml
+from workbench.session.export import calibrated_toml, columns_toml
 from workbench.session.overlay import Overlay
 from workbench.session.state import Focus, Severity
 
@@ -112,6 +114,38 @@ def test_a_bad_file_is_one_sentence_without_our_folders(do, first, name, content
     assert "/tmp" not in message.text
     assert "is unchanged" not in message.text
     assert session.loaded is None
+
+
+def test_columns_without_units_are_shown_and_one_choice_mends_them(do, file):
+    """The choice is a mapping that the command line reads as well."""
+    bare = file.replace(b"[rad]", b"", 6)
+    session = do(LoadData("bare.csv", bare))
+    kept = session.unread
+    assert session.loaded is None
+    assert "unit is missing" in kept.preview.problems[0]
+    assert [(c.heading, c.key, c.si) for c in kept.preview.columns[:2]] == [
+        ("q1", "q1", None),
+        ("q2", "q2", None),
+    ]
+    mapping = with_column(mapping_text(kept.preview), "q1", "q1[rad]")
+    session = do(LoadData(kept.name, kept.content, mapping.encode()))
+    assert session.unread is None
+    assert np.array_equal(session.loaded.dataset.q, do(LoadData("a.csv", file)).loaded.dataset.q)
+    swapped = with_column(with_column(mapping, "x[m]", "y[m]"), "y[m]", "x[m]")
+    there, here = (
+        do(LoadData(kept.name, kept.content, swapped.encode())).loaded.dataset,
+        session.loaded.dataset,
+    )
+    assert np.array_equal(there.position, here.position[:, [1, 0, 2]])
+
+
+def test_a_saved_choice_of_columns_is_one_for_the_command_line(do, file, tmp_path):
+    session = do(LoadData("a.csv", file))
+    name, content = columns_toml(session)
+    (tmp_path / name).write_bytes(content)
+    (tmp_path / "a.csv").write_bytes(file)
+    again = preview(tmp_path / "a.csv", columns=read_mapping(tmp_path / name).columns)
+    assert np.array_equal(again.dataset.q, session.loaded.dataset.q)
 
 
 def test_too_large_a_file_is_refused(do):

@@ -86,6 +86,7 @@ def new(
     from dataclasses import replace
 
     from workbench.arm.built_in_arms import check_robot_file, load_robot, save_robot
+    from workbench.arm.own_robot.check import check_robot, found_words
     from workbench.report.json import write_json
 
     if (apply is None) != (form is None):
@@ -97,24 +98,18 @@ def new(
         )
     check_robot_file(out)
     check_writable(out, json)
-    table = source.lower().endswith(".csv")
     content: dict = {"schema": "workbench.robot/1", "file": str(out)}
     if apply is not None and form is not None:
         arm = _applied(load_robot(source, tip=tip), apply, form)
     else:
-        found = _checked(source if table else load_robot(source, tip=tip), pose or [], poses)
+        found = check_robot(source, pose or [] if poses is None else _poses(source, poses, tip), tip=tip)
         arm = found.robot
-        say(f"it fits: {', '.join(found.words) or 'as it was given'}")
-        for change in found.changes:
-            say(f"change: {change}")
-        say(
-            f"errors at the typed poses: at most {1e3 * found.position:.3f} mm and "
-            f"{57.29577951308232 * found.rotation:.3f}°; {found.tried} readings tried"
-        )
+        for words in found_words(found):
+            say(words)
         content |= {"words": list(found.words), "changes": list(found.changes), "tried": found.tried}
         content |= {"position_m": found.position, "rotation_rad": found.rotation}
-    default = Path(source.split()[0]).stem if table else arm.name
-    say(f"{name or default}: {save_robot(replace(arm, name=name or default), out)}")
+    arm = replace(arm, name=name or arm.name)
+    say(f"{arm.name}: {save_robot(arm, out)}")
     if json is not None:
         say(f"result: {write_json(json, content)}")
 
@@ -135,48 +130,14 @@ def _applied(nominal, path: Path, form: str):
     return arm
 
 
-def _checked(source, texts: list[str], path: Path | None):
-    """The reading of a table or an arm that gives the poses."""
-    from workbench.arm.own_robot.find_convention import find_convention
-    from workbench.arm.own_robot.joint_table import read_joint_table
-    from workbench.arm.own_robot.readings import Reading, Typed, table_readings, typed_readings
-    from workbench.arm.robot import Frame
+def _poses(source: str, path: Path, tip: str | None):
+    """Poses of a measurement file, whose headings tell the units."""
+    from workbench.arm.own_robot.check import readings_of
+    from workbench.arm.own_robot.readings import Typed
     from workbench.base import se3
     from workbench.data.readers import read_measurements
 
-    if isinstance(source, str):
-        table = read_joint_table(source)
-        readings = table_readings(
-            table.rows, conventions=table.conventions, lengths=table.lengths, angles=table.angles
-        )
-    else:
-        readings = [Reading(source.with_effects().with_frames(base=Frame(), tool=Frame()))]
-    robot = readings[0].robot
-    slides = [not e.axis.turns for e in robot.elements if e.joint is not None]
-    if path is not None:
-        data = read_measurements(path, joints=robot.dof)
-        if data.position is None or data.rotation is None:
-            raise OptionError(f"{path}: full poses are needed, position and orientation")
-        return find_convention(readings, [Typed(data.q, se3.pose(data.rotation, data.position))])
-    return find_convention(readings, typed_readings(_typed(texts, robot.dof), slides))
-
-
-def _typed(texts: list[str], joints: int):
-    """Poses typed in words as rows of numbers."""
-    import re
-
-    import numpy as np
-
-    rows = []
-    for text in texts:
-        left, _, right = text.partition("=")
-        try:
-            q, pose = ([float(v) for v in re.split(r"[,;\s]+", part.strip())] for part in (left, right))
-        except ValueError:
-            q, pose = [], []
-        if len(q) != joints or len(pose) != 6:
-            raise OptionError(
-                f"--pose '{text}' must be {joints} joint positions, =, x, y, z and three angles, with commas"
-            )
-        rows.append(q + pose)
-    return np.array(rows)
+    data = read_measurements(path, joints=readings_of(source, tip=tip)[0].robot.dof)
+    if data.position is None or data.rotation is None:
+        raise OptionError(f"{path}: full poses are needed, position and orientation")
+    return Typed(data.q, se3.pose(data.rotation, data.position))

@@ -13,6 +13,7 @@ import numpy as np
 from workbench.arm.robot import JointKind, Robot
 from workbench.arm.robot_toml import write_toml
 from workbench.base.errors import DataError
+from workbench.data.readers.mapping import mapping_text
 from workbench.data.writer import write_measurements
 from workbench.identification.record import Identification
 from workbench.plate.plate_toml import write_plate
@@ -43,6 +44,18 @@ def measurements_csv(session: Session) -> File:
     return f"{_stem(Path(session.loaded.name).stem)}.csv", content
 
 
+def columns_toml(session: Session) -> File:
+    """What every column of the file is, for the next file of this kind.
+
+    Raises:
+        DataError: no file was read.
+    """
+    file = session.unread or (None if session.loaded is None else session.loaded.file)
+    if file is None:
+        raise DataError("no file was read; load measurements first")
+    return f"{_stem(Path(file.name).stem)}-columns.toml", mapping_text(file.preview).encode()
+
+
 def next_poses_csv(session: Session) -> File:
     """Joint positions of the poses to measure next, with what each of them would tell.
 
@@ -60,6 +73,11 @@ def next_poses_csv(session: Session) -> File:
     reasons = [reason.sentence for reason in found.next_reasons] or [""] * len(shown)
     writer.writerows([*row, why] for row, why in zip(shown.tolist(), reasons, strict=True))
     return f"{_stem(session.robot.name)}-next-poses.csv", out.getvalue().encode()
+
+
+def robot_toml(session: Session) -> File:
+    """The session's nominal robot."""
+    return f"{_stem(session.robot.name)}.toml", _written(lambda path: write_toml(session.robot, path), "toml")
 
 
 def calibrated_toml(session: Session) -> File:

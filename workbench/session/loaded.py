@@ -5,7 +5,25 @@ from dataclasses import dataclass, field
 
 from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
+from workbench.data.readers.preview import Preview
 from workbench.identification.arm_match import ArmMatch
+
+
+@dataclass(frozen=True, eq=False)
+class MeasurementFile:
+    """A file as its columns were understood, whether it could be read so or not.
+
+    Args:
+        name: Its name.
+        content: Its bytes.
+        preview: What was understood.
+        mapping: What its columns were said to be (TOML); empty: as its headings say.
+    """
+
+    name: str
+    content: bytes
+    preview: Preview
+    mapping: bytes = b""
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,6 +41,7 @@ class Loaded:
         read: The rows as they were read, before anything was said of them for an arm; None: virtual ones.
         match: How well they and the arm go together; None: not asked.
         pictures: Small JPEG of every picture, by camera and image.
+        file: Where they were read; None: virtual ones.
     """
 
     dataset: Dataset
@@ -35,6 +54,7 @@ class Loaded:
     read: Dataset | None = None
     match: ArmMatch | None = None
     pictures: Mapping[tuple[str, str], bytes] = field(default_factory=dict)
+    file: MeasurementFile | None = None
 
     @property
     def is_foreign(self) -> bool:

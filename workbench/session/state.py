@@ -25,7 +25,7 @@ from workbench.plate.region import Region
 from workbench.plate.yield_trial.result import Yield
 from workbench.session.comparison import Comparison
 from workbench.session.guided import Measuring
-from workbench.session.loaded import Loaded
+from workbench.session.loaded import Loaded, MeasurementFile
 from workbench.session.overlay import Overlay
 from workbench.session.trajectory import Play, Track
 
@@ -315,6 +315,7 @@ class Session:
         fixed: Parameters that are not identified, though the robot would have them free.
         left_out: Measured rows that the user keeps out, counted as in the data.
         loaded: Measurements, if any.
+        unread: A file whose columns can't be read as they are understood, until another one is.
         measuring: The guided measurement under way, if any.
         source: The live source, if there is one.
         identification: The last identification of these measurements, if any.
@@ -371,6 +372,7 @@ class Session:
     fixed: frozenset[str] = frozenset()
     left_out: frozenset[int] = frozenset()
     loaded: Loaded | None = None
+    unread: MeasurementFile | None = None
     measuring: Measuring | None = None
     source: Source | None = None
     identification: Identification | None = None

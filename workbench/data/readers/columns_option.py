@@ -65,11 +65,12 @@ class Pair:
 
 @dataclass(frozen=True)
 class Naming:
-    """The `columns` option, parsed: either a list in order, or pairs."""
+    """The `columns` option, parsed: a list in order, or pairs; or a mapping, whose left names are the file's."""
 
     text: str
     items: tuple[Item, ...] = ()
     pairs: tuple[Pair, ...] = ()
+    is_mapping: bool = False
 
 
 def parse_columns(text: str) -> Naming:

@@ -9,6 +9,7 @@ layout = "plain"              # optional, like sheet
 "A1" = "q1[deg]"
 """
 
+import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, final
@@ -17,10 +18,10 @@ import tomli_w
 
 from workbench.base.files import write_text
 from workbench.base.toml import AbstractTableReader
-from workbench.base.units import parse_heading
+from workbench.base.units import EXAMPLES, Quantity, parse_heading
 from workbench.data.readers.columns_option import Item, Naming, Pair
-from workbench.data.readers.headings import meaning
-from workbench.data.readers.preview import Preview
+from workbench.data.readers.headings import meaning, quantities_of
+from workbench.data.readers.preview import Preview, PreviewColumn
 
 LEFT_OUT = "-"
 
@@ -60,7 +61,7 @@ class _Reader(AbstractTableReader):
                     f'[{key}] "{heading}" = "{ours}": there is no such column; write e.g. q1[deg]'
                 )
             pairs.append(Pair(Item(heading), (Item(name, unit),)))
-        return Naming(f"{self.path} [{key}]", (), tuple(pairs)) if pairs else None
+        return Naming(f"{self.path} [{key}]", (), tuple(pairs), is_mapping=True) if pairs else None
 
 
 def read_mapping(path: Path | str) -> ColumnMapping:
@@ -83,14 +84,58 @@ def read_mapping(path: Path | str) -> ColumnMapping:
 
 def write_mapping(preview: Preview, path: Path | str) -> Path:
     """Store what a preview understood, to be corrected by hand and used again."""
-    columns = {
-        column.heading: LEFT_OUT
-        if column.key is None
-        else column.key + (f"[{column.unit}]" if column.unit is not None else "")
-        for column in preview.columns
-        if column.heading
-    }
+    return write_text(path, mapping_text(preview))
+
+
+def mapping_text(preview: Preview) -> str:
+    """The same as text."""
+    columns = {column.heading: ours(column) for column in preview.columns if column.heading}
     table: dict[str, Any] = {"columns": columns}
     if preview.layout != "plain":
         table = {"layout": preview.layout}
-    return write_text(path, tomli_w.dumps(table))
+    return tomli_w.dumps(table)
+
+
+def ours(column: PreviewColumn) -> str:
+    """What a column is, as a mapping says it."""
+    if column.key is None:
+        return LEFT_OUT
+    return column.key + (f"[{column.unit}]" if column.unit is not None else "")
+
+
+def with_column(mapping: str, heading: str, is_now: str) -> str:
+    """The text of a mapping in which one column is something else.
+
+    What had been that is left out, and columns of its kind that lack a unit have the same one.
+
+    Args:
+        mapping: The text; empty: everything is as the headings say.
+        heading: The file's.
+        is_now: Ours with its unit, or "-".
+    """
+    table = tomllib.loads(mapping)
+    columns = table.setdefault("columns", {})
+    name, unit = parse_heading(is_now)
+    for other, was in columns.items() if name != LEFT_OUT else ():
+        key, known = parse_heading(was)
+        if key == name:
+            columns[other] = LEFT_OUT
+        elif unit and known is None and key != LEFT_OUT and quantities_of(key) == quantities_of(name):
+            columns[other] = f"{key}[{unit}]"
+    columns[heading] = is_now
+    return tomli_w.dumps(table)
+
+
+def meanings(joints: int) -> tuple[str, ...]:
+    """What a column may be, with every usual unit, as a mapping says it: "-" first, which leaves it out."""
+    keys = [f"q{k + 1}" for k in range(joints)]
+    keys += ["x", "y", "z", "roll", "pitch", "yaw", "rx", "ry", "rz", "qw", "qx", "qy", "qz"]
+    keys += [f"r{i}{j}" for i in "123" for j in "123"]
+    keys += ["time", "temperature", "payload", "distance", "session", "group", "point", "anchor", "contact"]
+    keys += ["sigma_x", "sigma_y", "sigma_z", *(f"torque{k + 1}" for k in range(joints)), "exclude", "reason"]
+    usual = {q: words.split(" or ") for q, words in EXAMPLES.items() if words != EXAMPLES[Quantity.NUMBER]}
+    found = [LEFT_OUT]
+    for key in keys:
+        units = [unit for quantity in quantities_of(key) for unit in usual.get(quantity, ())]
+        found += [f"{key}[{unit}]" for unit in units] or [key]
+    return tuple(found)

@@ -20,12 +20,13 @@ from workbench.data.readers.table import Table
 
 @dataclass(frozen=True)
 class PreviewColumn:
-    """One column: the file's heading, what it means (None: left out), its unit, and ours."""
+    """One column: the file's heading, what it means (None: left out), its unit, ours, and its first cell."""
 
     heading: str
     key: str | None = None
     unit: str | None = None
     si: str | None = None
+    first: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,7 +97,7 @@ def preview(
 def _of_table(path: Path, table: Table, joints: int | None, base: Matrix4 | None) -> Preview:
     """Preview of a plain table: as much as can be said even if it can't be read."""
     understood = understand(table)
-    shown = tuple(_shown(column) for column in understood)
+    shown = tuple(_shown(column, table) for column in understood)
     found = [str(problem) for problem in problems(understood)]
     if not found:
         try:
@@ -150,9 +151,10 @@ def _of_fields(
     )
 
 
-def _shown(column: Column) -> PreviewColumn:
+def _shown(column: Column, table: Table) -> PreviewColumn:
     si = str(column.conversion.quantity) if column.conversion is not None and column.unit else None
-    return PreviewColumn(column.heading, column.key, column.unit, si)
+    cells = table.columns[column.index]
+    return PreviewColumn(column.heading, column.key, column.unit, si, str(cells[0]) if len(cells) else "")
 
 
 def _by_layout(fields: Fields) -> tuple[PreviewColumn, ...]:

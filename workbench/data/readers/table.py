@@ -7,7 +7,7 @@ from enum import StrEnum
 from workbench.base.errors import FileError, OptionError
 from workbench.base.units import is_unit, parse_heading
 from workbench.base.wording import listed
-from workbench.data.readers.columns_option import Item, Naming
+from workbench.data.readers.columns_option import Item, Naming, Pair
 from workbench.data.readers.headings import is_known, meaning
 
 NUMBER = re.compile(r"[-+\u2212]?(\d+([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?|[-+]?(nan|inf)", re.IGNORECASE)
@@ -271,7 +271,9 @@ def with_pairs(grid: Grid, naming: Naming) -> Grid:
     end = _first_data_row(grid.rows)
     rows = [list(row) for row in grid.rows[:end]]
     notes = grid.notes
-    for pair in naming.pairs:
+    if naming.is_mapping:
+        notes += _mapped(rows, naming, grid.source)
+    for pair in () if naming.is_mapping else naming.pairs:
         if pair.right[0].name == "-":
             notes += _left_out(rows, pair.left.name)
             continue
@@ -279,15 +281,46 @@ def with_pairs(grid: Grid, naming: Naming) -> Grid:
         sides = [(name, item) for name, item in both if meaning(item.name) is not None]
         found = [(i, j, *side) for side in sides for i, row in enumerate(rows) for j in _places(row, side[0])]
         if not found:
-            cells = [cell for row in rows for cell in row if cell]
-            raise OptionError(
-                f"{grid.source}: '{pair.left.name}={pair.right[0].name}' names no column of the file "
-                f"with a meaning that is known: the headings are {listed(cells)}"
-            )
+            raise _no_column(rows, pair, grid.source)
         i, j, name, item = found[0]
         _rename(rows[i], j, item)
         notes += (f"the caller reads '{name}' as {item.heading()}",)
     return replace(grid, rows=rows + grid.rows[end:], notes=notes)
+
+
+def _no_column(rows: list[list[str]], pair: Pair, source: str) -> OptionError:
+    cells = [cell for row in rows for cell in row if cell]
+    return OptionError(
+        f"{source}: '{pair.left.name}={pair.right[0].name}' names no column of the file "
+        f"with a meaning that is known: the headings are {listed(cells)}"
+    )
+
+
+def _mapped(rows: list[list[str]], naming: Naming, source: str) -> tuple[str, ...]:
+    """All headings replaced at once by what a mapping says they are, so that two may change places."""
+    places = {
+        (i, j): pair
+        for pair in naming.pairs
+        for i, row in enumerate(rows)
+        for j in _places(row, pair.left.name)
+    }
+    found = set(places.values())
+    for pair in naming.pairs:
+        if pair not in found and pair.right[0].name != "-":
+            raise _no_column(rows, pair, source)
+    notes: tuple[str, ...] = ()
+    taken = {meaning(pair.right[0].name) for pair in naming.pairs if pair.right[0].name != "-"}
+    for i, row in enumerate(rows):
+        for j, cell in enumerate(row):
+            name, own = parse_heading(cell)
+            item = places[i, j].right[0] if (i, j) in places else None
+            if item is not None and item.name != "-":
+                row[j] = Item(item.name, own if item.unit is None else item.unit).heading()
+                notes += (f"the caller reads '{cell}' as {row[j]}",) if row[j] != cell else ()
+            elif cell and (item is not None or (meaning(name) is not None and meaning(name) in taken)):
+                row[j] = f"{cell} (not used)"
+                notes += (f"the caller leaves out '{cell}'",) if item is not None else ()
+    return notes
 
 
 def _left_out(rows: list[list[str]], name: str) -> tuple[str, ...]:

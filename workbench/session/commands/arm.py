@@ -11,6 +11,7 @@ import numpy as np
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.inverse.solve import follow
+from workbench.arm.own_robot.check import check_robot, found_words
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.cancel import Cancel
@@ -37,10 +38,12 @@ class ChooseRobot(AbstractTask):
     Args:
         name: Which one.
         keep: Whether the measurements are this robot's, and stay.
+        poses: Typed from the pendant, which the robot must give; signs, offsets and units are found.
     """
 
     name: str
     keep: bool = False
+    poses: tuple[str, ...] = ()
 
     @property
     def title(self) -> str:
@@ -53,7 +56,7 @@ class ChooseRobot(AbstractTask):
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
         progress(0.2, "working out how it reaches the targets")
-        robot = load_robot(self.name)
+        robot = _checked(self.name, self.poses) if self.poses else load_robot(self.name)
         loaded = matched(robot, session.loaded) if self.keep and session.loaded is not None else None
         begun = begin_with(robot, session, cancel=cancel)
         return begun if loaded is None else with_data(begun, loaded)
@@ -69,10 +72,12 @@ class LoadModel(AbstractTask):
     Args:
         name: Its name, of which only the ending matters.
         content: Its bytes.
+        poses: Typed from the pendant, which the robot must give; a joint table (.csv) needs them.
     """
 
     name: str
     content: bytes = field(repr=False)
+    poses: tuple[str, ...] = ()
 
     @property
     def title(self) -> str:
@@ -98,7 +103,7 @@ class LoadModel(AbstractTask):
                     session.robot, read_plate(path), is_given=True, noise=session.noise, cancel=cancel
                 )
                 return _with_measured(given, session)
-            robot = load_robot(path)
+            robot = _checked(path, self.poses) if self.poses else load_robot(path)
             source = robot.urdf
             return begin_with(robot, session, cancel=cancel)
         except WorkbenchError as error:
@@ -180,6 +185,12 @@ def standing(session: Session) -> np.ndarray:
     return session.states[session.selected].q
 
 
+def _checked(source: Path | str, poses: tuple[str, ...]) -> Robot:
+    """The arm that gives the typed poses, with what was found in its notes."""
+    found = check_robot(source, poses)
+    return replace(found.robot, notes=(*found.robot.notes, *found_words(found)))
+
+
 def begin_with(robot: Robot, session: Session, *, cancel: Cancel) -> Session:
     """A session with another robot: on its own plate, or on the user's if it can stand at half of it."""
     if is_untouched(session):
@@ -207,6 +218,8 @@ def _begun(session: Session, begun: Session) -> Session:
     )
     reached = f"{begun.score.measurable} of {len(begun.plate)} targets measurable"
     words = f"{begun.robot.name} on the plate '{begun.plate.name}': {reached}"
+    checked = [note for note in begun.robot.notes if note.startswith(("it fits:", "change:"))]
+    words = "; ".join([words, *checked])
     return begun.tell(Severity.INFO, words)
 
 

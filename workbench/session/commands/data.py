@@ -28,7 +28,7 @@ from workbench.plate.region_poses import nearby_poses
 from workbench.session.command import AbstractChange, AbstractTask, Progress
 from workbench.session.commands.compare import with_comparison
 from workbench.session.comparison import Comparison
-from workbench.session.loaded import Loaded
+from workbench.session.loaded import Loaded, MeasurementFile
 from workbench.session.reach import advance
 from workbench.session.state import CubeView, Field, Focus, Session, Severity
 
@@ -57,10 +57,12 @@ class LoadData(AbstractTask):
     Args:
         name: Its name, of which only the ending matters.
         content: Its bytes.
+        mapping: What its columns are (TOML); empty: as its headings say.
     """
 
     name: str
     content: bytes = field(repr=False)
+    mapping: bytes = field(default=b"", repr=False)
 
     @property
     def title(self) -> str:
@@ -76,28 +78,52 @@ class LoadData(AbstractTask):
             )
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
-        from workbench.data.readers import preview
-
         progress(0.0, "reading")
         with tempfile.TemporaryDirectory(prefix="workbench-") as folder:
             path = Path(folder) / safe_name(self.name)
             path.write_bytes(self.content)
             try:
-                understood = preview(
-                    path, joints=session.robot.dof, base=session.robot.base.pose, cancel=cancel
-                )
+                understood = self._understood(path, session.robot, cancel)
+                file = MeasurementFile(path.name, self.content, understood, self.mapping)
+                if understood.dataset is None and understood.columns and understood.layout == "plain":
+                    return file
                 if understood.dataset is None:
                     raise DataError(understood.problems[0])
                 dataset = understood.dataset
                 notes = tuple(note.replace(f"{folder}/", "") for note in dataset.notes)
                 dataset = replace(dataset, source=path.name, notes=notes)
                 progress(0.5, "comparing the rows with the arm")
-                found = Loaded(dataset, path.name, facts_of(dataset, understood), read=dataset)
+                facts = facts_of(dataset, understood)
+                found = Loaded(dataset, path.name, facts, read=dataset, file=file)
                 return matched(session.robot, found)
             except WorkbenchError as error:
                 raise DataError(str(error).replace(f"{folder}/", "")) from error
 
+    def _understood(self, path: Path, robot: Robot, cancel: Cancel) -> Preview:
+        from workbench.data.readers import preview
+        from workbench.data.readers.mapping import ColumnMapping, read_mapping
+
+        stored = ColumnMapping()
+        if self.mapping:
+            place = path.with_name("columns.toml")
+            place.write_bytes(self.mapping)
+            stored = read_mapping(place)
+        found = preview(
+            path,
+            columns=stored.columns,
+            layout=stored.layout,
+            sheet=stored.sheet,
+            joints=robot.dof,
+            base=robot.base.pose,
+            cancel=cancel,
+        )
+        problems = tuple(words.replace(f"{path.parent}/", "") for words in found.problems)
+        return replace(found, path=path.name, problems=problems)
+
     def finish(self, session: Session, result: Any) -> Session:
+        if isinstance(result, MeasurementFile):
+            session = replace(session, unread=result)
+            return session.tell(Severity.ERROR, result.preview.problems[0])
         session = with_data(session, result)
         words = f"{len(result.dataset)} rows read from {result.name}"
         if result.is_foreign:
@@ -246,6 +272,7 @@ def with_data(session: Session, loaded: Loaded | None) -> Session:
     session = replace(
         session,
         loaded=loaded,
+        unread=None,
         identification=None,
         diagnosis=None,
         rezero=None,

@@ -19,6 +19,7 @@ from workbench.views.page.panels.arrange import ArrangePanel, ImprovePanel, Tabl
 from workbench.views.page.panels.bending import BendingPanel
 from workbench.views.page.panels.cameras import CamerasPanel
 from workbench.views.page.panels.choices import ChoicesPanel
+from workbench.views.page.panels.columns import ColumnsPanel
 from workbench.views.page.panels.compare import ComparePanel
 from workbench.views.page.panels.data import DataPanel
 from workbench.views.page.panels.diagnose import DiagnosePanel
@@ -32,6 +33,7 @@ from workbench.views.page.panels.influence import InfluencePanel
 from workbench.views.page.panels.jog import CapturedPanel, JogPanel, ToolPanel
 from workbench.views.page.panels.joints import JointsPanel
 from workbench.views.page.panels.look import LookPanel
+from workbench.views.page.panels.own_robot import OwnRobotPanel
 from workbench.views.page.panels.panel import AbstractPanel
 from workbench.views.page.panels.production import NoisePanel, ProductionPanel
 from workbench.views.page.panels.region import RegionPanel
@@ -66,11 +68,11 @@ TABS: dict[Tab, tuple[type[AbstractPanel], ...]] = {
         NoisePanel,
     ),
     Tab.REGION: (RegionPanel,),
-    Tab.MEASURE: (DataPanel, CamerasPanel, GuidedPanel),
+    Tab.MEASURE: (DataPanel, ColumnsPanel, CamerasPanel, GuidedPanel),
     Tab.IDENTIFY: (FitPanel, ChoicesPanel, RezeroPanel),
     Tab.DIAGNOSE: (DiagnosePanel, JointsPanel),
     Tab.COMPARE: (ComparePanel, TrackPanel, BendingPanel),
-    Tab.MORE: (ArmPanel, JogPanel, ToolPanel, CapturedPanel, FilesPanel, LookPanel),
+    Tab.MORE: (ArmPanel, OwnRobotPanel, JogPanel, ToolPanel, CapturedPanel, FilesPanel, LookPanel),
 }
 """Every other panel, by its tab."""
 

@@ -1,0 +1,114 @@
+"""What became of each column of a file, and what it is instead: one choice, and the file is read again."""
+
+from typing import Any
+
+import viser
+
+from workbench.data.readers.mapping import mapping_text, meanings, ours, with_column
+from workbench.session.commands.data import LoadData
+from workbench.session.commands.messages import Tell
+from workbench.session.export import columns_toml
+from workbench.session.loaded import MeasurementFile
+from workbench.session.state import Session
+from workbench.views.page.html import BAD, MUTED, block, table, text
+from workbench.views.page.panels.panel import AbstractPanel, on_change, set_options
+
+LONGEST = 80
+"""Columns that are listed."""
+LARGEST = 2**16
+"""Mappings beyond this size are refused [bytes]."""
+
+
+class ColumnsPanel(AbstractPanel):
+    """A folder that is there with a file; it opens by itself where the file can't be read."""
+
+    def build(self, server: viser.ViserServer) -> None:
+        gui = server.gui
+        self._folder = gui.add_folder("Columns of the file", expand_by_default=False, visible=False)
+        with self._folder:
+            self._list = gui.add_html("")
+            self._column = gui.add_dropdown("Column", ("-",), hint="The file's heading.")
+            self._is = gui.add_dropdown(
+                "is", ("-",), hint="What the column holds; choosing reads the file again. - leaves it out."
+            )
+            on_change(self._column, lambda: self._show_meaning(file_of(self._worker.session)))
+            on_change(self._is, self._choose)
+            self.download(
+                gui,
+                "Save this choice (TOML)",
+                columns_toml,
+                "What every column is: for the next file of this kind, here or with --mapping.",
+            )
+            self.upload(
+                gui,
+                "Use a saved choice",
+                self._with_mapping,
+                "Reads the file again with the columns as they were saved.",
+                endings=".toml",
+                most=LARGEST,
+            )
+
+    def parts(self, session: Session) -> tuple[Any, ...]:
+        return file_of(session), session.robot
+
+    def show(self, session: Session) -> None:
+        file = file_of(session)
+        self._folder.visible = file is not None
+        if file is None:
+            return
+        headings = [c.heading for c in file.preview.columns if c.heading]
+        plain = file.preview.layout == "plain" and bool(headings)
+        self._column.visible = self._is.visible = plain
+        self._list.content = listing(file)
+        if plain:
+            chosen = self._column.value if self._column.value in headings else _first_doubtful(file)
+            set_options(self._column, headings, chosen)
+            self._show_meaning(file)
+
+    def _show_meaning(self, file: MeasurementFile | None) -> None:
+        """The dropdown as the chosen column is understood."""
+        if file is None:
+            return
+        is_now = _understood(file, self._column.value)
+        options = list(meanings(self._worker.session.robot.dof))
+        set_options(self._is, options if is_now in options else [is_now, *options], is_now)
+
+    def _choose(self) -> None:
+        file = file_of(self._worker.session)
+        if file is not None and self._is.value != _understood(file, self._column.value):
+            mapping = with_column(mapping_text(file.preview), self._column.value, self._is.value)
+            self._worker.submit(LoadData(file.name, file.content, mapping.encode()))
+
+    def _with_mapping(self, name: str, content: bytes) -> LoadData | Tell:
+        file = file_of(self._worker.session)
+        return Tell("load measurements first") if file is None else LoadData(file.name, file.content, content)
+
+
+def file_of(session: Session) -> MeasurementFile | None:
+    """The file whose columns are in question."""
+    if session.unread is not None:
+        return session.unread
+    return None if session.loaded is None else session.loaded.file
+
+
+def listing(file: MeasurementFile) -> str:
+    """Columns with their first cell and what they are read as; problems above."""
+    found = file.preview
+    problems = "".join(f'<div style="color:{BAD}">{text(words)}</div>' for words in found.problems)
+    rows = [
+        (text(c.heading or "(none)"), text(c.first[:20]), "left out" if c.key is None else text(ours(c)))
+        for c in found.columns
+    ]
+    more = len(rows) - LONGEST
+    words = f'<div style="color:{MUTED}">{more} more columns</div>' if more > 0 else ""
+    return block(problems + table(("heading", "first", "is"), rows[:LONGEST]) + words, testid="columns")
+
+
+def _understood(file: MeasurementFile, heading: str) -> str:
+    return next((ours(c) for c in file.preview.columns if c.heading == heading), "-")
+
+
+def _first_doubtful(file: MeasurementFile) -> str:
+    """The heading of the first column that is left out or lacks its unit; of the first one if none is."""
+    named = [c for c in file.preview.columns if c.heading]
+    return next((c.heading for c in named if c.si is None), named[0].heading)

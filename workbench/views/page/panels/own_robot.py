@@ -1,0 +1,85 @@
+"""One's own robot: a table, a description or a known arm, checked against poses typed from the pendant."""
+
+from typing import Any
+
+import viser
+
+from workbench.arm.built_in_arms import built_in_robots
+from workbench.session.commands.arm import LARGEST_MODEL, ChooseRobot, LoadModel
+from workbench.session.commands.messages import Tell
+from workbench.session.export import robot_toml
+from workbench.session.state import Session
+from workbench.views.page.html import MUTED, block, text
+from workbench.views.page.panels.panel import AbstractPanel, on_press
+
+KINDS = ".csv,.urdf,.xml,.xacro,.toml"
+A_FILE = "a file"
+HOW = (
+    "Three poses or more as the pendant shows them, flange in the robot's base, one a line: joint positions "
+    "= x, y, z and three angles. Units, signs, offsets and the convention are found by trying."
+)
+EXAMPLE = "0, -90, 90, 0, 90, 0 = 392.3, 109.2, 500, 180, 0, 90"
+
+
+class OwnRobotPanel(AbstractPanel):
+    """A closed folder: what it is, three poses, a check, the robot's file."""
+
+    keeps_typed = True
+    _file: tuple[str, bytes] | None
+
+    def build(self, server: viser.ViserServer) -> None:
+        gui = server.gui
+        worker = self._worker
+        self._file = None
+        with gui.add_folder("Your own robot", expand_by_default=False):
+            gui.add_html(block(text(HOW), style=f"color:{MUTED}"))
+            self._source = gui.add_dropdown(
+                "It is", (A_FILE, *built_in_robots()), hint="A file below, or a built-in arm to be checked."
+            )
+            self._upload = gui.add_upload_button(
+                "DH table, URDF, xacro",
+                icon=viser.Icon.UPLOAD,
+                color="gray",
+                mime_type=KINDS,
+                hint="A table with columns theta, d, a, alpha (.csv), or a description of the robot.",
+            )
+
+            @self._upload.on_upload
+            async def _(event: viser.GuiEvent) -> None:
+                file = event.target.value
+                if len(file.content) > LARGEST_MODEL:
+                    worker.submit(Tell(f"{file.name[-80:]} is too large for a robot"))
+                    return
+                self._file, self._source.value = (file.name, bytes(file.content)), A_FILE
+                self._upload.label = file.name[-40:]
+
+            self._poses = gui.add_text("Poses", "", multiline=True, hint=f"Such as {EXAMPLE}")
+            check = gui.add_button(
+                "Check against these poses",
+                icon=viser.Icon.CHECKS,
+                hint="Try every reading of the table and of the numbers; begin anew with the arm that fits.",
+            )
+            on_press(check, self._check)
+            self.download(
+                gui,
+                "This robot (TOML)",
+                robot_toml,
+                "The robot of this session as it is now, before any calibration.",
+            )
+
+    def parts(self, session: Session) -> tuple[Any, ...]:
+        return ()
+
+    def show(self, session: Session) -> None:
+        """Nothing here depends on the session."""
+
+    def _check(self) -> None:
+        poses = tuple(line.strip() for line in self._poses.value.splitlines() if line.strip())
+        if not poses:
+            self._worker.submit(Tell(f"type three poses of the pendant, one a line, such as {EXAMPLE}"))
+        elif self._source.value != A_FILE:
+            self._worker.submit(ChooseRobot(self._source.value, poses=poses))
+        elif self._file is None:
+            self._worker.submit(Tell("choose a file with the robot's table or description, or a known arm"))
+        else:
+            self._worker.submit(LoadModel(*self._file, poses=poses))
