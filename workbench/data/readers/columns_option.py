@@ -65,7 +65,7 @@ class Pair:
 
 @dataclass(frozen=True)
 class Naming:
-    """The `columns` option, parsed: a list in order, or pairs; or a mapping, whose left names are the file's."""
+    """The `columns` option, parsed: a list in order, or pairs; or a mapping, the file's names on the left."""
 
     text: str
     items: tuple[Item, ...] = ()

@@ -103,6 +103,12 @@ def ours(column: PreviewColumn) -> str:
     return column.key + (f"[{column.unit}]" if column.unit is not None else "")
 
 
+def lacks_unit(column: PreviewColumn) -> bool:
+    """Whether a column is a quantity whose unit nobody said."""
+    quantities = () if column.key is None else quantities_of(column.key)
+    return column.unit is None and any(q is not Quantity.NUMBER for q in quantities)
+
+
 def with_column(mapping: str, heading: str, is_now: str) -> str:
     """The text of a mapping in which one column is something else.
 

@@ -123,7 +123,8 @@ class LoadData(AbstractTask):
     def finish(self, session: Session, result: Any) -> Session:
         if isinstance(result, MeasurementFile):
             session = replace(session, unread=result)
-            return session.tell(Severity.ERROR, result.preview.problems[0])
+            words = result.preview.problems[0].replace(" (--columns)", "")
+            return session.tell(Severity.ERROR, f"{words}; or choose what it is under 'Columns of the file'")
         session = with_data(session, result)
         words = f"{len(result.dataset)} rows read from {result.name}"
         if result.is_foreign:

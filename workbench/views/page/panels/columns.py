@@ -4,7 +4,8 @@ from typing import Any
 
 import viser
 
-from workbench.data.readers.mapping import mapping_text, meanings, ours, with_column
+from workbench.data.readers.mapping import lacks_unit, mapping_text, meanings, ours, with_column
+from workbench.data.readers.preview import PreviewColumn
 from workbench.session.commands.data import LoadData
 from workbench.session.commands.messages import Tell
 from workbench.session.export import columns_toml
@@ -26,7 +27,6 @@ class ColumnsPanel(AbstractPanel):
         gui = server.gui
         self._folder = gui.add_folder("Columns of the file", expand_by_default=False, visible=False)
         with self._folder:
-            self._list = gui.add_html("")
             self._column = gui.add_dropdown("Column", ("-",), hint="The file's heading.")
             self._is = gui.add_dropdown(
                 "is", ("-",), hint="What the column holds; choosing reads the file again. - leaves it out."
@@ -47,6 +47,7 @@ class ColumnsPanel(AbstractPanel):
                 endings=".toml",
                 most=LARGEST,
             )
+            self._list = gui.add_html("")
 
     def parts(self, session: Session) -> tuple[Any, ...]:
         return file_of(session), session.robot
@@ -95,13 +96,17 @@ def listing(file: MeasurementFile) -> str:
     """Columns with their first cell and what they are read as; problems above."""
     found = file.preview
     problems = "".join(f'<div style="color:{BAD}">{text(words)}</div>' for words in found.problems)
-    rows = [
-        (text(c.heading or "(none)"), text(c.first[:20]), "left out" if c.key is None else text(ours(c)))
-        for c in found.columns
-    ]
+    rows = [(text(c.heading or "(none)"), text(c.first[:10]), _meaning(c)) for c in found.columns]
     more = len(rows) - LONGEST
     words = f'<div style="color:{MUTED}">{more} more columns</div>' if more > 0 else ""
     return block(problems + table(("heading", "first", "is"), rows[:LONGEST]) + words, testid="columns")
+
+
+def _meaning(column: PreviewColumn) -> str:
+    if column.key is None:
+        return f'<span style="color:{MUTED}">left out</span>'
+    words = text(ours(column))
+    return f'<span style="color:{BAD}">{words}: unit?</span>' if lacks_unit(column) else words
 
 
 def _understood(file: MeasurementFile, heading: str) -> str:
@@ -111,4 +116,5 @@ def _understood(file: MeasurementFile, heading: str) -> str:
 def _first_doubtful(file: MeasurementFile) -> str:
     """The heading of the first column that is left out or lacks its unit; of the first one if none is."""
     named = [c for c in file.preview.columns if c.heading]
-    return next((c.heading for c in named if c.si is None), named[0].heading)
+    doubts = [c for c in named if lacks_unit(c)] + [c for c in named if c.key is None]
+    return (doubts or named)[0].heading

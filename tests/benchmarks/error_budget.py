@@ -1,0 +1,103 @@
+"""What the error of each measured arm is made of, as a stacked bar of what each step takes off it.
+
+    python tests/benchmarks/error_budget.py --json budget.jsonl --picture assets/pictures/error-budget.png
+
+Every arm is diagnosed on four fifths of its rows (whole grid points of the UR10); all figures are mean errors of
+the fifth that took no part. Geometry: from the nominal arm with the best base and tool to the identified one.
+Causes: effects that are named. Map: effects that predict and claim nothing. Left: noise, and what nothing holds.
+"""
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+TESTS = Path(__file__).resolve().parents[1]
+sys.path[:0] = [str(TESTS.parent), str(TESTS), str(TESTS / "diagnosis")]
+
+from ledger import Ledger
+from matplotlib.figure import Figure
+from real_arms import SETS, load, splits
+from rich.console import Console
+
+from workbench.diagnosis.diagnose import diagnose
+from workbench.diagnosis.record import Diagnosis
+from workbench.report.figures import COLOURS, NOMINAL, look, new_figure, on_white, png
+from workbench.report.tables import new_table
+
+DATA = TESTS.parents[1] / "shared" / "data"
+PARTS = ("geometry", "causes", "map", "left")
+SHADES = (COLOURS[0], COLOURS[1], COLOURS[4], NOMINAL)
+NAMES = {
+    "ur10": "UR10",
+    "ur5": "UR5",
+    "wam": "WAM",
+    "panda_1": "Panda 1",
+    "panda_3": "Panda 3",
+    "iiwa14": "iiwa 14",
+}
+
+
+def budget(said: Diagnosis) -> dict[str, float]:
+    """What each step takes off the mean held-out position error, and what it leaves [mm]."""
+    nominal, before, after = (v.held_out.position_mm.mean for v in (said.nominal, said.before, said.after))
+    named = after if said.residual_map is None else said.residual_map.before_mm
+    return dict(zip(PARTS, (nominal - before, before - named, named - after, after), strict=True))
+
+
+def bars(found: dict[str, dict[str, float]]) -> Figure:
+    """One bar an arm, as shares of its nominal error, with the millimetres written in."""
+    with look():
+        figure = new_figure(8.4, 0.52 * len(found) + 0.9)
+        axes = figure.subplots()
+        for place, (name, parts) in enumerate(found.items()):
+            whole, start = sum(parts.values()), 0.0
+            for part, shade in zip(PARTS, SHADES, strict=True):
+                share = 100.0 * parts[part] / whole
+                axes.barh(
+                    place, share, left=start, height=0.62, color=shade, label=part if not place else None
+                )
+                if share > 6.0:
+                    words = f"{parts[part]:.2g}"
+                    axes.text(start + 0.5 * share, place, words, ha="center", va="center", color="white")
+                start += share
+            axes.text(101.0, place, f"{whole:.2f} mm", va="center")
+        axes.set_yticks(range(len(found)), [NAMES.get(name, name) for name in found])
+        axes.invert_yaxis()
+        axes.set_xlim(0.0, 112.0)
+        axes.set_xticks(range(0, 101, 20))
+        axes.set_xlabel("share of the nominal arm's mean error on held-out rows [%]; figures in mm")
+        figure.legend(loc="outside upper center", ncols=len(PARTS))
+    return figure
+
+
+def main(arguments=None) -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--sets", default=",".join(SETS), help="sets, commas between")
+    parser.add_argument("--data", type=Path, default=DATA, help="folder of the measurements")
+    parser.add_argument("--json", type=Path, help="keep every figure in this file, and go on from it")
+    parser.add_argument("--picture", type=Path, help="draw the bars here (.png)")
+    given = parser.parse_args(arguments)
+    ledger = Ledger(given.json)
+    for name in given.sets.split(","):
+        if name not in ledger:
+            robot, data = load(given.data, name)
+            train, held = next(iter(splits(data, 0, 5)))
+            said = diagnose(robot, train, held_out=held)
+            words = [cause.sentence for cause in said.causes]
+            ledger.add(name, {"parts": budget(said), "causes": words, "verdict": str(said.verdict)})
+    table = new_table("mean error on held-out rows [mm]", "arm", *PARTS, "named causes")
+    for name, record in ledger.records.items():
+        table.add_row(
+            name, *(f"{record['parts'][p]:.3f}" for p in PARTS), "; ".join(record["causes"]) or "none"
+        )
+    Console(width=200).print(table)
+    if given.picture is not None:
+        figure = bars({name: record["parts"] for name, record in ledger.records.items()})
+        given.picture.write_bytes(png(on_white(figure)))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
