@@ -2,9 +2,10 @@
 
     python tests/benchmarks/error_budget.py --json budget.jsonl --picture assets/pictures/error-budget.png
 
-Every arm is diagnosed on four fifths of its rows (whole grid points of the UR10); all figures are mean errors of
-the fifth that took no part. Geometry: from the nominal arm with the best base and tool to the identified one.
-Causes: effects that are named. Map: effects that predict and claim nothing. Left: noise, and what nothing holds.
+Every arm is diagnosed on four fifths of its rows (whole grid points of the UR10); all figures are mean errors
+of the fifth that took no part. Geometry: from the nominal arm with the best base and tool to the identified
+one. Causes: effects that are named. Map: effects that predict and claim nothing. Left: noise, and what nothing
+holds.
 """
 
 import argparse
@@ -51,7 +52,7 @@ def bars(found: dict[str, dict[str, float]]) -> Figure:
     with look():
         figure = new_figure(8.4, 0.52 * len(found) + 0.9)
         axes = figure.subplots()
-        for place, (name, parts) in enumerate(found.items()):
+        for place, parts in enumerate(found.values()):
             whole, start = sum(parts.values()), 0.0
             for part, shade in zip(PARTS, SHADES, strict=True):
                 share = 100.0 * parts[part] / whole

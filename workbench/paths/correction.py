@@ -18,6 +18,7 @@ from workbench.arm.inverse.bent_arm import rigid_targets, settle
 from workbench.arm.inverse.branch import margins
 from workbench.arm.inverse.damped_newton import WEIGHT, Refined, refine
 from workbench.arm.inverse.reduced_arm import compile_arm
+from workbench.arm.inverse.solutions import task_jacobian
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
@@ -30,6 +31,10 @@ CLEAR = 1e-6
 """Error that an iterated correction may leave without being said [m]."""
 AT_LIMIT = 1e-9
 """A joint this near to its limit is held by it [rad or m]."""
+
+
+BOUNDARY = 0.02
+"""Singular value of the Jacobian below which a run that ends short has met the boundary of its branch."""
 
 
 class Method(StrEnum):
@@ -114,7 +119,7 @@ def compensate(
     places, weight = compile_arm(robot).places, WEIGHT * compile_arm(robot).length
     _refuse_stopped(robot, after.x[:, places], after, time)
     if method is Method.ITERATED:
-        _refuse_unsettled(robot, after, time)
+        _refuse_unsettled(commanded, after)
     _refuse_large(after.x[:, places] - q, time)
     worse = after.cost(weight) > before.cost(weight)
     worse |= after.position_error > np.maximum(before.position_error, AT_LIMIT)
@@ -180,14 +185,27 @@ def _refuse_large(change: np.ndarray, time: Times) -> None:
         )
 
 
-def _refuse_unsettled(robot: Robot, after: Refined, time: Times) -> None:
-    """Refuse rows that miss more than the play of the joints explains: nothing brings them to the path."""
+def _refuse_unsettled(commanded: Commanded, after: Refined) -> None:
+    """Refuse rows that miss more than the play of the joints explains: nothing brings them to the path.
+
+    Where a run of the rigid arm ends short of its target within the limits, Jᵀ r = 0: it stands at a singularity,
+    on the boundary of what this branch reaches.
+    """
+    robot = commanded.calibrated
     left = after.position_error > CLEAR + _play(robot)
     if left.any():
         row = int(np.argmax(left))
+        jacobian = task_jacobian(compile_arm(robot), after.x[row : row + 1], commanded.task)
+        least = float(np.linalg.svd(jacobian, compute_uv=False)[0, -1])
+        why = "check the effects of the calibrated robot, or lead the path away from where it ends"
+        if least < BOUNDARY:
+            why = (
+                "the calibrated arm does not reach this pose in the branch of the path (singularity, smallest "
+                f"singular value {least:.1e}); lead the path away from it, or take another branch"
+            )
         raise DataError(
-            f"{named(row, time)}: the correction does not converge, {1e3 * after.position_error[row]:.3g} mm "
-            "are left; check the effects of the calibrated robot, or lead the path away from where it ends"
+            f"{named(row, commanded.time)}: the correction does not converge, "
+            f"{1e3 * after.position_error[row]:.3g} mm are left; {why}"
         )
 
 
