@@ -4,8 +4,8 @@
 
 Every arm is diagnosed on four fifths of its rows (whole grid points of the UR10); all figures are mean errors
 of the fifth that took no part. Geometry: from the nominal arm with the best base and tool to the identified
-one. Causes: effects that are named. Map: effects that predict and claim nothing. Left: noise, and what nothing
-holds.
+one. Causes: effects that are named. Map: effects that predict and claim nothing. Left: noise, and what
+nothing holds.
 """
 
 import argparse

@@ -188,8 +188,8 @@ def _refuse_large(change: np.ndarray, time: Times) -> None:
 def _refuse_unsettled(commanded: Commanded, after: Refined) -> None:
     """Refuse rows that miss more than the play of the joints explains: nothing brings them to the path.
 
-    Where a run of the rigid arm ends short of its target within the limits, Jᵀ r = 0: it stands at a singularity,
-    on the boundary of what this branch reaches.
+    Where a run of the rigid arm ends short of its target within the limits, Jᵀ r = 0: it stands at a
+    singularity, on the boundary of what this branch reaches.
     """
     robot = commanded.calibrated
     left = after.position_error > CLEAR + _play(robot)
@@ -200,8 +200,8 @@ def _refuse_unsettled(commanded: Commanded, after: Refined) -> None:
         why = "check the effects of the calibrated robot, or lead the path away from where it ends"
         if least < BOUNDARY:
             why = (
-                "the calibrated arm does not reach this pose in the branch of the path (singularity, smallest "
-                f"singular value {least:.1e}); lead the path away from it, or take another branch"
+                "the calibrated arm does not reach this pose in the branch of the path (singularity, "
+                f"smallest singular value {least:.1e}); lead the path away from it, or take another branch"
             )
         raise DataError(
             f"{named(row, commanded.time)}: the correction does not converge, "
