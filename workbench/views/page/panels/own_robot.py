@@ -10,7 +10,7 @@ from workbench.session.commands.messages import Tell
 from workbench.session.export import robot_toml
 from workbench.session.state import Session
 from workbench.views.page.html import MUTED, block, text
-from workbench.views.page.panels.panel import AbstractPanel, on_press
+from workbench.views.page.panels.panel import AbstractPanel, on_press, set_value
 
 KINDS = ".csv,.urdf,.xml,.xacro,.toml"
 A_FILE = "a file"
@@ -50,7 +50,8 @@ class OwnRobotPanel(AbstractPanel):
                 if len(file.content) > LARGEST_MODEL:
                     worker.submit(Tell(f"{file.name[-80:]} is too large for a robot"))
                     return
-                self._file, self._source.value = (file.name, bytes(file.content)), A_FILE
+                self._file = file.name, bytes(file.content)
+                set_value(self._source, A_FILE)
                 self._upload.label = file.name[-40:]
 
             self._poses = gui.add_text("Poses", "", multiline=True, hint=f"Such as {EXAMPLE}")
