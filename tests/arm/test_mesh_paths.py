@@ -28,6 +28,16 @@ def test_files_elsewhere_are_refused_by_name(urdf, name):
         meshes.find_mesh(name, urdf)
 
 
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [("near.obj", b"v 0 0 0\n" + b"f 1 1 1\n" * 400_001), ("near.stl", bytes(84 + 50 * 400_001))],
+)
+def test_a_mesh_of_too_many_triangles_is_not_even_read(urdf, name, content):
+    (urdf.parent / name).write_bytes(content)
+    with pytest.raises(FileError, match="more than 400000 triangles; give a coarser mesh"):
+        meshes.find_mesh(name, urdf)
+
+
 def test_a_mesh_too_large_to_be_drawn(urdf, monkeypatch):
     monkeypatch.setattr(meshes, "LARGEST", 4)
     with pytest.raises(FileError, match="coarser mesh"):

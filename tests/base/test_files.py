@@ -4,6 +4,7 @@ import errno
 import os
 import stat
 import threading
+import tracemalloc
 
 import pytest
 
@@ -53,6 +54,14 @@ def test_a_full_disk_leaves_nothing_and_is_one_sentence(tmp_path, monkeypatch, w
     with pytest.raises(FileError, match=r"out: it can't be written \(No space left on device\); make room"):
         write(tmp_path / "out", b"after")
     assert sorted(path.name for path in tmp_path.rglob("*")) == before
+
+
+def test_a_small_file_takes_little_memory(tmp_path):
+    (tmp_path / "small.csv").write_bytes(b"q1[deg]")
+    tracemalloc.start()
+    files.read_bytes(tmp_path / "small.csv", wanted="a measurement file")
+    assert tracemalloc.get_traced_memory()[1] < 2 * files.CHUNK
+    tracemalloc.stop()
 
 
 def test_a_device_without_end_is_refused():

@@ -179,6 +179,15 @@ def _rows(robot: Robot) -> list[dict]:
 
 
 @pytest.mark.parametrize("name", ["aria", "panda", "katana450"])
+@pytest.mark.parametrize("text", ["kinematics: 5", "kinematics:\n  shoulder: 5", "{numbers}"])
+def test_a_kinematics_file_without_finite_numbers_is_one_sentence(text):
+    arm = load_robot("ur10")
+    job = Job(robot=arm, nominal=arm)
+    whole = FORMS["ur-kinematics"].write(job).replace("x: 0.0\n", "x: 1e999\n")
+    with pytest.raises(FileError, match="has no numbers x, y, z, roll, pitch, yaw for '"):
+        FORMS["ur-kinematics"].read(whole if text == "{numbers}" else text, job)
+
+
 def test_spreadsheets_hold_the_arm(name, tmp_path):
     _, arm = calibrated(name)
     text = export_robot(FORMS["dh-csv"], tmp_path / "t.csv", Job(robot=arm), rows=5).path.read_text()

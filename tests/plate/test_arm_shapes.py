@@ -149,6 +149,21 @@ def test_a_tool_beyond_the_flange_is_a_slender_probe(ur5):
     assert np.linalg.norm(ends - tip, axis=1).min() == pytest.approx(rod.margin, abs=1e-9)
 
 
+def test_a_tool_at_a_flange_without_a_mesh_is_a_probe_too(tmp_path):
+    path = tmp_path / "bare.urdf"
+    box = '<collision><geometry><box size="0.1 0.1 0.1"/></geometry></collision>'
+    joint = '<parent link="a"/><child link="b"/><origin xyz="0 0 0.5"/><axis xyz="0 1 0"/>'
+    limit = '<limit lower="-2" upper="2" effort="1" velocity="1"/>'
+    path.write_text(
+        f'<robot name="bare"><link name="a">{box}</link><link name="b"/>'
+        f'<joint name="ab" type="revolute">{joint}{limit}</joint></robot>'
+    )
+    arm = mesh_arm(load_robot(path), 0.01)
+    assert arm.probes.tolist() == [False, True]
+    assert np.isfinite(arm.placements(np.zeros((1, 1)))).all()
+    assert np.isfinite(arm.pieces[-1].corners).all()
+
+
 def test_primitives_of_a_urdf_are_exact(tmp_path):
     shapes = {
         "a": '<box size="0.1 0.1 0.1"/>',

@@ -79,10 +79,25 @@ def find_mesh(name: str, urdf: Path) -> str:
     for folder, candidate in places:
         path = candidate.resolve()
         if path.is_relative_to(folder) and path.is_file():
-            if path.stat().st_size > LARGEST:
+            size = path.stat().st_size
+            if size > LARGEST:
                 raise FileError(f"is larger than {LARGEST // 2**20} MiB; give a coarser mesh", path=str(path))
+            if _faces(path, size) > MOST_FACES:
+                raise FileError(f"has more than {MOST_FACES} triangles; give a coarser mesh", path=str(path))
             return str(path)
     raise FileError("there is no such mesh in the robot's folders; put it there", path=name)
+
+
+def _faces(path: Path, size: int) -> int:
+    """About how many triangles a mesh file has, without making them: they take many times its size."""
+    if path.suffix.lower() == ".obj":
+        return path.read_bytes().count(b"\nf")
+    return size // 50 if path.suffix.lower() == ".stl" and not _is_text(path) else 0
+
+
+def _is_text(path: Path) -> bool:
+    with path.open("rb") as file:
+        return file.read(5) == b"solid" and b"\0" not in file.read(200)
 
 
 def _found(name: str, urdf: Path) -> str:

@@ -8,11 +8,13 @@ import sys
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
+from typing import BinaryIO
 
 from workbench.base.errors import FileError
 
 LARGEST = 4 * 2**30
 """Files beyond this size are refused [bytes]: a device without end is one of them."""
+CHUNK = 16 * 2**20
 STANDARD_OUTPUT = ("-", "/dev/stdout", "/dev/fd/1")
 """Names of files that mean standard output."""
 
@@ -30,7 +32,7 @@ def read_bytes(path: Path | str, *, wanted: str, most: int = LARGEST) -> bytes:
     """
     try:
         with open(path, "rb") as file:
-            content = file.read(most + 1)
+            content = _all_of(file, most + 1)
     except OSError as error:
         raise FileError(f"can't be opened ({error.strerror}); give {wanted}", path=str(path)) from None
     except ValueError as error:  # a name with a zero byte
@@ -38,6 +40,15 @@ def read_bytes(path: Path | str, *, wanted: str, most: int = LARGEST) -> bytes:
     if len(content) > most:
         raise FileError(f"has more than {most / 2**20:.0f} MiB; give {wanted}", path=str(path))
     return content
+
+
+def _all_of(file: BinaryIO, most: int) -> bytes:
+    """So many bytes, or all there are; asked for at once, they would have their memory beforehand."""
+    parts: list[bytes] = []
+    while most > 0 and (part := file.read(min(most, CHUNK))):
+        parts.append(part)
+        most -= len(part)
+    return b"".join(parts)
 
 
 def write_bytes(path: Path | str, content: bytes) -> Path:

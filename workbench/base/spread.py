@@ -4,13 +4,18 @@ A piece is a function of its arguments alone, so the results are the same wherev
 worker is lost is done again by another. Results come back in the order of the pieces.
 """
 
+import logging
+import sys
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from importlib.metadata import version
 from itertools import takewhile
 from threading import Event
 from typing import Any
 
 from joblib import Parallel, cpu_count, delayed, parallel_config
 
+from workbench.base.distribution import package_version
 from workbench.base.errors import MissingExtraError, OptionError
 
 CONNECTING = 5.0
@@ -44,7 +49,8 @@ def spread(
 
     Raises:
         MissingExtraError: a scheduler is given, and Dask is not installed.
-        OptionError: nobody answers at the scheduler's address, or no workers.
+        OptionError: nobody answers at the scheduler's address or works for it, its workers have other
+            versions, or it was lost on the way.
     """
     if workers is not None and workers < 1:
         raise OptionError(f"--workers must be at least 1, got {workers}")
@@ -85,9 +91,78 @@ def _on_cluster(
             f"no Dask scheduler answers at {scheduler} ({error}); start one with `dask scheduler` and give "
             "the address that it prints"
         ) from None
-    with client:
+    with _quiet(), client:
+        _check_workers(client, scheduler)
         futures = [client.submit(work, *piece, pure=False, retries=RETRIES) for piece in pieces]
         try:
-            yield from (future.result() for future in takewhile(lambda _: not stop.is_set(), futures))
+            for future in takewhile(lambda _: not stop.is_set(), futures):
+                yield _result(future, scheduler)
         finally:
-            client.cancel(futures)
+            if client.status == "running":
+                client.cancel(futures)
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Dask says nothing of its own: of a lost scheduler it tells by the page, and we in one sentence."""
+    before = [(handler, handler.level) for handler in logging.getLogger("distributed").handlers]
+    try:
+        for handler, _ in before:
+            handler.setLevel(logging.CRITICAL)
+        yield
+    finally:
+        for handler, level in before:
+            handler.setLevel(level)
+
+
+def _result(future: Any, scheduler: str) -> Any:
+    """What a piece gave; each is taken once, however often it was computed."""
+    from distributed import CancelledError, KilledWorker
+
+    try:
+        return future.result()
+    except KilledWorker as error:
+        raise OptionError(
+            f"a piece of the work ended {error.allowed_failures + 1} workers at {scheduler}, the last at "
+            f"{error.last_worker.address}; give them more memory (--memory-limit), or fewer arms"
+        ) from None
+    except CancelledError:
+        raise OptionError(
+            f"the Dask scheduler at {scheduler} was lost in the middle of the work, and nothing of it is "
+            "kept; start it and its workers again"
+        ) from None
+
+
+def _check_workers(client: Any, scheduler: str) -> None:
+    """Refuse a cluster without workers, or with some whose results could be others than ours.
+
+    Raises:
+        OptionError: nobody works there, or with other versions.
+    """
+    try:
+        client.wait_for_workers(1, timeout=CONNECTING)
+        theirs = client.run(versions)
+    except TimeoutError:
+        raise OptionError(
+            f"the Dask scheduler at {scheduler} has no workers; start some with `dask worker {scheduler}`"
+        ) from None
+    except Exception as error:  # a worker without the package can't even say so
+        raise OptionError(
+            f"the workers at {scheduler} can't import the workbench ({type(error).__name__}); install "
+            f"version {package_version()} there"
+        ) from None
+    ours = versions()
+    for address, found in theirs.items():
+        if wrong := [
+            f"{name} {found[name]} (here {ours[name]})" for name in ours if found[name] != ours[name]
+        ]:
+            raise OptionError(
+                f"the worker at {address} has {', '.join(wrong)}; install the same versions everywhere"
+            )
+
+
+def versions() -> dict[str, str]:
+    """What decides what a computation gives."""
+    python = f"{sys.version_info.major}.{sys.version_info.minor}"
+    libraries = {name: version(name) for name in ("numpy", "scipy", "numba")}
+    return {"workbench": package_version(), "Python": python, **libraries}

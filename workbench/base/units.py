@@ -7,7 +7,7 @@ SI = scale · value + offset, in a registry that is built when the first unit is
 import re
 from dataclasses import dataclass
 from enum import StrEnum
-from functools import cache
+from functools import cache, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -114,15 +114,14 @@ def parse_heading(text: str) -> Heading:
     return Heading(text, None)
 
 
+@lru_cache
 def is_unit(text: str) -> bool:
     """Whether the text is a unit of one of our quantities (a number without unit is not)."""
-    for quantity in Quantity:
-        try:
-            conversion(text, quantity)
-        except UnitError:
-            continue
-        return quantity is not Quantity.NUMBER
-    return False
+    try:
+        conversion(text, *(quantity for quantity in Quantity if quantity is not Quantity.NUMBER))
+    except UnitError:
+        return False
+    return True
 
 
 @cache

@@ -53,7 +53,7 @@ def _read(function, path: Path, library: str, extra: str, what: str, instead: st
         raise MissingExtraError(f"reading {what.removeprefix('this ')}s", extra=extra)
     files = [path] if path.is_file() else [p for p in path.iterdir() if p.is_file()]
     size = sum(p.stat().st_size for p in files)
-    seconds, memory = 30.0 + size / MEBIBYTE, MEMORY + 4 * min(size, 1024 * MEBIBYTE)
+    seconds, memory = 2.0 + 5.0 * size / MEBIBYTE, MEMORY + 4 * min(size, 1024 * MEBIBYTE)
     try:
         return in_child(function, str(path.absolute()), seconds=seconds, memory=memory, cancel=cancel)
     except ChildError as error:

@@ -88,7 +88,7 @@ def _read(
     size = len(data) / MEBIBYTE
     try:
         return in_child(
-            function, data, seconds=5.0 + 20.0 * size, memory=BASE_MEMORY + 100 * len(data), cancel=cancel
+            function, data, seconds=2.0 + 20.0 * size, memory=BASE_MEMORY + 100 * len(data), cancel=cancel
         )
     except ChildError as error:
         raise _refusal(what, str(error), instead, path) from None

@@ -23,6 +23,7 @@ from workbench.arm.joint_frames import JointFrames, joint_frames
 from workbench.arm.robot import Frame, JointKind, Robot
 from workbench.base import se3
 from workbench.base.errors import FileError, OptionError
+from workbench.base.toml import LARGEST
 from workbench.base.types import Matrix4
 from workbench.exports.form import AbstractForm, Job, tool_note
 
@@ -124,13 +125,14 @@ class KinematicsYaml(AbstractForm):
 
     def _poses(self, text: str, count: int) -> list[Matrix4]:
         table = _nested(text)
-        table = table.get(self.head, {}) if self.head else table
         poses = []
         for name in self.joints[:count]:
-            entry = table.get(name, {})
-            entry = entry.get(self.inner, {}) if self.inner else entry
             try:
+                joints = table[self.head] if self.head else table
+                entry = joints[name][self.inner] if self.inner else joints[name]
                 values = np.array([float(entry[part]) for part in PARTS])
+                if not (np.abs(values) < LARGEST).all():
+                    raise ValueError
             except (KeyError, TypeError, ValueError):
                 raise FileError(
                     f"has no numbers x, y, z, roll, pitch, yaw for '{name}'; give a {self.title}",

@@ -5,6 +5,7 @@ recognised only where it can't mean anything else; commanded values are never ta
 """
 
 import re
+from functools import lru_cache
 from typing import NamedTuple
 
 from workbench.base.errors import UnitError
@@ -121,6 +122,7 @@ def normalised(name: str) -> str:
     return re.sub(r"[\s\-./_]+", "_", name.strip().lower()).strip("_")
 
 
+@lru_cache
 def meaning(name: str) -> Meaning | None:
     """What a column of this name (without its unit) holds, or None."""
     plain = normalised(name)

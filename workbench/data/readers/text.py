@@ -108,7 +108,7 @@ def refuse_other_text(text: str, path: Path) -> None:
         found = "this is JSON, not a table"
     elif _is_toml(text, path):
         found = "this is a TOML file, a robot or a plate: give it as --robot or --plate"
-    elif any(ord(c) < 9 for c in start):
+    elif min(start, default=" ") < "\t":
         found = "this is a binary file of an unknown kind"
     if found is not None:
         raise FileError(f"{found}; {TABLE}", path=str(path))

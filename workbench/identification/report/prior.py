@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 
 from workbench.base.errors import FileError, OptionError
+from workbench.base.files import read_bytes
+from workbench.base.toml import LARGEST_FILE
 from workbench.identification.fit import Fit
 from workbench.identification.prior import Prior
 
@@ -42,17 +44,14 @@ def read_prior(path: Path | str, *, renew: Sequence[int] = ()) -> Prior:
         FileError: not such a file, or one that contradicts itself.
         OptionError: a joint to renew that the result does not have, or nothing left to know.
     """
+    wanted = "the file that 'workbench identify --json' wrote"
+    content = read_bytes(path, wanted=wanted, most=LARGEST_FILE)
     try:
-        found = json.loads(Path(path).read_text(encoding="utf-8"))[KEY]
+        found = json.loads(content)[KEY]
         names = tuple(str(name) for name in found["names"])
         values, information = np.array(found["values"], float), np.array(found["information"], float)
-    except OSError as error:
-        raise FileError(error.strerror or "can't be read", path=str(path)) from None
-    except (ValueError, KeyError, TypeError, UnicodeError):
-        raise FileError(
-            "is no result with prior knowledge; give the file that 'workbench identify --json' wrote",
-            path=str(path),
-        ) from None
+    except (ValueError, KeyError, TypeError, RecursionError):
+        raise FileError(f"is no result with prior knowledge; give {wanted}", path=str(path)) from None
     count = len(names)
     shapes = values.shape == (count,) and information.shape == (count, count)
     if not shapes or not np.isfinite(values).all() or not np.isfinite(information).all():

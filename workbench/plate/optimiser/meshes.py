@@ -311,5 +311,6 @@ def _with_probe(robot: Robot, pieces: tuple[Piece, ...]) -> tuple[Piece, ...]:
     tip = (se3.inverse(frames[last]) @ frames[-1])[:3, 3]
     length, radius = float(np.linalg.norm(tip)), PROBE_RADIUS * THIN * robot.reach
     inside = max(length - radius, radius)
-    pose = se3.pose(turned_to(tip / length), 0.5 * inside * tip / length)
+    along = tip / length if length > 0.0 else np.array([0.0, 0.0, 1.0])  # the tool is at the flange
+    pose = se3.pose(turned_to(along), 0.5 * inside * along)
     return (*marked, replace(_piece(last, robot.dof, pose, coal.Capsule(radius, inside)), probe=True))

@@ -15,6 +15,7 @@ from typing import Any
 from workbench.arm.robot import Robot
 from workbench.arm.robot_toml import read_toml
 from workbench.base.errors import FileError, OptionError
+from workbench.base.files import read_bytes
 from workbench.plate.plate import Plate
 from workbench.plate.plate_toml import read_plate
 from workbench.session.journal import codec
@@ -115,8 +116,10 @@ def read_recording(folder: Path | str, *, to: int | None = None) -> Recording:
     folder = Path(folder)
     path = folder / JOURNAL
     try:
-        content = path.read_bytes()
-    except OSError:
+        content = read_bytes(path, wanted="a recording")
+    except FileError as error:
+        if path.exists():
+            raise error from None
         raise FileError(
             f"has no {JOURNAL}; give a folder recorded by 'workbench serve'", path=str(folder)
         ) from None
@@ -191,8 +194,8 @@ def _load(folder: Path, name: str) -> bytes:
     if place.is_absolute() or place.parts[:1] != (codec.INPUTS,) or ".." in place.parts:
         raise ValueError(f"'{name}' lies outside the recording")
     try:
-        content = (folder / place).read_bytes()
-    except OSError:
+        content = read_bytes(folder / place, wanted="the recording's own files")
+    except FileError:
         raise ValueError(f"the file '{name}' is missing") from None
     if codec.file_name(content, place.suffix) != name:
         raise ValueError(f"the file '{name}' was changed since")

@@ -1,8 +1,10 @@
 """Saving what the session holds."""
 
+import io
 from typing import Any
 
 import viser
+from PIL import Image
 
 from workbench.session.export import (
     calibrated_toml,
@@ -68,9 +70,7 @@ class FilesPanel(AbstractPanel):
     def _picture(self, event: viser.GuiEvent) -> None:
         if event.client is None:
             return
-        import imageio.v3 as images  # comes with viser
-
         height, width = PICTURE
-        pixels = event.client.get_render(height, width, timeout=30.0)
-        content = images.imwrite("<bytes>", pixels, extension=".png")
-        event.client.send_file_download("workbench.png", content, save_immediately=True)
+        picture = io.BytesIO()
+        Image.fromarray(event.client.get_render(height, width, timeout=30.0)).save(picture, format="PNG")
+        event.client.send_file_download("workbench.png", picture.getvalue(), save_immediately=True)

@@ -1,0 +1,120 @@
+"""Work on a Dask cluster: what is not as it should be is one sentence, and no piece is counted twice."""
+
+import json
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from workbench.base import spread
+from workbench.base.errors import OptionError
+
+ADDRESS = "tcp://127.0.0.1:1"
+
+
+class Cluster:
+    """Stands for a client whose workers give these answers."""
+
+    def __init__(self, *found):
+        self._found = found
+
+    def wait_for_workers(self, count, timeout):
+        if not self._found:
+            raise TimeoutError
+
+    def run(self, function):
+        if isinstance(self._found[0], Exception):
+            raise self._found[0]
+        return {f"tcp://w{k}": spread.versions() | found for k, found in enumerate(self._found)}
+
+
+def test_workers_with_our_versions_are_taken():
+    spread._check_workers(Cluster({}, {}), ADDRESS)
+
+
+@pytest.mark.parametrize(
+    ("found", "words"),
+    [
+        ([{}, {"numpy": "1.0"}], r"the worker at tcp://w1 has numpy 1\.0 \(here .*install the same versions"),
+        ([{"Python": "2.7", "workbench": "0"}], r"has workbench 0 \(here .*\), Python 2\.7 \(here"),
+        ([], "has no workers; start some with `dask worker"),
+        ([ModuleNotFoundError("workbench")], "can't import the workbench"),
+    ],
+)
+def test_a_cluster_that_can_not_be_trusted_is_refused(found, words):
+    with pytest.raises(OptionError, match=words):
+        spread._check_workers(Cluster(*found), ADDRESS)
+
+
+WORK = """
+import time
+def slowly(number):
+    time.sleep(0.3)
+    return number
+def hungrily(number):
+    if number == 2:
+        kept = [bytearray(50_000_000) for _ in range(100)]
+        time.sleep(20)
+    return number
+"""
+
+
+@pytest.fixture
+def cluster(tmp_path, monkeypatch):
+    """A scheduler and a worker in processes of their own: the scheduler's address and process."""
+    pytest.importorskip("distributed")
+    (tmp_path / "spread_work.py").write_text(WORK)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(spread, "CONNECTING", 60.0)
+    told = tmp_path / "scheduler.json"
+    root = Path(spread.__file__).resolve().parents[2]
+    environment = os.environ | {"PYTHONPATH": f"{root}:{tmp_path}"}
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "env": environment, "cwd": tmp_path}
+    dask = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0"]
+    scheduler = subprocess.Popen([*dask, "--no-dashboard", "--scheduler-file", told], **quiet)
+    worker = [
+        sys.executable,
+        "-m",
+        "distributed.cli.dask_worker",
+        "--scheduler-file",
+        told,
+        "--nthreads",
+        "1",
+    ]
+    working = subprocess.Popen([*worker, "--no-dashboard", "--memory-limit", "600MB"], **quiet)
+    while not told.exists() or not told.read_text().strip():
+        time.sleep(0.1)
+    yield json.loads(told.read_text())["address"], scheduler
+    for process in (working, scheduler):
+        process.kill()
+        process.wait()
+
+
+@pytest.mark.slow
+def test_a_scheduler_that_is_lost_is_said(cluster):
+    import spread_work
+
+    address, scheduler = cluster
+    with pytest.raises(OptionError, match="was lost in the middle of the work, and nothing of it is kept"):
+        spread.spread(
+            spread_work.slowly,
+            [(k,) for k in range(20)],
+            scheduler=address,
+            progress=lambda _: scheduler.kill(),
+        )
+
+
+@pytest.mark.slow
+def test_a_piece_that_takes_all_memory_is_said_and_the_others_are_counted_once(cluster):
+    import spread_work
+
+    address, _ = cluster
+    shares: list[float] = []
+    with pytest.raises(OptionError, match=r"ended 4 workers at tcp.*more memory \(--memory-limit\)"):
+        spread.spread(
+            spread_work.hungrily, [(k,) for k in range(4)], scheduler=address, progress=shares.append
+        )
+    assert shares == [0.25, 0.5]
