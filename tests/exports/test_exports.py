@@ -1,6 +1,7 @@
 """Every form for every built-in arm: written, and read by somebody else."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -178,16 +179,16 @@ def _rows(robot: Robot) -> list[dict]:
     return robot_to_table(robot)["joint"]
 
 
-@pytest.mark.parametrize("name", ["aria", "panda", "katana450"])
 @pytest.mark.parametrize("text", ["kinematics: 5", "kinematics:\n  shoulder: 5", "{numbers}"])
 def test_a_kinematics_file_without_finite_numbers_is_one_sentence(text):
     arm = load_robot("ur10")
     job = Job(robot=arm, nominal=arm)
-    whole = FORMS["ur-kinematics"].write(job).replace("x: 0.0\n", "x: 1e999\n")
+    whole = re.sub("x: .*", "x: 1e999", FORMS["ur-kinematics"].write(job), count=1)
     with pytest.raises(FileError, match="has no numbers x, y, z, roll, pitch, yaw for '"):
         FORMS["ur-kinematics"].read(whole if text == "{numbers}" else text, job)
 
 
+@pytest.mark.parametrize("name", ["aria", "panda", "katana450"])
 def test_spreadsheets_hold_the_arm(name, tmp_path):
     _, arm = calibrated(name)
     text = export_robot(FORMS["dh-csv"], tmp_path / "t.csv", Job(robot=arm), rows=5).path.read_text()
