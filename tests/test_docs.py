@@ -6,14 +6,17 @@ import subprocess
 import sys
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import pytest
+import typer
 from shown import commands, run_lines
 
 import workbench
 from workbench.cli import app
 
 DOCS = Path(__file__).resolve().parents[1] / "assets" / "docs"
+README = DOCS.parents[1] / "README.md"
 PAGES = {path.stem: path.read_text(encoding="utf-8") for path in sorted(DOCS.glob("*.md"))}
 SHOWN = {name: found for name, text in PAGES.items() if (found := commands(text))}
 QUICK = {"mocap", "robots"}
@@ -48,6 +51,48 @@ def test_every_command_is_in_the_table():
         assert f"{group.info.name} " in PAGES["commands"]
     for name in names:
         assert re.search(rf"`(workbench )?{name}\b", PAGES["commands"]), name
+
+
+def quoted(text: str) -> list[str]:
+    """Commands that sentences and tables name, and lines of shell blocks."""
+    sentences = re.sub(r"```.*?```", "", text, flags=re.DOTALL)
+    found = re.findall(r"`((?:\.venv/bin/)?workbench [^`]+|(?<=· `)[a-z]+ [^`]+)`", sentences)
+    return [line.replace("\\|", "|") for line in [*found, *commands(text)] if "workbench " in line]
+
+
+def unknown(line: str) -> str:
+    """What of a command line no command has; empty if it could be run."""
+    words = [w for w in line.partition("workbench ")[2].partition("  #")[0].split() if w not in "…·|&&"]
+    known: typer.core.TyperGroup | Any = typer.main.get_command(app)
+    while words and hasattr(known, "commands"):
+        if re.search(r"\.(urdf|csv|toml|xacro)$", words[0]):  # a file in the place of a command
+            return ""
+        if words[0].startswith("-"):
+            break
+        if words[0] not in known.commands:
+            return words[0]
+        known = known.commands[words.pop(0)]
+    options = {name for parameter in known.params for name in (*parameter.opts, *parameter.secondary_opts)}
+    named = re.findall(r"(?<![\w-])--[a-z][\w-]*", " ".join(words))
+    return next((name for name in named if name not in {*options, "--help"}), "")
+
+
+def test_every_command_that_a_text_names_exists_with_its_options():
+    paths = (README, DOCS.parents[1] / "workbench" / "README.md")
+    texts = PAGES | {path.as_posix(): path.read_text(encoding="utf-8") for path in paths}
+    lines = [(name, line) for name, text in texts.items() for line in quoted(text)]
+    assert len(lines) > 80
+    assert not [(name, line, word) for name, line in lines if (word := unknown(line))]
+    assert unknown("workbench identify D --robat R") == "--robat"
+    assert unknown("workbench identity D") == "identity"
+
+
+def test_no_shell_block_of_the_readme_escapes_the_tests():
+    """Each is marked, and the mark is one that a test or the continuous integration runs."""
+    text = README.read_text(encoding="utf-8")
+    marks = re.findall(r"<!-- (\w+) -->\n```bash", text)
+    assert marks == ["start", "try", "diagnose", "test"]
+    assert text.count("```bash") == len(marks)
 
 
 def test_pictures_and_pages_that_are_linked_exist():

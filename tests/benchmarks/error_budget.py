@@ -63,10 +63,10 @@ def bars(found: dict[str, dict[str, float]]) -> Figure:
                     words = f"{parts[part]:.2g}"
                     axes.text(start + 0.5 * share, place, words, ha="center", va="center", color="white")
                 start += share
-            axes.text(101.0, place, f"{whole:.2f} mm", va="center")
+            axes.text(101.0, place, f"{whole:.2f} mm", va="center", clip_on=False)
         axes.set_yticks(range(len(found)), [NAMES.get(name, name) for name in found])
         axes.invert_yaxis()
-        axes.set_xlim(0.0, 112.0)
+        axes.set_xlim(0.0, 100.0)
         axes.set_xticks(range(0, 101, 20))
         axes.set_xlabel("share of the nominal arm's mean error on held-out rows [%]; figures in mm")
         figure.legend(loc="outside upper center", ncols=len(PARTS))
@@ -88,12 +88,13 @@ def main(arguments=None) -> int:
             said = diagnose(robot, train, held_out=held)
             words = [cause.sentence for cause in said.causes]
             ledger.add(name, {"parts": budget(said), "causes": words, "verdict": str(said.verdict)})
-    table = new_table("mean error on held-out rows [mm]", "arm", *PARTS, "named causes")
+    table = new_table("mean error on held-out rows [mm]", "arm", *PARTS)
     for name, record in ledger.records.items():
-        table.add_row(
-            name, *(f"{record['parts'][p]:.3f}" for p in PARTS), "; ".join(record["causes"]) or "none"
-        )
-    Console(width=200).print(table)
+        table.add_row(name, *(f"{record['parts'][part]:.3f}" for part in PARTS))
+    console = Console()
+    console.print(table)
+    for name, record in ledger.records.items():
+        console.print(f"{name}: {'; '.join(record['causes']) or 'no cause is named'}", highlight=False)
     if given.picture is not None:
         figure = bars({name: record["parts"] for name, record in ledger.records.items()})
         given.picture.write_bytes(png(on_white(figure)))

@@ -45,6 +45,15 @@ def test_accuracy_and_repeatability_by_hand():
     np.testing.assert_allclose(pose.angle_repeatability, [3 * 0.57735e-3, 0, 0], rtol=1e-5, atol=1e-18)
 
 
+def test_a_row_that_stands_twice_is_no_second_visit(arm):
+    calibrated, _, fresh = arm
+    twice = fresh.take(np.r_[np.arange(len(fresh)), [3, 7]])
+    found = wb.verify(calibrated, twice)
+    assert len(found.data) == len(fresh)
+    assert not found.repeated
+    assert any("2 rows left out" in words for words in found.warnings)
+
+
 def test_two_visits_have_no_spread_of_distances():
     pose = RepeatedPose.of(np.arange(2), np.array([[1e-4, 0, 0], [3e-4, 0, 0]]), np.zeros((2, 3)))
     assert pose.accuracy == pytest.approx(2e-4)
@@ -160,7 +169,9 @@ def test_pass_and_fail(arm):
 
 def test_points_alone_are_verified(arm):
     calibrated, _, fresh = arm
-    found = wb.verify(calibrated, replace(fresh, rotation=None).take(np.repeat(np.arange(3), 2)), wanted=1e-3)
+    twice = replace(fresh, rotation=None).take(np.repeat(np.arange(3), 2))
+    twice = replace(twice, position=twice.position + 1e-7 * np.arange(6)[:, None])
+    found = wb.verify(calibrated, twice, wanted=1e-3)
     assert found.rotation is None
     assert len(found.repeated) == 3
     assert "–" in str(found)
@@ -177,9 +188,9 @@ def test_angles_alone_verify_nothing(arm):
 def test_a_certificate_says_what_was_done(arm, tmp_path):
     calibrated, _, fresh = arm
     robot = calibrated.save(tmp_path / "arm.toml")
-    found = wb.verify(
-        calibrated, fresh.joined(fresh.take(np.arange(5))), wanted=1e-3, facts={"Customer": "A <b> & C"}
-    )
+    again = fresh.take(np.arange(5))
+    rows = fresh.joined(replace(again, position=again.position + 1e-7))
+    found = wb.verify(calibrated, rows, wanted=1e-3, facts={"Customer": "A <b> & C"})
     page = write_certificate(found, tmp_path / "out", inputs=[robot], day=date(2026, 1, 2))
     text = page.read_text()
     assert {p.name for p in page.parent.iterdir()} == {PAGE, PAPER, f"{MAP}.svg", "result.json"}

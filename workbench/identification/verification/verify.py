@@ -210,11 +210,27 @@ def _fresh(
         raise DataError(
             f"{data.source}: every row was used for the calibration; measure other poses to verify it"
         )
+    warnings = []
     if old.any():
-        return ~old, [f"{counted(int(old.sum()), 'row')} left out: the calibration used the same joints"]
-    if robot.calibration is None and used is None:
-        return ~old, [
+        warnings.append(f"{counted(int(old.sum()), 'row')} left out: the calibration used the same joints")
+    elif robot.calibration is None and used is None:
+        warnings.append(
             "the robot's file does not say which poses its calibration used: give them (--used) to be sure "
             "that none of these is among them"
-        ]
-    return ~old, []
+        )
+    copies = _copies(data)
+    if (again := copies & ~old & data.included).any():
+        words = "they are others again, digit for digit, and no visits of their own"
+        warnings.append(f"{counted(int(again.sum()), 'row')} left out: {words}")
+    return ~(old | copies), warnings
+
+
+def _copies(data: Dataset) -> Bool[np.ndarray, " rows"]:
+    """Rows that repeat an earlier one in joints, time and what was measured."""
+    seen = [data.q, *(v for v in (data.position, data.rotation, data.time) if v is not None)]
+    table = np.column_stack([np.asarray(v, float).reshape(len(data), -1) for v in seen])
+    out = np.ones(len(data), bool)
+    if data.position is None:
+        return ~out
+    out[np.unique(np.where(np.isnan(table), np.inf, table), axis=0, return_index=True)[1]] = False
+    return out
