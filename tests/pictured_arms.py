@@ -55,7 +55,7 @@ def table_of(robot):
     return table
 
 
-def photograph(robot, shifts, folder, *, count, seed=0, scale=1.003, blur=0.7, noise=2.0):
+def photograph(robot, shifts, folder, *, count, seed=0, scale=1.003, blur=0.7, noise=2.0, fine=2):
     """Pictures `0.png` …, `joints.csv`, `camera.toml` and `target.toml` of an arm with shifted zeros.
 
     Args:
@@ -67,11 +67,12 @@ def photograph(robot, shifts, folder, *, count, seed=0, scale=1.003, blur=0.7, n
         scale: Size of the print, relative to what target.toml says.
         blur: Of the pictures [px].
         noise: Of the pictures [grey values].
+        fine: Rays a pixel and direction.
     """
     rng = np.random.default_rng(seed)
     sheet, rows = paper(), []
     for k, (row, target) in enumerate(_shots(robot, shifts, count, rng)):
-        picture = render(sheet, DOT * scale, target, LENS, SIZE, rng=rng, blur=blur, noise=noise)
+        picture = render(sheet, DOT * scale, target, LENS, SIZE, rng=rng, blur=blur, noise=noise, fine=fine)
         cv2.imwrite(str(folder / f"{k}.png"), picture)
         rows.append(row)
     _write_beside(folder, rows)

@@ -9,6 +9,10 @@ import pytest
 import workbench as wb
 from workbench.base.errors import DataError, WorkbenchError
 from workbench.cli import app
+from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
+from workbench.identification.noise import factor_at
+from workbench.identification.picture_noise import Considered
+from workbench.identification.problem import Noise, Problem
 
 NORMAL = 1.96
 
@@ -220,3 +224,48 @@ def test_hand_eye_of_real_pictures(tmp_path, shared_data):
     assert 0.2 < run.best.train.position_mm.rms < 1.0
     place = run.best.fit.problem.names.index("camera[c0].y")
     assert 2e-4 < run.best.fit.std[place] < 3e-3
+
+
+def test_what_the_nominal_geometry_is_off_bends_zeros_as_considered(tmp_path):
+    """Without noise, zeros err by what the covariance of a known geometry error says, sign aside."""
+    rng = np.random.default_rng(10)
+    arm = virtual.made(rng, "ur5")
+    arm.dh[1, 2] += 1e-4
+    robot, data = written(tmp_path, "ur5", virtual.scene(rng, arm, 20, noise=0.0))
+    names = tuple(n for n in robot.joint_offsets if n not in ("joint1.theta", "joint6.theta"))
+    problem = Problem.build(robot, data, free=names, noise=Noise(0.0, 0.0, (), 0.3))
+    everything = Problem.build(robot, data, free=(*names, "joint2.a"), noise=problem.noise)
+    off = np.array([1e-4 if n == "joint2.a" else 0.0 for n in everything.names])
+    x = Opt2(limit=60).search(problem).x
+    spread = Considered(everything, off).covariance(problem.names, x, factor_at(problem, x).root)
+    moved = [problem.names.index(n) for n in names]
+    assert np.sqrt(np.diag(spread)[moved]) == pytest.approx(
+        np.abs(x - problem.start)[moved], rel=0.05, abs=1e-7
+    )
+    assert np.abs(x - problem.start)[moved].max() > 2e-5
+
+
+def test_zeros_that_stand_alone_are_as_uncertain_as_the_geometry(tmp_path):
+    """A geometry that is off by 0.2 mm and refused: without it zeros would be 2.8 standard errors off."""
+    rng = np.random.default_rng(13)
+    arm = virtual.made(rng, "industrial", angle=1.2e-4, length=0.8e-4, zeros=1.5e-4)
+    arm.zeros[1] += np.deg2rad(0.7)
+    robot, data = written(tmp_path, "industrial", virtual.scene(rng, arm, 40))
+    run = wb.identify(robot, data, algorithms=("opt2",))
+    assert run.gate.step.name == "joint zeros"
+    fit = run.best.fit
+    off = [
+        (fit.x[k] - fit.parameters[k].nominal - arm.zeros[int(n[5]) - 1]) / fit.std[k]
+        for k, n in enumerate(fit.problem.names)
+        if n.endswith(".theta")
+    ]
+    assert np.abs(off).max() < 2.4
+
+
+def test_zeros_that_camera_or_target_could_do_as_well_are_not_freed(tmp_path):
+    rng = np.random.default_rng(11)
+    arm = virtual.made(rng, "ur5", zeros=np.deg2rad(0.3))
+    robot, data = written(tmp_path, "ur5", virtual.scene(rng, arm, 16))
+    run = wb.identify(robot, data, free=robot.joint_offsets, algorithms=("opt2",))
+    assert run.gate.step.free == tuple(f"joint{k}.theta" for k in (2, 3, 4, 5))
+    assert len(run.gate.steps) == 2

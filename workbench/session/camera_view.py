@@ -131,11 +131,13 @@ def coverage(data: Dataset, camera: int) -> Float[np.ndarray, "rows columns"]:
     assert data.pixels is not None, "pictures have corners"
     assert data.rig is not None, "they come together"
     uv = data.pixels[:, camera].reshape(-1, 2)
-    width, height = data.rig.cameras[camera].size
-    seen = uv[np.isfinite(uv).all(1)]
-    return np.histogram2d(seen[:, 1], seen[:, 0], bins=(ROWS, COLUMNS), range=((0.0, height), (0.0, width)))[
-        0
-    ]
+    return cells(uv[np.isfinite(uv).all(1)], data.rig.cameras[camera].size)
+
+
+def cells(seen: Float[np.ndarray, "corners 2"], size: tuple[int, int]) -> Float[np.ndarray, "rows columns"]:
+    """How many corners each cell of a picture of this size has."""
+    ends = (0.0, size[1]), (0.0, size[0])
+    return np.histogram2d(seen[:, 1], seen[:, 0], bins=(ROWS, COLUMNS), range=ends)[0]
 
 
 @lru_cache(maxsize=4)

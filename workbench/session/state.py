@@ -27,6 +27,7 @@ from workbench.session.comparison import Comparison
 from workbench.session.guided import Measuring
 from workbench.session.loaded import Loaded, MeasurementFile
 from workbench.session.overlay import Overlay
+from workbench.session.shooting import Shooting
 from workbench.session.trajectory import Play, Track
 
 UNDO_STEPS = 200
@@ -318,6 +319,7 @@ class Session:
         unread: A file whose columns can't be read as they are understood, until another one is.
         measuring: The guided measurement under way, if any.
         source: The live source, if there is one.
+        shooting: Pictures that are being taken, if any.
         identification: The last identification of these measurements, if any.
         diagnosis: The last diagnosis of these measurements, if any.
         rezero: The last search of these measurements for joints that moved, if any.
@@ -375,6 +377,7 @@ class Session:
     unread: MeasurementFile | None = None
     measuring: Measuring | None = None
     source: Source | None = None
+    shooting: Shooting | None = None
     identification: Identification | None = None
     diagnosis: Diagnosis | None = None
     rezero: Rezero | None = None

@@ -19,7 +19,7 @@ from typing import Any
 from workbench.base.errors import FileError
 from workbench.base.toml import AbstractTableReader
 from workbench.base.wording import listed
-from workbench.data.camera.detect import ENDINGS, find_corners, picture_files
+from workbench.data.camera.detect import ENDINGS, Picture, find_corners, picture_files
 from workbench.data.camera.markers import opencv
 from workbench.data.camera.pixel_table import plain_names, read_pixels
 from workbench.data.camera.rig import Rig, read_rig
@@ -108,11 +108,16 @@ def shown_pictures(place: Path | str, rig: Rig) -> dict[tuple[str, str], bytes]:
         picture = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
         if picture is None:
             continue
-        part = min(1.0, SHOWN_WIDTH / picture.shape[1])
-        small = cv2.resize(picture, None, fx=part, fy=part, interpolation=cv2.INTER_AREA)
-        content = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, QUALITY])[1]
-        found[camera, plain_names([path.name])[0]] = content.tobytes()
+        found[camera, plain_names([path.name])[0]] = small_jpeg(picture)
     return found
+
+
+def small_jpeg(picture: Picture) -> bytes:
+    """A picture to be looked at."""
+    cv2 = opencv("reading pictures")
+    part = min(1.0, SHOWN_WIDTH / picture.shape[1])
+    small = cv2.resize(picture, None, fx=part, fy=part, interpolation=cv2.INTER_AREA)
+    return cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, QUALITY])[1].tobytes()
 
 
 def packed(place: Path | str) -> bytes:

@@ -14,6 +14,7 @@ from workbench.session.commands.tabs import OpenTab
 from workbench.session.journal.folder import Begun, unrecorded
 from workbench.session.live import LiveSource, VirtualDriver
 from workbench.session.state import Tab
+from workbench.session.watching import PictureWatcher
 from workbench.session.worker import Worker
 from workbench.views.page.demo import Demo
 from workbench.views.page.local_server import local_server, page_address, session_link, stop_server
@@ -56,6 +57,7 @@ class App:
         self.view = BrowserView(self.server, self.worker, link=link, show_demo=self.play_demo, asks=asks)
         self.worker.add_view(self.view)
         self.worker.add_view(VirtualDriver(self.worker))
+        self.worker.add_view(PictureWatcher(self.worker))
         if source is not None:
             self.worker.add_view(LiveSource(self.worker, source[1], name=source[0]))
         elif (left := begun.session.source) is not None and left.is_open:  # of a session that goes on

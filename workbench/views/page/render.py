@@ -39,6 +39,7 @@ from workbench.views.page.panels.production import NoisePanel, ProductionPanel
 from workbench.views.page.panels.region import RegionPanel
 from workbench.views.page.panels.residuals import ResidualsPanel
 from workbench.views.page.panels.rezero import RezeroPanel
+from workbench.views.page.panels.shooting import ShootingPanel
 from workbench.views.page.panels.start_card import StartCard
 from workbench.views.page.panels.targets import TargetsPanel
 from workbench.views.page.panels.track import TrackPanel
@@ -68,7 +69,7 @@ TABS: dict[Tab, tuple[type[AbstractPanel], ...]] = {
         NoisePanel,
     ),
     Tab.REGION: (RegionPanel,),
-    Tab.MEASURE: (DataPanel, ColumnsPanel, CamerasPanel, GuidedPanel),
+    Tab.MEASURE: (DataPanel, ColumnsPanel, CamerasPanel, ShootingPanel, GuidedPanel),
     Tab.IDENTIFY: (FitPanel, ChoicesPanel, RezeroPanel),
     Tab.DIAGNOSE: (DiagnosePanel, JointsPanel),
     Tab.COMPARE: (ComparePanel, TrackPanel, BendingPanel),

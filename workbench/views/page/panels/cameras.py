@@ -33,6 +33,8 @@ FOUND, MODEL, FAR = "#22c55e", "#f43f5e", "#f59e0b"
 """Colours of corners as found, as the model puts them, and of what lies between."""
 ARROWS = 20.0
 """How many times residuals are drawn."""
+ENOUGH = 0.6
+"""Part of the picture that is well used."""
 
 
 class CamerasPanel(AbstractPanel):
@@ -92,16 +94,11 @@ def _camera(session: Session, number_of: int, view: CameraView) -> str:
     words = f"{found} corners" if view.image else f"{int(_inside(view).sum())} corners in view"
     if found and session.identification is not None:
         words += f", {number(float(np.sqrt((off[np.isfinite(off)] ** 2).mean())))} px off the model"
-    cells = coverage(session.loaded.dataset, number_of)
-    share = float((cells > 0).mean())
-    tone = GOOD if share > 0.6 else CAREFUL
     return block(
         f'<div style="display:flex;justify-content:space-between"><b>{text(head)}</b>'
         f"<span>{text(words)}</span></div>"
-        + _picture(view)
-        + f'<div style="display:flex;gap:10px;align-items:center;margin-top:4px">{_cells(cells)}'
-        f'<span data-testid="coverage">{badge(f"{100 * share:.0f} % of the picture used", tone)}</span>'
-        "</div>",
+        + picture_of(view)
+        + covered(coverage(session.loaded.dataset, number_of)),
         testid=f"camera_{number_of}",
         style="margin:4px 0 8px",
     )
@@ -112,7 +109,7 @@ def _inside(view: CameraView) -> np.ndarray:
         return np.all((view.predicted >= 0.0) & (view.predicted < np.array(view.size)), axis=1)
 
 
-def _picture(view: CameraView) -> str:
+def picture_of(view: CameraView) -> str:
     """The picture, or an empty one, with corners as found (rings) and as the model has them (crosses)."""
     width, height = view.size
     r = width / 160.0
@@ -145,8 +142,17 @@ def _picture(view: CameraView) -> str:
     )
 
 
+def covered(cells: np.ndarray) -> str:
+    """How much of the picture has corners, and which parts of it."""
+    share = float((cells > 0).mean())
+    words = badge(f"{100 * share:.0f} % of the picture used", GOOD if share > ENOUGH else CAREFUL)
+    return (
+        f'<div style="display:flex;gap:10px;align-items:center;margin-top:4px">{_cells(cells)}'
+        f'<span data-testid="coverage">{words}</span></div>'
+    )
+
+
 def _cells(cells: np.ndarray) -> str:
-    """Which parts of the picture have corners."""
     most = max(float(cells.max()), 1.0)
     parts = [
         f'<rect x="{12 * c}" y="{12 * r}" width="11" height="11" rx="2" fill="{FOUND}" '

@@ -1,0 +1,76 @@
+"""Pictures that appear in a watched folder: kept, refused with the reason, taken again, used."""
+
+import time
+
+import numpy as np
+import pytest
+
+from workbench.session import Worker
+from workbench.session.commands.shooting import BeginShooting, DropShot, EndShooting, TakeShot, UseShots
+from workbench.session.journal.codec import decode, encode
+from workbench.session.shooting import Shot
+from workbench.session.watching import PictureWatcher
+from workbench.views.page.panels.shooting import _shown
+
+cv2 = pytest.importorskip("cv2")
+
+
+@pytest.fixture(scope="module")
+def shots(aria, tmp_path_factory):
+    """Four pictures of a board and their files, in a folder from which they are brought one by one."""
+    from pictured_arms import photograph
+
+    folder = tmp_path_factory.mktemp("taken")
+    photograph(aria, np.zeros(6), folder, count=4, fine=1)
+    return folder
+
+
+def until(worker, holds):
+    end = time.monotonic() + 60.0
+    while not holds(worker.session):
+        assert time.monotonic() < end, worker.session.messages
+        time.sleep(0.02)
+    return worker.session
+
+
+def test_a_watched_folder(first, shots, tmp_path):
+    worker = Worker(first)
+    worker.add_view(PictureWatcher(worker, pause=0.02))
+    try:
+        files = (shots / "camera.toml").read_bytes(), (shots / "target.toml").read_bytes()
+        worker.submit(BeginShooting(str(tmp_path), *files))
+        (tmp_path / "0.png").write_bytes((shots / "0.png").read_bytes())
+        session = until(worker, lambda s: s.shooting is not None and s.shooting.last is not None)
+        assert not session.shooting.kept
+        assert "nobody says its joints" in _shown(session.shooting)
+        (tmp_path / "joints.csv").write_text((shots / "joints.csv").read_text())
+        session = until(worker, lambda s: len(s.shooting.kept) == 1)
+        assert session.shooting.kept[0].blur < 2.0
+        blurred = cv2.GaussianBlur(cv2.imread(str(shots / "1.png"), 0), (0, 0), 5.0)
+        cv2.imwrite(str(tmp_path / "1.png"), blurred)
+        session = until(worker, lambda s: s.shooting.last.name == "1.png")
+        assert len(session.shooting.kept) == 1
+        assert "blurred by" in session.shooting.last.refused
+        for k in (1, 2, 3):
+            (tmp_path / f"{k}.png").write_bytes((shots / f"{k}.png").read_bytes())
+        session = until(worker, lambda s: len(s.shooting.kept) == 4)
+        assert "% of the picture used" in _shown(session.shooting)
+        worker.submit(UseShots())
+        session = until(worker, lambda s: s.loaded is not None)
+    finally:
+        worker.close()
+    assert session.shooting is None
+    assert len(session.loaded.dataset) == 4
+    assert len(session.loaded.pictures) == 4
+
+
+def test_shots_are_written_down_taken_again_and_refused(do, shots):
+    files = (shots / "camera.toml").read_bytes(), (shots / "target.toml").read_bytes()
+    shot = Shot("a.png", "cell", b"jpeg", (0, 1, 2, 3), (0, 0, 0, 0), ((1.0, 2.0),) * 4, q=(0.0,) * 6)
+    written, inputs = encode(TakeShot(shot))
+    assert decode("TakeShot", written, inputs.__getitem__) == TakeShot(shot)
+    assert "no pictures are being taken" in do(EndShooting(), TakeShot(shot)).messages[-1].text
+    assert len(do(BeginShooting("here", *files), TakeShot(shot), TakeShot(shot)).shooting.kept) == 1
+    assert "take at least 4" in do(UseShots()).messages[-1].text
+    assert not do(DropShot()).shooting.kept
+    assert "has 2 joints" in do(TakeShot(Shot("b.png", "cell", b"", q=(0.0, 0.0)))).messages[-1].text

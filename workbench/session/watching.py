@@ -1,0 +1,170 @@
+"""What takes pictures for a session: a folder that is watched, or a camera that OpenCV knows.
+
+Joints of a picture are where the live source says that the arm stands; without one, those of its row in a
+table of the folder, as soon as it is there.
+"""
+
+import threading
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, final
+
+import numpy as np
+
+from workbench.base.errors import WorkbenchError
+from workbench.data.camera.detect import ENDINGS, Finder, blur
+from workbench.data.camera.folder import TABLES, small_jpeg
+from workbench.data.camera.markers import opencv
+from workbench.data.camera.pixel_table import plain_names
+from workbench.data.readers.read import read_fields
+from workbench.session.commands.messages import Tell
+from workbench.session.commands.shooting import TakeShot
+from workbench.session.shooting import Shooting, Shot
+from workbench.session.state import Session
+from workbench.session.view import AbstractView
+from workbench.session.worker import Worker
+
+DEVICE = "device:"
+PAUSE = 0.2
+"""Time between two looks at a folder or device [s]."""
+STILL = 0.5
+"""Corners of two pictures in turn that differ by less stand still [px]."""
+MOVED = 20.0
+"""Corners must have moved so far since the last picture that was kept [px]."""
+
+
+@final
+class PictureWatcher(AbstractView):
+    """One thread for as long as pictures are taken.
+
+    Args:
+        worker: Who gets the pictures.
+        pause: Time between two looks [s].
+    """
+
+    def __init__(self, worker: Worker, *, pause: float = PAUSE):
+        self._worker, self._pause = worker, pause
+        self._source = ""
+        self._stop = threading.Event()
+
+    def draw(self, session: Session) -> None:
+        source = "" if session.shooting is None else session.shooting.source
+        if source == self._source:
+            return
+        self.close()
+        self._source, self._stop = source, threading.Event()
+        if session.shooting is not None:
+            arguments = (session.shooting, self._stop)
+            threading.Thread(
+                target=self._watch, args=arguments, name="workbench-pictures", daemon=True
+            ).start()
+
+    def close(self) -> None:
+        self._stop.set()
+
+    def _watch(self, shooting: Shooting, stop: threading.Event) -> None:
+        camera, is_device = shooting.rig.cameras[0], shooting.source.startswith(DEVICE)
+        pictures = _device(shooting.source, stop) if is_device else self._folder(shooting, stop)
+        finder: Finder | None = None
+        before, sent = np.zeros((0, 2)), np.zeros((0, 2))
+        try:
+            for name, picture in pictures:
+                if picture is not None:
+                    finder = finder or Finder.of(shooting.rig.target, [picture])
+                    q = self._joints(shooting, name)
+                    shot = look_at(name, picture, finder, camera.name, camera.size, q)
+                    if is_device:
+                        uv = np.array(shot.uv).reshape(-1, 2)
+                        shot = replace(shot, still=_apart(uv, before) < STILL and _apart(uv, sent) > MOVED)
+                        before, sent = uv, uv if shot.still else sent
+                    self._worker.submit(TakeShot(shot))
+                if stop.wait(0.0 if picture is not None and not is_device else self._pause):
+                    return
+        except (WorkbenchError, OSError) as error:
+            self._worker.submit(Tell(str(error)))
+
+    def _joints(self, shooting: Shooting, name: str) -> tuple[float, ...] | None:
+        session = self._worker.session
+        if session.source is not None and session.source.is_open and session.jogged is not None:
+            return tuple(session.jogged.tolist())
+        return None if shooting.source.startswith(DEVICE) else table_joints(Path(shooting.source), name)
+
+    def _folder(self, shooting: Shooting, stop: threading.Event) -> Iterator[tuple[str, Any]]:
+        """New pictures, and those whose joints have come; None when there is nothing new."""
+        cv2, folder = opencv("reading pictures"), Path(shooting.source)
+        done: dict[Path, tuple[float, float]] = {}
+        while not stop.is_set():
+            files = sorted(folder.iterdir())
+            tables = max((p.stat().st_mtime for p in files if p.suffix.lower() in TABLES), default=0.0)
+            now = self._worker.session.shooting
+            kept = {shot.name for shot in now.kept} if now is not None else set()
+            for path in (p for p in files if p.suffix.lower() in ENDINGS):
+                mark = path.stat().st_mtime, 0.0 if path.name in kept else tables
+                if mark[0] == done.get(path, (0.0, 0.0))[0] and mark[1] in (0.0, done[path][1]):
+                    continue
+                picture = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+                if picture is not None:  # or else it is being written
+                    done[path] = mark
+                    yield path.name, picture
+            yield "", None
+
+
+def look_at(
+    name: str, picture: Any, finder: Finder, camera: str, size: tuple[int, int], q: tuple[float, ...] | None
+) -> Shot:
+    """What a picture shows."""
+    found = finder.find(picture)
+    reason = found.reason
+    if picture.shape[::-1] != size:
+        seen = f"{picture.shape[1]} x {picture.shape[0]}"
+        reason = f"it has {seen} px, camera '{camera}' has {size[0]} x {size[1]}"
+    return Shot(
+        name=name,
+        camera=camera,
+        picture=small_jpeg(picture),
+        ids=tuple(found.ids.tolist()),
+        corners=tuple(found.corners.tolist()),
+        uv=tuple((float(u), float(v)) for u, v in found.uv),
+        reason=reason,
+        blur=min(blur(picture), 99.0),
+        q=q,
+    )
+
+
+def table_joints(folder: Path, name: str) -> tuple[float, ...] | None:
+    """Joints of a picture in a table of its folder; None where there is no such row yet."""
+    wanted = plain_names([name])[0]
+    for path in sorted(p for p in folder.iterdir() if p.suffix.lower() in TABLES):
+        try:
+            fields = read_fields(path, layout="plain")
+        except WorkbenchError:  # it is being written
+            continue
+        if "image" not in fields.values or not (numbers := fields.numbers(r"q(\d+)")):
+            continue
+        rows = [i for i, n in enumerate(plain_names(fields.values["image"])) if n == wanted]
+        if rows:
+            return tuple(float(fields.values[f"q{k}"][rows[0]]) for k in numbers)
+    return None
+
+
+def _apart(a: np.ndarray, b: np.ndarray) -> float:
+    """Greatest distance of the same corners in two pictures [px]; inf where others are in view."""
+    return float(np.abs(a - b).max(initial=0.0)) if len(a) == len(b) else np.inf
+
+
+def _device(source: str, stop: threading.Event) -> Iterator[tuple[str, Any]]:
+    """Frames of a camera."""
+    cv2 = opencv("taking pictures")
+    number = source.removeprefix(DEVICE)
+    camera = cv2.VideoCapture(int(number) if number.isdigit() else number)
+    if not camera.isOpened():
+        raise WorkbenchError(f"camera {number} can't be opened; give another number, or a folder to watch")
+    try:
+        count = 0
+        while not stop.is_set():
+            is_read, frame = camera.read()
+            count += 1
+            yield f"{count}.png", cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY) if is_read else None
+    finally:
+        camera.release()
