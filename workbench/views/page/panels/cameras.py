@@ -134,7 +134,10 @@ def picture_of(view: CameraView) -> str:
                     f'<path d="M{u:.1f} {v:.1f}L{far[0]:.1f} {far[1]:.1f}" stroke="{FAR}" '
                     f'stroke-width="{0.4 * r:.1f}"/>'
                 )
-    words = f"rings: found; crosses: by the model; lines: the difference × {ARROWS:g}"
+    has_model = bool(np.isfinite(view.predicted).any())
+    words = "rings: found" + (
+        f"; crosses: by the model; lines: the difference × {ARROWS:g}" if has_model else ""
+    )
     return (
         f'<svg viewBox="0 0 {width} {height}" width="100%" data-testid="picture" style="border-radius:4px">'
         f"<title>{words}</title>{''.join(parts)}</svg>"
