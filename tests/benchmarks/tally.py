@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 
+from calibration import Bin, bins, expected_error
 from cases import CASES, WITHOUT
 from counts import NOTHING, Share, by_kind, confusion, share, shares, wilson
 from judge import Judged
@@ -86,6 +87,22 @@ def under_conditions(calm: Mapping[str, Sequence[Judged]]) -> Table:
     return table
 
 
+def compared(runs: Mapping[str, Sequence[Judged]]) -> Table:
+    """How often each kind is right in several runs, and false causes per arm."""
+    table = Table("right", *runs, title="ablation")
+    seen = {name: [j for j in ones if j.seen] for name, ones in runs.items()}
+    for kind in dict.fromkeys(j.kind for ones in seen.values() for j in ones):
+        mine = ([j.right for j in ones if j.kind == kind] for ones in seen.values())
+        table.add_row(kind, *(f"{sum(right)} of {len(right)}" for right in mine))
+    table.add_section()
+    table.add_row("all", *(percent(sum(j.right for j in ones), len(ones)) for ones in seen.values()))
+    false = (sum(len(j.extra) for j in ones) / max(len(ones), 1) for ones in seen.values())
+    table.add_row("false causes per arm", *(f"{rate:.2f}" for rate in false))
+    odds = (bins([pair for j in ones for pair in j.odds]) for ones in seen.values())
+    table.add_row("expected error of odds", *(f"{expected_error(o):.1%}" if o else "" for o in odds))
+    return table
+
+
 def bounds(
     judged: Mapping[str, Sequence[Judged]], calm: Mapping[str, Sequence[Judged]], odds: float | None
 ) -> Iterator[tuple[str, str, bool]]:
@@ -116,6 +133,14 @@ def bounds(
         yield "misplaced rows found, ≤ 1 false", f"{rows} of {len(off)}", rows == len(off)
     if odds is not None:
         yield f"expected error of stated odds ≤ {ODDS:.0%}", f"{odds:.1%}", odds <= ODDS
+
+
+def kept(found: Sequence[Bin]) -> Table:
+    """Stated odds: how many claims state about what, and how many of these are true."""
+    table = Table("stated", "claims", "true", "kept", title="stated odds")
+    for b in found:
+        table.add_row(f"{100 * b.stated:.4g} %", str(b.claims), str(b.true), bounded(b.true, b.claims))
+    return table
 
 
 def wrong(j: Judged) -> str:

@@ -3,7 +3,7 @@
     python tests/benchmarks/zoo.py --arms 10 --json tuning.jsonl                 # tuning seeds
     python tests/benchmarks/zoo.py --seeds judging --arms 100 --json judged.jsonl --check
     python tests/benchmarks/zoo.py --cases compliance,two --conditions ideal,masses10 --on six
-    python tests/benchmarks/zoo.py --off inertia                                 # ablation
+    python tests/benchmarks/zoo.py --ablation --arms 3 --conditions masses30     # each part switched off
 
 Arms and effects are those of `tests/diagnosis/arms.py`, seed by seed on one morphology after the other; what
 is right is said in `tests/diagnosis/judge.py`. Arms with an effect are diagnosed under `--conditions`, arms
@@ -34,7 +34,7 @@ from ledger import Ledger
 from morphologies import ARMS, MORPHOLOGIES, SIX
 from rich.console import Console
 from rich.progress import track
-from tally import bounds, matrix, morphologies, summary, under_conditions, wrong
+from tally import bounds, compared, kept, matrix, morphologies, summary, under_conditions, wrong
 
 from workbench.report.figures import png
 
@@ -80,6 +80,7 @@ def options(arguments=None):
     )
     parser.add_argument("--alarms", default="all", help="conditions of arms without an effect, likewise")
     parser.add_argument("--off", default="", help="parts to switch off, commas between")
+    parser.add_argument("--ablation", action="store_true", help="switch each part off in turn, and compare")
     parser.add_argument("--held-out", type=float, default=0.0, help="share kept from the diagnosis")
     parser.add_argument("--jobs", type=int, default=2, help="processes; 0: this one, for a debugger")
     parser.add_argument("--diagnose", default=DIAGNOSE, help="module:function that takes robot and data")
@@ -151,9 +152,11 @@ def drawn(task: Task, arms: Sequence[str]) -> Case | None:
 
 def run(given) -> dict[Task, Judged]:
     """All judged cases, in the order of tasks."""
+    path = given.json
+    if given.ablation and path is not None:
+        path = path.with_stem("-".join([path.stem, *given.off]))
     ledger = Ledger(
-        given.json,
-        f"{given.diagnose} on {','.join(given.on)} held out {given.held_out} off {','.join(given.off)}",
+        path, f"{given.diagnose} on {','.join(given.on)} held out {given.held_out} off {','.join(given.off)}"
     )
     wanted = list(tasks(given))
     new = sorted((task for task in wanted if task.key not in ledger), key=lambda task: task.seed)
@@ -172,10 +175,21 @@ def run(given) -> dict[Task, Judged]:
     return {task: Judged.from_json(record) for task, record in records.items() if record}
 
 
+def ablation(given) -> Iterator[tuple[str, list[Judged]]]:
+    """Every kind of arm, with the whole diagnosis and without each of its parts."""
+    given.jobs = max(given.jobs, 1)  # a part is switched off in processes of its own
+    for part in ("", *OFF):
+        given.off = [part] if part else []
+        yield f"without {part}" if part else "whole", list(run(given).values())
+
+
 def main(arguments=None):
     given = options(arguments)
-    judged = run(given)
     console = Console(width=max(Console().width, WIDTH))
+    if given.ablation:
+        console.print(compared(dict(ablation(given))))
+        return 0
+    judged = run(given)
     by_condition: dict[str, list[Judged]] = {}
     for task, found in judged.items():
         if task.kind not in WITHOUT or task.condition == "ideal":
@@ -188,6 +202,7 @@ def main(arguments=None):
         if given.wrong and not (found.right and found.rows_right):
             console.print(f"{task.condition}: {wrong(found)}", highlight=False)
     stated = bins([pair for found in judged.values() for pair in found.odds])
+    console.print(kept(stated))
     if given.picture and stated:
         given.picture.write_bytes(png(reliability(stated)))
     checks = list(bounds(by_condition, calm, expected_error(stated) if stated else None))

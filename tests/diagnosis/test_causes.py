@@ -56,6 +56,13 @@ def test_what_geometry_takes_back_is_no_coupling():
     assert [(c.kind, c.joints) for c in found.causes] == [("backlash", case.truth[0].joints)]
 
 
+def test_an_effect_that_the_nominal_geometry_does_not_need_is_dropped():
+    """Upright axes: two couplings by the slide are its tilt, which the harmonic's fit had turned aside."""
+    case = make("two", 306, "scara")
+    found = diagnose(case.robot, case.data, held_out=0.0)
+    assert {(c.kind, c.joints) for c in found.causes} == {(t.name, t.joints) for t in case.truth}
+
+
 @pytest.mark.parametrize(
     ("odds", "word"), [(1e6, "certain"), (1000.0, "certain"), (999.0, "probable"), (19.0, "cannot tell")]
 )

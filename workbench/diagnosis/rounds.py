@@ -14,7 +14,7 @@ from workbench.arm.effects import Candidate
 from workbench.arm.motion import Motion
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.catalogue import Catalogue, catalogue
-from workbench.diagnosis.evidence import Model, rescaled, validated
+from workbench.diagnosis.evidence import Model, drop, rescaled, solve, validated
 from workbench.diagnosis.inner_products import Grams, compress
 from workbench.diagnosis.outliers import find_outliers, robust_fit
 from workbench.diagnosis.refit import Fitted, large, linear_answer, refit, with_own_noise
@@ -31,6 +31,9 @@ SETTLINGS = 3
 """Most rounds of outliers after one fit."""
 FOLDS = 5
 """Parts into which the rows are divided for cross-validation."""
+
+FAR = 0.02
+"""Geometry that moves farther than this [rad, m] without an effect is no longer linear in it."""
 
 Tell = Callable[[str], None]
 
@@ -118,19 +121,49 @@ def rounds(
         last = _search(stage, fold, on_step) if search else _unsearched(stage, fold)
         done.append(last)
         key = frozenset(_key(t.candidate) for t in last.found.model)
-        stalled = key in seen or (on_step is not None and on_step(number, 0.0))
+        cancelled = on_step is not None and on_step(number, 0.0)
+        over = cancelled or number == (FEW_ROUNDS if large(stage.fitted.problem) else ROUNDS) - 1
+        settled = key in seen or _same(last.found.model, stage.fitted.model) or not _better(last)
         seen.add(key)
-        if _same(last.found.model, stage.fitted.model) or not _better(last):
+        if over or settled:
             done[-1] = _as_fitted(last)
-            break
-        if stalled or number == (FEW_ROUNDS if large(stage.fitted.problem) else ROUNDS) - 1:
-            done[-1] = _as_fitted(last)
-            break
+            shorter = None if over else _without_superfluous(done[-1], known, on_step)
+            if shorter is None:
+                break
+            stage = shorter
+            continue
         if tell is not None:
             tell(f"round {number + 1}: fitting geometry and {len(last.found.model)} effects")
         stage = _fit(stage, last.grams, last.found.model, known, on_step)
         stage = _settle(stage, last.grams, known, on_step)
     return tuple(done)
+
+
+def _without_superfluous(searched: Searched, known, on_step) -> Stage | None:
+    """The stage without one effect that geometry can stand for, fitted anew from the nominal arm; None if
+    each is needed.
+
+    Where the geometry would move far without an effect, the linear search can't tell what it would leave.
+    """
+    stage, grams, model = searched.stage, searched.grams, searched.found.model
+    problem, x = stage.fitted.problem, stage.fitted.fit.x
+    if large(problem):
+        return None
+    begin = {p.name: v for p, v in zip(problem.parameters, x.tolist(), strict=True) if not p.is_geometry}
+    here = grams.basis @ solve(grams, model, grams.total)[: grams.geometry]
+    own = [o.gain for o in searched.found.offers]
+    for term in (model[k] for k in np.argsort(own) if not model[k].candidate.shrunk):
+        rest = drop(model, [term])
+        there = grams.basis @ solve(grams, rest, grams.total)[: grams.geometry]
+        if np.abs(there - here).max(initial=0.0) < FAR:
+            continue
+        rows = stage.rows.take(stage.keep)
+        without = refit(stage.geometric, grams, rest, data=rows, known=known, begin=begin, on_step=on_step)
+        ratio = without.fit.history[-1] / stage.fitted.fit.history[-1]
+        charge = len(term.candidate.names) * np.log(problem.count)
+        if without.fit.outcome.ok and problem.count * np.log(ratio) < charge:
+            return replace(stage, fitted=without)
+    return None
 
 
 def _as_fitted(searched: Searched) -> Searched:
