@@ -11,7 +11,7 @@ from workbench.arm.effects.joint_harmonic import JointHarmonic
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.diagnosis import refit as refits
-from workbench.diagnosis.evidence import Term, grown
+from workbench.diagnosis.evidence import Term, left_by, offer
 from workbench.diagnosis.inner_products import compress
 from workbench.diagnosis.refit import linear_answer, refit, robot_with, with_own_noise
 from workbench.identification.factorisation import factorise, factorise_pieces
@@ -31,7 +31,11 @@ def offered(case):
     stage = fitted(case)
     candidates = (Candidate(JointCompliance(case.hidden[0].joints)), Candidate(BAND, np.eye(16)))
     grams = compress(stage.problem, stage.fit.x, [c.effect for c in candidates], FOLD)
-    return stage, grams, grown(grams, tuple(Term(c, 1.0) for c in candidates))
+    model = ()
+    for c in candidates:
+        found = offer(left_by(grams, model, c.names), c)
+        model = (*model, Term(c, 1.0) if found is None else found.term)
+    return stage, grams, model
 
 
 @pytest.mark.parametrize("arm", ARMS)
