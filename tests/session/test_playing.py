@@ -1,8 +1,11 @@
 """Trajectories by commands: what the calibrated arm makes of them, and what ends them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame
@@ -13,6 +16,7 @@ from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.track import LeaveTrack, PauseTrack, PlaceTrack, PlanTrack, PlayTrack, SetPace
 from workbench.session.state import Focus, Severity
+from workbench.session.track import PLANES, usual_circle
 
 
 @pytest.fixture(scope="module")
@@ -95,3 +99,33 @@ def test_what_makes_no_sense_is_said(do):
         assert session.messages[-1].severity is Severity.ERROR, wrong
         assert session.track is None
     assert do(PlanTrack("line", 5.0), PlaceTrack(7.0)).messages[-1].severity is Severity.ERROR
+
+
+@pytest.mark.parametrize(("kind", "plane"), [("circle", "upright along x"), ("line", "tilted by 45°")])
+def test_a_path_runs_where_it_is_wanted(do, kind, plane):
+    centre = (0.35, 0.3, 0.3)
+    track = do(PlanTrack(kind, 4.0, False, centre, 0.06, plane)).track
+    away = track.wanted - centre
+    along, across = PLANES[plane]
+    assert np.allclose(away @ np.cross(along, across), 0.0, atol=1e-6)
+    assert np.abs(away @ along).max() == pytest.approx(0.06, abs=1e-4)
+    assert np.abs(away @ across).max() == pytest.approx(0.06 if kind == "circle" else 0.0, abs=1e-4)
+
+
+def test_a_moment_of_the_path_is_shown_wherever_the_arm_stood(do, first):
+    session = do(PlanTrack("line", 5.0), SelectTarget(3))
+    assert session.focus is Focus.TARGET
+    assert do(PlaceTrack(2.0)).focus is Focus.TARGET
+    shown = do(PlaceTrack(2.5, is_shown=True))
+    assert shown.focus is Focus.TRACK
+    assert np.allclose(standing(shown), shown.track.at(2.5))
+    for wrong in (PlanTrack("circle", 5.0, False, (0.3, 0.0, np.inf)), PlanTrack(plane="oblique")):
+        assert do(wrong).messages[-1].severity is Severity.ERROR
+
+
+def test_the_usual_circles_plane_is_known(first):
+    for name, plane in (("aria", "horizontal"), ("katana450", "tilted by 45°")):
+        robot = load_robot(name)
+        usual = usual_circle(replace(first, robot=robot))
+        normal = np.cross(usual.along, usual.across)
+        assert abs(np.cross(*PLANES[plane]) @ normal) == pytest.approx(1.0, abs=1e-6)

@@ -14,14 +14,22 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.types import frozen
 from workbench.paths.correction import compensate
-from workbench.paths.curves import Curve, circle_through, line
+from workbench.paths.curves import Circle, Curve, circle_through, line
 from workbench.paths.path import command_joints
 from workbench.paths.planning import plan
 from workbench.session.bending import bending_robot
 from workbench.session.state import Session
-from workbench.session.trajectory import Track
+from workbench.session.trajectory import Place, Track
 
 CIRCLE, LINE = "circle", "line"
+_X, _Y, _Z = np.eye(3)
+PLANES = {
+    "horizontal": (_X, _Y),
+    "upright along x": (_X, _Z),
+    "upright along y": (_Y, _Z),
+    "tilted by 45°": (_X, (_Z - _Y) / np.sqrt(2.0)),
+}
+"""Two axes of each plane, base frame: a line runs along the first."""
 ROWS = 240
 """Rows of a trajectory."""
 SHARE = 0.3
@@ -56,7 +64,25 @@ def curves(session: Session) -> Mapping[str, Curve]:
     return {CIRCLE: circle_through(round_), LINE: line(middle - half, middle + half)}
 
 
-def make_track(session: Session, kind: str, *, duration: float, is_corrected: bool) -> Track:
+def usual_circle(session: Session) -> Circle:
+    """The circle that this arm is sent along unless another one is asked for."""
+    found = curves(session)[CIRCLE]
+    assert isinstance(found, Circle)
+    return found
+
+
+def chosen_curve(kind: str, place: Place) -> Curve:
+    """The curve of a kind about a centre: a circle, or a straight line through it, in a plane."""
+    along, across = PLANES[place.plane]
+    centre = np.array(place.centre)
+    if kind == CIRCLE:
+        return Circle(centre=frozen(centre), along=along, across=across, radius=place.radius)
+    return line(centre - place.radius * along, centre + place.radius * along)
+
+
+def make_track(
+    session: Session, kind: str, *, duration: float, is_corrected: bool, place: Place | None = None
+) -> Track:
     """Plan a trajectory, and see where the tools go.
 
     Args:
@@ -64,11 +90,13 @@ def make_track(session: Session, kind: str, *, duration: float, is_corrected: bo
         kind: `circle` or `line`.
         duration: Time from beginning to end [s].
         is_corrected: Whether the joints are corrected with the erring arm.
+        place: Where; as usual for the arm and its region if None.
 
     Raises:
         DataError: the path can't be followed; names time and joint.
     """
-    planned = plan(session.robot, curves(session)[kind], duration=duration, rows=ROWS)
+    curve = curves(session)[kind] if place is None else chosen_curve(kind, place)
+    planned = plan(session.robot, curve, duration=duration, rows=ROWS)
     erring, nominal = erring_robot(session), session.robot.with_effects()
     before, actual, q = None, None, planned.q
     wanted = reached = planned.poses[:, :3, 3]

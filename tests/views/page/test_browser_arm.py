@@ -90,6 +90,12 @@ def test_another_arm_is_chosen_jogged_and_the_page_made_dark(app, look, tmp_path
     assert 0.0 < paused.play.at < 10.0
     for i, frame in enumerate(body_frames(paused.robot, standing(paused))):
         screen.wait_node(f"/arm/nominal/body{i}", frame[:3, 3])
+    box = screen.page.locator('[data-testid="curves"] svg').first.bounding_box()
+    screen.page.mouse.click(box["x"] + 0.25 * box["width"], box["y"] + 0.5 * box["height"])
+    shown = screen.until(lambda session: abs(session.play.at - 2.5) < 0.3 and not session.is_underway)
+    for i, frame in enumerate(body_frames(shown.robot, standing(shown))):
+        screen.wait_node(f"/arm/nominal/body{i}", frame[:3, 3])
+    screen.shoot("curve")
     screen.press("Back to the target")
     screen.tab("Plate")
     screen.page.get_by_text("Influence of each constant").click()

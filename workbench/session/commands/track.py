@@ -10,11 +10,13 @@ from workbench.base.errors import OptionError
 from workbench.session.command import AbstractChange, AbstractTask, Progress
 from workbench.session.state import Focus, Session, Severity
 from workbench.session.target_steps import check_free
-from workbench.session.track import CIRCLE, LINE, erring_robot, make_track
-from workbench.session.trajectory import Play, Track
+from workbench.session.track import CIRCLE, LINE, PLANES, erring_robot, make_track
+from workbench.session.trajectory import Place, Play, Track
 
 LEAST_TIME, GREATEST_TIME = 1.0, 120.0
 """Time that a trajectory may take [s]."""
+LEAST_RADIUS, GREATEST_RADIUS = 1e-3, 5.0
+"""Size of a circle or line [m]."""
 SLOWEST, FASTEST = 0.1, 10.0
 """Pace at which it is played, in multiples of its own."""
 
@@ -27,11 +29,17 @@ class PlanTrack(AbstractTask):
         kind: `circle` or `line`.
         duration: Time from beginning to end [s].
         is_corrected: Whether its joints are corrected with the calibrated arm.
+        centre: Of the circle or line, base frame [m]; None: where it is usual for the arm and its region.
+        radius: Of the circle, or half the length of the line [m].
+        plane: In which it lies, one of `PLANES`.
     """
 
     kind: str = CIRCLE
     duration: float = 10.0
     is_corrected: bool = False
+    centre: tuple[float, float, float] | None = None
+    radius: float = 0.1
+    plane: str = "horizontal"
 
     @property
     def title(self) -> str:
@@ -45,12 +53,22 @@ class PlanTrack(AbstractTask):
             raise OptionError(
                 f"a trajectory must last {LEAST_TIME:g} to {GREATEST_TIME:g} s, got {self.duration:g}"
             )
+        if self.plane not in PLANES:
+            raise OptionError(f"the plane must be one of {', '.join(PLANES)}, got '{self.plane}'")
+        if not (np.isfinite(self.centre or 0.0).all() and LEAST_RADIUS <= self.radius <= GREATEST_RADIUS):
+            raise OptionError(
+                f"a trajectory needs a finite centre and a radius of {1e3 * LEAST_RADIUS:g} to "
+                f"{1e3 * GREATEST_RADIUS:g} mm, got {1e3 * self.radius:g} mm"
+            )
         if self.is_corrected and erring_robot(session) is None:
             raise OptionError("there is no calibrated arm to correct with; identify it first")
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
         progress(0.2, "solving for joint positions along it")
-        track = make_track(session, self.kind, duration=self.duration, is_corrected=self.is_corrected)
+        place = None if self.centre is None else Place(self.centre, self.radius, self.plane)
+        track = make_track(
+            session, self.kind, duration=self.duration, is_corrected=self.is_corrected, place=place
+        )
         return session.robot, track
 
     def finish(self, session: Session, result: Any) -> Session:
@@ -104,12 +122,14 @@ class PlaceTrack(AbstractChange):
 
     Args:
         at: Time along the trajectory [s].
+        is_shown: Whether the arm comes from elsewhere to be shown there.
     """
 
     is_automatic = True
     key = "place"
 
     at: float
+    is_shown: bool = False
 
     @property
     def title(self) -> str:
@@ -121,7 +141,8 @@ class PlaceTrack(AbstractChange):
             raise OptionError(f"the time must be 0 to {duration:g} s, got {self.at:g}")
 
     def apply(self, session: Session) -> Session:
-        return replace(session, play=Play(at=self.at, pace=session.play.pace))
+        focus = Focus.TRACK if self.is_shown else session.focus
+        return replace(session, focus=focus, play=Play(at=self.at, pace=session.play.pace))
 
 
 @dataclass(frozen=True)

@@ -107,6 +107,7 @@ class BrowserView(AbstractView):
             told = Told(server)
             self._panels, self._tabs = _build_panels(server, worker, link, self._card, told)
             server.gui.add_html(told.dark(self._follow))
+            self._scene.moved = next(p for p in self._panels if isinstance(p, TrackPanel)).place
             for panel in self._panels:
                 panel.update(session)
 

@@ -16,6 +16,9 @@ WIDE = 'data-wide="1"'
 """Marks what makes its modal as wide as the window."""
 MORE = 'data-more="1"'
 """Marks what gives way where the window is narrow."""
+OVER = 'data-over="1"'
+OVER_HEIGHT = 152
+"""Marks curves with a slider over them, where a click or drag sets the time; their height [px]."""
 DROP = 'data-drop="1"'
 """Marks a modal on whose upload buttons files can be dropped: the browser's file fields lie above them."""
 RULES = f"""
@@ -29,6 +32,15 @@ div{INSIDE} {{ display: flex; flex-wrap: wrap; gap: 6px 0; padding: 6px 0 !impor
 div{INSIDE} > * {{ flex: 1 0 100%; padding-bottom: 0 !important }}
 div{INSIDE} > :has(> button) {{ flex: 1 1 0 }}
 .gone {{ display: none }}
+[{OVER}] {{ height: {OVER_HEIGHT}px; margin-bottom: -{OVER_HEIGHT}px }}
+div:has(> [{OVER}]) + div {{ height: {OVER_HEIGHT}px; padding: 0 12px !important; position: relative }}
+div:has(> [{OVER}]) + div :is(.mantine-Slider-bar, .mantine-Slider-markWrapper, .mantine-NumberInput-root),
+div:has(> [{OVER}]) + div div:has(> .mantine-Text-root) {{ display: none }}
+div:has(> [{OVER}]) + div .mantine-Slider-root {{ padding: 0 !important }}
+div:has(> [{OVER}]) + div .mantine-Slider-trackContainer {{ height: {OVER_HEIGHT}px; cursor: col-resize }}
+div:has(> [{OVER}]) + div .mantine-Slider-track::before {{ display: none }}
+div:has(> [{OVER}]) + div .mantine-Slider-thumb {{
+  width: 2px; height: {OVER_HEIGHT}px; border: 0; border-radius: 0 }}
 .mantine-Modal-body:has([{DROP}]) div:has(> input[type="file"]) {{ position: relative }}
 .mantine-Modal-body:has([{DROP}]) input[type="file"] {{ display: block !important; position: absolute;
   inset: 0; width: 100%; opacity: 0; z-index: 1; cursor: pointer }}

@@ -5,31 +5,46 @@ from typing import Any
 import numpy as np
 import viser
 
+from workbench.arm.robot import JointKind, Robot
+from workbench.plate.region import Region
 from workbench.session.commands.track import (
     GREATEST_TIME,
     LEAST_TIME,
     SLOWEST,
     LeaveTrack,
     PauseTrack,
+    PlaceTrack,
     PlanTrack,
     PlayTrack,
     SetPace,
 )
 from workbench.session.state import Focus, Session
-from workbench.session.track import CIRCLE, LINE, Track, erring_robot
+from workbench.session.track import CIRCLE, LINE, PLANES, erring_robot, usual_circle
+from workbench.session.trajectory import Track
+from workbench.session.worker import Worker
 from workbench.views.appearance.colours import SCALE, css
 from workbench.views.page.html import MUTED, block, number, pairs, text
 from workbench.views.page.panels.panel import AbstractPanel, on_change, on_press, set_value
+from workbench.views.page.style import OVER, OVER_HEIGHT
 
 KINDS = {"Circle": CIRCLE, "Straight line": LINE}
-WIDTH, HEIGHT = 340, 60
+WIDTH, ROOM = 340, OVER_HEIGHT // 2
+"""Width of the curves, and height of the error's and of the joints' part."""
+LEAST_MOVED = 1.0
+"""A joint that moves less is drawn as nearly at rest [° or mm]."""
+JOINT_INKS = ("#3b82f6", "#16a34a", "#c2700a", "#db2777", "#7c3aed", "#0891b2", "#737373")
 QUICKEST = 5.0
 LEAST_SHOWN = 1e-3
 """Errors below this are not told distance [mm]."""
 
 
 class TrackPanel(AbstractPanel):
-    """Plan, play, pause, leave; the errors as numbers and as a curve over time."""
+    """Plan, play, pause, leave; errors and joint positions as curves over time, where the arms can be put."""
+
+    def __init__(self, worker: Worker):
+        super().__init__(worker)
+        self._usual_of: tuple[Robot, Region] | None = None
+        self._drawn_track: Track | None = None
 
     def build(self, server: viser.ViserServer) -> None:
         gui = server.gui
@@ -37,6 +52,13 @@ class TrackPanel(AbstractPanel):
             self._kind = gui.add_dropdown(
                 "Path", list(KINDS), hint="Path of the tool: a circle or a line in the region."
             )
+            self._centre = gui.add_vector3(
+                "Centre [mm]", (0.0, 0.0, 0.0), step=1.0, hint="Middle of the path in the base frame."
+            )
+            self._radius = gui.add_number(
+                "Radius [mm]", 100.0, min=1.0, max=5000.0, step=1.0, hint="Of the circle, or half the line."
+            )
+            self._plane = gui.add_dropdown("Plane", list(PLANES), hint="In which the path lies.")
             self._duration = gui.add_number(
                 "Duration [s]",
                 10.0,
@@ -63,6 +85,17 @@ class TrackPanel(AbstractPanel):
             )
             on_change(self._pace, lambda: self._worker.submit(SetPace(float(self._pace.value))))
             self._build_buttons(gui)
+            self._curves = gui.add_html("")
+            self._time = gui.add_slider(
+                "Time",
+                0.0,
+                1.0,
+                0.001,
+                0.0,
+                visible=False,
+                hint="Click or drag on the curves: the arms go there.",
+            )
+            on_change(self._time, self._go)
             self._result = gui.add_html("")
 
     def _build_buttons(self, gui: viser.GuiApi) -> None:
@@ -95,10 +128,37 @@ class TrackPanel(AbstractPanel):
             session.job is None,
             is_free,
             times,
+            session.robot,
+            session.plate.region,
         )
+
+    def place(self, share: float) -> None:
+        """Move the line over the curves, as the arms move along the path.
+
+        Args:
+            share: Of the trajectory that is done.
+        """
+        set_value(self._time, round(share, 3))
+
+    def _show_usual(self, session: Session) -> None:
+        """Where the path is unless another one is typed; a new arm or region has another one."""
+        usual = usual_circle(session)
+        set_value(self._centre, tuple(np.round(1e3 * usual.centre, 1).tolist()))
+        set_value(self._radius, round(1e3 * usual.radius, 1))
+        flat = [abs(np.cross(*axes) @ np.cross(usual.along, usual.across)) for axes in PLANES.values()]
+        set_value(self._plane, list(PLANES)[int(np.argmax(flat))])
 
     def show(self, session: Session) -> None:
         track, is_there = session.track, session.track is not None
+        if (known := (session.robot, session.plate.region)) != self._usual_of:
+            self._usual_of = known
+            self._show_usual(session)
+        if track is not self._drawn_track:
+            self._drawn_track = track
+            self._curves.content = "" if track is None else curves(track)
+        self._time.visible = is_there
+        if track is not None:
+            self.place(session.play.at / track.duration)
         self._plan.disabled = session.job is not None
         self._corrected.disabled = erring_robot(session) is None
         if self._corrected.disabled:
@@ -115,7 +175,14 @@ class TrackPanel(AbstractPanel):
     def _ask(self) -> None:
         duration = float(self._duration.value)
         is_corrected = bool(self._corrected.value)
-        self._worker.submit(PlanTrack(KINDS[self._kind.value], duration, is_corrected))
+        x, y, z = (1e-3 * float(v) for v in self._centre.value)
+        place = (x, y, z), 1e-3 * float(self._radius.value), str(self._plane.value)
+        self._worker.submit(PlanTrack(KINDS[self._kind.value], duration, is_corrected, *place))
+
+    def _go(self) -> None:
+        track = self._worker.session.track
+        if track is not None:
+            self._worker.submit(PlaceTrack(float(self._time.value) * track.duration, is_shown=True))
 
 
 def nothing() -> str:
@@ -130,7 +197,7 @@ def result(track: Track, times: float) -> str:
     tail = f'<ul style="margin:4px 0 0;padding-left:16px;color:{MUTED}">{notes}</ul>' if notes else ""
     if track.before is None:
         words = "Planned. Identify the arm, and plan again, to see its error along the path."
-        return block(f"<div>{words}</div>{tail}", testid="track", style="margin:4px 0")
+        return block(f"{legend(track)}<div>{words}</div>{tail}", testid="track", style="margin:4px 0")
     errors = 1e3 * track.errors
     rows = [("Error, mean", _millimetres(errors.mean())), ("largest", _millimetres(errors.max()))]
     if track.is_corrected:
@@ -138,7 +205,7 @@ def result(track: Track, times: float) -> str:
             f"{number(1e3 * float(track.before.mean()))} mm, largest {number(1e3 * track.before.max())} mm"
         )
         rows.append(("uncorrected", before))
-    content = pairs(rows) + _curve(track.time, errors) + _scale(errors, times) + tail
+    content = legend(track) + pairs(rows) + _scale(errors, times) + tail
     return block(content, testid="track", style="margin:4px 0")
 
 
@@ -147,16 +214,57 @@ def _millimetres(value: float) -> str:
     return f"{number(float(value))} mm" if value >= LEAST_SHOWN else "below 0.001 mm"
 
 
-def _curve(time: np.ndarray, errors: np.ndarray) -> str:
-    top = max(float(errors.max()), LEAST_SHOWN)
-    x, y = WIDTH * time / time[-1], HEIGHT - (HEIGHT - 12) * errors / top
-    line = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x, y, strict=True))
+def curves(track: Track) -> str:
+    """Error and joint positions over time, one above the other; a slider lies over them (`style.py`)."""
+    parts = []
+    if track.before is not None:
+        errors = track.errors / max(float(track.errors.max()), 1e-3 * LEAST_SHOWN)
+        parts.append(_polyline(track.time, errors, 0.0, "currentColor"))
+    for column, ink in zip(_shown(track).T, JOINT_INKS * 2, strict=False):
+        share = (column - column.min()) / max(float(np.ptp(column)), LEAST_MOVED)
+        parts.append(_polyline(track.time, share, ROOM, ink))
+    drawn = f'<svg viewBox="0 0 {WIDTH} {2 * ROOM}" preserveAspectRatio="none">{"".join(parts)}</svg>'
+    top = f"error, up to {_millimetres(1e3 * float(track.errors.max()))}" if track.before is not None else ""
+    words = (
+        _words("0", 10, top),
+        _words("0", ROOM + 10, "joints, each in its own range"),
+        _words("100%", ROOM - 2, f"{number(float(track.time[-1]))} s", anchor="end"),
+    )
     return (
-        f'<svg viewBox="0 0 {WIDTH} {HEIGHT + 12}" width="100%"><title>Error over time</title>'
-        f'<polyline points="{line}" fill="none" style="stroke:var(--mantine-color-text)" stroke-width="1.2"/>'
-        f'<text x="0" y="9" font-size="9" style="fill:{MUTED}">{number(top)} mm</text>'
-        f'<text x="{WIDTH}" y="{HEIGHT + 11}" font-size="9" text-anchor="end" style="fill:{MUTED}">'
-        f"{number(float(time[-1]))} s</text></svg>"
+        f'<div {OVER} data-testid="curves" style="padding:0 12px;color:var(--mantine-color-text)">'
+        f'<svg width="100%" height="{2 * ROOM}">{drawn}{"".join(words)}</svg></div>'
+    )
+
+
+def legend(track: Track) -> str:
+    """Colour and range of every joint."""
+    parts = []
+    for j, (column, ink) in enumerate(zip(_shown(track).T, JOINT_INKS * 2, strict=False)):
+        unit = " mm" if track.robot.moving[j].kind is JointKind.PRISMATIC else "°"
+        words = f"{column.min():.0f} … {column.max():.0f}{unit}".replace("-", "−")
+        parts.append(f'<span style="white-space:nowrap"><b style="color:{ink}">{j + 1}</b> {words}</span>')
+    return f'<div data-testid="legend-joints" style="color:{MUTED}">{" · ".join(parts)}</div>'
+
+
+def _shown(track: Track) -> np.ndarray:
+    """Joint positions in ° or mm."""
+    slides = [joint.kind is JointKind.PRISMATIC for joint in track.robot.moving]
+    return np.where(slides, 1e3 * track.q, np.rad2deg(track.q))
+
+
+def _polyline(time: np.ndarray, share: np.ndarray, top: float, ink: str) -> str:
+    x, y = WIDTH * time / time[-1], top + ROOM - 4 - (ROOM - 18) * share
+    line = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x[::2], y[::2], strict=True))
+    return (
+        f'<polyline points="{line}" fill="none" stroke="{ink}" stroke-width="1.4" '
+        'vector-effect="non-scaling-stroke"/>'
+    )
+
+
+def _words(x: str, y: float, words: str, *, anchor: str = "start") -> str:
+    return (
+        f'<text x="{x}" y="{y:.0f}" font-size="11" text-anchor="{anchor}" style="fill:{MUTED}">'
+        f"{text(words)}</text>"
     )
 
 

@@ -106,19 +106,19 @@ class Run:
 
     def __init__(self, at: float, end: float, pace: float, step: Callable[["Run"], None]):
         self.at, self.stop = at, threading.Event()
-        self._end, self._pace, self._step = end, pace, step
+        self.end, self._pace, self._step = end, pace, step
         threading.Thread(target=self._go, name="workbench-track", daemon=True).start()
 
     @property
     def is_done(self) -> bool:
         """Whether the end is reached."""
-        return self.at >= self._end
+        return self.at >= self.end
 
     def _go(self) -> None:
         last = time.monotonic()
         while not self.stop.wait(1.0 / RATE):
             now = time.monotonic()
-            self.at, last = min(self.at + self._pace * (now - last), self._end), now
+            self.at, last = min(self.at + self._pace * (now - last), self.end), now
             self._step(self)
             if self.is_done:
                 return

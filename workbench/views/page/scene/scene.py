@@ -1,6 +1,7 @@
 """The whole scene of one arm on one plate; made anew for another arm or plate."""
 
 import threading
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -21,12 +22,17 @@ from workbench.views.page.scene.viser_sink import PageSink
 
 
 class Scene:
-    """Everything in the scene, drawn together; gestures only send commands."""
+    """Everything in the scene, drawn together; gestures only send commands.
+
+    Attributes:
+        moved: Told the share of a trajectory that is done, frame by frame.
+    """
 
     def __init__(self, server: viser.ViserServer, worker: Worker, session: Session):
         self._server, self._worker = server, worker
         self._lock = threading.Lock()
         self._was_told = False
+        self.moved: Callable[[float], None] = lambda share: None
         self._player = Player(server, worker, self._frame)
         self._session = session
         self._build(session)
@@ -69,6 +75,7 @@ class Scene:
         with self._server.atomic(), self._lock:
             if not run.stop.is_set():
                 self._sink.update(in_motion(_at(self._session, run.at)))
+                self.moved(run.at / run.end)
 
     def _clicked_anywhere(self, event: viser.SceneClickEvent) -> None:
         """A click on a point, unless something that is drawn there was clicked: that is told first."""
