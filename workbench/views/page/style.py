@@ -36,11 +36,13 @@ div{INSIDE} > :has(> button) {{ flex: 1 1 0 }}
 div:has(> [{OVER}]) + div {{ height: {OVER_HEIGHT}px; padding: 0 12px !important; position: relative }}
 div:has(> [{OVER}]) + div :is(.mantine-Slider-bar, .mantine-Slider-markWrapper, .mantine-NumberInput-root),
 div:has(> [{OVER}]) + div div:has(> .mantine-Text-root) {{ display: none }}
-div:has(> [{OVER}]) + div .mantine-Slider-root {{ padding: 0 !important }}
-div:has(> [{OVER}]) + div .mantine-Slider-trackContainer {{ height: {OVER_HEIGHT}px; cursor: col-resize }}
+div:has(> [{OVER}]) + div .mantine-Slider-root {{
+  padding: 0 !important; margin-top: {OVER_HEIGHT // 2 - 4}px !important }}
+div:has(> [{OVER}]) + div .mantine-Slider-trackContainer::before {{
+  content: ""; position: absolute; inset: -{OVER_HEIGHT // 2 - 4}px 0; cursor: col-resize }}
 div:has(> [{OVER}]) + div .mantine-Slider-track::before {{ display: none }}
 div:has(> [{OVER}]) + div .mantine-Slider-thumb {{
-  width: 2px; height: {OVER_HEIGHT}px; border: 0; border-radius: 0 }}
+  width: 2px !important; height: {OVER_HEIGHT}px !important; border: 0; border-radius: 0 }}
 .mantine-Modal-body:has([{DROP}]) div:has(> input[type="file"]) {{ position: relative }}
 .mantine-Modal-body:has([{DROP}]) input[type="file"] {{ display: block !important; position: absolute;
   inset: 0; width: 100%; opacity: 0; z-index: 1; cursor: pointer }}
