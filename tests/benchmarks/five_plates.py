@@ -1,7 +1,8 @@
-"""Five plates side by side on 10 000 virtual arms each, all error sources in.
+"""Plates side by side on 10 000 virtual arms each, all error sources in.
 
 Table 2 and the optimised plates (any blocks, three shapes) as a workshop makes them, with the play of their
-pins; sockets on a breadboard and from a printer, as they come and as measured to 0.05 mm. Run by hand:
+pins; sockets on a breadboard and from a printer, as they come and as measured to 0.05 mm; a ball-bar of 5 µm
+about three anchors known to 0.05 mm. Run by hand:
 
     python -m tests.benchmarks.five_plates [arms] [places]
 """
@@ -32,6 +33,7 @@ UNDECLARED = (JointHarmonic((1,), (1e-5, 1e-5), 1),)
 MEASURED = (5e-5, 1.0)
 """How well a measured socket is known [m], [rad]."""
 SEATS = (1e-4, float(np.deg2rad(0.02)))
+BAR = (5e-6, float(np.deg2rad(0.02)))
 SOCKETS = (5e-5, float(np.deg2rad(0.02)))
 
 
@@ -50,6 +52,10 @@ def plates(robot: Robot, places: int) -> Iterator[tuple[str, Plate, tuple[float,
         yield name, plate, SOCKETS
         known = tuple(replace(t, sigma=MEASURED) for t in plate.targets)
         yield f"{name}, measured", replace(plate, targets=known), SOCKETS
+
+    manner = MANNERS["ball-bar"]
+    wish = Wish(number=14, blocks=manner.blocks(Blocks()), places=places)
+    yield "ball-bar", optimise_plate(robot, given, wish=wish, reading=manner.reading).plate, BAR
 
 
 def main(arms: int = 10_000, places: int = 1200) -> None:

@@ -1,18 +1,29 @@
 """Plates on what people own: what can be bought, what it costs and brings, and the choice between them."""
 
+import csv
+import io
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from workbench.arm.kinematics.forward import sensitivity
+from workbench.arm.motion import Motion
 from workbench.base.errors import OptionError
+from workbench.plate.branches import choose_branches, plate_solutions
 from workbench.plate.optimiser.makings import MANNERS
 from workbench.plate.optimiser.target_blocks import Blocks, places_of
+from workbench.plate.parts.drawing import Words
+from workbench.plate.parts.drawing_set import pages_of
 from workbench.plate.parts.fixture import fixture_of
+from workbench.plate.parts.lists import distances_csv, parts_csv
 from workbench.plate.parts.parts import Purpose
 from workbench.plate.parts.solids import block_mesh
 from workbench.plate.parts.stock import Stock
-from workbench.plate.plate_toml import read_plate
+from workbench.plate.plate import Kind
+from workbench.plate.plate_toml import read_plate, write_plate
+from workbench.plate.readings import linearise_targets, reading_named
 from workbench.plate.tradeoff import weigh_choices
 
 
@@ -41,6 +52,58 @@ def test_a_printed_cone_holds_ball_and_magnet(plate_of):
     lowest_of_ball = 0.006 - 0.25 * 0.012  # below the face: the radius less the centre's height over it
     assert pocket.depth - 0.004 > lowest_of_ball  # a magnet 4 mm thick at the bottom stays clear of the ball
     assert block_mesh(block).is_watertight
+
+
+def test_sockets_stand_over_their_screws_without_dowels(plate_of):
+    """A block on a grid of holes stands on its hole, and turning it about its stud moves the ball nowhere."""
+    plate = plate_of((0.05, -0.025, 0.05, 0.6, 1.1, 0.0), kinds=("socket",))
+    for stock in (Stock.printed(), Stock.breadboard()):
+        made = fixture_of(plate, stock=stock)
+        (block,) = made.blocks
+        assert np.allclose(block.pose[:2, 3], [0.05, -0.025], atol=1e-12)
+        assert not any(bore.purpose is Purpose.DOWEL for bore in (*block.bores, *made.slab.bores))
+        assert [bore.purpose for bore in made.probe.bores[:2]] == [Purpose.SOCKET, Purpose.MAGNET]
+        words = " ".join(
+            item.text for page in pages_of(made) for item in page.items if isinstance(item, Words)
+        )
+        assert "ndex" not in words
+        assert "dowel" not in words
+        assert "dowel" not in parts_csv(made)
+
+
+def test_a_ball_bar_plate_is_three_sockets_and_the_lengths_of_its_bar(aria, plate, tmp_path):
+    """Its targets are places in the air: only the anchors are made, and each target is read by distances."""
+    anchors = reading_named("ball-bar", aria, plate).anchors
+    in_air = tuple(replace(target, kind=Kind.POINT) for target in plate.targets)
+    bar = read_plate(write_plate(replace(plate, targets=in_air, anchors=anchors), tmp_path / "bar.toml"))
+    assert np.allclose(bar.anchors, anchors)
+    made = fixture_of(bar, stock=Stock.named("ball-bar"))
+    assert len(made.blocks) == 3
+    for block, place in zip(made.blocks, anchors, strict=True):
+        (cone, *_) = block.bores
+        held = block.pose @ [*(cone.bottom - np.sqrt(2.0) * 0.006 * cone.direction), 1.0]
+        assert np.allclose(held[:3], place, atol=1e-12)
+    assert all(block_mesh(block).is_watertight for block in made.blocks)
+    first = next(csv.DictReader(io.StringIO(distances_csv(bar))))
+    apart = np.linalg.norm(bar.poses[0, :3, 3] - bar.pose[:3, 3] - anchors[0])
+    assert float(first["distance[mm]"]) == pytest.approx(1e3 * apart, abs=1e-3)
+    assert "ball-bar, telescoping" in parts_csv(made)
+    q = choose_branches(aria, plate, plate_solutions(aria, plate), goal="O1", rng=np.random.default_rng(0)).q
+    rows = linearise_targets(aria, bar, q, sigma_position=5e-6)
+    _, twists = sensitivity(aria, Motion(q), rows.names)
+    assert rows.jacobian.shape == (30, len(rows.names))
+    assert np.allclose(rows.jacobian[1] * rows.sigma[1], bar.from_anchors[0, 1] @ twists[0, :3])
+    assert np.allclose(rows.sigma, np.hypot(5e-6, 5e-5))
+
+
+def test_a_designed_socket_is_measured_at_its_own_joint_angles(aria, plate):
+    """Such plates could not be scored: a free orientation has other branches than the designed one."""
+    q = choose_branches(aria, plate, plate_solutions(aria, plate), goal="O1", rng=np.random.default_rng(0))
+    there = plate.with_joints(q.q, q.branches)
+    sockets = replace(there, targets=tuple(replace(t, kind=Kind.SOCKET) for t in there.targets))
+    solutions = plate_solutions(aria, sockets)
+    assert np.allclose([found[0].q for found in solutions], q.q, atol=1e-6)
+    assert tuple(found[0].name for found in solutions) == q.branches
 
 
 def test_choices_and_their_front(aria, plate):

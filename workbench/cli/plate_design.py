@@ -5,7 +5,6 @@ from typing import Annotated
 
 import typer
 
-from workbench.base.errors import OptionError
 from workbench.cli.options import (
     JsonOption,
     RobotOption,
@@ -22,7 +21,7 @@ from workbench.cli.options import (
     unknown_frames,
     write_result,
 )
-from workbench.cli.plates import PlateArgument, PlayOption, ToleranceOption, making_of, plates
+from workbench.cli.plates import PlateArgument, PlayOption, ToleranceOption, making_of, manner_name, plates
 
 
 @plates.command()
@@ -51,7 +50,9 @@ def optimise(
     ] = None,
     made: Annotated[
         str | None,
-        typer.Option(help="From what people own: machined, printed or breadboard; sets what fits it."),
+        typer.Option(
+            help="From what people own: machined, printed, breadboard or ball-bar; sets what fits it."
+        ),
     ] = None,
     tilt: Annotated[str, typer.Option(help="Greatest tilt of a block.")] = "45deg",
     turn: Annotated[
@@ -223,15 +224,13 @@ def _manner(name: str):
     """A way to make a plate, by name."""
     from workbench.plate.optimiser.makings import MANNERS
 
-    if name not in MANNERS:
-        raise OptionError(f"--made must be one of {', '.join(MANNERS)}, got '{name}'")
-    return MANNERS[name]
+    return MANNERS[manner_name(name)]
 
 
 def _wish(targets, branches, reading, blocks, heights, angles, tilt, turn, making, places):
     """What is asked of the fixture, from people's words."""
     from workbench.base.units import Quantity, parse_quantity
-    from workbench.plate.design import IN_THE_AIR
+    from workbench.plate.optimiser.makings import IN_THE_AIR
     from workbench.plate.optimiser.optimise import Postures, Wish
     from workbench.plate.optimiser.target_blocks import Blocks, BlockStyle
 

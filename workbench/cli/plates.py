@@ -61,6 +61,15 @@ def making_of(plate, tolerance: str | None, play: str | None):
     return making
 
 
+def manner_name(made: str) -> str:
+    """A way to make plates that there is."""
+    from workbench.plate.optimiser.makings import MANNERS
+
+    if made not in MANNERS:
+        raise OptionError(f"--made must be one of {', '.join(MANNERS)}, got '{made}'")
+    return made
+
+
 @plates.command()
 def score(
     plate: PlateArgument,
@@ -204,9 +213,10 @@ def export(
     ] = None,
     noise: NoiseOption = "0.1mm,0.02deg",
     tolerance: ToleranceOption = None,
-    printed: Annotated[
-        bool, typer.Option("--printed", help="For a 3D printer: magnets under the cones, thread inserts.")
-    ] = False,
+    made: Annotated[
+        str, typer.Option(help="From what: machined, printed, breadboard or ball-bar.")
+    ] = "machined",
+    printed: Annotated[bool, typer.Option("--printed", help="The same as --made printed.")] = False,
 ) -> None:
     """Everything to make a plate: drawing set, solids, lists, and a sheet with the expected accuracy."""
     from dataclasses import replace
@@ -227,7 +237,7 @@ def export(
             formats=wanted,
             robot=None if robot is None else load_robot(robot),
             sigma=(sigma.position, sigma.rotation),
-            stock=Stock.printed() if printed else None,
+            stock=Stock.named("printed" if printed else manner_name(made)),
             progress=progress,
         )
     shapes = ", ".join(f"{len(shape.numbers)} × {shape.letter}" for shape in fixture.shapes)

@@ -13,7 +13,9 @@ from jaxtyping import Float, Int
 
 from workbench.arm.inverse import solve as inverse
 from workbench.arm.inverse.solve import Branch, Task
+from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.linearisation import Linearisation
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError
 from workbench.base.types import Outcome, frozen
@@ -22,10 +24,13 @@ from workbench.plate.criterion import criterion_of, goal_index
 from workbench.plate.free_constants import visible, visible_basis
 from workbench.plate.indices import index_named
 from workbench.plate.obstruction import clear_of, hits
-from workbench.plate.plate import AUTO, Kind, Plate
+from workbench.plate.plate import AUTO, Kind, Plate, Target
 from workbench.plate.poses.exchange import exchange
+from workbench.plate.poses.sampling import in_base
 from workbench.plate.readings import SIGMA_POSITION, SIGMA_ROTATION, linearise_targets
 
+THERE = 1e-6
+"""Joint angles put the tool there if no entry of its pose is off by more [m, 1]."""
 Solutions = Sequence[Sequence[Branch]]
 
 STARTS = 20
@@ -65,7 +70,7 @@ def plate_solutions(robot: Robot, plate: Plate) -> tuple[tuple[Branch, ...], ...
     """
     poses = robot.base.pose @ plate.poses
     solutions: list[tuple[Branch, ...]] = [()] * len(plate)
-    for task, rows in _by_task(plate).items():
+    for task, rows in _by_task(robot, plate).items():
         for row, result in zip(rows, inverse.solve_many(robot, poses[rows], task=task), strict=True):
             if not result.reachable:
                 raise DataError(f"target {row + 1} of plate '{plate.name}' is not reachable: {result.reason}")
@@ -118,12 +123,24 @@ def measurable(robot: Robot, plate: Plate) -> Measurable:
     return Measurable(np.array(rows), part, tuple(clear[i] for i in rows), hit)
 
 
-def _by_task(plate: Plate) -> dict[Task | None, list[int]]:
-    """Targets by what of them the tool has to meet: seats all that the arm can, others their position."""
+def _by_task(robot: Robot, plate: Plate) -> dict[Task | None, list[int]]:
+    """Targets by what of them the tool has to meet: seats all that the arm can, others their position.
+
+    Joint angles that put the tool as the target says, as a designed plate gives them, are met as they are.
+    """
     tasks: dict[Task | None, list[int]] = {}
     for row, target in enumerate(plate.targets):
-        tasks.setdefault(None if target.kind is Kind.SEAT else Task.POSITION, []).append(row)
+        whole = target.kind is Kind.SEAT or _is_there(robot, target)
+        tasks.setdefault(None if whole else Task.POSITION, []).append(row)
     return tasks
+
+
+def _is_there(robot: Robot, target: Target) -> bool:
+    """Whether a target's joint angles put the tool into its whole pose."""
+    if target.q is None or len(target.q) != robot.dof:
+        return False
+    at = in_base(robot, tool_poses(robot, Motion(target.q[None])))
+    return bool(np.abs(at[0] - target.pose).max() < THERE)
 
 
 def single_branches(solutions: Solutions) -> dict[str, Float[np.ndarray, "targets n"]]:
@@ -236,7 +253,7 @@ def _allowed(plate: Plate, slots: np.ndarray, labels: list[str]) -> np.ndarray:
     for slot, target in enumerate(plate.targets):
         if not allowed[slot].any():
             raise DataError(f"target {slot + 1} of plate '{plate.name}' has no solution within limits")
-        if target.branch == AUTO:
+        if target.branch == AUTO or target.q is not None:
             continue
         mine = [labels[i] for i in np.flatnonzero(allowed[slot])]
         if target.branch not in mine:

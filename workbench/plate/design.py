@@ -26,7 +26,7 @@ from workbench.plate.optimiser.constraints import Constraints
 from workbench.plate.optimiser.optimise import Wish
 from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.optimiser.target_blocks import few_shapes, places_of, shapes_of
-from workbench.plate.plate import Plate
+from workbench.plate.plate import ANCHOR_SIGMA, Plate
 from workbench.plate.poses.sampling import in_base
 from workbench.plate.readings import SIGMA_POSITION, SIGMA_ROTATION, Reading, reading_named
 from workbench.plate.region import Region
@@ -39,8 +39,6 @@ ERROR = "I"
 """Name of the index that is the predicted error over the region."""
 JUDGED_POSES = 500
 """Poses of the tool in the region, in all their branches, at which arms are judged."""
-IN_THE_AIR = (0.05, 0.35)
-"""Heights above the plate of targets that need no block [m]."""
 NARROW = Constraints(clearance=0.005, spacing=0.06, retreat=0.025)
 """Margins for an arm that has no room for the usual ones."""
 DOWN = np.diag([1.0, -1.0, -1.0])
@@ -138,7 +136,7 @@ def _few_shapes(search: Callable[[Wish], PlateDesign], wish: Wish) -> PlateDesig
             f"{wish.shapes} shapes of block cost {max(100 * (best.cost / free.cost - 1.0), 0.0):.0f} % of "
             "accuracy: "
             f"{1e3 * best.cost:.3f} mm instead of {1e3 * free.cost:.3f} mm with "
-            f"{len(shapes_of(places_of(free.plate, free.plate.poses)))} different ones",
+            f"{free.plate_shapes} different ones",
             *best.notes,
         ),
     )
@@ -206,6 +204,8 @@ def try_plate(
         target_position=plate.known[:, 0],
         target_rotation=plate.known[:, 1],
         play=plate.play,
+        away=None if plate.anchors is None else plate.from_anchors @ robot.base.pose[:3, :3].T,
+        anchor=0.0 if plate.anchors is None else ANCHOR_SIGMA,
         undeclared=replace(robot, effects=undeclared) if undeclared else None,
     )
     job = Job(

@@ -43,8 +43,10 @@ def hits(
     shape, hulls = shape_of(robot), bodies_of(plate)
     at = shape.placements(q)
     met = touches(shape, at, hulls)
-    met[np.arange(len(q)), 1 + np.asarray(visited)] = False
-    names = ("the plate", *(f"the block of target {i + 1}" for i in range(len(plate))))
+    own = "target" if plate.anchors is None else "anchor"
+    if plate.anchors is None:
+        met[np.arange(len(q)), 1 + np.asarray(visited)] = False
+    names = ("the plate", *(f"the block of {own} {i + 1}" for i in range(len(plate.standing))))
     found = [""] * len(q)
     for row in np.flatnonzero(met.any(1)):
         first = int(met[row].argmax())
@@ -58,7 +60,9 @@ def solid_clear(robot: Robot, plate: Plate, q: Float[np.ndarray, "rows n"]) -> B
     if plate.size is None:
         return np.ones(len(q), bool)
     shape = shape_of(robot)
-    return np.asarray((~touches(shape, shape.placements(q), bodies_of(replace(plate, targets=())))).all(1))
+    return np.asarray(
+        (~touches(shape, shape.placements(q), bodies_of(replace(plate, targets=(), anchors=None)))).all(1)
+    )
 
 
 def clear_of(robot: Robot, plate: Plate, target: int, branches: Sequence[Branch]) -> tuple[Branch, ...]:
@@ -116,7 +120,7 @@ def bodies_of(plate: Plate) -> list[Hull]:
     """The plate's solid, then the blocks of its targets, robot's base."""
     assert plate.size is not None
     place = plate.size.tobytes(), plate.xyz.tobytes(), plate.rpy.tobytes()
-    return [_solid(*place), *(_block(target, *place[1:]) for target in plate.targets)]
+    return [_solid(*place), *(_block(target, *place[1:]) for target in plate.standing)]
 
 
 @lru_cache(maxsize=16)

@@ -19,6 +19,8 @@ from workbench.plate.region import Region
 AUTO = "auto"
 """Branch of a target whose inverse-kinematics solution is left to the program."""
 ZERO = frozen(np.zeros(3))
+ANCHOR_SIGMA = 5e-5
+"""How well the places of a ball-bar's anchors are known along each axis [m]."""
 SQUARE = frozen(np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]))
 """Corners of a square of side 2 about its centre, anticlockwise."""
 
@@ -71,6 +73,8 @@ class Plate:
         rpy: Its roll, pitch, yaw [rad].
         size: Length, width and thickness of the solid [m]; None if there is none.
         making: How exactly it is made, and the play of its seats; exact if its file does not say.
+        anchors: Centres of the balls from which a ball-bar measures, plate's frame [m]: the targets are
+            then places in the air, and sockets for these balls stand on the plate. None for other plates.
         notes: What was decided when it was read, one sentence each; they are not written to its file.
     """
 
@@ -81,6 +85,7 @@ class Plate:
     rpy: Vector3 = field(default_factory=lambda: ZERO)
     size: Vector3 | None = None
     making: Making = EXACT
+    anchors: Float[np.ndarray, "anchors 3"] | None = None
     notes: tuple[str, ...] = ()
 
     def __len__(self) -> int:
@@ -97,6 +102,23 @@ class Plate:
         return frozen(np.stack([t.pose for t in self.targets])) if self.targets else np.zeros((0, 4, 4))
 
     @cached_property
+    def standing(self) -> tuple[Target, ...]:
+        """What stands on the plate: the targets, or sockets for the balls that a ball-bar turns about."""
+        if self.anchors is None:
+            return self.targets
+        turn = self.pose[:3, :3] @ np.diag([1.0, -1.0, -1.0])
+        rpy = frozen(se3.matrix_to_rpy(turn))
+        places = se3.apply(self.pose, self.anchors)
+        return tuple(Target(frozen(place), rpy, kind=Kind.SOCKET) for place in places)
+
+    @cached_property
+    def from_anchors(self) -> Float[np.ndarray, "targets anchors 3"]:
+        """Unit vectors from a ball-bar's anchors to the targets, in the robot's base."""
+        assert self.anchors is not None
+        apart = self.poses[:, None, :3, 3] - se3.apply(self.pose, self.anchors)
+        return frozen(apart / np.linalg.norm(apart, axis=2, keepdims=True))
+
+    @cached_property
     def branches(self) -> tuple[str, ...]:
         """Branch of every target."""
         return tuple(t.branch for t in self.targets)
@@ -110,6 +132,8 @@ class Plate:
     def known(self) -> Float[np.ndarray, "targets 2"]:
         """How well each target is known, position [m] and rotation [rad]: as it says, or as it is made."""
         made = self.making.sigma(self.heights)
+        if self.anchors is not None:  # nothing is made where the targets are
+            made = np.zeros_like(made)
         return frozen(
             np.array(
                 [m if t.sigma is None else t.sigma for t, m in zip(self.targets, made, strict=True)]
@@ -130,6 +154,8 @@ class Plate:
     @property
     def held(self) -> str:
         """For people: what is assumed of the targets."""
+        if self.anchors is not None:
+            return f"{len(self.anchors)} anchors known to {1e3 * ANCHOR_SIGMA:.2g} mm (one σ)"
         measured = [t.sigma for t in self.targets if t.sigma is not None]
         if not measured:
             return self.making.words

@@ -14,7 +14,7 @@ from workbench.plate.making import EXACT, Making
 from workbench.plate.plate import AUTO, Kind, Plate, Target
 from workbench.plate.region import Region
 
-PLATE_KEYS = {"name", "size", "xyz", "rpy", "region", "making", "target"}
+PLATE_KEYS = {"name", "size", "xyz", "rpy", "region", "making", "anchors", "target"}
 MAKING_KEYS = {"tolerance", "play"}
 REGION_KEYS = {"min", "max", "cube"}
 TARGET_KEYS = {"xyz", "rpy", "branch", "q", "kind", "sigma", "locked"}
@@ -77,6 +77,11 @@ class _Reader(AbstractTableReader):
         except OptionError as error:
             raise self.fail(str(error)) from None
 
+    def anchors(self, value: Any) -> np.ndarray:
+        if not isinstance(value, list) or len(value) < 3:
+            raise self.fail("anchors must be three or more places [x, y, z] in m, in the plate's frame")
+        return np.stack([self.numbers(one, 3, f"anchor {i}") for i, one in enumerate(value, start=1)])
+
     def size(self, value: Any) -> np.ndarray:
         size = self.numbers(value, 3, "size")
         if not (size > 0).all():
@@ -109,6 +114,7 @@ def plate_from_table(data: dict[str, Any], reader: _Reader) -> Plate:
         rpy=reader.numbers(data.get("rpy", [0, 0, 0]), 3, "rpy"),
         size=reader.size(data["size"]) if "size" in data else None,
         making=reader.making(data["making"]) if "making" in data else EXACT,
+        anchors=reader.anchors(data["anchors"]) if "anchors" in data else None,
     )
 
 
@@ -120,6 +126,8 @@ def plate_to_table(plate: Plate) -> dict[str, Any]:
     if plate.making != EXACT:
         making = plate.making
         table["making"] = {"tolerance": [making.position, making.angle], "play": list(making.play)}
+    if plate.anchors is not None:
+        table["anchors"] = plate.anchors.tolist()
     region = plate.region
     table["region"] = {"min": region.min.tolist(), "max": region.max.tolist(), "cube": region.cube}
     table["target"] = [_target_table(target) for target in plate.targets]

@@ -32,11 +32,12 @@ from workbench.arm.kinematics.forward import sensitivity
 from workbench.arm.linearisation import Linearisation, linearise
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
+from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
 from workbench.data.observations import DistanceObservation, PointObservation, PoseObservation
-from workbench.plate.plate import Kind, Plate
+from workbench.plate.plate import ANCHOR_SIGMA, Kind, Plate
 
 
 class Look(NamedTuple):
@@ -63,6 +64,7 @@ class Reading:
         unknown_sigma: How well each of its own unknowns is known beforehand [m].
         visits: How often each target is visited.
         blocks: Whether a block stands under each target.
+        anchors: Places from which a ball-bar measures, in the plate's frame [m]; none if None.
     """
 
     name: str
@@ -72,6 +74,7 @@ class Reading:
     unknown_sigma: Float[np.ndarray, " u"] = field(default_factory=lambda: np.zeros(0))
     visits: int = 1
     blocks: bool = True
+    anchors: Float[np.ndarray, "anchors 3"] | None = None
 
     @property
     def words(self) -> str:
@@ -142,8 +145,8 @@ HALF_CUBE = 0.02
 """Half the side of the cube on the tool that is pressed against six contacts [m]."""
 REACH_OUT = 0.75
 """Where contacts lie on a face, from its middle, as a share of half its side."""
-ANCHOR_SIGMA = 5e-5
-"""How well the places of a ball-bar's anchors are known along each axis [m]."""
+INSET, LIFT = 0.06, 0.05
+"""How far a ball-bar's anchors stand from the plate's edges, and how high their balls lie over it [m]."""
 
 SIGMAS: Mapping[str, tuple[float, float | None]] = MappingProxyType(
     {
@@ -240,6 +243,7 @@ def _ball_bar(robot: Robot, plate: Plate, position: float, rotation: float, visi
         unknown_sigma=frozen(np.full(3 * len(anchors), ANCHOR_SIGMA)),
         visits=visits,
         blocks=False,
+        anchors=_anchors(plate),
     )
 
 
@@ -268,13 +272,18 @@ def contact_rows() -> Float[np.ndarray, "6 6"]:
     return np.array([[*n, *np.cross(r, n)] for n, r in contacts])
 
 
-def anchors_of(robot: Robot, plate: Plate) -> Float[np.ndarray, "3 3"]:
-    """Places of a ball-bar's anchors, measuring frame: at two corners and an edge of the plate [m]."""
+def anchors_of(robot: Robot, plate: Plate) -> Float[np.ndarray, "anchors 3"]:
+    """Places of a ball-bar's anchors, measuring frame [m]."""
+    return se3.apply(robot.base.pose @ plate.pose, _anchors(plate))
+
+
+def _anchors(plate: Plate) -> Float[np.ndarray, "anchors 3"]:
+    """The plate's own anchors, or usual ones near two corners and an edge."""
+    if plate.anchors is not None:
+        return plate.anchors
     half = np.array([0.3, 0.3]) if plate.size is None else 0.5 * plate.size[:2]
-    corners = np.array([[-1.0, -1.0], [1.0, -1.0], [0.0, 1.0]]) * half
-    local = np.column_stack([corners, np.zeros(3)])
-    pose = robot.base.pose @ plate.pose
-    return local @ pose[:3, :3].T + pose[:3, 3]
+    corners = np.array([[-1.0, -1.0], [1.0, -1.0], [0.0, 1.0]]) * np.maximum(half - INSET, 0.5 * half)
+    return frozen(np.column_stack([corners, np.full(3, LIFT)]))
 
 
 def _from_anchor(poses: np.ndarray, anchors: np.ndarray, number: int) -> Look:
@@ -326,7 +335,31 @@ def linearise_targets(
         sigma_rotation: And of its rotations [rad].
     """
     whole = linearise(robot, q, names=names, sigma_position=sigma_position, sigma_rotation=sigma_rotation)
-    return rows_of_targets(whole, plate, np.arange(len(plate)) if slots is None else slots)
+    slots = np.arange(len(plate)) if slots is None else slots
+    return (
+        rows_of_targets(whole, plate, slots)
+        if plate.anchors is None
+        else _distances(robot, whole, plate, slots)
+    )
+
+
+def _distances(
+    robot: Robot, whole: Linearisation, plate: Plate, slots: Int[np.ndarray, " rows"]
+) -> Linearisation:
+    """Of full poses, six rows each, the distances from a ball-bar's anchors; each is off by its anchor too.
+
+    The anchors' errors count as if drawn anew for every target; `linearise_reading` solves for them.
+    """
+    away = plate.from_anchors[slots] @ robot.base.pose[:3, :3].T
+    count = away.shape[1]
+    moves = whole.unwhitened.reshape(len(slots), 6, -1)[:, :3]
+    sigma = np.repeat(np.hypot(whole.sigma.reshape(-1, 6)[:, 0], ANCHOR_SIGMA), count)
+    return replace(
+        whole,
+        jacobian=frozen((away @ moves).reshape(len(sigma), -1) / sigma[:, None]),
+        sigma=frozen(sigma),
+        measurement=frozen(np.repeat(np.arange(len(slots)), count)),
+    )
 
 
 def rows_of_targets(

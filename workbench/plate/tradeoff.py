@@ -20,7 +20,7 @@ from workbench.plate.design import optimise_plate, try_plate
 from workbench.plate.optimiser.makings import MANNERS, Manner
 from workbench.plate.optimiser.optimise import Wish
 from workbench.plate.optimiser.result import PlateDesign
-from workbench.plate.optimiser.target_blocks import Blocks, places_of, shapes_of
+from workbench.plate.optimiser.target_blocks import Blocks
 from workbench.plate.parts.stock import Stock
 from workbench.plate.plate import Plate
 from workbench.report.figures import COLOURS, INK, grid, look, new_figure, on_white
@@ -52,7 +52,7 @@ class Choice:
     @property
     def shapes(self) -> int:
         """Different blocks."""
-        return len(shapes_of(places_of(self.design.plate, self.design.plate.poses)))
+        return self.design.plate_shapes
 
     @property
     def name(self) -> str:
@@ -121,6 +121,7 @@ def weigh_choices(
     requirement: Requirement | None = None,
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
+    cancel: Callable[[], bool] | None = None,
 ) -> Tradeoff:
     """Plates of several sizes, made in several ways, machined ones also of few shapes.
 
@@ -134,6 +135,7 @@ def weigh_choices(
         requirement: What is asked of them; ARIA eq. (3) if None.
         seed: Of everything random.
         progress: Called with the share of the work done.
+        cancel: Asked before each plate whether to stop with those so far.
 
     Raises:
         OptionError: no such way.
@@ -149,6 +151,8 @@ def weigh_choices(
     ]
     choices = []
     for done, (name, number, shapes) in enumerate(wanted):
+        if choices and cancel is not None and cancel():
+            break
         choice = _choice(robot, plate, name, Wish(number=number, shapes=shapes, places=places), seed)
         if arms:
             found = try_plate(
@@ -174,6 +178,8 @@ def _choice(robot: Robot, plate: Plate, name: str, wish: Wish, seed: int) -> Cho
 
 def _price(manner: Manner, targets: int, shapes: int) -> float:
     """By the number of targets, and of machined blocks by their shapes."""
+    if not manner.per_target:
+        return float(manner.price)
     each = manner.price / 10.0
     if manner.reading != "seat":
         return each * targets

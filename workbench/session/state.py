@@ -6,6 +6,7 @@ what it has to draw anew.
 
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float
@@ -29,6 +30,9 @@ from workbench.session.loaded import Loaded, MeasurementFile
 from workbench.session.overlay import Overlay
 from workbench.session.shooting import Shooting
 from workbench.session.trajectory import Play, Track
+
+if TYPE_CHECKING:
+    from workbench.plate.tradeoff import Tradeoff
 
 UNDO_STEPS = 200
 """How many moves can be taken back."""
@@ -308,6 +312,7 @@ class Session:
         best: The plate with the least predicted error so far.
         best_score: Its score.
         trial: The last trial of a plate on virtual arms, if any.
+        tradeoff: Plates that could be made, with their errors and prices, once they were weighed.
         jogged: Joint positions of the jogged arm [rad or m]; None: it was not jogged.
         captured: Joint positions that were kept [rad or m].
         track: The planned trajectory, if any.
@@ -366,6 +371,7 @@ class Session:
     best: Step | None = None
     best_score: Score | None = None
     trial: Trial | None = None
+    tradeoff: "Tradeoff | None" = None
     jogged: Float[np.ndarray, " n"] | None = None
     captured: tuple[tuple[float, ...], ...] = ()
     track: Track | None = None

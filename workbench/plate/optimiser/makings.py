@@ -4,6 +4,7 @@
 |------------|-------------------------------------------------------------------------|--------------------|
 | machined   | mitred blocks on a drilled plate, dowels and pins (ARIA Fig. 6)         | ±0.05 mm, ±0.05°   |
 | printed    | 3D-printed cones with a magnet, for a steel ball on the tool            | ±0.25 mm, ±0.3°    |
+| ball-bar   | three balls on posts, a telescoping bar to a ball on the tool           | anchors ±0.05 mm   |
 | breadboard | posts and angle plates on an optical breadboard, M6 holes 25 mm apart   | ±0.30 mm, ±0.3°    |
 
 A printed or bolted target is where it is, only not where it was drawn: measured once it is as good as the
@@ -18,9 +19,11 @@ from types import MappingProxyType
 
 import numpy as np
 
-from workbench.plate.making import Making
+from workbench.plate.making import EXACT, Making
 from workbench.plate.optimiser.target_blocks import Blocks
 
+IN_THE_AIR = (0.05, 0.35)
+"""Heights above the plate of targets that need no block [m]."""
 DEGREE = float(np.deg2rad(1.0))
 
 
@@ -37,6 +40,8 @@ class Manner:
         levels: Heights that can be bought [m]; any if empty.
         tilts: Angles that can be bought [rad]; any if empty.
         turn: Directions are multiples of this [rad]; any if 0.
+        heights: Of targets above the plate [m]; as asked if None.
+        per_target: Whether the price grows with the number of targets.
     """
 
     making: Making
@@ -47,11 +52,14 @@ class Manner:
     levels: tuple[float, ...] = ()
     tilts: tuple[float, ...] = ()
     turn: float = 0.0
+    heights: tuple[float, float] | None = None
+    per_target: bool = True
 
     def blocks(self, blocks: Blocks) -> Blocks:
         """The blocks that can be had in this way, of those that were asked for."""
         return replace(
             blocks,
+            heights=self.heights or blocks.heights,
             grid=self.grid or blocks.grid,
             levels=self.levels or blocks.levels,
             tilts=self.tilts or blocks.tilts,
@@ -61,7 +69,8 @@ class Manner:
     @property
     def words(self) -> str:
         """Price and what is to be measured, for people."""
-        return f"about {self.price} € for ten targets; afterwards: {self.afterwards}"
+        many = "ten targets" if self.per_target else "any number of targets"
+        return f"about {self.price} € for {many}; afterwards: {self.afterwards}"
 
 
 MANNERS: Mapping[str, Manner] = MappingProxyType(
@@ -87,6 +96,14 @@ MANNERS: Mapping[str, Manner] = MappingProxyType(
             levels=(0.05, 0.075, 0.1),
             tilts=(0.0, 30.0 * DEGREE, 45.0 * DEGREE),
             turn=90.0 * DEGREE,
+        ),
+        "ball-bar": Manner(
+            making=EXACT,
+            reading="ball-bar",
+            price=3000,
+            afterwards="the three distances between the anchors, to 0.02 mm or better",
+            heights=IN_THE_AIR,
+            per_target=False,
         ),
     }
 )

@@ -13,7 +13,7 @@ from workbench.base import se3
 from workbench.base.types import Outcome, frozen
 from workbench.plate.accuracy import PredictedError, predicted_error
 from workbench.plate.optimiser.candidates import Candidates, Neighbours, Setting
-from workbench.plate.optimiser.target_blocks import Places
+from workbench.plate.optimiser.target_blocks import Places, places_of, shapes_of
 from workbench.plate.plate import Plate, Target
 from workbench.plate.readings import linearise_reading
 from workbench.report.result_display import AbstractShown
@@ -63,6 +63,12 @@ class PlateDesign(AbstractShown):
     def gain(self) -> float:
         """How many times smaller the predicted error is than the given plate's."""
         return self.start_cost / self.cost
+
+    @property
+    def plate_shapes(self) -> int:
+        """Different blocks that stand on the plate."""
+        poses = np.stack([target.pose for target in self.plate.standing])
+        return len(shapes_of(places_of(self.plate, poses)))
 
     def summary(self) -> RenderableType:
         from workbench.plate.report.design import design_tables
@@ -129,7 +135,9 @@ def _plate(setting: Setting, targets: Candidates) -> Plate:
         for pose, q, branch in zip(targets.poses, targets.q, branches_of(setting, targets), strict=True)
     ]
     name = f"{setting.plate.name}, optimised"
-    return replace(setting.plate, name=name, targets=tuple(made), making=setting.making)
+    return replace(
+        setting.plate, name=name, targets=tuple(made), making=setting.making, anchors=setting.reading.anchors
+    )
 
 
 def _clearance(setting: Setting, targets: Candidates) -> Float[np.ndarray, " targets"]:

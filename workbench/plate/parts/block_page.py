@@ -10,7 +10,6 @@ from workbench.plate.parts.drawing import PAPERS, TEXT, Angle, Item, Layer, Page
 from workbench.plate.parts.page_parts import (
     BORDER,
     LINE,
-    MATERIAL,
     MM,
     SHORT,
     lines,
@@ -21,6 +20,7 @@ from workbench.plate.parts.page_parts import (
 )
 from workbench.plate.parts.parts import Block, BlockShape, Fixture, Purpose
 from workbench.plate.parts.tolerances import GENERAL, Tolerances
+from workbench.plate.plate import Kind
 
 
 def block_page(fixture: Fixture, shape: BlockShape) -> Page:
@@ -41,18 +41,18 @@ def block_page(fixture: Fixture, shape: BlockShape) -> Page:
         *_face(block, face, tolerances),
     ]
     items += table(
-        _bore_rows(block, tolerances), np.array([left, top - BORDER - 6.0]), (15, 32, 16, 16, 17, 16, 40)
+        _bore_rows(block, tolerances), np.array([left, top - BORDER - 6.0]), (15, 30, 15, 15, 30, 15, 32)
     )
     notes_at = np.array([left, top - BORDER - 14.0 - LINE * (len(block.bores) + 1)])
-    items += lines(_block_notes(shape, tolerances), notes_at)
+    items += lines(_block_notes(fixture, shape), notes_at)
     targets = ", ".join(map(str, shape.numbers))
     items += title(
         paper,
         (
             f"{fixture.name}: block {shape.letter}",
             f"quantity {len(shape.numbers)}, for targets {targets}; stamp letter and target on the low side",
-            f"square bar {side:.1f} mm, {MATERIAL['block']}; scale 1:{scale:g}, mm",
-            f"general tolerances {GENERAL}; surfaces Ra 3.2, foot and face Ra 1.6; edges broken 0.3",
+            f"{fixture.stock.bar.format(side=side)}; scale 1:{scale:g}, mm",
+            f"general tolerances {GENERAL}; {fixture.stock.surfaces}",
             f"file block-{shape.letter}.step / .stl / .dxf",
         ),
     )
@@ -126,7 +126,10 @@ def _face(block: Block, view: View, tolerances: Tolerances) -> list[Item]:
     for number, bore in enumerate(block.bores, start=1):
         if bore.direction[2] > 0.0:
             continue
-        items += view.hole(block.on_face(bore), MM * bore.diameter, f"{number}")
+        label = "1, 2" if block.bores[1].purpose is Purpose.MAGNET else f"{number}"
+        items += view.hole(
+            block.on_face(bore), MM * bore.diameter, label * (bore.purpose is not Purpose.MAGNET)
+        )
         if bore.purpose is Purpose.INDEX:
             top = view.at((0.0, half)) + np.array([-14.0, 5.0])
             items += _index(view, block.on_face(bore), tolerances, top)
@@ -178,22 +181,29 @@ def _bore_rows(block: Block, tolerances: Tolerances) -> list[tuple[str, ...]]:
     return rows
 
 
-def _block_notes(shape: BlockShape, tolerances: Tolerances) -> list[str]:
-    block = shape.block
+def _block_notes(fixture: Fixture, shape: BlockShape) -> list[str]:
+    block, tolerances, stock = shape.block, fixture.tolerances, fixture.stock
     flat = block.tilt <= 1e-6
+    seat = block.kind is Kind.SEAT
+    turned = "C line of the dowel holes (square to u)" if stock.doweled else "C the low edge (square to u)"
+    pins = ["Dowel holes fit pins Ø4 m6 × 20."] if stock.doweled else []
+    index = [f"Index hole from downhill: see FACE, ±{np.rad2deg(tolerances.turn):.3g}° to C."] if seat else []
+    ball = [f"Cone for a ball of Ø{MM * stock.ball:.3g}, its centre over B."]
     return [
-        "Datums: A foot, B axis of the tapped hole, C line of the dowel holes (square to u).",
+        f"Datums: A foot, B axis of the foot's screw, {turned}.",
         "Face holes are square to the face. u = v = 0 of the face lies on axis B;",
         f"u runs {'along +x (mark this side)' if flat else 'downhill'}, v along +y (down in FOOT).",
         f"Face: mitre {np.rad2deg(block.tilt):.4f}° to A, height {MM * block.height:.3f} above A at B;",
         f"edges at {MM * block.heights[0]:.3f} (low) and {MM * block.heights[1]:.3f} (high) for reference.",
-        f"Index hole from downhill: see FACE, ±{np.rad2deg(tolerances.turn):.3g}° to C;",
-        f"seat {position_plain(tolerances)}.",
+        *index,
+        f"Hole 1 within ±{MM * tolerances.place:.3g} mm of its place along u and v.",
         f"Budget: {tolerances.note}.",
-        "Dowel holes fit pins Ø4 m6 × 20, seat and index hole pins g6 of the probe.",
+        *pins,
+        *(
+            ["Seat and index hole fit the probe's pins g6."]
+            if seat
+            else ball
+            if block.kind is Kind.SOCKET
+            else []
+        ),
     ]
-
-
-def position_plain(tolerances: Tolerances) -> str:
-    """± of a seat along each axis, in words."""
-    return f"within ±{MM * tolerances.place:.3g} mm of B along u and v"

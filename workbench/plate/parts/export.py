@@ -21,6 +21,7 @@ from workbench.plate.parts.fixture import fixture_of
 from workbench.plate.parts.lists import (
     blocks_csv,
     bores_csv,
+    distances_csv,
     holes_csv,
     inspection_csv,
     parts_csv,
@@ -182,6 +183,8 @@ def _lists(plate: Plate, fixture: Fixture) -> dict[str, bytes]:
         "parts": parts_csv(fixture),
         "inspection": inspection_csv(plate, fixture),
     }
+    if plate.anchors is not None:
+        lists["distances"] = distances_csv(plate)
     return {f"{name}.csv": text.encode() for name, text in lists.items()}
 
 

@@ -14,8 +14,8 @@ from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.base.types import Matrix4, Vector3, frozen
 from workbench.plate.optimiser.target_blocks import STEEPEST
-from workbench.plate.parts.mating_parts import base_parts, probe_of
-from workbench.plate.parts.parts import Block, Bore, Fixture, Purpose, Slab
+from workbench.plate.parts.mating_parts import ball_probe_of, base_parts, probe_of
+from workbench.plate.parts.parts import Block, Bore, Fixture, Purpose, Slab, Turned
 from workbench.plate.parts.stock import DOWN, UP, Stock
 from workbench.plate.parts.tolerances import tolerances_of
 from workbench.plate.plate import SQUARE, Kind, Plate, Target
@@ -38,7 +38,7 @@ def fixture_of(plate: Plate, *, stock: Stock | None = None) -> Fixture:
     stock = stock or Stock()
     if not len(plate):
         raise OptionError(f"plate '{plate.name}' has no targets, so there is nothing to make")
-    blocks = tuple(_block(plate, i, target, stock) for i, target in enumerate(plate.targets, start=1))
+    blocks = tuple(_block(plate, i, target, stock) for i, target in enumerate(plate.standing, start=1))
     for one, two in combinations(blocks, 2):
         if _overlap(one.footprint, two.footprint):
             raise OptionError(
@@ -60,11 +60,19 @@ def fixture_of(plate: Plate, *, stock: Stock | None = None) -> Fixture:
         slab=slab,
         blocks=blocks,
         tolerances=tolerances_of(plate.making, stock.dowel_offset),
-        probe=probe_of(stock) if any(t.kind is Kind.SEAT for t in plate.targets) else None,
+        probe=_probe(plate, stock),
         bottom=bottom,
         standoff=standoff,
-        notes=(*notes, *said),
+        notes=(*notes, *stock.notes, *said),
+        stock=stock,
+        anchored=plate.anchors is not None,
     )
+
+
+def _probe(plate: Plate, stock: Stock) -> Turned | None:
+    """What the arm carries into the targets; a pointed probe is bought."""
+    kinds = {target.kind for target in plate.standing}
+    return probe_of(stock) if Kind.SEAT in kinds else ball_probe_of(stock) if Kind.SOCKET in kinds else None
 
 
 def _block(plate: Plate, number: int, target: Target, stock: Stock) -> Block:
@@ -112,20 +120,17 @@ def _face_bores(number: int, kind: Kind, face: Vector3, tool: np.ndarray, stock:
             bore(Purpose.INDEX, index, stock.index, stock.index_depth),
         ]
     if kind is Kind.SOCKET:
-        depth = (np.sqrt(2.0) - 0.5) * 0.5 * stock.ball
         pocket = [] if stock.magnet is None else [bore(Purpose.MAGNET, face, *stock.magnet)]
-        return [bore(Purpose.SOCKET, face, 2.0 * depth, depth), *pocket]
+        return [bore(Purpose.SOCKET, face, *stock.cone), *pocket]
     return [bore(Purpose.TIP, face, stock.centre, 0.5 * stock.centre)]
 
 
 def _foot_bores(number: int, stock: Stock) -> list[Bore]:
     """Thread and dowel holes in a block's foot; the dowels lie across the slope."""
     across = np.array([0.0, stock.dowel_offset, 0.0])
-    places = [
-        (Purpose.THREAD, np.zeros(3), stock.core, stock.thread),
-        (Purpose.DOWEL, across, stock.dowel, stock.dowel_depth),
-        (Purpose.DOWEL, -across, stock.dowel, stock.dowel_depth),
-    ]
+    places = [(Purpose.THREAD, np.zeros(3), stock.core, stock.thread)]
+    if stock.doweled:
+        places += [(Purpose.DOWEL, sign * across, stock.dowel, stock.dowel_depth) for sign in (1.0, -1.0)]
     return [
         Bore(label=f"{number}", purpose=purpose, mouth=mouth, direction=UP, diameter=diameter, depth=depth)
         for purpose, mouth, diameter, depth in places
@@ -135,7 +140,8 @@ def _foot_bores(number: int, stock: Stock) -> list[Bore]:
 def _check_height(block: Block, stock: Stock) -> None:
     """Refuse a block whose bores would meet, or whose lower edge is thinner than the dowels are deep."""
     from_above = min(_lowest(bore) for bore in block.bores if bore.direction[2] < 0.0)
-    need = max(stock.thread - from_above, stock.dowel_depth - block.heights[0]) + WALL
+    pins = stock.dowel_depth - block.heights[0] if stock.doweled else 0.0
+    need = max(stock.thread - from_above, pins) + WALL
     if need > 0.0:
         raise OptionError(
             f"the block of target {block.number} is {1e3 * block.height:.1f} mm high at its centre and needs "

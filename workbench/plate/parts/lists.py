@@ -13,7 +13,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from workbench.base import se3
-from workbench.plate.parts.page_parts import MATERIAL, STEEL, position_words
+from workbench.plate.parts.page_parts import BOTTOM, STEEL, position_words
 from workbench.plate.parts.parts import Block, Bore, Fixture, Purpose, Slab
 from workbench.plate.plate import Kind, Plate
 
@@ -63,6 +63,14 @@ def targets_csv(plate: Plate) -> str:
     return _table(TARGET_COLUMNS, ((str(i), *map(repr, row)) for i, row in enumerate(rows, start=1)))
 
 
+def distances_csv(plate: Plate) -> str:
+    """Of a ball-bar's plate: how long the bar is between every target and anchor."""
+    assert plate.anchors is not None
+    apart = np.linalg.norm(plate.poses[:, None, :3, 3] - se3.apply(plate.pose, plate.anchors), axis=2)
+    rows = [(str(i + 1), str(k + 1), f"{MM * apart[i, k]:.4f}") for i, k in np.ndindex(*apart.shape)]
+    return _table(("target", "anchor", "distance[mm]"), rows)
+
+
 def _table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
     buffer = io.StringIO()
     writer = csv.writer(buffer, lineterminator="\n")
@@ -99,10 +107,16 @@ def bores_csv(fixture: Fixture) -> str:
 def parts_csv(fixture: Fixture) -> str:
     """The parts list: what is made, from what, and what is bought."""
     made: list[tuple[str, int, str, str, str]] = [
-        ("plate", 1, MATERIAL["plate"], _edges(fixture.slab), "plate")
+        ("plate", 1, fixture.stock.sheet, _edges(fixture.slab), "plate")
     ]
     made += [
-        (f"block {s.letter}", len(s.numbers), MATERIAL["block"], _bar(s.block), f"block-{s.letter}")
+        (
+            f"block {s.letter}",
+            len(s.numbers),
+            fixture.stock.bar.format(side=MM * s.block.side),
+            _bar(s.block),
+            f"block-{s.letter}",
+        )
         for s in fixture.shapes
     ]
     for part in fixture.others:
@@ -111,22 +125,21 @@ def parts_csv(fixture: Fixture) -> str:
             if isinstance(part, Slab)
             else f"Ø{MM * max(d for d, _ in part.steps):.0f} × {MM * part.length:.1f}"
         )
-        made.append(
-            (
-                part.name,
-                part.quantity,
-                MATERIAL[part.name] if isinstance(part, Slab) else STEEL,
-                size,
-                part.name,
-            )
-        )
+        made.append((part.name, part.quantity, BOTTOM if isinstance(part, Slab) else STEEL, size, part.name))
     count = len(fixture.blocks)
-    bought = [
-        ("screw ISO 4762 M6", count, "8.8", f"{MM * fixture.slab.size[2] + 10.0:.0f} long", ""),
-        ("dowel pin ISO 8734 Ø4 m6", 2 * count, "hardened", "20 long", ""),
-    ]
-    if fixture.probe is not None:
+    stock, kinds = fixture.stock, {block.kind for block in fixture.blocks}
+    bought = [("screw ISO 4762 M6", count, "8.8", f"{MM * fixture.slab.size[2] + 10.0:.0f} long", "")]
+    if stock.doweled:
+        bought.append(("dowel pin ISO 8734 Ø4 m6", 2 * count, "hardened", "20 long", ""))
+    if Kind.SEAT in kinds:
         bought += [("pin Ø6 g6", 1, "hardened", "19 long", ""), ("pin Ø3 g6", 1, "hardened", "15 long", "")]
+    if Kind.SOCKET in kinds:
+        balls = 1 + (count if fixture.anchored else 0)
+        bought.append((f"ball Ø{MM * stock.ball:.3g} G10", balls, "bearing steel", "", ""))
+    if stock.magnet is not None:
+        bought.append(("magnet Ø5 × 4", 1 + count, "NdFeB", "", ""))
+    if fixture.anchored:
+        bought.append(("ball-bar, telescoping, read to 5 µm", 1, "", "lengths in distances.csv", ""))
     if fixture.standoff is not None:
         bought.append(("screw ISO 4762 M8", 2 * fixture.standoff.quantity, "8.8", "30 long", ""))
     head = ("item", "part", "quantity", "material", "size", "files")
@@ -194,12 +207,15 @@ def _checks_of_face(name: str, place: tuple[float, float], bore: Bore, fixture: 
 
 def _checks_of_targets(plate: Plate, fixture: Fixture) -> Iterator[Check]:
     making = fixture.tolerances.making
-    bounds = making.position + making.angle * plate.heights  # a block that leans takes its face along
-    angles = np.rad2deg(se3.matrix_to_rpy(plate.poses[:, :3, :3]))
-    for number, (target, turned) in enumerate(zip(plate.targets, angles, strict=True), start=1):
+    poses = np.stack([target.pose for target in plate.standing])
+    heights = (se3.inverse(plate.pose) @ poses)[:, 2, 3]
+    bounds = making.position + making.angle * heights  # a block that leans takes its face along
+    angles = np.rad2deg(se3.matrix_to_rpy(poses[:, :3, :3]))
+    held = "anchor" if fixture.anchored else "target"
+    for number, (target, turned) in enumerate(zip(plate.standing, angles, strict=True), start=1):
         for axis, value in zip("xyz", MM * target.xyz, strict=True):
             yield (
-                f"target {number}",
+                f"{held} {number}",
                 f"{axis} in the robot's base",
                 "mm",
                 float(value),

@@ -49,22 +49,34 @@ def _circle(diameter: float) -> np.ndarray:
 
 def probe_of(stock: Stock) -> Turned:
     """The probe; its face, at z = its length, rests on the block's."""
-    flange, circle, hole = stock.flange
     face = np.array([0.0, 0.0, stock.probe])
     index = np.array([stock.index_offset, 0.0, stock.probe])
+    return _probe(
+        stock,
+        stock.neck,
+        _bore("P1", Purpose.PIN, face, DOWN, (stock.seat, DEPTHS[0])),
+        _bore("P2", Purpose.PIN, index, DOWN, (stock.index, DEPTHS[1])),
+    )
+
+
+def ball_probe_of(stock: Stock) -> Turned:
+    """The probe with a cone for a ball, whose centre, the tool's origin, lies ¼ diameter over its face."""
+    face = np.array([0.0, 0.0, stock.probe])
+    cone = [_bore("P1", Purpose.SOCKET, face, DOWN, stock.cone)]
+    if stock.magnet is not None:
+        cone.append(_bore("P2", Purpose.MAGNET, face, DOWN, stock.magnet))
+    return _probe(stock, 1.5 * stock.ball, *cone)
+
+
+def _probe(stock: Stock, neck: float, *tip: Bore) -> Turned:
+    """A neck on the arm's flange, with what its face needs."""
+    flange, circle, hole = stock.flange
     screws = [
         _bore(f"F{i}", Purpose.FLANGE, place, UP, (hole, FLANGE), through=True)
         for i, place in enumerate(_circle(circle), start=1)
     ]
-    return Turned(
-        name="probe",
-        steps=((flange, FLANGE), (stock.neck, stock.probe - FLANGE)),
-        bores=(
-            _bore("P1", Purpose.PIN, face, DOWN, (stock.seat, DEPTHS[0])),
-            _bore("P2", Purpose.PIN, index, DOWN, (stock.index, DEPTHS[1])),
-            *screws,
-        ),
-    )
+    steps = ((flange, FLANGE), (neck, stock.probe - FLANGE))
+    return Turned(name="probe", steps=steps, bores=(*tip, *screws))
 
 
 def base_parts(pose: Matrix4, slab: Slab, stock: Stock) -> tuple[Slab | None, Turned | None, tuple[str, ...]]:

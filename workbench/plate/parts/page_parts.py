@@ -14,7 +14,7 @@ BORDER = 10.0
 TITLE = (180.0, 36.0)
 """Width and height of the title block [mm]."""
 LINE = 1.7 * TEXT
-MATERIAL = {"plate": "EN AW-5083, milled flat to 0.05", "bottom": "EN AW-5083", "block": "EN AW-6082"}
+BOTTOM = "EN AW-5083"
 STEEL = "C45"
 RADIAL = 0.01
 """± of an index hole's distance from the seat [mm]."""

@@ -15,6 +15,7 @@ from enum import StrEnum
 import numpy as np
 
 from workbench.base.types import Matrix4, Vector3
+from workbench.plate.parts.stock import Stock
 from workbench.plate.parts.tolerances import Tolerances
 from workbench.plate.plate import SQUARE, Kind
 
@@ -237,6 +238,8 @@ class Fixture:
         bottom: The plate under robot and stand-offs; None where the plate leans or lies too low.
         standoff: What carries the plate, four times.
         notes: What was decided, one sentence each.
+        stock: What the parts are made with.
+        anchored: Whether the blocks hold the balls of a ball-bar, and the targets are in the air.
     """
 
     name: str
@@ -248,6 +251,8 @@ class Fixture:
     bottom: Slab | None = None
     standoff: "Turned | None" = None
     notes: tuple[str, ...] = field(default=())
+    stock: Stock = field(default_factory=Stock)
+    anchored: bool = False
 
     @property
     def shapes(self) -> tuple[BlockShape, ...]:

@@ -19,8 +19,8 @@ from workbench.plate.parts.drawing import (
 )
 from workbench.plate.parts.page_parts import (
     BORDER,
+    BOTTOM,
     LINE,
-    MATERIAL,
     MM,
     SHORT,
     TITLE,
@@ -75,7 +75,7 @@ def slab_page(fixture: Fixture, slab: Slab) -> Page:
         (
             f"{fixture.name}: {name}",
             f"{length:.1f} × {width:.1f} × {thickness:.1f}, quantity {slab.quantity}; all holes through",
-            f"{MATERIAL[slab.name]}; scale 1:{scale:g}, mm; seen from above",
+            f"{fixture.stock.sheet if own else BOTTOM}; scale 1:{scale:g}, mm; seen from above",
             f"general tolerances {GENERAL}; surfaces Ra 3.2, top Ra 1.6; edges broken 0.3",
             f"file {slab.name}.step / .stl / .dxf",
         ),
@@ -131,13 +131,22 @@ def _ordinates(places: np.ndarray, view: View, width: float) -> list[Item]:
     return items
 
 
+def _position_notes(fixture: Fixture) -> list[str]:
+    across = f"position Ø{2 * MM * fixture.tolerances.place:.3f} to A B C"
+    if not fixture.stock.doweled:
+        return [f"Screw holes: {across}; mounting holes Ø0.2."]
+    return [
+        f"Dowel holes: {across}; screw and mounting holes Ø0.2;",
+        f"the two dowel holes of a block Ø{MM * fixture.tolerances.pair:.3f} to each other.",
+    ]
+
+
 def _plate_notes(fixture: Fixture) -> list[str]:
     tolerances, pose = fixture.tolerances, np.linalg.inv(fixture.pose)
     x, y = fixture.from_corner(pose[:3, 3])
     return [
         "Datums: A top face, B lower edge, C left edge. Ordinates: the blocks' screw holes.",
-        f"Dowel holes: position Ø{2 * MM * tolerances.place:.3f} to A B C; screw and mounting holes Ø0.2;",
-        f"the two dowel holes of a block Ø{MM * tolerances.pair:.3f} to each other.",
+        *_position_notes(fixture),
         "Ticks: low side of each block. Numbers: target and shape of its block.",
         f"Budget: {tolerances.note}.",
         f"Robot base at x {x:.2f}, y {y:.2f}, {MM * pose[2, 3]:+.2f} from A.",

@@ -9,6 +9,7 @@ from workbench.plate.making import pin_play
 from workbench.plate.plate import Kind
 
 UP = frozen(np.array([0.0, 0.0, 1.0]))
+OVER_SCREW = "the ball's centre lies over the block's screw: turning the block moves nothing, so no dowels"
 DOWN = frozen(np.array([0.0, 0.0, -1.0]))
 
 
@@ -43,6 +44,11 @@ class Stock:
         bottom: Thickness of the plate under the robot.
         foot: Circle of the robot's foot screws and their holes (Ø132 and M8 for arms such as a UR10).
         post: Diameter of a stand-off, and of the core of its thread (M8) and how deep that is.
+        doweled: Whether dowels keep the blocks from turning about their screws.
+        bar: What the blocks are made from, for the drawings.
+        sheet: What the plate is made from.
+        surfaces: How the blocks' surfaces come out.
+        notes: What whoever builds the plate has to know.
     """
 
     side: float = 0.046
@@ -71,6 +77,11 @@ class Stock:
     bottom: float = 0.015
     foot: tuple[float, float] = (0.132, 0.009)
     post: tuple[float, float, float] = (0.030, 0.0068, 0.020)
+    doweled: bool = True
+    bar: str = "square bar {side:.1f} mm, EN AW-6082"
+    sheet: str = "EN AW-5083, milled flat to 0.05"
+    surfaces: str = "surfaces Ra 3.2, foot and face Ra 1.6; edges broken 0.3"
+    notes: tuple[str, ...] = ()
 
     @property
     def play(self) -> tuple[float, float]:
@@ -80,7 +91,48 @@ class Stock:
     @classmethod
     def printed(cls) -> "Stock":
         """For a printer: cones for balls of 12 mm over magnets Ø5 × 4, threads as inserts, thicker plate."""
-        return cls(magnet=(0.005, 0.0072), core=0.008, thickness=0.016)
+        return cls(
+            magnet=(0.005, 0.0072),
+            core=0.008,
+            thickness=0.016,
+            doweled=False,
+            bar="printed block {side:.1f} mm square, PETG, foot down, 4 walls, 40 % infill",
+            sheet="any flat board of this thickness, drilled: aluminium or plywood",
+            surfaces="as printed; M6 thread insert pressed in hot, magnet 5 × 4 glued",
+            notes=(OVER_SCREW, "blocks and probe are printed; the plate is drilled"),
+        )
+
+    @classmethod
+    def breadboard(cls) -> "Stock":
+        """For an optical breadboard: blocks on M6 studs in its holes, magnets under the balls, no dowels."""
+        return cls(
+            magnet=(0.005, 0.0072),
+            doweled=False,
+            clearance=0.005,
+            sheet="bought: optical breadboard, M6 holes 25 mm apart; used holes listed",
+            notes=(
+                "a hole of the breadboard lies at the plate's centre: shift a board whose middle lies "
+                "between holes by half a pitch",
+                OVER_SCREW,
+            ),
+        )
+
+    @classmethod
+    def ball_bar(cls) -> "Stock":
+        """For a ball-bar: machined posts with magnets under their balls."""
+        return cls(magnet=(0.005, 0.0072))
+
+    @classmethod
+    def named(cls, made: str) -> "Stock":
+        """The stock of a way to make plates (`optimiser.makings`)."""
+        makers = {"printed": cls.printed, "breadboard": cls.breadboard, "ball-bar": cls.ball_bar}
+        return makers.get(made, cls)()
+
+    @property
+    def cone(self) -> tuple[float, float]:
+        """Diameter and depth of the 90° cone for a ball, whose centre lies ¼ diameter over the face."""
+        depth = (np.sqrt(2.0) - 0.5) * 0.5 * self.ball
+        return 2.0 * depth, depth
 
     def lift(self, kind: Kind) -> float:
         """How far the face lies above the target along its normal [m]."""

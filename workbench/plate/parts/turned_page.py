@@ -15,7 +15,7 @@ from workbench.plate.parts.page_parts import (
     table,
     title,
 )
-from workbench.plate.parts.parts import Bore, Fixture, Turned
+from workbench.plate.parts.parts import Bore, Fixture, Purpose, Turned
 from workbench.plate.parts.tolerances import GENERAL
 
 
@@ -71,7 +71,10 @@ def turned_page(fixture: Fixture, part: Turned) -> Page:
         )
     for place, bores in there.items():
         words, widest_bore = ", ".join(b.label for b in bores), max(b.diameter for b in bores)
-        items.append(end.label(place, MM * widest_bore, words, under=place[1] < 0.0))
+        if bores[0].purpose is Purpose.FLANGE:  # beside it, between the neck and the rim
+            items.append(Words(words, end.at((0.7 * place[0], place[1])) - [0.0, 0.5 * TEXT], TEXT, "center"))
+        else:
+            items.append(end.label(place, MM * widest_bore, words, under=place[1] < 0.0))
     left = end.origin[0] + 0.5 * widest / scale + 22.0
     items += table(rows, np.array([left, top - BORDER - 6.0]), (12, 26, 18, 18, 34, 20, 32))
     items += [
@@ -82,7 +85,10 @@ def turned_page(fixture: Fixture, part: Turned) -> Page:
             "center",
         )
     ]
-    notes = PROBE_NOTES if part.name == "probe" else ["All stand-offs of one length within 0.02."]
+    notes = ["All stand-offs of one length within 0.02."]
+    if part.name == "probe":
+        pinned = any(bore.purpose is Purpose.PIN for bore in part.bores)
+        notes = [*(PIN_NOTES if pinned else BALL_NOTES), FLANGE_NOTE]
     items += lines(notes, np.array([left, top - BORDER - 14.0 - LINE * len(rows)]))
     items += title(
         paper,
@@ -96,8 +102,12 @@ def turned_page(fixture: Fixture, part: Turned) -> Page:
     return Page(name=part.name, paper=paper, scale=scale, items=tuple(items))
 
 
-PROBE_NOTES = [
+PIN_NOTES = [
     "P1: pin Ø6 g6 pressed in, 7 mm proud, 1 mm × 15° lead. P2: pin Ø3 g6, 5 mm proud, lead.",
     "P2 lies on the tool's x axis. Distance P1–P2 ±0.005. The face between the pins rests on the block.",
-    "F1–F4: flange ISO 9409-1-50-4-M6, x axis between F1 and F4.",
 ]
+BALL_NOTES = [
+    "P1: 90° cone for the ball, its axis within 0.02 of the flange's. P2: pocket for a magnet Ø5 × 4.",
+    "The ball's centre, the tool's origin, lies a quarter of its diameter above the face.",
+]
+FLANGE_NOTE = "F1–F4: flange ISO 9409-1-50-4-M6, x axis between F1 and F4."

@@ -8,7 +8,7 @@ from rich.markup import escape
 from rich.text import Text
 
 from workbench.plate.optimiser.result import PlateDesign
-from workbench.plate.optimiser.target_blocks import places_of, shapes_of
+from workbench.plate.optimiser.target_blocks import places_of
 from workbench.plate.plate import Kind
 from workbench.plate.tradeoff import Tradeoff
 from workbench.plate.yield_trial.result import Yield
@@ -47,7 +47,7 @@ def _design_words(design: PlateDesign) -> list[str]:
         f"predicted error in the region, root mean square: {error}",
         f"it holds: {design.holds}",
     ]
-    shapes, blocks = len(shapes_of(places_of(design.plate, design.plate.poses))), len(design.plate)
+    shapes, blocks = design.plate_shapes, len(design.plate)
     if any(target.kind is not Kind.POINT for target in design.plate.targets):
         words.append(f"{shapes} different blocks for {blocks} targets")
         if shapes > max(3, blocks // 3):
@@ -75,7 +75,7 @@ def design_json(design: PlateDesign) -> Json:
             "given_position_rms_mm": 1e3 * design.start_cost if finite else None,
             "given_keeps_constraints": design.start_kept,
         },
-        "shapes": len(shapes_of(places_of(design.plate, design.plate.poses))),
+        "shapes": design.plate_shapes,
         "spacing_mm": 1e3 * design.spacing if np.isfinite(design.spacing) else None,
         "targets": [
             {

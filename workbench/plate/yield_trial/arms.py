@@ -87,12 +87,21 @@ def _made(job: Job, chain: Chain, arms: int, rng: np.random.Generator) -> np.nda
 
 
 def _actual_targets(job: Job, arms: int, rng: np.random.Generator) -> Float[np.ndarray, "arms targets 4 4"]:
-    """Poses that the seats impose: off by the plate's making, by its play, and anew by every seating."""
+    """Poses that the seats impose: off by the plate's making, by its play, and anew by every seating.
+
+    A ball-bar puts the tool where its readings say: off by them, and by the anchors alike for all.
+    """
     errors, shape = job.errors, (arms, len(job.q), 3)
     play = errors.played
     position = rng.normal(size=shape) * np.hypot(errors.target_position, play[:, 0])[:, None]
     rotation = rng.normal(size=shape) * np.hypot(errors.target_rotation, play[:, 1])[:, None]
-    position += rng.normal(size=shape) * errors.seat_position
+    if errors.away is None:
+        position += rng.normal(size=shape) * errors.seat_position
+    else:
+        anchors = errors.anchor * rng.normal(size=(arms, *errors.away.shape[1:]))
+        lengths = np.einsum("tki,aki->atk", errors.away, anchors)
+        lengths += errors.seat_position * rng.normal(size=lengths.shape)
+        position += np.einsum("tik,atk->ati", np.linalg.pinv(errors.away), lengths)
     rotation += rng.normal(size=shape) * errors.seat_rotation
     turned = se3.rotvec_to_matrix(rotation) @ job.poses[:, :3, :3]
     return se3.pose(turned, job.poses[:, :3, 3] + position)

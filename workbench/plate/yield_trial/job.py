@@ -33,6 +33,9 @@ class Errors:
         target_position: How well the places of targets are known, one for each [m].
         target_rotation: And their orientations [rad].
         play: Of the probe in each target: position [m] and rotation [rad]; none if None.
+        away: Of a ball-bar, unit vectors from its anchors to each target, measuring frame; else None.
+            The seat's position error is then the bar's.
+        anchor: How well its anchors are known along each axis, the same for all targets [m].
         undeclared: The nominal arm with effects that the calibration does not know; None for none.
     """
 
@@ -42,6 +45,8 @@ class Errors:
     target_position: Float[np.ndarray, " targets"]
     target_rotation: Float[np.ndarray, " targets"]
     play: Float[np.ndarray, "targets 2"] | None = None
+    away: Float[np.ndarray, "targets anchors 3"] | None = None
+    anchor: float = 0.0
     undeclared: Robot | None = None
 
     def __post_init__(self):
@@ -53,7 +58,12 @@ class Errors:
         """Every source of error that is not zero, each by itself."""
         none = np.zeros_like(self.target_position)
         silent = Errors(
-            seat_position=0.0, seat_rotation=0.0, joint=0.0, target_position=none, target_rotation=none
+            seat_position=0.0,
+            seat_rotation=0.0,
+            joint=0.0,
+            target_position=none,
+            target_rotation=none,
+            away=self.away,
         )
         sources = {
             "seat position": replace(silent, seat_position=self.seat_position),
@@ -62,6 +72,7 @@ class Errors:
             "target position": replace(silent, target_position=self.target_position),
             "target rotation": replace(silent, target_rotation=self.target_rotation),
             "play in the seats": replace(silent, play=self.play),
+            "anchors of the ball-bar": replace(silent, anchor=self.anchor),
             "undeclared effects": replace(silent, undeclared=self.undeclared),
         }
         return {name: errors for name, errors in sources.items() if errors.any}
@@ -71,7 +82,7 @@ class Errors:
         """Whether anything goes wrong at all."""
         scalars = self.seat_position or self.seat_rotation or self.joint
         plate = self.target_position.any() or self.target_rotation.any() or self.played.any()
-        return bool(scalars or plate or self.undeclared)
+        return bool(scalars or plate or self.anchor or self.undeclared)
 
     @property
     def played(self) -> Float[np.ndarray, "targets 2"]:
@@ -82,6 +93,10 @@ class Errors:
     def assumed(self) -> Float[np.ndarray, "targets 6"]:
         """Deviations by which the identification weights its rows: seat, play and target together."""
         position = np.hypot(np.hypot(self.seat_position, self.target_position), self.played[:, 0])
+        if self.away is not None:
+            spread = np.linalg.inv(np.swapaxes(self.away, 1, 2) @ self.away)
+            along = np.sqrt(np.diagonal(spread, axis1=1, axis2=2)) * np.hypot(self.seat_position, self.anchor)
+            return np.maximum(np.column_stack([along, np.ones_like(along)]), LEAST)
         rotation = np.hypot(np.hypot(self.seat_rotation, self.target_rotation), self.played[:, 1])
         return np.maximum(np.repeat(np.column_stack([position, rotation]), 3, axis=1), LEAST)
 

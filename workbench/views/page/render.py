@@ -43,6 +43,7 @@ from workbench.views.page.panels.shooting import ShootingPanel
 from workbench.views.page.panels.start_card import StartCard
 from workbench.views.page.panels.targets import TargetsPanel
 from workbench.views.page.panels.track import TrackPanel
+from workbench.views.page.panels.tradeoff import TradeoffPanel
 from workbench.views.page.panels.wanted import WantedPanel
 from workbench.views.page.scene.gizmo import Gizmo
 from workbench.views.page.scene.scene import Scene
@@ -64,6 +65,7 @@ TABS: dict[Tab, tuple[type[AbstractPanel], ...]] = {
         HistoryPanel,
         IndicesPanel,
         InfluencePanel,
+        TradeoffPanel,
         ArrangePanel,
         TablePanel,
         NoisePanel,

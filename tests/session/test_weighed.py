@@ -1,0 +1,46 @@
+"""Plates weighed against their price: each opens in place of the present one, and Undo brings it back."""
+
+from dataclasses import replace
+
+import pytest
+
+from workbench.base.errors import OptionError
+from workbench.plate.optimiser.result import PlateDesign
+from workbench.plate.tradeoff import Choice, Tradeoff
+from workbench.session.commands.tradeoff import OpenChoice
+from workbench.session.commands.undo import Undo
+from workbench.views.page.panels.tradeoff import plot, row_words
+
+
+@pytest.fixture(scope="module")
+def weighed(first):
+    choices = []
+    for number, cost, price in ((6, 3e-4, 18.0), (8, 1e-4, 1500.0)):
+        plate = replace(first.plate, targets=first.plate.targets[:number])
+        design = PlateDesign(plate=plate, cost=cost, rotation=0.0, start_cost=cost)
+        choices.append(Choice(manner="printed", design=design, price=price))
+    return replace(first, tradeoff=Tradeoff(choices=tuple(choices)))
+
+
+def test_a_weighed_plate_opens_and_undo_brings_the_old_one_back(first, weighed):
+    opened = OpenChoice(0).apply(weighed)
+    assert len(opened.plate) == len(opened.states) == 6
+    assert opened.plate.name.startswith("printed, 6 targets")
+    assert opened.plate.region is first.plate.region
+    assert opened.score.position > first.score.position
+    assert Undo().apply(opened).plate is first.plate
+
+
+def test_what_can_not_be_opened(first, weighed):
+    with pytest.raises(OptionError, match="must be 1 to 2, got 3"):
+        OpenChoice(2).check(weighed)
+    with pytest.raises(OptionError, match="no plates have been weighed"):
+        OpenChoice(0).check(first)
+
+
+def test_dots_are_numbered_like_the_rows(weighed):
+    found = weighed.tradeoff
+    words = plot(found)
+    assert words.count("<circle") == 2
+    assert all(row_words(i, choice) in words for i, choice in enumerate(found.choices))
+    assert row_words(1, found.choices[1]) == "2: printed, 8 targets, 2 shapes: 0.100 mm, 1500 €"
