@@ -9,8 +9,6 @@ from enum import StrEnum
 from pathlib import Path
 from typing import NamedTuple
 
-import trimesh
-
 from workbench.arm.robot import Robot
 from workbench.base.errors import MissingExtraError, OptionError
 from workbench.base.files import check_folder, write_folder
@@ -27,18 +25,9 @@ from workbench.plate.parts.lists import (
     parts_csv,
     targets_csv,
 )
-from workbench.plate.parts.parts import Fixture, Slab, Turned
+from workbench.plate.parts.parts import Fixture
 from workbench.plate.parts.sheet import PlateSheet
-from workbench.plate.parts.solids import (
-    block_mesh,
-    block_step,
-    slab_mesh,
-    slab_step,
-    stl,
-    three_mf,
-    turned_mesh,
-    turned_step,
-)
+from workbench.plate.parts.solids import mesh_of, step_of, stl, three_mf
 from workbench.plate.parts.stock import Stock
 from workbench.plate.plate import Kind, Plate
 from workbench.plate.readings import SIGMA_POSITION, SIGMA_ROTATION
@@ -152,26 +141,11 @@ def as_drawn(plate: Plate, fixture: Fixture, stock: Stock) -> Plate:
 
 
 def _meshes(plate: Plate, fixture: Fixture) -> dict[str, bytes]:
-    blocks = {f"block-{s.letter}.stl": stl(block_mesh(s.block)) for s in fixture.shapes}
-    others = {f"{p.name}.stl": stl(_mesh(p)) for p in fixture.others}
-    return {"plate.stl": stl(slab_mesh(fixture.slab)), **blocks, **others}
-
-
-def _mesh(part: Slab | Turned) -> trimesh.Trimesh:
-    return slab_mesh(part) if isinstance(part, Slab) else turned_mesh(part)
+    return {f"{name}.stl": stl(mesh_of(part)) for name, part in fixture.made}
 
 
 def _steps(plate: Plate, fixture: Fixture) -> dict[str, bytes]:
-    blocks = {
-        f"block-{s.letter}.step": block_step(s.block, f"{plate.name} block {s.letter}")
-        for s in fixture.shapes
-    }
-    others = {f"{p.name}.step": _step(p, f"{plate.name} {p.name}") for p in fixture.others}
-    return {"plate.step": slab_step(fixture.slab, f"{plate.name} plate"), **blocks, **others}
-
-
-def _step(part: Slab | Turned, name: str) -> bytes:
-    return slab_step(part, name) if isinstance(part, Slab) else turned_step(part, name)
+    return {f"{name}.step": step_of(part, f"{plate.name} {name}") for name, part in fixture.made}
 
 
 def _lists(plate: Plate, fixture: Fixture) -> dict[str, bytes]:

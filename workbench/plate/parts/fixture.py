@@ -140,7 +140,7 @@ def _foot_bores(number: int, stock: Stock) -> list[Bore]:
 def _check_height(block: Block, stock: Stock) -> None:
     """Refuse a block whose bores would meet, or whose lower edge is thinner than the dowels are deep."""
     from_above = min(_lowest(bore) for bore in block.bores if bore.direction[2] < 0.0)
-    pins = stock.dowel_depth - block.heights[0] if stock.doweled else 0.0
+    pins = stock.dowel_depth - block.heights[0] if stock.doweled else -block.heights[0]
     need = max(stock.thread - from_above, pins) + WALL
     if need > 0.0:
         raise OptionError(

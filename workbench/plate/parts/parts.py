@@ -279,6 +279,12 @@ class Fixture:
         """The parts beside plate and blocks."""
         return tuple(part for part in (self.probe, self.bottom, self.standoff) if part is not None)
 
+    @property
+    def made(self) -> tuple[tuple[str, "Slab | Block | Turned"], ...]:
+        """Every part that is made, one of each, by the name of its files; the plate first."""
+        blocks = [(f"block-{shape.letter}", shape.block) for shape in self.shapes]
+        return ("plate", self.slab), *blocks, *((part.name, part) for part in self.others)
+
     def letter(self, number: int) -> str:
         """Shape of a target's block."""
         return next(shape.letter for shape in self.shapes if number in shape.numbers)

@@ -16,11 +16,32 @@ from workbench.base.errors import FileError, MissingExtraError
 from workbench.base.types import Matrix4, Vector3
 from workbench.plate.parts.parts import Block, Bore, Fixture, Slab, Turned
 
+Part = Slab | Block | Turned
 AROUND = 96
 """Corners of a round hole."""
 OVERSHOOT = 1.0
 """How far cutting tools extend beyond the material [mm]."""
 MM = 1e3
+
+
+def mesh_of(part: Part) -> trimesh.Trimesh:
+    """A part as a mesh [mm] in its own frame."""
+    match part:
+        case Slab():
+            return slab_mesh(part)
+        case Block():
+            return block_mesh(part)
+    return turned_mesh(part)
+
+
+def step_of(part: Part, name: str) -> bytes:
+    """A part as a STEP file [mm] in its own frame."""
+    match part:
+        case Slab():
+            return slab_step(part, name)
+        case Block():
+            return block_step(part, name)
+    return turned_step(part, name)
 
 
 def slab_mesh(slab: Slab) -> trimesh.Trimesh:
@@ -87,15 +108,23 @@ def _drilled(body: Any, bores: tuple[Bore, ...]) -> trimesh.Trimesh:
 
 
 def _cutter(bore: Bore) -> Any:
-    """What a bore takes away, standing a little out of its mouth, and out of its end if it goes through."""
+    """What a bore takes away."""
     equal_area = _equal_area()
+    start, mouth, end, length = _cut(bore)
+    tool = _manifold().cylinder(length, mouth * equal_area, end * equal_area, AROUND)
+    return tool.transform(np.column_stack([_turned_to(bore.direction), start]).tolist())
+
+
+def _cut(bore: Bore) -> tuple[Vector3, float, float, float]:
+    """What cuts a bore: where it begins, its radius there and at its end, and its length [mm].
+
+    It stands a little out of the mouth, and out of the end if the bore goes through.
+    """
     radius, depth = 0.5 * MM * bore.diameter, MM * bore.depth
-    mouth = radius * (1.0 + OVERSHOOT / depth) if bore.conical else radius
-    end = 0.0 if bore.conical else radius
-    depth += OVERSHOOT * bore.through
-    tool = _manifold().cylinder(depth + OVERSHOOT, mouth * equal_area, end * equal_area, AROUND)
-    frame = np.column_stack([_turned_to(bore.direction), MM * bore.mouth])
-    return tool.translate((0.0, 0.0, -OVERSHOOT)).transform(frame.tolist())
+    start = MM * bore.mouth - OVERSHOOT * bore.direction
+    if bore.conical:
+        return start, radius * (1.0 + OVERSHOOT / depth), 0.0, depth + OVERSHOOT
+    return start, radius, radius, depth + OVERSHOOT * (1 + bore.through)
 
 
 def _equal_area() -> float:
@@ -186,16 +215,15 @@ def _less(solid: Any, bores: tuple[Bore, ...]) -> Any:
 
 
 def _step_cutter(bore: Bore) -> Any:
-    """What a bore takes away, standing a little out of its mouth, and out of its end if it goes through."""
+    """What a bore takes away."""
     from OCP.BRepPrimAPI import BRepPrimAPI_MakeCone, BRepPrimAPI_MakeCylinder
     from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
 
-    start: Vector3 = MM * bore.mouth - OVERSHOOT * bore.direction
+    start, mouth, end, length = _cut(bore)
     axis = gp_Ax2(gp_Pnt(*start.tolist()), gp_Dir(*np.asarray(bore.direction).tolist()))
-    radius, depth = 0.5 * MM * bore.diameter, MM * bore.depth
     if bore.conical:
-        return BRepPrimAPI_MakeCone(axis, radius * (1.0 + OVERSHOOT / depth), 0.0, depth + OVERSHOOT).Shape()
-    return BRepPrimAPI_MakeCylinder(axis, radius, depth + OVERSHOOT * (1 + bore.through)).Shape()
+        return BRepPrimAPI_MakeCone(axis, mouth, end, length).Shape()
+    return BRepPrimAPI_MakeCylinder(axis, mouth, length).Shape()
 
 
 def _step_file(solid: Any, name: str) -> bytes:
