@@ -2,13 +2,17 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from workbench.base.errors import OptionError
+from workbench.plate.making import Making
 from workbench.plate.optimiser.result import PlateDesign
+from workbench.plate.plate import Kind
 from workbench.plate.tradeoff import Choice, Tradeoff
 from workbench.session.commands.tradeoff import OpenChoice
 from workbench.session.commands.undo import Undo
+from workbench.session.score import score
 from workbench.views.page.panels.tradeoff import plot, row_words
 
 
@@ -29,6 +33,23 @@ def test_a_weighed_plate_opens_and_undo_brings_the_old_one_back(first, weighed):
     assert opened.plate.region is first.plate.region
     assert opened.score.position > first.score.position
     assert Undo().apply(opened).plate is first.plate
+
+
+def test_an_opened_plate_is_scored_as_it_is_made_and_read(first):
+    """The page left out making, play and anchors: a printed plate seemed as good as a machined one."""
+    making = Making(position=2.5e-4, angle=float(np.deg2rad(0.3)))
+    loose = score(first.robot, replace(first.plate, making=making), first.states, **options(first))
+    assert loose.position > 1.5 * first.score.position
+    sockets = tuple(replace(target, kind=Kind.SOCKET) for target in first.plate.targets[:5])
+    mixed = replace(first.plate, targets=(*sockets, *first.plate.targets[5:]))
+    found = score(first.robot, mixed, first.states, **options(first))
+    assert len(found.linearisation.jacobian) == 5 * 3 + 5 * 6
+    again = score(first.robot, first.plate, first.states, **options(first))
+    assert again.position == pytest.approx(first.score.position)
+
+
+def options(session):
+    return {"noise": session.noise, "region_q": session.region_q}
 
 
 def test_what_can_not_be_opened(first, weighed):

@@ -7,15 +7,16 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.inverse.damped_newton import Task
-from workbench.arm.linearisation import Linearisation, linearise
+from workbench.arm.linearisation import Linearisation
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError
 from workbench.base.types import frozen
 from workbench.plate.accuracy import position_weight, predicted_error, rise_without_each
 from workbench.plate.free_constants import identified_names
 from workbench.plate.indices import INDICES, O, evaluate
-from workbench.plate.plate import Kind, Plate
+from workbench.plate.plate import Plate
 from workbench.plate.poses.sampling import random_poses
+from workbench.plate.readings import linearise_targets
 from workbench.plate.region import Region
 from workbench.plate.region_poses import region_poses
 from workbench.session.state import Noise, Score, TargetState
@@ -40,7 +41,7 @@ def score(
         robot: Nominal geometry.
         plate: Whose targets they are.
         states: How the arm stands at every target.
-        noise: The instrument.
+        noise: The instrument; the making of the plate comes on top.
         region_q: Poses for which the error is predicted [rad or m]; without any it stays unknown.
     """
     names = identified_names(robot)
@@ -49,13 +50,14 @@ def score(
     if not used:
         nothing = dict.fromkeys(INDICES, 0.0)
         return Score(frozen(per_target), nothing, 0, 0, len(names), np.inf, np.inf, np.inf, frozen(rises))
-    points_only = all(plate.targets[i].kind is not Kind.SEAT for i in used)
-    linearisation = linearise(
+    linearisation = linearise_targets(
         robot,
+        plate,
         np.stack([states[i].q for i in used]),
+        slots=np.array(used),
         names=names,
         sigma_position=noise.position,
-        sigma_rotation=None if points_only else noise.rotation,
+        sigma_rotation=noise.rotation,
     )
     per_target[used] = O().per_pose(linearisation)
     expected = predicted_error(linearisation, robot, region_q) if len(region_q) else None

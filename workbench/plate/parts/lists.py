@@ -128,7 +128,7 @@ def parts_csv(fixture: Fixture) -> str:
         made.append((part.name, part.quantity, BOTTOM if isinstance(part, Slab) else STEEL, size, part.name))
     count = len(fixture.blocks)
     stock, kinds = fixture.stock, {block.kind for block in fixture.blocks}
-    bought = [("screw ISO 4762 M6", count, "8.8", f"{MM * fixture.slab.size[2] + 10.0:.0f} long", "")]
+    bought = [(stock.fastener, count, "8.8", f"{MM * fixture.slab.size[2] + 10.0:.0f} long", "")]
     if stock.doweled:
         bought.append(("dowel pin ISO 8734 Ø4 m6", 2 * count, "hardened", "20 long", ""))
     if Kind.SEAT in kinds:

@@ -44,6 +44,7 @@ class Stock:
         bottom: Thickness of the plate under the robot.
         foot: Circle of the robot's foot screws and their holes (Ø132 and M8 for arms such as a UR10).
         post: Diameter of a stand-off, and of the core of its thread (M8) and how deep that is.
+        fastener: What holds a block on the plate.
         doweled: Whether dowels keep the blocks from turning about their screws.
         bar: What the blocks are made from, for the drawings.
         sheet: What the plate is made from.
@@ -78,6 +79,7 @@ class Stock:
     foot: tuple[float, float] = (0.132, 0.009)
     post: tuple[float, float, float] = (0.030, 0.0068, 0.020)
     doweled: bool = True
+    fastener: str = "screw ISO 4762 M6"
     bar: str = "square bar {side:.1f} mm, EN AW-6082"
     sheet: str = "EN AW-5083, milled flat to 0.05"
     surfaces: str = "surfaces Ra 3.2, foot and face Ra 1.6; edges broken 0.3"
@@ -99,7 +101,7 @@ class Stock:
             bar="printed block {side:.1f} mm square, PETG, foot down, 4 walls, 40 % infill",
             sheet="any flat board of this thickness, drilled: aluminium or plywood",
             surfaces="as printed; M6 thread insert pressed in hot, magnet 5 × 4 glued",
-            notes=(OVER_SCREW, "blocks and probe are printed; the plate is drilled"),
+            notes=(OVER_SCREW, "the blocks are printed; plate and probe are machined"),
         )
 
     @classmethod
@@ -109,6 +111,7 @@ class Stock:
             magnet=(0.005, 0.0072),
             doweled=False,
             clearance=0.005,
+            fastener="set screw ISO 4026 M6",
             sheet="bought: optical breadboard, M6 holes 25 mm apart; used holes listed",
             notes=(
                 "a hole of the breadboard lies at the plate's centre: shift a board whose middle lies "
