@@ -149,7 +149,7 @@ def weigh_choices(
         for number in numbers
         for shapes in ((None, FEW) if MANNERS[name].reading == "seat" else (None,))
     ]
-    choices = []
+    choices: list[Choice] = []
     for done, (name, number, shapes) in enumerate(wanted):
         if choices and cancel is not None and cancel():
             break
