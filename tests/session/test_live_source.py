@@ -1,6 +1,7 @@
 """A real arm's live source: the scene follows it, guided measuring takes its rows from it."""
 
 import queue
+import socket
 import threading
 from dataclasses import replace
 from time import monotonic, sleep
@@ -11,7 +12,7 @@ import pytest
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base.errors import FileError
-from workbench.data.live.connection import connect, first_listener, send_samples
+from workbench.data.live.connection import SocketLines, connect, first_listener, send_samples
 from workbench.data.live.sample import Sample, format_sample
 from workbench.plate.virtual_measuring import drive_plate
 from workbench.session import Worker, replay, start
@@ -139,6 +140,55 @@ def test_bad_lines_and_other_arms_are_told_once(worker, lines):
     errors = [m.text for m in session.messages if m.severity is Severity.ERROR]
     assert len(errors) == 1
     assert "not a JSON object" in errors[0]
+
+
+class Harmful:
+    """A source at a socket that sends what it likes."""
+
+    def __init__(self, worker):
+        ours, self._theirs = socket.socketpair()
+        self._sent = self._theirs.makefile("wb")
+        self._lines = SocketLines(ours, name="arm")
+        worker.add_view(LiveSource(worker, self._lines, name="arm"))
+
+    def send(self, *parts):
+        for part in parts:
+            self._sent.write(part if isinstance(part, bytes) else part.encode())
+        self._sent.flush()
+
+    def go(self):
+        self._sent.close()
+        self._theirs.close()
+        self._lines.close()
+
+
+def test_harmful_lines_leave_the_session_quick_and_the_arm_followed(worker):
+    harmful = Harmful(worker)
+    until(worker, lambda s: s.source is not None)
+    whole = line(Q, 0.5)
+    harmful.send(whole[:20])
+    sleep(0.1)
+    harmful.send(whole[20:], b"x" * 10_000_000 + b"\n", b"\xff\x00\n", "[" * 60_000 + "\n")
+    harmful.send('{"time": NaN, "q": [NaN]}\n', line(Q[:4], 0.6), line(np.add(Q, 0.3), 0.7))
+    session = until(worker, lambda s: s.jogged is not None and np.allclose(s.jogged, np.add(Q, 0.3)))
+    assert [m.text for m in session.messages if m.severity is Severity.ERROR][1:] == []
+    begin = monotonic()
+    for k in range(20):
+        harmful.send(*(line(np.add(Q, 1e-3 * k), 1.0 + k + 1e-4 * i, capture=True) for i in range(500)))
+    worker.submit(MeasureLive())
+    until(worker, lambda s: s.measuring is not None)
+    for k in range(20):
+        harmful.send(*(line(np.add(Q, 1e-3 * k), 30.0 + k + 1e-4 * i, capture=True) for i in range(500)))
+    taken = [e for e in worker.journal if isinstance(e.command, TakeSample)]
+    assert len(taken) < 100 + 100 * (monotonic() - begin)
+    assert worker.wait(10.0)
+    harmful.go()
+    until(worker, lambda s: not s.source.is_open)
+    again = Harmful(worker)
+    until(worker, lambda s: s.source.is_open)
+    again.send(line(Q, 60.0))
+    until(worker, lambda s: np.allclose(s.jogged, Q))
+    again.go()
 
 
 def test_the_end_of_a_source_is_said(worker, lines):

@@ -92,7 +92,7 @@ SILENT = 2.0
 
 @final
 class LiveSource(AbstractView):
-    """One thread reads, another passes the newest sample on; samples that ask to be stored all pass.
+    """One thread reads, another passes the newest sample on, and at the same rate those to be stored.
 
     Args:
         worker: Who gets the samples.
@@ -104,6 +104,7 @@ class LiveSource(AbstractView):
         self._worker, self._lines, self._name = worker, lines, name
         self._newest: Sample | None = None
         self._heard = time.monotonic()
+        self._asked = -np.inf
         self._shown: np.ndarray | None = None
         self._mistakes = 0
         self._stop = threading.Event()
@@ -124,7 +125,9 @@ class LiveSource(AbstractView):
             self._heard = time.monotonic()
             if not self._fits(sample):
                 continue
-            if sample.capture and self._worker.session.measuring is not None:
+            asked = sample.capture and self._worker.session.measuring is not None
+            if asked and self._heard - self._asked >= 1.0 / RATE:
+                self._asked = self._heard
                 self._worker.submit(replace(command_of(sample), capture=True))
             else:
                 self._newest = sample

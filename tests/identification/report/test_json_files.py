@@ -131,7 +131,8 @@ def test_bad_priors(tmp_path, points):
         read_prior(tmp_path / "none.json")
     assert error.value.path.endswith("none.json")
     uneven = '{"prior": {"names": ["joint1.d"], "values": [0], "information": [[1, 2]]}}'
-    for content in ("no json", "{}", uneven, "[]", "[" * 100_000):
+    huge = '{"prior": {"names": ["a"], "values": [1' + "0" * 400 + '], "information": [[1]]}}'
+    for content in ("no json", "{}", uneven, huge, "[]", "[" * 100_000):
         (tmp_path / "bad.json").write_text(content)
         with pytest.raises(FileError):
             read_prior(tmp_path / "bad.json")

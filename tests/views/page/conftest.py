@@ -20,7 +20,13 @@ from workbench.session import Session
 from workbench.session.command import AbstractChange
 from workbench.views.page.app import App
 
-FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=gl-egl", "--ignore-gpu-blocklist"]
+FLAGS = [
+    "--no-sandbox",
+    "--use-gl=angle",
+    "--use-angle=gl-egl",
+    "--ignore-gpu-blocklist",
+    "--host-resolver-rules=MAP evil.example 127.0.0.1",
+]
 DRAWN = "() => (window.__viserTestpoints?.rendererInfo?.render?.triangles ?? 0) > 3000"
 SIZE = {"width": 1280, "height": 800}
 UNCOVERED = """() => document.head.appendChild(document.createElement('style')).textContent =

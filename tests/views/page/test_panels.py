@@ -56,6 +56,16 @@ def test_text_from_outside_is_escaped(app):
     assert "&lt;script&gt;" in header
 
 
+def test_no_file_is_offered_that_would_need_words_of_the_command_line(app):
+    """Which matrix of a MATLAB file is what, only `--columns` can say."""
+    from workbench.views.page.panels.data import FILES
+
+    assert ".mat" not in FILES
+    hints = [str(getattr(h, "hint", "")) for h in app.server.gui._gui_input_handle_from_uuid.values()]
+    assert len(hints) > 20
+    assert not any("MATLAB" in hint for hint in hints)
+
+
 def test_the_first_hint_is_there(app):
     assert "Drag an arrow" in guide(app.worker.session).sentence
 

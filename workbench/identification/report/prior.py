@@ -50,7 +50,7 @@ def read_prior(path: Path | str, *, renew: Sequence[int] = ()) -> Prior:
         found = json.loads(content)[KEY]
         names = tuple(str(name) for name in found["names"])
         values, information = np.array(found["values"], float), np.array(found["information"], float)
-    except (ValueError, KeyError, TypeError, RecursionError):
+    except (ValueError, KeyError, TypeError, OverflowError, RecursionError):
         raise FileError(f"is no result with prior knowledge; give {wanted}", path=str(path)) from None
     count = len(names)
     shapes = values.shape == (count,) and information.shape == (count, count)

@@ -33,7 +33,7 @@ class DataPanel(AbstractPanel):
                 gui,
                 "Load measurements",
                 LoadData,
-                "Joint positions and measured poses: a CSV, Excel, Parquet or MATLAB file, units in "
+                "Joint positions and measured poses: a CSV, Excel or Parquet file, units in "
                 f"brackets as in q1[deg] or x[mm]; up to {LARGEST_FILE // 2**20} MiB.",
                 endings=FILES,
                 most=LARGEST_FILE,

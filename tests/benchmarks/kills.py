@@ -1,0 +1,96 @@
+"""Kills at random moments: what was confirmed is in the journal, and the same session opens again.
+
+    python tests/benchmarks/kills.py 200
+
+A third of the sessions die in a drag, a third while a task is computed, a third between the writing of a line
+and the moment at which the disk has it.
+"""
+
+import itertools
+import os
+import random
+import signal
+import sys
+import tempfile
+import time
+from collections import Counter
+from pathlib import Path
+
+sys.path[:0] = [str(Path(__file__).resolve().parents[2])]
+
+from tests.benchmarks.recording import endless
+from workbench.arm.built_in_arms import load_robot
+from workbench.plate.plate_toml import load_plate
+from workbench.session.commands.data import MeasureVirtualArm
+from workbench.session.commands.drag import SelectTarget
+from workbench.session.commands.identify import Identify
+from workbench.session.journal.compare_numbers import check
+from workbench.session.journal.folder import begin
+from workbench.session.journal.reader import read_recording
+from workbench.session.worker import Worker
+
+KINDS = ("drag", "task", "write")
+LONGEST = 1.5
+"""Time after the first confirmed command in which a kill comes [s]."""
+
+
+def session(folder: Path, kind: str, told: int) -> None:
+    """Commands without end; the number of those that are confirmed is written to a pipe."""
+    if kind == "write":
+        real = os.fdatasync
+
+        def slowly(descriptor):
+            time.sleep(0.01)
+            real(descriptor)
+
+        os.fdatasync = slowly
+    begun = begin(load_robot("aria"), load_plate("table2"), folder=folder)
+    worker = Worker(begun.session, keepers=begun.keepers)
+    if kind == "task":
+        tasks = itertools.cycle([MeasureVirtualArm(seed=1), Identify(), SelectTarget(2)])
+    for command in tasks if kind == "task" else endless(begun.session):
+        worker.submit(command)
+        worker.wait()
+        os.write(told, f"{len(worker.journal)}\n".encode())
+
+
+def killed(folder: Path, kind: str, rng: random.Random) -> str:
+    """What is wrong with a session that was killed; empty if nothing is."""
+    read, write = os.pipe()
+    child = os.fork()
+    if child == 0:
+        os.close(read)
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
+        session(folder, kind, write)
+    os.close(write)
+    with os.fdopen(read) as pipe:
+        said = [pipe.readline()]
+        time.sleep(rng.uniform(0.0, LONGEST))
+        os.kill(child, signal.SIGKILL)
+        said += pipe.readlines()
+    os.waitpid(child, 0)
+    confirmed = int([line for line in said if line.endswith("\n")][-1])
+    recording = read_recording(folder)
+    if not confirmed <= len(recording.lines) <= confirmed + 1:
+        return f"{confirmed} confirmed, {len(recording.lines)} lines"
+    if check(recording).differences:
+        return "another session"
+    stray = {path.name for path in folder.rglob(".*")} - {".lock"}
+    return f"left {', '.join(stray)}" if stray else ""
+
+
+def main(times: int) -> None:
+    rng, found = random.Random(1), Counter()
+    for k in range(times):
+        kind = KINDS[k % 3]
+        with tempfile.TemporaryDirectory() as folder:
+            wrong = killed(Path(folder) / "session", kind, rng)
+        found[kind, wrong or "nothing lost"] += 1
+        print(f"{k + 1}: {kind}: {wrong or 'nothing lost'}", file=sys.stderr, flush=True)
+    print("| killed in a | times | result |\n|---|---|---|")
+    for (kind, result), number in sorted(found.items()):
+        print(f"| {kind} | {number} | {result} |")
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]))
