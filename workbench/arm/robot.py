@@ -324,7 +324,7 @@ class Robot:
 
     @cached_property
     def reach(self) -> float:
-        """Length of the stretched arm from its first frame to the tool [m]; bounds any distance."""
+        """Sum of the arm's lengths [m]: its scale, and a bound that offsets keep it from reaching."""
         reach = float(np.linalg.norm(self.tool.xyz))
         for e in self.elements:
             if e.matrix is not None:

@@ -41,12 +41,23 @@ def ring_at(robot: Robot, height: float) -> Float[np.ndarray, "places 3"]:
     return np.column_stack([radius[order, None] * circle, np.full(len(order), height)])
 
 
+def outstretched(robot: Robot) -> float:
+    """Greatest distance of the tool from the base's origin in any of these postures [m]."""
+    return float(np.linalg.norm(_places(robot), axis=1).max())
+
+
+@lru_cache(maxsize=4)
+def _places(robot: Robot) -> Float[np.ndarray, "postures 3"]:
+    """The tool in the base's frame."""
+    low, high = robot.search_limits.T
+    q = np.random.default_rng(0).uniform(low, high, (POSTURES, robot.dof))
+    return se3.apply(se3.inverse(robot.base.pose), tool_poses(robot.with_effects(), Motion(q))[:, :3, 3])
+
+
 @lru_cache(maxsize=4)
 def _outermost(robot: Robot) -> tuple[float, float, Float[np.ndarray, "layers directions"]]:
     """Least height, height of a layer, greatest distance from the vertical axis by layer and direction."""
-    low, high = robot.search_limits.T
-    q = np.random.default_rng(0).uniform(low, high, (POSTURES, robot.dof))
-    places = se3.apply(se3.inverse(robot.base.pose), tool_poses(robot.with_effects(), Motion(q))[:, :3, 3])
+    places = _places(robot)
     bottom = float(places[:, 2].min())
     step = (float(places[:, 2].max()) - bottom) / LAYERS * (1.0 + 1e-9) or 1.0
     layer = ((places[:, 2] - bottom) / step).astype(int)

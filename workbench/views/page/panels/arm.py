@@ -6,6 +6,7 @@ import numpy as np
 import viser
 
 from workbench.arm.built_in_arms import built_in_robots
+from workbench.arm.kinematics.envelope import outstretched
 from workbench.arm.robot import JointKind, Robot
 from workbench.session.commands.arm import LARGEST_MODEL, ChooseRobot, LoadModel
 from workbench.session.state import Session
@@ -67,7 +68,7 @@ def facts(robot: Robot) -> str:
         ("Name", robot.name),
         ("Joints", f"{robot.dof}" + (f", {slides} of them sliding" if slides else "")),
         ("Limits", f"of {limited} joints"),
-        ("Reach", f"{1e3 * robot.reach:.0f} mm outstretched"),
+        ("Reach", f"about {1e3 * outstretched(robot):.0f} mm"),
         ("Convention", robot.convention),
         ("Free parameters", f"{len(robot.default_free)}"),
         ("Masses", masses),
