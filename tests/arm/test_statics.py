@@ -12,7 +12,8 @@ from workbench.arm.built_in_arms import built_in_robots, load_robot
 from workbench.arm.kinematics.forward import link_frames
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame
-from workbench.arm.statics.wrenches import inertia_regressor, joint_wrenches, masses, own_axis
+from workbench.arm.statics.load_derivatives import _derivatives, wrench_derivative
+from workbench.arm.statics.wrenches import _wrenches, inertia_regressor, joint_wrenches, masses, own_axis
 from workbench.base import se3
 from workbench.base.errors import RobotError, ShapeError
 from workbench.base.types import frozen
@@ -220,3 +221,14 @@ def test_the_inertia_regressor_is_how_pinocchio_s_wrenches_change(mixed):
         ends = (rigid_body(mixed.with_values({name: value + s})) for s in (step, -step))
         up, down = (body.wrenches(q, velocity=speed, acceleration=change) for body in ends)
         np.testing.assert_allclose(found[..., column], (up - down) / (2.0 * step), atol=1e-8)
+
+
+def test_every_kind_of_weights_runs_the_same_compiled_loop(mixed):
+    """Arrays of another kind, such as read-only ones, would each have it compiled anew, for seconds."""
+    q, weights = rows(mixed), masses(mixed)
+    other = weights.with_values([*mixed.inertia.values()])
+    for given in (None, weights, other):
+        joint_wrenches(mixed, q, weights=given, payload=np.ones(len(q)), payload_com=[0.0, 0.0, 0.1])
+        wrench_derivative(mixed, q, np.arange(3), np.array([[1, 4]]), weights=given)
+    inertia_regressor(mixed, Motion(q), weights)
+    assert len(_wrenches.signatures) == len(_derivatives.signatures) == 1

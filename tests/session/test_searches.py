@@ -46,9 +46,10 @@ def test_improving_can_be_cancelled_and_puts_in_only_what_is_better(do, worker, 
     assert worker.wait(60.0)
     assert worker.session.plate is first.plate
     assert "cancelled" in worker.session.messages[-1].text
-    kept = do(LockTarget(2, True), ImprovePlate())
+    locked = range(2, 10)
+    kept = do(*(LockTarget(i, True) for i in locked), ImprovePlate())
     assert kept.score.position < first.score.position
-    assert np.array_equal(kept.plate.poses[2], first.plate.poses[2])
+    assert np.array_equal(kept.plate.poses[locked], first.plate.poses[locked])
 
     half = first.plate.targets[:5]
     assert ImprovePlate().finish(first, (*half, *half)).plate is first.plate

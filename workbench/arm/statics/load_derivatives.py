@@ -159,7 +159,7 @@ def _grow(columns, axes, frames, carried, turn, grown):
 def _fall(axes, frames, carried, element, gravity, moment, columns, components, out):
     """Add the change of some components under what is carried in some gravity, beside a free moment."""
     turn, grown = np.empty((3, columns.shape[0])), np.empty((3, columns.shape[0]))
-    u, lever, side, turned = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    u, lever, around, side, turned = np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     _grow(columns, axes, frames, carried, turn, grown)
     for m in range(components.shape[0]):
         joint, component = element[components[m, 0]], components[m, 1]
@@ -173,11 +173,11 @@ def _fall(axes, frames, carried, element, gravity, moment, columns, components, 
                 turned[i] = -size * side[i]
                 side[i] = 0.0
         else:
-            _cross(lever, u, turned)
-            lever[:] = turned
-            _cross(lever, gravity, turned)
+            _cross(lever, u, around)
+            _cross(around, gravity, turned)
             _cross(moment, u, lever)
-            turned += lever
+            for i in range(3):
+                turned[i] += lever[i]
         for p in range(columns.shape[0]):
             for i in range(3):
                 if columns[p] >= joint:
@@ -193,18 +193,20 @@ def _derivatives(
     columns, components, out,
 ):  # fmt: skip
     t, frames, carried = np.empty((3, 4)), np.zeros((axes.shape[0], 3, 4)), np.empty((axes.shape[0], 4))
-    moment, tool = np.zeros(3), np.empty((axes.shape[0], 4))
+    free, force, moment, tool = np.zeros(3), np.empty(3), np.empty(3), np.empty((axes.shape[0], 4))
     out[:] = 0.0
     for row in range(q.shape[0]):
         _sweep(
             first, axes, drivers, values, constants, after, mass, com, q[row], payload[row : row + 1],
             shift[row : row + 1], t, frames, carried,
         )  # fmt: skip
-        _fall(axes, frames, carried, element, gravity, moment, columns, components, out[row])
+        _fall(axes, frames, carried, element, gravity, free, columns, components, out[row])
         if pull.shape[0] > 0:
-            tool[:, 0] = 1.0
-            tool[:, 1:] = t[:, 3]
-            _fall(axes, frames, tool, element, pull[row, :3], pull[row, 3:], columns, components, out[row])
+            for i in range(3):
+                force[i], moment[i] = pull[row, i], pull[row, 3 + i]
+                for k in range(axes.shape[0]):
+                    tool[k, 0], tool[k, 1 + i] = 1.0, t[i, 3]
+            _fall(axes, frames, tool, element, force, moment, columns, components, out[row])
     for p in range(columns.shape[0]):
         if columns[p] < first:
             out[:, :, p] = 0.0

@@ -51,10 +51,15 @@ class Masses:
     mass: Float[np.ndarray, " links"]
     com: Float[np.ndarray, "links 3"]
 
+    def __post_init__(self) -> None:
+        # one kind of array: the compiled loops are compiled once more for each
+        for name in ("after", "mass", "com"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
     def with_values(self, values: Float[np.ndarray, " links4"]) -> "Masses":
         """The same links with other masses and centres, in the order of `Robot.inertia`."""
-        table = np.ascontiguousarray(values, float).reshape(-1, 4)
-        return Masses(self.after, table[:, 0].copy(), table[:, 1:].copy())
+        table = np.array(values, float).reshape(-1, 4)
+        return Masses(self.after, table[:, 0], table[:, 1:])
 
 
 @lru_cache(maxsize=16)
@@ -72,7 +77,7 @@ def masses(robot: Robot) -> Masses:
             )
     ends = [a for a, joint in zip(robot.chain_ends, robot.joints, strict=True) if joint.mass]
     table = np.array([*robot.inertia.values()], float).reshape(-1, 4)
-    return Masses(frozen(np.array(ends, np.int64)), frozen(table[:, 0].copy()), frozen(table[:, 1:].copy()))
+    return Masses(np.array(ends, np.int64), table[:, 0], table[:, 1:])
 
 
 @lru_cache(maxsize=16)
@@ -151,7 +156,7 @@ def joint_wrenches(
         frozen(zeros if velocity is None else np.asarray(velocity, float)),
         frozen(zeros if acceleration is None else np.asarray(acceleration, float)),
         frozen(np.zeros(0) if payload is None else np.asarray(payload, float)),
-        np.zeros(3) if payload_com is None else np.array(payload_com, float),
+        frozen(np.zeros(3) if payload_com is None else np.asarray(payload_com, float)),
         frozen(NO_PULL if wrench is None else np.asarray(wrench, float)),
         frozen(shift),
         out,
@@ -200,7 +205,7 @@ def inertia_regressor(
     bare = replace(motion, payload=None, wrench=None)
 
     def loads(link: int, mass: float, com: np.ndarray) -> np.ndarray:
-        alone = Masses(weights.after[link : link + 1], np.array([mass]), np.ascontiguousarray(com[None]))
+        alone = Masses(weights.after[link : link + 1], np.array([mass]), com[None])
         return motion_wrenches(robot, bare, values=values, shift=shift, weights=alone)
 
     out = np.empty((*motion.q.shape, 6, 4 * len(weights.mass)))
@@ -281,11 +286,10 @@ def _join(axis, t, value, speed, change_of_speed, origin, spin, change, start):
 
     `t` is the frame right before the element. The new origin lies right after it.
     """
-    z = t[:, axis % 3].copy()
-    here = t[:, 3].copy()
-    if axis >= 3:
-        here += z * value
-    at = np.empty(3)
+    z, at, here = np.empty(3), np.empty(3), np.empty(3)
+    for i in range(3):
+        z[i] = t[i, axis % 3]
+        here[i] = t[i, 3] + (z[i] * value if axis >= 3 else 0.0)
     _accelerate(here, origin, spin, change, start, at)
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3
@@ -294,10 +298,11 @@ def _join(axis, t, value, speed, change_of_speed, origin, spin, change, start):
             at[i] += 2.0 * turned + z[i] * change_of_speed
         else:
             change[i] += turned + z[i] * change_of_speed
-    if axis < 3:
-        spin += z * speed
-    origin[:] = here
-    start[:] = at
+    for i in range(3):
+        if axis < 3:
+            spin[i] += z[i] * speed
+        origin[i] = here[i]
+        start[i] = at[i]
 
 
 @njit(cache=True)
@@ -310,7 +315,8 @@ def _wrenches(
     shifted = shift.shape[0] > 0
     n = q.shape[1]
     mounted = np.full(axes.shape[0], -1)
-    mounted[mount] = np.arange(n)
+    for joint in range(n):
+        mounted[mount[joint]] = joint
     t = np.empty((3, 4))
     before = np.empty((n, 3, 4))
     totals = np.empty((n + 1, 6))
@@ -318,28 +324,18 @@ def _wrenches(
     origin, spin, change, start = np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3)
     c, force = np.empty(3), np.empty(3)
     for row in range(q.shape[0]):
-        t[:] = 0.0
         for i in range(3):
-            t[i, i] = 1.0
+            for j in range(4):
+                t[i, j] = 1.0 if i == j else 0.0
+            origin[i] = spin[i] = change[i] = start[i] = 0.0
         totals[:] = 0.0
-        origin[:], spin[:], change[:], start[:] = 0.0, 0.0, 0.0, 0.0
         body, link = 0, 0
         for k in range(first, axes.shape[0]):
             while link < after.shape[0] and after[link] < k:
                 _load(
-                    t,
-                    mass[link],
-                    com[link],
-                    gravity,
-                    moving,
-                    origin,
-                    spin,
-                    change,
-                    start,
-                    c,
-                    force,
+                    t, mass[link], com[link], gravity, moving, origin, spin, change, start, c, force,
                     totals[body],
-                )
+                )  # fmt: skip
                 link += 1
             value = values[k]
             joint = drivers[k]
@@ -348,7 +344,9 @@ def _wrenches(
             if shifted:
                 value += shift[row, k]
             if mounted[k] >= 0:
-                before[body] = t
+                for i in range(3):
+                    for j in range(4):
+                        before[body, i, j] = t[i, j]
                 order[body] = mounted[k]
                 body += 1
             if joint >= 0 and moving:
@@ -365,19 +363,9 @@ def _wrenches(
             link += 1
         if payload.shape[0] > 0:
             _load(
-                t,
-                payload[row],
-                payload_com,
-                gravity,
-                moving,
-                origin,
-                spin,
-                change,
-                start,
-                c,
-                force,
+                t, payload[row], payload_com, gravity, moving, origin, spin, change, start, c, force,
                 totals[body],
-            )
+            )  # fmt: skip
         if pull.shape[0] > 0:
             _resist(t, pull[row], totals[body])
         _project(before, totals, order, out[row])
