@@ -12,8 +12,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import trimesh
-import yourdfpy
 from jaxtyping import Float, Int
 
 from workbench.arm.robot import Robot, UrdfSource
@@ -48,6 +46,8 @@ def link_meshes(robot: Robot) -> tuple[LinkMesh, ...]:
     """All pieces of the robot's file; none if it is no URDF, or its meshes are missing."""
     if robot.urdf is None or not robot.urdf.path.is_file():
         return ()
+    import yourdfpy
+
     path = robot.urdf.path
     logging.getLogger("yourdfpy").setLevel(logging.CRITICAL)
     try:
@@ -108,7 +108,10 @@ def _found(name: str, urdf: Path) -> str:
         return ""
 
 
-def _pieces(model: yourdfpy.URDF, source: UrdfSource) -> Iterator[LinkMesh]:
+def _pieces(model: Any, source: UrdfSource) -> Iterator[LinkMesh]:
+    """What a `yourdfpy.URDF` shows."""
+    import trimesh
+
     links = [source.root, *(model.joint_map[name].child for name in source.joints)]
     graph = model.scene.graph
     for node in graph.nodes_geometry:
@@ -121,10 +124,10 @@ def _pieces(model: yourdfpy.URDF, source: UrdfSource) -> Iterator[LinkMesh]:
         yield LinkMesh(links.index(link), np.array(vertices), np.array(mesh.faces, np.int64), _colour(mesh))
 
 
-def _colour(mesh: trimesh.Trimesh) -> tuple[int, int, int]:
+def _colour(mesh: Any) -> tuple[int, int, int]:
     """The mesh's main colour."""
     try:
-        visual: Any = mesh.visual
+        visual = mesh.visual
         main = getattr(visual, "material", visual).main_color
         red, green, blue = (int(v) for v in main[:3])
     except Exception:  # textures that can't be read

@@ -11,7 +11,6 @@ from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float, Int
-from scipy import signal
 
 from workbench.base.errors import DataError
 from workbench.base.wording import counted, listed
@@ -191,7 +190,7 @@ def clock_offset(
     if not (_dense(time) and _dense(log)):
         return 0.0, ()
     moved, drove = _moving(time, points), _moving(log, q)
-    score = signal.correlate(drove, moved, mode="full", method="fft")
+    score = _correlation(drove, moved)
     score /= max(float(np.sqrt((drove**2).sum() * (moved**2).sum())), 1e-12)
     offsets = STEP * (np.arange(len(score)) - (len(moved) - 1)) + log[0] - time[0]
     best = int(np.argmax(score))
@@ -209,6 +208,19 @@ def clock_offset(
     )
 
 
+def _correlation(
+    a: Float[np.ndarray, " n"], b: Float[np.ndarray, " m"]
+) -> Float[np.ndarray, " offsets"]:
+    """Σ a(t + k) b(t) for k from 1 − m to n − 1."""
+    size = len(a) + len(b) - 1
+    return np.fft.irfft(np.fft.rfft(a, size) * np.fft.rfft(b[::-1], size), size)
+
+
+def _smoothed(values: Float[np.ndarray, " steps"]) -> Float[np.ndarray, " steps"]:
+    """Mean of five neighbours; zeros stand beyond the ends."""
+    return np.convolve(values, np.full(5, 0.2))[2 : len(values) + 2]
+
+
 def _moving(time: Times, values: Float[np.ndarray, "samples n"]) -> Float[np.ndarray, " steps"]:
     """Whether something moved, step by step, less its mean."""
     seen = np.isfinite(values).all(1)
@@ -216,8 +228,7 @@ def _moving(time: Times, values: Float[np.ndarray, "samples n"]) -> Float[np.nda
     steps = np.arange(time[0], time[-1], STEP)
     if len(steps) < 2:
         return np.zeros(1)
-    even = np.stack([np.interp(steps, time, column) for column in values.T], 1)
-    even = signal.convolve(even, np.full((5, 1), 0.2), mode="same", method="direct")
+    even = np.stack([_smoothed(np.interp(steps, time, column)) for column in values.T], 1)
     speed = np.linalg.norm(np.diff(even, axis=0), axis=1)
     flags = (speed > 0.05 * np.quantile(speed, 0.95)).astype(float)
     return flags - flags.mean()

@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float
-from scipy import stats
+from scipy import special
 
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
@@ -88,7 +88,7 @@ class Fitted:
         """Standard deviations within which an unknown lies; Student's where the fit gives the noise."""
         known = self.measured or noises.given_by_rows(self.problem) is noises.Given.ALL
         tail = 0.5 + 0.5 * level
-        return float(stats.norm.ppf(tail) if known else stats.t.ppf(tail, self.spare))
+        return float(special.ndtri(tail) if known else special.stdtrit(self.spare, tail))
 
     def against(self, other: "Fitted", further: int) -> tuple[float, float]:
         """How this freer model stands against another.
@@ -104,7 +104,7 @@ class Fitted:
         same = Fitted.of(other.problem, measured=True, noise=self.problem.noise)
         gained = max(same.square - self.square, 0.0) / further
         least = max(self.mean_square, 1e-300)
-        chance = float(stats.f.sf(gained / least, further, self.spare))
+        chance = float(special.fdtrc(further, self.spare, gained / least))
         return chance, float(np.sqrt(same.mean_square / least))
 
 
