@@ -148,18 +148,29 @@ def test_libraries_stay_where_their_idea_lives():
     assert not wrong
 
 
-def test_the_numeric_core_loads_no_viewer_and_no_command_line():
-    core = [m for m, p in MODULES.items() if RUNG.get(part(p), 0) < RUNG["views"] and m != "workbench"]
+def loaded_by(modules: list[str], names: tuple[str, ...]) -> str:
+    """Which of some names are loaded once a new process has imported some modules."""
     code = (
         "import sys, importlib\n"
-        f"for name in {core!r}: importlib.import_module(name)\n"
-        "print([n for n in ('viser', 'rerun', 'typer', 'playwright') if n in sys.modules])"
+        f"for name in {modules!r}: importlib.import_module(name)\n"
+        f"print([n for n in {names!r} if n in sys.modules])"
     )
     run = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT.parent, check=False
     )
     assert run.returncode == 0, run.stderr
-    assert run.stdout.strip() == "[]"
+    return run.stdout.strip()
+
+
+def test_the_numeric_core_loads_no_viewer_and_no_command_line():
+    core = [m for m, p in MODULES.items() if RUNG.get(part(p), 0) < RUNG["views"] and m != "workbench"]
+    assert loaded_by(core, ("viser", "rerun", "typer", "playwright")) == "[]"
+
+
+def test_what_takes_long_to_load_is_loaded_when_it_is_used():
+    """By what reads files and keeps the page's state; each of these takes up to a second."""
+    names = ("scipy.signal", "scipy.stats", "trimesh", "networkx", "matplotlib.figure", "pandas")
+    assert loaded_by(["workbench.data.readers", "workbench.session"], names) == "[]"
 
 
 def test_modules_named_in_texts_exist():
