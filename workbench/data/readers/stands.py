@@ -208,9 +208,7 @@ def clock_offset(
     )
 
 
-def _correlation(
-    a: Float[np.ndarray, " n"], b: Float[np.ndarray, " m"]
-) -> Float[np.ndarray, " offsets"]:
+def _correlation(a: Float[np.ndarray, " n"], b: Float[np.ndarray, " m"]) -> Float[np.ndarray, " offsets"]:
     """Σ a(t + k) b(t) for k from 1 − m to n − 1."""
     size = len(a) + len(b) - 1
     return np.fft.irfft(np.fft.rfft(a, size) * np.fft.rfft(b[::-1], size), size)
