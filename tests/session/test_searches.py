@@ -1,13 +1,16 @@
 """Diagnoses that can't be made are refused in words; poses of equal index are searched."""
 
 import threading
+from functools import partial
 
 import numpy as np
 
 from workbench.arm.kinematics.forward import sensitivity
 from workbench.arm.motion import Motion
+from workbench.plate.design import optimise_plate
 from workbench.plate.indices import inverse_condition
 from workbench.plate.obstruction import solid_clear
+from workbench.plate.optimiser.optimise import Wish
 from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.diagnose import AddEffects, Diagnose, TakeNextPoses
 from workbench.session.commands.edit import LockTarget
@@ -38,7 +41,9 @@ def test_clustering_gives_equal_indices_in_different_cubes(do):
     assert do(ClusterTargets(1)).messages[-1].severity is Severity.ERROR
 
 
-def test_improving_can_be_cancelled_and_puts_in_only_what_is_better(do, worker, first):
+def test_improving_can_be_cancelled_and_puts_in_only_what_is_better(do, worker, first, monkeypatch):
+    quick = partial(optimise_plate, wish=Wish(places=150, starts=1))
+    monkeypatch.setattr("workbench.plate.design.optimise_plate", quick)
     worker.submit(ImprovePlate())
     while worker.session.job is None or not worker.session.job.text:
         threading.Event().wait(0.01)

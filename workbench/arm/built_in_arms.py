@@ -32,7 +32,7 @@ def load_robot(source: Path | str, *, tip: str | None = None) -> Robot:
     """
     built_in = built_in_robots()
     if str(source).lower() in built_in:
-        return read_toml(built_in[str(source).lower()])
+        return _built_in(built_in[str(source).lower()])
     words = str(source).split()
     if words and words[0].lower().endswith(".xacro"):
         from workbench.arm.xacro import expand_xacro
@@ -49,6 +49,12 @@ def load_robot(source: Path | str, *, tip: str | None = None) -> Robot:
             f"is no .toml, .urdf or .xacro file and no built-in arm; built in are {', '.join(built_in)}",
             path=str(source),
         )
+    return read_toml(path)
+
+
+@cache
+def _built_in(path: Path) -> Robot:
+    """The one object of a built-in arm, so that whatever is kept by arm is kept for all who load it."""
     return read_toml(path)
 
 

@@ -1,5 +1,6 @@
 """Plates as TOML files: the tables of `formats.md`, read with one clear sentence for each mistake."""
 
+from functools import cache
 from pathlib import Path
 from typing import Any, final
 
@@ -169,11 +170,17 @@ def load_plate(source: Path | str) -> Plate:
     """
     built_in = built_in_plates()
     if str(source).lower() in built_in:
-        return read_plate(built_in[str(source).lower()])
+        return _built_in(built_in[str(source).lower()])
     path = Path(source)
     if path.suffix.lower() != ".toml":
         raise FileError(
             f"is neither a .toml file nor a built-in plate; built in are {', '.join(built_in)}",
             path=str(source),
         )
+    return read_plate(path)
+
+
+@cache
+def _built_in(path: Path) -> Plate:
+    """The one object of a built-in plate, so that whatever is kept by plate is kept for all who load it."""
     return read_plate(path)

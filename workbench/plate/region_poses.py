@@ -8,6 +8,8 @@ Two meanings are told apart, because a calibration serves them very differently:
   same branch as the measured pose that is nearest.
 """
 
+from functools import lru_cache
+
 import numpy as np
 from jaxtyping import Float
 
@@ -17,6 +19,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import DataError
+from workbench.base.types import frozen
 from workbench.plate.plate import Plate
 from workbench.plate.poses.sampling import TRIES, in_base
 from workbench.plate.region import Region
@@ -66,6 +69,7 @@ def region_poses(
     return np.array(rows)
 
 
+@lru_cache(maxsize=32)
 def plate_region_poses(
     robot: Robot, plate: Plate, number: int = PLATE_POSES, *, cone: float = PLATE_CONE
 ) -> Float[np.ndarray, "rows n"]:
@@ -77,7 +81,8 @@ def plate_region_poses(
         DataError: the region is out of reach.
     """
     rng = np.random.default_rng(0)
-    return region_poses(robot, plate.region, number, rng=rng, towards=plate.poses[:, :3, :3], cone=cone)
+    towards = plate.poses[:, :3, :3]
+    return frozen(region_poses(robot, plate.region, number, rng=rng, towards=towards, cone=cone))
 
 
 def nearby_poses(

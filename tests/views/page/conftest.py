@@ -29,6 +29,8 @@ FLAGS = [
 ]
 DRAWN = "() => (window.__viserTestpoints?.rendererInfo?.render?.triangles ?? 0) > 3000"
 SIZE = {"width": 1280, "height": 800}
+SHARPNESS = 1 if os.environ.get("WORKBENCH_PICTURES") else 0.4
+"""Pixels that are drawn for one of the scene's; nobody looks at it where no pictures are kept."""
 UNCOVERED = """() => document.head.appendChild(document.createElement('style')).textContent =
   '.mantine-Notification-root { pointer-events: none; opacity: 0 }'"""
 """viser's note about software rendering lies above the scene; the page's own messages are elsewhere."""
@@ -100,7 +102,7 @@ class Screen:
         page.on("pageerror", lambda error: errors.append(str(error)))
         page.on("console", lambda line: errors.append(line.text) if line.type == "error" else None)
         known = set(app.server.get_clients())
-        page.goto(f"{app.url}/?fixedDpr=1")
+        page.goto(f"{app.url}/?fixedDpr={SHARPNESS}")
         return cls(page, app, cls._drawn(page, app, known), errors)
 
     @staticmethod
