@@ -32,7 +32,7 @@ from workbench.plate.cubes import map_cubes
 from workbench.plate.plate_toml import load_plate
 from workbench.session import Session, start
 from workbench.session.commands.data import LoadData
-from workbench.session.commands.drag import GrabTarget, MoveTarget
+from workbench.session.commands.drag import GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.region import SetRegion, ShowCubes, corner
 from workbench.session.cubes import values
 from workbench.session.state import CubeView, Field
@@ -48,7 +48,7 @@ SECONDS = 4.0
 PROBE = """() => {
   window.__moves = []; window.__shown = []; let last = null;
   const read = () => {
-    const text = document.querySelector('[data-testid="index"]')?.innerText;
+    const text = document.querySelector('[data-testid="index"]')?.textContent;
     if (text && text !== last) { last = text; window.__shown.push(performance.now()); }
   };
   read(); window.__shown.length = 0;
@@ -182,6 +182,7 @@ def with_points(app: App, number: int) -> None:
     rows = simulate(app.worker.session.robot, Motion(q), instrument=instrument_named("ideal"), rng=rng)
     content = write_measurements(rows, Path(tempfile.mkdtemp()) / "points.csv").read_bytes()
     app.worker.submit(LoadData("points.csv", content))
+    app.worker.submit(SelectTarget(0))
     app.worker.wait(120.0)
 
 

@@ -99,6 +99,24 @@ def test_a_failing_view_does_not_stop_the_others(worker, view, do, caplog):
     assert view.drawn[-1] is session
 
 
+def test_a_view_that_is_behind_draws_again_once_nothing_comes(worker, view, do):
+    class Behind(type(view)):
+        caught_up = threading.Event()
+
+        def draw(self, session):
+            super().draw(session)
+            self.is_behind = len(self.drawn) < 3
+            if not self.is_behind:
+                self.caught_up.set()
+
+    behind = Behind()
+    worker.add_view(behind)
+    session = do(SelectTarget(2))
+    assert behind.caught_up.wait(5.0)
+    assert behind.drawn[-1] is session
+    assert len(view.drawn) == 1
+
+
 def test_other_commands_go_on_beside_a_task(worker, view, first):
     go = threading.Event()
     worker.submit(Slow(go))

@@ -10,6 +10,9 @@ from workbench.session.state import Session, Severity
 class AbstractView(ABC):
     """Draws snapshots; called from the worker's thread only, one at a time, the newest last."""
 
+    is_behind: bool = False
+    """Whether something of the last snapshot was put off: it is drawn again once no command comes for a while."""
+
     @abstractmethod
     def draw(self, session: Session) -> None:
         """Show this snapshot. What did not change since the last one is the same object."""

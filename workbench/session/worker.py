@@ -26,6 +26,8 @@ from workbench.session.view import AbstractKeeper, AbstractView
 
 PROGRESS_INTERVAL = 0.1
 """Least time between two progress messages that are drawn [s]."""
+QUIET = 0.25
+"""Without a command for so long, views draw what they have put off [s]."""
 log = logging.getLogger(__name__)
 
 
@@ -172,10 +174,14 @@ class Worker:
             with self._changed:
                 self._busy = False
                 self._changed.notify_all()
-                self._changed.wait_for(lambda: self._queue or self._closing)
+                behind = [view for view in self._views if view.is_behind]
+                came = self._changed.wait_for(lambda: self._queue or self._closing, QUIET if behind else None)
                 if self._closing:
                     return
-                item, self._busy = self._queue.popleft(), True
+                item, self._busy = self._queue.popleft() if came else None, True
+            if item is None:
+                self._draw(behind)
+                continue
             before = self._session
             self._take(item)
             self._look_for_chores()

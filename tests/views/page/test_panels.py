@@ -1,12 +1,16 @@
 """Panels without a browser: every control explains itself, and strange text stays text."""
 
 import io
+import re
 import zipfile
-from time import sleep
+from time import monotonic, sleep
+from types import SimpleNamespace
 
+import imageio.v3
 import numpy as np
 import pytest
 from viser._assignable_props_api import AssignablePropsBase
+from viser._messages import GuiUpdateMessage
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
@@ -33,13 +37,16 @@ from workbench.session.export import (
 from workbench.session.guide import guide
 from workbench.session.state import Focus, Severity, Units
 from workbench.views.appearance.bodies import body_frames
+from workbench.views.appearance.colours import SKY
 from workbench.views.page import html
 from workbench.views.page.panels import fit
 from workbench.views.page.panels.arrange import rows_of, table_of
 from workbench.views.page.panels.choices import read_rows
 from workbench.views.page.panels.compare import ComparePanel
+from workbench.views.page.panels.files import FilesPanel
 from workbench.views.page.panels.header import Header
 from workbench.views.page.panels.targets import TargetsPanel
+from workbench.views.page.style import RULES
 
 
 def test_every_control_has_a_tooltip(app):
@@ -64,6 +71,61 @@ def test_no_file_is_offered_that_would_need_words_of_the_command_line(app):
     hints = [str(getattr(h, "hint", "")) for h in app.server.gui._gui_input_handle_from_uuid.values()]
     assert len(hints) > 20
     assert not any("MATLAB" in hint for hint in hints)
+
+
+def test_in_a_drag_the_numbers_that_count_go_ahead_of_the_scene(app, monkeypatch):
+    messages, flushed = [], []
+    queue = type(app.server._websock_server).queue_message
+    monkeypatch.setattr(
+        type(app.server._websock_server),
+        "queue_message",
+        lambda server, message: (messages.append(message), queue(server, message)),
+    )
+    monkeypatch.setattr(app.server, "flush", lambda: flushed.append(len(messages)))
+    app.worker.submit(GrabTarget(0, 1))
+    app.worker.wait()
+    messages.clear(), flushed.clear()
+    app.worker.submit(MoveTarget(0, (0.55, 0.35, 0.24), (-2.6, 0.0, 0.0), client=1))
+    app.worker.wait()
+    ahead = messages[: flushed[0]]
+    assert len(flushed) == 2 and len(messages) > len(ahead)
+    assert {type(m) for m in ahead} == {GuiUpdateMessage}
+    assert html.number(1e3 * app.worker.session.score.position) in ahead[0].updates["content"]
+    app.worker.submit(DropTarget(1))
+    app.worker.wait()
+
+
+def test_what_is_put_off_in_a_drag_comes_once_the_hand_is_still(app):
+    app.worker.submit(GrabTarget(0, 1))
+    for x in (0.56, 0.55, 0.54):
+        app.worker.submit(MoveTarget(0, (x, 0.35, 0.24), (-2.6, 0.0, 0.0), client=1))
+        app.worker.wait()
+    end = monotonic() + 5.0
+    while control(app, "Position [mm]").value[0] != 540.0 and monotonic() < end:
+        sleep(0.05)
+    assert control(app, "Position [mm]").value[0] == 540.0
+    assert app.worker.session.drag is not None
+    app.worker.submit(DropTarget(1))
+    app.worker.wait()
+
+
+def test_no_selector_makes_a_browser_search_the_page_at_every_change():
+    rules = RULES.partition("@media")[0]  # the others are for phones
+    rare = r"(?:> )?(?:\[data-(?!testid)[\w-]+=\"1\"\]|\.[\w-]+)"
+    assert rules.count(":has(") > 5
+    assert re.findall(rf":has\((?!{rare}\))", rules) == []
+
+
+def test_a_saved_picture_has_the_sky_of_the_page(app):
+    saved = []
+    nothing = np.zeros((4, 6, 4), np.uint8)
+    client = SimpleNamespace(
+        get_render=lambda *size, **options: nothing,
+        send_file_download=lambda name, content, **options: saved.append(content),
+    )
+    panel = next(p for p in app.view._panels if isinstance(p, FilesPanel))
+    panel._picture(SimpleNamespace(client=client))
+    assert (imageio.v3.imread(saved[0]) == SKY).all()
 
 
 def test_the_first_hint_is_there(app):

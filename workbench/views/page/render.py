@@ -83,6 +83,9 @@ TABS: dict[Tab, tuple[type[AbstractPanel], ...]] = {
 class BrowserView(AbstractView):
     """Draws every snapshot in one message window, so that no page shows half of it.
 
+    In a drag the numbers that count go first, alone: a page shows them without waiting for its next frame,
+    which takes long where the scene is drawn without a graphics card. Nothing waits for viser's own window.
+
     Args:
         server: Where.
         worker: What takes the commands.
@@ -119,10 +122,17 @@ class BrowserView(AbstractView):
         return self._scene.gizmo
 
     def draw(self, session: Session) -> None:
+        if session.drag is not None:
+            with self._server.atomic():
+                for panel in self._panels:
+                    if panel.pause == 0.0:
+                        panel.update(session)
+            self._server.flush()
         with self._server.atomic():
             self._scene.show(session)
-            for panel in self._panels:
-                panel.update(session)
+            waits = [panel.update(session) for panel in self._panels]
+        self._server.flush()
+        self.is_behind = self._scene.is_behind or any(waits)
         if session.opened is not None and session.opened is not self._opened:
             self._tabs.open(session.opened.tab)
         self._opened = session.opened

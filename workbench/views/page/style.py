@@ -1,10 +1,18 @@
 """The page's style sheet: what viser's own has no setting for. It relies on how viser 1.1 builds its page;
 where that differs, the page is as viser makes it. A browser test holds it.
+
+A browser looks for what `:has` names whenever something like it comes or goes below an element that may have
+it. So it names one attribute or class that hardly anything has: with tags, or names that many have, every number
+that changes would cost a look at the whole page (10 ms).
 """
 
-STRIP = '.mantine-Paper-root:has(> div > div > div > div > [data-testid="hint"])'
+from workbench.views.appearance.colours import SKY, SKY_DARK, css
+
+KEPT = 'data-kept="1"'
+"""Marks what makes its folder the strip that is kept in view."""
+STRIP = f".mantine-Paper-root[data-with-border]:has([{KEPT}])"
 """The folder that holds the strip."""
-INSIDE = ':has(> div > [data-testid="hint"])'
+INSIDE = f"{STRIP} > div > div > div"
 """What holds its parts."""
 SHEET = (
     '.mantine-Paper-root[style*="position: fixed"] [style*="grid-template-rows: 1fr"] [data-testid="hint"]'
@@ -22,15 +30,17 @@ OVER_HEIGHT = 152
 DROP = 'data-drop="1"'
 """Marks a modal on whose upload buttons files can be dropped: the browser's file fields lie above them."""
 RULES = f"""
+canvas[data-engine] {{ background: {css(SKY)} }}
+[data-mantine-color-scheme="dark"] canvas[data-engine] {{ background: {css(SKY_DARK)} }}
 .mantine-Modal-content:has([{WIDE}]) {{ flex-basis: 94vw; max-width: 1800px }}
 [{WIDE}] svg {{ max-height: 76vh }}
 div[style*="grid-template-rows"] > div[style*="overflow: hidden"] {{ overflow: clip !important }}
 {STRIP} {{ position: sticky; top: 0; z-index: 20; margin: 0 0 .6em; border-width: 0 0 1px;
   border-radius: 0; background: var(--mantine-color-body); box-shadow: 0 4px 8px -6px rgba(0,0,0,.3) }}
 {STRIP} > .mantine-Paper-root, {STRIP} > :last-child {{ display: none }}
-div{INSIDE} {{ display: flex; flex-wrap: wrap; gap: 6px 0; padding: 6px 0 !important }}
-div{INSIDE} > * {{ flex: 1 0 100%; padding-bottom: 0 !important }}
-div{INSIDE} > :has(> button) {{ flex: 1 1 0 }}
+{INSIDE} {{ display: flex; flex-wrap: wrap; gap: 6px 0; padding: 6px 0 !important }}
+{INSIDE} > * {{ flex: 1 0 100%; padding-bottom: 0 !important }}
+{INSIDE} > [style*="margin-inline"] {{ flex: 1 1 0 }}
 .gone {{ display: none }}
 [{OVER}] {{ height: {OVER_HEIGHT}px; margin-bottom: -{OVER_HEIGHT}px }}
 div:has(> [{OVER}]) + div {{ height: {OVER_HEIGHT}px; padding: 0 12px !important; position: relative }}
@@ -43,7 +53,7 @@ div:has(> [{OVER}]) + div .mantine-Slider-trackContainer::before {{
 div:has(> [{OVER}]) + div .mantine-Slider-track::before {{ display: none }}
 div:has(> [{OVER}]) + div .mantine-Slider-thumb {{
   width: 2px !important; height: {OVER_HEIGHT}px !important; border: 0; border-radius: 0 }}
-.mantine-Modal-body:has([{DROP}]) div:has(> input[type="file"]) {{ position: relative }}
+.mantine-Modal-body:has([{DROP}]) div {{ position: relative }}
 .mantine-Modal-body:has([{DROP}]) input[type="file"] {{ display: block !important; position: absolute;
   inset: 0; width: 100%; opacity: 0; z-index: 1; cursor: pointer }}
 div[style*="pointer-events: none"][style*="opacity: 0.5"] .gone {{ display: block }}

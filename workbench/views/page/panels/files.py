@@ -3,6 +3,7 @@
 import io
 from typing import Any
 
+import numpy as np
 import viser
 from PIL import Image
 
@@ -14,6 +15,7 @@ from workbench.session.export import (
     report_zip,
 )
 from workbench.session.state import Session
+from workbench.views.appearance.colours import SKY, SKY_DARK
 from workbench.views.page.panels.panel import AbstractPanel
 
 PICTURE = (1200, 1920)
@@ -71,6 +73,10 @@ class FilesPanel(AbstractPanel):
         if event.client is None:
             return
         height, width = PICTURE
+        sky = np.array(SKY_DARK if self._worker.session.is_dark else SKY)
+        pixels = event.client.get_render(height, width, transport_format="png", timeout=30.0)
+        share = pixels[..., 3:] / 255.0
+        scene = np.round(pixels[..., :3] * share + sky * (1.0 - share)).astype(np.uint8)
         picture = io.BytesIO()
-        Image.fromarray(event.client.get_render(height, width, timeout=30.0)).save(picture, format="PNG")
+        Image.fromarray(scene).save(picture, format="PNG")
         event.client.send_file_download("workbench.png", picture.getvalue(), save_immediately=True)

@@ -11,6 +11,7 @@ from workbench.session.state import Message, Session, Severity
 from workbench.session.worker import Worker
 from workbench.views.page.html import BAD, CAREFUL, GOOD, LINE, MUTED, block, text
 from workbench.views.page.panels.panel import AbstractPanel, on_press, set_value
+from workbench.views.page.style import KEPT
 
 TINTS = {
     Severity.INFO: ("rgba(59,130,246,.12)", "#3b82f6"),
@@ -146,7 +147,7 @@ def _verdict(step: Step, *, is_caption: bool) -> str:
     figure = (
         f'<div data-testid="figure-now" style="{FIGURE}">{text(step.figure)}</div>' if step.figure else ""
     )
-    return block(words + figure, testid="hint", style=style)
+    return f"<div {KEPT}>{block(words + figure, testid='hint', style=style)}</div>"
 
 
 def _message(message: Message) -> str:

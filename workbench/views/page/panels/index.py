@@ -23,7 +23,9 @@ NORM_OF_NOISE = float(np.sqrt(8.0 / np.pi))
 
 
 class IndexPanel(AbstractPanel):
-    """Predicted error, what it is worth, and the worth of each target; drawn at every step of a drag."""
+    """Predicted error, what it is worth, and the worth of each target."""
+
+    pause = 0.0
 
     def build(self, server: viser.ViserServer) -> None:
         self._html = server.gui.add_html("")
@@ -49,8 +51,6 @@ class IndexPanel(AbstractPanel):
 
 class IndicesPanel(AbstractPanel):
     """All observability indices, for who wants them."""
-
-    pause = 0.25
 
     def build(self, server: viser.ViserServer) -> None:
         with server.gui.add_folder("All indices", expand_by_default=False):

@@ -30,8 +30,8 @@ class AbstractPanel(ABC):
         worker: What takes the commands.
     """
 
-    pause: ClassVar[float] = 0.0
-    """Least time between two drawings in the course of a drag [s]."""
+    pause: ClassVar[float] = 0.25
+    """Least time between two drawings in the course of a drag [s]; with 0, at every step before all else."""
     keeps_typed: ClassVar[bool] = False
     """Whether controls stay as they are when a message comes. It may be a refusal: all others then go back to
     what the session has."""
@@ -53,15 +53,15 @@ class AbstractPanel(ABC):
     def show(self, session: Session) -> None:
         """Bring the controls in line with this snapshot."""
 
-    def update(self, session: Session) -> None:
-        """Show this snapshot, if anything is new in it."""
+    def update(self, session: Session) -> bool:
+        """Show this snapshot, if anything is new in it; returns whether that has to wait a while."""
         if session.drag is not None and time.monotonic() - self._drawn < self.pause:
-            return
+            return self.pause < AFTERWARDS
         parts = (0 if self.keeps_typed else session.message_count, *self.parts(session))
-        if len(parts) == len(self._parts) and all(map(is_same, parts, self._parts)):
-            return
-        self._parts, self._drawn = parts, time.monotonic()
-        self.show(session)
+        if len(parts) != len(self._parts) or not all(map(is_same, parts, self._parts)):
+            self._parts, self._drawn = parts, time.monotonic()
+            self.show(session)
+        return False
 
     def button(
         self,

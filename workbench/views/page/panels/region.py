@@ -45,8 +45,6 @@ CUTS = {"all layers": None, "one layer of x": 0, "one layer of y": 1, "one layer
 class RegionPanel(AbstractPanel):
     """Cuboid and cubes."""
 
-    pause = 0.25
-
     def build(self, server: viser.ViserServer) -> None:
         gui = server.gui
         self._field = gui.add_dropdown(

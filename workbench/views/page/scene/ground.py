@@ -5,7 +5,7 @@ import viser
 
 from workbench.arm.kinematics.skeleton import height_above_floor
 from workbench.session.state import Focus, Session
-from workbench.views.appearance.colours import GRID, GRID_DARK, GRID_SECTION, GRID_SECTION_DARK, SKY, SKY_DARK
+from workbench.views.appearance.colours import GRID, GRID_DARK, GRID_SECTION, GRID_SECTION_DARK
 from workbench.views.page.camera import view_of_rows
 
 
@@ -26,12 +26,10 @@ class Ground:
         self.show(session)
 
     def show(self, session: Session) -> None:
-        """Draw sky and grid, light or dark."""
+        """Draw the grid, light or dark; the sky is the page's own (`style.py`)."""
         if session.is_dark is self._is_dark:
             return
         self._is_dark = session.is_dark
-        sky = SKY_DARK if session.is_dark else SKY
-        self._server.scene.set_background_image(np.full((2, 2, 3), sky, np.uint8))
         cell = 0.1 if self._reach < 3.0 else 0.5
         self._server.scene.add_grid(
             "/ground",

@@ -41,6 +41,11 @@ class Scene:
         server.on_client_disconnect(lambda client: self.gizmo.left(client))
         server.scene.on_click()(self._clicked_anywhere)
 
+    @property
+    def is_behind(self) -> bool:
+        """Whether something keeps an older picture for now."""
+        return self._sink.is_behind
+
     def show(self, session: Session) -> None:
         """Draw what has changed in this snapshot."""
         with self._lock:

@@ -7,7 +7,7 @@ where they differ. Nothing has a shadow: computers without a graphics card are t
 import itertools
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
@@ -44,11 +44,18 @@ class PageSink(AbstractSink):
         self._nodes: dict[str, Node] = {}
         self._hidden: set[str] = set()
         self._drawn_at: dict[str, float] = {}
+        self.is_behind = False
         self._count = itertools.count(1)
+
+    def draw(self, items: Iterable[Item]) -> None:
+        self.is_behind = False
+        super().draw(items)
 
     def puts_off(self, item: Item) -> bool:
         since = time.monotonic() - self._drawn_at.get(item.path, -math.inf)
-        return not item.shown or (item.can_wait and since < REDRAWN)
+        waits = item.shown and item.can_wait and since < REDRAWN
+        self.is_behind |= waits
+        return waits or not item.shown
 
     def show(self, item: Item) -> None:
         if item.shown is (item.path in self._hidden):
