@@ -11,7 +11,7 @@ class AbstractView(ABC):
     """Draws snapshots; called from the worker's thread only, one at a time, the newest last."""
 
     is_behind: bool = False
-    """Whether something of the last snapshot was put off: it is drawn again once no command comes for a while."""
+    """Whether something of the last snapshot was put off: it is drawn again once no command comes."""
 
     @abstractmethod
     def draw(self, session: Session) -> None:

@@ -88,7 +88,8 @@ def test_in_a_drag_the_numbers_that_count_go_ahead_of_the_scene(app, monkeypatch
     app.worker.submit(MoveTarget(0, (0.55, 0.35, 0.24), (-2.6, 0.0, 0.0), client=1))
     app.worker.wait()
     ahead = messages[: flushed[0]]
-    assert len(flushed) == 2 and len(messages) > len(ahead)
+    assert len(flushed) == 2
+    assert len(messages) > len(ahead)
     assert {type(m) for m in ahead} == {GuiUpdateMessage}
     assert html.number(1e3 * app.worker.session.score.position) in ahead[0].updates["content"]
     app.worker.submit(DropTarget(1))

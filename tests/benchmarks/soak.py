@@ -1,0 +1,151 @@
+"""Memory, files, threads and the time of a drag step over a long session that several browsers drag in.
+
+Run: python tests/benchmarks/soak.py --minutes 30 --browsers 5 --check
+
+The page is served and recorded as `workbench serve` does it; one other process opens the browsers and drags
+target 1 in each of them in turn. A line a minute; at the end what is bounded: memory may grow by 5 % after a
+sixth of the time, a drag step (from its gesture until all is drawn) may take 1.5 times as long as in
+the first minute, at the 95th percentile, and files and threads stay as many.
+"""
+
+import argparse
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from playwright.sync_api import sync_playwright
+
+from workbench.arm.built_in_arms import load_robot
+from workbench.plate.plate_toml import load_plate
+from workbench.session import AbstractView
+from workbench.session.commands.drag import MoveTarget
+from workbench.session.journal.folder import begin
+from workbench.views.page.app import App
+from workbench.views.recording.recorder import recorder
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "views" / "page"))
+from conftest import DRAWN, FLAGS, SIZE
+
+HANDLE = "/handles/arrows"
+PIXEL = """([node, offset]) => {
+  const seen = window.__viserMutable, [w, x, y, z] = seen.nodePoseData[''].wxyz;
+  const p = seen.nodePoseData[node].position.map((v, i) => v + offset[i]);
+  const t = [2*(y*p[2]-z*p[1]), 2*(z*p[0]-x*p[2]), 2*(x*p[1]-y*p[0])];
+  const v = [p[0]+w*t[0]+y*t[2]-z*t[1], p[1]+w*t[1]+z*t[0]-x*t[2], p[2]+w*t[2]+x*t[1]-y*t[0], 1];
+  const by = (m, v) => [0, 1, 2, 3].map(i => m[i]*v[0] + m[4+i]*v[1] + m[8+i]*v[2] + m[12+i]*v[3]);
+  const c = by(seen.camera.projectionMatrix.elements, by(seen.camera.matrixWorldInverse.elements, v));
+  const box = seen.canvas.getBoundingClientRect();
+  return [box.x + box.width * (1 + c[0]/c[3]) / 2, box.y + box.height * (1 - c[1]/c[3]) / 2];
+}"""
+"""Where on the page a place is that lies off a node [m]."""
+
+
+class Timed(AbstractView):
+    """Drawn last: how long a step took from its gesture on [ms]."""
+
+    def __init__(self, worker):
+        self.times, self._since = [], None
+        worker.listen(self._heard)
+
+    def _heard(self, command):
+        if isinstance(command, MoveTarget) and self._since is None:
+            self._since = time.perf_counter()
+
+    def draw(self, session):
+        if self._since is not None:
+            self.times.append(1e3 * (time.perf_counter() - self._since))
+            self._since = None
+
+    def close(self):
+        pass
+
+
+def drag_for_ever(url, count):
+    """The other process: open so many pages, and drag in each in turn."""
+    along = 0.9 * 0.17 * load_robot("aria").reach
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(
+            executable_path=shutil.which("chromium"), headless=True, args=FLAGS
+        )
+        pages = [browser.new_context(viewport=SIZE).new_page() for _ in range(count)]
+        for page in pages:
+            page.goto(f"{url}/?fixedDpr=1")
+            page.wait_for_function(DRAWN, timeout=300_000)
+        while True:
+            for page in pages:
+                x, y = page.evaluate(PIXEL, [HANDLE, [along, 0.0, 0.0]])
+                page.mouse.move(x, y)
+                page.wait_for_timeout(100)
+                page.mouse.down()
+                for k in range(1, 41):
+                    page.mouse.move(x + 25.0 * np.sin(2.0 * np.pi * k / 40), y)
+                page.mouse.up()
+
+
+def held():
+    """Memory [MB], open files and threads of this process."""
+    lines = dict(line.split(":", 1) for line in Path("/proc/self/status").read_text().splitlines())
+    return int(lines["VmRSS"].split()[0]) / 1024, len(os.listdir("/proc/self/fd")), threading.active_count()
+
+
+def soak(minutes, browsers):
+    """A row a minute: memory, files, threads, steps, and their 95th percentile."""
+    with tempfile.TemporaryDirectory() as folder:
+        begun = begin(load_robot("aria"), load_plate("table2"), folder=Path(folder) / "soak")
+        begun = replace(begun, keepers=(*begun.keepers, recorder(begun.folder)))
+        app = App(begun.session.robot, begun.session.plate, begun=begun)
+        timed = Timed(app.worker)
+        app.worker.add_view(timed)
+        others = subprocess.Popen([sys.executable, __file__, "--drag", app.url, "--browsers", str(browsers)])
+        rows = []
+        try:
+            while not timed.times and others.poll() is None:
+                time.sleep(0.5)
+            for minute in range(1, minutes + 1):
+                time.sleep(60.0)
+                times, timed.times = timed.times, []
+                late = float(np.percentile(times, 95)) if times else np.nan
+                rows.append((*held(), len(times), late))
+                words = "minute {:3d}: {:7.1f} MB, {:3d} files, {:3d} threads, {:5d} steps, p95 {:7.1f} ms"
+                print(words.format(minute, *rows[-1]), flush=True)
+        finally:
+            others.terminate()
+            others.wait()
+            app.close()
+    return np.array(rows)
+
+
+def main():
+    """Print the lines, and what is bounded."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--minutes", type=int, default=30)
+    parser.add_argument("--browsers", type=int, default=5)
+    parser.add_argument("--check", action="store_true", help="a bound that is broken is the exit status")
+    parser.add_argument("--drag", metavar="URL", help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if options.drag:
+        drag_for_ever(options.drag, options.browsers)
+    rows = soak(options.minutes, options.browsers)
+    begin_ = rows[max(0, len(rows) // 6 - 1)]
+    last = rows[-1]
+    bounds = {
+        f"memory {100.0 * (last[0] / begin_[0] - 1.0):+.1f} % (at most +5)": last[0] <= 1.05 * begin_[0],
+        f"p95 {last[4] / rows[0][4]:.2f} × the first minute's (at most 1.5)": last[4] <= 1.5 * rows[0][4],
+        f"files {begin_[1]:.0f} → {last[1]:.0f}": last[1] <= begin_[1],
+        f"threads {begin_[2]:.0f} → {last[2]:.0f}": last[2] <= begin_[2],
+    }
+    for words, is_kept in bounds.items():
+        print("✓" if is_kept else "✗", words)
+    if options.check and not all(bounds.values()):
+        raise SystemExit(1)
+
+
+if __name__ == "__main__":
+    main()
