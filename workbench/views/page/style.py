@@ -2,8 +2,8 @@
 where that differs, the page is as viser makes it. A browser test holds it.
 
 A browser looks for what `:has` names whenever something like it comes or goes below an element that may have
-it. So it names one attribute or class that hardly anything has: with tags, or names that many have, every number
-that changes would cost a look at the whole page (10 ms).
+it. So it names one attribute or class that hardly anything has: with tags, or names that many have, every
+number that changes would cost a look at the whole page (10 ms).
 """
 
 from workbench.views.appearance.colours import SKY, SKY_DARK, css
