@@ -57,6 +57,7 @@ class Scene:
             if is_other or _has_other_rows(before, session):
                 self._look(session)
             self._ground.show(session)
+            self._sink.is_behind = False
             self._sink.draw(on_page(_at(session, self._player.follow(session))))
             self._corners.show(session)
             self.gizmo.show(session)

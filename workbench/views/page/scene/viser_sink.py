@@ -7,7 +7,7 @@ where they differ. Nothing has a shadow: computers without a graphics card are t
 import itertools
 import math
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -46,10 +46,6 @@ class PageSink(AbstractSink):
         self._drawn_at: dict[str, float] = {}
         self.is_behind = False
         self._count = itertools.count(1)
-
-    def draw(self, items: Iterable[Item]) -> None:
-        self.is_behind = False
-        super().draw(items)
 
     def puts_off(self, item: Item) -> bool:
         since = time.monotonic() - self._drawn_at.get(item.path, -math.inf)
