@@ -28,9 +28,10 @@ MOST_WAITING = 32 * 2**20
 CHUNK = 2**18
 TICK = 1.0
 """Time after which a viewer gets what was drawn [s]."""
-FILE_TICK = 300.0
+FILE_TICK = 20.0
 """Time after which it goes to a file [s], unless it is a mebibyte earlier: large batches need a fifth of the
-room. What a killed program had not handed on is drawn from the journal."""
+room on the disk, but 0.1 MB of memory for every place of a drag that waits in one. What a killed program had
+not handed on is drawn from the journal."""
 PATIENCE = 5.0
 """How long the end of a recording, or a viewer's answer, may take [s]."""
 
