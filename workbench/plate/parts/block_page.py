@@ -172,7 +172,7 @@ def _bore_rows(block: Block, tolerances: Tolerances) -> list[tuple[str, ...]]:
             (
                 f"{number} {'face' if on_face else 'foot'}",
                 SHORT[bore.purpose],
-                *(f"{value + 0.0:.3f}" for value in place),
+                *(f"{value:z.3f}" for value in place),
                 bore.size.split(" (core")[0],
                 millimetres(bore.depth),
                 position_words(bore, tolerances),

@@ -89,7 +89,7 @@ def _block(plate: Plate, number: int, target: Target, stock: Stock) -> Block:
     azimuth = float(np.arctan2(normal[1], normal[0])) if tilt > 1e-6 else 0.0
     pose = se3.pose(se3.rpy_to_matrix(np.array([0.0, 0.0, azimuth])), np.array([*tool[:2, 3], 0.0]))
     local = se3.inverse(pose)
-    middle = np.round(se3.apply(local, tool[:3, 3] + lift * normal), 15) + 0.0  # no −0.000 on drawings
+    middle = se3.apply(local, tool[:3, 3] + lift * normal)
     bores = (*_face_bores(number, target.kind, middle, local[:3, :3] @ tool[:3, :3], stock),)
     block = Block(
         number=number,

@@ -50,7 +50,7 @@ def blocks_csv(fixture: Fixture) -> str:
     for block in fixture.blocks:
         place = (*fixture.from_corner(block.pose[:3, 3]), np.rad2deg(block.azimuth), np.rad2deg(block.tilt))
         sizes = (MM * h for h in (block.height, *block.heights, block.side))
-        numbers = (f"{v + 0.0:.4f}" for v in (*place, *sizes))
+        numbers = (f"{v:z.4f}" for v in (*place, *sizes))
         rows.append((str(block.number), fixture.letter(block.number), str(block.kind), *numbers))
     return _table(head, rows)
 
@@ -98,7 +98,7 @@ def bores_csv(fixture: Fixture) -> str:
             on_face = bore.direction[2] < 0.0
             u, v = shape.block.on_face(bore) if on_face else MM * bore.mouth[:2]
             angle = np.rad2deg(np.arctan2(v, u)) if np.hypot(u, v) > 1e-6 else 0.0
-            numbers = (f"{value + 0.0:.4f}" for value in (u, v, angle, MM * bore.diameter))
+            numbers = (f"{value:z.4f}" for value in (u, v, angle, MM * bore.diameter))
             words = (bore.size, f"{MM * bore.depth:.4f}", position_words(bore, fixture.tolerances))
             rows.append((shape.letter, "face" if on_face else "foot", str(bore.purpose), *numbers, *words))
     return _table((*head, "position_tolerance"), rows)
@@ -165,7 +165,7 @@ def inspection_csv(plate: Plate, fixture: Fixture) -> str:
             part,
             feature,
             unit,
-            *(f"{v + 0.0:.4f}" for v in (nominal, nominal - bound, nominal + bound)),
+            *(f"{v:z.4f}" for v in (nominal, nominal - bound, nominal + bound)),
             "",
         )
         for i, (part, feature, unit, nominal, bound) in enumerate(checks, start=1)

@@ -63,7 +63,7 @@ def lines(rows: Sequence[str], at: np.ndarray) -> list[Item]:
 
 def millimetres(value: float) -> str:
     """A length in metres as a number of millimetres."""
-    return f"{MM * value:.3f}"
+    return f"{MM * value:z.3f}"
 
 
 SHORT = {
@@ -71,7 +71,7 @@ SHORT = {
     Purpose.THREAD: "screw",
     Purpose.DOWEL: "dowel",
     Purpose.MOUNTING: "mounting",
-    Purpose.SEAT: "seat of the probe",
+    Purpose.SEAT: "probe seat",
     Purpose.INDEX: "index pin",
     Purpose.SOCKET: "ball",
     Purpose.TIP: "pointed probe",

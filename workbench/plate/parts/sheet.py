@@ -228,9 +228,9 @@ class PlateSheet:
             places = self.fixture.from_corner(block.pose[:3, 3])
             angles = np.rad2deg([block.tilt, block.azimuth]) + 0.0
             numbers = (
-                *(f"{v:.3f}" for v in places),
+                *(f"{v:z.3f}" for v in places),
                 f"{MM * block.height:.3f}",
-                *(f"{a:.3f}" for a in angles),
+                *(f"{a:z.3f}" for a in angles),
             )
             branch = "" if self.score is None else self.score.measured.branches[i]
             lines.append((f"{block.number}", self.fixture.letter(block.number), *numbers, branch))

@@ -53,7 +53,7 @@ def slab_page(fixture: Fixture, slab: Slab) -> Page:
     items += [across, up, *_ordinates(np.array(_named(fixture, slab, places)), view, width)]
     left = view.origin[0] + length / scale + 34.0
     rows = [("hole", "x", "y", "size", "for")] + [
-        (bore.label, f"{x:.3f}", f"{y:.3f}", bore.size, SHORT[bore.purpose])
+        (bore.label, f"{x:z.3f}", f"{y:z.3f}", bore.size, SHORT[bore.purpose])
         for (x, y), bore in zip(places, slab.bores, strict=True)
     ]
     room = int((top - BORDER - TITLE[1] - 50.0) / LINE)

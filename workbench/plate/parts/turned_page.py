@@ -62,8 +62,8 @@ def turned_page(fixture: Fixture, part: Turned) -> Page:
             (
                 bore.label,
                 SHORT[bore.purpose],
-                f"{x + 0.0:.3f}",
-                f"{y + 0.0:.3f}",
+                f"{x:z.3f}",
+                f"{y:z.3f}",
                 bore.size,
                 depth,
                 position_words(bore, fixture.tolerances),
