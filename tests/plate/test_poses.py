@@ -107,6 +107,14 @@ def test_points_and_other_parameters(aria):
     assert found.after >= found.before > 0.0
 
 
+def test_what_points_do_not_show_is_left_out():
+    """With every constant free, turns of the last joint's frame are seen by no point."""
+    arm = load_robot("ur10")
+    q = random_poses(arm, 60, rng=rng(1))
+    found = informative_poses(arm, 12, candidates=q, sigma_rotation=None, rng=rng(2))
+    assert found.after > found.before > 0.0
+
+
 def test_cancel_and_progress(aria):
     for index in ("O", "O1", "O2"):
         stopped = informative_poses(aria, 5, index=index, rng=rng(), cancel=lambda: True)

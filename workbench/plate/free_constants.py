@@ -33,15 +33,18 @@ def identified_names(robot: Robot, *, base: bool | None = None, tool: bool | Non
     return (*robot.default_free, *(f"{frame}.{part}" for frame in unknown for part in FRAME_PARTS))
 
 
-def visible_basis(robot: Robot, names: tuple[str, ...] | None = None) -> Float[np.ndarray, "p r"] | None:
-    """Combinations of scaled parameters that full poses anywhere show, as columns; None where all are seen.
+def visible_basis(
+    robot: Robot, names: tuple[str, ...] | None = None, *, sigma_rotation: float | None = 3.490658503988659e-4
+) -> Float[np.ndarray, "p r"] | None:
+    """Combinations of scaled parameters that poses anywhere show, as columns; None where all are seen.
 
     Args:
         robot: Nominal arm with limits.
         names: What is identified; the robot's default free constants if None.
+        sigma_rotation: Standard deviation of a measured rotation [rad]; None for points.
     """
     q = random_poses(robot, GENERIC, rng=np.random.default_rng(0))
-    generic = linearise(robot, q, names=names)
+    generic = linearise(robot, q, names=names, sigma_rotation=sigma_rotation)
     rank = generic.rank()
     return None if rank == len(generic.names) else frozen(generic.factors[2][:rank].T)
 

@@ -199,7 +199,7 @@ def informative_poses(
             )
     options = {"names": names, "sigma_position": sigma_position, "sigma_rotation": sigma_rotation}
     limits = limits or PoseLimits()
-    basis = visible_basis(robot, names)
+    basis = visible_basis(robot, names, sigma_rotation=sigma_rotation)
     middle = linearise(robot, robot.search_limits.mean(1)[None], names=names)
     goal = index if matter is None or index != "I" else matter
     aim = goal_index(goal, robot, middle, basis)
