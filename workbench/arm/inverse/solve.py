@@ -113,8 +113,8 @@ def check_poses(poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, "rows
     off = float(np.abs(np.swapaxes(r, 1, 2) @ r - np.eye(3)).max(initial=0.0))
     if off > 1e-3 or (np.linalg.det(r) < 0).any():
         raise DataError(
-            f"the rotation of a pose to be reached is none (RᵀR differs from 1 by {off:.2g}, or it mirrors); "
-            "give an orthonormal right-handed matrix"
+            "rotation parts of poses must be orthonormal and right-handed, got one whose RᵀR differs from the "
+            f"identity by {off:.2g}, or that mirrors"
         )
     u, _, vt = np.linalg.svd(r)
     clean = np.array(poses, float)

@@ -123,11 +123,11 @@ def _ordinates(places: np.ndarray, view: View, width: float) -> list[Item]:
             view.origin + np.array([label, width / view.scale + 10.0]),
         )
         items.append(Line(np.array([start + np.array([0, 1]), foot - [0, 3], foot]), Layer.DIMENSIONS))
-        items.append(Words(f"{x * view.scale:.3f}", foot + np.array([1.2, 1.0]), TEXT, "left", 90.0))
+        items.append(Words(f"{x * view.scale:z.3f}", foot + np.array([1.2, 1.0]), TEXT, "left", 90.0))
     for y, label in spread(places[:, 1] / view.scale, 4.2):
         start, foot = view.origin + np.array([0.0, y]), view.origin + np.array([-10.0, label])
         items.append(Line(np.array([start - [1, 0], foot + np.array([3, 0]), foot]), Layer.DIMENSIONS))
-        items.append(Words(f"{y * view.scale:.3f}", foot + np.array([-1.0, -1.2]), TEXT, "right"))
+        items.append(Words(f"{y * view.scale:z.3f}", foot + np.array([-1.0, -1.2]), TEXT, "right"))
     return items
 
 

@@ -71,7 +71,7 @@ class Tolerances:
         source = (
             "usual ones, as the plate's file states none" if self.assumed else "as the plate's file states"
         )
-        return f"each target within {bounds} ({source})"
+        return f"each seat within {bounds} ({source})"
 
 
 def tolerances_of(making: Making, dowels: float) -> Tolerances:
