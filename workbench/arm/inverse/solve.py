@@ -113,7 +113,7 @@ def check_poses(poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, "rows
     off = float(np.abs(np.swapaxes(r, 1, 2) @ r - np.eye(3)).max(initial=0.0))
     if off > 1e-3 or (np.linalg.det(r) < 0).any():
         raise DataError(
-            "rotation parts of poses must be orthonormal and right-handed, got one whose RᵀR differs from the "
+            "rotation parts of poses must be orthonormal and right-handed, got one with RᵀR off the "
             f"identity by {off:.2g}, or that mirrors"
         )
     u, _, vt = np.linalg.svd(r)

@@ -160,14 +160,7 @@ def inspection_csv(plate: Plate, fixture: Fixture) -> str:
     head = ("item", "part", "feature", "unit", "nominal", "least", "greatest", "measured")
     checks = [*_checks_of_holes(fixture), *_checks_of_blocks(fixture), *_checks_of_targets(plate, fixture)]
     rows = (
-        (
-            str(i),
-            part,
-            feature,
-            unit,
-            *(f"{v:z.4f}" for v in (nominal, nominal - bound, nominal + bound)),
-            "",
-        )
+        (str(i), part, feature, unit, *(f"{v:z.4f}" for v in (nominal, nominal - bound, nominal + bound)), "")
         for i, (part, feature, unit, nominal, bound) in enumerate(checks, start=1)
     )
     return _table(head, rows)
