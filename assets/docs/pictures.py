@@ -1,22 +1,34 @@
-"""Pictures of the page for README and documentation: `python assets/docs/pictures.py`, with Chromium installed.
+"""Pictures of README and documentation: `python assets/docs/pictures.py [tour] [notebook] [drawings]`; all if none.
 
-The story of `workbench serve --demo` is played; every few commands the page is kept as it stands. Makes
-`tour.webp` (it moves), `page-design.png` and `identify.png` in `assets/pictures`.
+Chromium has to be installed. In `assets/pictures` they make
+
+- tour: `tour.webp` (it moves), `page-design.png` and `identify.png`: the story of `workbench serve --demo` is
+  played, and every few commands the page is kept as it stands;
+- notebook: `notebook.png`, what an executed notebook shows;
+- drawings: `drawing-plate.png` and `drawing-block.png`, two pages of the drawing set of Table 2, optimised.
+
+`error-budget.png` needs measured data: `tests/benchmarks/error_budget.py`.
 """
 
+import html
 import io
+import json
 import shutil
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 from PIL import Image
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Browser, Page, sync_playwright
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
 
 from workbench.arm.built_in_arms import load_robot
+from workbench.plate.design import optimise_plate
+from workbench.plate.parts.drawing import png_of
+from workbench.plate.parts.drawing_set import pages_of
+from workbench.plate.parts.fixture import fixture_of
 from workbench.plate.plate_toml import load_plate
 from workbench.session.commands.compare import ShowRow
 from workbench.session.commands.data import MeasureVirtualArm
@@ -47,6 +59,13 @@ TABS = {
 """Where the results of commands are to be seen."""
 SETTLED = 400
 """Time that the page is given to draw a step [ms]."""
+PICTURES = ROOT / "assets" / "pictures"
+NOTEBOOK = ROOT / "tests" / "notebooks" / "identify_and_diagnose.ipynb"
+STYLE = """<style>
+  body { font: 15px sans-serif; margin: 8px 16px }
+  pre { background: #f3f4f6; border-left: 3px solid #1d6fb8; padding: 8px 10px; margin: 14px 0 8px }
+  img { max-width: 100% }
+</style>"""
 
 
 def frames(app: App, page: Page) -> Iterator[tuple[Image.Image, int, str]]:
@@ -74,32 +93,28 @@ def frames(app: App, page: Page) -> Iterator[tuple[Image.Image, int, str]]:
             yield kept(), 1500, ""
 
 
-def main() -> None:
-    """Play the story and write the pictures."""
-    folder = ROOT / "assets" / "pictures"
+def tour(browser: Browser) -> None:
+    """Play the story and keep the page."""
     app = App(load_robot("aria"), load_plate("table2"))
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=FLAGS)
-        page = browser.new_context(viewport=SIZE, color_scheme="light").new_page()
-        page.goto(f"{app.url}/?fixedDpr=1")
-        page.wait_for_function(DRAWN, timeout=60_000)
-        page.evaluate(CLEAR)
-        page.wait_for_timeout(3000)
-        page.screenshot(path=folder / "page-design.png")
-        shown: list[tuple[Image.Image, int]] = []
-        for picture, time, last in frames(app, page):
-            if last == "Identify":
-                app.worker.submit(SetCaption(""))
-                app.worker.wait(120.0)
-                page.wait_for_timeout(3 * SETTLED)
-                page.screenshot(path=folder / "identify.png")
-            size = (WIDTH, WIDTH * picture.height // picture.width)
-            shown.append((picture.resize(size, Image.Resampling.LANCZOS), time))
-        browser.close()
+    page = browser.new_context(viewport=SIZE, color_scheme="light").new_page()
+    page.goto(f"{app.url}/?fixedDpr=1")
+    page.wait_for_function(DRAWN, timeout=60_000)
+    page.evaluate(CLEAR)
+    page.wait_for_timeout(3000)
+    page.screenshot(path=PICTURES / "page-design.png")
+    shown: list[tuple[Image.Image, int]] = []
+    for picture, time, last in frames(app, page):
+        if last == "Identify":
+            app.worker.submit(SetCaption(""))
+            app.worker.wait(120.0)
+            page.wait_for_timeout(3 * SETTLED)
+            page.screenshot(path=PICTURES / "identify.png")
+        size = (WIDTH, WIDTH * picture.height // picture.width)
+        shown.append((picture.resize(size, Image.Resampling.LANCZOS), time))
     app.close()
     pictures, times = zip(*shown, strict=True)
     pictures[0].save(
-        folder / "tour.webp",
+        PICTURES / "tour.webp",
         save_all=True,
         append_images=pictures[1:],
         duration=list(times),
@@ -109,5 +124,44 @@ def main() -> None:
     )
 
 
+def notebook(browser: Browser) -> None:
+    """Code and answers of an executed notebook's fits."""
+    cells = json.loads(NOTEBOOK.read_text(encoding="utf-8"))["cells"]
+    parts = [STYLE]
+    for cell in cells:
+        answers = [output["data"] for output in cell.get("outputs", []) if len(output.get("data", {})) > 1]
+        if answers:
+            parts.append(f"<pre>{html.escape(''.join(cell['source']))}</pre>")
+        for answer in answers:
+            if "image/png" in answer:
+                parts.append(f'<img src="data:image/png;base64,{answer["image/png"]}">')
+            else:
+                parts.append("".join(answer["text/html"]))
+    page = browser.new_context(viewport={"width": 1050, "height": 800}).new_page()
+    page.set_content("".join(parts))
+    page.wait_for_timeout(SETTLED)
+    page.screenshot(path=PICTURES / "notebook.png", full_page=True)
+
+
+def drawings() -> None:
+    """The plate and its first block."""
+    design = optimise_plate(load_robot("aria"), load_plate("table2"))
+    fixture = fixture_of(design.plate)
+    for name, page in zip(("plate", "block"), pages_of(fixture), strict=False):
+        Image.open(io.BytesIO(png_of(page))).convert("L").save(PICTURES / f"drawing-{name}.png", optimize=True)
+
+
+def main(asked: list[str]) -> None:
+    """Make the pictures that are asked for."""
+    if not asked or "drawings" in asked:
+        drawings()
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=FLAGS)
+        for make in (notebook, tour):
+            if not asked or make.__name__ in asked:
+                make(browser)
+        browser.close()
+
+
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

@@ -199,14 +199,26 @@ def pdf_of(pages: Sequence[Page]) -> bytes:
     buffer = io.BytesIO()
     with look(), PdfPages(buffer, metadata={"CreationDate": None}) as book:
         for page in pages:
-            width, height = PAPERS[page.paper]
-            figure = Figure(figsize=(width / 25.4, height / 25.4))
-            axes = figure.add_axes((0.0, 0.0, 1.0, 1.0), xlim=(0.0, width), ylim=(0.0, height))
-            axes.axis("off")
-            for item in page.items:
-                _on_axes(axes, item, page.scale)
-            book.savefig(figure, facecolor="white")
+            book.savefig(_figure(page), facecolor="white")
     return buffer.getvalue()
+
+
+def png_of(page: Page, *, dpi: int = 100) -> bytes:
+    """A page as a picture."""
+    buffer = io.BytesIO()
+    with look():
+        _figure(page).savefig(buffer, format="png", dpi=dpi, facecolor="white")
+    return buffer.getvalue()
+
+
+def _figure(page: Page) -> Figure:
+    width, height = PAPERS[page.paper]
+    figure = Figure(figsize=(width / 25.4, height / 25.4))
+    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0), xlim=(0.0, width), ylim=(0.0, height))
+    axes.axis("off")
+    for item in page.items:
+        _on_axes(axes, item, page.scale)
+    return figure
 
 
 def _on_axes(axes: Axes, item: Item, scale: float) -> None:
