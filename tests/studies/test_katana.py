@@ -30,7 +30,8 @@ from workbench.report.json import json_text
 
 @pytest.fixture(scope="module")
 def found():
-    return reproduce_katana(arms=3, weighed=2, diagnosed=1)
+    """Of eight arms: nine in ten of only three is an interval that any change of a pose moves by a tenth."""
+    return reproduce_katana(arms=8, weighed=2, diagnosed=1)
 
 
 def finding(found, where, words):
@@ -158,7 +159,7 @@ def test_no_spread():
 def test_joints_are_found_again_from_inclinometers(found):
     """Clearance and backlash of joints 2 to 5 within 5 %, stiffness within 10 % with 2 kg added."""
     errors = np.abs(found.experiments.errors)[:, 1:]
-    assert errors.shape == (3, 4, 3)
+    assert errors.shape[1:] == (4, 3)
     assert errors[:, :, :2].max() < 0.05
     assert errors[:, :, 2].max() < 0.10
     for kind in ("clearance", "backlash", "stiffness"):

@@ -16,7 +16,15 @@ from workbench.data.live.sample import Sample
 from workbench.data.simulation.driver import Pace, drive
 from workbench.data.simulation.hidden_effects import hidden_effects, varied_state
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument, instrument_named
-from workbench.data.simulation.simulate import simulate, simulate_targets, virtual_arm, without
+from workbench.data.simulation.simulate import (
+    AUTO,
+    MIXED,
+    evenly_mixed,
+    simulate,
+    simulate_targets,
+    virtual_arm,
+    without,
+)
 from workbench.plate.branches import choose_branches, measurable, plate_solutions
 from workbench.plate.obstruction import hits
 from workbench.plate.plate import Plate
@@ -97,7 +105,8 @@ def measure_plate(
     Args:
         robot: Nominal arm.
         plate: The fixture, taken as true.
-        branch: `auto`, `mixed`, a branch by name, or `designed`: the mix with the smallest predicted error.
+        branch: `designed`, the mix with the smallest predicted error; `mixed`, all alike; both where the arm
+            keeps clear. `auto`, or a branch by name, whatever is in the way.
         instrument: What measures; `plate` is the seat itself.
         actual: The arm to measure; one with hidden manufacturing errors if None.
         effects: Also hidden in it, such as `joint-compliance:2`; see `data.simulation.hidden_effects`.
@@ -114,13 +123,18 @@ def measure_plate(
     rng = np.random.default_rng(seed)
     actual, notes = _hidden(robot, actual, effects, rng)
     near = None
-    if branch == DESIGNED:
+    if branch in (DESIGNED, MIXED):
         can = measurable(robot, plate)
         near = np.stack([solutions[0].q for solutions in plate_solutions(robot, plate)])
-        near[can.rows] = choose_branches(
-            robot, can.plate, can.solutions, goal=plate_region_poses(robot, plate), rng=rng, progress=progress
-        ).q
-        branch = "auto"
+        if branch == DESIGNED:
+            goal = plate_region_poses(robot, plate)
+            near[can.rows] = choose_branches(
+                robot, can.plate, can.solutions, goal=goal, rng=rng, progress=progress
+            ).q
+        else:
+            clear = [{b.name: b.q for b in target} for target in can.solutions]
+            near[can.rows] = [q[n] for q, n in zip(clear, evenly_mixed(clear), strict=True)]
+        branch = AUTO
     nowhere = np.zeros((len(plate), actual.dof))
     rows = simulate_targets(
         actual,

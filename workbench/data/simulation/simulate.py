@@ -249,7 +249,7 @@ def _in_branches(
     if len(names) != len(solutions):
         raise OptionError(f"{len(solutions)} targets need as many branches, got {len(names)}")
     if MIXED in names:
-        spread = _mixed(solutions)
+        spread = evenly_mixed(solutions)
         names = [s if n == MIXED else n for s, n in zip(spread, names, strict=True)]
     common = _roomiest(solutions)
     return np.stack(
@@ -274,8 +274,12 @@ def _roomiest(solutions: list[dict]) -> str | None:
     return max(shared, key=lambda name: min(t[name].margin for t in solutions), default=None)
 
 
-def _mixed(solutions: list[dict]) -> list[str]:
-    """A branch per target so that all are used alike: always the least used, in alphabetical order."""
+def evenly_mixed(solutions: Sequence[Mapping[str, Any]]) -> list[str]:
+    """A branch per target so that all are used alike: always the least used, in alphabetical order.
+
+    Args:
+        solutions: Of every target, by the names of their branches.
+    """
     used = dict.fromkeys(sorted({name for target in solutions for name in target}), 0)
     chosen = []
     for target in solutions:

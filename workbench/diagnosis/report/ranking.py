@@ -10,6 +10,8 @@ from workbench.report.figures import COLOURS, NOMINAL, grid, look, new_figure
 
 SHOWN = 14
 """Most candidates that are drawn."""
+ROOM = 0.12
+"""Part of the axis that a figure needs left of its dot; it stands above the line where there is less."""
 
 
 def key(effect: AbstractEffect) -> tuple:
@@ -59,19 +61,22 @@ def _errors(axes: Axes, result: Diagnosis, tried: list[int], place, colours) -> 
     rows = "held-out" if result.before.held_out is not None else "fitted"
     without = judged(result.before).position_mm.mean
     values = [float(result.ranking[i].held_out_mm or 0.0) for i in tried]
+    most = 1.15 * max(without, *values)
     for i, value in zip(tried, values, strict=True):
         better = value <= without
         axes.plot([without, value], [place[i]] * 2, color=colours[i], lw=1.2)
         axes.plot(value, place[i], "o", ms=6, color=colours[i])
+        beside = better and value > ROOM * most
         axes.annotate(
-            f"{value:.3g}", (value, place[i]), xytext=(-7 if better else 7, 0), textcoords="offset points",
-            ha="right" if better else "left", va="center", fontsize=7,
+            f"{value:.3g}", (value, place[i]), xytext=(-7 if beside else 7, 3 if better and not beside else 0),
+            textcoords="offset points", ha="right" if beside else "left",
+            va="center" if beside or not better else "bottom", fontsize=7,
         )  # fmt: skip
     axes.axvline(without, color=COLOURS[0], lw=1.4, ls="--")
     axes.annotate(
         f"geometry alone {without:.3g}", (without, 1.0), xycoords=("data", "axes fraction"), xytext=(0, 2),
         textcoords="offset points", fontsize=7, color=COLOURS[0], ha="center",
     )  # fmt: skip
-    axes.set_xlim(0.0, 1.15 * max(without, *values))
+    axes.set_xlim(0.0, most)
     axes.set_xlabel(f"mean error of {rows} rows with it alone [mm]")
     grid(axes, "x")
