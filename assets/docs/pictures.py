@@ -1,4 +1,4 @@
-"""Pictures of README and documentation: `python assets/docs/pictures.py [tour] [notebook] [drawings]`; all if none.
+"""Pictures of README and documentation: `python assets/docs/pictures.py [tour] [notebook] [drawings]`, or all.
 
 Chromium has to be installed. In `assets/pictures` they make
 
@@ -148,7 +148,8 @@ def drawings() -> None:
     design = optimise_plate(load_robot("aria"), load_plate("table2"))
     fixture = fixture_of(design.plate)
     for name, page in zip(("plate", "block"), pages_of(fixture), strict=False):
-        Image.open(io.BytesIO(png_of(page))).convert("L").save(PICTURES / f"drawing-{name}.png", optimize=True)
+        picture = Image.open(io.BytesIO(png_of(page))).convert("L")
+        picture.save(PICTURES / f"drawing-{name}.png", optimize=True)
 
 
 def main(asked: list[str]) -> None:

@@ -66,11 +66,11 @@ def _errors(axes: Axes, result: Diagnosis, tried: list[int], place, colours) -> 
         better = value <= without
         axes.plot([without, value], [place[i]] * 2, color=colours[i], lw=1.2)
         axes.plot(value, place[i], "o", ms=6, color=colours[i])
-        beside = better and value > ROOM * most
+        left, above = better and value > ROOM * most, better and value <= ROOM * most
         axes.annotate(
-            f"{value:.3g}", (value, place[i]), xytext=(-7 if beside else 7, 3 if better and not beside else 0),
-            textcoords="offset points", ha="right" if beside else "left",
-            va="center" if beside or not better else "bottom", fontsize=7,
+            f"{value:.3g}", (value, place[i]), xytext=(-7 if left else 7, 3 if above else 0),
+            textcoords="offset points", ha="right" if left else "left",
+            va="bottom" if above else "center", fontsize=7,
         )  # fmt: skip
     axes.axvline(without, color=COLOURS[0], lw=1.4, ls="--")
     axes.annotate(
