@@ -34,8 +34,9 @@ from workbench.session import Session, start
 from workbench.session.commands.data import LoadData
 from workbench.session.commands.drag import GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.region import SetRegion, ShowCubes, corner
+from workbench.session.commands.tabs import OpenTab
 from workbench.session.cubes import values
-from workbench.session.state import CubeView, Field
+from workbench.session.state import CubeView, Field, Tab
 from workbench.views.page import html
 from workbench.views.page.app import App
 
@@ -133,7 +134,7 @@ def dragged(screen: Screen) -> Measured:
     at, metre = screen.grab(0)
     page.evaluate(PROBE)
     rate = updates_a_second(page, at, metre)
-    latency = [gesture_to_number(page, at - metre * (0.01 + 0.004 * (k % 5))) for k in range(12)]
+    latency = [gesture_to_number(page, at - metre * (0.01 + 0.05 * (k % 2))) for k in range(12)]
     page.mouse.up()
     return statistics.median(latency), rate
 
@@ -182,6 +183,8 @@ def with_points(app: App, number: int) -> None:
     rows = simulate(app.worker.session.robot, Motion(q), instrument=instrument_named("ideal"), rng=rng)
     content = write_measurements(rows, Path(tempfile.mkdtemp()) / "points.csv").read_bytes()
     app.worker.submit(LoadData("points.csv", content))
+    app.worker.wait(120.0)
+    app.worker.submit(OpenTab(Tab.PLATE))
     app.worker.submit(SelectTarget(0))
     app.worker.wait(120.0)
 
