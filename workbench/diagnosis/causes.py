@@ -5,8 +5,8 @@ Effects of one kind that joints have together are one cause. An accepted effect 
 - it is physically possible: over the rows it moves no element by more than `POSSIBLE`;
 - it stands out: where one joint scatters and the others don't, something in that joint is not modelled, of
   which an effect of the joint's own position or motion may be a part;
-- what it brings to rows that took no part in its fit, less its standard error over folds, is at least a
-  tenth of what is left, and a third of the noise: other rows of the same arm would claim it too.
+- what it brings to rows that took no part in its fit, fold by fold, exceeds one standard error;
+- that is at least a tenth of what is left, and a third of the noise.
 
 All others, and smooth errors of a joint that have no physical name, are the *residual map*. The odds are
 those of the evidence against the best effect of another claim in the cause's place, or against none; one that
@@ -170,8 +170,7 @@ def find_causes(searched: Searched, arm: Robot, motion: Motion, floor: Noise | N
         effects = tuple(sized[t.candidate.names] for t in group)
         fall = validated(searched.grams, drop(searched.found.model, group)) - after
         size = float(np.sqrt(max(fall.sum(), 0.0) / count))
-        sure = (fall.mean() - standard_error(fall)) * len(fall)
-        if _is_map(group[0]) or sure < count * least**2:
+        if _is_map(group[0]) or size < least or fall.mean() <= standard_error(fall):
             continue
         if any(most[e.names] >= POSSIBLE for e in effects) or _drowned(effects, most, scatter):
             continue

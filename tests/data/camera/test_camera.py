@@ -112,6 +112,9 @@ def test_pictures_and_joints_that_do_not_belong_together_are_refused(tmp_path):
     source = table(tmp_path, ["image,id,u[px],v[px]", "1,0,5,6", "2,0,5,6"])
     with pytest.raises(DataError, match=r"1 pictures.*2"):
         read_pixels(source, rig, joints=table(tmp_path, ["q1[deg]", "3"], "a.csv"))
+    huge = table(tmp_path, ["image,id,u[px],v[px]", f"1,{10**30},5,6"], "huge.csv")
+    with pytest.raises(FileError, match="not a whole number of at most 18 digits"):
+        read_pixels(huge, rig)
     with pytest.raises(DataError, match="'2' have no joints"):
         read_pixels(source, rig, joints=table(tmp_path, ["image,q1[deg]", "1,3"], "b.csv"))
     strange = PixelRows(
