@@ -219,7 +219,9 @@ def _whole(fields: Fields, key: str) -> Int[np.ndarray, " rows"]:
         try:
             found.append(np.int64(text.removesuffix(".0") or 0))
         except (ValueError, OverflowError):
-            raise fields.error(f"'{text[:40]}' is not a whole number of at most 18 digits", row, key) from None
+            raise fields.error(
+                f"'{text[:40]}' is not a whole number of at most 18 digits", row, key
+            ) from None
     return np.array(found, int)
 
 
