@@ -9,9 +9,10 @@ import pytest
 import workbench as wb
 from workbench.base.errors import DataError, WorkbenchError
 from workbench.cli import app
+from workbench.identification import picture_noise
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.noise import factor_at
-from workbench.identification.picture_noise import Considered
+from workbench.identification.picture_noise import Considered, Knowledge, Pictures
 from workbench.identification.problem import Noise, Problem
 
 NORMAL = 1.96
@@ -269,3 +270,19 @@ def test_zeros_that_camera_or_target_could_do_as_well_are_not_freed(tmp_path):
     run = wb.identify(robot, data, free=robot.joint_offsets, algorithms=("opt2",))
     assert run.gate.step.free == tuple(f"joint{k}.theta" for k in (2, 3, 4, 5))
     assert len(run.gate.steps) == 2
+
+
+@pytest.mark.parametrize("width", [0, 1])
+def test_the_likelihood_has_its_gradient(width):
+    rng = np.random.default_rng(12)
+    lever, jacobian = rng.normal(size=(8, 30, 6)), rng.normal(size=(8, 30, 5))
+    residual = rng.normal(size=(8, 30)) + (lever @ (0.3 * rng.normal(size=(8, 6, 1))))[..., 0]
+    pictures = Pictures.of(residual, lever, np.ones((8, 30), bool), jacobian)
+    shares = width * np.array([0.0, 1.0, 2.0, 0.0, 0.5])
+    known = Knowledge(0.1 * np.eye(5), 0.1 * rng.normal(size=5), shares, 0.1 * rng.normal(size=5))
+    at = np.log([1.1, 0.2, 0.4, 0.3])[: 3 + width]
+    cost, gradient = picture_noise._cost(pictures, known, at)
+    steps = 1e-5 * np.eye(len(at))
+    moved = [[picture_noise._cost(pictures, known, at + s * step)[0] for s in (1, -1)] for step in steps]
+    assert gradient == pytest.approx((np.array(moved) @ [1, -1]) / 2e-5, rel=1e-5, abs=1e-5)
+    assert np.isfinite(cost)

@@ -103,7 +103,8 @@ class Gate:
         advice: What to measure next; "" where nothing has to be.
         noise: How corners scatter, and how far the tool is off in every picture.
         doubts: What of camera and target the pictures contradict.
-        considered: The geometry, where it stays nominal beside zeros that are identified.
+        actual: How corners scatter, where all were weighed alike.
+        considered: The arm's constants that stay nominal though they are uncertain.
     """
 
     steps: tuple[Step, ...]
@@ -111,6 +112,7 @@ class Gate:
     advice: str
     noise: Noise
     doubts: tuple[str, ...] = ()
+    actual: Noise | None = None
     considered: Considered | None = None
 
     @property
@@ -172,7 +174,7 @@ def pass_gate(
     at = _alike(build(robot, data, free=()))
     noise = at.noise
     taken, steps = at, [_step("camera and target alone", at, at)]
-    hidden: set[str] = set()
+    last, hidden = at.problem, set[str]()
     for name, names in wanted:
         if not names:
             continue
@@ -183,7 +185,7 @@ def pass_gate(
         mine = tuple(p.name for p in problem.parameters if p.is_geometry)
         if not mine or len(data) * 4 < len(mine):
             continue
-        at = _fitted(problem, tuple(n for n in mine if n not in zeros))
+        last, at = problem, _fitted(problem, tuple(n for n in mine if n not in zeros))
         step = _judged(_step(name, at, taken), steps)
         steps.append(step)
         if not step.refused:
@@ -198,9 +200,12 @@ def pass_gate(
 
     doubted, advice = tuple(doubts(*fitted(data), fitted)), _advice(steps, number, data)
     considered = None
-    if taken.free and len(at.free) > len(taken.free):
-        considered = Considered(at.problem.with_noise(taken.noise), at.deviations)
-    return taken.problem, Gate(tuple(steps), number, advice, taken.noise, doubted, considered)
+    if at.free and not taken.free:
+        at = _fitted(last, at.free)
+    if len(at.free) > len(taken.free):
+        considered = Considered(at.problem.with_noise(taken.problem.noise), at.deviations)
+    actual = None if taken.free else at.noise
+    return taken.problem, Gate(tuple(steps), number, advice, taken.noise, doubted, actual, considered)
 
 
 def _alike(problem: Problem) -> Fitted:

@@ -102,8 +102,9 @@ class Fit:
     def covariance(self) -> Float[np.ndarray, "p p"]:
         """Covariance of x [rad, m] for the residuals that were left; zero along what can't be seen."""
         if self.actual is not None:
-            return covariance(self.problem, self.x, self.factor.root, self.actual)
-        found = self.factor.covariance() * self.variance_factor
+            found = covariance(self.problem, self.x, self.factor.root, self.actual)
+        else:
+            found = self.factor.covariance() * self.variance_factor
         if self.considered is None:
             return found
         return found + self.considered.covariance(self.problem.names, self.x, self.factor.root)

@@ -82,7 +82,7 @@ def identify(
         )
         fit = _fit(ready.problem, algorithm, loss, cancel)
         if (gate := ready.gate) is not None:
-            fit = replace(fit, actual=None if gate.taken else gate.noise, considered=gate.considered)
+            fit = replace(fit, actual=gate.actual, considered=gate.considered)
         pairs = zip(fit.problem.parameters, fit.x.tolist(), strict=True)
         train, held = ready.errors(fit.calibrated, {p.name: value for p, value in pairs if p.is_instrument})
         if ready.gate is not None:

@@ -169,38 +169,64 @@ def most_likely(pictures: Pictures, knowledge: Knowledge, begin: Variances) -> V
         cost,
         np.clip(np.log(np.maximum(first, 1e-6)), low, high),
         method="L-BFGS-B",
+        jac=True,
         bounds=list(zip(low, high, strict=True)),
-        options={"eps": 1e-4, "ftol": 1e-10},
+        options={"ftol": 1e-10},
     )
     alone = found.x.copy()
     alone[1:3] = low[1:3]
     size = np.where(found.x < low + 0.7, 0.0, np.exp(found.x))
     noise = Noise(float(size[1]), float(size[2]), begin.noise.joints, float(np.exp(found.x[0])))
-    is_shown = bool(cost(alone) - found.fun > SHOWN)
+    is_shown = bool(cost(alone)[0] - found.fun > SHOWN)
     return Variances(noise, float(size[3]) if count > 3 else 0.0, is_shown)
 
 
-def _cost(pictures: Pictures, knowledge: Knowledge, logs: np.ndarray) -> float:
-    """Twice the negative restricted log likelihood at logarithms of σ, s_p, s_r and, with a prior, τ."""
+def _cost(
+    pictures: Pictures, knowledge: Knowledge, logs: np.ndarray
+) -> tuple[float, Float[np.ndarray, " logs"]]:
+    """Twice the negative restricted log likelihood at logarithms of σ, s_p, s_r and, with a prior, τ.
+
+    And its gradient. With S = diag(s)/σ and C = (S⁻² + BᵀB)⁻¹, ∂C/∂log s_k = 2 F_k F_kᵀ, F = C S⁻¹; the
+    quadratic part is least at the step δ = H⁻¹g, which therefore counts as fixed.
+    """
     inside = knowledge.shares > 0.0
-    size = np.exp(logs)
-    noise = Noise(size[1], size[2], (), size[0])
+    sigma, *spread = np.exp(logs)
+    noise = Noise(spread[0], spread[1], (), sigma)
     c, log_v = pictures.compressed(noise)
-    square = float(pictures.square.sum() - np.einsum("ri,rij,rj->", pictures.pull, c, pictures.pull))
     mixed = c @ pictures.cross
-    weigh = 1.0 / noise.pixel**2
-    h = weigh * (pictures.information - np.tensordot(pictures.cross, mixed, ([0, 1], [0, 1])))
-    g = weigh * (pictures.gradient - np.tensordot(mixed, pictures.pull, ([0, 1], [0, 1])))
-    h, g, prior = h + knowledge.information, g - knowledge.pull, 0.0
+    weigh = 1.0 / sigma**2
+    measured = weigh * (pictures.information - np.tensordot(pictures.cross, mixed, ([0, 1], [0, 1])))
+    g = weigh * (pictures.gradient - np.tensordot(mixed, pictures.pull, ([0, 1], [0, 1]))) - knowledge.pull
+    h, prior, width = measured + knowledge.information, 0.0, np.zeros(0)
     if len(logs) > 3:
-        p = (knowledge.shares[inside] * size[3]) ** -2
-        h[inside, inside] += p
-        g[inside] -= p * knowledge.off[inside]
-        prior = float((p * knowledge.off[inside] ** 2).sum() - np.log(p).sum())
+        width = (knowledge.shares[inside] * spread[2]) ** -2
+        h[inside, inside] += width
+        g[inside] -= width * knowledge.off[inside]
+        prior = float((width * knowledge.off[inside] ** 2).sum() - np.log(width).sum())
     scale = 1.0 / np.sqrt(np.diag(h))
     scaled = scale[:, None] * h * scale
+    inverse = scale[:, None] * np.linalg.inv(scaled) * scale
+    step = inverse @ g
+    square = float(pictures.square.sum() - np.einsum("ri,rij,rj->", pictures.pull, c, pictures.pull))
     log_h = np.linalg.slogdet(scaled)[1] - 2.0 * np.log(scale).sum()
-    return log_v + log_h + weigh * square + prior - float((scale * g) @ np.linalg.solve(scaled, scale * g))
+    cost = log_v + log_h + weigh * square + prior - float(g @ step)
+
+    size = np.repeat(spread[:2], 3) / sigma
+    f = np.swapaxes(c / size, 1, 2)
+    left = pictures.pull - pictures.cross @ step
+    seen = f @ pictures.cross
+    by_h = ((seen @ inverse) * seen).sum(2)
+    by_square = (f @ left[..., None])[..., 0] ** 2
+    by_v = 1.0 - np.einsum("rii->ri", c) / size**2
+    shared = 2.0 * (by_v - weigh * (by_h + by_square)).sum(0)
+    rest = pictures.square.sum() - 2.0 * step @ pictures.gradient + step @ pictures.information @ step
+    rest -= np.einsum("ri,rij,rj->", left, c, left)
+    of_sigma = pictures.count.sum() - (inverse * measured).sum() - weigh * rest
+    gradient = [2.0 * of_sigma - shared.sum(), shared[:3].sum(), shared[3:].sum()]
+    if len(logs) > 3:
+        off = knowledge.off[inside] + step[inside]
+        gradient.append(2.0 * float((1.0 - width * (off**2 + np.diag(inverse)[inside])).sum()))
+    return cost, np.array(gradient)
 
 
 def covariance(
@@ -269,8 +295,8 @@ def of_residuals(residual: np.ndarray, by_twist: np.ndarray, seen: np.ndarray) -
     noise = most_likely(pictures, nothing, Variances(Noise(3e-4, 3e-4, (), 0.5))).noise
     if not noise.position:
         least = np.log(np.maximum([noise.pixel, noise.position, noise.rotation], LEAST[:3]))
-        best, size = _cost(pictures, nothing, least), LEAST[1]
-        while _cost(pictures, nothing, np.array([least[0], np.log(size), least[2]])) < best + 1.0:
+        best, size = _cost(pictures, nothing, least)[0], LEAST[1]
+        while _cost(pictures, nothing, np.array([least[0], np.log(size), least[2]]))[0] < best + 1.0:
             size *= 1.2
         noise = noise._replace(position=float(size))
     return pictures, noise
