@@ -4,8 +4,8 @@ import pytest
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.urdf import read_urdf, write_urdf
-from workbench.base.cancel import Cancelled
 from workbench.base.errors import FileError
+from workbench.base.progress import Cancelled
 from workbench.plate.plate_toml import load_plate
 from workbench.session.start import start
 

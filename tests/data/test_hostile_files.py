@@ -10,9 +10,9 @@ import numpy as np
 import openpyxl
 import pytest
 
-from workbench.base.cancel import Cancelled
 from workbench.base.child import ChildError, in_child
 from workbench.base.errors import FileError
+from workbench.base.progress import Cancelled
 from workbench.data import native_formats
 from workbench.data.readers import preview, read_measurements
 

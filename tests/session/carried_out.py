@@ -1,6 +1,6 @@
 """Commands carried out in the test's own thread, without a worker."""
 
-from workbench.base.cancel import never
+from workbench.base.progress import never
 from workbench.session.state import Session
 
 

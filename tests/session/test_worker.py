@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from workbench.base.cancel import Cancelled
+from workbench.base.progress import Cancelled
 from workbench.session import AbstractChange, AbstractTask, replay
 from workbench.session.commands.drag import MoveTarget, SelectTarget
 from workbench.session.commands.messages import Dismiss, Tell

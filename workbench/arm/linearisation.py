@@ -34,7 +34,6 @@ class Linearisation:
 
     Args:
         jacobian: ∂predicted/∂parameter divided by the row's standard deviation [1 per unit].
-        names: The parameters.
         units: Their units, `m` or `rad` (others count unscaled).
         sigma: Standard deviation of each row [m or rad].
         measurement: Which measurement each row belongs to, counted from 0, in increasing order.
@@ -162,7 +161,6 @@ def linearise(
     """Linearisation of full poses, or of points, at the robot's present constants.
 
     Args:
-        robot: Geometry with base and tool.
         q: Joint positions [rad or m].
         names: Constants to identify, P of them; the robot's default free ones if None. With an unknown
             base or tool its `base.…` and `tool.…` constants belong here.

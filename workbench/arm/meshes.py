@@ -125,7 +125,6 @@ def _pieces(model: Any, source: UrdfSource) -> Iterator[LinkMesh]:
 
 
 def _colour(mesh: Any) -> tuple[int, int, int]:
-    """The mesh's main colour."""
     try:
         visual = mesh.visual
         main = getattr(visual, "material", visual).main_color

@@ -27,8 +27,6 @@ class Motion:
     Args:
         q: Joint positions [rad or m].
         direction: Sign of each joint's last motion (-1, 0, +1).
-        time: Time [s].
-        temperature: Temperature [degC].
         payload: Mass at the tool [kg]; none if None.
         torque: Measured joint torques [N m].
         wrench: [f; τ] that pulls at the tool's origin from outside, in the axes of the robot's gravity

@@ -258,12 +258,9 @@ def write_urdf(robot: Robot, path: Path | str, *, leave_out_effects: bool = Fals
     unless they are identities. A URDF has no place for effects.
 
     Args:
-        robot: The arm.
-        path: File to write.
         leave_out_effects: Write the geometry of an arm with effects, without them.
 
     Raises:
-        OptionError: the robot has effects, and nobody said that they may be left out.
         FileError: the file that the robot came from is gone.
         RobotError: the robot has something that a URDF can't say.
     """

@@ -15,7 +15,6 @@ def expand_xacro(path: Path | str, arguments: dict[str, str]) -> Path:
 
     Raises:
         FileError: it can't be expanded; says why.
-        MissingExtraError: xacrodoc is not installed.
     """
     try:
         from xacrodoc import XacroDoc

@@ -16,8 +16,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from workbench.base.cancel import Cancel, Cancelled, never
 from workbench.base.errors import WorkbenchError
+from workbench.base.progress import Cancel, Cancelled, never
 
 MEBIBYTE = 2**20
 _POLL = 0.05

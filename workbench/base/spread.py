@@ -17,6 +17,7 @@ from joblib import Parallel, cpu_count, delayed, parallel_config
 
 from workbench.base.distribution import package_version
 from workbench.base.errors import MissingExtraError, OptionError
+from workbench.base.progress import Cancel, Progress
 
 CONNECTING = 5.0
 """Seconds to wait for a scheduler."""
@@ -34,8 +35,8 @@ def spread(
     *,
     workers: int | None = None,
     scheduler: str | None = None,
-    progress: Callable[[float], None] | None = None,
-    cancel: Callable[[], bool] | None = None,
+    progress: Progress | None = None,
+    cancel: Cancel | None = None,
 ) -> list[Any]:
     """Results of the work on each piece; if it was cancelled, of those that were begun by then.
 

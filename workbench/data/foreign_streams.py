@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from workbench.base.cancel import Cancel
 from workbench.base.child import MEBIBYTE, ChildError, in_child
 from workbench.base.errors import FileError, MissingExtraError
+from workbench.base.progress import Cancel
 
 MEMORY = 800 * MEBIBYTE
 """What a child may take beside a few times the file's size [bytes]."""

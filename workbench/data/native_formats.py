@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from workbench.base.cancel import Cancel, never
 from workbench.base.child import MEBIBYTE, ChildError, in_child
 from workbench.base.errors import FileError, MissingExtraError
+from workbench.base.progress import Cancel, never
 
 MOST_ROWS, MOST_COLUMNS = 2**20, 1000
 """Rows are what a sheet can hold at most; no arm has so many columns."""

@@ -40,7 +40,6 @@ def catalogue(robot: Robot, motion: Motion) -> Catalogue:
 
     Args:
         robot: The arm; effects that it carries already are not offered again.
-        motion: State of the rows.
     """
     offers = [offer for kind in EFFECTS.values() for offer in kind.offers(robot, motion)]
     found = (offer for offer in offers if isinstance(offer, Candidate))

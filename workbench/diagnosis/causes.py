@@ -154,7 +154,6 @@ def find_causes(searched: Searched, arm: Robot, motion: Motion, floor: Noise | N
     Args:
         searched: The last search, at the final fit.
         arm: The arm as it was found.
-        motion: State of the fitted rows.
         floor: Noise that was known beforehand.
     """
     sized = {e.names: e for e in arm.effects}

@@ -86,8 +86,6 @@ def effect_twists(
     """Poses of an arm with the effects that it has, and the tool's twist per coefficient of further ones.
 
     Args:
-        robot: The arm.
-        motion: State of the rows.
         effects: Further ones.
         weighed: Effects of load, sized, through which the twists per mass and centre are wanted too.
         link: The moving link, from 1, that is watched from a level frame in place of the tool.

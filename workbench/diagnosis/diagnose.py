@@ -11,6 +11,7 @@ from workbench.arm.effects import beyond_learned
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
+from workbench.base.progress import Cancel, Report
 from workbench.base.threads import one_thread
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_directions
@@ -30,7 +31,7 @@ from workbench.identification.algorithms.identifier import OnStep
 from workbench.identification.fit import Fit
 from workbench.identification.fit_choices import FitChoices, with_choices
 from workbench.identification.joint_readings import readings
-from workbench.identification.preparation import Cancel, Prepared, Progress, on_step, prepare
+from workbench.identification.preparation import Prepared, on_step, prepare
 from workbench.identification.problem import Noise
 from workbench.identification.record import Validation
 from workbench.identification.row_errors import Errors, RowErrors, made_worse
@@ -53,7 +54,7 @@ def diagnose(
     choices: FitChoices,
     *,
     measurable: Measurable | None = None,
-    progress: Progress | None = None,
+    progress: Report | None = None,
     cancel: Cancel | None = None,
 ) -> Diagnosis:
     """Find what the model of an arm lacks, add it, and judge it on rows that took no part.
@@ -128,7 +129,7 @@ class _Search:
 
 
 def _search(
-    robot: Robot, ready: Prepared, rng: np.random.Generator, report: Progress, on_step: OnStep | None
+    robot: Robot, ready: Prepared, rng: np.random.Generator, report: Report, on_step: OnStep | None
 ) -> _Search:
     """Fit the geometry, then look for effects; what then explains next to nothing is the wrong robot's."""
     steps: dict[str, Any] = {"known": ready.places, "on_step": on_step}
@@ -150,7 +151,7 @@ def _concluded(
     search: _Search,
     noise: Noise | None,
     rng: np.random.Generator,
-    report: Progress,
+    report: Report,
     on_step: OnStep | None,
     *,
     gross: np.ndarray,
@@ -272,7 +273,7 @@ def _with_directions(choices: FitChoices) -> FitChoices:
 
 
 def _prepared(
-    robot: Robot, data: Dataset, choices: FitChoices, *, progress: Progress, cancel: Cancel | None
+    robot: Robot, data: Dataset, choices: FitChoices, *, progress: Report, cancel: Cancel | None
 ) -> tuple[Prepared, np.ndarray]:
     """Rows and frames; rows that no error of an arm explains bend even these and are set apart."""
     gross: list[int] = []

@@ -78,8 +78,6 @@ def next_poses(
         problem: What was fitted.
         x: Its answer.
         effects: What is to be sharpened and told apart; the geometry as a whole if empty.
-        rng: Draws the poses.
-        count: How many poses.
         measurable: Tells which postures can be measured; all that the arm can take if None.
     """
     pool = _pool(problem, x, rng, max(min(POOL, MANY // len(x)), 50), measurable)

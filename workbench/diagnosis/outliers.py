@@ -74,7 +74,6 @@ def row_sizes(
     """What every row leaves in positions and rotations, in stated standard deviations; 0 where not measured.
 
     Args:
-        problem: The rows.
         x: A fit to some of them.
         fitted: Which.
         root: Square root of the covariance of x; None to leave leverage out.

@@ -88,7 +88,6 @@ class Diagnosis(AbstractShown):
 
     Args:
         nominal_robot: The arm as it was given.
-        data: All rows.
         train_rows: Rows that were fitted, indices into data, outliers among them.
         held_out_rows: Rows that were held out of them.
         held_out_data: The held-out rows on which errors are reported.
@@ -113,11 +112,9 @@ class Diagnosis(AbstractShown):
         floor: Noise that was known beforehand, from repeats or as given; None if it was not.
         joint_noise: Of joint readings, by which the rows were weighed; None where these seem exact.
         verdict: What the rows allow to be said.
-        message: The verdict in one sentence.
         undetectable: Effects of load that the rows can't show.
         measure_next: Joint positions of poses to measure next [rad or m].
         next_reasons: What each of them would tell.
-        notes: Decisions, and what could not be tried, one sentence each.
         seconds: Time it took.
     """
 

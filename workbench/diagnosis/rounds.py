@@ -103,7 +103,6 @@ def rounds(
 
     Args:
         stage: The geometry alone.
-        rng: Divides the rows into folds.
         search: Whether the rows can tell anything of effects; if not, nothing is tried.
         known: Known places of anchors or contacts [m].
         tell: Called with what is being done.

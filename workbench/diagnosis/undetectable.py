@@ -66,7 +66,6 @@ def undetectable(searched: Searched, robot: Robot, motion: Motion) -> tuple[Unde
     Args:
         searched: The last search, at the final fit.
         robot: The arm as it was found.
-        motion: State of the fitted rows.
     """
     idle = _idle(searched, robot, motion)
     left, sizes = left_by(searched.grams, searched.found.model), _Sizes.of(searched, robot.chain)

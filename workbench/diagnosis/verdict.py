@@ -64,7 +64,6 @@ def conclude(
         structure: Whether neighbouring poses leave alike residuals.
         distrusted: Candidates that chance can't explain, but that cross-validation did not confirm.
         joint_noise: Noise of joint readings, as far as the rows show any.
-        chain: Of the arm.
     """
     left = after.position_mm.mean
     if explains_little(nominal, after, reach):

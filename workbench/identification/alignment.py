@@ -39,7 +39,6 @@ def align(
 
     Args:
         robot: Nominal arm; frames that are not free stay as they are.
-        data: Rows to fit.
         freedom: What of base and tool is unknown.
         noise: Weighs positions against rotations.
         known: Known places of anchors or contacts [m].

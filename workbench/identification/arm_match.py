@@ -73,7 +73,6 @@ def arm_match(robot: Robot, data: Dataset) -> ArmMatch:
     """Compare rows with the arm that they are said to be of; quick, unless something is wrong.
 
     Args:
-        robot: Nominal arm, whatever its frames say.
         data: Rows with as many joints.
     """
     low, high = robot.limits.T

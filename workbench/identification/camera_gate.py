@@ -163,8 +163,6 @@ def pass_gate(
     """The problem of the last step that carries, weighed, and why.
 
     Args:
-        robot: Nominal arm.
-        data: Pictures to fit.
         free: Constants of the arm that may be freed at all; the robot's default ones if None.
         build: Makes the problem from robot, data and `free`.
     """

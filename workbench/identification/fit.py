@@ -35,7 +35,6 @@ class Fit:
         title: Its name in tables and figures.
         problem: What it was asked.
         x: Unknowns [rad or m].
-        outcome: How the search ended.
         history: Cost after every iteration.
         seconds: Time of the search.
         warnings: What a user should know, one sentence each.

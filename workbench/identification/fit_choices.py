@@ -28,9 +28,6 @@ class FitChoices:
         noise: Standard deviations [m], [rad]; from repeats or the fit if None.
         known: Known places of anchors or contacts [m], such as `anchor[A].x`.
         seed: Chooses the held-out rows (and the folds of a diagnosis).
-
-    Raises:
-        OptionError: frames are none of these words.
     """
 
     held_out: float | Dataset | tuple[str, ...] = 0.2

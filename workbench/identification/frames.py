@@ -5,7 +5,7 @@ base or tool of every session its own) and the simplest one is taken that no fre
 chance (F test of the residuals). What the observations can't show is never offered.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import NamedTuple
@@ -16,6 +16,7 @@ from scipy import special
 from workbench.arm.robot import FRAME_PARTS, Robot
 from workbench.base import se3
 from workbench.base.errors import DataError
+from workbench.base.progress import Cancel
 from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset
 from workbench.data.observations import OBSERVATIONS, AbstractObservation
@@ -68,7 +69,7 @@ def choose_frames(
     known: Mapping[str, float] | None = None,
     effects: tuple[str, ...] = (),
     prior: Prior | None = None,
-    cancel: Callable[[], bool] | None = None,
+    cancel: Cancel | None = None,
 ) -> FrameChoice:
     """Decide what of base and tool is identified, and align the nominal arm.
 
@@ -81,7 +82,6 @@ def choose_frames(
         effects: Coefficients of its effects that will be.
         prior: What is known of these beforehand.
         known: Known places of anchors or contacts [m]; with them the base can be seen.
-        cancel: Asked between the models; True takes the simplest.
 
     Raises:
         DataError: the base is declared known, and the data contradict that beyond any doubt.

@@ -84,7 +84,6 @@ def split(
     thus spread over the same joint space as the others, whatever the order of measurement was.
 
     Args:
-        data: Rows to divide.
         fraction: Part to hold out, 0 ≤ fraction < 1.
         rng: Chooses the unit of every cell.
 

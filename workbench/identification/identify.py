@@ -9,6 +9,7 @@ import numpy as np
 from workbench.arm.posed_arm import posed_arm
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
+from workbench.base.progress import Cancel, Report
 from workbench.base.threads import one_thread
 from workbench.base.types import Outcome
 from workbench.data.dataset import Dataset
@@ -16,7 +17,7 @@ from workbench.identification.algorithms import ALGORITHMS, USUAL, AbstractIdent
 from workbench.identification.algorithms.robust import Loss, row_weights
 from workbench.identification.fit import Fit
 from workbench.identification.fit_choices import FitChoices, option, with_choices
-from workbench.identification.preparation import Cancel, Progress, on_step, prepare
+from workbench.identification.preparation import on_step, prepare
 from workbench.identification.prior import Prior
 from workbench.identification.record import Identification, Run, Validation
 from workbench.identification.row_errors import Errors
@@ -37,7 +38,7 @@ def identify(
     loss: Loss | str = Loss.SQUARES,
     prior: Prior | None = None,
     effects: Sequence[str] = (),
-    progress: Progress | None = None,
+    progress: Report | None = None,
     cancel: Cancel | None = None,
 ) -> Identification:
     """Identify the arm's constants, and its frames where they are unknown.

@@ -1,6 +1,6 @@
 """What every run on measured rows does first: rows chosen and held out, frames decided, noise estimated."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
@@ -8,6 +8,7 @@ import numpy as np
 
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
+from workbench.base.progress import Cancel, Report
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_drivers
 from workbench.data.misread import checked
@@ -36,16 +37,12 @@ ENOUGH = 6
 FEWEST_PICTURES = 4
 """Pictures below which camera and target are not found."""
 
-Progress = Callable[[float, str], None]
-Cancel = Callable[[], bool]
-
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Prepared:
     """A problem that is ready to be searched, and the rows on which its answer is judged.
 
     Args:
-        data: All rows.
         train_rows: Rows to fit, indices into data.
         held_out_rows: Rows that were held out of them.
         held: The held-out rows, which may come from another file.
@@ -54,7 +51,6 @@ class Prepared:
         problem: Of the rows to fit, whitened.
         places: Known places of anchors or contacts [m].
         strangers: Held-out sessions that no fitted row has; their base is found from their own rows.
-        notes: Decisions, one sentence each.
         gate: What of the arm pictures may identify; None for other instruments.
     """
 
@@ -122,7 +118,7 @@ def prepare(
     bounds: Mapping[str, tuple[float, float]] | None = None,
     prior: Prior | None = None,
     effects: Sequence[str] = (),
-    progress: Progress | None = None,
+    progress: Report | None = None,
     cancel: Cancel | None = None,
 ) -> Prepared:
     """Everything before the first search; arguments are those of `identify`.
@@ -208,11 +204,7 @@ def prepare(
 
 
 def _suited(robot: Robot, fitted: Dataset, train: np.ndarray):
-    """Pictures that suit their joints, their places, and the others with the reason.
-
-    Raises:
-        DataError: too few pictures.
-    """
+    """Pictures that suit their joints, their places, and the others with the reason."""
     if len(fitted) < FEWEST_PICTURES:
         raise DataError(
             f"{fitted.source}: {len(fitted)} pictures are left to fit; give at least {FEWEST_PICTURES}"

@@ -21,7 +21,6 @@ class Prior:
     """Knowledge of some constants of an arm.
 
     Args:
-        names: The constants.
         values: What they were found to be [rad or m].
         information: Inverse covariance [1/rad², 1/m²], singular where a combination was not seen.
     """
@@ -52,11 +51,7 @@ class Prior:
         )
 
     def on(self, problem: Problem) -> Problem:
-        """A problem with this knowledge of its unknowns, beside what it knows already.
-
-        Raises:
-            OptionError: the problem has none of these unknowns.
-        """
+        """A problem with this knowledge of its unknowns, beside what it knows already."""
         shared = self.keep(lambda name: name in problem.names)
         if not shared.names:
             raise OptionError("the prior knowledge speaks of none of the constants that are identified here")

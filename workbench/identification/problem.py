@@ -96,7 +96,6 @@ class Problem:
 
         Args:
             robot: Nominal arm; its session frames are where the search begins.
-            data: Rows to use, all of them.
             free: Constants of the arm that are unknown; the robot's default ones if None.
             frames: What of base and tool is unknown; nothing if None.
             noise: Standard deviations [m], [rad] on top of those that rows bring themselves.

@@ -89,7 +89,6 @@ class Bent:
 
     Args:
         robot: The arm with its effects and the session's frames.
-        motion: State of the block's rows.
         names: Coefficients of effects that are unknown.
         places: Their places in x.
         inertia: Places in x of the links' masses and centres, as in `Robot.inertia`; empty if known.
@@ -315,7 +314,6 @@ def build_blocks(
 
     Args:
         robot: Arm with its frames per session.
-        data: Rows to divide.
         kinds: Rows of every observation, from `observed_kinds`.
         names: Constants of the arm that are unknown.
         effects: Coefficients of its effects that are unknown.

@@ -98,14 +98,12 @@ class Identification(AbstractShown):
     Args:
         nominal_robot: The arm as it was given.
         aligned: The nominal arm with the best base and tool wherever those are free.
-        data: All rows.
         train_rows: Rows that were fitted, indices into data.
         held_out_rows: Rows that were not.
         held_out_data: The held-out rows, which may come from another file.
         excluded: Rows that were kept out altogether, with the reason.
         frames: What of base and tool was identified.
         noise: Standard deviations that weighed the rows.
-        notes: Decisions, one sentence each.
         nominal: Errors of `aligned`.
         nominal_rows: The same row by row: training, held out.
         runs: One per algorithm, by name.
@@ -222,9 +220,7 @@ class Evaluation(AbstractShown):
 
     Args:
         robot: The model, with the frames that were fitted if that was asked for.
-        data: The rows that were judged.
         rows: Their errors, row by row.
-        notes: Decisions, one sentence each.
     """
 
     robot: Robot

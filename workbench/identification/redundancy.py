@@ -36,7 +36,6 @@ class Redundancy:
     """What a set of constants holds twice.
 
     Args:
-        names: The constants.
         independent: Those kept, which suffice for all.
         redundant: Those that may be removed.
         combinations: What moves together without changing anything, in words; one for each redundant one.
@@ -60,7 +59,6 @@ def redundancy(
     """Find which constants of an arm are redundant.
 
     Args:
-        robot: The arm, with limits.
         names: Constants to look at; all of the arm's own if None.
         frames: Whether the six constants of base and of tool are looked at as well.
         points: Whether only the tool's place is measured, without its orientation.

@@ -132,7 +132,6 @@ def row_errors(robot: Robot, data: Dataset, *, known: Mapping[str, float] | None
 
     Args:
         robot: The model, with its frames per session where it has them.
-        data: Measured rows.
         known: Places of anchors, contacts or markers [m]; the others are fitted to the rows.
     """
     robot.check_joints(data.q, data.source)

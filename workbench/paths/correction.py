@@ -64,12 +64,10 @@ class Compensation:
     Args:
         commanded: The path as commanded.
         motion: The corrected joint positions, with what drives the effects.
-        method: How it was corrected.
         before: What the calibrated arm would miss without correction.
         after: What it is predicted to miss with it.
         kept: Rows that a correction would have made worse.
         speed: Greatest speed of every joint with the correction [rad/s or m/s]; None without time.
-        notes: What was decided and what is left, one sentence each.
     """
 
     commanded: Commanded
@@ -97,7 +95,6 @@ def compensate(
     """Joint positions with which the calibrated arm takes the commanded poses.
 
     Args:
-        commanded: The path.
         motion: What drives the arm's effects beside q, a row each, and the time; nothing if None.
         method: `one-step` or `iterated`.
         max_speed: Greatest speed of any joint [rad/s or m/s]; not checked if None.

@@ -126,11 +126,7 @@ def circle_through(points: Float[np.ndarray, "points 3"]) -> Circle:
 
 
 def line(start: Vector3, end: Vector3) -> Line:
-    """The straight line between two points [m].
-
-    Raises:
-        OptionError: they are the same.
-    """
+    """The straight line between two points [m]."""
     if np.linalg.norm(end - start) < LEAST:
         raise OptionError("the ends of a line must differ; these are the same point")
     return Line(start=frozen(np.array(start, float)), end=frozen(np.array(end, float)))

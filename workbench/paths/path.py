@@ -43,7 +43,6 @@ class Commanded:
         poses: Poses that the tool is to take, robot's base frame.
         q: Joint positions that the controller sends without correction [rad or m].
         task: What of the poses so many joints can meet.
-        notes: What was decided, one sentence each.
         time: Time of every row [s], for messages; None where there is none.
     """
 
@@ -147,11 +146,7 @@ def command_poses(
 
 
 def comparable(calibrated: Robot, nominal: Robot) -> tuple[Robot, Robot, list[str]]:
-    """Both arms in the robot's base frame and with the calibrated tool; the instrument's drift left out.
-
-    Raises:
-        ShapeError: they have different numbers of joints.
-    """
+    """Both arms in the robot's base frame and with the calibrated tool; the instrument's drift left out."""
     if calibrated.dof != nominal.dof:
         raise ShapeError(
             f"the calibrated arm '{calibrated.name}' has {calibrated.dof} joints, the nominal one "
@@ -203,11 +198,7 @@ def named(row: int, time: Times) -> str:
 
 
 def refuse_beyond(robot: Robot, q: Float[np.ndarray, "rows n"], time: Times = None) -> None:
-    """Refuse rows outside a robot's limits.
-
-    Raises:
-        DataError: names the first row and its joint.
-    """
+    """Refuse rows outside a robot's limits."""
     beyond = margins(q.reshape(-1, robot.dof), robot.limits).reshape(q.shape) < -LIMIT_SLACK
     if beyond.any():
         row, joint = (int(i) for i in np.argwhere(beyond)[0])
@@ -239,11 +230,7 @@ def refuse_singular(robot: Robot, q: Float[np.ndarray, "rows n"], task: Task, ti
 def refuse_fast(
     robot: Robot, speed: Float[np.ndarray, "rows n"], most: float | None, time: Float[np.ndarray, " rows"]
 ) -> None:
-    """Refuse rows at which a joint moves faster than `most` [rad/s or m/s]; none if None.
-
-    Raises:
-        DataError: names the first row and its joint.
-    """
+    """Refuse rows at which a joint moves faster than `most` [rad/s or m/s]; none if None."""
     if most is not None and (np.abs(speed) > most).any():
         row, joint = (int(i) for i in np.argwhere(np.abs(speed) > most)[0])
         unit = "m/s" if robot.moving[joint].kind is JointKind.PRISMATIC else "rad/s"

@@ -54,7 +54,6 @@ class Planned:
         motion: Joint positions with their time, velocities and accelerations.
         task: What of the poses a correction is to meet.
         axis: Direction along which the tool's z axis is wanted, robot's base.
-        notes: What was decided, one sentence each.
     """
 
     robot: Robot
@@ -131,11 +130,7 @@ def derivatives(
 
 
 def _commanded(robot: Robot, curve: Curve, wanted: Vector3, time: np.ndarray) -> Commanded:
-    """The path with the tool's axis held, or as near as the arm holds it.
-
-    Raises:
-        DataError: neither can be.
-    """
+    """The path with the tool's axis held, or as near as the arm holds it."""
     shares = smooth_shares(time)
     points = curve.points(shares)
     refused: DataError

@@ -117,7 +117,6 @@ def position_weight(
     Args:
         robot: Geometry at which the poses are linearised.
         q_region: Joint positions of poses that matter [rad or m].
-        names: The identified parameters.
         weights: Scaling of the parameters, as in `Linearisation.weights`, where C is of scaled ones.
     """
     twists = _twists(robot, q_region, names)

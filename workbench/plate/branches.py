@@ -5,7 +5,7 @@ for the paper's Table 2 plate the predicted error over its region falls about se
 exchange over the solutions of each target, by the predicted error over poses that matter, or by an index.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,6 +18,7 @@ from workbench.arm.linearisation import Linearisation
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError
+from workbench.base.progress import Cancel, Progress
 from workbench.base.types import Outcome, frozen
 from workbench.plate.accuracy import predicted_error
 from workbench.plate.criterion import criterion_of, goal_index
@@ -47,7 +48,6 @@ class BranchChoice:
         cost: Predicted root mean square position error over the poses that matter [m], infinite where the
             targets leave it open; or −index.
         single: The same cost for each branch that reaches all targets, measured alone.
-        outcome: How the search ended.
     """
 
     q: Float[np.ndarray, "targets n"]
@@ -161,24 +161,20 @@ def choose_branches(
     sigma_position: float = SIGMA_POSITION,
     sigma_rotation: float = SIGMA_ROTATION,
     starts: int = STARTS,
-    progress: Callable[[float], None] | None = None,
-    cancel: Callable[[], bool] | None = None,
+    progress: Progress | None = None,
+    cancel: Cancel | None = None,
 ) -> BranchChoice:
     """Choose a branch for every target; targets with a named branch keep it.
 
     Args:
         robot: Geometry at which the measurements are linearised.
-        plate: The targets.
         solutions: Solutions of each target within limits, from `plate_solutions`.
         goal: Joint positions of poses that matter (see `plate.region_poses`), whose predicted error is made
             small, or the name of an index `O1` … `O5` to be made large.
-        rng: Source of the random starts.
         names: Constants to be identified; the robot's default free ones if None.
         sigma_position: Standard deviation of a target's position [m].
         sigma_rotation: Standard deviation of its rotation [rad]; unused for sockets and points.
         starts: Random mixes to start from, beside every single branch.
-        progress: Called with the share of the starts done.
-        cancel: Asked now and then whether to stop with the best choice so far.
 
     Raises:
         DataError: a target without solutions, or whose named branch is not among them.

@@ -11,7 +11,6 @@ Of the sets with equal O the one with full rank and the best index of the whole 
    median O, or where a pose can't get there within its cube and limits, the O at which such poses stop.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,6 +22,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
+from workbench.base.progress import Cancel, Progress
 from workbench.base.types import Outcome, frozen
 from workbench.plate.criterion import criterion_of
 from workbench.plate.indices import AbstractIndex, O
@@ -54,9 +54,6 @@ EQUAL = 1e-9
 """Relative difference below which O is equal."""
 STEP = 1e-6
 """Half-width of the central differences of O [rad or m]."""
-
-Progress = Callable[[float], None]
-Cancel = Callable[[], bool]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -90,13 +87,10 @@ class Clustering:
     """What workspace clustering found.
 
     Args:
-        robot: The arm.
-        region: The cuboid with its cubes.
         index: Name of the index that chose between sets of equal O.
         best: The set with the best index.
         plain: A set with equal O in different cubes and nothing else asked, as §4.2 has it.
         turned: The first pose of `best` with joint 1 alone turned, once in every cube that it then meets.
-        outcome: How the search ended.
     """
 
     robot: Robot
@@ -141,7 +135,6 @@ class _Pool:
     linearisation: Linearisation
 
     def cluster(self, q: np.ndarray) -> Cluster:
-        """What a set is worth."""
         whole = linearise(self.robot, q)
         values = np.linalg.svd(whole.unwhitened, compute_uv=False)
         full = whole.rank() == len(whole.names)
@@ -171,16 +164,11 @@ def cluster_region(
     """Find poses with equal O in mutually different cubes of a region.
 
     Args:
-        robot: Nominal arm.
         region: The cuboid; its `cube` is the side L of the cubes.
         index: What is made large among the sets with equal O: an index of whole sets.
-        rng: Source of the candidates.
-        number: How many poses.
         tolerance: Greatest relative difference of O that counts as equal before it is made exact.
         limits: What else is asked of single poses, such as an orientation cone; `ROOMY` if None.
         candidates: How many random poses are tried; 6000 if None, 2000 within a cone.
-        progress: Called with the share of the work done.
-        cancel: Asked now and then whether to stop with the best set so far.
 
     Raises:
         OptionError: fewer than two poses, or a tolerance that is not positive.

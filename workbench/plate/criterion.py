@@ -43,11 +43,9 @@ class IndexCriterion(AbstractCriterion):
     """Minus an index of sets of so many measurements."""
 
     def __init__(self, index: AbstractSetIndex, measurements: int):
-        """Of an index and the number of measurements."""
         self.index, self.measurements = index, measurements
 
     def __call__(self, grams: Grams) -> Float[np.ndarray, " sets"]:
-        """−index."""
         spectra = np.sqrt(np.clip(np.linalg.eigvalsh(_ridged(grams))[:, ::-1], 1e-300, None))
         return -self.index.of_spectra(spectra, self.measurements)
 
@@ -67,7 +65,6 @@ class RegionCriterion(AbstractCriterion):
         self.weight = weight
 
     def __call__(self, grams: Grams) -> Float[np.ndarray, " sets"]:
-        """√trace(W G⁻¹)."""
         return np.sqrt((np.linalg.inv(_ridged(grams)) * self.weight).sum((1, 2)))
 
     def slope(self, gram: Float[np.ndarray, "p p"]) -> Float[np.ndarray, "p p"]:
@@ -88,9 +85,6 @@ def goal_index(
         robot: Geometry at which those poses are linearised.
         linearisation: Of any measurements; says what is identified, and how it is scaled.
         basis: Combinations of scaled parameters that the index is of, see `plate.freedom`.
-
-    Raises:
-        OptionError: there is no such index.
     """
     if isinstance(goal, str):
         return index_named(goal)
@@ -99,11 +93,7 @@ def goal_index(
 
 
 def criterion_of(index: AbstractIndex, measurements: int) -> AbstractCriterion:
-    """What an exchange makes small so that an index becomes large.
-
-    Raises:
-        OptionError: the index looks at single poses.
-    """
+    """What an exchange makes small so that an index becomes large."""
     if isinstance(index, I):
         return RegionCriterion(index.weight)
     if not isinstance(index, AbstractSetIndex):

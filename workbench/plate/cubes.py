@@ -5,7 +5,6 @@ posture with the highest index O (ARIA eq. 17) stands for the cube, as in the pa
 (ARIA §4.2).
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -18,6 +17,7 @@ from workbench.arm.linearisation import Linearisation
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
+from workbench.base.progress import Cancel, Progress
 from workbench.base.types import frozen
 from workbench.plate.accuracy import UNSEEN
 from workbench.plate.indices import inverse_condition
@@ -32,7 +32,6 @@ class CubeMap:
     """What is known of every cube of a region, in the order of `Region.centres`.
 
     Args:
-        region: Whose cubes.
         names: The parameters that the index and the errors are about.
         reached: In how many of the tried orientations the centre is reached.
         tried: How many orientations were tried.
@@ -79,18 +78,14 @@ def map_cubes(
     rotations: Float[np.ndarray, "orientations 3 3"],
     *,
     names: tuple[str, ...],
-    progress: Callable[[float], None] | None = None,
-    cancel: Callable[[], bool] | None = None,
+    progress: Progress | None = None,
+    cancel: Cancel | None = None,
 ) -> CubeMap | None:
     """Look at every cube of a region.
 
     Args:
-        robot: Geometry with limits.
-        region: The cuboid with its cubes.
         rotations: Orientations of the tool that are tried at every centre, robot's base.
         names: Parameters that the index and the errors are about.
-        progress: Called with the share done.
-        cancel: Asked now and then; the map is then None.
     """
     tried, cubes = len(rotations), len(region.centres)
     step = max(PART // tried, 1)

@@ -12,6 +12,7 @@ from workbench.arm.linearisation import linearise
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError
+from workbench.base.progress import Cancel, Progress
 from workbench.base.threads import one_thread
 from workbench.data.accuracy_requirement import Requirement, Wanted
 from workbench.data.simulation.simulate import ANGLE_ERROR, LENGTH_ERROR
@@ -57,8 +58,8 @@ def optimise_plate(
     base: bool | None = None,
     tool: bool | None = None,
     seed: int = 0,
-    progress: Callable[[float], None] | None = None,
-    cancel: Callable[[], bool] | None = None,
+    progress: Progress | None = None,
+    cancel: Cancel | None = None,
 ) -> PlateDesign:
     """The plate with the least predicted error in its region.
 
@@ -167,8 +168,8 @@ def try_plate(
     poses: int = JUDGED_POSES,
     scheduler: str | None = None,
     seed: int = 0,
-    progress: Callable[[float], None] | None = None,
-    cancel: Callable[[], bool] | None = None,
+    progress: Progress | None = None,
+    cancel: Cancel | None = None,
 ) -> Yield:
     """How many arms of a production meet the requirement after a calibration with a plate.
 
@@ -253,8 +254,8 @@ def cluster_region(
     cone: float = np.pi,
     solid: Plate | None = None,
     seed: int = 0,
-    progress: Callable[[float], None] | None = None,
-    cancel: Callable[[], bool] | None = None,
+    progress: Progress | None = None,
+    cancel: Cancel | None = None,
 ) -> Clustering:
     """Poses with equal O in different cubes of a region, the best such set (ARIA 4.2).
 

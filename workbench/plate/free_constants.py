@@ -24,7 +24,6 @@ def identified_names(robot: Robot, *, base: bool | None = None, tool: bool | Non
     """Constants that a calibration identifies: the arm's free ones, and the frames that are unknown.
 
     Args:
-        robot: Nominal arm.
         base: Whether its base in the measuring frame is unknown; as its file says if None.
         tool: Whether the tool is unknown; as its file says if None.
     """
@@ -39,7 +38,6 @@ def visible_basis(
     """Combinations of scaled parameters that poses anywhere show, as columns; None where all are seen.
 
     Args:
-        robot: Nominal arm with limits.
         names: What is identified; the robot's default free constants if None.
         sigma_rotation: Standard deviation of a measured rotation [rad]; None for points.
     """

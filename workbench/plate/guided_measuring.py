@@ -57,11 +57,7 @@ class Captured:
 
 
 def plate_targets(robot: Robot, plate: Plate) -> tuple[CaptureTarget, ...]:
-    """The targets of a plate as poses in the measuring frame.
-
-    Raises:
-        OptionError: the plate has none.
-    """
+    """The targets of a plate as poses in the measuring frame."""
     if not len(plate):
         raise OptionError(f"plate '{plate.name}' has no targets to measure; add [[target]] tables")
     return tuple(
@@ -81,8 +77,6 @@ def plate_acquisition(
     """The guided measurement of a plate's targets, in their order.
 
     Args:
-        robot: Nominal arm.
-        plate: The fixture.
         session: Name of the placement of robot or instrument.
         detector: Judges standstill.
         forced: Store on the source's request even while the arm moves.
@@ -111,7 +105,6 @@ def capture(
 
     Args:
         acquisition: The targets.
-        robot: The arm that is measured.
         lines: Lines of a live source.
         out: The file to write; an older one is kept beside it.
         keys: Keys as they are struck; None: nobody is there, and it ends with the last target.
@@ -120,7 +113,6 @@ def capture(
         source: Name of the source, for messages.
 
     Raises:
-        DataError: nothing was stored.
         FileError: the source sends no samples, or the file can't be written.
         ShapeError: the source has another number of joints than the robot.
     """
@@ -201,7 +193,6 @@ class _Run:
         self._done(event)
 
     def key(self, key: str) -> None:
-        """One key."""
         if key == "q":
             self.ended = self.by_hand = True
         elif (asked := KEYS.get(key)) is not None:
@@ -215,12 +206,10 @@ class _Run:
         return self.acquisition.store(force=asked == "force")
 
     def nothing(self) -> None:
-        """Nothing has come for a while."""
         silent = monotonic() - self._heard
         self.acquisition.silence = silent if silent > SILENT else 0.0
 
     def finish(self, _: object = None) -> None:
-        """The source has ended."""
         self.ended = True
 
     def _done(self, event: Event | None) -> None:

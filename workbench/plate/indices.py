@@ -369,11 +369,7 @@ INDICES: Mapping[str, AbstractIndex] = MappingProxyType(
 
 
 def index_named(name: str | AbstractIndex, indices: Mapping[str, AbstractIndex] = INDICES) -> AbstractIndex:
-    """The index of that name; an index itself is returned as it is.
-
-    Raises:
-        OptionError: there is none.
-    """
+    """The index of that name; an index itself is returned as it is."""
     if isinstance(name, AbstractIndex):
         return name
     known = {**indices, **OF_CAMERAS}

@@ -28,11 +28,7 @@ LIMITS = ((3e-3, 10e-6, -8e-6), (6e-3, 12e-6, -12e-6), (10e-3, 15e-6, -14e-6), (
 
 
 def greatest_clearance(diameter: float) -> float:
-    """Greatest clearance of a g6 pin in an H7 hole [m].
-
-    Raises:
-        OptionError: a diameter beyond the table.
-    """
+    """Greatest clearance of a g6 pin in an H7 hole [m]."""
     for up_to, hole, pin in LIMITS:
         if 0.0 < diameter <= up_to + 1e-9:
             return hole - pin
@@ -61,9 +57,6 @@ class Making:
         position: Greatest error of a hole's place along each axis [m].
         angle: Greatest error of a block's angle about each axis [rad].
         play: Greatest shift [m] and turn [rad] of the probe in a seat.
-
-    Raises:
-        OptionError: a negative tolerance.
     """
 
     position: float = 0.0

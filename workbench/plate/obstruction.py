@@ -33,7 +33,6 @@ def hits(
     """What the arm would run into in each posture, and with which link, in words; empty where it is clear.
 
     Args:
-        robot: The arm, as its geometry says.
         plate: Its solid and the blocks of its targets; without a solid nothing stands in the way.
         visited: Target at which the arm stands in each posture, counted from 0.
         q: Postures [rad or m].
@@ -82,7 +81,6 @@ def has_room(
     without a solid has room everywhere.
 
     Args:
-        robot: The arm, as its geometry says.
         plate: Its solid and the blocks of its targets.
         standing: How the arm stands at those targets [rad or m].
         q: Postures [rad or m].

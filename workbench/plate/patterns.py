@@ -64,7 +64,6 @@ def pattern(
 
     Args:
         name: One of `PATTERNS`.
-        number: How many targets.
         centre: Middle of the pattern, robot's base [m].
         radius: Half its width [m].
         tilts: Roll angles given to the targets in turn [rad].

@@ -18,10 +18,6 @@ def check_place(robot: Robot, plate: Plate) -> None:
 
     The base is taken as the line from its foot to the second joint's axis: the column that no arm lacks.
 
-    Args:
-        robot: The arm.
-        plate: The plate, in the robot's base frame.
-
     Raises:
         DataError: no targets, or a solid that the base's column stands in.
     """

@@ -66,7 +66,6 @@ class Plate:
     """A fixture.
 
     Args:
-        name: For people.
         targets: Its targets, in the order of measuring.
         region: The cuboid that the calibration is for.
         xyz: Centre of the plate's top in the robot's base [m].
@@ -75,7 +74,6 @@ class Plate:
         making: How exactly it is made, and the play of its seats; exact if its file does not say.
         anchors: Centres of the balls from which a ball-bar measures, plate's frame [m]: the targets are
             then places in the air, and sockets for these balls stand on the plate. None for other plates.
-        notes: What was decided when it was read, one sentence each; they are not written to its file.
     """
 
     name: str

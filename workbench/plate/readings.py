@@ -57,7 +57,6 @@ class Reading:
     """What is read at a target, and how exactly.
 
     Args:
-        name: For people.
         kind: What the target constrains of the tool.
         look: Derivatives of the components at poses of the tool in the measuring frame.
         sigma: Standard deviation of every component at one visit [m or rad].
@@ -116,11 +115,9 @@ def linearise_reading(
     """Linearisation of a set of targets, the reading's unknowns projected out.
 
     Args:
-        robot: Geometry with base and tool.
         q: Joint positions at the targets [rad or m].
         reading: What is read there.
         target_sigma: How well each target is known [m], [rad].
-        names: Constants to identify.
     """
     poses, twists = sensitivity(robot, Motion(q), names)
     jacobian, unknown = reading.rows(poses, twists, target_sigma)
@@ -326,8 +323,6 @@ def linearise_targets(
     """Linearisation of measurements at a plate's targets.
 
     Args:
-        robot: Geometry with base and tool.
-        plate: The targets.
         q: Joint positions at targets [rad or m].
         slots: Target of each row; all in order if None.
         names: Constants to identify; the robot's default free ones if None.
@@ -369,7 +364,6 @@ def rows_of_targets(
 
     Args:
         linearisation: Of full poses.
-        plate: The targets.
         slots: Target of each measurement.
     """
     targets = [plate.targets[slot] for slot in slots]

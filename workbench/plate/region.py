@@ -22,9 +22,6 @@ class Region:
         min: Least corner [m].
         max: Greatest corner [m].
         cube: Greatest side of a cube [m].
-
-    Raises:
-        OptionError: an empty cuboid, or cubes without size.
     """
 
     min: Vector3

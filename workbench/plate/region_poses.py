@@ -42,10 +42,8 @@ def region_poses(
     """Joint positions for random poses in the region, all inverse-kinematics branches of each.
 
     Args:
-        robot: Geometry with limits.
         region: Where the tool is, evenly spread.
         number: How many poses of the tool; each gives as many rows as it has branches within limits.
-        rng: Source of the poses.
         towards: Orientations about which the cone opens, robot's base; about any if None.
         cone: Greatest angle from one of them [rad].
 
@@ -76,9 +74,6 @@ def plate_region_poses(
     """Poses that a plate's region asks for: any place and branch, turned from a target by up to a cone.
 
     The same plate gives the same poses, so that predicted errors compare.
-
-    Raises:
-        DataError: the region is out of reach.
     """
     rng = np.random.default_rng(0)
     towards = plate.poses[:, :3, :3]
@@ -97,10 +92,7 @@ def nearby_poses(
     """Joint positions for random poses near measured ones: orientation within a cone, same branch.
 
     Args:
-        robot: Geometry with limits.
         region: Where the tool is, evenly spread.
-        number: How many rows.
-        rng: Source of the poses.
         measured: Joint positions of the measured poses [rad or m].
         cone: Greatest angle from the orientation of the measured pose whose place is nearest [rad].
 

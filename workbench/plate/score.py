@@ -5,7 +5,7 @@ the mix that makes the predicted error smallest), and in the best single branch 
 which the arm would run into plate or blocks can't be measured and does not count.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, final
@@ -17,6 +17,7 @@ from rich.console import RenderableType
 from workbench.arm.linearisation import Linearisation
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
+from workbench.base.progress import Cancel, Progress
 from workbench.base.threads import one_thread
 from workbench.base.types import Outcome, frozen
 from workbench.plate.accuracy import PredictedError, position_weight, predicted_error
@@ -195,8 +196,8 @@ def score_plate(
     tool: bool | None = None,
     matter: Float[np.ndarray, "rows n"] | None = None,
     seed: int = 0,
-    progress: Callable[[float], None] | None = None,
-    cancel: Callable[[], bool] | None = None,
+    progress: Progress | None = None,
+    cancel: Cancel | None = None,
 ) -> PlateScore:
     """What a plate tells about an arm, target by target and as a set.
 
@@ -258,8 +259,8 @@ def score_plates(
     base: bool | None = None,
     tool: bool | None = None,
     seed: int = 0,
-    progress: Callable[[float], None] | None = None,
-    cancel: Callable[[], bool] | None = None,
+    progress: Progress | None = None,
+    cancel: Cancel | None = None,
 ) -> tuple[PlateScore, ...]:
     """Scores over the same poses: those that the first plate's region asks for.
 
@@ -309,7 +310,7 @@ def alike(plates: Sequence[Plate], making: Making | None = None) -> tuple[Plate,
     return tuple(plate.made(common) for plate in plates)
 
 
-def _part_of(report: Callable[[float], None], done: int, of: int, part: float) -> None:
+def _part_of(report: Progress, done: int, of: int, part: float) -> None:
     report((done + part) / of)
 
 

@@ -5,7 +5,7 @@ the front if no other is both cheaper and better. Prices are orders of magnitude
 machined blocks half the price is for setting up a shape.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import final
 
@@ -15,6 +15,7 @@ from rich.console import RenderableType
 
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
+from workbench.base.progress import Cancel, Progress
 from workbench.data.accuracy_requirement import Requirement
 from workbench.plate.design import optimise_plate, try_plate
 from workbench.plate.optimiser.makings import MANNERS, Manner
@@ -120,8 +121,8 @@ def weigh_choices(
     arms: int = 0,
     requirement: Requirement | None = None,
     seed: int = 0,
-    progress: Callable[[float], None] | None = None,
-    cancel: Callable[[], bool] | None = None,
+    progress: Progress | None = None,
+    cancel: Cancel | None = None,
 ) -> Tradeoff:
     """Plates of several sizes, made in several ways, machined ones also of few shapes.
 

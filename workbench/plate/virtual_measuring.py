@@ -1,7 +1,7 @@
 """Virtual arms, measured: at chosen poses or on a plate (the first two acquisitions of ARIA 4.1.2), or driven
 live."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +10,7 @@ from workbench.arm.effects import AbstractEffect
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import OptionError
+from workbench.base.progress import Progress
 from workbench.base.threads import one_thread
 from workbench.data.dataset import Dataset
 from workbench.data.live.sample import Sample
@@ -54,7 +55,7 @@ def measure_poses(
     actual: Robot | None = None,
     effects: Sequence[str | AbstractEffect] = (),
     seed: int = 0,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
 ) -> tuple[Robot, Dataset]:
     """A virtual arm measured at random or informative joint positions.
 
@@ -98,7 +99,7 @@ def measure_plate(
     actual: Robot | None = None,
     effects: Sequence[str | AbstractEffect] = (),
     seed: int = 0,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
 ) -> tuple[Robot, Dataset]:
     """A virtual arm brought to the targets of a plate.
 

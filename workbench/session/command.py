@@ -9,7 +9,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable, Iterator, Mapping
 from typing import Any, ClassVar
 
-from workbench.base.cancel import Cancel
+from workbench.base.progress import Cancel
 from workbench.session.state import Session
 
 Progress = Callable[[float, str], None]

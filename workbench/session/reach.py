@@ -19,8 +19,8 @@ from workbench.arm.inverse.branches import InverseResult, choose, nearest_of
 from workbench.arm.inverse.damped_newton import Task
 from workbench.arm.inverse.solve import follow, solve
 from workbench.arm.robot import Robot
-from workbench.base.cancel import Cancel, Cancelled, never
 from workbench.base.errors import OptionError
+from workbench.base.progress import Cancel, Cancelled, never
 from workbench.base.types import Matrix4, frozen
 from workbench.plate.branches import choose_branches
 from workbench.plate.obstruction import clear_of, hits

@@ -17,8 +17,8 @@ from workbench.arm.kinematics.skeleton import height_above_floor
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.cancel import Cancel, never
 from workbench.base.errors import OptionError
+from workbench.base.progress import Cancel, never
 from workbench.base.types import frozen
 from workbench.data.accuracy_requirement import usual_wanted
 from workbench.plate.obstruction import clear_of

@@ -66,12 +66,7 @@ class AbstractEffect(AbstractLaw):
 
     @abstractmethod
     def sentence(self, chain: Chain, motion: Motion) -> str:
-        """What it does with its coefficients, in plain English with readable units, without a full stop.
-
-        Args:
-            chain: Of the arm.
-            motion: State of the measured rows.
-        """
+        """What it does with its coefficients, in plain English with readable units, without a full stop."""
 
     @property
     def variant(self) -> str:
@@ -101,9 +96,7 @@ class AbstractEffect(AbstractLaw):
         """One to hide in a virtual arm, whose greatest coefficient is about 1; all are 1 by default.
 
         Args:
-            arm: The arm.
             joint: Counted from 0; of no meaning where it concerns the whole arm.
-            rng: Source of what nobody chose: phases, directions, shapes.
         """
         one = cls(() if cls.whole_arm else (joint,))
         return replace(one, coefficients=(1.0,) * len(one.names))

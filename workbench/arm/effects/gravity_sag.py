@@ -47,7 +47,6 @@ def terms_of(chain: Chain, joint: int, *, payload: bool = False) -> str:
     """The fewest terms that hold whatever the masses behind a joint can do to it.
 
     Args:
-        chain: Of the arm.
         joint: Column of q, counted from 0.
         payload: Whether loads at the tool differ from row to row.
     """

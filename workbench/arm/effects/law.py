@@ -84,7 +84,6 @@ class AbstractLaw(ABC):
 
         Args:
             chain: Base, arm and tool, with the constants in force.
-            motion: State of every row.
             wrenches: Through every joint in its own axes [N, N m]; empty where `loads` asks for none.
         """
 
@@ -213,7 +212,6 @@ def beyond_learned(
 
     Args:
         effects: What may have been learned on part of a joint's range.
-        chain: Of the arm.
         q: Joint positions [rad or m].
         rows: Their numbers for people; counted from 0 if None.
     """

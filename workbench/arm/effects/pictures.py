@@ -32,7 +32,6 @@ class State:
 
     Args:
         chain: With the rotations that its effects need.
-        motion: State of every row.
         wrenches: Through every joint [N, N m]; empty if no effect asks for them.
     """
 
@@ -81,8 +80,6 @@ def view_of_element(
     """The increment of one of an effect's elements over any driver.
 
     Args:
-        effect: The effect.
-        state: The rows.
         place: Which of its elements.
         what: What is seen, with its unit.
         driver: What drives it, with its unit.

@@ -43,7 +43,6 @@ def settle(
     """Joint coordinates of the bent arm next to those of the rigid one.
 
     Args:
-        robot: Arm with its effects.
         poses: Tool poses in the measuring frame, one a row.
         q: Where to start: solutions of the geometry alone [rad or m].
         task: What of the pose must be met.

@@ -30,7 +30,6 @@ def bent_result(
     """Every way in which a bent arm reaches a pose, from the ways of the rigid one.
 
     Args:
-        robot: Arm with its effects.
         target: Tool pose in the measuring frame [m].
         rigid: What the geometry alone can do.
         limits: Limits of the joints [rad or m].

@@ -118,7 +118,6 @@ def branch_names(arm: Arm, x: Float[np.ndarray, "rows n"]) -> list[str]:
     """A name for every solution of one target, unique among them.
 
     Args:
-        arm: Its n joints.
         x: Solutions in the chain's order [rad or m].
     """
     if len(x) == 0:
@@ -137,7 +136,6 @@ def plain_names(arm: Arm, x: Float[np.ndarray, "rows n"]) -> list[str]:
     """A name for every configuration by its signs alone, whatever the others are called.
 
     Args:
-        arm: Its n joints.
         x: Configurations in the chain's order [rad or m].
     """
     signs = _signs(arm, x)

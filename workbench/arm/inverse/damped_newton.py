@@ -89,7 +89,6 @@ def refine(
     """Run every start to a solution, or to the nearest that it comes to.
 
     Args:
-        arm: Its n joints.
         targets: Poses of the tool in the measuring frame.
         starts: Joint coordinates in the chain's order [rad or m].
         task: What of the target must be met.

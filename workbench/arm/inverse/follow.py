@@ -59,7 +59,6 @@ def follow(
     """The solution next to a start, or the nearest that the arm comes to within its limits.
 
     Args:
-        robot: Geometry with base and tool, n joints.
         pose: Tool pose in the measuring frame, a 4×4 matrix [m]; its rotation is trusted to be one.
         q_start: Where to start, as a rule the last solution [rad or m].
         task: What of the pose must be met; by default what so many joints can meet.

@@ -59,7 +59,6 @@ def solve(
     """Every way to reach a pose of the tool.
 
     Args:
-        robot: Geometry with base and tool, n joints.
         pose: Tool pose in the measuring frame, a 4×4 matrix [m].
         task: What of it must be met; by default what so many joints can meet.
         rng: For the random starts that stand beside the algebraic ones; seeded with 0 if None.
@@ -99,12 +98,7 @@ def solve_many(
 
 
 def check_poses(poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, "rows 4 4"]:
-    """Poses with exactly orthonormal rotations.
-
-    Raises:
-        ShapeError: not a stack of 4×4 matrices.
-        DataError: not finite, or not a rigid motion.
-    """
+    """Poses with exactly orthonormal rotations."""
     if poses.ndim != 3 or poses.shape[1:] != (4, 4):
         raise ShapeError(f"a pose is a 4×4 matrix, not {poses.shape[1:]}", expected=4, found=poses.shape[-1])
     if not np.isfinite(poses).all():

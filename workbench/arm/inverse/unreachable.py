@@ -31,8 +31,6 @@ def nearest(
     """The nearest configuration within the limits, as one row.
 
     Args:
-        arm: Its n joints.
-        target: Pose of the tool.
         task: What of it counts.
         limits: In the chain's order.
         rng: For the random starts.
@@ -84,7 +82,6 @@ def limits_reason(arm: Arm, x: Float[np.ndarray, "rows n"], limits: Float[np.nda
     """Which limits keep the arm from the solutions that there are: those of the least violation.
 
     Args:
-        arm: Its n joints.
         x: Solutions outside the limits, in the chain's order, at their best turn.
         limits: In the chain's order.
     """

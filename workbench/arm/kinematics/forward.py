@@ -17,10 +17,6 @@ BLOCK = 4096
 def tool_poses(robot: Robot, motion: Motion) -> Float[np.ndarray, "rows 4 4"]:
     """Poses of the tool in the measuring frame, T_b^0 T_0^n(q) T_n^e (ARIA eq. 6).
 
-    Args:
-        robot: Geometry with base and tool.
-        motion: State of every row; `Motion(q)` where nothing but the joint positions is known or counts.
-
     Raises:
         ShapeError: the rows have another number of joints than the robot.
         DataError: an effect lacks what drives it, such as a temperature.
@@ -34,7 +30,6 @@ def link_frames(robot: Robot, motion: Motion) -> Float[np.ndarray, "rows frames 
 
     Args:
         robot: Geometry with L joint entries.
-        motion: State of every row.
 
     Returns:
         L + 2 poses a row in the measuring frame.
@@ -50,8 +45,6 @@ def sensitivity_blocks(
     """Poses and identification Jacobians block by block, in memory that does not grow with the rows.
 
     Args:
-        robot: Geometry with base and tool.
-        motion: State of every row.
         names: Constants to differentiate by, P of them.
         block: Rows per block.
 
@@ -82,8 +75,6 @@ def sensitivity(
     """Tool poses and the identification Jacobian: the tool's twist per constant.
 
     Args:
-        robot: Geometry with base and tool.
-        motion: State of every row.
         names: Constants and coefficients to differentiate by; the robot's default free constants if None.
 
     Returns:

@@ -28,7 +28,6 @@ class Influence:
     """How far the tool moves for a standard deviation of each constant.
 
     Args:
-        names: The constants.
         distances: At each pose for each constant [m].
     """
 
@@ -73,8 +72,6 @@ def influence(
     """Impose a deviation on each constant and see how far the tool moves.
 
     Args:
-        robot: Geometry.
-        motion: State of every row.
         names: Constants; the robot's default free ones if None.
         angle: Deviation of an angle [rad].
         length: Deviation of a length [m].

@@ -34,7 +34,6 @@ def reachable(
     """Whether each pose is reached within the limits, and one way to reach it.
 
     Args:
-        robot: Geometry with base and tool, n joints.
         poses: Tool poses in the measuring frame [m].
         task: What of them must be met; by default what so many joints can meet.
         certain: Settle the failures by the complete search, at about 0.5 ms each; without it a few poses in

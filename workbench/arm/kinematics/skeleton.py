@@ -23,7 +23,6 @@ def body_frames(
     """Frames of the base and of the link after each joint, in the order of q, in the robot's base.
 
     Args:
-        robot: The arm.
         q: Joint positions [rad or m].
         shift: What is added to each element of its chain, row by row [rad or m]; nothing if empty.
     """

@@ -17,7 +17,6 @@ def recounted(robot: Robot, signs: Float[np.ndarray, " n"], offsets: Float[np.nd
     """The arm whose joints at q are where those of another are at s q + o.
 
     Args:
-        robot: The other.
         signs: s, 1 or −1.
         offsets: o [rad or m].
     """

@@ -64,7 +64,6 @@ def deflect(
 
     Args:
         robot: Arm with its effects; K elements in the full chain.
-        motion: State of every row.
         values: Constants of the chain to use instead of the robot's own.
         effects: The robot's effects with other coefficients, to use instead.
         weights: Masses to use instead of the robot's own.
@@ -105,8 +104,6 @@ def effect_columns(
     """Poses of the bent arm, and the tool's twist per constant, coefficient, mass: the total derivative.
 
     Args:
-        robot: Arm with its effects.
-        motion: State of every row.
         columns: Elements of the full chain whose constants vary, P of them.
         coefficients: Names of the coefficients that vary, C of them.
         values: Constants of the chain to use instead of the robot's own.

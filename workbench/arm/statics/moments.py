@@ -43,7 +43,6 @@ def joint_moments(robot: Robot, motion: Motion) -> JointMoments:
     """Moments at every joint of an arm, bent by its effects.
 
     Args:
-        robot: Arm with masses.
         motion: Joint positions; velocities, accelerations, payload and wrench at the tool where known.
 
     Raises:

@@ -7,7 +7,7 @@ pattern: whichever shows more corners is taken, and said. A picture without the 
 
 import os
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -18,6 +18,7 @@ import numpy as np
 from jaxtyping import Float, Int, UInt8
 
 from workbench.base.errors import DataError, FileError, OptionError
+from workbench.base.progress import Report
 from workbench.base.wording import counted, listed
 from workbench.data.camera.markers import USUAL, detector, opencv, opencv_board
 from workbench.data.camera.pixel_table import PixelRows
@@ -152,9 +153,7 @@ class Finder:
         return f"it shows no marker of {self.dictionary}"
 
 
-def find_corners(
-    folder: Path | str, rig: Rig, *, progress: Callable[[float, str], None] | None = None
-) -> PixelRows:
+def find_corners(folder: Path | str, rig: Rig, *, progress: Report | None = None) -> PixelRows:
     """Corners in all pictures of a folder; with several cameras, of a folder each inside it, by their names.
 
     Args:

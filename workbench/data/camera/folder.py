@@ -10,13 +10,14 @@ import re
 import tarfile
 import tempfile
 import zipfile
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from workbench.base.errors import FileError
+from workbench.base.progress import Report
 from workbench.base.toml import AbstractTableReader
 from workbench.base.wording import listed
 from workbench.data.camera.detect import ENDINGS, Picture, find_corners, picture_files
@@ -31,8 +32,6 @@ LARGEST, MOST_FILES = 1 << 30, 20_000
 """Bytes and files of an archive that are unpacked."""
 SHOWN_WIDTH, QUALITY = 900, 80
 """Width [px] and quality of pictures that are kept to be looked at."""
-
-Progress = Callable[[float, str], None]
 
 
 @dataclass(frozen=True)
@@ -83,7 +82,7 @@ def look_into(place: Path | str) -> Folder:
     return Folder(read_rig(camera, target), corners, joints, place)
 
 
-def read_folder(place: Path | str, *, dof: int | None = None, progress: Progress | None = None) -> Dataset:
+def read_folder(place: Path | str, *, dof: int | None = None, progress: Report | None = None) -> Dataset:
     """Measurements of a folder; `progress` is told how far the search for corners is.
 
     Raises:

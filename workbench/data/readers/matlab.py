@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.base.cancel import Cancel, never
 from workbench.base.errors import FileError, OptionError
+from workbench.base.progress import Cancel, never
 from workbench.data.native_formats import read_arrays
 from workbench.data.readers.columns_option import Item, Naming, Pair, group_keys
 from workbench.data.readers.headings import meaning

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.base.cancel import Cancel, never
 from workbench.base.errors import WorkbenchError
+from workbench.base.progress import Cancel, never
 from workbench.base.types import Matrix4
 from workbench.data.dataset import Dataset
 from workbench.data.readers.assemble import assemble

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from workbench.base.cancel import Cancel, never
 from workbench.base.errors import FileError, OptionError
+from workbench.base.progress import Cancel, never
 from workbench.base.types import Matrix4
 from workbench.base.wording import listed
 from workbench.data.dataset import Dataset

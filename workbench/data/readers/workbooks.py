@@ -4,8 +4,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from workbench.base.cancel import Cancel, never
 from workbench.base.errors import FileError, OptionError
+from workbench.base.progress import Cancel, never
 from workbench.base.wording import listed
 from workbench.data.native_formats import read_columns, read_workbook, text_of
 from workbench.data.readers.table import Grid, recognised_headings

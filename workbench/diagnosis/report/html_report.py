@@ -1,6 +1,5 @@
 """The report of a diagnosis: an HTML page that needs nothing else, its pictures beside it, and the result."""
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +7,7 @@ import numpy as np
 
 from workbench.arm.effects.axes import turns
 from workbench.base.files import check_folder
+from workbench.base.progress import Report
 from workbench.diagnosis.causes import Cause
 from workbench.diagnosis.record import Diagnosis, Verdict, judged
 from workbench.diagnosis.report.pictures import pictures
@@ -30,24 +30,14 @@ RESULT = "diagnosis.json"
 PICTURES = "diagnosis-"
 """What the name of every picture begins with."""
 
-Progress = Callable[[float, str], None]
 
-
-def write_diagnosis(result: Diagnosis, folder: Path | str, *, progress: Progress | None = None) -> Path:
+def write_diagnosis(result: Diagnosis, folder: Path | str, *, progress: Report | None = None) -> Path:
     """Write `diagnosis.html`, its pictures as PNG files and `diagnosis.json`: all of them or nothing.
 
     An older report in the folder is replaced; other files in it stay.
 
     Args:
-        result: A diagnosis.
         folder: Made if it is not there.
-        progress: Called with the part done and what is being done.
-
-    Returns:
-        Path of the page.
-
-    Raises:
-        FileError: the folder is a file.
     """
     report = progress or (lambda part, words: None)
     check_folder(folder)

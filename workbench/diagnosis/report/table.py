@@ -207,7 +207,6 @@ class Size:
         name: Such as `joint3.compliance`.
         value: In the unit.
         std: Standard error, likewise.
-        unit: For people.
     """
 
     name: str

@@ -36,7 +36,6 @@ class Search:
 
     Args:
         x: Best unknowns found [rad or m].
-        outcome: How it ended.
         history: Cost ½|r|² after every iteration, the start's first.
     """
 

@@ -1,6 +1,6 @@
 """Many arms over time: which one is worst, which joint wears, when to measure again."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from datetime import date, timedelta
 from functools import cached_property
@@ -13,6 +13,7 @@ from rich.console import RenderableType
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
+from workbench.base.progress import Progress
 from workbench.base.spread import spread
 from workbench.base.wording import counted
 from workbench.data.simulation.hidden_effects import varied_state
@@ -41,7 +42,6 @@ class ArmReport:
     """One arm of a fleet.
 
     Args:
-        history: Its calibrations.
         moved: Constants that moved, those by the most σ first.
         tool: Displacement of the tool by all of them together [m].
         again: When the drift will have moved the tool by what is allowed; None without one in sight.
@@ -130,7 +130,7 @@ def compare_fleet(
     allowed: float = ALLOWED,
     workers: int | None = None,
     scheduler: str | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
 ) -> Fleet:
     """Compare the calibrations of one or many arms over time.
 
@@ -143,7 +143,6 @@ def compare_fleet(
         allowed: Displacement of the tool by a drift after which to measure again [m].
         workers: Processes on this machine; as many as it has cores if None.
         scheduler: Address of a Dask scheduler.
-        progress: Called with the share of the arms read.
 
     Raises:
         FileError: no folder, or nothing in it.

@@ -87,7 +87,6 @@ def movements(history: History, *, factor: float, least: float) -> tuple[Movemen
     """Constants of an arm that moved, those by the most σ first.
 
     Args:
-        history: Its calibrations.
         factor: By which standard errors are widened.
         least: Number of σ from which a constant moved.
     """

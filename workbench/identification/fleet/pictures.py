@@ -78,7 +78,6 @@ def drift_chart(arm: ArmReport, *, factor: float) -> Figure:
     """The joints of one arm over time.
 
     Args:
-        arm: To be drawn.
         factor: By which standard errors are widened.
     """
     joints = arm.history.robot.dof

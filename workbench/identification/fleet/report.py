@@ -112,11 +112,7 @@ def _moved(moved: Movement) -> Json:
 
 
 def write_fleet(fleet: Fleet, folder: Path | str) -> Path:
-    """Write `fleet.html`, its pictures as SVG files and `result.json`; returns the page's path.
-
-    Raises:
-        FileError: the folder is a file, or can't be written.
-    """
+    """Write `fleet.html`, its pictures as SVG files and `result.json`; returns the page's path."""
     drawings = [Drawing("fleet", "Joints of all arms", FLEET, svg(fleet_chart(fleet), "fleet"))]
     for number, arm in enumerate((fleet.worn or fleet.worst_first)[:DRAWN], 1):
         name = f"drift-{number}"

@@ -147,11 +147,9 @@ def plan_load_test(
     """Choose pairs of postures for some joints.
 
     Args:
-        robot: Nominal arm with masses and limits.
         joints: Joints to load, from 0; all that gravity turns if None.
         added_mass: Mass that can be hung onto the tool [kg].
         each: Pairs for every joint and purpose.
-        rng: Source of the postures.
 
     Raises:
         OptionError: no such joint, a negative mass, or a joint that was asked for and gravity does not turn.
@@ -352,14 +350,10 @@ def side_loads(
     """Level pulls, full and half, to either side in several postures; those with the longest levers.
 
     Args:
-        robot: Nominal arm with masses and limits.
         joint: Joint to turn, from 0.
         force: Greatest pull [N].
-        postures: How many.
-        rng: Source of the postures.
 
     Raises:
-        OptionError: no pull.
         DataError: a level pull at the tool hardly turns the joint in any posture.
     """
     if force <= 0.0:

@@ -30,9 +30,7 @@ def all_figures(
     """Every picture that the result can fill, in the order of a report.
 
     Args:
-        result: An identification.
         wanted: Whose limits are drawn along the axes, where it is asked for per axis.
-        progress: Called with the title of each picture.
     """
     drawings = []
     for picture in pictures(result, wanted=wanted):

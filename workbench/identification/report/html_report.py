@@ -4,13 +4,13 @@ Everything that is written into the page passes through the template's escaping;
 are put in as they are.
 """
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from workbench.base.files import check_folder
+from workbench.base.progress import Report
 from workbench.data.accuracy_requirement import Wanted, WantedCheck
 from workbench.identification.judged import Judged, judge
 from workbench.identification.record import Identification, Run, Validation
@@ -26,31 +26,21 @@ PAGE = "report.html"
 LISTED = 50
 """Greatest number of rows that a list in the page names one by one; the rest is in the JSON file."""
 
-Progress = Callable[[float, str], None]
-
 
 def write_report(
     result: Identification,
     folder: Path | str,
     *,
     wanted: Wanted | None = None,
-    progress: Progress | None = None,
+    progress: Report | None = None,
 ) -> Path:
     """Write `report.html`, its pictures as SVG files and `result.json`: all of them or nothing.
 
     An older report in the folder is replaced; other files in it stay.
 
     Args:
-        result: An identification.
         folder: Made if it is not there.
         wanted: What every pose has to keep; nothing is judged if None.
-        progress: Called with the part done and what is being done.
-
-    Returns:
-        Path of the page.
-
-    Raises:
-        FileError: the folder is a file.
     """
     report = progress or (lambda part, words: None)
     check_folder(folder)

@@ -15,7 +15,6 @@ def influence_figure(found: Influence, *, printed: dict[str, float] | None = Non
     """Least, mean and greatest influence of every constant over the poses.
 
     Args:
-        found: Influences.
         printed: Means that a source prints [m], by constant; drawn as rings.
     """
     places = np.arange(len(found.names))

@@ -37,7 +37,6 @@ class Cell:
     Args:
         name: As in the result, such as `joint2.alpha`.
         unit: `rad` or `m`.
-        nominal: Nominal value.
         value: Identification value; the nominal one if it was held.
         std: Standard error; None where there is none.
         state: What became of it.

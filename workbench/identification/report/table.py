@@ -27,7 +27,6 @@ def identification_tables(result: Identification, *, parameters: bool = True) ->
     """Errors, parameters of the best fit, and everything that the user should know.
 
     Args:
-        result: An identification.
         parameters: Whether to show the parameter table as well.
     """
     parts: list[RenderableType] = [Text(heading(result), style="bold"), errors_table(result)]

@@ -41,7 +41,6 @@ class JointShift:
         name: The constant, such as `joint3.theta`.
         unit: `rad` or `m`.
         shift: Found minus calibrated.
-        std: Standard deviation.
         half: Half of the 95 % interval.
         determined: Whether the rows tell it.
         moved: Whether it moved by more than chance.
@@ -92,9 +91,7 @@ class Rezero(AbstractShown):
         renewed: Geometry next to replaced joints: name, change and its standard deviation [rad or m].
         error: On the rows, with the old zeros and with the new ones.
         noise: Standard deviations that weighed the rows.
-        rows: Number of rows.
         excluded: Rows that were kept out, with the reason.
-        notes: Decisions, one sentence each.
     """
 
     calibrated: Robot

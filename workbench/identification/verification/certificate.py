@@ -77,12 +77,8 @@ class Certificate:
         """The words for a verification.
 
         Args:
-            result: What fresh poses said.
             inputs: Files whose sha256 is given: measurements, robot.
             day: Of the certificate; today if None.
-
-        Raises:
-            FileError: a file can't be read.
         """
         day = day or date.today()
         data = result.data
@@ -154,16 +150,12 @@ def write_certificate(
     """Write the certificate: one PDF, or a folder with PDF, page, picture and numbers.
 
     Args:
-        result: What fresh poses said.
         target: A name ending in `.pdf`, or a folder, which is made if it is not there.
         inputs: Files whose sha256 is given.
         day: Of the certificate; today if None.
 
     Returns:
         Path of the PDF, or of the page in the folder.
-
-    Raises:
-        FileError: it can't be written.
     """
     target = Path(target)
     words = Certificate.of(result, inputs=inputs, day=day)

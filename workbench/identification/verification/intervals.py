@@ -54,10 +54,8 @@ class Bounds(NamedTuple):
         """Intervals of one error a row, at least one.
 
         Args:
-            errors: Errors.
             pose: Which pose each row visits.
             group: Label of what is drawn together: that pose again, or the data's own groups.
-            rng: Draws the samples.
         """
         label = np.unique(group, return_inverse=True)[1]
         sums = np.stack([np.bincount(label, w) for w in (np.ones(len(errors)), errors, errors**2)], 1)

@@ -82,7 +82,6 @@ def repeated_poses(robot: Robot, data: Dataset, pose: Int[np.ndarray, " rows"]) 
 
     Args:
         robot: The model that says where the command pose is.
-        data: Measured rows.
         pose: Which pose each row visits, as `pose_labels` has it.
     """
     if data.position is None:

@@ -35,7 +35,6 @@ def draw_error_map(
 
     Args:
         figure: Empty.
-        result: A verification.
         room: Where the axes stand in a figure that does not lay them out itself, such as `left`.
     """
     errors, places = 1e3 * result.evaluation.rows.position, _places(result)

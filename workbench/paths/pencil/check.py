@@ -78,7 +78,6 @@ def draw_path(
     Args:
         robot: The arm that draws, with its effects.
         trajectory: Time, joints and poses of the circle, as `path circle` writes them.
-        picture: The scan.
         readings: Time and extension of the pencil, a table.
         seed: Of the paper's place on the scanner, grain and noise.
         dpi: Dots per inch.
@@ -117,7 +116,6 @@ def read_drawing(
     """Read a scan; with the trajectory and the potentiometer's table also the errors of the tool's tip.
 
     Args:
-        picture: The scan.
         radius: Of the printed circle [m].
         trajectory: Time, poses of the circle that was commanded.
         readings: Table of `time[s]`, `distance[mm]`: how far the pencil stood out beyond its length.

@@ -96,7 +96,6 @@ def scan(
         drawn: The stroke, once around.
         radius: Of the printed circle [m].
         clockwise: Whether the path runs clockwise for who looks at the paper.
-        rng: Source of the stroke's grain and the scanner's noise.
         dpi: Dots per inch.
         turned: How the sheet lies on the scanner, counter-clockwise [rad].
         shifted: And where [m]; the third number does not count.

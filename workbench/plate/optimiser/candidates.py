@@ -6,7 +6,7 @@ conflict: the arm at one touches the block of the other. That is checked only fo
 considers, and remembered.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -19,6 +19,7 @@ from workbench.arm.inverse.follow import follow_many
 from workbench.arm.kinematics.forward import sensitivity
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
+from workbench.base.progress import Cancel, Cancelled, Progress
 from workbench.plate.making import Making
 from workbench.plate.optimiser.clearance import Surroundings
 from workbench.plate.optimiser.constraints import Constraints
@@ -31,10 +32,6 @@ RETREATS = np.array([0.5, 1.0])
 """Where the retreat of the probe is checked, as shares of it."""
 HAIR = 1e-4
 """A distance is measured up to the clearance and so much more [m]."""
-
-
-class Cancelled(Exception):
-    """Raised inside the search when it is asked to stop."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -79,13 +76,9 @@ class Setting:
     """Everything about a fixture that its search does not change.
 
     Args:
-        robot: Nominal arm with limits.
         plate: Where the plate lies, and how large it is.
         arm: The arm's shape.
-        constraints: Margins.
         reading: What is read at a target.
-        making: Tolerances of the making.
-        names: Constants to be identified.
         scales: What one metre of each scaled parameter is in its own unit.
     """
 
@@ -195,7 +188,6 @@ class Neighbours:
 
     Args:
         setting: What they have in common.
-        pool: The candidates.
     """
 
     setting: Setting
@@ -273,14 +265,10 @@ def draw_pool(
     number: int,
     *,
     rng: np.random.Generator,
-    progress: Callable[[float], None] | None = None,
-    cancel: Callable[[], bool] | None = None,
+    progress: Progress | None = None,
+    cancel: Cancel | None = None,
 ) -> Pool:
-    """Candidates from so many random blocks whose centres lie within ±half [m].
-
-    Raises:
-        Cancelled: asked to stop.
-    """
+    """Candidates from so many random blocks whose centres lie within ±half [m]."""
     found: Candidates | None = None
     kept: dict[str, list[np.ndarray]] = {}
     done = 0

@@ -71,7 +71,6 @@ class CapsuleArm(AbstractArmShape):
     """An arm's capsules.
 
     Args:
-        robot: Whose they are.
         capsules: In order from base to tool.
         source: What they are, as a sentence.
     """

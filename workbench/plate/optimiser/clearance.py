@@ -19,7 +19,6 @@ def arm_shape(robot: Robot, clearance: float) -> AbstractArmShape:
     """The shape that an arm's clearance is judged by.
 
     Args:
-        robot: The arm.
         clearance: Distance that will be asked for [m].
     """
     found, capsules = mesh_arm(robot, clearance), capsule_arm(robot)

@@ -27,9 +27,6 @@ class Constraints:
         edge: Least distance of a target from the plate's edge [m].
         retreat: The probe must be able to go back so far along its axis with the same clearance [m].
         floor: Height of the table in the robot's base [m]; None if there is none.
-
-    Raises:
-        OptionError: a negative margin.
     """
 
     clearance: float = 0.010
@@ -111,7 +108,6 @@ def conflict(plate: Plate, number: int, kept: Mapping[str, Bool[np.ndarray, " ro
     """The mistake of a plate on which too few targets keep all constraints: names two that conflict.
 
     Args:
-        plate: The fixture.
         number: How many targets are needed.
         kept: Which of the tried targets (in one branch each) keep each constraint.
     """

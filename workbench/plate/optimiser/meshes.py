@@ -91,7 +91,6 @@ class MeshArm(AbstractArmShape):
     """An arm's meshes.
 
     Args:
-        robot: Whose they are.
         pieces: In order from base to tool.
         pairs: Pieces that must not touch.
         source: What they are, as a sentence.
@@ -203,7 +202,6 @@ def mesh_arm(robot: Robot, clearance: float) -> MeshArm | None:
     """The meshes of an arm's URDF; None if it has none, or if one of them can't be read.
 
     Args:
-        robot: The arm.
         clearance: Distance that will be asked for [m]; pairs that are never so far apart are left out.
     """
     if robot.urdf is None or not robot.urdf.path.is_file():
@@ -267,11 +265,7 @@ def _piece(entry: int, body: int, pose: Float[np.ndarray, "4 4"], shape: coal.Co
 
 
 def _corners(shape: coal.CollisionGeometry) -> tuple[Float[np.ndarray, "corners 3"], float]:
-    """Points, and the radius about them, whose convex hull is the shape's [m]; a cylinder's to 0.1 %.
-
-    Raises:
-        TypeError: a shape that no URDF has.
-    """
+    """Points, and the radius about them, whose convex hull is the shape's [m]; a cylinder's to 0.1 %."""
     match shape:
         case coal.BVHModelBase():
             points = np.array(shape.vertices())

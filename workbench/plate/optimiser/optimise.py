@@ -8,7 +8,6 @@ and the plate's size. First a pool of candidates is drawn, then targets are exch
 then polished (`search`). The given plate is one of the starts.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import StrEnum
 
@@ -18,6 +17,7 @@ from jaxtyping import Float
 from workbench.arm.linearisation import linearise
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
+from workbench.base.progress import Cancel, Cancelled, Progress
 from workbench.base.types import Outcome
 from workbench.plate.accuracy import position_weight
 from workbench.plate.criterion import RegionCriterion
@@ -33,7 +33,7 @@ from workbench.plate.optimiser.candidates import (
 from workbench.plate.optimiser.clearance import arm_shape
 from workbench.plate.optimiser.constraints import Constraints, check_base, check_room, conflict, half_size
 from workbench.plate.optimiser.result import PlateDesign, branches_of, describe, set_error
-from workbench.plate.optimiser.search import Cancelled, Search
+from workbench.plate.optimiser.search import Search
 from workbench.plate.optimiser.shapes import plate_hull
 from workbench.plate.optimiser.target_blocks import Blocks
 from workbench.plate.plate import Plate
@@ -67,15 +67,10 @@ class Wish:
     Args:
         number: How many targets; as many as the given plate has if None.
         postures: Branches mixed at will, or one branch for all targets.
-        blocks: What blocks may look like.
-        constraints: Margins.
         making: Tolerances of the making; as the given plate says if None.
         shapes: How many different blocks may be made; any number if None.
         places: Random blocks in the pool.
         starts: Exchanges from different starts.
-
-    Raises:
-        OptionError: nothing to search from.
     """
 
     number: int | None = None
@@ -103,22 +98,18 @@ def optimise_plate(
     rng: np.random.Generator,
     wish: Wish | None = None,
     names: tuple[str, ...] | None = None,
-    progress: Callable[[float], None] | None = None,
-    cancel: Callable[[], bool] | None = None,
+    progress: Progress | None = None,
+    cancel: Cancel | None = None,
 ) -> PlateDesign:
     """The plate with the least predicted error that keeps all constraints.
 
     Args:
-        robot: Nominal arm with limits.
         plate: Where the plate lies and how large it is; its targets are one of the starts, and those that
             are locked stay.
         reading: What is read at a target, and how well.
         goal: Joint positions of poses that matter [rad or m], see `plate.region_poses`.
-        rng: Source of everything random.
         wish: What is asked for.
         names: Constants to be identified; the robot's default free ones if None.
-        progress: Called with the share of the work done.
-        cancel: Asked now and then whether to stop with the best plate so far.
 
     Returns:
         The design; where the given plate keeps the constraints, never a worse one.

@@ -42,7 +42,6 @@ class PlateDesign(AbstractShown):
         spacing: Least distance of two targets on the plate [m].
         holds: What these errors hold: instrument, making, and play in the seats.
         history: Criterion after every round of the search [m].
-        outcome: How the search ended.
         notes: What else is worth knowing, one sentence each.
     """
 

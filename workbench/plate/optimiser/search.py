@@ -17,7 +17,6 @@ so that all candidates cost two products with C and C W C and one small factoris
 Sources: Fedorov, Theory of Optimal Experiments (1972), §3; Meyer & Nachtsheim, Technometrics 37(1), 1995.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import no_type_check
 
@@ -28,7 +27,8 @@ from numba import njit
 from workbench.arm.inverse.branch import plain_names
 from workbench.arm.inverse.follow import follow_many
 from workbench.arm.inverse.reduced_arm import compile_arm
-from workbench.plate.optimiser.candidates import Cancelled, Candidates, Neighbours, Setting
+from workbench.base.progress import Cancel, Cancelled
+from workbench.plate.optimiser.candidates import Candidates, Neighbours, Setting
 from workbench.plate.optimiser.target_blocks import Blocks, tool_poses_at
 
 ROUNDS = 30
@@ -53,15 +53,13 @@ class Search:
         setting: What it does not change.
         weight: W: mean square position error over the region per covariance of scaled parameters [m²].
         prior: Diagonal of P: what is known beforehand of each scaled parameter and unknown [1/m²].
-        rng: Source of random starts and changes.
-        cancel: Asked now and then whether to stop.
     """
 
     setting: Setting
     weight: Float[np.ndarray, "p p"]
     prior: Float[np.ndarray, " p"]
     rng: np.random.Generator
-    cancel: Callable[[], bool] | None = None
+    cancel: Cancel | None = None
     history: list[float] = field(default_factory=list)
 
     def cost(self, rows: Float[np.ndarray, "targets m p"]) -> float:

@@ -87,7 +87,6 @@ class AbstractArmShape(ABC):
     """An arm's pieces, and how far they are from each other, from hulls and from the table.
 
     Attributes:
-        robot: Whose they are.
         source: What the pieces are, as a sentence for the notes of a result.
     """
 

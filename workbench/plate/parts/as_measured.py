@@ -44,11 +44,7 @@ class PlateFrame(StrEnum):
 
 
 def frame_named(text: str) -> PlateFrame:
-    """The frame of that name.
-
-    Raises:
-        OptionError: there is none.
-    """
+    """The frame of that name."""
     if text not in list(PlateFrame):
         raise OptionError(f"a plate is measured in the frame {' or '.join(PlateFrame)}, not '{text}'")
     return PlateFrame(text)
@@ -59,12 +55,10 @@ class MeasuredTargets:
     """What the machine's file says.
 
     Args:
-        source: Path of the file.
         numbers: Target of each row, counted from 1.
         poses: Their poses; the identity's rotation where the file gives none [m].
         turned: Whether the file gives orientations.
         sigma: Standard deviation of position and rotation of each target [m, rad].
-        notes: What the reader decided.
     """
 
     source: str
@@ -76,11 +70,7 @@ class MeasuredTargets:
 
 
 def load_plate(source: Path | str) -> Plate:
-    """A plate for any `--plate`: a TOML file, a built-in one, or the table of a measuring machine.
-
-    Raises:
-        WorkbenchError: it is none of these.
-    """
+    """A plate for any `--plate`: a TOML file, a built-in one, or the table of a measuring machine."""
     path = Path(source)
     if str(source).lower() in built_in_plates() or path.suffix.lower() in (".toml", ""):
         return load_plate_toml(source)
@@ -93,12 +83,10 @@ def read_measured_targets(
     """The table of a measuring machine.
 
     Args:
-        path: The file.
         uncertainty: Standard deviations of the machine where the file has none [m], [rad].
 
     Raises:
         FileError: no column `target` or x, y, z; a number given twice; a gap.
-        WorkbenchError: as for measurements.
     """
     table = read_table(Path(path), columns=None, sheet=None)
     numbers = _numbers(table)
@@ -127,7 +115,6 @@ def read_measured_targets(
 
 
 def _numbers(table: Table) -> tuple[int, ...]:
-    """The targets of the rows."""
     column = next((i for i, h in enumerate(table.headings) if parse_heading(h).name.lower() == "target"), -1)
     if column < 0:
         raise FileError("there is no column 'target'; number the targets from 1", path=table.source)

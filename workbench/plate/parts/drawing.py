@@ -301,11 +301,7 @@ def _leader(item: Angle) -> Line:
 
 
 def dxf_of(page: Page) -> str:
-    """A page as DXF text, 1:1.
-
-    Raises:
-        MissingExtraError: ezdxf is not installed.
-    """
+    """A page as DXF text, 1:1."""
     try:
         import ezdxf
     except ImportError:

@@ -12,6 +12,7 @@ from typing import NamedTuple
 from workbench.arm.robot import Robot
 from workbench.base.errors import MissingExtraError, OptionError
 from workbench.base.files import check_folder, write_folder
+from workbench.base.progress import Report
 from workbench.plate.making import Making
 from workbench.plate.parts.drawing import dxf_of, pdf_of
 from workbench.plate.parts.drawing_set import pages_of
@@ -51,11 +52,7 @@ LEAN = (Format.STL, Format.THREE_MF, Format.DXF, Format.PDF, Format.CSV, Format.
 
 
 def formats_named(text: str) -> tuple[Format, ...]:
-    """Formats with commas between.
-
-    Raises:
-        OptionError: one is unknown.
-    """
+    """Formats with commas between."""
     names = [name.strip().lower() for name in text.split(",") if name.strip()]
     unknown = [name for name in names if name not in list(Format)]
     if unknown or not names:
@@ -69,7 +66,6 @@ class Exported(NamedTuple):
     """What was written.
 
     Args:
-        fixture: The parts.
         files: Their files.
         missing: Formats that could not be written, and why.
     """
@@ -87,7 +83,7 @@ def export_plate(
     robot: Robot | None = None,
     sigma: tuple[float, float] = (SIGMA_POSITION, SIGMA_ROTATION),
     stock: Stock | None = None,
-    progress: Callable[[float, str], None] | None = None,
+    progress: Report | None = None,
 ) -> Exported:
     """Write a plate's files into a folder: all that can be written, or nothing where it can't be made.
 
@@ -97,8 +93,6 @@ def export_plate(
         formats: What to write.
         robot: The arm that it is for: the sheet then says what accuracy to expect.
         sigma: Standard deviations of a measurement on the plate [m], [rad], for that.
-        stock: Bar, screws and pins.
-        progress: Called with the part done and what is being done.
 
     Raises:
         OptionError: the plate can't be made; says why.

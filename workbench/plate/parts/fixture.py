@@ -76,7 +76,6 @@ def _probe(plate: Plate, stock: Stock) -> Turned | None:
 
 
 def _block(plate: Plate, number: int, target: Target, stock: Stock) -> Block:
-    """The block of one target."""
     tool = se3.inverse(plate.pose) @ target.pose
     normal = -tool[:3, 2]
     tilt = float(np.arctan2(np.hypot(*normal[:2]), normal[2]))

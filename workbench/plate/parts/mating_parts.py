@@ -85,7 +85,6 @@ def base_parts(pose: Matrix4, slab: Slab, stock: Stock) -> tuple[Slab | None, Tu
     Args:
         pose: Of the plate's top centre in the robot's base.
         slab: The plate with its mounting holes.
-        stock: Sizes.
     """
     lean = float(np.arccos(np.clip(pose[2, 2], -1.0, 1.0)))
     height = float(pose[2, 3] - slab.size[2])

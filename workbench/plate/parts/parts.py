@@ -233,11 +233,9 @@ class Fixture:
         pose: Pose of the slab's top centre in the robot's base.
         slab: The plate itself.
         blocks: One a target, in their order.
-        tolerances: Of the drawings.
         probe: What the arm carries into the seats.
         bottom: The plate under robot and stand-offs; None where the plate leans or lies too low.
         standoff: What carries the plate, four times.
-        notes: What was decided, one sentence each.
         stock: What the parts are made with.
         anchored: Whether the blocks hold the balls of a ball-bar, and the targets are in the air.
     """

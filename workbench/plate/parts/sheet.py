@@ -161,7 +161,6 @@ class PlateSheet:
     """Everything on the page.
 
     Args:
-        fixture: The parts.
         files: Names of the files that lie beside the sheet.
         score: What a calibration on the plate is worth; None if no robot was named.
         notes: What else must be known.

@@ -108,7 +108,6 @@ def _drilled(body: Any, bores: tuple[Bore, ...]) -> trimesh.Trimesh:
 
 
 def _cutter(bore: Bore) -> Any:
-    """What a bore takes away."""
     equal_area = _equal_area()
     start, mouth, end, length = _cut(bore)
     tool = _manifold().cylinder(length, mouth * equal_area, end * equal_area, AROUND)
@@ -142,11 +141,7 @@ def _turned_to(direction: Vector3) -> np.ndarray:
 
 
 def _manifold() -> Any:
-    """The library's class of solids.
-
-    Raises:
-        MissingExtraError: it is not installed.
-    """
+    """The library's class of solids."""
     try:
         from manifold3d import Manifold
     except ImportError:
@@ -246,11 +241,7 @@ def _step_file(solid: Any, name: str) -> bytes:
 
 
 def _require_step() -> None:
-    """Refuse where the library is missing.
-
-    Raises:
-        MissingExtraError: it is not installed.
-    """
+    """Refuse where the library is missing."""
     try:
         import OCP.STEPControl  # noqa: F401
     except ImportError:

@@ -30,7 +30,6 @@ class Tolerances:
     """What stands on the drawings; lengths in metres, angles in radians.
 
     Args:
-        making: Bounds of a target.
         dowels: Distance of each dowel from the screw.
         assumed: Whether the bounds are the usual ones, as the plate's file says nothing.
     """

@@ -10,7 +10,6 @@ Limits (region, orientation cone, margins, spread, travel) are kept throughout; 
 in an order of measuring with short moves.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import StrEnum
 
@@ -22,6 +21,7 @@ from workbench.arm.linearisation import linearise
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
+from workbench.base.progress import Cancel, Progress
 from workbench.base.types import Outcome, frozen
 from workbench.plate.criterion import criterion_of, goal_index
 from workbench.plate.free_constants import visible_basis
@@ -41,9 +41,6 @@ LIMITED_CANDIDATES = 1000
 WALK = 25
 """Steps of the random walks that candidates come from where the travel is limited."""
 
-Progress = Callable[[float], None]
-Cancel = Callable[[], bool]
-
 
 class Method(StrEnum):
     """How a set is chosen out of candidates."""
@@ -58,12 +55,9 @@ class PoseTask:
 
     Args:
         climb: The arm and the index.
-        number: How many poses.
         limits: What else is asked of them.
         candidates: Joint positions to choose from; random ones if None.
         method: How a set is chosen out of candidates.
-        rng: Source of the random candidates and starts.
-        progress: Called with the share of the work done.
     """
 
     climb: PoseClimb
@@ -123,11 +117,9 @@ class PoseSet:
 
     Args:
         q: Joint positions [rad or m], inside the limits, in an order of measuring with short moves.
-        index: Name of the index.
         before: The index at the random start.
         after: The index of q, never below `before`.
         history: The index after each stage or step, start first.
-        outcome: How the search ended.
         bound: Proven upper bound of the index over all choices from the candidates; None where the poses
             were not chosen from given ones, or the index is not O1 or D.
     """
@@ -166,9 +158,6 @@ def informative_poses(
     """Choose joint positions with a large observability index.
 
     Args:
-        robot: Geometry with base, tool and limits.
-        number: How many poses.
-        rng: Source of the random starts and candidates.
         index: `O`, `O1` … `O5`, `A`, `D`, `Ov1` for cameras, or `I`: the predicted error at `matter`.
         candidates: Joint positions to choose from, such as those of a `Dataset`; the result is then among
             them. Without, random ones, and the result is improved continuously within the limits.
@@ -180,8 +169,6 @@ def informative_poses(
         method: Exchange after the greedy choice, or the greedy choice alone; both are then improved.
         sigma_position: Standard deviation of a measured coordinate [m].
         sigma_rotation: Standard deviation of a measured rotation [rad]; None for points.
-        progress: Called with the share of the work done.
-        cancel: Asked now and then whether to stop with the best poses so far.
 
     Raises:
         OptionError: no such index, no poses asked for, or too few for the parameters.

@@ -1,6 +1,5 @@
 """Informative poses as one call, as a table and JSON, and as the file that a measurement starts from."""
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +13,7 @@ from rich.text import Text
 from workbench.arm.robot import JointKind, Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.files import write_text
+from workbench.base.progress import Cancel, Progress
 from workbench.base.threads import one_thread
 from workbench.data.readers import read_trajectory
 from workbench.plate.free_constants import identified_names
@@ -34,8 +34,8 @@ def choose_poses(
     base: bool | None = None,
     tool: bool | None = None,
     seed: int = 0,
-    progress: Callable[[float], None] | None = None,
-    cancel: Callable[[], bool] | None = None,
+    progress: Progress | None = None,
+    cancel: Cancel | None = None,
 ) -> PoseSet:
     """Joint positions with a large observability index, in an order of measuring.
 

@@ -24,9 +24,7 @@ def circle_poses(robot: Robot, number: int, *, rng: np.random.Generator) -> Floa
     """Joint positions that turn one joint after the other, equally many of each (the first ones one more).
 
     Args:
-        robot: Geometry with limits, revolute joints.
         number: How many poses; at least five for each joint.
-        rng: Source of the postures of which the best is taken.
 
     Raises:
         OptionError: too few poses, or a joint that does not turn.

@@ -21,7 +21,6 @@ Sources: Dykstra, Technometrics 13(3), 1971 (sequential augmentation); Fedorov, 
 steps).
 """
 
-from collections.abc import Callable
 from typing import no_type_check
 
 import numpy as np
@@ -29,6 +28,7 @@ from jaxtyping import Bool, Float, Int
 from numba import njit
 
 from workbench.base.errors import OptionError
+from workbench.base.progress import Cancel
 from workbench.base.types import Outcome
 from workbench.plate.poses.exchange import ROUNDS, Exchanged
 
@@ -157,7 +157,6 @@ def greedy_choice(
 
     Args:
         blocks: Scaled, whitened Jacobian of each option.
-        number: How many to choose.
         clash: Which options must not be chosen together; those alike must not if None.
         follow: Which options may follow each other; any if None.
         first: The option to begin with; the one that tells most if None.
@@ -194,15 +193,13 @@ def d_exchange(
     number: int,
     *,
     start: Int[np.ndarray, " number"] | None = None,
-    cancel: Callable[[], bool] | None = None,
+    cancel: Cancel | None = None,
 ) -> Exchanged:
     """Choose different candidates so that det(JᵀJ) is greatest.
 
     Args:
         blocks: Scaled, whitened Jacobian of each candidate.
-        number: How many to choose.
         start: A choice to improve instead of the greedy one.
-        cancel: Asked between exchanges whether to stop with the present choice.
 
     Returns:
         The choice, with −O1 as its cost.
@@ -251,7 +248,6 @@ def d_bound(
 
     Args:
         blocks: Scaled, whitened Jacobian of each candidate.
-        number: How many are to be chosen.
         share: Stop when the bound is proven to lie within this share of the continuous optimum.
         steps: Greatest number of multiplicative steps.
     """

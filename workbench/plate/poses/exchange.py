@@ -12,12 +12,12 @@ Source: Fedorov, Theory of Optimal Experiments (1972), §3; coordinate form of M
 Technometrics 37(1), 1995.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from workbench.base.progress import Cancel, Progress
 from workbench.base.types import Outcome
 from workbench.plate.criterion import AbstractCriterion
 
@@ -35,7 +35,6 @@ class Exchanged:
         choice: Option of each slot.
         cost: Its cost.
         history: Cost after each round of the start that won, its own cost first.
-        outcome: How the search ended.
     """
 
     choice: Int[np.ndarray, " slots"]
@@ -54,8 +53,8 @@ def exchange(
     clash: Bool[np.ndarray, "options options"] | None = None,
     follow: Bool[np.ndarray, "options options"] | None = None,
     locked: Bool[np.ndarray, " slots"] | None = None,
-    progress: Callable[[float], None] | None = None,
-    cancel: Callable[[], bool] | None = None,
+    progress: Progress | None = None,
+    cancel: Cancel | None = None,
 ) -> Exchanged:
     """Choose an option for every slot so that the criterion of their summed information is least.
 
@@ -68,8 +67,6 @@ def exchange(
         clash: Which options must not be chosen together; starts must keep it.
         follow: Which options may stand in neighbouring slots; starts must keep it.
         locked: Slots that keep the option of their start.
-        progress: Called with the share of the starts done.
-        cancel: Asked between rounds whether to stop with the best choice so far.
     """
     search = _Search(options, allowed, criterion, distinct, clash, follow)
     best: Exchanged | None = None

@@ -6,7 +6,6 @@ stay in a region, apart from each other or within reach of the one before climb 
 in which every pose that a step would take beyond its limits stays where it is.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +14,7 @@ from scipy.optimize import Bounds, minimize
 
 from workbench.arm.linearisation import Linearisation, linearise
 from workbench.arm.robot import Robot
+from workbench.base.progress import Cancel, Cancelled
 from workbench.base.types import Outcome
 from workbench.plate.free_constants import visible
 from workbench.plate.indices import AbstractIndex
@@ -30,12 +30,7 @@ STRIDE = 0.1
 LEAST_STRIDE = 1e-4
 """Least stride of poses with limits [rad or m]."""
 
-Cancel = Callable[[], bool]
 Climbed = tuple[np.ndarray, list[float], Outcome]
-
-
-class _Cancelled(Exception):
-    """Leaves the optimiser when the user cancels."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,11 +38,9 @@ class PoseClimb:
     """An index of an arm's poses as a function of their joint positions.
 
     Args:
-        robot: The arm.
         index: What is to become large.
         options: Of `linearise`: names, standard deviations.
         basis: Combinations of constants that the index is of, see `plate.freedom`.
-        cancel: Asked at every step whether to stop with the best poses so far.
         view: Cameras that measure; an instrument that sees full poses or points if None.
     """
 
@@ -90,7 +83,7 @@ class PoseClimb:
         def fall(x: np.ndarray) -> tuple[float, np.ndarray]:
             nonlocal best
             if self.cancel is not None and self.cancel():
-                raise _Cancelled
+                raise Cancelled
             trial = x.reshape(q.shape)
             value, slope = self.value_and_gradient(trial)
             if value > best[0]:
@@ -110,7 +103,7 @@ class PoseClimb:
                 callback=lambda _: history.append(best[0]),
             )
             outcome = {0: Outcome.CONVERGED, 1: Outcome.ITERATION_LIMIT}.get(found.status, Outcome.STALLED)
-        except _Cancelled:
+        except Cancelled:
             outcome = Outcome.CANCELLED
         return best[1], [*history, best[0]], outcome
 

@@ -131,13 +131,10 @@ def iso_cube_poses(
     """Joint positions for points of the cube's diagonal planes, in an order that moves all joints.
 
     Args:
-        robot: Geometry with limits.
         number: How many poses; the thesis takes 118.
-        rng: Source of the joint positions and the order.
         cube: The cube in the robot's base; the largest of the workspace if None.
 
     Raises:
-        OptionError: fewer than two poses.
         DataError: there is no cube, or the arm does not reach enough points of it.
     """
     if number < 2:

@@ -159,10 +159,7 @@ def sample_poses(
     """Random joint positions with the tool in the region and the cone.
 
     Args:
-        robot: Geometry with joint limits.
-        number: How many.
         limits: Of which those of single poses are kept.
-        rng: Source of the positions.
 
     Raises:
         DataError: practically none can be found; says which limits conflict.
@@ -187,11 +184,9 @@ def walks(
     """Random walks from poses that keep the limits, no step longer than the travel: candidates in reach.
 
     Args:
-        robot: Geometry with joint limits.
         starts: Where the walks begin [rad or m].
         steps: How many steps each makes; one that would leave the limits is not made.
         limits: With a travel.
-        rng: Source of the steps.
     """
     low, high = robot.search_limits.T
     stride = np.inf if limits.travel is None else limits.travel
@@ -254,11 +249,9 @@ def feasible_start(
 
     Args:
         blocks: Scaled, whitened Jacobian of each candidate.
-        number: How many.
         limits: What is asked, for the words where it can't be had.
         clash: Which candidates must not be chosen together.
         follow: Which may follow each other; any if None.
-        rng: Chooses where to begin.
 
     Raises:
         DataError: no such choice was found; names the limits that conflict.

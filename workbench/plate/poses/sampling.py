@@ -58,14 +58,8 @@ def poses_that(
     """Random joint positions within the limits that are kept [rad or m].
 
     Args:
-        robot: Geometry with joint limits.
-        number: How many.
         keep: Which of a stack of joint positions are kept.
-        rng: Source of the positions.
         complaint: What to say where practically none is kept, from how many of how many tries were.
-
-    Raises:
-        DataError: practically none is kept.
     """
     low, high = robot.search_limits.T
     found = np.zeros((0, robot.dof))

@@ -58,13 +58,7 @@ class Chunk:
 
 
 def try_arms(job: Job, seed: np.random.SeedSequence, arms: int = CHUNK) -> Chunk:
-    """Make, measure, calibrate and judge some arms.
-
-    Args:
-        job: The trial.
-        seed: Of everything random about these arms.
-        arms: How many.
-    """
+    """Make, measure, calibrate and judge some arms."""
     rng = np.random.default_rng(seed)
     actual = job.errors.undeclared or job.robot
     made = _made(job, actual.chain, arms, rng)

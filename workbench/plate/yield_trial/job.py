@@ -106,7 +106,6 @@ class Job:
     """One trial.
 
     Args:
-        robot: Nominal arm.
         names: Constants that are made with errors and identified.
         poses: Nominal poses of the tool at the targets, measuring frame.
         q: Nominal joint positions there [rad or m].

@@ -128,7 +128,6 @@ def branches_by_distance(
     """The planned joint positions at every target, then those of its other branches, the nearest first.
 
     Args:
-        robot: Nominal arm.
         poses: Of the tool, measuring frame.
         q: The planned joint positions [rad or m].
     """

@@ -114,7 +114,6 @@ def gather(
     """The yield of all chunks, in their order.
 
     Args:
-        job: The trial.
         chunks: Of the arms.
         sources: Errors with each source alone [m], [rad].
         outcome: Whether all arms were tried.

@@ -4,12 +4,12 @@ The chunks are spread over the cores of this machine, or a Dask cluster; their s
 arguments, so that the numbers are the same wherever they run.
 """
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from workbench.base.errors import OptionError
+from workbench.base.progress import Cancel, Progress
 from workbench.base.spread import spread
 from workbench.base.types import Outcome
 from workbench.plate.yield_trial.arms import CHUNK, Chunk, try_arms
@@ -28,8 +28,8 @@ def try_production(
     arms: int = ARMS,
     seed: int = 0,
     scheduler: str | None = None,
-    progress: Callable[[float], None] | None = None,
-    cancel: Callable[[], bool] | None = None,
+    progress: Progress | None = None,
+    cancel: Cancel | None = None,
 ) -> Yield:
     """Make, measure, calibrate and judge many virtual arms.
 
@@ -37,12 +37,7 @@ def try_production(
     computed.
 
     Args:
-        job: The trial.
-        arms: How many arms.
-        seed: Of everything random.
         scheduler: Address of a Dask scheduler; this machine's cores if None.
-        progress: Called with the share of the work done.
-        cancel: Asked now and then whether to stop with the arms so far.
 
     Raises:
         OptionError: no arms, or no scheduler at the address.
@@ -62,11 +57,7 @@ def try_production(
 
 
 def check_number(arms: int) -> None:
-    """Refuse a trial without arms.
-
-    Raises:
-        OptionError: fewer than one.
-    """
+    """Refuse a trial without arms."""
     if arms < 1:
         raise OptionError(f"--arms must be at least 1, got {arms}")
 

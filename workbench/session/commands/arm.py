@@ -14,8 +14,8 @@ from workbench.arm.inverse.solve import follow
 from workbench.arm.own_robot.check import check_robot, found_words
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.cancel import Cancel
 from workbench.base.errors import FileError, OptionError, WorkbenchError
+from workbench.base.progress import Cancel
 from workbench.base.types import frozen
 from workbench.plate.plate_toml import read_plate
 from workbench.session.command import AbstractChange, AbstractTask, Progress

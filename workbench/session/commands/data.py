@@ -15,8 +15,8 @@ from workbench.arm.effects.joint_harmonic import JointHarmonic
 from workbench.arm.motion import Motion
 from workbench.arm.robot import JointKind, Robot
 from workbench.base import se3
-from workbench.base.cancel import Cancel
 from workbench.base.errors import DataError, OptionError, WorkbenchError
+from workbench.base.progress import Cancel
 from workbench.data.dataset import Dataset
 from workbench.data.misread import checked
 from workbench.data.readers.preview import Preview

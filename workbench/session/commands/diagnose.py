@@ -8,8 +8,8 @@ import numpy as np
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
-from workbench.base.cancel import Cancel
 from workbench.base.errors import DataError, OptionError
+from workbench.base.progress import Cancel
 from workbench.base.types import frozen
 from workbench.plate.obstruction import has_room
 from workbench.plate.patterns import MOST_TARGETS

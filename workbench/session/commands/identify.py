@@ -4,8 +4,8 @@ from collections.abc import Hashable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from workbench.base.cancel import Cancel
 from workbench.base.errors import DataError, OptionError
+from workbench.base.progress import Cancel
 from workbench.data.accuracy_requirement import Wanted
 from workbench.identification.algorithms import ALGORITHMS, USUAL
 from workbench.identification.identify import identify

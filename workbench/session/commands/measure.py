@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from workbench.base import se3
-from workbench.base.cancel import Cancel
 from workbench.base.errors import DataError, OptionError
+from workbench.base.progress import Cancel
 from workbench.base.types import frozen
 from workbench.base.wording import counted
 from workbench.data.live.acquisition import (

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from workbench.base.cancel import Cancel
 from workbench.base.errors import DataError, WorkbenchError
+from workbench.base.progress import Cancel
 from workbench.base.wording import counted
 from workbench.data.camera.camera import Mount
 from workbench.data.dataset import Dataset

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from workbench.base.cancel import Cancel
 from workbench.base.errors import OptionError
+from workbench.base.progress import Cancel
 from workbench.plate.patterns import MOST_TARGETS
 from workbench.plate.plate import AUTO
 from workbench.session.command import AbstractChange, AbstractTask, Progress

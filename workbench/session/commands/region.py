@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from workbench.base.cancel import Cancel, Cancelled
 from workbench.base.errors import DataError, OptionError
+from workbench.base.progress import Cancel, Cancelled
 from workbench.plate.cubes import CubeMap, map_cubes
 from workbench.plate.free_constants import identified_names
 from workbench.plate.region import Region

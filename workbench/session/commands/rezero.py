@@ -3,8 +3,8 @@
 from dataclasses import dataclass, replace
 from typing import Any
 
-from workbench.base.cancel import Cancel
 from workbench.base.errors import DataError, OptionError
+from workbench.base.progress import Cancel
 from workbench.session.command import AbstractTask, Progress
 from workbench.session.state import Session, Severity
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from workbench.base.cancel import Cancel
 from workbench.base.errors import DataError
+from workbench.base.progress import Cancel
 from workbench.base.wording import counted
 from workbench.data.camera.folder import read_folder
 from workbench.data.camera.pixel_table import plain_names

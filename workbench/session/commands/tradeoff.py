@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from workbench.base.cancel import Cancel
 from workbench.base.errors import OptionError
+from workbench.base.progress import Cancel
 from workbench.session.command import AbstractChange, AbstractTask, Progress
 from workbench.session.reach import place_all
 from workbench.session.state import Session, Severity

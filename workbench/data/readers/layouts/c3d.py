@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import final
 
-from workbench.base.cancel import Cancel
+from workbench.base.progress import Cancel
 from workbench.data.foreign_streams import read_c3d
 from workbench.data.readers.columns_option import Naming
 from workbench.data.readers.fields import Fields

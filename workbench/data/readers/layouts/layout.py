@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.base.cancel import Cancel
 from workbench.base.errors import FileError
+from workbench.base.progress import Cancel
 from workbench.base.units import Quantity, to_si
 from workbench.data.readers.columns_option import Naming
 from workbench.data.readers.fields import Decimal, Fields, decimal_of, to_numbers

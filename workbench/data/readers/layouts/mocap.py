@@ -19,8 +19,8 @@ from typing import Any, final
 import numpy as np
 
 from workbench.base import se3
-from workbench.base.cancel import Cancel
 from workbench.base.errors import FileError
+from workbench.base.progress import Cancel
 from workbench.base.units import Quantity, to_si
 from workbench.data.readers.columns_option import Naming
 from workbench.data.readers.fields import Fields

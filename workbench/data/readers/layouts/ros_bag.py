@@ -12,8 +12,8 @@ from typing import Any, final
 import numpy as np
 
 from workbench.base import se3
-from workbench.base.cancel import Cancel
 from workbench.base.errors import DataError
+from workbench.base.progress import Cancel
 from workbench.base.wording import listed
 from workbench.data.foreign_streams import read_bag
 from workbench.data.readers.columns_option import Naming
