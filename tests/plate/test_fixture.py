@@ -14,9 +14,10 @@ from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.plate.making import Making, greatest_clearance, pin_play
-from workbench.plate.optimiser.capsules import capsule_arm, segment_distances
+from workbench.plate.optimiser.capsules import capsule_arm, capsule_to_hull
 from workbench.plate.optimiser.search import gains
-from workbench.plate.optimiser.shapes import block_hulls, plate_hull
+from workbench.plate.optimiser.segments import segment_distances
+from workbench.plate.optimiser.shapes import block_hulls, line_distances, plate_hull
 from workbench.plate.optimiser.target_blocks import (
     STEEPEST,
     Blocks,
@@ -113,6 +114,22 @@ def test_parallel_and_shrunk_segments():
     point = np.array([[2.0, 0.0, 1.0], [2.0, 0.0, 1.0]])
     pairs = np.stack([np.stack([line, line, point]), np.stack([beside, point, line])])
     assert np.allclose(segment_distances(pairs[0][None], pairs[1][None])[0], [0.5, np.sqrt(2), np.sqrt(2)])
+
+
+def test_a_segment_is_as_far_from_a_hull_as_coal_says(aria, plate):
+    """Blocks of every kind and the plate; a line that enters one is said to, and what is far is far."""
+    bodies = [*block_hulls(plate, plate.poses), plate_hull(plate)]
+    lines = np.stack([hull.corners.mean(0) + rng(3).normal(0.0, 0.1, (20, 2, 3)) for hull in bodies])
+    far = np.full(20, 0.08)
+    found = line_distances(lines, bodies, far)
+    entered = np.isneginf(found)
+    assert 0.1 < entered.mean() < 0.9
+    for row, hull in enumerate(bodies):
+        exact = np.array([capsule_to_hull(line, 1e-6, hull) for line in lines[row]]) + 1e-6
+        assert (exact[entered[row]] < 1e-9).all()
+        near = ~entered[row] & (exact < far)
+        assert np.allclose(found[row, near], exact[near], atol=1e-9)
+        assert (found[row, exact >= far] >= far[0]).all()
 
 
 def test_an_arm_is_as_far_from_a_hull_as_its_samples_say(aria, plate):

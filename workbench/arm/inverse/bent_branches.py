@@ -1,6 +1,7 @@
 """The branches of an arm that bends: its geometry's, each moved to where the bent arm is at the target."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from jaxtyping import Float
@@ -52,19 +53,21 @@ def bent_result(
         for b, row, left, ok in zip(rigid.branches, moved, found.position_error, found.converged, strict=True)
         if not ok
     ]
+    explain = partial(_explain, robot, rigid, tuple(branches), found, limits)
+    return replace(rigid, branches=tuple(branches), note="; ".join(notes) or None, explain=explain)
+
+
+def _explain(
+    robot: Robot, rigid: InverseResult, branches: tuple[Branch, ...], found: Refined, limits: np.ndarray
+) -> tuple[str | None, Nearest]:
     inside = [b for b in branches if b.within_limits]
-    nearest, reason = rigid.nearest, None
     if inside:
-        nearest = _nearest(max(inside, key=quality), rigid.branches, found)
-    elif rigid.reachable:
-        arm = compile_arm(robot)
-        x = np.stack([b.q for b in branches])[:, arm.columns]
-        reason = unreachable.limits_reason(arm, x, limits[arm.columns])
-    else:
-        reason = rigid.reason
-    return replace(
-        rigid, branches=tuple(branches), reason=reason, note="; ".join(notes) or None, nearest=nearest
-    )
+        return None, _nearest(max(inside, key=quality), rigid.branches, found)
+    if not rigid.reachable:
+        return rigid.reason, rigid.nearest
+    arm = compile_arm(robot)
+    x = np.stack([b.q for b in branches])[:, arm.columns]
+    return unreachable.limits_reason(arm, x, limits[arm.columns]), rigid.nearest
 
 
 def _at(branch: Branch, q: np.ndarray, limits: np.ndarray) -> Branch:

@@ -1,6 +1,8 @@
 """The ways to reach one target, and the choice of one of them."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float
@@ -33,23 +35,36 @@ class InverseResult:
         branches: Those within the limits first, best manipulability first among them.
         finite: False where the solutions are endlessly many (a redundant arm or task, a singular pose) and
             `branches` are representatives.
-        reason: Why no branch is within the limits; None if one is.
         note: What else the user should know, such as that the arm is redundant.
-        nearest: The best branch within the limits, or the nearest configuration within them.
         task: What of the pose was asked for.
+        explain: Finds `reason` and `nearest` when one of them is first asked for: where nothing is within the
+            limits, that takes longer than the branches.
     """
 
     branches: tuple[Branch, ...]
     finite: bool
-    reason: str | None
     note: str | None
-    nearest: Nearest
     task: Task
+    explain: Callable[[], tuple[str | None, Nearest]]
+
+    @cached_property
+    def _explained(self) -> tuple[str | None, Nearest]:
+        return self.explain()
+
+    @property
+    def reason(self) -> str | None:
+        """Why no branch is within the limits; None if one is."""
+        return None if self.reachable else self._explained[0]
+
+    @property
+    def nearest(self) -> Nearest:
+        """The best branch within the limits, or the nearest configuration within them."""
+        return self._explained[1]
 
     @property
     def reachable(self) -> bool:
         """Whether a branch is within the limits."""
-        return self.reason is None
+        return any(b.within_limits for b in self.branches)
 
     @property
     def within_limits(self) -> tuple[Branch, ...]:

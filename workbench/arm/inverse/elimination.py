@@ -20,6 +20,8 @@ Sources: Raghavan and Roth, J. Mech. Design 115(3), 1993; Manocha and Canny, IEE
 Automation 10(5), 1994, with half angles in place of their tan(q₄/2), tan(q₅/2).
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from jaxtyping import Float
 
@@ -46,30 +48,36 @@ def closure_starts(
     targets: Float[np.ndarray, "rows 4 4"],
     *,
     length: float,
-    first: int = 0,
+    entries: Sequence[int] = (0,),
     shift: float = SHIFT,
-) -> Float[np.ndarray, "rows 24 6"]:
+) -> Float[np.ndarray, "rows starts 6"]:
     """Joint angles near every solution, among others that are none.
 
     Args:
         constants: C₀ … C₆ of `reduced_arm.Arm`, six revolute joints.
         targets: Poses of the tool.
         length: Unit of length that brings positions near 1 [m].
-        first: Joint that plays the part of joint 1 (from 0): the closed loop may be entered anywhere, and
-            what is special for one entry is not for another.
+        entries: Joints that play the part of joint 1 (from 0) in turn: the closed loop may be entered
+            anywhere, and what is special for one entry is not for another. 24 starts each.
         shift: Random change of the constants [rad, and share of `length`].
+
+    Raises:
+        LinAlgError: the pencil of a target is exactly singular at one of the entries.
     """
     fixed, h = constants.copy(), targets.copy()
     fixed[:, :3, 3] /= length
     h[:, :3, 3] /= length
-    noise = np.random.default_rng(SEED + first).standard_normal((6, 6)) * shift
-    noise = se3.pose(se3.rotvec_to_matrix(noise[:, :3]), noise[:, 3:])
     loop = np.empty((len(h), 6, 4, 4))
     loop[:, :5] = fixed[1:6]
     loop[:, 5] = fixed[6] @ se3.inverse(h) @ fixed[0]
-    loop = np.roll(loop @ noise, -first, axis=1)
-    q = _eliminate(loop[:, :5], se3.inverse(loop[:, 5]))
-    return np.roll(q, first, axis=2)
+    loops = []
+    for first in entries:
+        noise = np.random.default_rng(SEED + first).standard_normal((6, 6)) * shift
+        noise = se3.pose(se3.rotvec_to_matrix(noise[:, :3]), noise[:, 3:])
+        loops.append(np.roll(loop @ noise, -first, axis=1))
+    entered = np.concatenate(loops)
+    q = _eliminate(entered[:, :5], se3.inverse(entered[:, 5])).reshape(len(entries), len(h), 24, 6)
+    return np.concatenate([np.roll(part, first, axis=2) for first, part in zip(entries, q, strict=True)], 1)
 
 
 def _eliminate(links: Float[np.ndarray, "rows 5 4 4"], h: Float[np.ndarray, "rows 4 4"]) -> np.ndarray:

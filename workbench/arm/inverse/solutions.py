@@ -8,7 +8,7 @@ Either way the neighbours of nearly singular solutions are searched too, along t
 moves the tool, because there two solutions lie close together.
 """
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import no_type_check
 
@@ -78,20 +78,19 @@ def all_solutions(
 
 
 def algebraic_starts(
-    arm: Arm, targets: Float[np.ndarray, "rows 4 4"], entries: Iterable[int]
+    arm: Arm, targets: Float[np.ndarray, "rows 4 4"], entries: Sequence[int]
 ) -> Float[np.ndarray, "rows starts n"]:
     """24 starts per entry from the elimination."""
     constants = arm.constants
     if arm.dof == 5:
         constants = np.concatenate([constants, np.eye(4)[None]])
-    starts = []
-    for entry in entries:
-        try:
-            starts.append(closure_starts(constants, targets, length=arm.length, first=entry))
-        except np.linalg.LinAlgError:  # an exactly singular pencil: the other entries do the work
-            continue
-    none = np.empty((len(targets), 0, 6))
-    return np.nan_to_num(np.concatenate([none, *starts], axis=1)[:, :, : arm.dof])
+    try:
+        found = closure_starts(constants, targets, length=arm.length, entries=entries)
+    except np.linalg.LinAlgError:  # an exactly singular pencil: the other entries do the work
+        if len(entries) > 1:
+            return np.concatenate([algebraic_starts(arm, targets, (entry,)) for entry in entries], axis=1)
+        found = np.empty((len(targets), 0, 6))
+    return np.nan_to_num(found[:, :, : arm.dof])
 
 
 def random_starts(

@@ -9,6 +9,9 @@ the target (`settle`); reasons, and the nearest configuration to what is out of 
 branch keeps its turn: with an effect that does not repeat every turn, `follow` from another one.
 """
 
+from copy import deepcopy
+from functools import partial
+
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
@@ -90,7 +93,8 @@ def solve_many(
         solutions = [_spread(arm, t[None], task, inner, rng) for t in targets]
     else:
         solutions = all_solutions(arm, targets, task=task, rng=rng)
-    results = [_result(arm, t, s, task, limits, rng) for t, s in zip(targets, solutions, strict=True)]
+    later = deepcopy(rng)  # for what is asked for afterwards, in whatever order
+    results = [_result(arm, t, s, task, limits, later) for t, s in zip(targets, solutions, strict=True)]
     if not robot.effects:
         return results
     states = [None if motion is None else motion.take(np.array([i])) for i in range(len(results))]
@@ -176,21 +180,36 @@ def _result(
         note = (
             "the pose is singular: some joints can move without moving the tool, one solution stands for all"
         )
+    explain = partial(_explain, arm, target, x, branches, task, inner, rng)
+    return InverseResult(branches, not (redundant or singular), note, task, explain)
+
+
+def _explain(
+    arm: Arm,
+    target: np.ndarray,
+    x: np.ndarray,
+    branches: tuple[Branch, ...],
+    task: Task,
+    limits: np.ndarray,
+    rng: np.random.Generator,
+) -> tuple[str | None, Nearest]:
+    """Why no branch is within the limits, and the nearest configuration."""
     reason = None
     inside = [b for b in branches if b.within_limits]
     if inside:
         best = max(inside, key=quality)
         closest = refine(arm, target[None], best.q[None, arm.columns], task=task, iterations=0)
     else:
-        closest = unreachable.nearest(arm, target, task=task, limits=inner, rng=rng, starts=x)
+        rng = deepcopy(rng)
+        closest = unreachable.nearest(arm, target, task=task, limits=limits, rng=rng, starts=x)
         if len(x):
-            reason = unreachable.limits_reason(arm, x, inner)
+            reason = unreachable.limits_reason(arm, x, limits)
         else:
-            reason = unreachable.geometry_reason(arm, target, task=task, limits=inner, rng=rng)
+            reason = unreachable.geometry_reason(arm, target, task=task, limits=limits, rng=rng)
     nearest = Nearest(
         frozen(closest.x[0, arm.places]), float(closest.position_error[0]), float(closest.rotation_error[0])
     )
-    return InverseResult(branches, not (redundant or singular), reason, note, nearest, task)
+    return reason, nearest
 
 
 def _into_limits(

@@ -8,6 +8,7 @@ considers, and remembered.
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -192,8 +193,11 @@ class Neighbours:
 
     setting: Setting
     pool: Candidates
-    _hulls: dict[int, Hull] = field(default_factory=dict)
     _seen: dict[tuple[int, int], bool] = field(default_factory=dict)
+
+    @cached_property
+    def _hulls(self) -> list[Hull]:
+        return block_hulls(self.setting.plate, self.pool.poses)
 
     def spaced(self, others: Iterable[int]) -> Bool[np.ndarray, " rows"]:
         """Candidates that are far enough from all the others."""
@@ -218,8 +222,6 @@ class Neighbours:
 
     def gap(self, visitor: int, block: int, *, far: float = FAR, least: float | None = None) -> float:
         """Distance of the arm at a candidate, and during its retreat, from the block of another [m]."""
-        if block not in self._hulls:
-            self._hulls[block] = block_hulls(self.setting.plate, self.pool.poses[block : block + 1])[0]
         arm = self.setting.arm
         checked = ~arm.probes if visitor == block else np.ones(len(arm.bodies), bool)
         placements, hull = self.pool.placements[visitor], self._hulls[block]

@@ -2,30 +2,27 @@
 
 Every link is a row of capsules between the points where its line bends (`arm.kinematics.skeleton`), as thick
 as the app draws it; the end of the last link is the probe, slender and alone allowed to touch the block that
-it visits. Capsules against convex hulls are measured by coal (GJK), after bounds that spare most of these;
-capsules against each other are distances of segments, compiled for many rows at once: coal takes one pair at
-a time.
+it visits. Distances of their lines from hulls and from each other are compiled (`segments`); how deep a line
+is inside a hull is measured by coal, which takes one pair at a time.
 
 Neighbouring links touch by design. Of two links with a path of length L between them, each is checked only
 beyond t = max(0, 3/2 (r₁ + r₂) − L/2) from its end of that path: two neighbours may fold up to about 40°.
-
-Source: Ericson, Real-Time Collision Detection (2005), §5.1.9 (closest points of two segments).
 """
 
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import NamedTuple, final, no_type_check
+from typing import NamedTuple, final
 
 import coal
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from numba import njit
 
 from workbench.arm.kinematics.skeleton import body_frames, link_ways
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.plate.optimiser.shapes import FAR, AbstractArmShape, Hull, at_least, turned_to
+from workbench.plate.optimiser.segments import segment_distances
+from workbench.plate.optimiser.shapes import FAR, AbstractArmShape, Hull, line_distances, turned_to
 
 THICK = 0.035
 """Radius of the first link, as a share of the arm's reach."""
@@ -135,14 +132,12 @@ class CapsuleArm(AbstractArmShape):
     def hull_distances(
         self, placements, hulls, *, checked, far=FAR, least=None
     ) -> Float[np.ndarray, " rows"]:
-        gaps = at_least(placements, hulls) - self.radii
-        result = np.full(len(placements), far)
-        for row, capsule in zip(*np.nonzero((gaps < far) & checked), strict=True):
-            if gaps[row, capsule] < result[row]:
-                hull = hulls[row if len(hulls) > 1 else 0]
-                distance = _distance(placements[row, capsule], self.radii[capsule], hull)
-                result[row] = min(result[row], distance)
-        return result
+        gaps = line_distances(placements, hulls, far + self.radii) - self.radii
+        gaps[:, ~checked] = far
+        for row, capsule in zip(*np.nonzero(np.isneginf(gaps)), strict=True):
+            hull = hulls[row if len(hulls) > 1 else 0]
+            gaps[row, capsule] = capsule_to_hull(placements[row, capsule], self.radii[capsule], hull)
+        return np.minimum(gaps.min(1, initial=far), far)
 
 
 def _part(lines: np.ndarray, shares: np.ndarray) -> np.ndarray:
@@ -179,7 +174,8 @@ _STILL = coal.Transform3s()
 _REQUEST = coal.DistanceRequest()
 
 
-def _distance(line: Float[np.ndarray, "2 3"], radius: float, hull: Hull) -> float:
+def capsule_to_hull(line: Float[np.ndarray, "2 3"], radius: float, hull: Hull) -> float:
+    """Distance of a capsule from a hull; negative by how deep it is inside [m]."""
     along = line[1] - line[0]
     length = float(np.linalg.norm(along))
     pose = coal.Transform3s()
@@ -188,47 +184,3 @@ def _distance(line: Float[np.ndarray, "2 3"], radius: float, hull: Hull) -> floa
     pose.setTranslation(0.5 * (line[0] + line[1]))
     capsule = coal.Capsule(float(radius), length)
     return float(coal.distance(capsule, pose, hull.shape, _STILL, _REQUEST, coal.DistanceResult()))
-
-
-def segment_distances(
-    first: Float[np.ndarray, "rows pairs 2 3"], second: Float[np.ndarray, "rows pairs 2 3"]
-) -> Float[np.ndarray, "rows pairs"]:
-    """Least distance of two segments, given by their ends [m]."""
-    shape = first.shape[:2]
-    one, other = first.reshape(-1, 2, 3), second.reshape(-1, 2, 3)
-    return _distances(np.ascontiguousarray(one), np.ascontiguousarray(other)).reshape(shape)
-
-
-@njit(cache=True)
-@no_type_check
-def _distances(first, second):
-    result = np.empty(len(first))
-    for k in range(len(first)):
-        a = e = f = b = c = 0.0
-        for i in range(3):
-            d1 = first[k, 1, i] - first[k, 0, i]
-            d2 = second[k, 1, i] - second[k, 0, i]
-            r = first[k, 0, i] - second[k, 0, i]
-            a += d1 * d1
-            e += d2 * d2
-            f += d2 * r
-            b += d1 * d2
-            c += d1 * r
-        denominator = a * e - b * b
-        s = 0.0
-        if denominator > 1e-12 * a * e:
-            s = min(max((b * f - c * e) / denominator, 0.0), 1.0)
-        t = (b * s + f) / e if e > 0.0 else 0.0
-        if t < 0.0 or e <= 0.0:
-            t = 0.0
-            s = min(max(-c / a, 0.0), 1.0) if a > 0.0 else 0.0
-        elif t > 1.0:
-            t = 1.0
-            s = min(max((b - c) / a, 0.0), 1.0) if a > 0.0 else 0.0
-        square = 0.0
-        for i in range(3):
-            p = first[k, 0, i] + s * (first[k, 1, i] - first[k, 0, i])
-            p -= second[k, 0, i] + t * (second[k, 1, i] - second[k, 0, i])
-            square += p * p
-        result[k] = np.sqrt(square)
-    return result

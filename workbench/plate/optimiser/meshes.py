@@ -33,8 +33,9 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import JointKind, Robot, UrdfSource
 from workbench.base import se3
 from workbench.base.types import frozen
-from workbench.plate.optimiser.capsules import PROBE_RADIUS, THIN, segment_distances
-from workbench.plate.optimiser.shapes import FAR, AbstractArmShape, Hull, at_least, convex, turned_to
+from workbench.plate.optimiser.capsules import PROBE_RADIUS, THIN
+from workbench.plate.optimiser.segments import segment_distances
+from workbench.plate.optimiser.shapes import FAR, AbstractArmShape, Hull, convex, line_distances, turned_to
 
 SAMPLED = 200
 """Random postures that tell which pairs of bodies can be apart."""
@@ -148,7 +149,7 @@ class MeshArm(AbstractArmShape):
         self, placements, hulls: Sequence[Hull], *, checked, far=FAR, least=None
     ) -> Float[np.ndarray, " rows"]:
         result = np.full(len(placements), far)
-        bounds = at_least(self._lines(placements), hulls) - self.radii
+        bounds = line_distances(self._lines(placements), hulls, far + self.radii) - self.radii
         for row, i in zip(*np.nonzero((bounds < far) & checked), strict=True):
             if bounds[row, i] < result[row] and not _settled(result[row], least):
                 hull, place = hulls[row if len(hulls) > 1 else 0], _transform(placements[row, i])

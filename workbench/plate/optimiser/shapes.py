@@ -16,6 +16,7 @@ from jaxtyping import Bool, Float, Int
 
 from workbench.arm.robot import Robot
 from workbench.base import se3
+from workbench.plate.optimiser import segments
 from workbench.plate.optimiser.target_blocks import block_corners
 from workbench.plate.plate import SQUARE, Plate
 
@@ -23,9 +24,6 @@ FAR = 0.5
 """Distances above this are not measured [m]."""
 ON_THE_TABLE = 1
 """Bodies up to this one stand on the table: the base's post and the link after the first joint."""
-FACES = np.array([[0, 3, 2, 1], [4, 5, 6, 7], *([i, (i + 1) % 4, 4 + (i + 1) % 4, 4 + i] for i in range(4))])
-"""Corners of the six faces of a hull, anticlockwise from outside."""
-
 Placements = Float[np.ndarray, "rows pieces ..."]
 """Where the pieces of an arm are, in a form of their own."""
 
@@ -44,16 +42,6 @@ class Hull:
     def shape(self) -> coal.ConvexBase:
         """The body for coal."""
         return convex(self.corners)
-
-    @cached_property
-    def bounds(self) -> Float[np.ndarray, "28"]:
-        """Centre and radius of a sphere about it, normals of its faces, and how far out these lie [m]."""
-        centre = self.corners.mean(0)
-        faces = self.corners[FACES]
-        normals = np.cross(faces[:, 2] - faces[:, 0], faces[:, 3] - faces[:, 1])
-        normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
-        size = np.linalg.norm(self.corners - centre, axis=1).max()
-        return np.concatenate([centre, [size], normals.ravel(), (normals * faces[:, 0]).sum(-1)])
 
     @property
     def hull(self) -> coal.ConvexBase:
@@ -144,19 +132,13 @@ class AbstractArmShape(ABC):
         """
 
 
-def at_least(
-    lines: Float[np.ndarray, "rows capsules 2 3"], hulls: Sequence[Hull]
-) -> Float[np.ndarray, "rows capsules"]:
-    """Lower bounds of lines' distances from hulls: from a sphere about the hull, and beyond each face [m]."""
-    bounds = np.stack([hull.bounds for hull in hulls]) if len(hulls) else np.zeros((0, 28))
-    centre, size, normals, offsets = np.split(bounds, [3, 4, 22], axis=1)
-    start, along = lines[:, :, 0], lines[:, :, 1] - lines[:, :, 0]
-    square = np.maximum((along**2).sum(-1), 1e-30)
-    share = np.clip(((centre[:, None] - start) * along).sum(-1) / square, 0.0, 1.0)
-    ball = np.linalg.norm(start + share[..., None] * along - centre[:, None], axis=-1) - size
-    normals = normals.reshape(-1, 1, 6, 3)
-    beyond = lines @ np.swapaxes(normals, 2, 3) - offsets[:, None, None]
-    return np.maximum(ball, beyond.min(2).max(-1))
+def line_distances(
+    lines: Float[np.ndarray, "rows lines 2 3"], hulls: Sequence[Hull], far: Float[np.ndarray, " lines"]
+) -> Float[np.ndarray, "rows lines"]:
+    """Distance of each line from the hull of its row, as `segments.hull_distances` [m]."""
+    if not len(lines):
+        return np.zeros(lines.shape[:2])
+    return segments.hull_distances(lines, np.stack([hull.corners for hull in hulls]), far)
 
 
 def turned_to(z: np.ndarray) -> np.ndarray:
