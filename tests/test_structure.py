@@ -168,9 +168,9 @@ def test_the_numeric_core_loads_no_viewer_and_no_command_line():
 
 
 def test_what_takes_long_to_load_is_loaded_when_it_is_used():
-    """By what reads files and keeps the page's state; each of these takes up to a second."""
-    names = ("scipy.signal", "scipy.stats", "matplotlib.figure", "pandas")
-    assert loaded_by(["workbench.data.readers", "workbench.session"], names) == "[]"
+    """By what reads files and by the page; each of these takes up to a second, before the first picture."""
+    names = ("scipy.signal", "scipy.stats", "matplotlib", "pandas", "trimesh", "rerun")
+    assert loaded_by(["workbench.data.readers", "workbench.views.page.app"], names) == "[]"
 
 
 def test_modules_named_in_texts_exist():

@@ -8,7 +8,7 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.views.appearance.bodies import body_frames, make_bodies
-from workbench.views.appearance.shapes import cuboid_edges, cylinder, target_block
+from workbench.views.appearance.shapes import ball, box, cuboid_edges, cylinder, target_block
 
 
 @pytest.mark.parametrize("name", built_in_robots())
@@ -29,11 +29,18 @@ def test_bodies_move_with_their_joint_only():
     assert not np.allclose(still[4], moved[4])
 
 
-def test_turned_parts_face_outwards():
-    solid = cylinder(0.5, 0.0, 2.0, bevel=0.1)
+@pytest.mark.parametrize(
+    ("solid", "volume"),
+    [
+        (cylinder(0.5, 0.0, 2.0, bevel=0.1), np.pi * 0.25 * 2.0),
+        (ball(0.5, np.array([1.0, 2.0, 3.0])), np.pi / 6.0),
+        (box(np.array([1.0, 2.0, 3.0])), 6.0),
+    ],
+)
+def test_solids_face_outwards(solid, volume):
     corners = solid.vertices[solid.faces]
-    volume = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6
-    assert volume == pytest.approx(np.pi * 0.25 * 2.0, rel=0.05)
+    inside = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6
+    assert inside == pytest.approx(volume, rel=0.09)
 
 
 @pytest.mark.parametrize("roll", [-180.0, -150.0, -90.0, 0.0])

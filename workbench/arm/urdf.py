@@ -12,9 +12,9 @@ from collections import Counter
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import yourdfpy
 
 from workbench.arm import chain as chains
 from workbench.arm.chain import Axis, Element
@@ -24,6 +24,9 @@ from workbench.base import se3
 from workbench.base.errors import FileError, OptionError, RobotError
 from workbench.base.files import read_bytes, write_bytes
 from workbench.base.types import Freedom, Matrix4, Vector3, frozen
+
+if TYPE_CHECKING:
+    import yourdfpy
 
 KINDS = {
     "revolute": JointKind.REVOLUTE,
@@ -97,7 +100,7 @@ def read_urdf(path: Path | str, *, tip: str | None = None) -> Robot:
     )
 
 
-def _parse(path: Path) -> yourdfpy.URDF:
+def _parse(path: Path) -> "yourdfpy.URDF":
     if not path.is_file():
         raise FileError("there is no such file; give a URDF", path=str(path))
     root = _root(path)
@@ -120,6 +123,8 @@ def _parse(path: Path) -> yourdfpy.URDF:
                     "its type 'continuous' if it can turn without end",
                     path=str(path),
                 )
+    import yourdfpy  # with trimesh, which most sessions don't need
+
     try:
         return yourdfpy.URDF.load(
             str(path), build_scene_graph=False, load_meshes=False, build_collision_scene_graph=False
@@ -141,7 +146,7 @@ def _root(path: Path, *, wanted: str = "a URDF") -> ET.Element:
         raise FileError(f"is no URDF: {error}; save it as UTF-8", path=str(path)) from None
 
 
-def _chain_to(model: yourdfpy.URDF, path: Path, tip: str | None) -> list:
+def _chain_to(model: "yourdfpy.URDF", path: Path, tip: str | None) -> list:
     """Joints from the root to the tip, or to a calibrated tool, or along the most moving joints."""
     into: dict = {}
     for joint in model.robot.joints:

@@ -73,6 +73,19 @@ def get(port: int, host: str, path: str = "/", **headers: str) -> int:
         return error.code
 
 
+def test_a_page_that_comes_before_the_server_is_made_gets_its_answer(monkeypatch):
+    """A page left open by an earlier workbench asks again as soon as somebody listens."""
+    made, answers = viser.ViserServer.__init__, []
+
+    def ask(self, **options):
+        made(self, **options)
+        answers.append(get(self.get_port(), f"127.0.0.1:{self.get_port()}"))
+
+    monkeypatch.setattr(viser.ViserServer, "__init__", ask)
+    local_server().stop()
+    assert answers == [200]
+
+
 def test_foreign_host_names_are_refused(server):
     port = server.get_port()
     assert get(port, f"127.0.0.1:{port}") == 200

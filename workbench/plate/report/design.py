@@ -1,6 +1,6 @@
 """Designed plates and their yield, for people and programs."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from rich.console import Group, RenderableType
@@ -10,9 +10,11 @@ from rich.text import Text
 from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.optimiser.target_blocks import places_of
 from workbench.plate.plate import Kind
-from workbench.plate.tradeoff import Tradeoff
 from workbench.plate.yield_trial.result import Yield
 from workbench.report.tables import new_table
+
+if TYPE_CHECKING:
+    from workbench.plate.tradeoff import Tradeoff
 
 DESIGN = "workbench.plate-design/1"
 YIELD = "workbench.plate-yield/1"
@@ -95,7 +97,7 @@ def design_json(design: PlateDesign) -> Json:
     }
 
 
-def tradeoff_json(found: Tradeoff) -> Json:
+def tradeoff_json(found: "Tradeoff") -> Json:
     """Every choice with its price and predicted error."""
     return {
         "schema": TRADEOFF,

@@ -6,7 +6,6 @@ Edges that should look sharp have their vertices twice, so that the browser does
 from dataclasses import dataclass
 
 import numpy as np
-import trimesh
 from jaxtyping import Float, Int
 
 from workbench.base import se3
@@ -14,6 +13,8 @@ from workbench.base.types import Matrix4, Vector3
 
 AROUND = 28
 """Corners of a turned part."""
+BANDS = 8
+"""Rings of faces of a ball."""
 UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -82,8 +83,8 @@ def cylinder(radius: float, low: float, high: float, *, bevel: float = 0.0) -> S
 
 def ball(radius: float, centre: Vector3) -> Solid:
     """A sphere."""
-    sphere = trimesh.creation.icosphere(subdivisions=2, radius=radius)
-    return Solid(np.array(sphere.vertices) + centre, np.array(sphere.faces, np.int64))
+    profile = [(radius * np.sin(a), -radius * np.cos(a)) for a in np.linspace(0.0, np.pi, BANDS + 1)]
+    return turned(profile).moved(se3.pose(np.eye(3), centre))
 
 
 def along(direction: Vector3, origin: Vector3) -> Matrix4:
@@ -103,8 +104,9 @@ def tube(start: Vector3, end: Vector3, radius: float, end_radius: float | None =
 
 def box(size: Vector3) -> Solid:
     """A box whose top face is centred at the origin."""
-    solid = trimesh.creation.box(size)
-    return Solid(np.array(solid.vertices) - [0.0, 0.0, size[2] / 2], np.array(solid.faces, np.int64))
+    square = 0.5 * size[:2] * _CORNERS
+    heights = np.repeat([-size[2], 0.0], 4)
+    return Solid(np.column_stack([np.tile(square, (2, 1)), heights]), _FACES)
 
 
 SIDE = 0.046

@@ -83,6 +83,7 @@ def local_server(
         raise OptionError(f"port {port} can't be used; give a number from 1 to 65535, or 0 for any free one")
     real = websockets.serve
     key = "" if _is_loopback(host) else secrets.token_urlsafe(16)
+    telling = f"/told/{secrets.token_urlsafe(8)}/"
 
     def serve(handler, address, port_tried, *, process_request, **options):
         def guard(connection, request):
@@ -93,8 +94,8 @@ def local_server(
             wanted, here = _session_of(request.path), shown()
             if wanted and here and wanted != here:
                 return connection.respond(404, _elsewhere(wanted, here))
-            if server.telling and request.path.startswith(server.telling):
-                server.heard(request.path.removeprefix(server.telling))
+            if request.path.startswith(telling):  # a page comes before the constructor has ended; this does not
+                server.heard(request.path.removeprefix(telling))
                 response = connection.respond(204, "")
                 response.headers["Cache-Control"] = "no-store"
                 return response
@@ -112,7 +113,7 @@ def local_server(
     # what it prints there names no page that one should open
     with mock.patch.object(websockets, "serve", serve), mock.patch("rich.print"):
         server = LocalServer(host=host, port=port, label=label, verbose=False)
-    server.key, server.telling = key, f"/told/{secrets.token_urlsafe(8)}/"
+    server.key, server.telling = key, telling
     if port and server.get_port() != port:
         server.stop()
         raise OptionError(f"port {port} is taken by another program; choose another one with --port")

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import viser
 
-from workbench.report.figures import COLOURS
 from workbench.session.commands.tradeoff import OpenChoice, WeighPlates
 from workbench.session.state import Session
 from workbench.views.page.html import LINE, MUTED, block, heading, number, text
@@ -70,16 +69,18 @@ def row_words(i: int, choice: "Choice") -> str:
 
 def plot(found: "Tradeoff") -> str:
     """Error against price, numbered like the rows; the line joins the plates that nothing beats."""
+    from workbench.report.figures import COLOURS  # with matplotlib, which no page needs to begin with
+
     price = np.log([choice.price for choice in found.choices])
     error = np.array([choice.design.cost for choice in found.choices])
     span = max(float(np.ptp(price)), 1e-9)
     x = LEFT + ROOM + (WIDTH - LEFT - 2 * ROOM) * (price - price.min()) / span
     y = HEIGHT - (HEIGHT - 2 * ROOM) * error / max(float(error.max()), 1e-12)
-    names = list(dict.fromkeys(choice.manner for choice in found.choices))
+    colours = dict(zip(dict.fromkeys(choice.manner for choice in found.choices), COLOURS, strict=False))
     front = [found.choices.index(choice) for choice in found.front]
     line = " ".join(f"{x[i]:.1f},{y[i]:.1f}" for i in front)
     dots = "".join(
-        f'<circle cx="{x[i]:.1f}" cy="{y[i]:.1f}" r="4" fill="{_colour(names, choice)}">'
+        f'<circle cx="{x[i]:.1f}" cy="{y[i]:.1f}" r="4" fill="{colours[choice.manner]}">'
         f"<title>{text(row_words(i, choice))}</title></circle>"
         f'<text x="{x[i] + 6:.1f}" y="{y[i] - 4:.1f}" font-size="9" style="fill:{MUTED}">{i + 1}</text>'
         for i, choice in enumerate(found.choices)
@@ -95,16 +96,10 @@ def plot(found: "Tradeoff") -> str:
             (LEFT - 4, HEIGHT, "end", "0"),
         )
     )
-    legend = " ".join(
-        f'<span style="color:{COLOURS[i]}">● {text(name)}</span>' for i, name in enumerate(names)
-    )
+    legend = " ".join(f'<span style="color:{one}">● {text(name)}</span>' for name, one in colours.items())
     return heading("Predicted error [mm] against price") + (
         f'<svg viewBox="0 0 {WIDTH} {HEIGHT + FOOT}" width="100%">'
         f'<path d="M{LEFT} 0V{HEIGHT}H{WIDTH}" fill="none" style="stroke:{LINE}"/>'
         f'<polyline points="{line}" fill="none" style="stroke:{MUTED}" stroke-width="1"/>{dots}{labels}</svg>'
         f"<div>{legend}</div>"
     )
-
-
-def _colour(names: list[str], choice: "Choice") -> str:
-    return COLOURS[names.index(choice.manner)]
