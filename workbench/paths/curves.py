@@ -53,7 +53,7 @@ class Circle:
         return 2.0 * np.pi * self.radius
 
     @property
-    def normal(self) -> Vector3 | None:
+    def normal(self) -> Vector3:
         """About which it turns in the positive sense."""
         return np.cross(self.along, self.across)
 
@@ -86,18 +86,13 @@ class Line:
         """Its direction."""
         return (self.end - self.start) / self.length
 
-    @property
-    def normal(self) -> None:
-        """A line lies in many planes."""
-        return None
-
     def points(self, shares: Shares) -> Positions:
         """See the module."""
         return self.start + shares[:, None] * (self.end - self.start)
 
 
 Curve = Circle | Line
-"""What a tool can be led along: length, unit vector along it, normal of its plane if it has one, points."""
+"""What a tool can be led along: length, unit vector along it, points."""
 
 
 def circle_through(points: Float[np.ndarray, "points 3"]) -> Circle:

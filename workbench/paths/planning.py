@@ -25,12 +25,14 @@ from workbench.arm.robot import Frame, Robot
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import JointRows, Poses, Rotations, Vector3, frozen
-from workbench.paths.curves import Curve, smooth_shares
+from workbench.paths.curves import Circle, Curve, smooth_shares
 from workbench.paths.path import Commanded, command_joints, command_poses, refuse_fast, refuse_singular
 from workbench.paths.tool_direction import follow_near_direction
 
 DOWN = np.array([0.0, 0.0, -1.0])
 """Where a tool points on a line, and along which sense of a plane's normal."""
+UPRIGHT = 1e-6
+"""Share of a normal that may point down before it says on which side of its plane the tool is."""
 CLEAR = float(np.deg2rad(1.0))
 """Distance from limits that a path keeps for its correction [rad or m]."""
 APART = 0.02
@@ -183,10 +185,12 @@ def _clear(command: Commanded) -> bool:
 
 
 def _above(curve: Curve) -> Vector3:
-    """The normal of the curve's plane that points down, or straight down."""
-    if curve.normal is None:
+    """Straight down, or the normal of the curve's plane: downwards, of an upright plane away from the base."""
+    if not isinstance(curve, Circle):
         return DOWN
-    return curve.normal * (-1.0 if curve.normal @ DOWN < 0.0 else 1.0)
+    normal = curve.normal
+    down = float(normal @ DOWN)
+    return normal * (-1.0 if (down if abs(down) > UPRIGHT else normal @ curve.centre) < 0.0 else 1.0)
 
 
 def _words(wanted: Vector3, poses: Poses) -> str:
