@@ -185,7 +185,7 @@ def _clear(command: Commanded) -> bool:
 
 
 def _above(curve: Curve) -> Vector3:
-    """Straight down, or the normal of the curve's plane: downwards, of an upright plane away from the base."""
+    """Straight down, or the plane's normal: the way down, or away from the base if the plane is upright."""
     if not isinstance(curve, Circle):
         return DOWN
     normal = curve.normal

@@ -94,7 +94,9 @@ def local_server(
             wanted, here = _session_of(request.path), shown()
             if wanted and here and wanted != here:
                 return connection.respond(404, _elsewhere(wanted, here))
-            if request.path.startswith(telling):  # a page comes before the constructor has ended; this does not
+            if request.path.startswith(
+                telling
+            ):  # a page comes before the constructor has ended; this does not
                 server.heard(request.path.removeprefix(telling))
                 response = connection.respond(204, "")
                 response.headers["Cache-Control"] = "no-store"
