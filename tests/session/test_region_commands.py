@@ -1,7 +1,7 @@
 """The region and its cubes: chores work them out, fields agree with computations of their own."""
 
 import threading
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -107,7 +107,6 @@ def test_nonsense_is_refused(run, first, command):
     assert session.messages[-1].severity is Severity.ERROR
 
 
-@dataclass(frozen=True)
 class Stubborn(AbstractChore):
     """Wants target 1 selected; waits, or fails."""
 

@@ -1,7 +1,5 @@
 """Of the places of a drag the journal keeps the last, which alone leads to the same session."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from workbench.session import Worker
@@ -34,7 +32,6 @@ def test_a_drag_is_three_entries_that_lead_to_the_same(first, worker, do):
     assert alone.states[2].q.tolist() != live.states[2].q.tolist()  # the way matters
 
 
-@dataclass(frozen=True)
 class Noted(AbstractTask):
     """Says where a target stood when it began."""
 

@@ -3,7 +3,6 @@
 import logging
 import threading
 from collections.abc import Hashable
-from dataclasses import dataclass
 
 import pytest
 
@@ -17,7 +16,6 @@ from workbench.session.state import Severity
 RPY = (-2.6, 0.0, 0.0)
 
 
-@dataclass(frozen=True)
 class Broken(AbstractChange):
     """A command with a bug."""
 
@@ -31,7 +29,6 @@ class Broken(AbstractChange):
         raise ZeroDivisionError("oh")
 
 
-@dataclass(frozen=True)
 class Slow(AbstractTask):
     """Waits until told to go on, or cancelled."""
 

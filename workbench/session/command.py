@@ -1,13 +1,14 @@
 """What a command is: a frozen record that can be checked, carried out, written down, and done again.
 
-A class of this kind is known from its definition on, by its name: `kinds` lists them, and no list is kept
-elsewhere. The journal writes that name and the fields, so both stay as they are.
+A class of this kind is a frozen dataclass, and known by its name, from its definition on: `kinds` lists them,
+and no list is kept elsewhere. The journal writes that name and the fields, so both stay as they are.
 """
 
 import inspect
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable, Iterator, Mapping
-from typing import Any, ClassVar
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, dataclass_transform
 
 from workbench.base.progress import Cancel
 from workbench.session.state import Session
@@ -15,11 +16,22 @@ from workbench.session.state import Session
 Progress = Callable[[float, str], None]
 
 
+def computed(value: Callable[[Any], Hashable]) -> Any:
+    """A `title` or `key` that depends on the command's fields."""
+    return property(value)
+
+
+@dataclass_transform(frozen_default=True, field_specifiers=(field,))
 class AbstractCommand(ABC):
-    """Something that a user asks for. Implementations are frozen dataclasses of plain values."""
+    """Something that a user asks for, with plain values as fields."""
+
+    __dataclass_fields__: ClassVar[dict[str, Any]]
 
     is_automatic: ClassVar[bool] = False
     """Whether the program sends it by itself: it does not show that somebody has read the messages."""
+
+    def __init_subclass__(cls) -> None:
+        dataclass(frozen=True)(cls)
 
     @property
     @abstractmethod

@@ -3,7 +3,7 @@
 import shutil
 import tempfile
 import weakref
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,7 @@ from workbench.base.errors import FileError, OptionError, WorkbenchError
 from workbench.base.progress import Cancel
 from workbench.base.types import frozen
 from workbench.plate.plate_toml import read_plate
-from workbench.session.command import AbstractChange, AbstractTask, Progress
+from workbench.session.command import AbstractChange, AbstractTask, Progress, computed
 from workbench.session.commands.data import matched, safe_name, with_data
 from workbench.session.start import is_untouched, own_plate, start
 from workbench.session.state import Focus, Session, Severity, Step
@@ -31,7 +31,6 @@ LARGEST_MODEL = 2 * 1024 * 1024
 """Robot and plate files beyond this size are refused [bytes]."""
 
 
-@dataclass(frozen=True)
 class ChooseRobot(AbstractTask):
     """Begin anew with another built-in robot; undo brings back this one with all that was measured.
 
@@ -45,9 +44,7 @@ class ChooseRobot(AbstractTask):
     keep: bool = False
     poses: tuple[str, ...] = ()
 
-    @property
-    def title(self) -> str:
-        return f"Choose the robot {self.name}"
+    title = computed(lambda self: f"Choose the robot {self.name}")
 
     def check(self, session: Session) -> None:
         _check_quiet(session)
@@ -65,7 +62,6 @@ class ChooseRobot(AbstractTask):
         return _begun(session, result)
 
 
-@dataclass(frozen=True)
 class LoadModel(AbstractTask):
     """Begin anew with a robot or a plate from a file.
 
@@ -79,9 +75,7 @@ class LoadModel(AbstractTask):
     content: bytes = field(repr=False)
     poses: tuple[str, ...] = ()
 
-    @property
-    def title(self) -> str:
-        return f"Open {safe_name(self.name)}"
+    title = computed(lambda self: f"Open {safe_name(self.name)}")
 
     def check(self, session: Session) -> None:
         _check_quiet(session)
@@ -118,7 +112,6 @@ class LoadModel(AbstractTask):
         return _begun(session, result)
 
 
-@dataclass(frozen=True)
 class Jog(AbstractChange):
     """Put the arm at these joint positions; nothing is measured or moved there.
 
@@ -142,7 +135,6 @@ class Jog(AbstractChange):
         return replace(session, jogged=frozen(np.array(self.q)), focus=Focus.JOG)
 
 
-@dataclass(frozen=True)
 class JogTo(AbstractChange):
     """Bring the tool to a typed pose, by the solution next to where the arm stands.
 
@@ -232,7 +224,6 @@ MOST_CAPTURED = 200
 """Poses that are kept at most."""
 
 
-@dataclass(frozen=True)
 class CapturePose(AbstractChange):
     """Keep the joint positions at which the arm stands."""
 
@@ -246,7 +237,6 @@ class CapturePose(AbstractChange):
         return replace(session, captured=(*session.captured, tuple(standing(session).tolist())))
 
 
-@dataclass(frozen=True)
 class ForgetPoses(AbstractChange):
     """Forget all kept poses."""
 

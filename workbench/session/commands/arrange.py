@@ -1,6 +1,6 @@
 """Commands that place targets: snap one, type the whole table, lay them out in a pattern."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from enum import StrEnum
 
 import numpy as np
@@ -10,7 +10,7 @@ from workbench.base.errors import OptionError
 from workbench.base.types import Vector3, frozen
 from workbench.plate.patterns import MOST_TARGETS, pattern
 from workbench.plate.plate import Plate, Target
-from workbench.session.command import AbstractChange
+from workbench.session.command import AbstractChange, computed
 from workbench.session.commands.drag import MoveTarget, check_place
 from workbench.session.reach import place_all
 from workbench.session.state import Session
@@ -30,16 +30,13 @@ class Snap(StrEnum):
     CUBE = "cube"
 
 
-@dataclass(frozen=True)
 class SnapTarget(AbstractChange):
     """Put a target on the nearest place above the plate, of the grid, or at the centre of a cube."""
 
     target: int
     to: str
 
-    @property
-    def title(self) -> str:
-        return f"Snap target {self.target + 1} to {self.to}"
+    title = computed(lambda self: f"Snap target {self.target + 1} to {self.to}")
 
     def check(self, session: Session) -> None:
         check_unlocked(session, self.target)
@@ -54,7 +51,6 @@ class SnapTarget(AbstractChange):
         return MoveTarget(self.target, (x, y, z), (roll, pitch, yaw)).apply(session)
 
 
-@dataclass(frozen=True)
 class PlaceTargets(AbstractChange):
     """The whole table of targets, typed: position [m] and roll, pitch, yaw [rad] of each.
 
@@ -63,9 +59,7 @@ class PlaceTargets(AbstractChange):
 
     rows: tuple[tuple[float, ...], ...]
 
-    @property
-    def title(self) -> str:
-        return f"Set the coordinates of {len(self.rows)} targets"
+    title = computed(lambda self: f"Set the coordinates of {len(self.rows)} targets")
 
     def check(self, session: Session) -> None:
         check_free(session)
@@ -92,7 +86,6 @@ class PlaceTargets(AbstractChange):
         return place_targets(session, tuple(targets))
 
 
-@dataclass(frozen=True)
 class ApplyPattern(AbstractChange):
     """Apply the pattern in a pattern (ARIA §4.3); locked targets stay, and count.
 
@@ -110,9 +103,7 @@ class ApplyPattern(AbstractChange):
     radius: float
     tilts: tuple[float, ...]
 
-    @property
-    def title(self) -> str:
-        return f"{self.number} targets in a {self.name}"
+    title = computed(lambda self: f"{self.number} targets in a {self.name}")
 
     def check(self, session: Session) -> None:
         check_free(session)

@@ -1,11 +1,11 @@
 """Commands about comparing: which fit, which measured row, what is laid over the scene."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.data.directions import with_drivers
-from workbench.session.command import AbstractChange
+from workbench.session.command import AbstractChange, computed
 from workbench.session.comparison import Stage, compare, numbered_after
 from workbench.session.overlay import Overlay
 from workbench.session.state import Focus, Session, Units
@@ -49,7 +49,6 @@ def _models(session: Session, shown: Robot | None) -> dict[Stage, Robot]:
     return models
 
 
-@dataclass(frozen=True)
 class ShowFit(AbstractChange):
     """Show the robot that this algorithm identified."""
 
@@ -57,9 +56,7 @@ class ShowFit(AbstractChange):
 
     algorithm: str
 
-    @property
-    def title(self) -> str:
-        return f"Show the fit of {self.algorithm.upper()}"
+    title = computed(lambda self: f"Show the fit of {self.algorithm.upper()}")
 
     def check(self, session: Session) -> None:
         fits = {} if session.identification is None else session.identification.runs
@@ -71,7 +68,6 @@ class ShowFit(AbstractChange):
         return with_fit(session, self.algorithm)
 
 
-@dataclass(frozen=True)
 class ShowRow(AbstractChange):
     """Put the arm where it stood at a measured row, counted from 0 in the comparison."""
 
@@ -79,9 +75,7 @@ class ShowRow(AbstractChange):
 
     row: int
 
-    @property
-    def title(self) -> str:
-        return f"Show measured pose {self.row + 1}"
+    title = computed(lambda self: f"Show measured pose {self.row + 1}")
 
     def check(self, session: Session) -> None:
         rows = 0 if session.comparison is None else len(session.comparison)
@@ -93,7 +87,6 @@ class ShowRow(AbstractChange):
         return replace(session, row=self.row, focus=Focus.ROW)
 
 
-@dataclass(frozen=True)
 class SetOverlay(AbstractChange):
     """Choose what is laid over the scene, and how much the errors are exaggerated."""
 
@@ -117,7 +110,6 @@ class SetOverlay(AbstractChange):
         return replace(session, overlay=self.overlay)
 
 
-@dataclass(frozen=True)
 class SetDark(AbstractChange):
     """Make all pages dark, or light."""
 
@@ -125,15 +117,12 @@ class SetDark(AbstractChange):
 
     is_dark: bool
 
-    @property
-    def title(self) -> str:
-        return "Dark pages" if self.is_dark else "Light pages"
+    title = computed(lambda self: "Dark pages" if self.is_dark else "Light pages")
 
     def apply(self, session: Session) -> Session:
         return replace(session, is_dark=self.is_dark, is_dark_chosen=True)
 
 
-@dataclass(frozen=True)
 class FollowSystem(AbstractChange):
     """Be as dark as the system of a page prefers, unless somebody has chosen by hand."""
 
@@ -147,7 +136,6 @@ class FollowSystem(AbstractChange):
         return session if session.is_dark_chosen else replace(session, is_dark=self.is_dark)
 
 
-@dataclass(frozen=True)
 class SetUnits(AbstractChange):
     """Show and type coordinates in these units."""
 
@@ -155,9 +143,7 @@ class SetUnits(AbstractChange):
 
     units: Units
 
-    @property
-    def title(self) -> str:
-        return f"Coordinates in {self.units}"
+    title = computed(lambda self: f"Coordinates in {self.units}")
 
     def apply(self, session: Session) -> Session:
         return replace(session, units=self.units)

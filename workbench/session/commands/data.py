@@ -2,7 +2,7 @@
 
 import re
 import tempfile
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +25,7 @@ from workbench.data.simulation.simulate import simulate, virtual_arm
 from workbench.identification.arm_match import arm_match
 from workbench.plate.region import Region
 from workbench.plate.region_poses import nearby_poses
-from workbench.session.command import AbstractChange, AbstractTask, Progress
+from workbench.session.command import AbstractChange, AbstractTask, Progress, computed
 from workbench.session.commands.compare import with_comparison
 from workbench.session.comparison import Comparison
 from workbench.session.loaded import Loaded, MeasurementFile
@@ -50,7 +50,6 @@ VIRTUAL_INSTRUMENTS = tuple(
 """What can measure a virtual arm in the app: instruments that see where the tool is."""
 
 
-@dataclass(frozen=True)
 class LoadData(AbstractTask):
     """Read a measurement file and replace the present measurements.
 
@@ -64,9 +63,7 @@ class LoadData(AbstractTask):
     content: bytes = field(repr=False)
     mapping: bytes = field(default=b"", repr=False)
 
-    @property
-    def title(self) -> str:
-        return f"Read {safe_name(self.name)}"
+    title = computed(lambda self: f"Read {safe_name(self.name)}")
 
     def check(self, session: Session) -> None:
         if not self.content:
@@ -132,7 +129,6 @@ class LoadData(AbstractTask):
         return session.tell(Severity.INFO, words)
 
 
-@dataclass(frozen=True)
 class MeasureVirtualArm(AbstractTask):
     """Measure a virtual arm with hidden manufacturing errors at the targets as they stand.
 
@@ -150,9 +146,7 @@ class MeasureVirtualArm(AbstractTask):
     more: int = 0
     instrument: str = ""
 
-    @property
-    def title(self) -> str:
-        return f"Measure virtual arm {self.seed}"
+    title = computed(lambda self: f"Measure virtual arm {self.seed}")
 
     def check(self, session: Session) -> None:
         if not 0 <= self.seed <= MOST_SEED:
@@ -196,7 +190,6 @@ class MeasureVirtualArm(AbstractTask):
         )
 
 
-@dataclass(frozen=True)
 class ForgetData(AbstractChange):
     """Take the measurements and what was identified from them away."""
 

@@ -1,6 +1,6 @@
 """Commands that close the loop: find what the model lacks, add it, measure where it would show best."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -30,7 +30,6 @@ LEAST_ROWS = 20
 """Fewer rows can't tell one effect from another."""
 
 
-@dataclass(frozen=True)
 class Diagnose(AbstractTask):
     """Find the effect that the model lacks.
 
@@ -84,7 +83,6 @@ class Diagnose(AbstractTask):
         return session.tell(Severity.INFO, found.message)
 
 
-@dataclass(frozen=True)
 class AddEffects(AbstractTask):
     """Make the arm of the diagnosis, its geometry and effects fitted on all rows, the calibrated one."""
 
@@ -103,7 +101,6 @@ class AddEffects(AbstractTask):
         return Identify().finish(replace(session, accepted=tuple(a.effect for a in found.effects)), fits)
 
 
-@dataclass(frozen=True)
 class TakeNextPoses(AbstractChange):
     """Make the poses that the diagnosis wants to be measured next new targets of the plate."""
 

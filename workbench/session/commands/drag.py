@@ -7,7 +7,7 @@ The arm is followed from place to place. Of the places of a drag the journal kee
 from which posture the arm came to it, so that it leads alone to the same session to the last digit.
 """
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -16,7 +16,7 @@ import numpy as np
 from workbench.base.errors import OptionError
 from workbench.base.types import frozen
 from workbench.plate.plate import Target
-from workbench.session.command import AbstractChange, AbstractCommand
+from workbench.session.command import AbstractChange, AbstractCommand, computed
 from workbench.session.reach import advance, settle
 from workbench.session.recalled_steps import recall_targets
 from workbench.session.state import Drag, Focus, Session, TargetState
@@ -37,15 +37,12 @@ NOBODY = 0
 """Client of commands that no browser sent."""
 
 
-@dataclass(frozen=True)
 class SelectTarget(AbstractChange):
     """Look at a target; the arm goes there."""
 
     target: int
 
-    @property
-    def title(self) -> str:
-        return f"Select target {self.target + 1}"
+    title = computed(lambda self: f"Select target {self.target + 1}")
 
     def check(self, session: Session) -> None:
         session.check_target(self.target)
@@ -61,16 +58,13 @@ class SelectTarget(AbstractChange):
         return replace(session, selected=self.target, focus=Focus.TARGET)
 
 
-@dataclass(frozen=True)
 class GrabTarget(AbstractChange):
     """Begin to drag a target: nobody else can move it until it is dropped."""
 
     target: int
     client: int = NOBODY
 
-    @property
-    def title(self) -> str:
-        return f"Grab target {self.target + 1}"
+    title = computed(lambda self: f"Grab target {self.target + 1}")
 
     def check(self, session: Session) -> None:
         check_unlocked(session, self.target)
@@ -110,7 +104,6 @@ class Posture:
         return TargetState(frozen(np.array(self.q)), self.reached, self.branch)
 
 
-@dataclass(frozen=True)
 class MoveTarget(AbstractChange):
     """Put a target somewhere, in the robot's base: by dragging, or with typed coordinates.
 
@@ -128,13 +121,9 @@ class MoveTarget(AbstractChange):
     client: int = NOBODY
     start: Posture | None = None
 
-    @property
-    def title(self) -> str:
-        return f"Move target {self.target + 1}"
+    title = computed(lambda self: f"Move target {self.target + 1}")
 
-    @property
-    def key(self) -> Hashable:
-        return ("move", self.target, self.client)
+    key = computed(lambda self: ("move", self.target, self.client))
 
     def check(self, session: Session) -> None:
         check_unlocked(session, self.target)
@@ -180,7 +169,6 @@ class MoveTarget(AbstractChange):
         return replace(old, xyz=frozen(np.array(self.xyz)), rpy=frozen(np.array(self.rpy)), q=None)
 
 
-@dataclass(frozen=True)
 class DropTarget(AbstractChange):
     """End a client's drag, also where the client has disconnected."""
 

@@ -1,7 +1,6 @@
 """Commands that change the set of targets: add, copy, delete, renumber, lock."""
 
-from collections.abc import Hashable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -9,7 +8,7 @@ from workbench.base.errors import OptionError
 from workbench.base.types import Vector3, frozen
 from workbench.plate.patterns import MOST_TARGETS
 from workbench.plate.plate import AUTO, Target
-from workbench.session.command import AbstractChange
+from workbench.session.command import AbstractChange, computed
 from workbench.session.reach import place, place_all
 from workbench.session.state import Session
 from workbench.session.target_steps import check_free, check_unlocked, move_targets, with_item
@@ -18,7 +17,6 @@ BESIDE = np.array([0.06, 0.0, 0.0])
 """Where a copy stands, from its original [m]."""
 
 
-@dataclass(frozen=True)
 class AddTarget(AbstractChange):
     """A new target in the middle of the region, at the height and angles of the selected one."""
 
@@ -34,15 +32,12 @@ class AddTarget(AbstractChange):
         return _with_new(session, model, np.array([middle[0], middle[1], model.xyz[2]]))
 
 
-@dataclass(frozen=True)
 class CopyTarget(AbstractChange):
     """A copy of a target, beside it."""
 
     target: int
 
-    @property
-    def title(self) -> str:
-        return f"Copy target {self.target + 1}"
+    title = computed(lambda self: f"Copy target {self.target + 1}")
 
     def check(self, session: Session) -> None:
         session.check_target(self.target)
@@ -54,15 +49,12 @@ class CopyTarget(AbstractChange):
         return _with_new(session, model, model.xyz + BESIDE)
 
 
-@dataclass(frozen=True)
 class DeleteTarget(AbstractChange):
     """Take a target away."""
 
     target: int
 
-    @property
-    def title(self) -> str:
-        return f"Delete target {self.target + 1}"
+    title = computed(lambda self: f"Delete target {self.target + 1}")
 
     def check(self, session: Session) -> None:
         check_unlocked(session, self.target)
@@ -76,7 +68,6 @@ class DeleteTarget(AbstractChange):
         return move_targets(session, replace(session.plate, targets=targets), states)
 
 
-@dataclass(frozen=True)
 class RenumberTarget(AbstractChange):
     """Give a target another number in the order of measuring; those between move by one.
 
@@ -88,9 +79,7 @@ class RenumberTarget(AbstractChange):
     target: int
     place: int
 
-    @property
-    def title(self) -> str:
-        return f"Renumber target {self.target + 1} to {self.place + 1}"
+    title = computed(lambda self: f"Renumber target {self.target + 1} to {self.place + 1}")
 
     def check(self, session: Session) -> None:
         session.check_target(self.target)
@@ -106,20 +95,15 @@ class RenumberTarget(AbstractChange):
         return move_targets(session, plate, moved(session.states), selected=self.place)
 
 
-@dataclass(frozen=True)
 class LockTarget(AbstractChange):
     """Lock a target in its place, or unlock it."""
 
     target: int
     locked: bool
 
-    @property
-    def title(self) -> str:
-        return f"{'Lock' if self.locked else 'Unlock'} target {self.target + 1}"
+    title = computed(lambda self: f"{'Lock' if self.locked else 'Unlock'} target {self.target + 1}")
 
-    @property
-    def key(self) -> Hashable | None:
-        return ("lock", self.target)
+    key = computed(lambda self: ("lock", self.target))
 
     def check(self, session: Session) -> None:
         session.check_target(self.target)
@@ -147,20 +131,15 @@ def _without(items: tuple, index: int) -> tuple:
     return (*items[:index], *items[index + 1 :])
 
 
-@dataclass(frozen=True)
 class ChooseBranch(AbstractChange):
     """Measure a target in the branch of this name, or leave that to the program (`auto`)."""
 
     target: int
     branch: str
 
-    @property
-    def title(self) -> str:
-        return f"Target {self.target + 1}: branch {self.branch}"
+    title = computed(lambda self: f"Target {self.target + 1}: branch {self.branch}")
 
-    @property
-    def key(self) -> Hashable | None:
-        return ("branch", self.target)
+    key = computed(lambda self: ("branch", self.target))
 
     def check(self, session: Session) -> None:
         session.check_target(self.target)
@@ -178,7 +157,6 @@ class ChooseBranch(AbstractChange):
         )
 
 
-@dataclass(frozen=True)
 class MixBranches(AbstractChange):
     """Take the mix of branches that predicts the least error; branches chosen by hand stay."""
 

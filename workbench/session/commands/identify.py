@@ -1,7 +1,6 @@
 """The command that identifies the robot from the loaded measurements."""
 
-from collections.abc import Hashable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 from workbench.base.errors import DataError, OptionError
@@ -10,7 +9,7 @@ from workbench.data.accuracy_requirement import Wanted
 from workbench.identification.algorithms import ALGORITHMS, USUAL
 from workbench.identification.identify import identify
 from workbench.identification.record import Identification
-from workbench.session.command import AbstractChange, AbstractTask, Progress
+from workbench.session.command import AbstractChange, AbstractTask, Progress, computed
 from workbench.session.commands.compare import with_fit
 from workbench.session.commands.data import check_own
 from workbench.session.comparison import exaggeration_for
@@ -20,7 +19,6 @@ PREFERRED = ("opt2", "ols", "opt1")
 """Whose robot is shown first: chosen beforehand, so that held-out rows take no part in it."""
 
 
-@dataclass(frozen=True)
 class Identify(AbstractTask):
     """Identify the robot's parameters.
 
@@ -95,7 +93,6 @@ def _summary(found: Identification, fit: str) -> str:
     )
 
 
-@dataclass(frozen=True)
 class SetWanted(AbstractChange):
     """Say what errors the calibrated arm has to keep.
 
@@ -125,7 +122,6 @@ class SetWanted(AbstractChange):
         return replace(session, wanted=self.wanted())
 
 
-@dataclass(frozen=True)
 class LeaveRowsOut(AbstractChange):
     """Keep exactly these measured rows out of the next identification.
 
@@ -137,9 +133,7 @@ class LeaveRowsOut(AbstractChange):
 
     rows: tuple[int, ...]
 
-    @property
-    def title(self) -> str:
-        return f"Exclude {len(self.rows)} rows"
+    title = computed(lambda self: f"Exclude {len(self.rows)} rows")
 
     def check(self, session: Session) -> None:
         if session.loaded is None:
@@ -154,7 +148,6 @@ class LeaveRowsOut(AbstractChange):
         return replace(session, left_out=frozenset(self.rows))
 
 
-@dataclass(frozen=True)
 class HoldParameter(AbstractChange):
     """Hold a parameter at its nominal value, or let it be identified.
 
@@ -166,13 +159,9 @@ class HoldParameter(AbstractChange):
     name: str
     held: bool
 
-    @property
-    def title(self) -> str:
-        return f"{'Fix' if self.held else 'Free'} {self.name}"
+    title = computed(lambda self: f"{'Fix' if self.held else 'Free'} {self.name}")
 
-    @property
-    def key(self) -> Hashable | None:
-        return ("hold", self.name)
+    key = computed(lambda self: ("hold", self.name))
 
     def check(self, session: Session) -> None:
         if self.name not in session.robot.default_free:

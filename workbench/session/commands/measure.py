@@ -1,7 +1,7 @@
 """Guided measuring: an arm is brought from target to target, its rows stored one by one (ARIA 5.1)."""
 
-from collections.abc import Callable, Hashable
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -25,7 +25,7 @@ from workbench.data.simulation.simulate import simulate_targets, virtual_arm
 from workbench.plate.guided_measuring import plate_targets
 from workbench.plate.plate import Kind
 from workbench.plate.virtual_measuring import STEERING, beside
-from workbench.session.command import AbstractChange, AbstractTask, Progress
+from workbench.session.command import AbstractChange, AbstractTask, Progress, computed
 from workbench.session.commands.data import (
     MOST_SEED,
     check_measurable,
@@ -43,7 +43,6 @@ NOISY = 10.0
 """Extent of an instrument's noise in a window of standstill, in standard deviations, at most."""
 
 
-@dataclass(frozen=True)
 class BeginMeasuring(AbstractTask):
     """Begin a guided measurement of a virtual arm at the targets as they stand.
 
@@ -53,9 +52,7 @@ class BeginMeasuring(AbstractTask):
 
     seed: int = 1
 
-    @property
-    def title(self) -> str:
-        return f"Measure virtual arm {self.seed} step by step"
+    title = computed(lambda self: f"Measure virtual arm {self.seed} step by step")
 
     def check(self, session: Session) -> None:
         if not 0 <= self.seed <= MOST_SEED:
@@ -83,7 +80,6 @@ class BeginMeasuring(AbstractTask):
         return replace(session, measuring=result)
 
 
-@dataclass(frozen=True)
 class DriveArm(AbstractChange):
     """Send the virtual arm to the current target; it moves by itself and sends samples."""
 
@@ -111,7 +107,6 @@ class DriveArm(AbstractChange):
         return with_branches(replace(session, selected=measuring.target))
 
 
-@dataclass(frozen=True)
 class TakeSample(AbstractChange):
     """What the arm and the instrument say at one time; left alone when nothing is being measured.
 
@@ -132,9 +127,7 @@ class TakeSample(AbstractChange):
     quat: tuple[float, float, float, float] | None = None
     capture: bool = False
 
-    @property
-    def key(self) -> Hashable | None:
-        return None if self.capture else "sample"
+    key = computed(lambda self: None if self.capture else "sample")
 
     def check(self, session: Session) -> None:
         session.robot.check_joints(np.array([self.q]))
@@ -163,7 +156,6 @@ class TakeSample(AbstractChange):
         )
 
 
-@dataclass(frozen=True)
 class StoreRow(AbstractChange):
     """Keep the latest sample as the current target's row."""
 
@@ -178,7 +170,6 @@ class StoreRow(AbstractChange):
         return _asked(session, Acquisition.store)
 
 
-@dataclass(frozen=True)
 class TakeAgain(AbstractChange):
     """Drop the current target's row, or else the one that was stored last; its target is current again."""
 
@@ -192,7 +183,6 @@ class TakeAgain(AbstractChange):
         return _asked(session, Acquisition.again)
 
 
-@dataclass(frozen=True)
 class NextWanted(AbstractChange):
     """Want the next target, or the one before; what is stored stays until it is stored anew."""
 
@@ -207,7 +197,6 @@ class NextWanted(AbstractChange):
         return _asked(session, lambda acquisition: acquisition.step(self.by))
 
 
-@dataclass(frozen=True)
 class UseRows(AbstractChange):
     """End the measurement; its rows become the session's data, as if they had been loaded from a file."""
 
@@ -235,7 +224,6 @@ class UseRows(AbstractChange):
         return session.tell(Severity.INFO, f"the session's data: {counted(len(rows), 'measured row')}")
 
 
-@dataclass(frozen=True)
 class EndMeasuring(AbstractChange):
     """End the measurement; its rows are dropped."""
 
@@ -278,7 +266,6 @@ def acquisition_of(session: Session, numbers: list[int], instrument: Instrument)
     )
 
 
-@dataclass(frozen=True)
 class TellSource(AbstractChange):
     """What has become of the live source.
 
@@ -295,9 +282,7 @@ class TellSource(AbstractChange):
     is_open: bool = True
     silence: float = 0.0
 
-    @property
-    def title(self) -> str:
-        return f"Live source {self.name}: {'connected' if self.is_open else 'ended'}"
+    title = computed(lambda self: f"Live source {self.name}: {'connected' if self.is_open else 'ended'}")
 
     def apply(self, session: Session) -> Session:
         is_followed = session.source is None or session.source.is_followed
@@ -313,7 +298,6 @@ class TellSource(AbstractChange):
         return session.tell(Severity.WARNING, words)
 
 
-@dataclass(frozen=True)
 class FollowSource(AbstractChange):
     """Let the arm in the scene stand where the real one does, or at its target as before.
 
@@ -337,7 +321,6 @@ class FollowSource(AbstractChange):
         return session if self.is_followed else replace(session, focus=Focus.TARGET)
 
 
-@dataclass(frozen=True)
 class MeasureLive(AbstractChange):
     """Begin a guided measurement of the real arm at all targets of the plate."""
 

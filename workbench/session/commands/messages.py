@@ -1,13 +1,12 @@
 """Messages: told by the program, put away by the user."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from enum import StrEnum
 
-from workbench.session.command import AbstractChange
+from workbench.session.command import AbstractChange, computed
 from workbench.session.state import Session, Severity
 
 
-@dataclass(frozen=True)
 class Tell(AbstractChange):
     """Show a message, for what goes wrong outside the worker (a file that is too large)."""
 
@@ -20,7 +19,6 @@ class Tell(AbstractChange):
         return session.tell(self.severity, self.text)
 
 
-@dataclass(frozen=True)
 class Dismiss(AbstractChange):
     """Put the messages away."""
 
@@ -31,7 +29,6 @@ class Dismiss(AbstractChange):
         return replace(session, messages=())
 
 
-@dataclass(frozen=True)
 class SetCaption(AbstractChange):
     """What the demo says; an empty text takes it away."""
 
@@ -51,15 +48,12 @@ class Steer(StrEnum):
     BACK = "Back"
 
 
-@dataclass(frozen=True)
 class SteerDemo(AbstractChange):
     """Let the demo wait, go on, or tell the scene before once more."""
 
     how: Steer
 
-    @property
-    def title(self) -> str:
-        return f"{self.how} (demo)"
+    title = computed(lambda self: f"{self.how} (demo)")
 
     def apply(self, session: Session) -> Session:
         return replace(session, is_paused=self.how is Steer.PAUSE)

@@ -1,6 +1,6 @@
 """The command that loads what cameras saw: a folder of pictures or of corners, as one archive."""
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,7 @@ from workbench.base.progress import Cancel
 from workbench.base.wording import counted
 from workbench.data.camera.camera import Mount
 from workbench.data.dataset import Dataset
-from workbench.session.command import AbstractTask, Progress
+from workbench.session.command import AbstractTask, Progress, computed
 from workbench.session.commands.data import matched, safe_name, with_data
 from workbench.session.loaded import Loaded
 from workbench.session.state import Session, Severity
@@ -22,7 +22,6 @@ SEARCH = 0.9
 """Part of the work that is the search for corners."""
 
 
-@dataclass(frozen=True)
 class LoadPictures(AbstractTask):
     """Read pictures (or the corners found in them), joints, cameras and target, and replace the measurements.
 
@@ -34,9 +33,7 @@ class LoadPictures(AbstractTask):
     name: str
     content: bytes = field(repr=False)
 
-    @property
-    def title(self) -> str:
-        return f"Read {safe_name(self.name)}"
+    title = computed(lambda self: f"Read {safe_name(self.name)}")
 
     def check(self, session: Session) -> None:
         if len(self.content) > LARGEST_FOLDER:

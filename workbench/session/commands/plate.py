@@ -1,6 +1,6 @@
 """Commands that search whole plates: poses of equal index (ARIA §4.2), and the plate with the least error."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,13 +9,12 @@ from workbench.base.errors import OptionError
 from workbench.base.progress import Cancel
 from workbench.plate.patterns import MOST_TARGETS
 from workbench.plate.plate import AUTO
-from workbench.session.command import AbstractChange, AbstractTask, Progress
+from workbench.session.command import AbstractChange, AbstractTask, Progress, computed
 from workbench.session.commands.arrange import place_targets
 from workbench.session.state import Noise, Session, Severity, Trial
 from workbench.session.target_steps import check_free, is_better, rescore
 
 
-@dataclass(frozen=True)
 class ClusterTargets(AbstractTask):
     """Replace the targets by poses with equal O in mutually different cubes of the region.
 
@@ -27,9 +26,7 @@ class ClusterTargets(AbstractTask):
     number: int = 10
     seed: int = 0
 
-    @property
-    def title(self) -> str:
-        return f"Search {self.number} poses of equal index"
+    title = computed(lambda self: f"Search {self.number} poses of equal index")
 
     def check(self, session: Session) -> None:
         check_free(session)
@@ -59,7 +56,6 @@ class ClusterTargets(AbstractTask):
         return session.tell(Severity.INFO, "; ".join(words))
 
 
-@dataclass(frozen=True)
 class ImprovePlate(AbstractTask):
     """Let the program place all targets but the locked ones for the least predicted error in the region.
 
@@ -104,7 +100,6 @@ MOST_ARMS = 100_000
 """More arms than this are refused: the page would be busy for hours."""
 
 
-@dataclass(frozen=True)
 class TryPlate(AbstractTask):
     """Find the yield: the share of virtual arms that keep the wanted error after a calibration on this plate.
 
@@ -116,9 +111,7 @@ class TryPlate(AbstractTask):
     arms: int = 1000
     seed: int = 0
 
-    @property
-    def title(self) -> str:
-        return f"Try the plate on {self.arms} virtual arms"
+    title = computed(lambda self: f"Try the plate on {self.arms} virtual arms")
 
     def check(self, session: Session) -> None:
         if not 1 <= self.arms <= MOST_ARMS:
@@ -156,7 +149,6 @@ class TryPlate(AbstractTask):
 LARGEST_POSITION, LARGEST_ROTATION = 0.1, float(np.deg2rad(10.0))
 
 
-@dataclass(frozen=True)
 class SetNoise(AbstractChange):
     """Say how well the instrument measures; the predicted errors follow.
 

@@ -1,7 +1,6 @@
 """Commands about the region: its corners and cubes, what colours them, and the work behind the colours."""
 
-from collections.abc import Hashable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +10,7 @@ from workbench.base.progress import Cancel, Cancelled
 from workbench.plate.cubes import CubeMap, map_cubes
 from workbench.plate.free_constants import identified_names
 from workbench.plate.region import Region
-from workbench.session.command import AbstractChange, AbstractChore, Progress
+from workbench.session.command import AbstractChange, AbstractChore, Progress, computed
 from workbench.session.cubes import values
 from workbench.session.score import draw_region
 from workbench.session.state import CubeView, Field, Session
@@ -27,7 +26,6 @@ ORIENTATIONS = 8
 Corner = tuple[float, float, float]
 
 
-@dataclass(frozen=True)
 class SetRegion(AbstractChange):
     """Give the region other corners or other cubes.
 
@@ -45,9 +43,7 @@ class SetRegion(AbstractChange):
     cube: float
     step: bool = True
 
-    @property
-    def key(self) -> Hashable | None:
-        return ("region", self.step)
+    key = computed(lambda self: ("region", self.step))
 
     def check(self, session: Session) -> None:
         if not np.isfinite((*self.least, *self.greatest, self.cube)).all():
@@ -71,7 +67,6 @@ class SetRegion(AbstractChange):
         return Region(min=np.array(self.least), max=np.array(self.greatest), cube=self.cube)
 
 
-@dataclass(frozen=True)
 class ShowCubes(AbstractChange):
     """Choose what colours the cubes, and which of them are seen."""
 
@@ -79,9 +74,7 @@ class ShowCubes(AbstractChange):
 
     view: CubeView
 
-    @property
-    def title(self) -> str:
-        return f"Colour the cubes by {self.view.field}"
+    title = computed(lambda self: f"Colour the cubes by {self.view.field}")
 
     def check(self, session: Session) -> None:
         if self.view.field is Field.MEASURED and session.comparison is None:
@@ -93,7 +86,6 @@ class ShowCubes(AbstractChange):
         return replace(session, cube_view=self.view)
 
 
-@dataclass(frozen=True)
 class SampleRegion(AbstractChore):
     """Draw the poses of the region for which errors are predicted."""
 
@@ -121,7 +113,6 @@ class SampleRegion(AbstractChore):
         return rescore(replace(session, sampled=region, region_q=drawn))
 
 
-@dataclass(frozen=True)
 class MapCubes(AbstractChore):
     """Look at every cube of the region, once somebody wants to see them."""
 

@@ -1,6 +1,6 @@
 """The command that finds joint zeros again, after a knock or a new motor."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 from workbench.base.errors import DataError, OptionError
@@ -9,7 +9,6 @@ from workbench.session.command import AbstractTask, Progress
 from workbench.session.state import Session, Severity
 
 
-@dataclass(frozen=True)
 class FindZeros(AbstractTask):
     """Find which joints' zeros moved since the robot of the session was calibrated.
 

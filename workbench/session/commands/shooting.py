@@ -1,7 +1,7 @@
 """Commands of pictures that are taken live: begin, take in a picture, take it again, use them."""
 
 import tempfile
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,7 @@ from workbench.base.wording import counted
 from workbench.data.camera.folder import read_folder
 from workbench.data.camera.pixel_table import plain_names
 from workbench.data.camera.rig import Rig, read_rig
-from workbench.session.command import AbstractChange, AbstractTask, Progress
+from workbench.session.command import AbstractChange, AbstractTask, Progress, computed
 from workbench.session.commands.data import matched, with_data
 from workbench.session.commands.pictures import facts_of
 from workbench.session.loaded import Loaded
@@ -22,7 +22,6 @@ FEWEST = 4
 """Pictures that are enough to be used."""
 
 
-@dataclass(frozen=True)
 class BeginShooting(AbstractChange):
     """Take pictures of a target, from a watched folder or a device.
 
@@ -52,7 +51,6 @@ class BeginShooting(AbstractChange):
             return read_rig(*paths)
 
 
-@dataclass(frozen=True)
 class TakeShot(AbstractChange):
     """Take in a picture: kept where it is sharp, shows the target, and its joints are known."""
 
@@ -60,9 +58,7 @@ class TakeShot(AbstractChange):
 
     shot: Shot
 
-    @property
-    def title(self) -> str:
-        return f"Picture {self.shot.name}"
+    title = computed(lambda self: f"Picture {self.shot.name}")
 
     def check(self, session: Session) -> None:
         if session.shooting is None:
@@ -77,7 +73,6 @@ class TakeShot(AbstractChange):
         return replace(session, shooting=session.shooting.with_shot(self.shot))
 
 
-@dataclass(frozen=True)
 class DropShot(AbstractChange):
     """Drop the picture that was kept last, to take it again."""
 
@@ -93,7 +88,6 @@ class DropShot(AbstractChange):
         return replace(session, shooting=shooting)
 
 
-@dataclass(frozen=True)
 class EndShooting(AbstractChange):
     """Stop, and drop the pictures."""
 
@@ -103,7 +97,6 @@ class EndShooting(AbstractChange):
         return replace(session, shooting=None)
 
 
-@dataclass(frozen=True)
 class UseShots(AbstractTask):
     """The kept pictures become the session's measurements."""
 

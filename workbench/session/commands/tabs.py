@@ -1,12 +1,11 @@
 """The command that opens a tab of the page."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
-from workbench.session.command import AbstractChange
+from workbench.session.command import AbstractChange, computed
 from workbench.session.state import Opened, Session, Tab
 
 
-@dataclass(frozen=True)
 class OpenTab(AbstractChange):
     """Open a tab on all pages, though another one may have been chosen there by hand."""
 
@@ -15,9 +14,7 @@ class OpenTab(AbstractChange):
 
     tab: Tab
 
-    @property
-    def title(self) -> str:
-        return f"Open {self.tab}"
+    title = computed(lambda self: f"Open {self.tab}")
 
     def apply(self, session: Session) -> Session:
         return replace(session, opened=Opened(self.tab))

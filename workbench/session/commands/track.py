@@ -1,13 +1,13 @@
 """Commands about trajectories: plan one, play it, pause it, leave it."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from workbench.base.errors import OptionError
 from workbench.base.progress import Cancel
-from workbench.session.command import AbstractChange, AbstractTask, Progress
+from workbench.session.command import AbstractChange, AbstractTask, Progress, computed
 from workbench.session.state import Focus, Session, Severity
 from workbench.session.target_steps import check_free
 from workbench.session.track import CIRCLE, LINE, PLANES, erring_robot, make_track
@@ -21,7 +21,6 @@ SLOWEST, FASTEST = 0.1, 10.0
 """Pace at which it is played, in multiples of its own."""
 
 
-@dataclass(frozen=True)
 class PlanTrack(AbstractTask):
     """Plan a trajectory with the nominal arm, and see what the calibrated one makes of it.
 
@@ -41,9 +40,7 @@ class PlanTrack(AbstractTask):
     radius: float = 0.1
     plane: str = "horizontal"
 
-    @property
-    def title(self) -> str:
-        return f"Plan a {self.kind}" + (", corrected" if self.is_corrected else "")
+    title = computed(lambda self: f"Plan a {self.kind}" + (", corrected" if self.is_corrected else ""))
 
     def check(self, session: Session) -> None:
         check_free(session)
@@ -81,7 +78,6 @@ class PlanTrack(AbstractTask):
         return session.tell(Severity.INFO, _summary(track))
 
 
-@dataclass(frozen=True)
 class PlayTrack(AbstractChange):
     """Go on along the trajectory; from its beginning if it has come to its end."""
 
@@ -102,7 +98,6 @@ class PlayTrack(AbstractChange):
         return replace(session, focus=Focus.TRACK, play=_running(session.play, at))
 
 
-@dataclass(frozen=True)
 class PauseTrack(AbstractChange):
     """Stop playing where the arm is; what moves it then says where that is (`PlaceTrack`)."""
 
@@ -116,7 +111,6 @@ class PauseTrack(AbstractChange):
         return replace(session, play=replace(session.play, is_pausing=True))
 
 
-@dataclass(frozen=True)
 class PlaceTrack(AbstractChange):
     """Put the arm at a moment of the trajectory; nothing is played there.
 
@@ -131,9 +125,7 @@ class PlaceTrack(AbstractChange):
     at: float
     is_shown: bool = False
 
-    @property
-    def title(self) -> str:
-        return f"The trajectory at {self.at:.2f} s"
+    title = computed(lambda self: f"The trajectory at {self.at:.2f} s")
 
     def check(self, session: Session) -> None:
         duration = _planned(session).duration
@@ -145,7 +137,6 @@ class PlaceTrack(AbstractChange):
         return replace(session, focus=focus, play=Play(at=self.at, pace=session.play.pace))
 
 
-@dataclass(frozen=True)
 class LeaveTrack(AbstractChange):
     """Stop playing, and let the arm go back to the selected target."""
 
@@ -159,7 +150,6 @@ class LeaveTrack(AbstractChange):
         return replace(session, focus=Focus.TARGET, play=Play(at=session.play.at, pace=session.play.pace))
 
 
-@dataclass(frozen=True)
 class SetPace(AbstractChange):
     """Play faster or slower.
 
@@ -171,9 +161,7 @@ class SetPace(AbstractChange):
 
     pace: float
 
-    @property
-    def title(self) -> str:
-        return f"Play at {self.pace:g}× speed"
+    title = computed(lambda self: f"Play at {self.pace:g}× speed")
 
     def check(self, session: Session) -> None:
         if not SLOWEST <= self.pace <= FASTEST:

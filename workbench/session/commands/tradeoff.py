@@ -1,19 +1,18 @@
 """Commands that weigh plates that could be made, and open one of them (error against price)."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from workbench.base.errors import OptionError
 from workbench.base.progress import Cancel
-from workbench.session.command import AbstractChange, AbstractTask, Progress
+from workbench.session.command import AbstractChange, AbstractTask, Progress, computed
 from workbench.session.reach import place_all
 from workbench.session.state import Session, Severity
 from workbench.session.target_steps import check_free, move_targets
 
 
-@dataclass(frozen=True)
 class WeighPlates(AbstractTask):
     """Search plates of several sizes, made in several ways, and set their error against their price.
 
@@ -47,7 +46,6 @@ class WeighPlates(AbstractTask):
         return replace(session, tradeoff=result).tell(Severity.INFO, words)
 
 
-@dataclass(frozen=True)
 class OpenChoice(AbstractChange):
     """Put a plate that was weighed in the place of the present one; Undo brings that back.
 
@@ -57,9 +55,7 @@ class OpenChoice(AbstractChange):
 
     number: int
 
-    @property
-    def title(self) -> str:
-        return f"Open plate {self.number + 1} of those weighed"
+    title = computed(lambda self: f"Open plate {self.number + 1} of those weighed")
 
     def check(self, session: Session) -> None:
         check_free(session)

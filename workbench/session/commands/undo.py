@@ -1,14 +1,13 @@
 """Commands that go back: undo, redo, to the plate as loaded, to the best one so far."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from workbench.base.errors import OptionError
-from workbench.session.command import AbstractChange
+from workbench.session.command import AbstractChange, computed
 from workbench.session.state import Session, Severity, Step
 from workbench.session.target_steps import begin_step, check_free, commit_step, first_difference, with_targets
 
 
-@dataclass(frozen=True)
 class Undo(AbstractChange):
     """Take the last step back."""
 
@@ -28,7 +27,6 @@ class Undo(AbstractChange):
         return go_to_step(replace(session, done=session.done[:-1], undone=undone), step)
 
 
-@dataclass(frozen=True)
 class Redo(AbstractChange):
     """Make the last undone step again."""
 
@@ -47,7 +45,6 @@ class Redo(AbstractChange):
         return go_to_step(replace(session, undone=session.undone[:-1], done=done), step)
 
 
-@dataclass(frozen=True)
 class ResetTargets(AbstractChange):
     """Put the plate back to how it was loaded; can be undone."""
 
@@ -63,7 +60,6 @@ class ResetTargets(AbstractChange):
         return go_to_step(begin_step(session), Step(first, session.first_states))
 
 
-@dataclass(frozen=True)
 class RestoreBest(AbstractChange):
     """Put the plate back to where it was best so far; can be undone."""
 
@@ -78,7 +74,6 @@ class RestoreBest(AbstractChange):
         return go_to_step(begin_step(session), session.best)
 
 
-@dataclass(frozen=True)
 class GoBackTo(AbstractChange):
     """Put the plate back to how it was after a step of the history; can be undone.
 
@@ -88,9 +83,7 @@ class GoBackTo(AbstractChange):
 
     step: int
 
-    @property
-    def title(self) -> str:
-        return f"Back to the plate after step {self.step + 1}"
+    title = computed(lambda self: f"Back to the plate after step {self.step + 1}")
 
     def check(self, session: Session) -> None:
         check_free(session)
