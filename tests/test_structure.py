@@ -124,7 +124,9 @@ def test_imports_climb_one_ladder():
             if words[0] != "workbench":
                 continue
             other = words[1] if len(words) > 1 else "__init__"
-            # the package itself hands names out by need and imports nothing
+            # the package itself hands names out by need and imports nothing; commands call its verbs
+            if (mine, other) == ("cli", "__init__"):
+                continue
             if mine == "__init__" or (other != mine and RUNG.get(other, len(LADDER)) >= RUNG[mine]):
                 wrong.append(f"{label(path)}, line {line}: imports {name}")
     assert not wrong

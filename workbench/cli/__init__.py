@@ -26,8 +26,8 @@ from workbench.cli import (
     studies,
     verification,
 )
+from workbench.cli import options as opt
 from workbench.cli.ending import Commands, run
-from workbench.cli.options import PlateOption, RobotOption, say
 from workbench.cli.sessions import open_session
 
 ROBOTS, MEASUREMENTS = (".urdf", ".toml"), (".csv", ".tsv", ".txt", ".xlsx", ".parquet", ".mat")
@@ -70,8 +70,8 @@ def _is_given(context: typer.Context, name: str) -> bool:
 @app.command(rich_help_panel="Start")
 def serve(
     context: typer.Context,
-    robot: RobotOption = "aria",
-    plate: PlateOption = None,
+    robot: opt.RobotOption = "aria",
+    plate: opt.PlateOption = None,
     data: Annotated[Path | None, typer.Option(help="Measurements to load at once.")] = None,
     port: Annotated[int | None, typer.Option(help="Port; 8090 or else any free one if not given.")] = None,
     host: Annotated[
@@ -121,7 +121,7 @@ def serve(
 
 def _say_ready(text: str) -> None:
     """The page's address, or what there is to say about it."""
-    say(f"page:     {text}" if text.startswith("http") else f"note:     {text}")
+    opt.say(f"page:     {text}" if text.startswith("http") else f"note:     {text}")
 
 
 PANELS: dict[str, tuple] = {

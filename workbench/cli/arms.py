@@ -5,56 +5,46 @@ from typing import Annotated
 
 import typer
 
+import workbench as wb
 from workbench.base.errors import OptionError
-from workbench.cli.options import (
-    DataArgument,
-    FileOptions,
-    JsonOption,
-    RobotOption,
-    check_writable,
-    flattened,
-    say,
-    show,
-)
+from workbench.cli import options as opt
 
 
 def redundancy(
-    robot: RobotOption,
+    robot: opt.RobotOption,
     frames: Annotated[bool, typer.Option("--frames", help="With the constants of base and tool.")] = False,
     points: Annotated[
         bool, typer.Option("--points", help="As seen by points alone, without orientation.")
     ] = False,
     free: Annotated[bool, typer.Option("--free", help="Only the constants that the robot frees.")] = False,
-    json: JsonOption = None,
+    json: opt.JsonOption = None,
 ) -> None:
     """Which constants of an arm no measurement tells apart, and may be removed."""
-    from workbench.arm.built_in_arms import load_robot
+
     from workbench.identification.redundancy import redundancy as found_of
     from workbench.identification.report.arm import redundancy_json, redundancy_text
-    from workbench.report.json import write_json
 
-    arm = load_robot(robot)
-    check_writable(json)
+    arm = wb.load_robot(robot)
+    opt.check_writable(json)
     found = found_of(arm, arm.default_free if free else None, frames=frames, points=points)
-    show(redundancy_text(arm, found, frames=frames))
-    if json is not None:
-        say(f"result: {write_json(json, redundancy_json(arm, found))}")
+    opt.show(redundancy_text(arm, found, frames=frames))
+    opt.write_result(json, redundancy_json(arm, found))
 
 
-@flattened
-def axes(data: DataArgument, robot: RobotOption, files: FileOptions, json: JsonOption = None) -> None:
+@opt.flattened
+def axes(
+    data: opt.DataArgument, robot: opt.RobotOption, files: opt.FileOptions, json: opt.JsonOption = None
+) -> None:
     """Circle-point analysis: where each joint's axis is, from rows in which it turned alone."""
-    from workbench.arm.built_in_arms import load_robot
+
     from workbench.identification.circle_points import circle_axes
     from workbench.identification.report.arm import axes_json, axes_table
-    from workbench.report.json import write_json
 
-    arm = load_robot(robot)
-    check_writable(json)
+    arm = wb.load_robot(robot)
+    opt.check_writable(json)
     found = circle_axes(arm, files.read(data, arm))
-    show(axes_table(arm, found))
-    if json is not None:
-        say(f"result: {write_json(json, axes_json(arm, found))}")
+    opt.show(axes_table(arm, found))
+    opt.write_result(json, axes_json(arm, found))
 
 
 def new(
@@ -80,14 +70,13 @@ def new(
         str | None, typer.Option("--for", help="With --apply: its form, such as ur-calibration.")
     ] = None,
     tip: Annotated[str | None, typer.Option(help="Last link of the chain, for a URDF with several.")] = None,
-    json: JsonOption = None,
+    json: opt.JsonOption = None,
 ) -> None:
     """One's own robot: signs, offsets, units and convention found from three poses of the pendant."""
     from dataclasses import replace
 
-    from workbench.arm.built_in_arms import check_robot_file, load_robot, save_robot
+    from workbench.arm.built_in_arms import check_robot_file, save_robot
     from workbench.arm.own_robot.check import check_robot, found_words
-    from workbench.report.json import write_json
 
     if (apply is None) != (form is None):
         raise OptionError("--apply FILE and --for NAME belong together")
@@ -97,21 +86,20 @@ def new(
             "each, or --poses FILE"
         )
     check_robot_file(out)
-    check_writable(out, json)
+    opt.check_writable(out, json)
     content: dict = {"schema": "workbench.robot/1", "file": str(out)}
     if apply is not None and form is not None:
-        arm = _applied(load_robot(source, tip=tip), apply, form)
+        arm = _applied(wb.load_robot(source, tip=tip), apply, form)
     else:
         found = check_robot(source, pose or [] if poses is None else _poses(source, poses, tip), tip=tip)
         arm = found.robot
         for words in found_words(found):
-            say(words)
+            opt.say(words)
         content |= {"words": list(found.words), "changes": list(found.changes), "tried": found.tried}
         content |= {"position_m": found.position, "rotation_rad": found.rotation}
     arm = replace(arm, name=name or arm.name)
-    say(f"{arm.name}: {save_robot(arm, out)}")
-    if json is not None:
-        say(f"result: {write_json(json, content)}")
+    opt.say(f"{arm.name}: {save_robot(arm, out)}")
+    opt.write_result(json, content)
 
 
 def _applied(nominal, path: Path, form: str):
@@ -135,9 +123,8 @@ def _poses(source: str, path: Path, tip: str | None):
     from workbench.arm.own_robot.check import readings_of
     from workbench.arm.own_robot.readings import Typed
     from workbench.base import se3
-    from workbench.data.readers import read_measurements
 
-    data = read_measurements(path, joints=readings_of(source, tip=tip)[0].robot.dof)
+    data = wb.read_measurements(path, joints=readings_of(source, tip=tip)[0].robot.dof)
     if data.position is None or data.rotation is None:
         raise OptionError(f"{path}: full poses are needed, position and orientation")
     return Typed(data.q, se3.pose(data.rotation, data.position))

@@ -6,36 +6,18 @@ from typing import Annotated
 
 import typer
 
+import workbench as wb
 from workbench.base.errors import OptionError
-from workbench.cli.options import (
-    DataArgument,
-    FileOptions,
-    FitOptions,
-    JsonOption,
-    OutputOptions,
-    RobotOption,
-    WantedOption,
-    bounds_of,
-    check_converged,
-    check_writable,
-    fail,
-    flattened,
-    progress_bar,
-    save_robot,
-    say,
-    show,
-    whole_numbers,
-    with_markers,
-)
+from workbench.cli import options as opt
 
 
-@flattened
+@opt.flattened
 def identify(
-    data: DataArgument,
-    fit: FitOptions,
-    out: OutputOptions,
-    files: FileOptions,
-    wanted: WantedOption = None,
+    data: opt.DataArgument,
+    fit: opt.FitOptions,
+    out: opt.OutputOptions,
+    files: opt.FileOptions,
+    wanted: opt.WantedOption = None,
     robot: Annotated[
         str | None, typer.Option("--robot", help="Robot: a .toml or .urdf file, or a built-in arm.")
     ] = None,
@@ -59,108 +41,103 @@ def identify(
     ] = None,
 ) -> None:
     """Identify the arm's geometry from measurements, and report its error on held-out rows."""
-    from workbench.arm.built_in_arms import load_robot
+
     from workbench.arm.posed_arm import posed_arm
     from workbench.cli.verification import wanted_of
     from workbench.data.accuracy_requirement import usual_wanted
     from workbench.identification.algorithms import ALGORITHMS
-    from workbench.identification.identify import identify
     from workbench.identification.judged import judge
     from workbench.identification.report import results_json as reports
     from workbench.identification.report import table
     from workbench.identification.report.prior import read_prior
-    from workbench.report.json import write_json
 
     if level == 1 and fit.free is not None:
         raise OptionError("--level 1 frees the joint offsets alone; leave out --level or --free")
-    arm = posed_arm() if robot is None else load_robot(robot)
+    arm = posed_arm() if robot is None else wb.load_robot(robot)
     asked = usual_wanted(arm.name) if wanted is None else wanted_of(wanted)
-    rows = with_markers(files.read(data, arm), fit.tool_markers, fit.base_markers)
+    rows = opt.with_markers(files.read(data, arm), fit.tool_markers, fit.base_markers)
     if robot is None and (rows.rig is None or not rows.rig.tool_poses):
         raise OptionError("give --robot; only pixels with tool poses in place of joints do without")
     out.check()
     fit.check_own(arm, rows)
     choices = fit.choices(arm, files)
-    with progress_bar("identify") as progress:
-        run = identify(
+    with opt.progress_bar("identify") as progress:
+        run = wb.identify(
             arm,
             rows,
             choices if level == 2 else replace(choices, free=arm.joint_offsets),
             algorithms=tuple(ALGORITHMS) if algorithm == "all" else tuple(algorithm.split(",")),
-            bounds=bounds_of(bounds or []),
+            bounds=opt.bounds_of(bounds or []),
             loss=loss,
-            prior=None if prior is None else read_prior(prior, renew=whole_numbers(renew, "--renew")),
+            prior=None if prior is None else read_prior(prior, renew=opt.whole_numbers(renew, "--renew")),
             progress=progress,
         )
-    show(table.identification_tables(run))
+    opt.show(table.identification_tables(run))
     if asked is not None:
-        say(judge(run, asked).verdict)
-    if out.json is not None:
-        say(f"result: {write_json(out.json, reports.identification_json(run))}")
+        opt.say(judge(run, asked).verdict)
+    opt.write_result(out.json, reports.identification_json(run))
     if out.report is not None:
         from workbench.identification.report.html_report import write_report
 
-        say(f"report: {write_report(run, out.report, wanted=asked)}")
+        opt.say(f"report: {write_report(run, out.report, wanted=asked)}")
     if out.save is not None and run.gate is not None and run.gate.refused:
-        fail(f"{out.save} is not written: {run.gate.refused}")
+        opt.fail(f"{out.save} is not written: {run.gate.refused}")
     if out.save is not None:
-        say(f"calibrated robot ({run.best.fit.title}): {save_robot(run.robot, out.save)}")
-    check_converged(run.best.fit)
+        opt.say(f"calibrated robot ({run.best.fit.title}): {opt.save_robot(run.robot, out.save)}")
+    opt.check_converged(run.best.fit)
 
 
-@flattened
+@opt.flattened
 def diagnose(
-    data: DataArgument, robot: RobotOption, fit: FitOptions, out: OutputOptions, files: FileOptions
+    data: opt.DataArgument,
+    robot: opt.RobotOption,
+    fit: opt.FitOptions,
+    out: opt.OutputOptions,
+    files: opt.FileOptions,
 ) -> None:
     """Find the effects that the geometry lacks, add them, and report the held-out error before and after."""
-    from workbench.arm.built_in_arms import load_robot
-    from workbench.diagnosis.diagnose import diagnose
+
     from workbench.diagnosis.report.results_json import diagnosis_json
     from workbench.diagnosis.report.table import diagnosis_tables
-    from workbench.report.json import write_json
 
-    arm = load_robot(robot)
-    rows = with_markers(files.read(data, arm), fit.tool_markers, fit.base_markers)
+    arm = wb.load_robot(robot)
+    rows = opt.with_markers(files.read(data, arm), fit.tool_markers, fit.base_markers)
     out.check(effects=True)
     fit.check_own(arm, rows)
     choices = fit.choices(arm, files)
-    with progress_bar("diagnose") as progress:
-        run = diagnose(arm, rows, choices, progress=progress)
-    show(diagnosis_tables(run))
+    with opt.progress_bar("diagnose") as progress:
+        run = wb.diagnose(arm, rows, choices, progress=progress)
+    opt.show(diagnosis_tables(run))
     if out.save is not None:
-        say(f"calibrated robot: {save_robot(run.robot, out.save)}")
-    if out.json is not None:
-        say(f"result: {write_json(out.json, diagnosis_json(run))}")
+        opt.say(f"calibrated robot: {opt.save_robot(run.robot, out.save)}")
+    opt.write_result(out.json, diagnosis_json(run))
     if out.report is not None:
         from workbench.diagnosis.report.html_report import write_diagnosis
 
-        say(f"report: {write_diagnosis(run, out.report)}")
-    check_converged(run.final_fit)
+        opt.say(f"report: {write_diagnosis(run, out.report)}")
+    opt.check_converged(run.final_fit)
 
 
-@flattened
+@opt.flattened
 def evaluate(
-    data: DataArgument,
-    robot: RobotOption,
-    files: FileOptions,
+    data: opt.DataArgument,
+    robot: opt.RobotOption,
+    files: opt.FileOptions,
     frames: Annotated[str, typer.Option(help="given: fit nothing; fit: fit only base and tool.")] = "given",
-    json: JsonOption = None,
+    json: opt.JsonOption = None,
 ) -> None:
     """Errors of a nominal or calibrated robot on measurements; nothing of the arm is fitted."""
-    from workbench.arm.built_in_arms import load_robot
-    from workbench.identification.evaluate import evaluate
+
     from workbench.identification.report import results_json as reports
     from workbench.identification.report import table
-    from workbench.report.json import write_json
 
     if frames not in ("given", "fit"):
         raise OptionError(f"--frames must be given or fit, got '{frames}'")
-    arm = load_robot(robot)
-    check_writable(json)
-    found = evaluate(arm, files.read(data, arm), fit_frames=frames == "fit")
-    show(table.evaluation_tables(found))
-    if json is not None:
-        say(f"result: {write_json(json, reports.evaluation_json(found))}")
+    arm = wb.load_robot(robot)
+    opt.check_writable(json)
+    found = wb.evaluate(arm, files.read(data, arm), fit_frames=frames == "fit")
+    opt.show(table.evaluation_tables(found))
+    opt.write_result(json, reports.evaluation_json(found))
 
 
 def export(
@@ -183,17 +160,17 @@ def export(
         typer.Option(help="The robot as its controller computes it: for --controller, some --for."),
     ] = None,
     tip: Annotated[str | None, typer.Option(help="Last link of the chain, for a URDF with several.")] = None,
-    json: JsonOption = None,
+    json: opt.JsonOption = None,
 ) -> None:
     """Write a robot in another form: URDF, TOML, or what a controller, a driver, a program loads."""
-    from workbench.arm.built_in_arms import load_robot
+
     from workbench.exports import FORMS
 
     if form == "list":
         for name, each in FORMS.items():
-            say(f"{name:20} {each.title}")
+            opt.say(f"{name:20} {each.title}")
         return
-    arm = load_robot(calibrated, tip=tip)
+    arm = wb.load_robot(calibrated, tip=tip)
     if urdf is None and toml is None and controller is None and form is None:
         raise OptionError("give at least one of --for NAME --out FILE, --urdf, --toml, --controller FILE")
     if (form is None) != (out is None) or (source is not None and form is None):
@@ -202,45 +179,43 @@ def export(
         raise OptionError(f"there is no form '{form}'; choose {', '.join(FORMS)}")
     if controller is not None and nominal is None:
         raise OptionError("--controller needs --nominal ROBOT, the model that the controller has")
-    check_writable(urdf, toml, controller, out, json)
+    opt.check_writable(urdf, toml, controller, out, json)
     if form is not None and out is not None:
         _export_for(form, out, arm, nominal, source, json)
     for path in (urdf, toml):
         if path is not None:
-            say(f"{arm.name}: {save_robot(arm, path)}")
+            opt.say(f"{arm.name}: {opt.save_robot(arm, path)}")
     if controller is not None and nominal is not None:
         from workbench.identification.report.how_to_apply import use_of
         from workbench.report.json import write_json
 
-        use = use_of(arm, load_robot(nominal))
-        show(use.summary())
-        say(f"controller: {write_json(controller, {'robot': arm.name, 'controller': use.json()})}")
+        use = use_of(arm, wb.load_robot(nominal))
+        opt.show(use.summary())
+        opt.say(f"controller: {write_json(controller, {'robot': arm.name, 'controller': use.json()})}")
 
 
 def _export_for(
     form: str, out: Path, arm, nominal: str | None, source: Path | None, json: Path | None
 ) -> None:
     """Write one form, and say what it holds."""
-    from workbench.arm.built_in_arms import load_robot
+
     from workbench.base.files import read_bytes
     from workbench.exports import FORMS, Job, export_robot
-    from workbench.report.json import write_json
 
     wanted = f"a {FORMS[form].title}"
     text = None if source is None else read_bytes(source, wanted=wanted).decode(errors="replace")
-    job = Job(robot=arm, nominal=None if nominal is None else load_robot(nominal), source=text)
+    job = Job(robot=arm, nominal=None if nominal is None else wb.load_robot(nominal), source=text)
     done = export_robot(FORMS[form], out, job)
-    say(f"{arm.name}: {done.path}")
-    say(f"it holds: {done.verdict}")
+    opt.say(f"{arm.name}: {done.path}")
+    opt.say(f"it holds: {done.verdict}")
     for note in done.notes:
-        say(f"note: {note}")
-    if json is not None:
-        content = {
-            "schema": "workbench.export/1",
-            "robot": arm.name,
-            "for": form,
-            "file": str(done.path),
-            "left": {"position_m": done.position, "rotation_rad": done.rotation, "poses": done.rows},
-            "notes": list(done.notes),
-        }
-        say(f"result: {write_json(json, content)}")
+        opt.say(f"note: {note}")
+    content = {
+        "schema": "workbench.export/1",
+        "robot": arm.name,
+        "for": form,
+        "file": str(done.path),
+        "left": {"position_m": done.position, "rotation_rad": done.rotation, "poses": done.rows},
+        "notes": list(done.notes),
+    }
+    opt.write_result(json, content)

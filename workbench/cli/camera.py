@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from workbench.base.errors import OptionError
-from workbench.cli.options import check_writable, say
+from workbench.cli import options as opt
 
 
 def board(
@@ -23,7 +23,6 @@ def board(
 ) -> None:
     """A ChArUco board (or a solid of tags) to print at its true size, and target.toml beside it."""
     from workbench.base.files import write_bytes
-    from workbench.base.units import Quantity, parse_quantity
     from workbench.data.camera.board import board_sheet
     from workbench.data.camera.camera import Mount
     from workbench.data.camera.polyhedron import Shape, tag_solid
@@ -37,10 +36,10 @@ def board(
         raise OptionError(f"--shape must be board, {', '.join(Shape)}, got '{shape}'")
     if not 30.0 <= dpi <= 1200.0:
         raise OptionError(f"--dpi must be 30–1200, got {dpi:g}")
-    side = parse_quantity(square, Quantity.LENGTH)
-    tag = None if marker is None else parse_quantity(marker, Quantity.LENGTH)
+    side = opt.length(square)
+    tag = None if marker is None else opt.length(marker)
     beside = out.parent / "target.toml"
-    check_writable(out, beside)
+    opt.check_writable(out, beside)
     if shape == "board":
         inner = round(0.75 * side, 4) if tag is None else tag
         made = Charuco(_across_down(squares), side, inner, dictionary)
@@ -48,8 +47,8 @@ def board(
     else:
         target, sheet = tag_solid(shape, side, tag=tag, dictionary=dictionary, mounted=mounted)
     content = sheet.pdf() if out.suffix.lower() == ".pdf" else sheet.png(dpi)
-    say(f"{sheet.title} on {sheet.paper[0]}: {write_bytes(out, content)}")
-    say(f"target: {write_target(target, beside)}")
+    opt.say(f"{sheet.title} on {sheet.paper[0]}: {write_bytes(out, content)}")
+    opt.say(f"target: {write_target(target, beside)}")
 
 
 def _across_down(text: str) -> tuple[int, int]:
@@ -87,10 +86,7 @@ def _place(text: str, option: str):
 
     from workbench.base import se3
 
-    try:
-        numbers = np.array([float(part) for part in text.split(",")])
-    except ValueError:
-        numbers = np.zeros(0)
-    if numbers.shape != (6,) or not np.isfinite(numbers).all():
+    numbers = opt.numbers(text)
+    if numbers.shape != (6,):
         raise OptionError(f"{option} must be x,y,z,roll,pitch,yaw in m and degrees, got '{text}'")
     return se3.pose(se3.rpy_to_matrix(np.deg2rad(numbers[3:])), numbers[:3])

@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
-from workbench.base.errors import OptionError
-from workbench.cli.options import JsonOption, SeedOption, check_writable, say, show
+import workbench as wb
+from workbench.cli import options as opt
 
 
 def loading(
@@ -22,31 +22,28 @@ def loading(
     out: Annotated[
         Path | None, typer.Option(help="Write postures, readings and a picture into this folder.")
     ] = None,
-    json: JsonOption = None,
-    seed: SeedOption = 0,
+    json: opt.JsonOption = None,
+    seed: opt.SeedOption = 0,
 ) -> None:
     """Postures in which inclinometers show clearance, backlash and stiffness, tried on a virtual arm."""
-    from workbench.arm.built_in_arms import load_robot
+
     from workbench.identification.load_test.experiment import run_load_test
     from workbench.identification.load_test.report import load_test_json, load_test_table
 
-    check_writable(json, folder=out)
+    opt.check_writable(json, folder=out)
     found = run_load_test(
-        load_robot(robot),
-        joints=None if joints is None else _joints(joints),
+        wb.load_robot(robot),
+        joints=None if joints is None else [n - 1 for n in opt.whole_numbers(joints, "--joints")],
         added_mass=added_mass,
         each=pairs,
         repeats=repeats,
         force=force,
         seed=seed,
     )
-    show(load_test_table(found))
+    opt.show(load_test_table(found))
     if out is not None:
-        say(f"postures, readings, picture: {_write(found, out)}")
-    if json is not None:
-        from workbench.report.json import write_json
-
-        say(f"result: {write_json(json, load_test_json(found))}")
+        opt.say(f"postures, readings, picture: {_write(found, out)}")
+    opt.write_result(json, load_test_json(found))
 
 
 def _write(found, out: Path) -> Path:
@@ -64,11 +61,3 @@ def _write(found, out: Path) -> Path:
             "loading.svg": svg(load_test_figure(found), "loading").encode(),
         },
     )
-
-
-def _joints(text: str) -> list[int]:
-    """Joint numbers from 1, as columns from 0."""
-    try:
-        return [int(part) - 1 for part in text.split(",")]
-    except ValueError:
-        raise OptionError(f"--joints must be whole numbers such as 2,3, got '{text}'") from None

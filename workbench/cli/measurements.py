@@ -8,31 +8,15 @@ from typing import Annotated
 
 import typer
 
+import workbench as wb
 from workbench.base.errors import DataError, OptionError
-from workbench.cli.options import (
-    DataArgument,
-    FileOptions,
-    JsonOption,
-    PlateOption,
-    RobotOption,
-    SeedOption,
-    UnknownOption,
-    check_writable,
-    fail,
-    flattened,
-    orientations_of,
-    progress_bar,
-    region_of,
-    say,
-    show,
-    unknown_frames,
-)
+from workbench.cli import options as opt
 
 
 def simulate(
-    robot: RobotOption,
+    robot: opt.RobotOption,
     out: Annotated[Path, typer.Option(help="Write the measurements here.")],
-    plate: PlateOption = None,
+    plate: opt.PlateOption = None,
     poses: Annotated[int | None, typer.Option(help="Number of poses, instead of a plate.")] = None,
     index: Annotated[
         str,
@@ -54,27 +38,22 @@ def simulate(
     of: Annotated[
         str | None, typer.Option(help="Measure this arm instead of one with hidden errors.")
     ] = None,
-    seed: SeedOption = 0,
+    seed: opt.SeedOption = 0,
 ) -> None:
     """A virtual arm with hidden manufacturing errors, measured."""
-    from workbench.arm.built_in_arms import load_robot
-    from workbench.arm.robot_toml import write_toml
-    from workbench.data.writer import write_measurements
-    from workbench.plate.parts.as_measured import load_plate
-    from workbench.plate.virtual_measuring import measure_plate, measure_poses
 
     if (plate is None) == (poses is None):  # from here on one of the two is given
         raise OptionError("give either --plate FILE or --poses NUMBER")
     if poses is not None and poses < 1:
         raise OptionError(f"--poses must be at least 1, got {poses}")
-    check_writable(out, actual)
-    arm = load_robot(robot)
-    measured = None if of is None else load_robot(of)
-    with progress_bar("simulate") as progress:
+    opt.check_writable(out, actual)
+    arm = wb.load_robot(robot)
+    measured = None if of is None else wb.load_robot(of)
+    with opt.progress_bar("simulate") as progress:
         if plate is not None:
-            hidden, rows = measure_plate(
+            hidden, rows = wb.measure_plate(
                 arm,
-                load_plate(plate),
+                wb.load_plate(plate),
                 branch=branch,
                 instrument=instrument or "plate",
                 actual=measured,
@@ -83,7 +62,7 @@ def simulate(
                 progress=lambda part: progress(part, "choosing branches"),
             )
         elif poses is not None:
-            hidden, rows = measure_poses(
+            hidden, rows = wb.measure_poses(
                 arm,
                 poses,
                 index=index,
@@ -94,22 +73,22 @@ def simulate(
                 progress=lambda part: progress(part, "choosing poses"),
             )
     sliding = [i for i, joint in enumerate(arm.moving) if joint.kind == "prismatic"]
-    write_measurements(rows, out, prismatic=sliding)
-    say(f"{len(rows)} rows of a virtual {arm.name}: {out}")
+    wb.write_measurements(rows, out, prismatic=sliding)
+    opt.say(f"{len(rows)} rows of a virtual {arm.name}: {out}")
     for note in rows.notes:
         if note.startswith("hidden"):
-            say(note)
+            opt.say(note)
     if rows.exclude is not None and rows.reason is not None:
         for number in rows.exclude.nonzero()[0]:
-            say(f"row {rows.row[number]} is kept out: {rows.reason[number]}")
+            opt.say(f"row {rows.row[number]} is kept out: {rows.reason[number]}")
     if actual is not None:
-        say(f"hidden actual arm: {write_toml(hidden, actual)}")
+        opt.say(f"hidden actual arm: {wb.write_toml(hidden, actual)}")
 
 
-@flattened
+@opt.flattened
 def preview(
-    data: DataArgument,
-    files: FileOptions,
+    data: opt.DataArgument,
+    files: opt.FileOptions,
     save_mapping: Annotated[
         Path | None, typer.Option(help="Write what was understood here (.toml), to correct and use again.")
     ] = None,
@@ -121,24 +100,24 @@ def preview(
     from workbench.data.readers.preview import preview
     from workbench.report.tables import line, new_table
 
-    check_writable(save_mapping)
+    opt.check_writable(save_mapping)
     stored = None if files.mapping is None else read_mapping(files.mapping)
     columns = files.columns or (None if stored is None else stored.columns)
     found = preview(data, columns=columns, layout=files.layout, sheet=files.sheet)
     table = new_table(f"{data.name}: {found.rows} rows, layout {found.layout}", "heading", "is", "unit", "SI")
     for column in found.columns:
         table.add_row(escape(column.heading), column.key or "left out", column.unit or "", column.si or "")
-    show(table)
+    opt.show(table)
     for words in found.decisions:
-        show(line("note", words))
+        opt.show(line("note", words))
     if save_mapping is not None:
-        say(f"mapping: {write_mapping(found, save_mapping)}")
+        opt.say(f"mapping: {write_mapping(found, save_mapping)}")
     if found.problems:
         raise DataError("; ".join(found.problems))
 
 
 def poses(
-    robot: RobotOption,
+    robot: opt.RobotOption,
     number: Annotated[int, typer.Option(help="How many poses.")],
     index: Annotated[
         str | None,
@@ -165,7 +144,7 @@ def poses(
     method: Annotated[
         str, typer.Option(help="exchange, or greedy: the choice before any exchange.")
     ] = "exchange",
-    unknown: UnknownOption = None,
+    unknown: opt.UnknownOption = None,
     camera: Annotated[Path | None, typer.Option(help="A camera.toml: the target has to be in view.")] = None,
     target: Annotated[Path | None, typer.Option(help="With --camera: the target.toml in view.")] = None,
     camera_at: Annotated[
@@ -175,33 +154,32 @@ def poses(
     target_at: Annotated[str, typer.Option(help="Likewise of the target.")] = "0,0,0,0,0,0",
     depth: Annotated[str | None, typer.Option(help="Where pictures are sharp: 300mm,900mm.")] = None,
     out: Annotated[Path | None, typer.Option(help="Write the joint positions here (.csv).")] = None,
-    json: JsonOption = None,
-    seed: SeedOption = 0,
+    json: opt.JsonOption = None,
+    seed: opt.SeedOption = 0,
 ) -> None:
     """Informative poses for a calibration: those with the largest observability index, in a short order."""
-    from workbench.arm.built_in_arms import load_robot
-    from workbench.base.units import Quantity, parse_quantity
+
     from workbench.cli.camera import view_of
-    from workbench.plate.poses.choose_and_write import choose_poses, poses_json, poses_table, write_poses
+    from workbench.plate.poses.choose_and_write import poses_json, poses_table, write_poses
     from workbench.plate.poses.limits import PoseLimits
 
-    arm = load_robot(robot)
+    arm = wb.load_robot(robot)
     view = None if camera is None else view_of(camera, target, camera_at or [], target_at, depth)
     limits = PoseLimits(
         view=view,
         clearance=None if view is None else 0.0,
-        region=None if region is None else region_of(region),
-        towards=None if towards is None else orientations_of(towards),
-        cone=parse_quantity(cone, Quantity.ANGLE),
-        margin=parse_quantity(margin, Quantity.ANGLE),
-        spread=parse_quantity(spread, Quantity.LENGTH),
-        travel=None if travel is None else parse_quantity(travel, Quantity.ANGLE),
+        region=None if region is None else opt.region_of(region),
+        towards=None if towards is None else opt.orientations_of(towards),
+        cone=opt.angle(cone),
+        margin=opt.angle(margin),
+        spread=opt.length(spread),
+        travel=None if travel is None else opt.angle(travel),
     )
     index = index or ("O1" if view is None else "Ov1")
-    base, tool = unknown_frames("base,tool" if view is not None and unknown is None else unknown)
-    check_writable(out, json)
-    with progress_bar("poses") as progress:
-        found = choose_poses(
+    base, tool = opt.unknown_frames("base,tool" if view is not None and unknown is None else unknown)
+    opt.check_writable(out, json)
+    with opt.progress_bar("poses") as progress:
+        found = wb.choose_poses(
             arm,
             number,
             index=index,
@@ -213,17 +191,14 @@ def poses(
             base=base,
             tool=tool,
         )
-    show(poses_table(arm, found))
+    opt.show(poses_table(arm, found))
     if out is not None:
-        say(f"poses: {write_poses(arm, found, out)}")
-    if json is not None:
-        from workbench.report.json import write_json
-
-        say(f"result: {write_json(json, poses_json(arm, found))}")
+        opt.say(f"poses: {write_poses(arm, found, out)}")
+    opt.write_result(json, poses_json(arm, found))
 
 
 def capture(
-    robot: RobotOption,
+    robot: opt.RobotOption,
     plate: Annotated[str, typer.Option(help="Plate: a .toml file, or the built-in table2.")],
     out: Annotated[Path, typer.Option(help="Write the measurements here (.csv), row by row.")],
     source: Annotated[
@@ -246,20 +221,17 @@ def capture(
     """
     from rich.console import Console
 
-    from workbench.arm.built_in_arms import load_robot
-    from workbench.base.units import Quantity, parse_quantity
     from workbench.data.live.acquisition import StandstillDetector
     from workbench.plate import guided_measuring as acquisition
-    from workbench.plate.parts.as_measured import load_plate
 
-    arm, fixture = load_robot(robot), load_plate(plate)
+    arm, fixture = wb.load_robot(robot), wb.load_plate(plate)
     detector = StandstillDetector(
-        window=parse_quantity(still_window, Quantity.TIME),
-        joint=parse_quantity(still_joint, Quantity.ANGLE),
+        window=opt.duration(still_window),
+        joint=opt.angle(still_joint),
         position=acquisition.POSITION_STILL,
         orientation=acquisition.ORIENTATION_STILL,
     )
-    check_writable(out)
+    opt.check_writable(out)
     taken = acquisition.plate_acquisition(arm, fixture, session=session, detector=detector, forced=force)
     console = Console(stderr=True)
     with lines_of(source) as lines, guided(console) as (keys, draw):
@@ -273,13 +245,13 @@ def capture(
             say=lambda text: console.print(text, markup=False, highlight=False),
             source="stdin" if source == "-" else source,
         )
-    say(f"{len(done.data)} of {len(fixture)} targets, {taken.source}: {out}")
+    opt.say(f"{len(done.data)} of {len(fixture)} targets, {taken.source}: {out}")
     if not done.complete and not done.by_hand:
-        fail(f"the source ended before all targets were measured: {len(done.data)} of {len(fixture)}")
+        opt.fail(f"the source ended before all targets were measured: {len(done.data)} of {len(fixture)}")
 
 
 def drive(
-    robot: RobotOption,
+    robot: opt.RobotOption,
     plate: Annotated[str, typer.Option(help="Plate: a .toml file, or the built-in table2.")],
     to: Annotated[str, typer.Option(help="- (standard output), or HOST:PORT to wait at.")] = "-",
     instrument: Annotated[
@@ -296,29 +268,26 @@ def drive(
     speed: Annotated[float, typer.Option(help="Times faster than real; 0: without waiting.")] = 1.0,
     actual: Annotated[Path | None, typer.Option(help="Write the hidden actual arm here (.toml).")] = None,
     of: Annotated[str | None, typer.Option(help="Drive this arm instead of one with hidden errors.")] = None,
-    seed: SeedOption = 0,
+    seed: opt.SeedOption = 0,
 ) -> None:
     """A virtual arm in place of a real one's driver: JSON lines of an arm steered from target to target."""
-    from workbench.arm.built_in_arms import load_robot
-    from workbench.arm.robot_toml import write_toml
-    from workbench.base.units import Quantity, parse_quantity
+
     from workbench.data.live.connection import send_samples
     from workbench.data.simulation.driver import Pace
-    from workbench.plate.parts.as_measured import load_plate
     from workbench.plate.virtual_measuring import drive_plate
 
-    check_writable(actual)
+    opt.check_writable(actual)
     hidden, samples = drive_plate(
-        load_robot(robot),
-        load_plate(plate),
+        wb.load_robot(robot),
+        wb.load_plate(plate),
         branch=branch,
         instrument=instrument,
-        actual=None if of is None else load_robot(of),
-        pace=Pace(rate=rate, dwell=parse_quantity(dwell, Quantity.TIME)),
+        actual=None if of is None else wb.load_robot(of),
+        pace=Pace(rate=rate, dwell=opt.duration(dwell)),
         seed=seed,
     )
     if actual is not None:
-        write_toml(hidden, actual)
+        wb.write_toml(hidden, actual)
     with receiver(to) as write:
         send_samples(samples, write, speed=speed)
 

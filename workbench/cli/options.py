@@ -10,6 +10,7 @@ from typing import Annotated, Any, NoReturn
 
 import typer
 
+import workbench as wb
 from workbench.base.errors import OptionError
 
 RobotOption = Annotated[
@@ -127,7 +128,7 @@ class FileOptions:
 
     def read(self, path: Path, arm):
         """Measurements of a file, with as many joints as the arm has."""
-        from workbench.data.readers import read_measurements
+
         from workbench.data.readers.mapping import ColumnMapping, read_mapping
 
         if (self.camera is None) != (self.target is None):
@@ -135,7 +136,7 @@ class FileOptions:
         if self.camera is not None and self.target is not None:
             return self._pixels(path, arm)
         stored = ColumnMapping() if self.mapping is None else read_mapping(self.mapping)
-        return read_measurements(
+        return wb.read_measurements(
             path,
             joints=arm.dof,
             base=arm.base.pose,
@@ -152,12 +153,10 @@ class FileOptions:
 
     def _pixels(self, path: Path, arm):
         """Corners in pictures, with the joints at which these were taken."""
-        from workbench.data.camera.pixel_table import read_pixels
-        from workbench.data.camera.rig import read_rig
 
         assert self.camera is not None, "checked by the caller"
         assert self.target is not None, "checked by the caller"
-        return read_pixels(path, read_rig(self.camera, self.target), joints=self.joints, dof=arm.dof)
+        return wb.read_pixels(path, wb.read_rig(self.camera, self.target), joints=self.joints, dof=arm.dof)
 
 
 @dataclass(frozen=True)
@@ -189,14 +188,13 @@ class FitOptions:
     def choices(self, arm, files: FileOptions):
         """The same in SI."""
         from workbench.identification.fit_choices import FitChoices
-        from workbench.plate.parts.as_measured import load_plate
 
         return FitChoices(
             held_out=held_out_of(self.held_out, arm, files),
             frames=self.frames,
             free=names_of(self.free),
             exclude=dict.fromkeys(whole_numbers(self.exclude, "--exclude"), "by hand"),
-            region=None if self.region is None else load_plate(self.region).region,
+            region=None if self.region is None else wb.load_plate(self.region).region,
             noise=None if self.noise is None else noise_of(self.noise),
             seed=self.seed,
         )
@@ -277,6 +275,17 @@ def whole_numbers(text: str | None, option: str) -> list[int]:
         raise OptionError(f"{option} must be whole numbers such as 3,4, got '{text}'") from None
 
 
+def numbers(text: str):
+    """Numbers with commas between; none where any is no finite number."""
+    import numpy as np
+
+    try:
+        found = np.array([float(part) for part in text.split(",")])
+    except ValueError:
+        return np.zeros(0)
+    return found if np.isfinite(found).all() else np.zeros(0)
+
+
 def bounds_of(texts: list[str]) -> dict[str, tuple[float, float]]:
     """Bounds by name from NAME=LOW:HIGH."""
     bounds = {}
@@ -292,37 +301,54 @@ def bounds_of(texts: list[str]) -> dict[str, tuple[float, float]]:
 
 def noise_of(text: str):
     """Standard deviations from people's units."""
-    from workbench.base.units import Quantity, parse_quantity
-    from workbench.identification.problem import Noise
 
     parts = [part.strip() for part in text.split(",")]
     if len(parts) not in (1, 2):
         raise OptionError(f'--noise must be like "0.05mm,0.01deg" or "0.05mm", got \'{text}\'')
-    position = parse_quantity(parts[0], Quantity.LENGTH)
-    rotation = parse_quantity(parts[1], Quantity.ANGLE) if len(parts) == 2 else Noise().rotation
+    position = length(parts[0])
+    rotation = angle(parts[1]) if len(parts) == 2 else wb.Noise().rotation
     if position <= 0 or rotation <= 0:
         raise OptionError(f"--noise must be positive, got '{text}'")
-    return Noise(position, rotation)
+    return wb.Noise(position, rotation)
+
+
+def length(text: str) -> float:
+    """A length such as 0.1mm [m]."""
+    return _quantity(text, "LENGTH")
+
+
+def angle(text: str) -> float:
+    """An angle such as 0.02deg [rad]."""
+    return _quantity(text, "ANGLE")
+
+
+def duration(text: str) -> float:
+    """A time such as 0.5s [s]."""
+    return _quantity(text, "TIME")
+
+
+def _quantity(text: str, name: str) -> float:
+    from workbench.base.units import Quantity, parse_quantity
+
+    return parse_quantity(text, Quantity[name])
 
 
 def pair_of(text: str, option: str) -> tuple[float, float]:
     """A length and an angle."""
-    from workbench.base.units import Quantity, parse_quantity
 
     parts = text.split(",")
     if len(parts) != 2:
         raise OptionError(f"{option} must be a length and an angle such as 0.05mm,0.05deg, got '{text}'")
-    return parse_quantity(parts[0], Quantity.LENGTH), parse_quantity(parts[1], Quantity.ANGLE)
+    return length(parts[0]), angle(parts[1])
 
 
 def two_lengths(text: str, option: str) -> tuple[float, float]:
     """Two lengths."""
-    from workbench.base.units import Quantity, parse_quantity
 
     parts = text.split(",")
     if len(parts) != 2:
         raise OptionError(f"{option} must be two lengths such as 40mm,120mm, got '{text}'")
-    return parse_quantity(parts[0], Quantity.LENGTH), parse_quantity(parts[1], Quantity.LENGTH)
+    return length(parts[0]), length(parts[1])
 
 
 def choice_of(kinds, text: str, option: str):
@@ -364,7 +390,6 @@ def region_of(text: str):
     import numpy as np
 
     from workbench.plate.plate_toml import load_plate
-    from workbench.plate.region import Region
 
     try:
         low, high = (np.array([float(part) for part in corner.split(",")]) for corner in text.split(":"))
@@ -372,7 +397,7 @@ def region_of(text: str):
         return load_plate(text).region
     if low.shape != (3,) or high.shape != (3,):
         raise OptionError(f"a region must be two corners x,y,z:x,y,z in m, or a plate, got '{text}'")
-    return Region(min=low, max=high)
+    return wb.Region(min=low, max=high)
 
 
 def check_writable(*files: Path | None, folder: Path | None = None) -> None:

@@ -5,17 +5,10 @@ from typing import Annotated
 
 import typer
 
+import workbench as wb
 from workbench.base.errors import OptionError
+from workbench.cli import options as opt
 from workbench.cli.ending import Commands
-from workbench.cli.options import (
-    ColumnsOption,
-    JsonOption,
-    RobotOption,
-    SheetOption,
-    check_writable,
-    say,
-    show,
-)
 
 paths = typer.Typer(
     name="path",
@@ -41,7 +34,7 @@ PictureOption = Annotated[
 
 @paths.command()
 def circle(
-    robot: RobotOption,
+    robot: opt.RobotOption,
     out: OutOption,
     through: Annotated[
         list[str] | None,
@@ -55,18 +48,17 @@ def circle(
     axis: AxisOption = None,
     max_speed: SpeedOption = None,
     picture: PictureOption = None,
-    json: JsonOption = None,
+    json: opt.JsonOption = None,
 ) -> None:
     """A circle through points, or through points that were taught."""
     import numpy as np
 
-    from workbench.arm.built_in_arms import load_robot
     from workbench.paths.curves import circle_through
     from workbench.paths.trajectories import read_taught, taught_circle
 
     if (taught is None) == (not through):
         raise OptionError("a circle needs --through, three times or more, or --taught with a file of joints")
-    arm = load_robot(robot)
+    arm = wb.load_robot(robot)
     if taught is not None:
         curve = taught_circle(arm, read_taught(taught, arm))
     else:
@@ -76,7 +68,7 @@ def circle(
 
 @paths.command()
 def line(
-    robot: RobotOption,
+    robot: opt.RobotOption,
     out: OutOption,
     start: Annotated[str, typer.Option("--from", help="Where it begins: x,y,z [m], robot's base frame.")],
     end: Annotated[str, typer.Option("--to", help="Where it ends: x,y,z [m].")],
@@ -85,14 +77,14 @@ def line(
     axis: AxisOption = None,
     max_speed: SpeedOption = None,
     picture: PictureOption = None,
-    json: JsonOption = None,
+    json: opt.JsonOption = None,
 ) -> None:
     """A straight line between two points."""
-    from workbench.arm.built_in_arms import load_robot
+
     from workbench.paths.curves import line as straight
 
     curve = straight(_point(start, "--from"), _point(end, "--to"))
-    _make(load_robot(robot), curve, out, duration, rows, axis, max_speed, picture, json)
+    _make(wb.load_robot(robot), curve, out, duration, rows, axis, max_speed, picture, json)
 
 
 def _make(arm, curve, out, duration, rows, axis, max_speed, picture, json) -> None:
@@ -101,31 +93,24 @@ def _make(arm, curve, out, duration, rows, axis, max_speed, picture, json) -> No
     from workbench.paths.planning import plan
     from workbench.paths.report import path_json, path_picture, path_table
     from workbench.paths.trajectories import planned_moments, write_plan
-    from workbench.report.json import write_json
 
     if picture is not None and picture.suffix.lower() != ".png":
         raise OptionError(f"{picture}: a picture is written as .png; choose this ending")
-    check_writable(out, picture, json)
+    opt.check_writable(out, picture, json)
     pointing = None if axis is None else _point(axis, "--axis")
     planned = plan(arm, curve, duration=duration, rows=rows, axis=pointing, max_speed=max_speed)
     moments = planned_moments(planned)
-    show(path_table(planned, moments))
-    say(f"trajectory: {write_plan(planned, out)}")
+    opt.show(path_table(planned, moments))
+    opt.say(f"trajectory: {write_plan(planned, out)}")
     if picture is not None:
-        say(f"picture: {write_bytes(picture, path_picture(planned, moments))}")
-    if json is not None:
-        say(f"result: {write_json(json, path_json(planned, moments))}")
+        opt.say(f"picture: {write_bytes(picture, path_picture(planned, moments))}")
+    opt.write_result(json, path_json(planned, moments))
 
 
 def _point(text: str, option: str):
     """Three numbers with commas between."""
-    import numpy as np
-
-    try:
-        point = np.array([float(part) for part in text.split(",")])
-    except ValueError:
-        point = np.zeros(0)
-    if point.shape != (3,) or not np.isfinite(point).all():
+    point = opt.numbers(text)
+    if point.shape != (3,):
         raise OptionError(f"{option} must be x,y,z in m, got '{text}'")
     return point
 
@@ -151,24 +136,23 @@ def compensate(
     moving: Annotated[
         bool, typer.Option("--moving", help="Loads with the links' inertia; else those at rest.")
     ] = False,
-    json: JsonOption = None,
-    columns: ColumnsOption = None,
-    sheet: SheetOption = None,
+    json: opt.JsonOption = None,
+    columns: opt.ColumnsOption = None,
+    sheet: opt.SheetOption = None,
 ) -> None:
     """Correct a joint trajectory with a calibrated robot, its effects included."""
-    from workbench.arm.built_in_arms import load_robot
+
     from workbench.data.readers.trajectory import read_trajectory
     from workbench.paths.report import compensation_json, compensation_table
-    from workbench.paths.trajectories import compensate_trajectory, write_trajectory
-    from workbench.report.json import write_json
+    from workbench.paths.trajectories import write_trajectory
 
-    arm = load_robot(robot)
+    arm = wb.load_robot(robot)
     rows = read_trajectory(trajectory, columns=columns, joints=arm.dof, sheet=sheet)
-    check_writable(out, json)
-    found = compensate_trajectory(
+    opt.check_writable(out, json)
+    found = wb.compensate(
         arm,
         rows,
-        nominal=None if nominal is None else load_robot(nominal),
+        nominal=None if nominal is None else wb.load_robot(nominal),
         method=method,
         payload=payload,
         temperature=temperature,
@@ -176,7 +160,6 @@ def compensate(
         positions_only=positions_only,
         moving=moving,
     )
-    show(compensation_table(found))
-    say(f"corrected joints: {write_trajectory(found, out)}")
-    if json is not None:
-        say(f"result: {write_json(json, compensation_json(found))}")
+    opt.show(compensation_table(found))
+    opt.say(f"corrected joints: {write_trajectory(found, out)}")
+    opt.write_result(json, compensation_json(found))

@@ -5,9 +5,10 @@ from typing import Annotated
 
 import typer
 
+import workbench as wb
 from workbench.base.errors import OptionError
+from workbench.cli import options as opt
 from workbench.cli.ending import Commands
-from workbench.cli.options import JsonOption, RobotOption, SeedOption, check_writable, say, show
 
 pencil = typer.Typer(
     name="pencil",
@@ -30,30 +31,30 @@ def sheet(
     """The sheet to print: a red circle, marks at its quarters, a long one where the path begins."""
     from workbench.paths.pencil.check import write_sheet
 
-    check_writable(out)
-    say(f"sheet: {write_sheet(_radius(radius), _png(out), dpi=_dots(dpi))}")
+    opt.check_writable(out)
+    opt.say(f"sheet: {write_sheet(_radius(radius), _png(out), dpi=_dots(dpi))}")
 
 
 @pencil.command()
 def draw(
     trajectory: TrajectoryArgument,
-    robot: RobotOption,
+    robot: opt.RobotOption,
     out: Annotated[Path, typer.Option(help="Write the scan here (.png).")],
     readings: Annotated[Path, typer.Option(help="Write the potentiometer's readings here (.csv).")],
     dpi: DotsOption = 300.0,
-    seed: SeedOption = 0,
+    seed: opt.SeedOption = 0,
 ) -> None:
     """A virtual arm draws the circle: its scan and the readings."""
-    from workbench.arm.built_in_arms import load_robot
+
     from workbench.data.readers import read_trajectory
     from workbench.paths.pencil.check import draw_path
 
-    arm = load_robot(robot)
+    arm = wb.load_robot(robot)
     rows = read_trajectory(trajectory, joints=arm.dof)
-    check_writable(_png(out), readings)
+    opt.check_writable(_png(out), readings)
     draw_path(arm, rows, out, readings, seed=seed, dpi=_dots(dpi))
-    say(f"scan: {out}")
-    say(f"readings: {readings}")
+    opt.say(f"scan: {out}")
+    opt.say(f"readings: {readings}")
 
 
 @pencil.command()
@@ -65,29 +66,26 @@ def errors(
         Path | None, typer.Option(help="Potentiometer: time[s], distance[mm] beyond its length at rest.")
     ] = None,
     picture: Annotated[Path | None, typer.Option(help="Draw the errors here (.png).")] = None,
-    json: JsonOption = None,
+    json: opt.JsonOption = None,
 ) -> None:
     """Errors along a drawn circle: outside and inside from the scan, above and below from the readings."""
     from workbench.base.files import write_bytes
     from workbench.data.readers import read_trajectory
     from workbench.paths.pencil.check import plotted_json, plotted_picture, plotted_table, read_drawing
-    from workbench.report.json import write_json
 
-    check_writable(None if picture is None else _png(picture), json)
+    opt.check_writable(None if picture is None else _png(picture), json)
     rows = None if path is None else read_trajectory(path)
     found = read_drawing(scan, _radius(radius), trajectory=rows, readings=readings)
-    show(plotted_table(found))
+    opt.show(plotted_table(found))
     if picture is not None:
-        say(f"picture: {write_bytes(picture, plotted_picture(found))}")
-    if json is not None:
-        say(f"result: {write_json(json, plotted_json(found))}")
+        opt.say(f"picture: {write_bytes(picture, plotted_picture(found))}")
+    opt.write_result(json, plotted_json(found))
 
 
 def _radius(text: str) -> float:
     """A length greater than zero [m]."""
-    from workbench.base.units import Quantity, parse_quantity
 
-    radius = parse_quantity(text, Quantity.LENGTH)
+    radius = opt.length(text)
     if not 0.0 < radius < 1.0:
         raise OptionError(f"--radius must be between 0 and 1 m, got '{text}'")
     return radius

@@ -5,29 +5,15 @@ from typing import Annotated
 
 import typer
 
-from workbench.cli.options import (
-    JsonOption,
-    RobotOption,
-    SeedOption,
-    UnknownOption,
-    check_writable,
-    choice_of,
-    noise_of,
-    pair_of,
-    progress_bar,
-    say,
-    show,
-    two_lengths,
-    unknown_frames,
-    write_result,
-)
+import workbench as wb
+from workbench.cli import options as opt
 from workbench.cli.plates import PlateArgument, PlayOption, ToleranceOption, making_of, manner_name, plates
 
 
 @plates.command()
 def optimise(
     plate: PlateArgument,
-    robot: RobotOption,
+    robot: opt.RobotOption,
     out: Annotated[Path, typer.Option(help="Write the designed plate here (.toml).")],
     targets: Annotated[
         int | None, typer.Option(help="How many; as many as the plate has if not given.")
@@ -73,22 +59,19 @@ def optimise(
         str, typer.Option(help="Height of the table in the robot's base; none: there is no table.")
     ] = "0mm",
     places: Annotated[int, typer.Option(help="Random blocks from which the search begins.")] = 2500,
-    unknown: UnknownOption = None,
-    json: JsonOption = None,
-    seed: SeedOption = 0,
+    unknown: opt.UnknownOption = None,
+    json: opt.JsonOption = None,
+    seed: opt.SeedOption = 0,
 ) -> None:
     """The best plate for a region: places, block angles and branches, reachable and free of collisions."""
     from dataclasses import replace
 
-    from workbench.arm.built_in_arms import load_robot
     from workbench.plate import design as plate_design
-    from workbench.plate.parts.as_measured import load_plate
-    from workbench.plate.plate_toml import write_plate
     from workbench.plate.report.design import design_json, design_tables
 
-    check_writable(out, json)
-    base, tool = unknown_frames(unknown)
-    arm, given = load_robot(robot), load_plate(plate)
+    opt.check_writable(out, json)
+    base, tool = opt.unknown_frames(unknown)
+    arm, given = wb.load_robot(robot), wb.load_plate(plate)
     manner = None if made is None else _manner(made)
     reading = reading or ("seat" if manner is None else manner.reading)
     if manner is not None and tolerance is None:
@@ -97,30 +80,30 @@ def optimise(
     wish = _wish(targets, branches, reading, blocks, heights, angles, tilt, turn, making, places)
     wish = replace(wish, shapes=shapes, blocks=wish.blocks if manner is None else manner.blocks(wish.blocks))
     wish = _within(wish, clearance, limit_margin, spacing, retreat, floor)
-    with progress_bar("optimise") as progress:
+    with opt.progress_bar("optimise") as progress:
         found = plate_design.optimise_plate(
             arm,
             given,
             wish=wish,
             reading=reading,
-            sigma=None if noise is None else tuple(noise_of(noise)),
+            sigma=None if noise is None else tuple(opt.noise_of(noise)),
             visits=visits,
             seed=seed,
             progress=lambda part: progress(part, "looking for better targets"),
             base=base,
             tool=tool,
         )
-    show(design_tables(found))
+    opt.show(design_tables(found))
     if manner is not None:
-        say(f"{made}: {manner.words}")
-    say(f"plate: {write_plate(found.plate, out)}")
-    write_result(json, design_json(found))
+        opt.say(f"{made}: {manner.words}")
+    opt.say(f"plate: {wb.write_plate(found.plate, out)}")
+    opt.write_result(json, design_json(found))
 
 
 @plates.command("yield")
 def yield_(
     plate: PlateArgument,
-    robot: RobotOption,
+    robot: opt.RobotOption,
     arms: Annotated[int, typer.Option(help="How many virtual arms.")] = 10_000,
     noise: Annotated[
         str, typer.Option(help='How well a seat returns and is read: "0.1mm,0.02deg".')
@@ -143,67 +126,64 @@ def yield_(
     scheduler: Annotated[
         str | None, typer.Option(help="Dask scheduler, such as tcp://host:8786; else this machine's cores.")
     ] = None,
-    json: JsonOption = None,
-    seed: SeedOption = 0,
+    json: opt.JsonOption = None,
+    seed: opt.SeedOption = 0,
 ) -> None:
     """How many arms of a production are good enough after a calibration with the plate, and what to blame."""
-    from workbench.arm.built_in_arms import load_robot
-    from workbench.base.units import Quantity, parse_quantity
+
     from workbench.plate import design as plate_design
-    from workbench.plate.parts.as_measured import load_plate
     from workbench.plate.report.design import yield_json, yield_tables
 
-    check_writable(json)
-    length, angle = pair_of(errors, "--errors")
-    fixture = load_plate(plate)
-    with progress_bar("yield") as progress:
+    opt.check_writable(json)
+    length, angle = opt.pair_of(errors, "--errors")
+    fixture = wb.load_plate(plate)
+    with opt.progress_bar("yield") as progress:
         found = plate_design.try_plate(
-            load_robot(robot),
+            wb.load_robot(robot),
             fixture,
             arms=arms,
-            sigma=tuple(noise_of(noise)),
-            joint_sigma=parse_quantity(joint_noise, Quantity.ANGLE),
+            sigma=tuple(opt.noise_of(noise)),
+            joint_sigma=opt.angle(joint_noise),
             making=making_of(fixture, tolerance, play),
-            undeclared=() if effects_of is None else load_robot(effects_of).effects,
+            undeclared=() if effects_of is None else wb.load_robot(effects_of).effects,
             length=length,
             angle=angle,
-            towards=None if orientations is None else load_plate(orientations),
+            towards=None if orientations is None else wb.load_plate(orientations),
             poses=poses,
             scheduler=scheduler,
             seed=seed,
             progress=lambda part: progress(part, f"{arms} arms"),
         )
-    show(yield_tables(found))
-    write_result(json, yield_json(found))
+    opt.show(yield_tables(found))
+    opt.write_result(json, yield_json(found))
 
 
 @plates.command()
 def tradeoff(
     plate: PlateArgument,
-    robot: RobotOption,
+    robot: opt.RobotOption,
     out: Annotated[Path, typer.Option(help="Folder for the picture and a plate (.toml) for each choice.")],
     targets: Annotated[str, typer.Option(help="Numbers of targets.")] = "8,12,16",
     made: Annotated[str, typer.Option(help="Ways to make them.")] = "machined,printed,breadboard",
     places: Annotated[int, typer.Option(help="Random blocks from which each search begins.")] = 500,
     arms: Annotated[int, typer.Option(help="Try each on so many virtual arms; 0: none.")] = 0,
-    json: JsonOption = None,
-    seed: SeedOption = 0,
+    json: opt.JsonOption = None,
+    seed: opt.SeedOption = 0,
 ) -> None:
     """What does it buy me: predicted error against price, by targets, shapes and ways to make them."""
-    from workbench.arm.built_in_arms import load_robot
+
     from workbench.base.files import write_folder
     from workbench.cli.options import whole_numbers
-    from workbench.plate.parts.as_measured import load_plate
     from workbench.plate.plate_toml import plate_text
     from workbench.plate.report.design import tradeoff_json
     from workbench.plate.tradeoff import weigh_choices
     from workbench.report.figures import png
 
-    check_writable(json, folder=out)
-    with progress_bar("tradeoff") as progress:
+    opt.check_writable(json, folder=out)
+    with opt.progress_bar("tradeoff") as progress:
         found = weigh_choices(
-            load_robot(robot),
-            load_plate(plate),
+            wb.load_robot(robot),
+            wb.load_plate(plate),
             numbers=whole_numbers(targets, "--targets"),
             manners=tuple(name.strip() for name in made.split(",")),
             places=places,
@@ -211,13 +191,13 @@ def tradeoff(
             seed=seed,
             progress=lambda part: progress(part, "searching plates"),
         )
-    show(found.summary())
+    opt.show(found.summary())
     files = {f"{c.name.replace(', ', '-').replace(' ', '-')}.toml": c.design.plate for c in found.choices}
     written = {name: plate_text(each).encode() for name, each in files.items()}
-    say(
+    opt.say(
         f"picture and {len(files)} plates: {write_folder(out, written | {'tradeoff.png': png(found.plot())})}"
     )
-    write_result(json, tradeoff_json(found))
+    opt.write_result(json, tradeoff_json(found))
 
 
 def _manner(name: str):
@@ -229,7 +209,6 @@ def _manner(name: str):
 
 def _wish(targets, branches, reading, blocks, heights, angles, tilt, turn, making, places):
     """What is asked of the fixture, from people's words."""
-    from workbench.base.units import Quantity, parse_quantity
     from workbench.plate.optimiser.makings import IN_THE_AIR
     from workbench.plate.optimiser.optimise import Postures, Wish
     from workbench.plate.optimiser.target_blocks import Blocks, BlockStyle
@@ -237,15 +216,13 @@ def _wish(targets, branches, reading, blocks, heights, angles, tilt, turn, makin
     usual = IN_THE_AIR if reading == "ball-bar" else Blocks().heights
     return Wish(
         number=targets,
-        postures=choice_of(Postures, branches, "--branches"),
+        postures=opt.choice_of(Postures, branches, "--branches"),
         blocks=Blocks(
-            style=choice_of(BlockStyle, blocks, "--blocks"),
-            heights=usual if heights is None else two_lengths(heights, "--heights"),
-            greatest_tilt=parse_quantity(tilt, Quantity.ANGLE),
-            tilts=()
-            if angles is None
-            else tuple(parse_quantity(part, Quantity.ANGLE) for part in angles.split(",")),
-            turn=parse_quantity(turn, Quantity.ANGLE),
+            style=opt.choice_of(BlockStyle, blocks, "--blocks"),
+            heights=usual if heights is None else opt.two_lengths(heights, "--heights"),
+            greatest_tilt=opt.angle(tilt),
+            tilts=() if angles is None else tuple(opt.angle(part) for part in angles.split(",")),
+            turn=opt.angle(turn),
         ),
         making=making,
         places=places,
@@ -256,14 +233,13 @@ def _within(wish, clearance: str, limit_margin: str, spacing: str, retreat: str,
     """The same with its margins."""
     from dataclasses import replace
 
-    from workbench.base.units import Quantity, parse_quantity
     from workbench.plate.optimiser.constraints import Constraints
 
     constraints = Constraints(
-        clearance=parse_quantity(clearance, Quantity.LENGTH),
-        limit_margin=parse_quantity(limit_margin, Quantity.ANGLE),
-        spacing=parse_quantity(spacing, Quantity.LENGTH),
-        retreat=parse_quantity(retreat, Quantity.LENGTH),
-        floor=None if floor == "none" else parse_quantity(floor, Quantity.LENGTH),
+        clearance=opt.length(clearance),
+        limit_margin=opt.angle(limit_margin),
+        spacing=opt.length(spacing),
+        retreat=opt.length(retreat),
+        floor=None if floor == "none" else opt.length(floor),
     )
     return replace(wish, constraints=constraints)

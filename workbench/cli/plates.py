@@ -5,24 +5,10 @@ from typing import Annotated
 
 import typer
 
+import workbench as wb
 from workbench.base.errors import OptionError
+from workbench.cli import options as opt
 from workbench.cli.ending import Commands
-from workbench.cli.options import (
-    JsonOption,
-    RobotOption,
-    SeedOption,
-    UnknownOption,
-    check_writable,
-    fail,
-    noise_of,
-    pair_of,
-    progress_bar,
-    region_of,
-    say,
-    show,
-    unknown_frames,
-    write_result,
-)
 
 plates = typer.Typer(
     name="plate",
@@ -53,11 +39,11 @@ def making_of(plate, tolerance: str | None, play: str | None):
 
     making = plate.making
     if tolerance is not None:
-        position, angle = pair_of(tolerance, "--tolerance")
+        position, angle = opt.pair_of(tolerance, "--tolerance")
         making = replace(making, position=position, angle=angle)
     if play is not None:
         given = {"pins": Stock().play, "none": (0.0, 0.0)}
-        making = replace(making, play=given[play] if play in given else pair_of(play, "--play"))
+        making = replace(making, play=given[play] if play in given else opt.pair_of(play, "--play"))
     return making
 
 
@@ -73,69 +59,65 @@ def manner_name(made: str) -> str:
 @plates.command()
 def score(
     plate: PlateArgument,
-    robot: RobotOption,
+    robot: opt.RobotOption,
     noise: NoiseOption = "0.1mm,0.02deg",
     tolerance: ToleranceOption = None,
     play: PlayOption = None,
-    unknown: UnknownOption = None,
-    json: JsonOption = None,
-    seed: SeedOption = 0,
+    unknown: opt.UnknownOption = None,
+    json: opt.JsonOption = None,
+    seed: opt.SeedOption = 0,
 ) -> None:
     """What a plate tells about the arm: O per target, all indices, predicted errors in its region."""
     from dataclasses import replace
 
-    from workbench.arm.built_in_arms import load_robot
-    from workbench.plate.parts.as_measured import load_plate
     from workbench.plate.report.plates import score_json, score_tables
-    from workbench.plate.score import score_plate
 
-    check_writable(json)
-    base, tool = unknown_frames(unknown)
-    fixture = load_plate(plate)
+    opt.check_writable(json)
+    base, tool = opt.unknown_frames(unknown)
+    fixture = wb.load_plate(plate)
     fixture = replace(fixture, making=making_of(fixture, tolerance, play))
-    with progress_bar("score") as progress:
-        found = score_plate(
-            load_robot(robot),
+    with opt.progress_bar("score") as progress:
+        found = wb.score(
+            wb.load_robot(robot),
             fixture,
-            sigma=tuple(noise_of(noise)),
+            sigma=tuple(opt.noise_of(noise)),
             seed=seed,
             progress=lambda part: progress(part, "choosing branches"),
             base=base,
             tool=tool,
         )
-    show(score_tables(found))
-    write_result(json, score_json(found))
+    opt.show(score_tables(found))
+    opt.write_result(json, score_json(found))
 
 
 @plates.command()
 def compare(
     plate: Annotated[list[str], typer.Argument(help="Two or more plates: .toml files, or built-in ones.")],
-    robot: RobotOption,
+    robot: opt.RobotOption,
     noise: NoiseOption = "0.1mm,0.02deg",
     tolerance: ToleranceOption = None,
     play: PlayOption = None,
-    unknown: UnknownOption = None,
-    json: JsonOption = None,
-    seed: SeedOption = 0,
+    unknown: opt.UnknownOption = None,
+    json: opt.JsonOption = None,
+    seed: opt.SeedOption = 0,
 ) -> None:
     """Plates side by side, all made alike: errors predicted in the first one's region, ranks and indices."""
-    from workbench.arm.built_in_arms import load_robot
-    from workbench.plate.parts.as_measured import load_plate
+
     from workbench.plate.report.plates import comparison_json, comparison_table
     from workbench.plate.score import alike, score_plates
 
     if len(plate) < 2:
         raise OptionError("plate compare needs at least two plates, got one")
-    check_writable(json)
-    arm, base_tool = load_robot(robot), unknown_frames(unknown)
-    own = [load_plate(one) for one in plate]
+    opt.check_writable(json)
+    arm, base_tool = wb.load_robot(robot), opt.unknown_frames(unknown)
+    own = [wb.load_plate(one) for one in plate]
     given = None if tolerance is None and play is None else making_of(own[0], tolerance, play)
-    with progress_bar("compare") as progress:
+    with opt.progress_bar("compare") as progress:
         found, stated = (
             score_plates(
                 arm,
                 plates,
-                sigma=tuple(noise_of(noise)),
+                sigma=tuple(opt.noise_of(noise)),
                 seed=seed,
                 progress=lambda part: progress(part, "choosing branches"),
                 base=base_tool[0],
@@ -143,13 +125,13 @@ def compare(
             )
             for plates in (alike(own, given), own)
         )
-    show(comparison_table(found, stated))
-    write_result(json, comparison_json(found, stated))
+    opt.show(comparison_table(found, stated))
+    opt.write_result(json, comparison_json(found, stated))
 
 
 @plates.command()
 def cluster(
-    robot: RobotOption,
+    robot: opt.RobotOption,
     region: Annotated[
         str, typer.Option(help='A plate whose region is meant, or "x,y,z:x,y,z", its corners in m.')
     ] = "table2",
@@ -165,39 +147,38 @@ def cluster(
     ] = "I",
     cone: Annotated[str, typer.Option(help="With --plate: how far from its orientations.")] = "60deg",
     out: Annotated[Path | None, typer.Option(help="Write the poses as a plate here (.toml).")] = None,
-    json: JsonOption = None,
-    seed: SeedOption = 0,
+    json: opt.JsonOption = None,
+    seed: opt.SeedOption = 0,
 ) -> None:
     """Workspace clustering: poses with equal O in different cubes of a region, the best such set."""
-    from workbench.arm.built_in_arms import load_robot
-    from workbench.base.units import Quantity, parse_quantity
+
     from workbench.plate.design import cluster_region
-    from workbench.plate.plate_toml import load_plate, write_plate
+    from workbench.plate.plate_toml import load_plate
     from workbench.plate.report.plates import cluster_json, cluster_tables
 
-    check_writable(out, json)
-    arm = load_robot(robot)
+    opt.check_writable(out, json)
+    arm = wb.load_robot(robot)
     fixture = None if plate is None else load_plate(plate)
-    with progress_bar("cluster") as progress:
+    with opt.progress_bar("cluster") as progress:
         found = cluster_region(
             arm,
-            region_of(region) if fixture is None else fixture.region,
+            opt.region_of(region) if fixture is None else fixture.region,
             number=number,
-            side=None if side is None else parse_quantity(side, Quantity.LENGTH),
+            side=None if side is None else opt.length(side),
             index=index,
             towards=None if fixture is None or not len(fixture) else fixture.poses[:, :3, :3],
-            cone=parse_quantity(cone, Quantity.ANGLE),
+            cone=opt.angle(cone),
             solid=fixture,
             seed=seed,
             progress=lambda part: progress(part, "looking for equal O"),
         )
-    show(cluster_tables(found))
+    opt.show(cluster_tables(found))
     made = found.plate(fixture)
     for note in made.notes:
-        say(f"note: {note}")
+        opt.say(f"note: {note}")
     if out is not None:
-        say(f"plate: {write_plate(made, out)}")
-    write_result(json, cluster_json(found))
+        opt.say(f"plate: {wb.write_plate(made, out)}")
+    opt.write_result(json, cluster_json(found))
 
 
 @plates.command()
@@ -221,35 +202,33 @@ def export(
     """Everything to make a plate: drawing set, solids, lists, and a sheet with the expected accuracy."""
     from dataclasses import replace
 
-    from workbench.arm.built_in_arms import load_robot
     from workbench.plate.parts import export as plate_making
-    from workbench.plate.parts.as_measured import load_plate
     from workbench.plate.parts.stock import Stock
 
     wanted = plate_making.LEAN if formats is None else plate_making.formats_named(formats)
-    check_writable(folder=out)
-    sigma = noise_of(noise)
-    given = load_plate(plate)
-    with progress_bar("plate") as progress:
+    opt.check_writable(folder=out)
+    sigma = opt.noise_of(noise)
+    given = wb.load_plate(plate)
+    with opt.progress_bar("plate") as progress:
         fixture, files, missing = plate_making.export_plate(
             replace(given, making=making_of(given, tolerance, None)),
             out,
             formats=wanted,
-            robot=None if robot is None else load_robot(robot),
+            robot=None if robot is None else wb.load_robot(robot),
             sigma=(sigma.position, sigma.rotation),
             stock=Stock.named("printed" if printed else manner_name(made)),
             progress=progress,
         )
     shapes = ", ".join(f"{len(shape.numbers)} × {shape.letter}" for shape in fixture.shapes)
-    say(f"{fixture.name}: plate and {len(fixture.blocks)} blocks ({shapes}) in {out}")
+    opt.say(f"{fixture.name}: plate and {len(fixture.blocks)} blocks ({shapes}) in {out}")
     for note in fixture.notes:
-        say(f"note: {note}")
-    say(f"drawn for {fixture.tolerances.note}")
-    say(f"files: {', '.join(path.name for path in files)}")
+        opt.say(f"note: {note}")
+    opt.say(f"drawn for {fixture.tolerances.note}")
+    opt.say(f"files: {', '.join(path.name for path in files)}")
     for kind, why in missing.items():
-        say(f"not written: {kind}; {why}")
+        opt.say(f"not written: {kind}; {why}")
     if missing and formats is not None:
-        fail(f"{', '.join(missing)} could not be written")
+        opt.fail(f"{', '.join(missing)} could not be written")
 
 
 @plates.command("as-measured")
@@ -269,15 +248,15 @@ def as_measured(
     """The plate as it came out: measured targets in place of the drawn ones; region and branches stay."""
     from workbench.plate.parts.as_measured import as_measured as replaced
     from workbench.plate.parts.as_measured import frame_named, read_measured_targets
-    from workbench.plate.plate_toml import load_plate, write_plate
+    from workbench.plate.plate_toml import load_plate
 
     chosen = frame_named(frame)
-    check_writable(out)
+    opt.check_writable(out)
     found = replaced(
         load_plate(plate),
-        read_measured_targets(measured, uncertainty=pair_of(uncertainty, "--uncertainty")),
+        read_measured_targets(measured, uncertainty=opt.pair_of(uncertainty, "--uncertainty")),
         frame=chosen,
     )
     for note in found.notes:
-        say(f"note: {note}")
-    say(f"plate: {write_plate(found, out)}")
+        opt.say(f"note: {note}")
+    opt.say(f"plate: {wb.write_plate(found, out)}")

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from workbench.base.errors import OptionError
-from workbench.cli.options import JsonOption, check_writable, fail, progress_bar, say, show
+from workbench.cli import options as opt
 
 RecordingArgument = Annotated[Path, typer.Argument(help="A recording: a folder such as recordings/sample.")]
 
@@ -21,15 +21,15 @@ def review(
     out: Annotated[
         Path | None, typer.Option(help="Write the pictures here (.rrd) and open no viewer.")
     ] = None,
-    json: JsonOption = None,
+    json: opt.JsonOption = None,
 ) -> None:
     """Open recorded sessions in the rerun viewer; two of them side by side."""
     from workbench.session.journal.reader import read_recording
 
     found = [read_recording(folder) for folder in (recording, *(others or []))]
     for note in (note for r in found for note in r.notes):
-        say(f"note: {note}")
-    check_writable(out, json)
+        opt.say(f"note: {note}")
+    opt.check_writable(out, json)
     if len(found) > 1:
         _compare(found, json)
     elif json is not None:
@@ -38,21 +38,19 @@ def review(
         return
     from workbench.views.recording.review import show_recordings
 
-    with progress_bar("drawing") as progress:
-        pictures = show_recordings(found, out=out, web=web, progress=progress, say=say)
+    with opt.progress_bar("drawing") as progress:
+        pictures = show_recordings(found, out=out, web=web, progress=progress, say=opt.say)
     if out is not None:
-        say(f"pictures: {pictures}")
+        opt.say(f"pictures: {pictures}")
 
 
 def _compare(found: list, json: Path | None) -> None:
     """What differs, and which parameters have moved beyond their standard errors."""
-    from workbench.report.json import write_json
     from workbench.views.recording.compare_sessions import compare
 
     compared = compare(found)
-    show(compared.tables())
-    if json is not None:
-        say(f"result: {write_json(json, compared.json())}")
+    opt.show(compared.tables())
+    opt.write_result(json, compared.json())
 
 
 def replay(
@@ -61,25 +59,23 @@ def replay(
     report: Annotated[
         Path | None, typer.Option(help="Write the session's report here (.html), one file.")
     ] = None,
-    json: JsonOption = None,
+    json: opt.JsonOption = None,
 ) -> None:
     """Do a recorded session again and compare all numbers with those of then."""
-    from workbench.report.json import write_json
     from workbench.session.journal.compare_numbers import check
     from workbench.session.journal.reader import read_recording
 
-    check_writable(report, json)
+    opt.check_writable(report, json)
     found = read_recording(recording, to=to)
     for note in found.notes:
-        say(f"note: {note}")
-    with progress_bar("replay") as progress:
+        opt.say(f"note: {note}")
+    with opt.progress_bar("replay") as progress:
         replayed = check(found, progress=progress)
-    say(f"{replayed.steps} steps, {replayed.compared} numbers compared: {replayed.words}")
-    if json is not None:
-        say(f"result: {write_json(json, replayed.json())}")
+    opt.say(f"{replayed.steps} steps, {replayed.compared} numbers compared: {replayed.words}")
+    opt.write_result(json, replayed.json())
     if report is not None:
         from workbench.views.recording.session_report import write_page
 
-        say(f"report: {write_page(found, replayed, report)}")
+        opt.say(f"report: {write_page(found, replayed, report)}")
     if replayed.differences:
-        fail(f"the replay differs from the recording: {replayed.words}")
+        opt.fail(f"the replay differs from the recording: {replayed.words}")

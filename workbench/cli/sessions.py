@@ -6,8 +6,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import workbench as wb
 from workbench.base.errors import OptionError
-from workbench.cli.options import progress_bar, say
+from workbench.cli import options as opt
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,8 +36,6 @@ def open_session(
         _check_viewer(live)
     if session is not None and (step is not None or _holds_one(session)):
         return _again(session, step, record, live)
-    from workbench.arm.built_in_arms import load_robot
-    from workbench.plate.parts.as_measured import load_plate
 
     is_given = plate is not None
 
@@ -49,10 +48,10 @@ def open_session(
         return _followed(made, live)
 
     if plate is not None or robot.startswith("aria"):
-        return Opening(load_robot(robot), load_plate(plate or "table2"), begin)
+        return Opening(wb.load_robot(robot), wb.load_plate(plate or "table2"), begin)
     from workbench.session.start import suited_plate
 
-    arm = load_robot(robot)
+    arm = wb.load_robot(robot)
     return Opening(arm, suited_plate(arm), begin)
 
 
@@ -70,10 +69,10 @@ def _again(session: Path, step: int | None, record: bool, live: str | None) -> O
 
     recording = read_recording(session, to=step)
     for note in recording.notes:
-        say(f"note: {note}")
+        opt.say(f"note: {note}")
 
     def begin(robot, plate):
-        with progress_bar("coming to the last state") as progress:
+        with opt.progress_bar("coming to the last state") as progress:
             now = restore(recording, progress=progress)
         if not record:
             return _followed(folders.Begun(now, entries=recording.entries), live)
@@ -86,13 +85,13 @@ def _again(session: Path, step: int | None, record: bool, live: str | None) -> O
 def _followed(begun, live: str | None):
     """The session with its pictures; says where it is kept, and how to stop."""
     if begun.folder is None:
-        say("session:  not kept")
-        say("to stop:  Ctrl-C")
+        opt.say("session:  not kept")
+        opt.say("to stop:  Ctrl-C")
     else:
-        say(f"session:  kept in {begun.folder}")
-        say(f"to stop:  Ctrl-C; to go on: workbench serve --session {shlex.quote(str(begun.folder))}")
+        opt.say(f"session:  kept in {begun.folder}")
+        opt.say(f"to stop:  Ctrl-C; to go on: workbench serve --session {shlex.quote(str(begun.folder))}")
     if begun.trouble:
-        say(f"note:     {begun.trouble}")
+        opt.say(f"note:     {begun.trouble}")
     if begun.folder is None and live is None:
         return begun
     from workbench.views.recording.recorder import recorder

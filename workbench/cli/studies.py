@@ -11,8 +11,8 @@ import typer
 
 from workbench.base.distribution import install_command
 from workbench.base.errors import OptionError
+from workbench.cli import options as opt
 from workbench.cli.ending import Commands
-from workbench.cli.options import JsonOption, SeedOption, check_writable, progress_bar, say, show
 
 TESTS = Path(__file__).resolve().parents[2] / "tests"
 """Where a checkout has the studies."""
@@ -43,15 +43,15 @@ def aria(
         Path | None, typer.Option(help="Write a page with pictures and tables into this folder.")
     ] = None,
     arms: Annotated[int, typer.Option(help="How many virtual arms are compared.")] = 100,
-    json: JsonOption = None,
-    seed: SeedOption = 0,
+    json: opt.JsonOption = None,
+    seed: opt.SeedOption = 0,
 ) -> None:
     """Kinematic calibration of a lightweight manipulator: tables, pose selection, Figure 7 over many arms."""
     from studies.aria import reproduce_aria
     from studies.aria_page import aria_json, write_aria
 
-    check_writable(json, folder=out)
-    with progress_bar("reproduce") as progress:
+    opt.check_writable(json, folder=out)
+    with opt.progress_bar("reproduce") as progress:
         found = reproduce_aria(arms=arms, seed=seed, progress=progress)
     _hand_out(found, out, json, write=write_aria, as_json=aria_json)
 
@@ -66,15 +66,15 @@ def katana(
         int, typer.Option(help="How many compare influence-based identification with least squares.")
     ] = 200,
     diagnosed: Annotated[int, typer.Option(help="How many of the arms are diagnosed.")] = 4,
-    json: JsonOption = None,
-    seed: SeedOption = 0,
+    json: opt.JsonOption = None,
+    seed: opt.SeedOption = 0,
 ) -> None:
     """Joint tilting and influences on the Katana 450: Tables 3.2 to 4.6 over many arms."""
     from studies.katana import reproduce_katana
     from studies.katana_page import katana_json, write_katana
 
-    check_writable(json, folder=out)
-    with progress_bar("reproduce") as progress:
+    opt.check_writable(json, folder=out)
+    with opt.progress_bar("reproduce") as progress:
         found = reproduce_katana(
             arms=arms, weighed=weighed, diagnosed=diagnosed, seed=seed, progress=progress
         )
@@ -85,12 +85,9 @@ def _hand_out(found, out: Path | None, json: Path | None, *, write, as_json) -> 
     """Show what agrees, and write the page and the result where they are asked for."""
     from studies.finding import findings_table
 
-    from workbench.report.json import write_json
-
-    show(findings_table(found.findings))
+    opt.show(findings_table(found.findings))
     if out is not None:
-        with progress_bar("drawing") as progress:
+        with opt.progress_bar("drawing") as progress:
             page = write(found, out, progress=progress)
-        say(f"page: {page}")
-    if json is not None:
-        say(f"result: {write_json(json, as_json(found))}")
+        opt.say(f"page: {page}")
+    opt.write_result(json, as_json(found))
