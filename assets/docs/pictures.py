@@ -36,7 +36,7 @@ from workbench.session.commands.diagnose import Diagnose
 from workbench.session.commands.drag import MoveTarget
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.messages import SetCaption
-from workbench.session.commands.tabs import OpenTab
+from workbench.session.commands.messages import OpenTab
 from workbench.session.state import Tab
 from workbench.views.page.app import App
 from workbench.views.page.demo import story

@@ -33,8 +33,8 @@ from workbench.plate.plate_toml import load_plate
 from workbench.session import Session, start
 from workbench.session.commands.data import LoadData
 from workbench.session.commands.drag import GrabTarget, MoveTarget, SelectTarget
+from workbench.session.commands.messages import OpenTab
 from workbench.session.commands.region import SetRegion, ShowCubes, corner
-from workbench.session.commands.tabs import OpenTab
 from workbench.session.cubes import values
 from workbench.session.state import CubeView, Field, Tab
 from workbench.views.page import html

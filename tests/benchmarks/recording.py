@@ -35,7 +35,7 @@ from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget
 from workbench.session.journal.compare_numbers import check
 from workbench.session.journal.folder import begin
 from workbench.session.journal.reader import read_recording
-from workbench.session.journal.restore import restore
+from workbench.session.journal.replay import restore
 from workbench.session.view import AbstractKeeper
 from workbench.views.recording.blueprint import blueprint
 from workbench.views.recording.canvas import Canvas
@@ -43,7 +43,7 @@ from workbench.views.recording.draw_steps import Drawing, thinned
 from workbench.views.recording.recorder import recorder
 from workbench.views.recording.rerun_output import FILE_TICK, FileOutlet
 from workbench.views.recording.review import pictures_of
-from workbench.views.recording.time_step import Moment
+from workbench.views.recording.timelines import Moment
 
 LONG, PER_DRAG, PLACES = 10_000, 100, 20
 STEPS, TURNS, GAP, PAUSE = 100, 6, 0.015, 1.0

@@ -18,8 +18,8 @@ from workbench.session.commands.compare import SetOverlay, ShowFit, ShowRow
 from workbench.session.commands.data import ForgetData, LoadData, MeasureVirtualArm
 from workbench.session.commands.drag import MoveTarget
 from workbench.session.commands.identify import Identify
+from workbench.session.comparison import Overlay
 from workbench.session.export import calibrated_toml, columns_toml
-from workbench.session.overlay import Overlay
 from workbench.session.state import Focus, Severity
 
 

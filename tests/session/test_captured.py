@@ -11,11 +11,10 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.session import replay
-from workbench.session.captured_poses import captured
 from workbench.session.commands.arm import CapturePose, ForgetPoses, Jog
 from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.identify import Identify
-from workbench.session.export import captured_csv
+from workbench.session.export import captured, captured_csv
 
 ONE, TWO = (0.2, 0.6, -0.4, 0.1, 0.5, -0.3), (-0.4, 0.9, -0.9, 0.3, 0.2, 1.0)
 

@@ -14,8 +14,7 @@ from workbench.session.commands.diagnose import AddEffects, Diagnose, TakeNextPo
 from workbench.session.commands.drag import GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.measure import BeginMeasuring
-from workbench.session.commands.messages import Tell
-from workbench.session.commands.tabs import OpenTab
+from workbench.session.commands.messages import OpenTab, Tell
 from workbench.session.commands.track import PlanTrack
 from workbench.session.guide import Action, Tone, guide, share_of_noise, stages
 from workbench.session.state import Drag, Focus, Job, Session, Source, Tab

@@ -22,7 +22,7 @@ from workbench.session.commands.pictures import LoadPictures
 from workbench.session.export import calibrated_urdf
 from workbench.session.journal.folder import begin
 from workbench.session.journal.reader import read_recording
-from workbench.session.journal.restore import restore
+from workbench.session.journal.replay import restore
 from workbench.session.state import Focus, Severity
 from workbench.views.drawables import on_page
 from workbench.views.page.panels.cameras import _camera, _identified

@@ -30,12 +30,12 @@ from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, 
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.plate import SetNoise
 from workbench.session.commands.undo import Undo
+from workbench.session.comparison import Overlay
 from workbench.session.journal import codec, replay
 from workbench.session.journal.compare_numbers import check
 from workbench.session.journal.entry import Ending
 from workbench.session.journal.folder import begin, branch, resume
 from workbench.session.journal.reader import JOURNAL, read_recording
-from workbench.session.overlay import Overlay
 from workbench.session.state import Severity
 
 RPY = (-2.6, 0.0, 0.0)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from workbench.session import Worker
-from workbench.session.commands.shooting import BeginShooting, DropShot, EndShooting, TakeShot, UseShots
+from workbench.session.commands.pictures import BeginShooting, DropShot, EndShooting, TakeShot, UseShots
 from workbench.session.journal.codec import decode, encode
 from workbench.session.shooting import Shot
 from workbench.session.watching import PictureWatcher

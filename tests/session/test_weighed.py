@@ -10,7 +10,7 @@ from workbench.plate.making import Making
 from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.plate import Kind
 from workbench.plate.tradeoff import Choice, Tradeoff
-from workbench.session.commands.tradeoff import OpenChoice
+from workbench.session.commands.plate import OpenChoice
 from workbench.session.commands.undo import Undo
 from workbench.session.score import score
 from workbench.views.page.panels.tradeoff import plot, row_words

@@ -13,7 +13,7 @@ from workbench.data.writer import write_measurements
 from workbench.identification.rezero.record import Verdict
 from workbench.session import replay
 from workbench.session.commands.data import LoadData
-from workbench.session.commands.rezero import FindZeros
+from workbench.session.commands.diagnose import FindZeros
 from workbench.session.export import rezeroed_toml
 from workbench.session.state import Severity
 

@@ -16,7 +16,7 @@ from workbench.session import start
 from workbench.session.commands.drag import GrabTarget, MoveTarget
 from workbench.session.commands.undo import GoBackTo, Undo
 from workbench.views.drawables.plate import plate_before
-from workbench.views.drawables.reach import envelope
+from workbench.views.drawables.region import envelope
 from workbench.views.page.panels.history import _plot, step_names
 from workbench.views.page.panels.index import judgement, worth
 

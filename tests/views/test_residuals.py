@@ -9,9 +9,8 @@ import pytest
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.session.comparison import STAGES, Comparison, Stage, exaggeration_for
+from workbench.session.comparison import STAGES, Comparison, Overlay, Stage, exaggeration_for
 from workbench.session.joint_errors import along_joints
-from workbench.session.overlay import Overlay
 from workbench.session.state import Focus
 from workbench.views.appearance.colours import FITTED, GHOST, HELD_OUT, LEFT_OUT, NO_VALUE, scale_colours
 from workbench.views.appearance.error_scale import ErrorScale

@@ -23,9 +23,9 @@ def board(
 ) -> None:
     """A ChArUco board (or a solid of tags) to print at its true size, and target.toml beside it."""
     from workbench.base.files import write_bytes
-    from workbench.data.camera.board import board_sheet
     from workbench.data.camera.camera import Mount
     from workbench.data.camera.polyhedron import Shape, tag_solid
+    from workbench.data.camera.printed import board_sheet
     from workbench.data.camera.target import Charuco, charuco_target, write_target
 
     if out.suffix.lower() not in (".pdf", ".png"):

@@ -313,8 +313,7 @@ def lines_of(source: str) -> Iterator[Iterable[str]]:
 @contextmanager
 def guided(console) -> Iterator[tuple]:
     """Keys and live view where a terminal has both, else neither."""
-    from workbench.cli.guided_display import live_view
-    from workbench.cli.keyboard import keyboard
+    from workbench.cli.guided_display import keyboard, live_view
 
     if not console.is_terminal:
         yield None, None

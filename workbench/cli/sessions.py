@@ -65,7 +65,7 @@ def _again(session: Path, step: int | None, record: bool, live: str | None) -> O
     """Go on with a recording at its end, or branch off from a step."""
     from workbench.session.journal import folder as folders
     from workbench.session.journal.reader import read_recording
-    from workbench.session.journal.restore import restore
+    from workbench.session.journal.replay import restore
 
     recording = read_recording(session, to=step)
     for note in recording.notes:

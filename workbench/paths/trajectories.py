@@ -17,7 +17,7 @@ from workbench.base.types import JointRows
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_directions
 from workbench.data.readers import read_trajectory
-from workbench.data.readers.pose_frame import BASE
+from workbench.data.readers.fields import BASE
 from workbench.data.readers.trajectory import Trajectory
 from workbench.data.writer import write_measurements
 from workbench.paths.correction import Compensation, Method, compensate

@@ -24,10 +24,8 @@ from workbench.plate.cubes import CubeMap
 from workbench.plate.plate import Plate, Target
 from workbench.plate.region import Region
 from workbench.plate.yield_trial.result import Yield
-from workbench.session.comparison import Comparison
-from workbench.session.guided import Measuring
-from workbench.session.loaded import Loaded, MeasurementFile
-from workbench.session.overlay import Overlay
+from workbench.session.comparison import Comparison, Overlay
+from workbench.session.loaded import Loaded, MeasurementFile, Measuring
 from workbench.session.shooting import Shooting
 from workbench.session.trajectory import Play, Track
 

@@ -8,11 +8,10 @@ from rendered import looking_at, render
 
 from workbench.base.errors import DataError, FileError, OptionError
 from workbench.base.types import Freedom
-from workbench.data.camera.board import board_sheet
 from workbench.data.camera.camera import Camera, project
 from workbench.data.camera.detect import Finder, blur, find_corners
 from workbench.data.camera.polyhedron import Shape, tag_solid
-from workbench.data.camera.printed import FOOT, RULER
+from workbench.data.camera.printed import FOOT, RULER, board_sheet
 from workbench.data.camera.rig import Rig
 from workbench.data.camera.target import Charuco, charuco_target, read_target, write_target
 

@@ -21,7 +21,7 @@ from workbench.session.command import AbstractChange, AbstractCommand
 from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.diagnose import AddEffects, Diagnose
 from workbench.session.commands.identify import Identify
-from workbench.session.commands.tabs import OpenTab
+from workbench.session.commands.messages import OpenTab
 from workbench.session.state import Opened, Session, Tab
 from workbench.views.page.app import App
 

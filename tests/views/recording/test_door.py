@@ -6,7 +6,7 @@ import urllib.request
 import pytest
 
 from workbench.views.recording import review
-from workbench.views.recording.door import opened
+from workbench.views.recording.review import opened
 
 
 @pytest.fixture

@@ -20,12 +20,12 @@ from workbench.session.journal.entry import Ending, Entry
 from workbench.session.journal.folder import begin, resume
 from workbench.session.journal.numbers import SUBJECTS, numbers_of
 from workbench.session.journal.reader import JOURNAL, read_recording
-from workbench.session.journal.restore import restore
+from workbench.session.journal.replay import restore
 from workbench.views.recording.compare_sessions import compare_sessions
 from workbench.views.recording.draw_steps import INTERVAL, thinned
 from workbench.views.recording.recorder import parts, recorder
 from workbench.views.recording.review import pictures_of
-from workbench.views.recording.time_step import Moment
+from workbench.views.recording.timelines import Moment
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ from workbench.session.journal.compare_numbers import ROUNDING, check, compare
 from workbench.session.journal.entry import Ending
 from workbench.session.journal.numbers import SUBJECTS, numbers_of
 from workbench.session.journal.reader import read_recording
-from workbench.session.journal.restore import restore
+from workbench.session.journal.replay import restore
 from workbench.views.recording.canvas import ROW, STEP, TIME
 
 MOST = 2 * 2**20

@@ -10,6 +10,8 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 
 from workbench.base.errors import OptionError
+from workbench.data.camera.markers import black_cells, opencv_board
+from workbench.data.camera.target import Charuco
 from workbench.report.figures import look
 
 PAPERS = {"A4": (210.0, 297.0), "A3": (297.0, 420.0), "A2": (420.0, 594.0), "A1": (594.0, 841.0)}
@@ -131,3 +133,32 @@ def _runs(row: np.ndarray) -> list[list[int]]:
     """Where neighbouring black cells begin and end."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], row.astype(int), [0]])))
     return edges.reshape(-1, 2).tolist()
+
+
+MM = 1e3
+
+
+def board_sheet(board: Charuco, *, legacy: bool = False) -> Sheet:
+    """The board as a sheet; `legacy`: in the pattern of OpenCV before 4.6.
+
+    Raises:
+        OptionError: the dictionary is unknown or has too few markers.
+    """
+    drawn = opencv_board(board, legacy=legacy)
+    across, down = board.squares
+    side = MM * board.square
+    box = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], float)
+    white = {
+        tuple(np.floor(np.asarray(points)[:, :2].mean(0) / board.square).astype(int).tolist())
+        for points in drawn.getObjPoints()
+    }
+    black = [
+        side * (box + np.array([x, y])) for y in range(down) for x in range(across) if (x, y) not in white
+    ]
+    for number, points in zip(drawn.getIds().ravel(), drawn.getObjPoints(), strict=True):
+        black += marker_polygons(black_cells(board.dictionary, int(number)), MM * np.asarray(points)[:, :2])
+    title = (
+        f"ChArUco, {across} × {down} squares of {side:g} mm, markers of {MM * board.marker:g} mm, "
+        f"{board.dictionary}"
+    )
+    return Sheet((across * side, down * side), black, title=title)

@@ -17,9 +17,8 @@ from workbench.base.types import Matrix4
 from workbench.base.wording import counted
 from workbench.data.dataset import Dataset
 from workbench.data.plausibility import repeated_rows
-from workbench.data.readers.fields import Fields
+from workbench.data.readers.fields import Fields, in_base
 from workbench.data.readers.orientation import read_orientation
-from workbench.data.readers.pose_frame import in_base
 
 _LABELS = ("anchor", "contact", "point", "session", "group")
 _NUMBERS = ("time", "temperature", "payload")

@@ -226,3 +226,35 @@ def _number(table: Table, index: int, row: int, cell: str) -> float:
         pass
     text = table.columns[index][row][:40]
     raise table.error(f"'{text}' is not a number: correct it, or leave the cell blank", index, row)
+
+
+BASE = "robot-base"
+"""The robot's base frame."""
+MEASURING = "measuring"
+"""The frame that the base of a robot file stands in."""
+
+
+def in_base(fields: Fields, *, usual: str = MEASURING) -> bool:
+    """Whether the poses are in the robot's base, by the column `pose_frame`.
+
+    Measurements are in the measuring frame and trajectories in the robot's base, unless the column says so:
+    a trajectory that is written with its poses can then be read as measurements too.
+
+    Args:
+        fields: Columns in SI.
+        usual: What a file without the column means.
+
+    Raises:
+        FileError: The column says something else, or different things.
+    """
+    named = fields.values.get("pose_frame")
+    if named is None:
+        return usual == BASE
+    for row, name in enumerate(named):
+        if name not in (BASE, MEASURING) or name != named[0]:
+            raise fields.error(
+                f"pose_frame must be {BASE} or {MEASURING}, the same in all rows, got '{name}'",
+                row,
+                "pose_frame",
+            )
+    return bool(named[0] == BASE)

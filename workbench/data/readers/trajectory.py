@@ -9,8 +9,8 @@ from jaxtyping import Float
 from workbench.base.errors import DataError
 from workbench.base.types import frozen
 from workbench.data.readers.assemble import joint_columns
+from workbench.data.readers.fields import BASE, in_base
 from workbench.data.readers.orientation import read_orientation
-from workbench.data.readers.pose_frame import BASE, in_base
 from workbench.data.readers.read import read_fields
 
 

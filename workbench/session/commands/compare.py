@@ -6,8 +6,7 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.data.directions import with_drivers
 from workbench.session.command import AbstractChange, computed
-from workbench.session.comparison import Stage, compare, numbered_after
-from workbench.session.overlay import Overlay
+from workbench.session.comparison import Overlay, Stage, compare, numbered_after
 from workbench.session.state import Focus, Session, Units
 
 LEAST_EXAGGERATION, GREATEST_EXAGGERATION = 1.0, 5000.0

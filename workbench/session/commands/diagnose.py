@@ -1,4 +1,4 @@
-"""Commands that close the loop: find what the model lacks, add it, measure where it would show best."""
+"""Commands that find what the model lacks, add it, measure where it would show best, find moved zeros."""
 
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -25,6 +25,7 @@ from workbench.session.target_steps import check_free
 if TYPE_CHECKING:
     from workbench.diagnosis.next_poses import Measurable
     from workbench.diagnosis.record import Diagnosis
+
 
 LEAST_ROWS = 20
 """Fewer rows can't tell one effect from another."""
@@ -146,3 +147,37 @@ def _found(session: Session) -> "Diagnosis":
     if session.diagnosis is None:
         raise DataError("no diagnosis yet; press Diagnose first")
     return session.diagnosis
+
+
+class FindZeros(AbstractTask):
+    """Find which joints' zeros moved since the robot of the session was calibrated.
+
+    Args:
+        replaced: Joints that were replaced, counted from 1.
+    """
+
+    title = "Find moved joint zeros"
+
+    replaced: tuple[int, ...] = ()
+
+    def check(self, session: Session) -> None:
+        if session.loaded is None:
+            raise DataError("there are no measurements yet; load a few poses measured after the knock")
+        for joint in self.replaced:
+            if not 1 <= joint <= session.robot.dof:
+                raise OptionError(f"replaced joints must be 1–{session.robot.dof}, got {joint}")
+
+    def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
+        from workbench.identification.rezero.find import rezero
+
+        loaded = session.loaded
+        assert loaded is not None
+        left_out = dict.fromkeys(sorted(session.left_out), "left out by hand")
+        return loaded, rezero(session.robot, loaded.dataset, replaced=self.replaced, exclude=left_out)
+
+    def finish(self, session: Session, result: Any) -> Session:
+        loaded, found = result
+        if session.loaded is not loaded:
+            raise DataError("the measurements have changed since; find the zeros again")
+        severity = Severity.WARNING if found.doubts else Severity.INFO
+        return replace(session, rezero=found).tell(severity, found.sentence)

@@ -1,10 +1,10 @@
-"""Messages: told by the program, put away by the user."""
+"""Messages, told by the program and put away by the user; and which tab is open."""
 
 from dataclasses import replace
 from enum import StrEnum
 
 from workbench.session.command import AbstractChange, computed
-from workbench.session.state import Session, Severity
+from workbench.session.state import Opened, Session, Severity, Tab
 
 
 class Tell(AbstractChange):
@@ -57,3 +57,17 @@ class SteerDemo(AbstractChange):
 
     def apply(self, session: Session) -> Session:
         return replace(session, is_paused=self.how is Steer.PAUSE)
+
+
+class OpenTab(AbstractChange):
+    """Open a tab on all pages, though another one may have been chosen there by hand."""
+
+    key = "tab"
+    is_automatic = True
+
+    tab: Tab
+
+    title = computed(lambda self: f"Open {self.tab}")
+
+    def apply(self, session: Session) -> Session:
+        return replace(session, opened=Opened(self.tab))

@@ -8,9 +8,9 @@ from workbench.arm.robot import Robot
 from workbench.plate.plate import Plate
 from workbench.session.commands.data import LoadData
 from workbench.session.commands.measure import TellSource
+from workbench.session.commands.messages import OpenTab
 from workbench.session.commands.pictures import LoadPictures
 from workbench.session.commands.region import CHORES
-from workbench.session.commands.tabs import OpenTab
 from workbench.session.journal.folder import Begun, unrecorded
 from workbench.session.live import LiveSource, VirtualDriver
 from workbench.session.state import Tab

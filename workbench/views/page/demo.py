@@ -13,9 +13,8 @@ from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.diagnose import AddEffects, Diagnose
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget
 from workbench.session.commands.identify import Identify
-from workbench.session.commands.messages import SetCaption, Steer, SteerDemo, Tell
+from workbench.session.commands.messages import OpenTab, SetCaption, Steer, SteerDemo, Tell
 from workbench.session.commands.region import ShowCubes
-from workbench.session.commands.tabs import OpenTab
 from workbench.session.commands.undo import RestoreBest
 from workbench.session.state import CubeView, Field, Session, Severity, Tab
 from workbench.session.worker import Worker

@@ -28,7 +28,7 @@ from workbench.views.page.panels.fit import FitPanel
 from workbench.views.page.panels.guided import GuidedPanel
 from workbench.views.page.panels.header import Header, Verdict
 from workbench.views.page.panels.history import HistoryPanel
-from workbench.views.page.panels.index import IndexPanel, IndicesPanel
+from workbench.views.page.panels.index import IndexPanel, IndicesPanel, WantedPanel
 from workbench.views.page.panels.influence import InfluencePanel
 from workbench.views.page.panels.jog import CapturedPanel, JogPanel, ToolPanel
 from workbench.views.page.panels.joints import JointsPanel
@@ -44,12 +44,10 @@ from workbench.views.page.panels.start_card import StartCard
 from workbench.views.page.panels.targets import TargetsPanel
 from workbench.views.page.panels.track import TrackPanel
 from workbench.views.page.panels.tradeoff import TradeoffPanel
-from workbench.views.page.panels.wanted import WantedPanel
 from workbench.views.page.scene.gizmo import Gizmo
 from workbench.views.page.scene.scene import Scene
 from workbench.views.page.style import NARROW, style_sheet
-from workbench.views.page.tabs import Tabs
-from workbench.views.page.told import Told
+from workbench.views.page.tabs import Tabs, Told
 
 PANEL_WIDTH, LEAST_WIDTH, SHARE = 470, 340, 0.42
 """Width of the panel [px]; where the window is narrow its least one, and its share of the window."""

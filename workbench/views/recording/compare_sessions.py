@@ -20,7 +20,7 @@ from workbench.identification.fit import Fit
 from workbench.report.json import plain
 from workbench.report.numbers import signed
 from workbench.session.journal.reader import Recording
-from workbench.session.journal.restore import restore
+from workbench.session.journal.replay import restore
 from workbench.session.state import Session
 
 BEYOND_CHANCE = 3.0

@@ -19,7 +19,7 @@ from workbench.views.recording.canvas import Canvas
 from workbench.views.recording.draw_steps import Drawing, Pace
 from workbench.views.recording.rerun_output import AbstractOutlet, FileOutlet, ViewerOutlet
 from workbench.views.recording.rerun_output import Tell as TellText
-from workbench.views.recording.time_step import Moment
+from workbench.views.recording.timelines import Moment
 
 STEM = "session"
 MOST_WAITING = 5000

@@ -6,12 +6,15 @@ that shows less than the journal knows of, the pictures are drawn again from the
 
 import contextlib
 import os
+import secrets
 import shutil
 import subprocess
 import sys
 import tempfile
+import threading
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
 os.environ.setdefault("RERUN_ANALYTICS_ENABLED", "false")
@@ -21,10 +24,10 @@ from workbench.base.errors import FileError, OptionError
 from workbench.base.files import write_bytes
 from workbench.session.journal.reader import Recording
 from workbench.views.recording.canvas import STEP
-from workbench.views.recording.door import ADDRESS, opened
 from workbench.views.recording.make import Progress, write_comparison, write_pictures
 from workbench.views.recording.recorder import parts
 
+ADDRESS = "127.0.0.1"
 BEHIND = 5
 """Steps by which pictures may lag behind the journal, as the end of a drag that was cut off."""
 
@@ -147,3 +150,62 @@ def _program() -> str:
     """The rerun program of this installation."""
     beside = Path(sys.executable).with_name("rerun")
     return str(beside) if beside.exists() else "rerun"
+
+
+class Door(ThreadingHTTPServer):
+    """Serves some files to the viewer in the browser, each under a path that nobody can guess.
+
+    rerun's own server gives a recording to whoever asks, a foreign page that has rebound its name included.
+    Here a recording has a secret in its path, and a request must name this server as its host.
+
+    Args:
+        files: Which.
+    """
+
+    daemon_threads = True
+
+    def __init__(self, files: Sequence[Path]):
+        super().__init__((ADDRESS, 0), _Request)
+        secret = secrets.token_urlsafe(16)
+        self.host = f"{ADDRESS}:{self.server_port}"
+        self.files: Mapping[str, Path] = {f"/{secret}/{i}/{path.name}": path for i, path in enumerate(files)}
+
+    @property
+    def links(self) -> list[str]:
+        """Address of each file."""
+        return [f"http://{self.host}{path}" for path in self.files]
+
+
+class _Request(BaseHTTPRequestHandler):
+    """One request."""
+
+    server: Door
+
+    def do_GET(self) -> None:
+        """Send the file; any page may read it that knows the path."""
+        path = self.server.files.get(self.path)
+        if path is None or self.headers.get_all("Host") != [self.server.host]:
+            self.send_error(403)
+            return
+        with path.open("rb") as file, contextlib.suppress(ConnectionError):
+            self.send_response(200)
+            self.send_header("Content-Type", "application/octet-stream")
+            self.send_header("Content-Length", str(path.stat().st_size))
+            self.send_header("Access-Control-Allow-Origin", "*")
+            self.send_header("Cache-Control", "no-store")
+            self.end_headers()
+            shutil.copyfileobj(file, self.wfile)
+
+    def log_message(self, format: str, *args: object) -> None:
+        """Say nothing."""
+
+
+@contextlib.contextmanager
+def opened(files: Sequence[Path]) -> Iterator[list[str]]:
+    """Addresses of the files, while they are served."""
+    with Door(files) as door:
+        threading.Thread(target=door.serve_forever, name="workbench-door", daemon=True).start()
+        try:
+            yield door.links
+        finally:
+            door.shutdown()

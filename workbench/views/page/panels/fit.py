@@ -16,9 +16,9 @@ from workbench.session.worker import Worker
 from workbench.views.appearance.colours import OUT_OF_REACH, css
 from workbench.views.page.html import CAREFUL, GOOD, MUTED, badge, block, heading, number, table, text
 from workbench.views.page.panels.figure import error_figure
+from workbench.views.page.panels.index import WantedPanel
 from workbench.views.page.panels.panel import AbstractPanel, on_change, on_press, set_value, waiting
 from workbench.views.page.panels.result_card import result_card
-from workbench.views.page.panels.wanted import WantedPanel
 from workbench.views.page.style import WIDE
 
 POSITION, ORIENTATION = "Position [mm]", "Orientation [°]"

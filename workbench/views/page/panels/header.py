@@ -4,8 +4,7 @@ from typing import Any
 
 import viser
 
-from workbench.session.commands.messages import Dismiss, SetCaption, Steer, SteerDemo
-from workbench.session.commands.tabs import OpenTab
+from workbench.session.commands.messages import Dismiss, OpenTab, SetCaption, Steer, SteerDemo
 from workbench.session.guide import Action, Step, Tone, guide
 from workbench.session.state import Message, Session, Severity
 from workbench.session.worker import Worker

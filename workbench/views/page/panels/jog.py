@@ -10,9 +10,8 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import JointKind, Robot
 from workbench.base import se3
-from workbench.session.captured_poses import Captured, captured
 from workbench.session.commands.arm import CapturePose, ForgetPoses, Jog, JogTo, standing
-from workbench.session.export import captured_csv
+from workbench.session.export import Captured, captured, captured_csv
 from workbench.session.state import Session
 from workbench.session.worker import Worker
 from workbench.views.page.html import MUTED, block, number, table

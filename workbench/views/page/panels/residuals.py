@@ -8,8 +8,7 @@ import viser
 
 from workbench.arm.robot import JointKind, Robot
 from workbench.session.commands.compare import SetOverlay
-from workbench.session.comparison import STAGES, Comparison, Stage
-from workbench.session.overlay import Overlay
+from workbench.session.comparison import STAGES, Comparison, Overlay, Stage
 from workbench.session.state import Focus, Session
 from workbench.views.appearance.colours import ARROW_AFTER, ARROW_BEFORE, LEFT_OUT, css
 from workbench.views.appearance.error_scale import ErrorScale, gradient

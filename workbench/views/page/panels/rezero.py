@@ -6,8 +6,8 @@ import viser
 
 from workbench.base.errors import OptionError
 from workbench.identification.rezero.record import Rezero, Verdict, readable
+from workbench.session.commands.diagnose import FindZeros
 from workbench.session.commands.messages import Tell
-from workbench.session.commands.rezero import FindZeros
 from workbench.session.export import rezeroed_toml
 from workbench.session.state import Session
 from workbench.views.appearance.colours import OUT_OF_REACH, css

@@ -11,7 +11,7 @@ from workbench.base.files import read_bytes
 from workbench.base.wording import counted
 from workbench.session.camera_view import CameraView, cells
 from workbench.session.commands.messages import Tell
-from workbench.session.commands.shooting import BeginShooting, DropShot, EndShooting, UseShots
+from workbench.session.commands.pictures import BeginShooting, DropShot, EndShooting, UseShots
 from workbench.session.shooting import SHARP, Shooting, Shot
 from workbench.session.state import Session
 from workbench.views.page.html import BAD, CAREFUL, GOOD, MUTED, badge, block, text

@@ -8,7 +8,7 @@ import viser
 from workbench.arm.built_in_arms import built_in_robots
 from workbench.session.commands.arm import LARGEST_MODEL, ChooseRobot, LoadModel
 from workbench.session.commands.data import LARGEST_FILE, LoadData
-from workbench.session.commands.tabs import OpenTab
+from workbench.session.commands.messages import OpenTab
 from workbench.session.state import Session, Severity, Tab
 from workbench.session.worker import Worker
 from workbench.views.page.html import BAD, MUTED, block, text

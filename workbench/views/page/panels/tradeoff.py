@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import viser
 
-from workbench.session.commands.tradeoff import OpenChoice, WeighPlates
+from workbench.session.commands.plate import OpenChoice, WeighPlates
 from workbench.session.state import Session
 from workbench.views.page.html import LINE, MUTED, block, heading, number, text
 from workbench.views.page.panels.panel import AFTERWARDS, AbstractPanel, on_press

@@ -14,8 +14,7 @@ from workbench.session.state import Session
 from workbench.session.worker import Worker
 from workbench.views.drawables import in_motion, on_page
 from workbench.views.page.camera import aim
-from workbench.views.page.scene.corners import Corners
-from workbench.views.page.scene.gizmo import Gizmo
+from workbench.views.page.scene.gizmo import Corners, Gizmo
 from workbench.views.page.scene.ground import Ground, first_view
 from workbench.views.page.scene.player import Player, Run
 from workbench.views.page.scene.viser_sink import PageSink
