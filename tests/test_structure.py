@@ -247,7 +247,7 @@ def test_only_the_command_line_prints():
 
 def decorator(node: ast.ClassDef) -> ast.expr | None:
     """The dataclass decorator of a class."""
-    return next((d for d in node.decorator_list if ast.unparse(d).startswith("dataclass")), None)
+    return next((d for d in node.decorator_list if ast.unparse(d).split("(")[0] == "dataclass"), None)
 
 
 def test_records_are_frozen():

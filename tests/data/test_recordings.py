@@ -12,7 +12,7 @@ from workbench.base.errors import DataError, FileError, OptionError, WorkbenchEr
 from workbench.data.readers.layouts import mocap
 from workbench.data.readers.mapping import read_mapping, write_mapping
 from workbench.data.readers.preview import preview
-from workbench.data.readers.stands import still
+from workbench.data.readers.standstills import still
 
 POSES, RATE = 8, 50.0
 UR = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")

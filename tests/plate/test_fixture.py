@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import link_frames
-from workbench.arm.kinematics.skeleton import body_frames, link_ways
+from workbench.arm.kinematics.skeleton import body_frames, link_paths
 from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.errors import OptionError
@@ -170,7 +170,7 @@ def test_far_bounds_what_is_measured(aria, plate):
 def test_the_skeleton_reaches_from_base_to_tool(name):
     robot = load_robot(name)
     q = rng(1).uniform(*robot.search_limits.T, (3, robot.dof))
-    frames, ways = body_frames(robot, q), link_ways(robot)
+    frames, ways = body_frames(robot, q), link_paths(robot)
     tool = (se3.inverse(robot.base.pose) @ link_frames(robot, Motion(q)))[:, -1, :3, 3]
     assert np.allclose(se3.apply(frames[:, -1], ways[-1][-1]), tool, atol=1e-9)
     for body in range(len(ways) - 1):

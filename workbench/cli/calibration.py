@@ -55,7 +55,7 @@ def identify(
         raise OptionError("--level 1 frees the joint offsets alone; leave out --level or --free")
     arm = posed_arm() if robot is None else wb.load_robot(robot)
     asked = usual_wanted(arm.name) if wanted is None else wanted_of(wanted)
-    rows = opt.with_markers(files.read(data, arm), fit.tool_markers, fit.base_markers)
+    rows = with_markers(files.read(data, arm), fit.tool_markers, fit.base_markers)
     if robot is None and (rows.rig is None or not rows.rig.tool_poses):
         raise OptionError("give --robot; only pixels with tool poses in place of joints do without")
     out.check()
@@ -101,7 +101,7 @@ def diagnose(
     from workbench.diagnosis.report.table import diagnosis_tables
 
     arm = wb.load_robot(robot)
-    rows = opt.with_markers(files.read(data, arm), fit.tool_markers, fit.base_markers)
+    rows = with_markers(files.read(data, arm), fit.tool_markers, fit.base_markers)
     out.check(effects=True)
     fit.check_own(arm, rows)
     choices = fit.choices(arm, files)
@@ -138,6 +138,19 @@ def evaluate(
     found = wb.evaluate(arm, files.read(data, arm), fit_frames=frames == "fit")
     opt.show(table.evaluation_tables(found))
     opt.write_result(json, reports.evaluation_json(found))
+
+
+def with_markers(data, tool: Path | None, base: Path | None):
+    """Rows whose markers have become poses of the tool in the robot's base frame (ARIA 5.1)."""
+    from workbench.data.observations.markers import marker_poses, synchronise
+    from workbench.data.readers.read import read_marker_rows
+
+    if tool is not None:
+        data, _ = marker_poses(data, read_marker_rows(tool, 1)[0])
+    if base is not None:
+        designed, seen = read_marker_rows(base, 2)
+        data, _ = synchronise(data, seen, designed)
+    return data
 
 
 def export(

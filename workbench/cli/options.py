@@ -4,6 +4,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, is_dataclass, replace
+from functools import partial
 from inspect import Parameter, Signature, signature
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
@@ -239,19 +240,6 @@ def flattened(command: Callable[..., None]) -> Callable[..., None]:
     return call
 
 
-def with_markers(data, tool: Path | None, base: Path | None):
-    """Rows whose markers have become poses of the tool in the robot's base frame (ARIA 5.1)."""
-    from workbench.data.observations.markers import marker_poses, synchronise
-    from workbench.data.readers.read import read_marker_rows
-
-    if tool is not None:
-        data, _ = marker_poses(data, read_marker_rows(tool, 1)[0])
-    if base is not None:
-        designed, seen = read_marker_rows(base, 2)
-        data, _ = synchronise(data, seen, designed)
-    return data
-
-
 def held_out_of(text: str, arm, files: FileOptions):
     """A share, rows of another file, or sessions."""
     if text.startswith("session:"):
@@ -312,43 +300,31 @@ def noise_of(text: str):
     return wb.Noise(position, rotation)
 
 
-def length(text: str) -> float:
-    """A length such as 0.1mm [m]."""
-    return _quantity(text, "LENGTH")
-
-
-def angle(text: str) -> float:
-    """An angle such as 0.02deg [rad]."""
-    return _quantity(text, "ANGLE")
-
-
-def duration(text: str) -> float:
-    """A time such as 0.5s [s]."""
-    return _quantity(text, "TIME")
-
-
-def _quantity(text: str, name: str) -> float:
+def _quantity(name: str, text: str) -> float:
     from workbench.base.units import Quantity, parse_quantity
 
     return parse_quantity(text, Quantity[name])
 
 
+length, angle, duration = (partial(_quantity, name) for name in ("LENGTH", "ANGLE", "TIME"))
+"""Numbers in SI from texts such as 0.1mm, 0.02deg, 0.5s."""
+
+
 def pair_of(text: str, option: str) -> tuple[float, float]:
     """A length and an angle."""
-
-    parts = text.split(",")
-    if len(parts) != 2:
-        raise OptionError(f"{option} must be a length and an angle such as 0.05mm,0.05deg, got '{text}'")
-    return length(parts[0]), angle(parts[1])
+    return _two(text, option, (length, angle), "a length and an angle such as 0.05mm,0.05deg")
 
 
 def two_lengths(text: str, option: str) -> tuple[float, float]:
     """Two lengths."""
+    return _two(text, option, (length, length), "two lengths such as 40mm,120mm")
 
+
+def _two(text: str, option: str, kinds, wanted: str) -> tuple[float, float]:
     parts = text.split(",")
     if len(parts) != 2:
-        raise OptionError(f"{option} must be two lengths such as 40mm,120mm, got '{text}'")
-    return length(parts[0]), length(parts[1])
+        raise OptionError(f"{option} must be {wanted}, got '{text}'")
+    return kinds[0](parts[0]), kinds[1](parts[1])
 
 
 def choice_of(kinds, text: str, option: str):

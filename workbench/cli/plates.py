@@ -48,7 +48,7 @@ def making_of(plate, tolerance: str | None, play: str | None):
 
 
 def manner_name(made: str) -> str:
-    """A way to make plates that there is."""
+    """A known way to make plates."""
     from workbench.plate.optimiser.makings import MANNERS
 
     if made not in MANNERS:

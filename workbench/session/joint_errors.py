@@ -1,7 +1,7 @@
 """What is left along the motion of every joint, and the laws of effects that are laid over it.
 
-A vector at the tool is laid along the way that the tool goes when one joint moves: an error that a joint
-makes shows as a curve over its own position.
+A vector at the tool is projected onto the direction in which the tool moves when one joint moves: an error
+that a joint makes shows as a curve over its own position.
 """
 
 from dataclasses import replace
@@ -39,9 +39,9 @@ def along_joints(
         q: Joint positions [rad or m].
         vectors: Along the axes of the robot's base [m].
     """
-    ways = robot.base.pose[:3, :3].T @ geometric_jacobian(robot, q)[:, :3]
-    length = np.linalg.norm(ways, axis=1, keepdims=True)
-    unit = np.divide(ways, length, out=np.full_like(ways, np.nan), where=length > LEAST_LEVER)
+    directions = robot.base.pose[:3, :3].T @ geometric_jacobian(robot, q)[:, :3]
+    length = np.linalg.norm(directions, axis=1, keepdims=True)
+    unit = np.divide(directions, length, out=np.full_like(directions, np.nan), where=length > LEAST_LEVER)
     return np.einsum("rxn,rkx->rnk", unit, vectors)
 
 

@@ -25,7 +25,7 @@ PACE = Pace(rate=20.0)
 
 @final
 class VirtualDriver(AbstractView):
-    """Carries out the ways that the session asks for, each in a thread of its own; a new one ends the old.
+    """Carries out the motions that the session asks for, each in a thread of its own; a new one ends the old.
 
     Args:
         worker: Whose session is watched, and who gets the samples.

@@ -69,7 +69,7 @@ class Loaded:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Ride:
-    """One way of the virtual arm, from where it stands to a target.
+    """One motion of the virtual arm, from where it stands to a target.
 
     Args:
         number: Counts up in a measurement; also the seed of its noise.
@@ -109,7 +109,7 @@ class Measuring:
         acquisition: Rows and standstill; never changed, a command works on a copy.
         numbers: Which targets of the plate are measured, counted from 0.
         virtual: The virtual arm that is measured; None: a live source tells of a real one.
-        ride: The last way that the virtual arm was sent.
+        ride: The last motion that was asked of the virtual arm.
     """
 
     acquisition: Acquisition

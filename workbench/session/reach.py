@@ -5,7 +5,7 @@ that branch reaches it. Where following fails, all branches are tried; where non
 near as it comes and the reason is kept.
 
 Where the arm would run into plate or blocks (`plate/obstruction.py`) a branch that is left to the program
-gives way to one that keeps clear, if any does.
+yields to one that keeps clear, if any does.
 """
 
 from collections.abc import Collection
@@ -60,9 +60,8 @@ def place_all(
     open_ = [i for i, t in enumerate(plate.targets) if states[i].reached and t.q is None]
     if len(open_) > 1 and len(region_q):
         solutions = [_choices(robot, plate, i, results[i]) for i in open_]
-        targets = (
-            _with_known_branch(plate.targets[i], ways) for i, ways in zip(open_, solutions, strict=True)
-        )
+        pairs = zip(open_, solutions, strict=True)
+        targets = (_with_known_branch(plate.targets[i], branches) for i, branches in pairs)
         part = replace(plate, targets=tuple(targets))
         choice = choose_branches(robot, part, solutions, goal=region_q, rng=rng, starts=STARTS)
         for i, q, name in zip(open_, choice.q, choice.branches, strict=True):
@@ -96,8 +95,8 @@ def freed(robot: Robot, plate: Plate, states: tuple[TargetState, ...]) -> tuple[
     free = list(states)
     for i, (target, state) in enumerate(zip(plate.targets, states, strict=True)):
         if state.reached and state.hit and target.branch == AUTO and target.q is None:
-            way = nearest_of(clear_of(robot, plate, i, branches_to(robot, target)), state.q)
-            free[i] = state if way is None else _reached(way.q, way.name)
+            branch = nearest_of(clear_of(robot, plate, i, branches_to(robot, target)), state.q)
+            free[i] = state if branch is None else _reached(branch.q, branch.name)
     return tuple(free)
 
 
@@ -123,11 +122,11 @@ def advance(robot: Robot, target: Target, before: TargetState) -> TargetState:
     return place(robot, target, near)
 
 
-def settle(target: Target, before: TargetState, ways: tuple[Branch, ...]) -> TargetState:
-    """The same posture under its right name of all that reach the target; it may have changed on the way."""
+def with_branch_name(target: Target, before: TargetState, branches: tuple[Branch, ...]) -> TargetState:
+    """The same posture under the name of its branch, which may have changed during the drag."""
     if not before.reached or target.branch != AUTO:
         return before
-    branch = nearest_of(ways, before.q)
+    branch = nearest_of(branches, before.q)
     return before if branch is None or branch.name == before.branch else replace(before, branch=branch.name)
 
 
@@ -166,9 +165,9 @@ def _state(
     return TargetState(frozen(nearest.q), False, reason=reason, missing=missing)
 
 
-def _with_known_branch(target: Target, ways: tuple[Branch, ...]) -> Target:
+def _with_known_branch(target: Target, branches: tuple[Branch, ...]) -> Target:
     """A branch that the target does not have within limits is left to the program."""
-    known = target.branch == AUTO or any(b.name == target.branch for b in ways)
+    known = target.branch == AUTO or any(b.name == target.branch for b in branches)
     return target if known else replace(target, branch=AUTO)
 
 

@@ -131,15 +131,14 @@ def _met(robot: Robot, plate: Plate, number: int) -> Target:
     kind = Kind.SEAT if Task.default(robot.dof) is Task.POSITION_AXIS else Kind.SOCKET
     turns = se3.rotvec_to_matrix(np.linspace(0.0, 2.0 * np.pi, TURNS, endpoint=False)[:, None] * [0, 0, 1])
     poses = robot.base.pose @ se3.pose(turns @ target.pose[:3, :3], np.tile(target.xyz, (TURNS, 1)))
-    ways = [way for result in solve_many(robot, poses) for way in result.within_limits]
-    if not ways:
+    branches = [branch for result in solve_many(robot, poses) for branch in result.within_limits]
+    if not branches:
         return replace(target, kind=Kind.SOCKET)
-    tool = (
-        se3.inverse(robot.base.pose) @ tool_poses(robot, Motion(_best(robot, plate, number, ways)[None]))[0]
-    )
+    best = Motion(_best(robot, plate, number, branches)[None])
+    tool = se3.inverse(robot.base.pose) @ tool_poses(robot, best)[0]
     return replace(target, rpy=frozen(se3.matrix_to_rpy(tool[:3, :3])), kind=kind)
 
 
-def _best(robot: Robot, plate: Plate, number: int, ways: list[Branch]) -> Float[np.ndarray, " n"]:
+def _best(robot: Robot, plate: Plate, number: int, branches: list[Branch]) -> Float[np.ndarray, " n"]:
     """Joint positions farthest from the limits, of those that keep clear of the plate where some do."""
-    return max(clear_of(robot, plate, number, ways) or ways, key=lambda way: way.margin).q
+    return max(clear_of(robot, plate, number, branches) or branches, key=lambda branch: branch.margin).q

@@ -33,7 +33,7 @@ def body_frames(
     return np.concatenate([frames[:, :1], frames[:, 1:][:, np.argsort(order)]], axis=1)
 
 
-def link_ways(robot: Robot) -> tuple[Float[np.ndarray, "points 3"], ...]:
+def link_paths(robot: Robot) -> tuple[Float[np.ndarray, "points 3"], ...]:
     """Corner points of the base's post and of the link after each joint, each in its own frame [m].
 
     The last link of the chain ends at the tool's origin. A way of one point has no length.

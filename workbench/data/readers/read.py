@@ -23,7 +23,7 @@ from workbench.data.readers.layouts.layout import (
     AbstractTableLayout,
 )
 from workbench.data.readers.matlab import read_matlab
-from workbench.data.readers.stands import join
+from workbench.data.readers.standstills import join
 from workbench.data.readers.table import Grid, Table, with_headings, with_names, with_pairs
 from workbench.data.readers.text import read_text
 from workbench.data.readers.workbooks import read_excel, read_frame, read_parquet
@@ -53,7 +53,7 @@ def read_measurements(
         base: Pose of the robot's base in the measuring frame, for files whose column `pose_frame` says that
             their poses are in the robot's base, as those of `workbench path` are.
         joint_table: File with the joints of measurements that have none of their own, such as a robot's log;
-            joined by name, time or row (`stands`).
+            joined by name, time or row (`standstills`).
         joint_columns: What its columns are, where its headings do not say.
         cancel: Asked while a file is unpacked; once it says so, reading ends.
 

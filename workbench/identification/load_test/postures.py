@@ -23,7 +23,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from workbench.arm.kinematics.observed_link import level_axes
-from workbench.arm.kinematics.skeleton import body_frames, link_ways
+from workbench.arm.kinematics.skeleton import body_frames, link_paths
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.moments import JointMoments, joint_moments
@@ -185,7 +185,7 @@ def possible(robot: Robot, q: Float[np.ndarray, "rows n"]) -> Bool[np.ndarray, "
     The table lies at the height of the measuring frame's origin if the arm's base stands higher, else at that
     of the base.
     """
-    frames, ways = body_frames(robot, q), link_ways(robot)
+    frames, ways = body_frames(robot, q), link_paths(robot)
     long = [i for i, way in enumerate(ways) if len(way) > 1]
     points = [se3.apply(frames[:, i, None], _along(ways[i])[None]) for i in long]
     table = min(0.0, -float(robot.base.xyz[2]))

@@ -18,7 +18,7 @@ import coal
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from workbench.arm.kinematics.skeleton import body_frames, link_ways
+from workbench.arm.kinematics.skeleton import body_frames, link_paths
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.plate.optimiser.segments import segment_distances
@@ -149,7 +149,7 @@ def capsule_arm(robot: Robot) -> CapsuleArm:
     """Capsules along the links of an arm."""
     radii = robot.reach * np.linspace(THICK, THIN, max(robot.dof, 2))
     capsules: list[Capsule] = []
-    for body, points in enumerate(link_ways(robot)):
+    for body, points in enumerate(link_paths(robot)):
         radius = float(radii[max(body - 1, 0)])
         for start, end in pairwise(points):
             capsules.append(Capsule(body, start, end, radius))

@@ -87,7 +87,7 @@ class PlaceTargets(AbstractChange):
 
 
 class ApplyPattern(AbstractChange):
-    """Apply the pattern in a pattern (ARIA §4.3); locked targets stay, and count.
+    """Lay the targets out in a pattern (ARIA §4.3); locked targets stay, and count.
 
     Args:
         name: circle, line, grid or spiral.

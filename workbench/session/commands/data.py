@@ -191,7 +191,7 @@ class MeasureVirtualArm(AbstractTask):
 
 
 class ForgetData(AbstractChange):
-    """Take the measurements and what was identified from them away."""
+    """Remove the measurements and what was identified from them."""
 
     title = "Remove the measurements"
     key = "forget"
@@ -252,10 +252,10 @@ def postures(actual: Robot, session: Session) -> tuple[list[int], np.ndarray]:
     for i, (target, state) in enumerate(zip(session.plate.targets, session.states, strict=True)):
         if not state.measurable:
             continue
-        stands = advance(actual, target, state)
-        if stands.reached:
+        found = advance(actual, target, state)
+        if found.reached:
             used.append(i)
-            postures.append(stands.q)
+            postures.append(found.q)
     if not used:
         raise DataError("the virtual arm reaches none of the targets; try another seed or move the targets")
     return used, np.stack(postures)

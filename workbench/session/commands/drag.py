@@ -17,7 +17,7 @@ from workbench.base.errors import OptionError
 from workbench.base.types import frozen
 from workbench.plate.plate import Target
 from workbench.session.command import AbstractChange, AbstractCommand, computed
-from workbench.session.reach import advance, settle
+from workbench.session.reach import advance, with_branch_name
 from workbench.session.recalled_steps import recall_targets
 from workbench.session.state import Drag, Focus, Session, TargetState
 from workbench.session.target_steps import (
@@ -184,7 +184,7 @@ class DropTarget(AbstractChange):
         if session.done[-1].plate is session.plate:
             return replace(session, done=session.done[:-1])
         session = with_branches(session, index)
-        state = settle(session.plate.targets[index], session.states[index], session.branches)
+        state = with_branch_name(session.plate.targets[index], session.states[index], session.branches)
         return commit_step(replace(session, states=with_item(session.states, index, state)))
 
     def recalled(self, session: Session, numbers: Mapping[str, Any]) -> Session:

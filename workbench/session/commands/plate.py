@@ -208,7 +208,7 @@ class WeighPlates(AbstractTask):
         )
 
     def finish(self, session: Session, result: Any) -> Session:
-        words = f"{len(result.choices)} plates weighed; {len(result.front)} of them are beaten by none"
+        words = f"{len(result.choices)} plates compared; {len(result.front)} are not beaten by another"
         return replace(session, tradeoff=result).tell(Severity.INFO, words)
 
 

@@ -1,6 +1,6 @@
 """Bodies for an arm that has no meshes: made from its chain, so that they fit any convention.
 
-The link after joint k is drawn along the way that the chain takes from that joint's axis to the next one;
+The link after joint k is drawn along the path that the chain takes from that joint's axis to the next one;
 a cylinder marks each axis. All parts of a link move with the frame right after the joint's own element.
 """
 
@@ -64,15 +64,15 @@ def generated_bodies(robot: Robot, *, swell: float = 1.0) -> tuple[Body, ...]:
     """
     drivers = joint_elements(robot)
     order = np.argsort(drivers)
-    ways = skeleton.link_ways(robot)
+    paths = skeleton.link_paths(robot)
     radii = swell * robot.reach * np.linspace(THICK, THIN, max(len(order), 2))
     bodies: list[Body | None] = [None] * len(order)
     for i, k in enumerate(order):
         element = robot.chain.elements[drivers[k]]
         last = i == len(order) - 1
         housing = _housing(element, float(radii[i]), first=i == 0)
-        bodies[k] = _link(ways[k + 1], float(radii[i]), housing, last=last)
-    return (_foot(robot, ways[0], float(radii[0])), *(b for b in bodies if b is not None))
+        bodies[k] = _link(paths[k + 1], float(radii[i]), housing, last=last)
+    return (_foot(robot, paths[0], float(radii[0])), *(b for b in bodies if b is not None))
 
 
 def file_bodies(robot: Robot) -> tuple[Body, ...]:
@@ -106,17 +106,17 @@ def body_frames(
     return skeleton.body_frames(robot, q[None], shift=shift)[0]
 
 
-def _link(way: Float[np.ndarray, "points 3"], radius: float, housing: Solid, *, last: bool) -> Body:
-    """A tube along the way, a housing about the axis, and the probe at the end of the last link.
+def _link(path: Float[np.ndarray, "points 3"], radius: float, housing: Solid, *, last: bool) -> Body:
+    """A tube along the path, a housing about the axis, and the probe at the end of the last link.
 
     Balls round the bends off; housings hide both ends but the last link's.
     """
     probe: list[Solid] = []
-    if last and len(way) > 1:
-        stop, probe = _probe(way[-2], way[-1], radius)
-        way = np.array([*way[:-1], stop])
-    shell = [tube(start, end, radius) for start, end in itertools.pairwise(way)]
-    shell += [ball(radius, bend) for bend in (way[1:] if last else way[1:-1])]
+    if last and len(path) > 1:
+        stop, probe = _probe(path[-2], path[-1], radius)
+        path = np.array([*path[:-1], stop])
+    shell = [tube(start, end, radius) for start, end in itertools.pairwise(path)]
+    shell += [ball(radius, bend) for bend in (path[1:] if last else path[1:-1])]
     parts = [Part(housing, JOINT)]
     if shell:
         parts.append(Part(merged(shell), LINK))
@@ -150,13 +150,13 @@ def _probe(start: np.ndarray, end: np.ndarray, radius: float) -> tuple[np.ndarra
     return stop, solids
 
 
-def _foot(robot: Robot, way: Float[np.ndarray, "points 3"], radius: float) -> Body:
+def _foot(robot: Robot, path: Float[np.ndarray, "points 3"], radius: float) -> Body:
     """A foot on the floor, a stand up to the arm's first frame, and a post where its first axis lies away."""
     height = skeleton.height_above_floor(robot)
     parts = [Part(cylinder(2.0 * radius, -height, 0.45 * radius - height, bevel=0.12 * radius), FOOT)]
     if height > 0.0:
         parts.append(Part(cylinder(1.1 * radius, -height, 0.0), LINK))
-    post = [tube(a, b, radius) for a, b in itertools.pairwise(way)]
+    post = [tube(a, b, radius) for a, b in itertools.pairwise(path)]
     if post:
-        parts.append(Part(merged([*post, *(ball(radius, p) for p in way[1:])]), LINK))
+        parts.append(Part(merged([*post, *(ball(radius, p) for p in path[1:])]), LINK))
     return Body(tuple(parts))

@@ -194,12 +194,12 @@ def story(session: Callable[[], Session]) -> Iterator[Scene]:
         )
 
 
-def drag(session: Session, target: int, way: np.ndarray) -> tuple[AbstractCommand, ...]:
-    """Moving a target along a way, there and half back."""
+def drag(session: Session, target: int, offset: np.ndarray) -> tuple[AbstractCommand, ...]:
+    """Moving a target by an offset, and half of it back."""
     start = session.plate.targets[target]
     roll, pitch, yaw = start.rpy.tolist()
     moves: list[AbstractCommand] = []
     for share in np.sin(np.linspace(0.0, 0.8 * np.pi, STEPS)):
-        x, y, z = (start.xyz + share * way).tolist()
+        x, y, z = (start.xyz + share * offset).tolist()
         moves.append(MoveTarget(target, (x, y, z), (roll, pitch, yaw), CLIENT))
     return (GrabTarget(target, CLIENT), *moves, DropTarget(CLIENT))

@@ -89,8 +89,8 @@ def _scores(first: Score, last: Score) -> Iterator[tuple[str, str, str]]:
 def _moved(first: Session, last: Session) -> Iterator[tuple[str, str, str, str]]:
     for i, (a, b) in enumerate(zip(first.plate.targets, last.plate.targets, strict=False), start=1):
         if not np.array_equal(a.pose, b.pose):
-            way = 1e3 * float(np.linalg.norm(b.xyz - a.xyz))
-            yield f"{i}", _place(a.xyz), _place(b.xyz), f"{way:.1f}"
+            distance = 1e3 * float(np.linalg.norm(b.xyz - a.xyz))
+            yield f"{i}", _place(a.xyz), _place(b.xyz), f"{distance:.1f}"
 
 
 def _place(xyz: np.ndarray) -> str:

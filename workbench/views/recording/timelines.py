@@ -97,38 +97,38 @@ class Trails(AbstractTimeline):
     """`world/plate/trails/N`: where a target has been dragged; what else puts it elsewhere begins anew."""
 
     def __init__(self) -> None:
-        self._ways: list[list[np.ndarray]] = []
+        self._trails: list[list[np.ndarray]] = []
         self._plate: Plate | None = None
         self._drawn: dict[int, int] = {}
 
     def draw(self, canvas: Canvas, moment: Moment) -> None:
         session = moment.session
-        if session.first_plate is not self._plate or len(self._ways) != len(session.plate):
+        if session.first_plate is not self._plate or len(self._trails) != len(session.plate):
             self._plate, self._drawn = session.first_plate, {}
-            self._ways = [[] for _ in session.plate.targets]
+            self._trails = [[] for _ in session.plate.targets]
             canvas.clear("world/plate/trails")
         is_drag = moment.entry is not None and isinstance(moment.entry.command, MoveTarget | DropTarget)
-        for i, (way, target) in enumerate(zip(self._ways, session.plate.targets, strict=True)):
-            if not way or not np.array_equal(way[-1], target.xyz):
+        for i, (trail, target) in enumerate(zip(self._trails, session.plate.targets, strict=True)):
+            if not trail or not np.array_equal(trail[-1], target.xyz):
                 if not is_drag:
-                    self._forget(canvas, i, way)
-                way.append(target.xyz)
-                if len(way) > 2 * LONGEST:
-                    del way[1:-1:2]
+                    self._forget(canvas, i, trail)
+                trail.append(target.xyz)
+                if len(trail) > 2 * LONGEST:
+                    del trail[1:-1:2]
         if session.drag is None:
-            for i, way in enumerate(self._ways):
-                self._show(canvas, i, way)
+            for i, trail in enumerate(self._trails):
+                self._show(canvas, i, trail)
 
-    def _forget(self, canvas: Canvas, i: int, way: list[np.ndarray]) -> None:
-        way.clear()
+    def _forget(self, canvas: Canvas, i: int, trail: list[np.ndarray]) -> None:
+        trail.clear()
         if self._drawn.pop(i, None) is not None:
             canvas.clear(f"world/plate/trails/{i + 1}")
 
-    def _show(self, canvas: Canvas, i: int, way: list[np.ndarray]) -> None:
-        if len(way) > 1 and self._drawn.get(i) != id(way[-1]):
-            self._drawn[i] = id(way[-1])
-            chosen = np.unique(np.linspace(0, len(way) - 1, LONGEST).round().astype(int))
-            strip = np.array([way[k] for k in chosen])
+    def _show(self, canvas: Canvas, i: int, trail: list[np.ndarray]) -> None:
+        if len(trail) > 1 and self._drawn.get(i) != id(trail[-1]):
+            self._drawn[i] = id(trail[-1])
+            chosen = np.unique(np.linspace(0, len(trail) - 1, LONGEST).round().astype(int))
+            strip = np.array([trail[k] for k in chosen])
             canvas.log(f"world/plate/trails/{i + 1}", rr.LineStrips3D([strip], colors=REACHED, radii=THIN))
 
 

@@ -24,7 +24,7 @@ NOTES = 8
 
 
 class DataPanel(AbstractPanel):
-    """Two ways to measurements, and what was understood of them."""
+    """Two sources of measurements, and what was understood of them."""
 
     def build(self, server: viser.ViserServer) -> None:
         gui = server.gui

@@ -22,7 +22,7 @@ INKS = {Tone.PLAIN: LINE, Tone.GOOD: GOOD, Tone.CAREFUL: CAREFUL, Tone.BAD: BAD}
 
 
 class Verdict(AbstractPanel):
-    """Where the session stands, and the two ways on."""
+    """The state of the session, and the two next steps."""
 
     keeps_typed = True
 

@@ -56,7 +56,7 @@ def values_of(scores: tuple[Score, ...]) -> tuple[np.ndarray, str, str]:
 
 
 def step_names(scores: tuple[Score, ...], first: int) -> list[str]:
-    """The steps in words, the latest first; the present one is none to go back to."""
+    """The steps in words, the latest first; the present one is left out."""
     values, unit, _ = values_of(scores)
     best = _best(values, unit)
     names = [

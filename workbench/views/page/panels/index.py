@@ -51,7 +51,7 @@ class IndexPanel(AbstractPanel):
 
 
 class IndicesPanel(AbstractPanel):
-    """All observability indices, for who wants them."""
+    """All observability indices, for those who want them."""
 
     def build(self, server: viser.ViserServer) -> None:
         with server.gui.add_folder("All indices", expand_by_default=False):

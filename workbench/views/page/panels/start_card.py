@@ -62,15 +62,17 @@ class StartCard(AbstractPanel):
         self._modal = gui.add_modal("What do you have?")
         with self._modal:
             self._words = gui.add_html("")
-            self._ways = [
-                self._way(gui, "A robot and measurements", icon.DATABASE, lambda: self._ask(wants_data=True)),
-                self._way(gui, "Only a robot", icon.ROBOT, lambda: self._ask(wants_data=False)),
-                self._way(gui, "Nothing yet: show me", icon.PLAYER_PLAY, self._demo),
+            self._entries = [
+                self._entry(
+                    gui, "A robot and measurements", icon.DATABASE, lambda: self._ask(wants_data=True)
+                ),
+                self._entry(gui, "Only a robot", icon.ROBOT, lambda: self._ask(wants_data=False)),
+                self._entry(gui, "Nothing yet: show me", icon.PLAYER_PLAY, self._demo),
             ]
             self._asked = gui.add_folder(None, visible=False)
             with self._asked:
                 self._build_asked(gui)
-            self._done = self._way(gui, "Look around", icon.EYE, lambda: self._leave(Tab.PLATE), main=False)
+            self._done = self._entry(gui, "Look around", icon.EYE, lambda: self._leave(Tab.PLATE), main=False)
         self.show(self._worker.session)
 
     def _build_asked(self, gui: viser.GuiApi) -> None:
@@ -123,7 +125,7 @@ class StartCard(AbstractPanel):
             style="margin-bottom:8px",
         )
 
-    def _way(
+    def _entry(
         self,
         gui: viser.GuiApi,
         label: str,
@@ -141,9 +143,9 @@ class StartCard(AbstractPanel):
             self._worker.submit(ChooseRobot(self._robot.value))
 
     def _ask(self, *, wants_data: bool) -> None:
-        """Show what is needed for one of the first two ways."""
+        """Show what is needed for one of the first two options."""
         self._wants_data = wants_data
-        for button in self._ways:
+        for button in self._entries:
             button.visible = False
         self._asked.visible, self._data.visible = True, wants_data
         self._done.label = "Look around" if wants_data else "Design a plate for it"

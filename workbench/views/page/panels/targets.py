@@ -76,7 +76,7 @@ class TargetsPanel(AbstractPanel):
         set_options(self._choice, [str(k + 1) for k in range(len(session.plate))], str(i + 1))
         self._xyz.show(target.xyz, session.units)
         self._rpy.show(target.rpy, session.units)
-        known = {way.name: way.name for way in session.branches} if session.branches_of is target else {}
+        known = {b.name: b.name for b in session.branches} if session.branches_of is target else {}
         if known and session.drag is None:
             known |= {name: name + MARK for name in blocked_branches(session)}
         mine = {} if target.branch in (AUTO, *known) else {target.branch: target.branch}
@@ -130,9 +130,9 @@ class TargetsPanel(AbstractPanel):
 
 def blocked_branches(session: Session) -> tuple[str, ...]:
     """Names of the selected target's branches in which the arm would run into something."""
-    ways = session.branches
-    free = clear_of(session.robot, session.plate, session.selected, ways)
-    return tuple(way.name for way in ways if not any(way is other for other in free))
+    branches = session.branches
+    free = clear_of(session.robot, session.plate, session.selected, branches)
+    return tuple(branch.name for branch in branches if not any(branch is other for other in free))
 
 
 def _state(state: TargetState) -> str:

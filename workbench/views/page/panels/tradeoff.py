@@ -37,7 +37,7 @@ class TradeoffPanel(AbstractPanel):
             )
             self._html = gui.add_html("")
             self._rows = [
-                gui.add_button("–", color="gray", visible=False, hint="Open this plate; Undo brings back.")
+                gui.add_button("–", color="gray", visible=False, hint="Open this plate; Undo reverts this.")
                 for _ in range(MOST)
             ]
         for i, row in enumerate(self._rows):

@@ -24,7 +24,7 @@ HIGH = 0.5
 
 
 class Player:
-    """Knows where on its way the arm stands while it moves.
+    """Knows how far along its trajectory the arm is while it moves.
 
     Args:
         server: Whose pages look at a new trajectory.
@@ -84,7 +84,7 @@ class Player:
         self._run = self._play = None
 
     def _look(self, track: Track | None) -> None:
-        """Every page looks at another way when it is first there."""
+        """Every page looks at a new trajectory once."""
         old = self._track
         if track is None or (old is not None and (old.kind, old.robot) == (track.kind, track.robot)):
             return

@@ -1,9 +1,9 @@
 """Measurements joined with joints from a robot's log: by name, by row, or by time where the arm stands still.
 
-By time, joints and measurements are averaged over each stand: a stretch of the log of `WINDOW` or longer in
-which no joint ranges beyond `STILL`. Nothing is interpolated while the arm moves. Samples within `MARGIN` of
-a stand's ends are left out, as clocks differ by their latencies and arms settle. Two files with clocks of
-their own are brought together by when both moved (`clock_offset`).
+By time, joints and measurements are averaged over each standstill: a stretch of the log of `WINDOW` or longer
+in which no joint ranges beyond `STILL`. Nothing is interpolated while the arm moves. Samples within `MARGIN`
+of a standstill's ends are left out, as clocks differ by their latencies and arms settle. Two files with
+clocks of their own are brought together by when both moved (`clock_offset`).
 """
 
 from collections.abc import Sequence
@@ -19,9 +19,9 @@ from workbench.data.readers.fields import Fields
 from workbench.data.readers.orientation import read_orientation
 
 WINDOW, MARGIN, GAP = 0.4, 0.1, 1.0
-"""Shortest stand, what is left out at its ends, and the silence that ends it [s]."""
+"""Shortest standstill, what is left out at its ends, and the silence that ends it [s]."""
 STILL, STILL_POINT = np.deg2rad(0.03), 5e-4
-"""Range of a joint [rad or m], and of a measured point [m], in a stand."""
+"""Range of a joint [rad or m], and of a measured point [m], in a standstill."""
 DENSE = 0.25
 """Samples that are this near to each other show when something moved [s]."""
 STEP = 0.02
@@ -47,7 +47,7 @@ def join(measured: Fields, joints: Fields) -> Fields:
     if timed and "time" in joints.values:
         return join_by_time(measured, joints)
     if timed and measured.rows > joints.rows and _dense(measured.values["time"]):
-        measured = _averaged(measured, _stands_of_points(measured), "the measured point")
+        measured = _averaged(measured, _standstills_of_points(measured), "the measured point")
     if measured.rows != joints.rows:
         raise DataError(
             f"{measured.source} has {counted(measured.rows, 'row')}, {joints.source} {joints.rows}: name the "
@@ -79,7 +79,7 @@ def _by_label(measured: Fields, joints: Fields, key: str) -> Fields:
 
 
 def join_by_time(measured: Fields, joints: Fields, *, one_clock: bool = False) -> Fields:
-    """Measurements and joints averaged over each stand of the arm.
+    """Measurements and joints averaged over each standstill of the arm.
 
     Args:
         measured: With a column `time`.
@@ -97,9 +97,9 @@ def join_by_time(measured: Fields, joints: Fields, *, one_clock: bool = False) -
     joints, q = _taken(joints, np.flatnonzero(whole)), q[whole]
     time, log = measured.values["time"], joints.values["time"]
     offset, notes = (0.0, ()) if one_clock else clock_offset(time, _points(measured), log, q)
-    stands = still(log, q, STILL)
+    standstills = still(log, q, STILL)
     parts, of_joints = [], []
-    for first, last in stands:
+    for first, last in standstills:
         low, high = log[first] - offset + MARGIN, log[last] - offset - MARGIN
         rows = np.arange(np.searchsorted(time, low), np.searchsorted(time, high, side="right"))
         rows = rows[np.isfinite(_points(measured)[rows]).any(1)]
@@ -110,8 +110,8 @@ def join_by_time(measured: Fields, joints: Fields, *, one_clock: bool = False) -
     if not parts:
         raise DataError(
             f"{measured.source}: nothing was measured while the arm stood still "
-            f"({counted(len(stands), 'stand')} of {WINDOW} s or longer in {joints.source}): are both of the "
-            "same run, and is time[s] of one clock?"
+            f"({counted(len(standstills), 'standstill')} of {WINDOW} s or longer in {joints.source}): are "
+            "both of the same run, and is time[s] of one clock?"
         )
     found = _averaged(measured, parts, "the tool")
     along = {
@@ -122,9 +122,9 @@ def join_by_time(measured: Fields, joints: Fields, *, one_clock: bool = False) -
     used = sum(len(part) for part in parts)
     said = (
         *notes,
-        f"{counted(len(parts), 'row')} from {counted(len(stands), 'stand')} of the arm of {WINDOW} s or "
-        f"longer: joints and measurements are averages over each; {measured.rows - used} of {measured.rows} "
-        "samples, taken while it moved or without sight, are not used",
+        f"{counted(len(parts), 'row')} from {counted(len(standstills), 'standstill')} of the arm of {WINDOW} "
+        f"s or longer: joints and measurements are averages over each; {measured.rows - used} of "
+        f"{measured.rows} samples, taken while it moved or without sight, are not used",
     )
     return _merged(found, along, joints, said)
 
@@ -215,7 +215,7 @@ def _correlation(a: Float[np.ndarray, " n"], b: Float[np.ndarray, " m"]) -> Floa
 
 
 def _smoothed(values: Float[np.ndarray, " steps"]) -> Float[np.ndarray, " steps"]:
-    """Mean of five neighbours; zeros stand beyond the ends."""
+    """Mean of five neighbours; zeros lie beyond the ends."""
     return np.convolve(values, np.full(5, 0.2))[2 : len(values) + 2]
 
 
@@ -244,7 +244,7 @@ def _points(measured: Fields) -> np.ndarray:
     return np.stack([measured.values[key] for key in keys], 1)
 
 
-def _stands_of_points(measured: Fields) -> list[np.ndarray]:
+def _standstills_of_points(measured: Fields) -> list[np.ndarray]:
     points = _points(measured)
     seen = np.flatnonzero(np.isfinite(points).all(1))
     found = still(measured.values["time"][seen], points[seen], STILL_POINT) if len(seen) else []
@@ -256,7 +256,7 @@ def _stands_of_points(measured: Fields) -> list[np.ndarray]:
 
 
 def _by_point(measured: Fields, rows: Int[np.ndarray, " n"]) -> list[np.ndarray]:
-    """The rows of one stand, those of each named point by themselves."""
+    """The rows of one standstill, those of each named point by themselves."""
     if not len(rows) or "point" not in measured.values:
         return [rows] if len(rows) else []
     names = measured.values["point"][rows]
@@ -264,7 +264,7 @@ def _by_point(measured: Fields, rows: Int[np.ndarray, " n"]) -> list[np.ndarray]
 
 
 def _averaged(measured: Fields, parts: Sequence[np.ndarray], what: str) -> Fields:
-    """One row a stand; labels are those of its first row.
+    """One row a standstill; labels are those of its first row.
 
     Raises:
         DataError: the tool moved while the arm stood.
@@ -285,11 +285,13 @@ def _averaged(measured: Fields, parts: Sequence[np.ndarray], what: str) -> Field
     if len(restless) > len(parts) // 2:
         raise DataError(
             f"{measured.source}: {what} moves by more than {4e3 * STILL_POINT:g} mm in {len(restless)} of "
-            f"{len(parts)} stands: are both of the same run, and is time[s] of one clock?"
+            f"{len(parts)} standstills: are both of the same run, and is time[s] of one clock?"
         )
     notes = measured.notes
     if restless:
-        notes += (f"{what} moved in {counted(len(restless), 'stand')}, such as line {lines[restless[0]]}",)
+        notes += (
+            f"{what} moved in {counted(len(restless), 'standstill')}, such as line {lines[restless[0]]}",
+        )
     return replace(measured, values=values, rotation=rotation, lines=lines, notes=notes)
 
 
