@@ -142,51 +142,48 @@ class PixelObservation(AbstractObservation):
     def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Seen:
         place = {name: k for k, name in enumerate(self.unknowns)}
         target, xi = self._points(unknown, place)
-        corners = se3.apply(target.pose[None], xi)
-        by_twist, by_unknown = (
-            np.zeros((*self.measured.shape, 6)),
-            np.zeros((*self.measured.shape, len(place))),
-        )
-        predicted = np.empty(self.measured.shape)
+        held, points = se3.apply(target.pose, xi), self.rig.target.points
+        residual = np.zeros(self.measured.shape)
+        by_twist = np.zeros((*self.measured.shape, 6))
+        by_unknown = np.zeros((*self.measured.shape, len(place)))
         for c, camera in enumerate(self.rig.cameras):
             row, spot = np.nonzero(np.isfinite(self.measured[:, c]).all(2))
             first = place[f"camera[{camera.name}].x"]
-            placed = Placed.at(unknown[first : first + 6])
+            stand = Placed.at(unknown[first : first + 6])
             free = camera.free is not Freedom.FIXED
             intrinsics = unknown[first + 6 : first + 15] if free else camera.intrinsics
-            inside = placed.pose[:3, :3].T
             fixed = camera.mounted is Mount.WORLD
-            carried = poses if fixed else se3.inverse(poses)
-            q = se3.apply(carried[:, None], corners[None])
-            at = project((q - placed.pose[:3, 3]) @ placed.pose[:3, :3], intrinsics)
-            predicted[:, c] = at.pixel
-            by_q = at.by_point @ inside
-            world, sign = (
-                (q - poses[:, None, :3, 3], by_q)
-                if fixed
-                else (corners - poses[:, None, :3, 3], -by_q @ np.swapaxes(poses[:, None, :3, :3], -1, -2))
-            )
-            by_twist[:, c] = np.concatenate([sign, -sign @ se3.skew(world)], axis=-1)
-            out = by_unknown[:, c]
+            carried = (poses if fixed else se3.inverse(poses))[row]
+            q = se3.apply(carried, held[spot])
+            from_stand = q - stand.pose[:3, 3]
+            at = project(from_stand @ stand.pose[:3, :3], intrinsics)
+            residual[row, c, spot] = self.measured[row, c, spot] - at.pixel
+            by_q = _times(at.by_point, stand.pose[:3, :3].T)
+            by_held = by_q @ carried[:, :3, :3]
+            place_of, pull = (q, by_q) if fixed else (held[spot], -by_held)
+            lever = place_of - poses[row, :3, 3]
+            by_twist[row, c, spot] = np.concatenate([pull, -_turned(pull, lever)], axis=-1)
+            out = np.zeros((len(row), 2, len(place)))
             out[..., first : first + 3] = -by_q
-            out[..., first + 3 : first + 6] = by_q @ se3.skew(q - placed.pose[:3, 3]) @ placed.turning
+            out[..., first + 3 : first + 6] = _times(_turned(by_q, from_stand), stand.turning)
             if free:
                 out[..., first + 6 : first + 15] = at.by_intrinsics
-            by_held = by_q @ carried[:, None, :3, :3]
-            spot = place["target.x"]
-            out[..., spot : spot + 3] = by_held
-            turned = se3.skew(corners - target.pose[:3, 3]) @ target.turning
-            out[..., spot + 3 : spot + 6] = -by_held @ turned
-            by_xi = by_held @ target.pose[:3, :3]
-            if (k := place.get("target.scale")) is not None:
-                out[..., k] = (by_xi @ self.rig.target.points[..., None])[..., 0]
-            if (k := place.get("target.bend_xx")) is not None:
-                out[..., k : k + 3] = by_xi[..., 2:] * self.rig.target.bends[:, None]
-        seen = np.isfinite(self.measured)
-        residual = np.where(seen, self.measured - predicted, 0.0).reshape(rows, -1)
-        size = residual.shape[1]
-        by_twist[~seen], by_unknown[~seen] = 0.0, 0.0
-        return Seen(residual, by_twist.reshape(rows, size, 6), by_unknown.reshape(rows, size, -1))
+            k = place["target.x"]
+            out[..., k : k + 3] = by_held
+            turned = _turned(by_held, (held - target.pose[:3, 3])[spot])
+            out[..., k + 3 : k + 6] = -_times(turned, target.turning)
+            by_xi = _times(by_held, target.pose[:3, :3])
+            if (k := place.get("target.scale", -1)) >= 0:
+                out[..., k] = (by_xi * points[spot, None]).sum(2)
+            if (k := place.get("target.bend_xx", -1)) >= 0:
+                out[..., k : k + 3] = by_xi[..., 2:] * self.rig.target.bends[spot, None]
+            by_unknown[row, c, spot] = out
+        rows, size = len(residual), residual[0].size
+        return Seen(
+            residual.reshape(rows, size),
+            by_twist.reshape(rows, size, 6),
+            by_unknown.reshape(rows, size, len(place)),
+        )
 
     def _points(self, unknown: np.ndarray, place: Mapping[str, int]) -> tuple[Placed, np.ndarray]:
         """The target's pose and its points with size and bends."""
