@@ -38,6 +38,7 @@ LONGEST = 450
 LONGER: dict[str, int] = {}
 """Files that wait to be divided; an entry may only shrink."""
 HOOKS = {
+    "AbstractObservation.applies",
     "AbstractObservation.known",
     "AbstractObservation.unknowns",
     "AbstractObservation.start",

@@ -12,7 +12,6 @@ Where the base stands can't be seen, and with a single point neither can the arm
 Source: derived here; contact planes of this kind in Ikits & Hollerbach, IEEE ICRA 1997.
 """
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
@@ -34,16 +33,13 @@ def touches_plane(contact: np.ndarray) -> Bool[np.ndarray, " rows"]:
 
 
 @final
-@dataclass(frozen=True, eq=False)
 class ContactObservation(AbstractPlaceObservation):
     """Contact of the tool point with points."""
 
     word = "contact"
     unused_words = "contacts"
 
-    @property
-    def channels(self) -> tuple[Channel, ...]:
-        return (Channel.POSITION,) * 3
+    channels = (Channel.POSITION,) * 3
 
     @classmethod
     def applies(cls, data: Dataset) -> Bool[np.ndarray, " rows"]:
@@ -66,16 +62,13 @@ class ContactObservation(AbstractPlaceObservation):
 
 
 @final
-@dataclass(frozen=True, eq=False)
 class PlaneObservation(AbstractPlaceObservation):
     """Contact of the tool point with planes, whose feet are unknown."""
 
     word = "contact"
     unused_words = "contacts with planes"
 
-    @property
-    def channels(self) -> tuple[Channel, ...]:
-        return (Channel.POSITION,)
+    channels = (Channel.POSITION,)
 
     @classmethod
     def applies(cls, data: Dataset) -> Bool[np.ndarray, " rows"]:

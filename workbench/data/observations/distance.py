@@ -1,31 +1,24 @@
 """Distance of the tool point from an anchor: ball bars and wire sensors."""
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 
 from workbench.data.dataset import Dataset
 from workbench.data.observations.observation import AbstractPlaceObservation, Channel, Seen
 
 
 @final
-@dataclass(frozen=True, eq=False)
 class DistanceObservation(AbstractPlaceObservation):
     """Residual l − |p̂ − c| with the anchor's unknown place c in the measuring frame."""
 
     distance: Float[np.ndarray, " rows"]
+    columns = ("distance",)
     word = "anchor"
     unused_words = "distances"
 
-    @property
-    def channels(self) -> tuple[Channel, ...]:
-        return (Channel.POSITION,)
-
-    @classmethod
-    def applies(cls, data: Dataset) -> Bool[np.ndarray, " rows"]:
-        return np.zeros(len(data), bool) if data.distance is None else np.isfinite(data.distance)
+    channels = (Channel.POSITION,)
 
     @classmethod
     def of(cls, data: Dataset) -> "DistanceObservation":

@@ -4,7 +4,7 @@ Where the markers' places are known, `marker_poses` fits the rigid transform row
 reports its residual, as the motion-capture set-up of ARIA 5.1 does; the rows then are full poses.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import final
 
 import numpy as np
@@ -18,7 +18,6 @@ from workbench.data.observations.observation import AbstractObservation, Channel
 
 
 @final
-@dataclass(frozen=True, eq=False)
 class MarkerObservation(AbstractObservation):
     """Residual of every marker, m_k − (p̂ + R̂ u_k) with its unknown place u_k in the tool frame.
 

@@ -9,7 +9,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple, dataclass_transform
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -54,9 +54,12 @@ class Seen(NamedTuple):
     by_unknown: Float[np.ndarray, "rows m u"]
 
 
+@dataclass_transform(frozen_default=True, eq_default=False)
 class AbstractObservation(ABC):
-    """Rows that were observed in one way."""
+    """Rows that were observed in one way; every class of this kind is a frozen dataclass."""
 
+    columns: ClassVar[tuple[str, ...]] = ()
+    """Columns of numbers that a row must have whole, unless `applies` says otherwise."""
     sees_base: bool = True
     """Whether the base frame can be seen at all (contacts between unknown points can't)."""
     sees_tool: bool = True
@@ -71,10 +74,16 @@ class AbstractObservation(ABC):
     unused_words: str = ""
     """What a row carries in vain if another observation of it is used; empty if that one contains it."""
 
+    def __init_subclass__(cls) -> None:
+        dataclass(frozen=True, eq=False)(cls)
+
     @classmethod
-    @abstractmethod
     def applies(cls, data: Dataset) -> Bool[np.ndarray, " rows"]:
         """Rows that carry this observation."""
+        values = [getattr(data, name) for name in cls.columns]
+        if any(v is None for v in values):
+            return np.zeros(len(data), bool)
+        return np.all([np.isfinite(v).reshape(len(data), -1).all(1) for v in values], axis=0)
 
     @classmethod
     @abstractmethod
@@ -115,7 +124,6 @@ class AbstractObservation(ABC):
         """Residuals and derivatives at predicted tool poses."""
 
 
-@dataclass(frozen=True, eq=False)
 class AbstractPlaceObservation(AbstractObservation):
     """Rows that share places by name, each place three unknown coordinates in the measuring frame.
 

@@ -12,7 +12,6 @@ are not exact. First guesses of X and Z are closed forms from each picture's own
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import NamedTuple, final
 
 import numpy as np
@@ -46,7 +45,6 @@ class Placed(NamedTuple):
 
 
 @final
-@dataclass(frozen=True, eq=False)
 class PixelObservation(AbstractObservation):
     """Rows of pictures, all cameras of a row at once.
 

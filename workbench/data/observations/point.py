@@ -1,31 +1,22 @@
 """One point of the tool in the measuring frame: a reflector, a ball in a socket, a touch probe."""
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 
 from workbench.data.dataset import Dataset
 from workbench.data.observations.observation import AbstractObservation, Channel, Seen
 
 
 @final
-@dataclass(frozen=True, eq=False)
 class PointObservation(AbstractObservation):
     """Residual p − p̂ of the tool's origin."""
 
+    columns = ("position",)
     position: Float[np.ndarray, "rows 3"]
 
-    @property
-    def channels(self) -> tuple[Channel, ...]:
-        return (Channel.POSITION,) * 3
-
-    @classmethod
-    def applies(cls, data: Dataset) -> Bool[np.ndarray, " rows"]:
-        if data.position is None:
-            return np.zeros(len(data), bool)
-        return np.isfinite(data.position).all(-1)
+    channels = (Channel.POSITION,) * 3
 
     @classmethod
     def of(cls, data: Dataset) -> "PointObservation":

@@ -1,10 +1,9 @@
 """Full pose: position and orientation of the tool, as a 6D probe or a seat on a plate gives them."""
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 
 from workbench.base import se3
 from workbench.data.dataset import Dataset
@@ -12,22 +11,14 @@ from workbench.data.observations.observation import AbstractObservation, Channel
 
 
 @final
-@dataclass(frozen=True, eq=False)
 class PoseObservation(AbstractObservation):
     """Residual [p − p̂; log(R R̂ᵀ)] in the measuring frame; ARIA eqs. (15), (16) to first order."""
 
+    columns = ("position", "rotation")
     poses: Float[np.ndarray, "rows 4 4"]
     sees_tool_rotation = True
 
-    @property
-    def channels(self) -> tuple[Channel, ...]:
-        return (Channel.POSITION,) * 3 + (Channel.ROTATION,) * 3
-
-    @classmethod
-    def applies(cls, data: Dataset) -> Bool[np.ndarray, " rows"]:
-        if data.position is None or data.rotation is None:
-            return np.zeros(len(data), bool)
-        return np.isfinite(data.position).all(-1) & np.isfinite(data.rotation).all((-2, -1))
+    channels = (Channel.POSITION,) * 3 + (Channel.ROTATION,) * 3
 
     @classmethod
     def of(cls, data: Dataset) -> "PoseObservation":

@@ -10,7 +10,6 @@ roll and pitch: u = (−sin y, cos y sin x, cos y cos x), x = tilt_x, y = tilt_y
 Source: derived here; inclinometers on links in Katana figs. 4.6 and 5.4.
 """
 
-from dataclasses import dataclass
 from typing import final
 
 import numpy as np
@@ -42,7 +41,6 @@ def seen_from(rotation: Float[np.ndarray, "*rows 3 3"]) -> Float[np.ndarray, "*r
 
 
 @final
-@dataclass(frozen=True, eq=False)
 class TiltObservation(AbstractObservation):
     """Rows of one inclinometer.
 
@@ -58,9 +56,7 @@ class TiltObservation(AbstractObservation):
 
     unused_words = "tilts of links"
 
-    @property
-    def channels(self) -> tuple[Channel, ...]:
-        return (Channel.ROTATION,) * 2
+    channels = (Channel.ROTATION,) * 2
 
     @property
     def seen(self) -> Bool[np.ndarray, "..."]:
