@@ -81,7 +81,7 @@ def test_exaggerations_have_bounds(do, first):
 def test_katana_stands_on_its_table_and_is_measured_and_identified(do):
     session = do(ChooseRobot("katana450"))
     assert session.score.measurable == 10
-    assert all(state.clear for state in session.states)
+    assert all(not state.hit for state in session.states)
     assert height_above_floor(session.robot) == 0.2015
     assert session.plate.xyz[2] > -0.2015
     session = do(MeasureVirtualArm(3, more=30), Identify(("opt2",)))
@@ -94,7 +94,7 @@ def test_suited_plates_are_reached_without_touching_anything(name):
     robot = load_robot(name)
     begun = start(robot, suited_plate(robot))
     assert begun.score.measurable == 10
-    assert all(state.clear for state in begun.states)
+    assert all(not state.hit for state in begun.states)
 
 
 def test_an_arm_whose_base_is_to_be_found_is_given_no_stand():

@@ -26,6 +26,11 @@ def counted(number: int, noun: str) -> str:
     return f"{number} {noun}" + ("" if number == 1 else "s")
 
 
+def capital(sentence: str) -> str:
+    """A sentence that begins with a capital letter."""
+    return sentence[:1].upper() + sentence[1:]
+
+
 def brief(sentence: str) -> str:
     """A sentence in one line that can be read: long values that it quotes are cut, as is its middle."""
     line = sentence if sentence.isprintable() else "".join(c if c.isprintable() else " " for c in sentence)

@@ -35,7 +35,7 @@ class Job:
 
     Args:
         robot: The calibrated arm.
-        nominal: The arm as its controller computes it; None if nobody said.
+        nominal: The arm as its controller computes it; None if not given.
         source: Text of a file of this form that is to be brought up to date; None for a new one.
     """
 

@@ -9,6 +9,7 @@ from enum import StrEnum
 import numpy as np
 from jaxtyping import Float
 
+from workbench.base.wording import capital
 from workbench.diagnosis.record import Diagnosis, Verdict
 from workbench.identification.arm_match import ArmMatch
 from workbench.identification.record import LOOK_AGAIN, Identification, Run, Validation, judged
@@ -123,7 +124,7 @@ def _foreign(match: ArmMatch) -> Step:
     change = Action("Choose the robot", Tab.MORE)
     if match.rival:
         change = Action(f"Change to {match.rival_name}", Tab.IDENTIFY, ChooseRobot(match.rival, keep=True))
-    return Step(f"{_capital(match.words)}.", Tone.BAD, change, anyway)
+    return Step(f"{capital(match.words)}.", Tone.BAD, change, anyway)
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,7 +192,7 @@ def _figure(session: Session) -> str:
 
 def _design(session: Session) -> Step:
     """The plate, as long as nothing is measured on it."""
-    bad = [(i, state) for i, state in enumerate(session.states) if not (state.reached and state.clear)]
+    bad = [(i, state) for i, state in enumerate(session.states) if not state.measurable]
     if bad:
         (first, state), count = bad[0], len(session.plate)
         words = f"{count - len(bad)} of {count} targets can be measured; target {first + 1} {_why(state)}."
@@ -203,7 +204,7 @@ def _design(session: Session) -> Step:
     if not session.done:
         words = "Drag an arrow to move the blue target, a ring to turn it; the arm follows"
         return Step(f"{words}. Or let the program place all targets.", next=improve, other=LOAD)
-    words = _capital(_predicted(session))
+    words = capital(_predicted(session))
     if session.wanted is None or np.isnan(session.score.position):
         return Step(f"{words}. Good enough? Then measure.", next=LOAD, other=improve)
     wanted = session.wanted.words
@@ -279,7 +280,3 @@ def _diagnosed(found: Diagnosis) -> Step:
     if found.verdict is Verdict.UNEXPLAINED:
         return Step(f"{before:.3g} mm left, and no effect explains it.", Tone.CAREFUL, poses, TAKE)
     return Step(f"{before:.3g} mm left, all of it noise: the geometry is enough.", Tone.GOOD, TAKE, COMPARE)
-
-
-def _capital(words: str) -> str:
-    return words[:1].upper() + words[1:]

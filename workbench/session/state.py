@@ -143,14 +143,9 @@ class TargetState:
     hit: str = ""
 
     @property
-    def clear(self) -> bool:
-        """Whether the arm runs into nothing."""
-        return not self.hit
-
-    @property
     def measurable(self) -> bool:
         """Whether the arm can stand there: the target is reached, and nothing is in the way."""
-        return self.reached and self.clear
+        return self.reached and not self.hit
 
     @property
     def obstacle(self) -> str:
@@ -412,6 +407,11 @@ class Session:
     def shows_plate(self) -> bool:
         """Whether the plate is in the scene: not while rows are looked at that were measured without it."""
         return self.loaded is None or self.loaded.virtual or self.focus is not Focus.ROW
+
+    @property
+    def is_idle(self) -> bool:
+        """Whether no long work is under way."""
+        return self.job is None
 
     @property
     def is_playing(self) -> bool:

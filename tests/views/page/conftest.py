@@ -36,7 +36,6 @@ UNCOVERED = """() => document.head.appendChild(document.createElement('style')).
 """viser's note about software rendering lies above the scene; the page's own messages are elsewhere."""
 
 
-@dataclass(frozen=True, eq=False)
 class StartAgain(AbstractChange):
     """Back to a session in which nothing has happened."""
 

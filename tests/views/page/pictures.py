@@ -10,7 +10,7 @@ made by `assets/docs/pictures.py`.
 
 import shutil
 import sys
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 from playwright.sync_api import Browser, Page, sync_playwright
@@ -43,7 +43,6 @@ SETTLED = 2500
 """How long a page is given after each step [ms]."""
 
 
-@dataclass(frozen=True, eq=False)
 class Show(AbstractChange):
     """Go to a state of the session."""
 

@@ -55,6 +55,6 @@ def target_colour(state: TargetState, *, selected: bool) -> tuple[int, int, int]
     """Colour of a target by its state; trouble shows even where it is selected."""
     if not state.reached:
         return OUT_OF_REACH
-    if not state.clear:
+    if state.hit:
         return BLOCKED
     return SELECTED if selected else REACHED

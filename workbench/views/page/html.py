@@ -23,6 +23,11 @@ def block(content: str, *, testid: str | None = None, style: str = "") -> str:
     return f'<div{name} style="{FONT};padding:0 12px;{style}">{content}</div>'
 
 
+def note(words: str, testid: str, *, margin: str = "4px 0") -> str:
+    """A sentence in place of a result."""
+    return block(text(words), testid=testid, style=f"color:{MUTED};margin:{margin}")
+
+
 def heading(words: str) -> str:
     """A small heading."""
     return (
@@ -66,6 +71,21 @@ def pairs(items: Iterable[tuple[str, str]]) -> str:
         for name, value in items
     )
     return f'<table style="border-collapse:collapse;font-size:12.5px">{rows}</table>'
+
+
+def bullets(lines: Iterable[str], *, style: str = "margin:0") -> str:
+    """A list of lines, which are HTML; nothing where there are none."""
+    items = "".join(f"<li>{line}</li>" for line in lines)
+    return f'<ul style="{style};padding-left:16px">{items}</ul>' if items else ""
+
+
+def label(
+    x: float | str, y: float, words: str, *, anchor: str = "start", size: int = 10, fill: str = MUTED
+) -> str:
+    """Words in a drawing (SVG)."""
+    x = x if isinstance(x, str) else f"{x:.1f}"
+    look = f'font-size="{size}" text-anchor="{anchor}" style="fill:{fill}"'
+    return f'<text x="{x}" y="{y:.1f}" {look}>{text(words)}</text>'
 
 
 def badge(words: str, colour: str) -> str:

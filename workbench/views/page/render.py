@@ -154,7 +154,7 @@ def _build_panels(
     with gui.add_folder("Next"):
         for kind in STRIP:
             panels.append(kind(worker))
-            panels[-1].build(server)
+            panels[-1].build(gui)
     gui.add_html(style_sheet())
     opened = worker.session.opened
     tabs = Tabs(server, told, first=None if opened is None else opened.tab)
@@ -164,12 +164,12 @@ def _build_panels(
                 card.build_way_back(gui)
             for kind in kinds:
                 panels.append(kind(worker))
-                panels[-1].build(server)
+                panels[-1].build(gui)
             if link and FilesPanel in kinds:
                 gui.add_html(_link(link))
     panels += [ResidualsPanel(worker), card]
     for panel in panels[-2:]:
-        panel.build(server)
+        panel.build(gui)
     return panels, tabs
 
 
@@ -186,7 +186,7 @@ def _link(address: str) -> str:
 
 @contextlib.contextmanager
 def icons_at_once() -> Iterator[None]:
-    """Buttons made within this find the archive open; viser opens it anew for every icon, 25 ms each."""
+    """Buttons made within this find the archive open; viser opens it again for every icon, 25 ms each."""
     with zipfile.ZipFile(_icons.ICONS_DIR / "tabler-icons.zip") as archive:
         opened = SimpleNamespace(ZipFile=lambda path: contextlib.nullcontext(archive))
         with mock.patch.object(_icons, "zipfile", opened):

@@ -143,7 +143,7 @@ def _has_browser() -> bool:
 
 
 def _stopped_by_interrupt(stop: threading.Event) -> Callable[[int, object], None]:
-    """A handler that asks to stop: an exception raised in the midst of a library may be lost there.
+    """A handler that asks to stop: an exception raised inside a library may be lost there.
 
     A second interrupt ends the program wherever it is.
     """

@@ -52,7 +52,7 @@ class FileOutlet(AbstractOutlet):
     """Writes a file.
 
     Args:
-        path: The file, which is made anew.
+        path: The file, which is overwritten.
         recording: Identity of the recording; parts of one session share it.
         blueprint: How the viewer is laid out.
         tell: Told once of trouble with the disk.

@@ -73,7 +73,7 @@ class AbstractTimeline(ABC):
 
 
 class Log(AbstractTimeline):
-    """`log`: one line a decision; the many places of a drag are left out."""
+    """`log`: one line per decision; the many places of a drag are left out."""
 
     def __init__(self) -> None:
         self._told = 0
@@ -94,7 +94,7 @@ class Log(AbstractTimeline):
 
 
 class Trails(AbstractTimeline):
-    """`world/plate/trails/N`: where a target has been dragged; what else puts it elsewhere begins anew."""
+    """`world/plate/trails/N`: where a target has been dragged; any other move starts a new trail."""
 
     def __init__(self) -> None:
         self._trails: list[list[np.ndarray]] = []

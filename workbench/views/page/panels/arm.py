@@ -1,7 +1,5 @@
 """Which arm, from the list or from a file, and what is known of it."""
 
-from typing import Any
-
 import numpy as np
 import viser
 
@@ -10,17 +8,18 @@ from workbench.arm.kinematics.envelope import outstretched
 from workbench.arm.robot import JointKind, Robot
 from workbench.session.commands.arm import LARGEST_MODEL, ChooseRobot, LoadModel
 from workbench.session.state import Session
-from workbench.views.page.html import block, heading, pairs, text
+from workbench.views.page.html import block, bullets, heading, pairs, text
 from workbench.views.page.panels.panel import AbstractPanel, ask
 
 MODELS = ".toml,.urdf,.xml"
 
 
 class ArmPanel(AbstractPanel):
-    """Choosing begins anew with another arm."""
+    """Choosing starts over with another arm."""
 
-    def build(self, server: viser.ViserServer) -> None:
-        gui = server.gui
+    depends = ("robot", "is_idle")
+
+    def build(self, gui: viser.GuiApi) -> None:
         self._choice = gui.add_dropdown(
             "Robot", list(built_in_robots()), initial_value="aria", hint="The built-in arms."
         )
@@ -51,9 +50,6 @@ class ArmPanel(AbstractPanel):
         question = f"The measurements ({loaded.name}){fit} are put away; Undo brings them back."
         ask(event, question, f"Change to {name}", lambda: self._worker.submit(ChooseRobot(name)))
 
-    def parts(self, session: Session) -> tuple[Any, ...]:
-        return session.robot, session.job is None
-
     def show(self, session: Session) -> None:
         self._change.disabled = session.job is not None
         self._facts.content = block(facts(session.robot), testid="arm", style="margin:6px 0")
@@ -73,6 +69,5 @@ def facts(robot: Robot) -> str:
         ("Free parameters", f"{len(robot.default_free)}"),
         ("Masses", masses),
     ]
-    notes = "".join(f"<li>{text(note)}</li>" for note in robot.notes)
-    more = heading("Notes") + f'<ul style="margin:0;padding-left:16px">{notes}</ul>' if notes else ""
-    return pairs(items) + more
+    notes = bullets(map(text, robot.notes))
+    return pairs(items) + (heading("Notes") + notes if notes else "")

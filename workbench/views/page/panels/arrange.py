@@ -15,7 +15,7 @@ from workbench.session.commands.messages import Tell
 from workbench.session.commands.plate import ClusterTargets, ImprovePlate
 from workbench.session.state import Session, Units
 from workbench.views.page.panels.coordinates import NAMES, SIZES, Quantity
-from workbench.views.page.panels.panel import AFTERWARDS, AbstractPanel, on_choice, on_press, set_value
+from workbench.views.page.panels.panel import AFTERWARDS, AbstractPanel, on_choice, set_value
 
 KINDS = {name.capitalize(): name for name in PATTERNS}
 SEPARATORS = str.maketrans({",": " ", ";": " ", "\t": " ", "−": "-"})
@@ -24,18 +24,18 @@ SEPARATORS = str.maketrans({",": " ", ";": " ", "\t": " ", "−": "-"})
 class ImprovePanel(AbstractPanel):
     """The one button that makes the plate better."""
 
-    def build(self, server: viser.ViserServer) -> None:
-        gui = server.gui
-        self._improve = gui.add_button(
-            "Improve this plate",
-            icon=viser.Icon.SPARKLES,
-            hint="Let the program place all targets but the locked ones for the least predicted error in the "
-            "region, reachable and free of collisions. Cancel stops it, Undo restores the old plate.",
-        )
-        on_press(self._improve, self._improve_plate)
+    depends = ("is_idle",)
 
-    def parts(self, session: Session) -> tuple[Any, ...]:
-        return (session.job is None,)
+    def build(self, gui: viser.GuiApi) -> None:
+        self._improve = self.button(
+            gui,
+            "Improve this plate",
+            self._improve_plate,
+            viser.Icon.SPARKLES,
+            "Let the program place all targets but the locked ones for the least predicted error in the "
+            "region, reachable and free of collisions. Cancel stops it, Undo restores the old plate.",
+            main=True,
+        )
 
     def show(self, session: Session) -> None:
         self._improve.disabled = session.job is not None
@@ -47,8 +47,7 @@ class ImprovePanel(AbstractPanel):
 class ArrangePanel(AbstractPanel):
     """What else moves several targets at once, or one with precision; folded."""
 
-    def build(self, server: viser.ViserServer) -> None:
-        gui = server.gui
+    def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Other searches", expand_by_default=False):
             self._build_searches(gui)
         with gui.add_folder("Snap and number", expand_by_default=False):
@@ -65,22 +64,21 @@ class ArrangePanel(AbstractPanel):
         self._number.max = len(session.plate)
 
     def _build_searches(self, gui: viser.GuiApi) -> None:
-        mix = gui.add_button(
+        self.button(
+            gui,
             "Best mix of branches",
-            icon=viser.Icon.ARROWS_SHUFFLE,
-            color="gray",
-            hint="Choose the branches together for the least predicted error; branches chosen by "
-            "hand are kept.",
+            MixBranches,
+            viser.Icon.ARROWS_SHUFFLE,
+            "Choose the branches together for the least predicted error; branches chosen by hand are kept.",
         )
-        on_press(mix, lambda: self._worker.submit(MixBranches()))
-        self._cluster = gui.add_button(
+        self._cluster = self.button(
+            gui,
             "Search poses of equal index",
-            icon=viser.Icon.SEARCH,
-            color="gray",
-            hint="Workspace clustering: replace the targets by as many poses with equal index O in mutually "
+            self._search,
+            viser.Icon.SEARCH,
+            "Workspace clustering: replace the targets by as many poses with equal index O in mutually "
             "different cubes of the region, the best such set. Takes a few seconds; Undo reverts this.",
         )
-        on_press(self._cluster, self._search)
 
     def _build_snap(self, gui: viser.GuiApi) -> None:
         on_choice(
@@ -123,12 +121,14 @@ class ArrangePanel(AbstractPanel):
         self._tilts = gui.add_vector2(
             "Tilts [°]", (-150.0, -160.0), step=1.0, hint="Roll angles, assigned to the targets in turn."
         )
-        lay = gui.add_button(
+        self.button(
+            gui,
             "Apply the pattern",
-            icon=viser.Icon.GRID_DOTS,
-            hint="Replace all unlocked targets by this pattern; Undo reverts this.",
+            self._lay_out,
+            viser.Icon.GRID_DOTS,
+            "Replace all unlocked targets by this pattern; Undo reverts this.",
+            main=True,
         )
-        on_press(lay, self._lay_out)
 
     def _snap(self, to: str) -> None:
         self._worker.submit(SnapTarget(self._worker.session.selected, to))
@@ -150,9 +150,9 @@ class TablePanel(AbstractPanel):
 
     pause = AFTERWARDS
     keeps_typed = True
+    depends = ("plate", "units")
 
-    def build(self, server: viser.ViserServer) -> None:
-        gui = server.gui
+    def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Coordinates of all targets", expand_by_default=False):
             self._table = gui.add_text(
                 "x y z [mm] r p y [°]",
@@ -161,16 +161,13 @@ class TablePanel(AbstractPanel):
                 hint="One line per target: x y z, then roll, pitch, yaw. Type, or paste from a spreadsheet; "
                 "extra lines add targets.",
             )
-            apply = gui.add_button(
+            self.button(
+                gui,
                 "Apply the coordinates",
-                icon=viser.Icon.CHECK,
-                color="gray",
-                hint="Move the targets to these coordinates; Undo reverts this.",
+                self._apply,
+                viser.Icon.CHECK,
+                "Move the targets to these coordinates; Undo reverts this.",
             )
-        on_press(apply, self._apply)
-
-    def parts(self, session: Session) -> tuple[Any, ...]:
-        return session.plate, session.units
 
     def show(self, session: Session) -> None:
         length, angle = (NAMES[session.units, quantity] for quantity in Quantity)

@@ -1,4 +1,4 @@
-"""How much the arm gives way where it stands, and how strongly that is drawn."""
+"""How much the arm bends in its present posture, and by what factor that is drawn."""
 
 from dataclasses import replace
 from typing import Any
@@ -12,7 +12,7 @@ from workbench.session.commands.arm import standing
 from workbench.session.commands.compare import LEAST_EXAGGERATION, SetOverlay
 from workbench.session.state import Session
 from workbench.views.appearance.colours import BENT, css
-from workbench.views.page.html import MUTED, badge, block, table, text
+from workbench.views.page.html import MUTED, badge, block, note, table, text
 from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value
 
 GREATEST_BENDING = 500
@@ -23,10 +23,10 @@ NOTHING = (
 
 
 class BendingPanel(AbstractPanel):
-    """A switch, a factor, and a line a joint."""
+    """A switch, a factor, and one line per joint."""
 
-    def build(self, server: viser.ViserServer) -> None:
-        gui, overlay = server.gui, self._worker.session.overlay
+    def build(self, gui: viser.GuiApi) -> None:
+        overlay = self._worker.session.overlay
         with gui.add_folder("Bending under load"):
             self._bent = gui.add_checkbox(
                 "Bent arm",
@@ -56,7 +56,7 @@ class BendingPanel(AbstractPanel):
         for control in (self._bent, self._times):
             control.disabled = robot is None
         if robot is None:
-            self._table.content = block(NOTHING, testid="bending", style=f"color:{MUTED};margin:4px 0")
+            self._table.content = note(NOTHING, "bending")
             return
         content = _joints(robot, bend(robot, q)) + _drawn(robot, q, session.overlay.bending)
         self._table.content = block(content, testid="bending", style="margin:4px 0")
@@ -80,7 +80,7 @@ def _drawn(robot: Robot, q: np.ndarray, wanted: float) -> str:
 
 
 def _joints(robot: Robot, bending: Bending) -> str:
-    """A line a joint: what it carries, and by how much it gives way."""
+    """One line per joint: what it carries, and by how much it bends."""
     rows = []
     for i, joint in enumerate(robot.moving):
         slides = joint.kind is JointKind.PRISMATIC

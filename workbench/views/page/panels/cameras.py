@@ -1,7 +1,6 @@
 """Cameras as the instrument: a folder of pictures, what was found in them, and what they may identify."""
 
 import base64
-from typing import Any
 
 import numpy as np
 import viser
@@ -20,8 +19,10 @@ from workbench.views.page.html import (
     MUTED,
     badge,
     block,
+    bullets,
     folded,
     heading,
+    note,
     number,
     table,
     text,
@@ -39,8 +40,9 @@ ENOUGH = 0.6
 class CamerasPanel(AbstractPanel):
     """A folder: loading, one picture with its corners, coverage, and the steps of the gate."""
 
-    def build(self, server: viser.ViserServer) -> None:
-        gui = server.gui
+    depends = ("comparison", "row", "focus", "identification", "fit", "loaded")
+
+    def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Pictures of a camera", expand_by_default=True):
             gui.add_html(
                 folder_field("Drop or choose a folder: pictures, joints (CSV), camera.toml and target.toml")
@@ -60,16 +62,6 @@ class CamerasPanel(AbstractPanel):
             on_change(self._row, lambda: self._worker.submit(ShowRow(int(self._row.value) - 1)))
             self._seen = gui.add_html("")
             self._gate = gui.add_html("")
-
-    def parts(self, session: Session) -> tuple[Any, ...]:
-        return (
-            session.comparison,
-            session.row,
-            session.focus,
-            session.identification,
-            session.fit,
-            session.loaded,
-        )
 
     def show(self, session: Session) -> None:
         views = camera_views(session)
@@ -170,20 +162,18 @@ def _identified(session: Session) -> str:
     result = session.identification
     if result is None or result.gate is None:
         words = "Not identified yet: camera and target are first guesses. Identify is in the next tab."
-        return block(text(words), testid="gate", style=f"color:{MUTED};margin:4px 0")
+        return note(words, "gate")
     gate = result.gate
     verdict = "Nothing of the arm was identified" if gate.refused else f"Identified: {gate.step.name}"
     colour = BAD if gate.refused else GOOD
-    reasons = "".join(
-        f"<li>{text(step.name)}: {text(step.refused)}</li>" for step in gate.steps if step.refused
-    )
+    reasons = [f"{text(step.name)}: {text(step.refused)}" for step in gate.steps if step.refused]
     said = [*gate.doubts, *([gate.advice] if gate.advice else [])]
     places = "".join(f"<div>{text(words)}</div>" for words in camera_words(result))
     return block(
         badge(verdict, colour)
         + heading("Step by step, at the tool")
         + _steps(gate)
-        + (f'<ul style="margin:4px 0;padding-left:16px">{reasons}</ul>' if reasons else "")
+        + bullets(reasons, style="margin:4px 0")
         + "".join(f'<div style="color:{CAREFUL}">{text(words)}</div>' for words in said)
         + folded("Zeros, camera and target", places),
         testid="gate",

@@ -15,15 +15,15 @@ from workbench.views.page.panels.panel import AbstractPanel, on_change, on_press
 
 
 class ChoicesPanel(AbstractPanel):
-    """Two closed folders; the parameters' boxes are made anew for another arm."""
+    """Two closed folders; the parameters' boxes are rebuilt for another arm."""
 
     def __init__(self, worker: Worker):
         super().__init__(worker)
         self._robot: Robot | None = None
         self._boxes: dict[str, viser.GuiCheckboxHandle] = {}
 
-    def build(self, server: viser.ViserServer) -> None:
-        gui = self._gui = server.gui
+    def build(self, gui: viser.GuiApi) -> None:
+        self._gui = gui
         with gui.add_folder("Excluded rows", expand_by_default=False):
             self._rows = gui.add_text(
                 "Rows",

@@ -23,8 +23,7 @@ LARGEST = 2**16
 class ColumnsPanel(AbstractPanel):
     """A folder that is there with a file; it opens by itself where the file can't be read."""
 
-    def build(self, server: viser.ViserServer) -> None:
-        gui = server.gui
+    def build(self, gui: viser.GuiApi) -> None:
         self._folder = gui.add_folder("Columns of the file", expand_by_default=False, visible=False)
         with self._folder:
             self._column = gui.add_dropdown("Column", ("-",), hint="The file's heading.")

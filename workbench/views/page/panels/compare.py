@@ -39,8 +39,7 @@ FACTORS = {
 class ComparePanel(AbstractPanel):
     """Scrubber, switches, errors at the pose."""
 
-    def build(self, server: viser.ViserServer) -> None:
-        gui = server.gui
+    def build(self, gui: viser.GuiApi) -> None:
         self._row = gui.add_slider(
             "Pose", 1, 2, 1, 1, disabled=True, hint="Step through the measured poses; the arms go there."
         )

@@ -1,7 +1,5 @@
 """Measurements: from a file, or from a virtual arm."""
 
-from typing import Any
-
 import viser
 
 from workbench.session.commands.data import (
@@ -14,11 +12,12 @@ from workbench.session.commands.data import (
 )
 from workbench.session.loaded import Loaded
 from workbench.session.state import Session
-from workbench.views.page.html import LINE, MUTED, block, heading, pairs, text
+from workbench.views.page.html import LINE, block, bullets, heading, note, pairs, text
 from workbench.views.page.panels.panel import AbstractPanel
 
 FILES = ".csv,.tsv,.txt,.xlsx,.parquet"
 SEAT = "plate seats"
+NOTHING = "No measurements yet. Load a file of a real arm, or measure a virtual arm."
 NOTES = 8
 """Notes shown before the rest is counted."""
 
@@ -26,8 +25,9 @@ NOTES = 8
 class DataPanel(AbstractPanel):
     """Two sources of measurements, and what was understood of them."""
 
-    def build(self, server: viser.ViserServer) -> None:
-        gui = server.gui
+    depends = ("loaded",)
+
+    def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Real arm"):
             self.upload(
                 gui,
@@ -87,11 +87,10 @@ class DataPanel(AbstractPanel):
             visible=False,
         )
 
-    def parts(self, session: Session) -> tuple[Any, ...]:
-        return (session.loaded,)
-
     def show(self, session: Session) -> None:
-        self._preview.content = _nothing() if session.loaded is None else _preview(session.loaded)
+        self._preview.content = (
+            note(NOTHING, "preview", margin="8px 0") if session.loaded is None else _preview(session.loaded)
+        )
         self._forget.visible = session.loaded is not None
 
     def _virtual(self) -> MeasureVirtualArm:
@@ -101,20 +100,11 @@ class DataPanel(AbstractPanel):
         return MeasureVirtualArm(seed, bool(self._surprise.value), more, instrument)
 
 
-def _nothing() -> str:
-    return block(
-        "No measurements yet. Load a file of a real arm, or measure a virtual arm.",
-        testid="preview",
-        style=f"color:{MUTED};margin:8px 0",
-    )
-
-
-def _preview(loaded: Loaded) -> str:
-    notes = "".join(f"<li>{text(note)}</li>" for note in loaded.notes[:NOTES])
-    more = len(loaded.notes) - NOTES
-    if more > 0:
-        notes += f"<li>… and {more} more</li>"
-    decisions = heading("Notes on reading") + f'<ul style="margin:0;padding-left:16px">{notes}</ul>'
+def _preview(loaded: Loaded | None) -> str:
+    if loaded is None:
+        return note(NOTHING, "preview", margin="8px 0")
+    notes, more = [*map(text, loaded.notes[:NOTES])], len(loaded.notes) - NOTES
+    decisions = heading("Notes on reading") + bullets([*notes, f"… and {more} more"] if more > 0 else notes)
     return block(
         f'<div style="font-weight:600;overflow-wrap:anywhere">{text(loaded.name)}</div>'
         + pairs(loaded.facts)

@@ -1,11 +1,10 @@
 """What the model lacks: the verdict, before and after, the candidates, and where to measure next."""
 
-from typing import Any
-
 import numpy as np
 import viser
 
 from workbench.arm.effects.axes import turns
+from workbench.base.wording import capital
 from workbench.diagnosis.causes import Confidence
 from workbench.diagnosis.record import Diagnosis, Verdict, judged
 from workbench.diagnosis.report.table import outlier_words
@@ -13,8 +12,8 @@ from workbench.session.commands.diagnose import AddEffects, Diagnose, TakeNextPo
 from workbench.session.export import next_poses_csv
 from workbench.session.state import Session
 from workbench.views.appearance.colours import AFTER, BEFORE, OUT_OF_REACH, css
-from workbench.views.page.html import GOOD, MUTED, badge, block, folded, heading, number, table, text
-from workbench.views.page.panels.panel import AbstractPanel, on_press, waiting
+from workbench.views.page.html import GOOD, MUTED, badge, block, bullets, folded, heading, number, table, text
+from workbench.views.page.panels.panel import AbstractPanel, waiting
 
 CANDIDATES, LARGE = 6, 300.0
 """Lines of the ranking; difference of evidence that is large enough [nat]."""
@@ -35,33 +34,38 @@ MOST_ROWS = 300
 class DiagnosePanel(AbstractPanel):
     """Search, add, measure on."""
 
-    def build(self, server: viser.ViserServer) -> None:
-        gui = server.gui
-        self._start = gui.add_button(
+    depends = ("diagnosis", "accepted", "loaded", "is_idle")
+
+    def build(self, gui: viser.GuiApi) -> None:
+        self._start = self.button(
+            gui,
             "Diagnose",
-            icon=viser.Icon.STETHOSCOPE,
-            hint="Fit the geometry, and find the physical effect that explains the remaining errors. "
+            Diagnose,
+            viser.Icon.STETHOSCOPE,
+            "Fit the geometry, and find the physical effect that explains the remaining errors. "
             "Needs at least 20 rows.",
+            main=True,
         )
-        on_press(self._start, lambda: self._worker.submit(Diagnose()))
         self._verdict = gui.add_html("")
-        self._add = gui.add_button(
+        self._add = self.button(
+            gui,
             "Add the effects to the model",
-            icon=viser.Icon.PLUS,
-            visible=False,
-            hint="Identify these effects together with the geometry; Identify, Compare and the saved robot "
+            AddEffects,
+            viser.Icon.PLUS,
+            "Identify these effects together with the geometry; Identify, Compare and the saved robot "
             "then include them.",
-        )
-        on_press(self._add, lambda: self._worker.submit(AddEffects()))
-        self._details = gui.add_html("")
-        self._next = gui.add_button(
-            "Add the suggested poses as targets",
-            icon=viser.Icon.TARGET,
-            color="gray",
+            main=True,
             visible=False,
-            hint="Add to the plate the poses where a measurement would tell most about these effects.",
         )
-        on_press(self._next, lambda: self._worker.submit(TakeNextPoses()))
+        self._details = gui.add_html("")
+        self._next = self.button(
+            gui,
+            "Add the suggested poses as targets",
+            TakeNextPoses,
+            viser.Icon.TARGET,
+            "Add to the plate the poses where a measurement would tell most about these effects.",
+            visible=False,
+        )
         self._save = self.download(
             gui,
             "Save the suggested poses (CSV)",
@@ -69,9 +73,6 @@ class DiagnosePanel(AbstractPanel):
             "Download their joint positions, with what each of them would tell.",
         )
         self._save.visible = False
-
-    def parts(self, session: Session) -> tuple[Any, ...]:
-        return session.diagnosis, session.accepted, session.loaded, session.job is None
 
     def show(self, session: Session) -> None:
         found = session.diagnosis
@@ -87,7 +88,7 @@ class DiagnosePanel(AbstractPanel):
 
 def _verdict(found: Diagnosis, session: Session) -> str:
     good = found.verdict in (Verdict.NONE, Verdict.EXPLAINED)
-    mark = badge(found.verdict[:1].upper() + found.verdict[1:], GOOD if good else css(OUT_OF_REACH))
+    mark = badge(capital(found.verdict), GOOD if good else css(OUT_OF_REACH))
     added = f'<div style="color:{GOOD}">Now part of the model.</div>' if session.accepted else ""
     return block(f"{mark}<div>{text(found.message)}</div>{added}{_bars(found)}", testid="verdict")
 
@@ -120,7 +121,7 @@ def _details(found: Diagnosis) -> str:
         + heading("Remaining error, row by row [mm]")
         + _residuals(found)
         + _next(found)
-        + folded("Effects of the model, one by one", _listed(_effects(found)))
+        + folded("Effects of the model, one by one", bullets(_effects(found)))
         + folded("Candidates, each added to the geometry alone", _ranking(found))
         + folded("Notes", _notes(found)),
         testid="diagnosis",
@@ -138,7 +139,7 @@ def _next(found: Diagnosis) -> str:
         shown = np.where(turning, np.rad2deg(q), 1e3 * q).round(1) + 0.0
         joints = ", ".join(f"{v:.1f}{'°' if turn else ' mm'}" for v, turn in zip(shown, turning, strict=True))
         lines.append(
-            f"<li>{text(reason.sentence[:1].upper() + reason.sentence[1:])}"
+            f"<li>{text(capital(reason.sentence))}"
             f'<div style="color:{MUTED}">{text(joints.replace("-", "−"))}</div></li>'
         )
     items = f'<ol data-testid="next-poses" style="margin:0;padding-left:20px">{"".join(lines)}</ol>'
@@ -147,14 +148,14 @@ def _next(found: Diagnosis) -> str:
 
 def _causes(found: Diagnosis) -> str:
     lines = [
-        f"<li>{text(cause.sentence)} <span style='color:{MUTED}'>({cause.confidence}"
+        f"{text(cause.sentence)} <span style='color:{MUTED}'>({cause.confidence}"
         + (f"; {number(cause.contribution_mm)} mm" if np.isfinite(cause.contribution_mm) else "")
-        + ")</span></li>"
+        + ")</span>"
         for cause in found.causes
     ]
     if found.residual_map is not None:
-        lines.append(f"<li style='color:{MUTED}'>{text(found.residual_map.sentence)}</li>")
-    return heading("Causes") + _listed(lines) if lines else ""
+        lines.append(f"<span style='color:{MUTED}'>{text(found.residual_map.sentence)}</span>")
+    return heading("Causes") + bullets(lines) if lines else ""
 
 
 def _effects(found: Diagnosis) -> list[str]:
@@ -164,14 +165,8 @@ def _effects(found: Diagnosis) -> list[str]:
         others = ", ".join(r.effect.label for r in accepted.alternatives[:2])
         more = f'<div style="color:{MUTED}">Nearly as good: {text(others)}</div>' if others else ""
         fall = f"{number(accepted.before_mm)} → {number(accepted.after_mm)} mm"
-        lines.append(
-            f"<li>{text(accepted.effect.label)} <span style='color:{MUTED}'>({fall})</span>{more}</li>"
-        )
+        lines.append(f"{text(accepted.effect.label)} <span style='color:{MUTED}'>({fall})</span>{more}")
     return lines
-
-
-def _listed(lines: list[str]) -> str:
-    return f'<ul style="margin:0;padding-left:16px">{"".join(lines)}</ul>' if lines else ""
 
 
 def _residuals(found: Diagnosis) -> str:
@@ -208,4 +203,4 @@ def _notes(found: Diagnosis) -> str:
     words = list(found.notes)
     if len(found.outliers):
         words.insert(0, f"outliers: {outlier_words(found)}")
-    return _listed([f"<li style='color:{MUTED}'>{text(note)}</li>" for note in words])
+    return bullets(map(text, words), style=f"margin:0;color:{MUTED}")

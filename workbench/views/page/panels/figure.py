@@ -9,7 +9,7 @@ import numpy as np
 from workbench.identification.error_columns import Column, columns_of, order_of_measuring
 from workbench.identification.record import Identification
 from workbench.views.appearance.colours import FITTED, HELD_OUT, css
-from workbench.views.page.html import MUTED, text
+from workbench.views.page.html import MUTED, label, text
 
 LABELS = ("X", "Y", "Z", "norm")
 CELL, GAP, LEFT, TOP = (150.0, 78.0), 12.0, 46.0, 18.0
@@ -32,14 +32,14 @@ def error_figure(found: Identification, *, rotation: bool = False, fits: tuple[s
     width = LEFT + len(columns) * (CELL[0] + GAP)
     height = TOP + 4 * (CELL[1] + GAP) + 6
     parts = [
-        _words(LEFT + j * (CELL[0] + GAP) + 0.5 * CELL[0], 12.0, column.title, "middle")
+        label(LEFT + j * (CELL[0] + GAP) + 0.5 * CELL[0], 12.0, column.title, anchor="middle")
         for j, column in enumerate(columns)
     ]
     for i in range(4):
         common = max(_span(t[:, i]) for t in tables[1:]) if len(tables) > 1 else _span(tables[0][:, i])
         y = TOP + i * (CELL[1] + GAP)
-        parts.append(_words(2.0, y + 0.5 * CELL[1], LABELS[i], "start"))
-        parts.append(_words(2.0, y + 0.5 * CELL[1] + 12, unit, "start"))
+        parts.append(label(2.0, y + 0.5 * CELL[1], LABELS[i]))
+        parts.append(label(2.0, y + 0.5 * CELL[1] + 12, unit))
         for j, table in enumerate(tables):
             span = _span(table[:, i]) if j == 0 else common
             parts.append(_cell(LEFT + j * (CELL[0] + GAP), y, table[:, i], place, held, span, i, unit))
@@ -72,7 +72,7 @@ def _cell(x, y, values, place, held, span: float, row: int, unit: str) -> str:
         f'style="stroke:{MUTED}" stroke-width=".5"/>',
         f'<line x1="{x:.1f}" x2="{x + CELL[0]:.1f}" y1="{zero:.1f}" y2="{zero:.1f}" style="stroke:{MUTED}" '
         'stroke-width=".5"/>',
-        _words(x + 3, y + 10, f"±{span:.2g}" if not is_norm else f"{span:.2g}", "start"),
+        label(x + 3, y + 10, f"±{span:.2g}" if not is_norm else f"{span:.2g}"),
     ]
     for k in np.flatnonzero(np.isfinite(values))[:: max(1, -(-len(values) // MOST_STEMS))]:
         at, end = x + step * (place[k] - 0.5), zero - room * values[k] / span
@@ -85,7 +85,3 @@ def _cell(x, y, values, place, held, span: float, row: int, unit: str) -> str:
             f'<circle cx="{at:.1f}" cy="{end:.1f}" r="1.4" fill="{colour}"/></g>'
         )
     return "".join(parts)
-
-
-def _words(x: float, y: float, words: str, anchor: str) -> str:
-    return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}" style="fill:{MUTED}">{text(words)}</text>'

@@ -25,8 +25,7 @@ PICTURE = (1200, 1920)
 class FilesPanel(AbstractPanel):
     """One button a file; those that have nothing to save yet are off."""
 
-    def build(self, server: viser.ViserServer) -> None:
-        gui = server.gui
+    def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Save"):
             self.download(gui, "Plate (TOML)", plate_toml, "The plate with its targets and its region.")
             self._needs_data = [

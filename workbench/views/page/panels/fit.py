@@ -1,7 +1,5 @@
 """Identification: start it, read its numbers, save the calibrated arm."""
 
-from typing import Any
-
 import numpy as np
 import viser
 
@@ -14,10 +12,22 @@ from workbench.session.export import calibrated_toml, calibrated_urdf, report_zi
 from workbench.session.state import Session
 from workbench.session.worker import Worker
 from workbench.views.appearance.colours import OUT_OF_REACH, css
-from workbench.views.page.html import CAREFUL, GOOD, MUTED, badge, block, heading, number, table, text
+from workbench.views.page.html import (
+    CAREFUL,
+    GOOD,
+    MUTED,
+    badge,
+    block,
+    bullets,
+    heading,
+    note,
+    number,
+    table,
+    text,
+)
 from workbench.views.page.panels.figure import error_figure
 from workbench.views.page.panels.index import WantedPanel
-from workbench.views.page.panels.panel import AbstractPanel, on_change, on_press, set_value, waiting
+from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value, waiting
 from workbench.views.page.panels.result_card import result_card
 from workbench.views.page.style import WIDE
 
@@ -35,18 +45,21 @@ FRAMES = {
 class FitPanel(AbstractPanel):
     """Algorithms side by side on the same rows."""
 
+    depends = ("identification", "fit", "loaded", "wanted", "is_idle")
+
     def __init__(self, worker: Worker):
         super().__init__(worker)
         self._wanted = WantedPanel(worker)
 
-    def build(self, server: viser.ViserServer) -> None:
-        gui = server.gui
-        self._start = gui.add_button(
+    def build(self, gui: viser.GuiApi) -> None:
+        self._start = self.button(
+            gui,
             "Identify",
-            icon=viser.Icon.PLAYER_PLAY,
-            hint="Fit the parameters to the measurements with every ticked algorithm.",
+            self._identify,
+            viser.Icon.PLAYER_PLAY,
+            "Fit the parameters to the measurements with every ticked algorithm.",
+            main=True,
         )
-        on_press(self._start, self._identify)
         with gui.add_folder("Options", expand_by_default=False):
             self._chosen = {
                 name: gui.add_checkbox(algorithm.title, name in USUAL, hint=algorithm.summary)
@@ -69,7 +82,7 @@ class FitPanel(AbstractPanel):
         self._card = gui.add_html("")
         self._judging = gui.add_folder(None, visible=False)
         with self._judging:
-            self._wanted.build(server)
+            self._wanted.build(gui)
         self._requirement = gui.add_html("", visible=False)
         self._warnings = gui.add_html("", visible=False)
         self._save = gui.add_button_group(
@@ -109,9 +122,6 @@ class FitPanel(AbstractPanel):
         wide.on_click(self._show_wide)
         self._parameters = gui.add_html("")
         self._remarks = gui.add_html("")
-
-    def parts(self, session: Session) -> tuple[Any, ...]:
-        return session.identification, session.fit, session.loaded, session.wanted, session.job is None
 
     def show(self, session: Session) -> None:
         self._start.disabled = session.loaded is None or session.job is not None
@@ -182,7 +192,7 @@ def _requirement(found: Identification, session: Session) -> str:
     """Pass or fail of the shown fit by what the user wants, on held-out rows where there are any."""
     if session.wanted is None:
         words = "Give the error that you want above, and the poses are judged by it."
-        return block(words, testid="requirement", style=f"color:{MUTED};margin:4px 0")
+        return note(words, "requirement")
     column = columns_of(found)[1 + list(found.runs).index(session.fit)]
     rows, kind = (column.held_out, "held-out") if len(column.held_out) else (column.train, "fitted")
     judged = int(rows.has_position.sum())
@@ -210,8 +220,7 @@ def _remarks(found: Identification) -> str:
 def _list(head: str, items: tuple[str, ...], colour: str) -> str:
     if not items:
         return ""
-    lines = "".join(f"<li>{text(item)}</li>" for item in items)
-    return heading(head) + f'<ul style="margin:0;padding-left:16px;color:{colour}">{lines}</ul>'
+    return heading(head) + bullets(map(text, items), style=f"margin:0;color:{colour}")
 
 
 def _uncertain(std: float) -> str:

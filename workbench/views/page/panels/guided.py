@@ -1,10 +1,9 @@
 """Guided measuring: the current target, how far off the arm is, and the rows stored so far."""
 
-from typing import Any
-
 import numpy as np
 import viser
 
+from workbench.base.wording import capital
 from workbench.data.live.acquisition import Standing, Status
 from workbench.session.commands.measure import (
     BeginMeasuring,
@@ -19,7 +18,7 @@ from workbench.session.commands.measure import (
 )
 from workbench.session.loaded import Measuring
 from workbench.session.state import Session, Source
-from workbench.views.page.html import BAD, CAREFUL, GOOD, LINE, MUTED, badge, block, number, text
+from workbench.views.page.html import BAD, CAREFUL, GOOD, LINE, MUTED, badge, block, note, number, text
 from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value
 
 LIGHTS = {Standing.STILL: GOOD, Standing.MOVING: CAREFUL, Standing.UNKNOWN: BAD}
@@ -29,8 +28,9 @@ STILL_MOVES = "moves"
 class GuidedPanel(AbstractPanel):
     """A real arm that is connected, or a virtual one, goes from target to target; rows are stored by hand."""
 
-    def build(self, server: viser.ViserServer) -> None:
-        gui = server.gui
+    depends = ("measuring", "source")
+
+    def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Guided, target by target"):
             self._source = gui.add_html("")
             self._follow = gui.add_checkbox(
@@ -103,9 +103,6 @@ class GuidedPanel(AbstractPanel):
             "Stop measuring", EndMeasuring, icon.X, "End here and drop the rows that were stored."
         )
 
-    def parts(self, session: Session) -> tuple[Any, ...]:
-        return session.measuring, session.source
-
     def show(self, session: Session) -> None:
         measuring, source = session.measuring, session.source
         self._source.content = _source(source)
@@ -131,7 +128,7 @@ def _source(source: Source | None) -> str:
     """Where the real arm's joints come from, and whether they still do."""
     if source is None:
         words = "To follow and measure a real arm, start with workbench serve --source HOST:PORT."
-        return block(words, testid="source", style=f"color:{MUTED};margin:2px 0 6px")
+        return note(words, "source", margin="2px 0 6px")
     if not source.is_open:
         light = badge("Ended", BAD)
     elif source.silence:
@@ -149,7 +146,7 @@ def _status(status: Status, measuring: Measuring) -> str:
         f'<div style="height:6px;border-radius:3px;background:{LINE};margin:4px 0 8px">'
         f'<div style="height:6px;border-radius:3px;background:{GOOD};width:{share:.0f}%"></div></div>'
     )
-    words = f'<div style="color:{MUTED};margin-top:6px">{text(_sentence(status.message))}</div>'
+    words = f'<div style="color:{MUTED};margin-top:6px">{text(capital(status.message))}</div>'
     return block(
         f'<div data-testid="progress">{stored} of {count} rows stored</div>{bar}'
         f'<div style="font-weight:600">Current: target {measuring.target + 1}</div>'
@@ -188,8 +185,4 @@ def _light(standing: Standing | None) -> str:
     if standing is None:
         return badge("No sample yet: move the arm", MUTED)
     words = STILL_MOVES if standing is Standing.MOVING else str(standing)
-    return f'<span data-testid="standing">{badge(_sentence(words), LIGHTS[standing])}</span>'
-
-
-def _sentence(words: str) -> str:
-    return words[:1].upper() + words[1:]
+    return f'<span data-testid="standing">{badge(capital(words), LIGHTS[standing])}</span>'

@@ -30,10 +30,10 @@ class Verdict(AbstractPanel):
         super().__init__(worker)
         self._step = Step("")
 
-    def build(self, server: viser.ViserServer) -> None:
-        self._sentence = server.gui.add_html("")
-        self._next = self._button(server.gui, "next", "What to do next.", None)
-        self._other = self._button(server.gui, "other", "Another way from here.", "gray")
+    def build(self, gui: viser.GuiApi) -> None:
+        self._sentence = gui.add_html("")
+        self._next = self._button(gui, "next", "What to do next.", None)
+        self._other = self._button(gui, "other", "Another way from here.", "gray")
 
     def parts(self, session: Session) -> tuple[Any, ...]:
         return guide(session), bool(session.caption)
@@ -63,8 +63,8 @@ class Verdict(AbstractPanel):
 class Header(AbstractPanel):
     """Below the verdict: the last message, and the long work under way."""
 
-    def build(self, server: viser.ViserServer) -> None:
-        gui = self._gui = server.gui
+    def build(self, gui: viser.GuiApi) -> None:
+        self._gui = gui
         self._back = self.button(
             gui,
             "Back",
@@ -96,14 +96,14 @@ class Header(AbstractPanel):
         self._chore = gui.add_html("", visible=False)
         self._work = gui.add_html("", visible=False)
         self._bar = gui.add_progress_bar(0.0, visible=False, animated=True)
-        self._cancel = gui.add_button(
+        self._cancel = self.button(
+            gui,
             "Cancel",
-            color="gray",
+            self._worker.cancel,
+            viser.Icon.PLAYER_STOP,
+            "Stop the computation; nothing is changed.",
             visible=False,
-            icon=viser.Icon.PLAYER_STOP,
-            hint="Stop the computation; nothing is changed.",
         )
-        on_press(self._cancel, self._worker.cancel)
 
     def parts(self, session: Session) -> tuple[Any, ...]:
         return (

@@ -1,14 +1,12 @@
 """How the last steps changed the plate: the predicted error after each, and the way back to any of them."""
 
-from typing import Any
-
 import numpy as np
 import viser
 
 from workbench.session.commands.undo import GoBackTo
 from workbench.session.state import Score, Session
 from workbench.views.appearance.colours import SELECTED, css
-from workbench.views.page.html import GOOD, LINE, MUTED, block, heading, number, text
+from workbench.views.page.html import GOOD, LINE, MUTED, block, heading, label, number, text
 from workbench.views.page.panels.panel import AbstractPanel, on_change, set_options
 
 WIDTH, HEIGHT, LEFT, FOOT, MARGIN = 340, 78, 38, 14, 6
@@ -20,18 +18,17 @@ HERE = "–"
 class HistoryPanel(AbstractPanel):
     """A small plot with its numbers; the best step is marked. Any step can be gone back to."""
 
-    def build(self, server: viser.ViserServer) -> None:
-        self._html = server.gui.add_html("")
-        self._back = server.gui.add_dropdown(
+    depends = ("history",)
+
+    def build(self, gui: viser.GuiApi) -> None:
+        self._html = gui.add_html("")
+        self._back = gui.add_dropdown(
             "Go back to",
             [HERE],
             visible=False,
             hint="Put the plate back to how it was after one of these steps; Undo reverts this.",
         )
         on_change(self._back, self._go_back)
-
-    def parts(self, session: Session) -> tuple[Any, ...]:
-        return (session.history,)
 
     def show(self, session: Session) -> None:
         first = max(len(session.history) - SHOWN, 0)
@@ -88,9 +85,9 @@ def _plot(scores: tuple[Score, ...], first: int) -> str:
     points = enumerate(zip(x.tolist(), y.tolist(), values.tolist(), strict=True))
     dots = "".join(_dot(first + i + 1, *point, unit, i == best) for i, point in points if finite[i])
     ends = [(MARGIN + 4, np.nanmax(values)), (HEIGHT - MARGIN + 4, np.nanmin(values))]
-    numbers = "".join(_words(LEFT - 4, at, number(float(value)), "end") for at, value in ends)
-    steps = _words(LEFT + MARGIN, HEIGHT + FOOT - 2, f"step {first + 1}", "start")
-    steps += _words(WIDTH - 2, HEIGHT + FOOT - 2, f"{first + len(values)}", "end")
+    numbers = "".join(label(LEFT - 4, at, number(float(value)), anchor="end") for at, value in ends)
+    steps = label(LEFT + MARGIN, HEIGHT + FOOT - 2, f"step {first + 1}")
+    steps += label(WIDTH - 2, HEIGHT + FOOT - 2, f"{first + len(values)}", anchor="end")
     return heading(words) + (
         f'<svg viewBox="0 0 {WIDTH} {HEIGHT + FOOT}" width="100%">'
         f'<path d="M{LEFT} 0V{HEIGHT}H{WIDTH}" fill="none" style="stroke:{LINE}"/>{numbers}{steps}'
@@ -103,10 +100,3 @@ def _dot(step: int, x: float, y: float, value: float, unit: str, is_best: bool) 
     words = f"step {step}: {number(value)} {unit}" + (", the best so far" if is_best else "")
     title = f"<title>{text(words)}</title>"
     return f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{radius}" fill="{colour}">{title}</circle>'
-
-
-def _words(x: float, y: float, words: str, anchor: str) -> str:
-    return (
-        f'<text x="{x:.1f}" y="{y:.1f}" font-size="10" text-anchor="{anchor}" style="fill:{MUTED}">'
-        f"{text(words)}</text>"
-    )

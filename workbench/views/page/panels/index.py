@@ -28,8 +28,8 @@ class IndexPanel(AbstractPanel):
 
     pause = 0.0
 
-    def build(self, server: viser.ViserServer) -> None:
-        self._html = server.gui.add_html("")
+    def build(self, gui: viser.GuiApi) -> None:
+        self._html = gui.add_html("")
 
     def parts(self, session: Session) -> tuple[Any, ...]:
         kept = session.noise, session.wanted
@@ -53,12 +53,11 @@ class IndexPanel(AbstractPanel):
 class IndicesPanel(AbstractPanel):
     """All observability indices, for those who want them."""
 
-    def build(self, server: viser.ViserServer) -> None:
-        with server.gui.add_folder("All indices", expand_by_default=False):
-            self._html = server.gui.add_html("")
+    depends = ("score", "first_score")
 
-    def parts(self, session: Session) -> tuple[Any, ...]:
-        return session.score, session.first_score
+    def build(self, gui: viser.GuiApi) -> None:
+        with gui.add_folder("All indices", expand_by_default=False):
+            self._html = gui.add_html("")
 
     def show(self, session: Session) -> None:
         head = heading("Observability of all targets (larger is better)")
@@ -121,7 +120,7 @@ def _predicted(now: Score, first: Score) -> str:
 
 
 def worth(session: Session) -> str:
-    """A bar a target: by how much the error would rise without it. What cannot be done without is full."""
+    """One bar per target: by how much the error would rise without it; full where it is indispensable."""
     rises, count = session.score.rises, len(session.states)
     finite = rises[np.isfinite(rises)]
     top, step = max(FULL, float(finite.max(initial=0.0))), WIDTH / max(count, 1)
@@ -204,15 +203,12 @@ FIELDS = (
 class WantedPanel(AbstractPanel):
     """Wherever something is judged by it."""
 
-    def build(self, server: viser.ViserServer) -> None:
-        self._fields = [
-            server.gui.add_number(label, 0.0, min=0.0, step=0.01, hint=hint) for label, hint in FIELDS
-        ]
+    depends = ("wanted",)
+
+    def build(self, gui: viser.GuiApi) -> None:
+        self._fields = [gui.add_number(label, 0.0, min=0.0, step=0.01, hint=hint) for label, hint in FIELDS]
         for field in self._fields:
             on_change(field, self._want)
-
-    def parts(self, session: Session) -> tuple[Any, ...]:
-        return (session.wanted,)
 
     def show(self, session: Session) -> None:
         wanted = session.wanted

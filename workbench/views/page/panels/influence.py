@@ -21,7 +21,7 @@ SYMBOLS = {"theta": "θ", "alpha": "α", "beta": "β", "roll": "r", "pitch": "p"
 
 
 class InfluencePanel(AbstractPanel):
-    """A bar a constant for the present pose, a line for the range over the targets in reach."""
+    """One bar per constant for the present pose, a line for the range over the targets in reach."""
 
     pause = 0.5
 
@@ -30,9 +30,9 @@ class InfluencePanel(AbstractPanel):
         self._robot: Robot | None = None
         self._at_targets: Influence | None = None
 
-    def build(self, server: viser.ViserServer) -> None:
-        with server.gui.add_folder("Influence of each constant", expand_by_default=False):
-            self._html = server.gui.add_html("")
+    def build(self, gui: viser.GuiApi) -> None:
+        with gui.add_folder("Influence of each constant", expand_by_default=False):
+            self._html = gui.add_html("")
 
     def parts(self, session: Session) -> tuple[Any, ...]:
         return session.robot, standing(session), session.states
@@ -48,7 +48,7 @@ class InfluencePanel(AbstractPanel):
 
 
 def _at_targets(session: Session) -> Influence | None:
-    """At all measurable targets; not worked out anew at every step of a drag."""
+    """At all measurable targets; not computed again at every step of a drag."""
     q = [state.q for state in session.states if state.measurable]
     return first_order_influence(session.robot, Motion(np.stack(q))) if q else None
 

@@ -14,13 +14,13 @@ from workbench.session.commands.arm import CapturePose, ForgetPoses, Jog, JogTo,
 from workbench.session.export import Captured, captured, captured_csv
 from workbench.session.state import Session
 from workbench.session.worker import Worker
-from workbench.views.page.html import MUTED, block, number, table
+from workbench.views.page.html import MUTED, block, note, number, table
 from workbench.views.page.panels.coordinates import Coordinates, Quantity
-from workbench.views.page.panels.panel import AFTERWARDS, AbstractPanel, on_change, on_press, set_value
+from workbench.views.page.panels.panel import AFTERWARDS, AbstractPanel, on_change, set_value
 
 
 class JogPanel(AbstractPanel):
-    """The sliders follow the arm, whatever moves it; made anew for another arm."""
+    """The sliders follow the arm, whatever moves it; rebuilt for another arm."""
 
     pause = AFTERWARDS
 
@@ -29,9 +29,9 @@ class JogPanel(AbstractPanel):
         self._robot: Robot | None = None
         self._sliders: list[viser.GuiSliderHandle] = []
 
-    def build(self, server: viser.ViserServer) -> None:
-        self._gui = server.gui
-        self._folder = server.gui.add_folder("Joints")
+    def build(self, gui: viser.GuiApi) -> None:
+        self._gui = gui
+        self._folder = gui.add_folder("Joints")
 
     def parts(self, session: Session) -> tuple[Any, ...]:
         return session.robot, standing(session)
@@ -81,8 +81,7 @@ class ToolPanel(AbstractPanel):
     pause = AFTERWARDS
     keeps_typed = True
 
-    def build(self, server: viser.ViserServer) -> None:
-        gui = server.gui
+    def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Tool"):
             self._xyz = Coordinates(
                 gui,
@@ -121,14 +120,16 @@ LISTED = 12
 class CapturedPanel(AbstractPanel):
     """A button that keeps, a table, a file."""
 
-    def build(self, server: viser.ViserServer) -> None:
-        gui = server.gui
+    depends = ("captured", "identification", "fit", "robot")
+
+    def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Kept poses"):
-            keep = gui.add_button(
+            self.button(
+                gui,
                 "Keep this pose",
-                icon=viser.Icon.PLUS,
-                color="gray",
-                hint="Store the joint positions, and the tool pose by either model.",
+                CapturePose,
+                viser.Icon.PLUS,
+                "Store the joint positions, and the tool pose by either model.",
             )
             self._table = gui.add_html("")
             self._file = gui.add_button(
@@ -138,19 +139,10 @@ class CapturedPanel(AbstractPanel):
                 visible=False,
                 hint="Joint positions and the tool poses of both arms, one pose per line.",
             )
-            self._forget = gui.add_button(
-                "Clear the kept poses",
-                icon=viser.Icon.TRASH,
-                color="gray",
-                visible=False,
-                hint="Empty the list.",
+            self._forget = self.button(
+                gui, "Clear the kept poses", ForgetPoses, viser.Icon.TRASH, "Empty the list.", visible=False
             )
-        on_press(keep, lambda: self._worker.submit(CapturePose()))
-        on_press(self._forget, lambda: self._worker.submit(ForgetPoses()))
         self._file.on_click(lambda event: self.save(event, captured_csv))
-
-    def parts(self, session: Session) -> tuple[Any, ...]:
-        return session.captured, session.identification, session.fit, session.robot
 
     def show(self, session: Session) -> None:
         self._table.content = _content(captured(session))
@@ -161,13 +153,13 @@ class CapturedPanel(AbstractPanel):
 def _content(poses: Captured) -> str:
     if not len(poses.q):
         words = "Keep some poses, before and after a calibration, to compare where the arm goes."
-        return block(words, testid="captured", style=f"color:{MUTED}")
+        return note(words, "captured", margin="0")
     places = poses.nominal if poses.calibrated is None else poses.calibrated
     rows = [
         [f"{i + 1}", *(f"{1e3 * v:.2f}" for v in places[i, :3, 3]), number(1e3 * float(poses.apart[i]))]
         for i in np.arange(len(poses.q))[-LISTED:]
     ]
     model = "nominal arm" if poses.calibrated is None else "calibrated arm"
-    note = f"Tool of the {model}; last column: distance between calibrated and nominal tool."
+    below = f"Tool of the {model}; last column: distance between calibrated and nominal tool."
     body = table(("", "x [mm]", "y [mm]", "z [mm]", "distance [mm]"), rows)
-    return block(f'{body}<div style="color:{MUTED};margin-top:4px">{note}</div>', testid="captured")
+    return block(f'{body}<div style="color:{MUTED};margin-top:4px">{below}</div>', testid="captured")

@@ -14,7 +14,7 @@ from workbench.session.comparison import STAGES, Comparison, Stage
 from workbench.session.joint_errors import NO_LAW, along_joints, blamed, candidates, law_along_joints
 from workbench.session.state import Session
 from workbench.views.appearance.colours import AFTER, BEFORE, BLAMED, LEFT_OUT, SELECTED, css
-from workbench.views.page.html import LINE, MUTED, badge, block, heading, number, text
+from workbench.views.page.html import LINE, MUTED, badge, block, heading, label, note, number
 from workbench.views.page.panels.panel import AbstractPanel, on_change, set_options
 
 COLUMNS, CELL, PLOT = 2, (190.0, 108.0), (150.0, 70.0)
@@ -30,8 +30,9 @@ COLOURS = {Stage.NOMINAL: LEFT_OUT, Stage.GEOMETRY: BEFORE, Stage.CAUSES: AFTER}
 class JointsPanel(AbstractPanel):
     """A plot a joint, and whose law lies over the points."""
 
-    def build(self, server: viser.ViserServer) -> None:
-        gui = server.gui
+    depends = ("comparison", "diagnosis", "overlay.law")
+
+    def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Errors along each joint"):
             self._law = gui.add_dropdown(
                 "Law of",
@@ -43,9 +44,6 @@ class JointsPanel(AbstractPanel):
             on_change(self._law, self._choose)
             self._html = gui.add_html("")
 
-    def parts(self, session: Session) -> tuple[Any, ...]:
-        return session.comparison, session.diagnosis, session.overlay.law
-
     def show(self, session: Session) -> None:
         rows, found, effect = session.comparison, session.diagnosis, blamed(session)
         self._law.visible = found is not None
@@ -53,7 +51,7 @@ class JointsPanel(AbstractPanel):
         set_options(self._law, [NO_LAW, *labels], NO_LAW if effect is None else effect.label)
         if rows is None or not rows.stages:
             words = "After an identification: what is left along the motion of every joint."
-            self._html.content = block(words, testid="joints", style=f"color:{MUTED};margin:4px 0")
+            self._html.content = note(words, "joints")
             return
         self._html.content = block(joint_plots(session, rows), testid="joints", style="margin:2px 0 8px")
 
@@ -102,14 +100,14 @@ def _cell(
     colour = css(BLAMED) if is_blamed else MUTED
     low, high = float(x.min()), float(x.max())
     parts = [
-        _words(LEFT, 12, title, colour, size=12, bold=is_blamed),
+        label(LEFT, 12, title, size=12, fill=f"{colour};font-weight:{700 if is_blamed else 400}"),
         f'<rect x="{LEFT}" y="{TOP}" width="{PLOT[0]}" height="{PLOT[1]}" fill="none" '
         f'style="stroke:{colour if is_blamed else LINE}" stroke-width="{1.6 if is_blamed else 0.8}"/>',
     ]
     if high - low < LEAST_MOVED * (1e3 if unit == "mm" else np.rad2deg(1.0)):
-        return "".join([*parts, _words(LEFT + 8, TOP + 0.5 * PLOT[1], "hardly moved", MUTED)])
+        return "".join([*parts, label(LEFT + 8, TOP + 0.5 * PLOT[1], "hardly moved")])
     if not np.isfinite(left).any():
-        return "".join([*parts, _words(LEFT + 8, TOP + 0.5 * PLOT[1], "does not move the tool", MUTED)])
+        return "".join([*parts, label(LEFT + 8, TOP + 0.5 * PLOT[1], "does not move the tool")])
     px = LEFT + PLOT[0] * (x - low) / (high - low)
     some = np.unique(np.linspace(0, len(x) - 1, min(len(x), MOST_DOTS)).round().astype(int))
     for k, stage in enumerate(STAGES):
@@ -121,10 +119,10 @@ def _cell(
     zero = TOP + 0.5 * PLOT[1]
     parts.append(f'<path d="M{LEFT} {zero}h{PLOT[0]}" style="stroke:{MUTED}" stroke-width=".6"/>')
     for y, words in ((TOP + 8, f"+{number(top, 2)}"), (TOP + PLOT[1], f"−{number(top, 2)}")):
-        parts.append(_words(LEFT - 3, y, words, MUTED, anchor="end"))
+        parts.append(label(LEFT - 3, y, words, anchor="end"))
     ends = (f"{low:.0f}".replace("-", "−"), f"{high:.0f}{unit}".replace("-", "−").replace("mm", " mm"))
-    parts.append(_words(LEFT, TOP + PLOT[1] + 11, ends[0], MUTED))
-    parts.append(_words(LEFT + PLOT[0], TOP + PLOT[1] + 11, ends[1], MUTED, anchor="end"))
+    parts.append(label(LEFT, TOP + PLOT[1] + 11, ends[0]))
+    parts.append(label(LEFT + PLOT[0], TOP + PLOT[1] + 11, ends[1], anchor="end"))
     return "".join(parts)
 
 
@@ -158,16 +156,6 @@ def _bins(x: np.ndarray, values: np.ndarray, top: float) -> Iterator[tuple[float
         mine = values[(part == k) & np.isfinite(values)]
         if len(mine) >= FEWEST and abs(mean := float(mine.mean())) <= top:
             yield LEFT + PLOT[0] * (k + 0.5) / BINS, float(_level(np.array(mean), top))
-
-
-def _words(
-    x: float, y: float, words: str, colour: str, *, size: int = 10, anchor: str = "start", bold: bool = False
-) -> str:
-    weight = ' font-weight="700"' if bold else ""
-    return (
-        f'<text x="{x:.1f}" y="{y:.1f}" font-size="{size}" text-anchor="{anchor}"{weight} '
-        f'style="fill:{colour}">{text(words)}</text>'
-    )
 
 
 def _legend(rows: Comparison, law: str) -> str:

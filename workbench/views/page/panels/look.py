@@ -1,7 +1,5 @@
 """Light or dark, the sheet of help, and keys."""
 
-from typing import Any
-
 import viser
 
 from workbench.session.command import AbstractCommand
@@ -41,12 +39,14 @@ ORDER = (
 class LookPanel(AbstractPanel):
     """How the page looks, and how one works with it."""
 
+    depends = ("is_dark", "units")
+
     def __init__(self, worker: Worker):
         super().__init__(worker)
         self._is_dark: bool | None = None
 
-    def build(self, server: viser.ViserServer) -> None:
-        self._gui = gui = server.gui
+    def build(self, gui: viser.GuiApi) -> None:
+        self._gui = gui
         with gui.add_folder("Page"):
             self._dark = gui.add_checkbox("Dark", False, hint="Dark colours.")
             on_change(self._dark, lambda: self._worker.submit(SetDark(bool(self._dark.value))))
@@ -64,9 +64,6 @@ class LookPanel(AbstractPanel):
             )
             button.on_click(self._help)
         self._keys(gui)
-
-    def parts(self, session: Session) -> tuple[Any, ...]:
-        return session.is_dark, session.units
 
     def show(self, session: Session) -> None:
         set_value(self._dark, session.is_dark)

@@ -1,7 +1,5 @@
 """One's own robot: a table, a description or a known arm, checked against poses typed from the pendant."""
 
-from typing import Any
-
 import viser
 
 from workbench.arm.built_in_arms import built_in_robots
@@ -10,13 +8,13 @@ from workbench.session.commands.messages import Tell
 from workbench.session.export import robot_toml
 from workbench.session.state import Session
 from workbench.views.page.html import MUTED, block, text
-from workbench.views.page.panels.panel import AbstractPanel, on_press, set_value
+from workbench.views.page.panels.panel import AbstractPanel, set_value
 
 KINDS = ".csv,.urdf,.xml,.xacro,.toml"
 A_FILE = "a file"
 HOW = (
-    "Three poses or more as the pendant shows them, flange in the robot's base, one a line: joint positions "
-    "= x, y, z and three angles. Units, signs, offsets and the convention are found by trying."
+    "Three poses or more as the pendant shows them, flange in the robot's base, one per line: joint "
+    "positions = x, y, z and three angles. Units, signs, offsets and the convention are found by trying."
 )
 EXAMPLE = "0, -90, 90, 0, 90, 0 = 392.3, 109.2, 500, 180, 0, 90"
 
@@ -27,8 +25,9 @@ class OwnRobotPanel(AbstractPanel):
     keeps_typed = True
     _file: tuple[str, bytes] | None
 
-    def build(self, server: viser.ViserServer) -> None:
-        gui = server.gui
+    depends = ()
+
+    def build(self, gui: viser.GuiApi) -> None:
         worker = self._worker
         self._file = None
         with gui.add_folder("Your own robot", expand_by_default=False):
@@ -55,12 +54,14 @@ class OwnRobotPanel(AbstractPanel):
                 self._upload.label = file.name[-40:]
 
             self._poses = gui.add_text("Poses", "", multiline=True, hint=f"Such as {EXAMPLE}")
-            check = gui.add_button(
+            self.button(
+                gui,
                 "Check against these poses",
-                icon=viser.Icon.CHECKS,
-                hint="Try every reading of the table and of the numbers; begin anew with the arm that fits.",
+                self._check,
+                viser.Icon.CHECKS,
+                "Try every reading of the table and of the numbers; begin anew with the arm that fits.",
+                main=True,
             )
-            on_press(check, self._check)
             self.download(
                 gui,
                 "This robot (TOML)",
@@ -68,16 +69,13 @@ class OwnRobotPanel(AbstractPanel):
                 "The robot of this session as it is now, before any calibration.",
             )
 
-    def parts(self, session: Session) -> tuple[Any, ...]:
-        return ()
-
     def show(self, session: Session) -> None:
         """Nothing here depends on the session."""
 
     def _check(self) -> None:
         poses = tuple(line.strip() for line in self._poses.value.splitlines() if line.strip())
         if not poses:
-            self._worker.submit(Tell(f"type three poses of the pendant, one a line, such as {EXAMPLE}"))
+            self._worker.submit(Tell(f"type three poses of the pendant, one per line, such as {EXAMPLE}"))
         elif self._source.value != A_FILE:
             self._worker.submit(ChooseRobot(self._source.value, poses=poses))
         elif self._file is None:

@@ -4,6 +4,7 @@ import math
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from operator import attrgetter
 from typing import Any, ClassVar
 
 import viser
@@ -17,7 +18,7 @@ from workbench.session.export import File, calibrated_toml, calibrated_urdf
 from workbench.session.state import Session
 from workbench.session.worker import Worker
 from workbench.views.drawables.item import is_same
-from workbench.views.page.html import MUTED, block, text
+from workbench.views.page.html import block, note, text
 
 AFTERWARDS = math.inf
 """The `pause` of a panel that waits until a drag is over."""
@@ -32,6 +33,8 @@ class AbstractPanel(ABC):
 
     pause: ClassVar[float] = 0.25
     """Least time between two drawings in the course of a drag [s]; with 0, at every step before all else."""
+    depends: ClassVar[tuple[str, ...]] = ()
+    """Names of what the controls show of the session, unless `parts` says more."""
     keeps_typed: ClassVar[bool] = False
     """Whether controls stay as they are when a message comes. It may be a refusal: all others then go back to
     what the session has."""
@@ -42,12 +45,12 @@ class AbstractPanel(ABC):
         self._drawn = -math.inf
 
     @abstractmethod
-    def build(self, server: viser.ViserServer) -> None:
+    def build(self, gui: viser.GuiApi) -> None:
         """Make the controls in the present container; their callbacks only send commands."""
 
-    @abstractmethod
     def parts(self, session: Session) -> tuple[Any, ...]:
         """What the controls depend on: plain values, and objects that a command replaces to change them."""
+        return tuple(attrgetter(name)(session) for name in self.depends)
 
     @abstractmethod
     def show(self, session: Session) -> None:
@@ -67,16 +70,21 @@ class AbstractPanel(ABC):
         self,
         gui: viser.GuiApi,
         label: str,
-        command: Callable[[], AbstractCommand],
+        do: Callable[[], AbstractCommand | None],
         icon: viser.IconName,
         hint: str,
         *,
         main: bool = False,
         visible: bool = True,
     ) -> viser.GuiButtonHandle:
-        """A button that sends a command; coloured if it is the main one of its panel."""
+        """A button that sends the command that `do` gives, if any; coloured if it is its panel's main one."""
         made = gui.add_button(label, icon=icon, hint=hint, color=None if main else "gray", visible=visible)
-        on_press(made, lambda: self._worker.submit(command()))
+
+        @made.on_click
+        async def _(event: viser.GuiEvent) -> None:
+            if (command := do()) is not None:
+                self._worker.submit(command)
+
         return made
 
     def download(
@@ -175,7 +183,7 @@ def waiting(session: Session, testid: str, ready: str, *, more: str = "") -> str
         words = f"Needs measurements: load a file or measure a virtual arm in the Measure tab{more}."
     else:
         words = ready if session.job is None else f"Working: {session.job.title} …"
-    return block(text(words), testid=testid, style=f"color:{MUTED};margin:6px 0")
+    return note(words, testid, margin="6px 0")
 
 
 def set_value(control: Any, value: Any) -> None:

@@ -1,7 +1,5 @@
 """The yield of the present plate: how many virtual arms of a production it makes good enough."""
 
-from typing import Any
-
 import numpy as np
 import viser
 
@@ -10,23 +8,24 @@ from workbench.session.commands.plate import MOST_ARMS, SetNoise, TryPlate
 from workbench.session.export import fixture_zip
 from workbench.session.state import Session
 from workbench.views.page.html import MUTED, block, heading, text
-from workbench.views.page.panels.panel import AbstractPanel, on_change, on_press, set_value
+from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value
 
 
 class ProductionPanel(AbstractPanel):
     """A number of arms, a button, and one sentence."""
 
-    def build(self, server: viser.ViserServer) -> None:
-        gui = server.gui
-        self._try = gui.add_button(
+    depends = ("is_idle", "trial", "tried")
+
+    def build(self, gui: viser.GuiApi) -> None:
+        self._try = self.button(
+            gui,
             "Try this plate",
-            icon=viser.Icon.CHART_BAR,
-            color="gray",
-            hint="Calibrate virtual arms with random manufacturing errors on it: the share that keeps the "
+            lambda: TryPlate(int(self._arms.value)),
+            viser.Icon.CHART_BAR,
+            "Calibrate virtual arms with random manufacturing errors on it: the share that keeps the "
             "wanted error everywhere in the region, and which error matters most. Takes about a minute; "
             "Cancel stops it.",
         )
-        on_press(self._try, lambda: self._worker.submit(TryPlate(int(self._arms.value))))
         self._result = gui.add_html("", visible=False)
         self._arms = gui.add_number(
             "Virtual arms",
@@ -43,9 +42,6 @@ class ProductionPanel(AbstractPanel):
             "Solids as STL and 3MF, the drawing as DXF, lists of holes and blocks, and the sheet for the "
             "workshop. Takes a few seconds.",
         )
-
-    def parts(self, session: Session) -> tuple[Any, ...]:
-        return session.job is None, session.trial, session.tried
 
     def show(self, session: Session) -> None:
         self._try.disabled = session.job is not None
@@ -68,9 +64,11 @@ def result(session: Session) -> str:
 class NoisePanel(AbstractPanel):
     """Two numbers."""
 
-    def build(self, server: viser.ViserServer) -> None:
-        with server.gui.add_folder("Instrument", expand_by_default=False):
-            self._position = server.gui.add_number(
+    depends = ("noise",)
+
+    def build(self, gui: viser.GuiApi) -> None:
+        with gui.add_folder("Instrument", expand_by_default=False):
+            self._position = gui.add_number(
                 "Noise [mm]",
                 0.1,
                 min=0.001,
@@ -78,7 +76,7 @@ class NoisePanel(AbstractPanel):
                 step=0.001,
                 hint="Standard deviation of each measured coordinate.",
             )
-            self._rotation = server.gui.add_number(
+            self._rotation = gui.add_number(
                 "Noise [°]",
                 0.02,
                 min=0.001,
@@ -88,9 +86,6 @@ class NoisePanel(AbstractPanel):
             )
         for field in (self._position, self._rotation):
             on_change(field, self._set)
-
-    def parts(self, session: Session) -> tuple[Any, ...]:
-        return (session.noise,)
 
     def show(self, session: Session) -> None:
         set_value(self._position, round(1e3 * session.noise.position, 6))

@@ -18,9 +18,9 @@ from workbench.session.cubes import (
 )
 from workbench.session.state import CubeView, Field, Session
 from workbench.views.appearance.colours import SCALE, css
-from workbench.views.page.html import MUTED, block, number, pairs
+from workbench.views.page.html import MUTED, block, note, number, pairs
 from workbench.views.page.panels.coordinates import Coordinates, Quantity
-from workbench.views.page.panels.panel import AbstractPanel, on_change, on_press, set_value
+from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value
 
 FIELDS = {
     "Nothing": Field.NONE,
@@ -45,8 +45,7 @@ CUTS = {"all layers": None, "one layer of x": 0, "one layer of y": 1, "one layer
 class RegionPanel(AbstractPanel):
     """Cuboid and cubes."""
 
-    def build(self, server: viser.ViserServer) -> None:
-        gui = server.gui
+    def build(self, gui: viser.GuiApi) -> None:
         self._field = gui.add_dropdown(
             "Cubes show", list(FIELDS), hint="What colours the cubes of the region in the scene."
         )
@@ -59,14 +58,14 @@ class RegionPanel(AbstractPanel):
         for control in (self._field, self._cut, self._layer, self._part):
             on_change(control, self._view)
         self._picked = gui.add_html("")
-        self._move = gui.add_button(
+        self._move = self.button(
+            gui,
             "Move the selected target there",
-            icon=viser.Icon.ARROW_MOVE_RIGHT,
-            color="gray",
+            self._move_there,
+            viser.Icon.ARROW_MOVE_RIGHT,
+            "Move the selected target to the centre of the clicked cube.",
             visible=False,
-            hint="Move the selected target to the centre of the clicked cube.",
         )
-        on_press(self._move, self._move_there)
         with gui.add_folder("Cuboid"):
             self._build_cuboid(gui)
 
@@ -168,8 +167,7 @@ def picked(session: Session, numbers: CubeValues | None) -> str:
     if view.field is Field.NONE:
         return ""
     if view.picked is None or view.picked >= region.cubes:
-        words = "Click a cube to see its numbers."
-        return block(words, testid="cube", style=f"color:{MUTED};margin:4px 0")
+        return note("Click a cube to see its numbers.", "cube")
     i = view.picked
     items = [("Centre", ", ".join(f"{1e3 * v:.0f}" for v in region.centres[i]) + " mm")]
     if cubes is not None and cubes.region is region:

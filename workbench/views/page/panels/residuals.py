@@ -24,8 +24,7 @@ NAMES = {Stage.NOMINAL: "Nominal", Stage.GEOMETRY: "Geometry", Stage.CAUSES: "Ca
 class ResidualsPanel(AbstractPanel):
     """A window of its own in the lower left corner; there once errors are known."""
 
-    def build(self, server: viser.ViserServer) -> None:
-        gui = server.gui
+    def build(self, gui: viser.GuiApi) -> None:
         self._window = gui.add_panel(visible=False)
         with self._window.add_tab("Residuals"):
             self._stages = gui.add_button_group(

@@ -5,14 +5,27 @@ from typing import Any
 import viser
 
 from workbench.base.errors import OptionError
+from workbench.base.wording import capital
 from workbench.identification.rezero.record import Rezero, Verdict, readable
 from workbench.session.commands.diagnose import FindZeros
 from workbench.session.commands.messages import Tell
 from workbench.session.export import rezeroed_toml
 from workbench.session.state import Session
 from workbench.views.appearance.colours import OUT_OF_REACH, css
-from workbench.views.page.html import CAREFUL, GOOD, MUTED, badge, block, folded, heading, table, text
-from workbench.views.page.panels.panel import AbstractPanel, on_press
+from workbench.views.page.html import (
+    CAREFUL,
+    GOOD,
+    MUTED,
+    badge,
+    block,
+    bullets,
+    folded,
+    heading,
+    note,
+    table,
+    text,
+)
+from workbench.views.page.panels.panel import AbstractPanel
 
 WORDS = {Verdict.MOVED: "Moved", Verdict.UNCHANGED: "Unchanged", Verdict.REFUSED: "Not the zeros alone"}
 WIDTH, ROW, LEFT, RIGHT = 340, 22, 54, 128
@@ -25,18 +38,19 @@ READY = (
 class RezeroPanel(AbstractPanel):
     """A closed folder: start, verdict, a bar for every joint."""
 
-    def build(self, server: viser.ViserServer) -> None:
-        gui = server.gui
+    def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Joint zeros after a knock", expand_by_default=False):
             self._replaced = gui.add_text(
                 "Replaced joints", "", hint="Such as 3, or 3, 4: the links beside them may differ too."
             )
-            self._start = gui.add_button(
+            self._start = self.button(
+                gui,
                 "Find moved joints",
-                icon=viser.Icon.REFRESH_ALERT,
-                hint="Find which joint's zero moved since the robot of this session was calibrated.",
+                self._find,
+                viser.Icon.REFRESH_ALERT,
+                "Find which joint's zero moved since the robot of this session was calibrated.",
+                main=True,
             )
-            on_press(self._start, self._find)
             self._card = gui.add_html("")
             self._save = self.download(
                 gui, "Arm with these zeros (TOML)", rezeroed_toml, "The calibrated arm with the zeros found."
@@ -49,10 +63,8 @@ class RezeroPanel(AbstractPanel):
         found = session.rezero
         self._start.disabled = session.loaded is None or session.job is not None
         self._save.visible = found is not None and not found.doubts
-        if found is None:
-            self._card.content = block(text(READY), testid="rezero", style=f"color:{MUTED};margin:4px 0")
-        else:
-            self._card.content = block(_card(found), testid="rezero", style="margin:4px 0 8px")
+        card = "" if found is None else block(_card(found), testid="rezero", style="margin:4px 0 8px")
+        self._card.content = card or note(READY, "rezero")
 
     def _find(self) -> None:
         try:
@@ -67,17 +79,11 @@ class RezeroPanel(AbstractPanel):
 def _card(found: Rezero) -> str:
     colours = {Verdict.MOVED: CAREFUL, Verdict.UNCHANGED: GOOD, Verdict.REFUSED: css(OUT_OF_REACH)}
     mark = badge(WORDS[found.verdict], colours[found.verdict])
-    sentence = found.sentence[:1].upper() + found.sentence[1:]
     error = f"<div style='color:{MUTED}'>{text(repr(found.error).capitalize())}</div>"
-    apart = heading("Can't be told apart") + _listed(found.ambiguous) if found.ambiguous else ""
+    apart = heading("Can't be told apart") + bullets(map(text, found.ambiguous)) if found.ambiguous else ""
     renewed = folded("Geometry next to replaced joints", _geometry(found)) if found.renewed else ""
-    more = folded("Notes", _listed(found.notes))
-    return f"{mark}<div>{text(sentence)}.</div>{error}{_bars(found)}{apart}{renewed}{more}"
-
-
-def _listed(sentences: tuple[str, ...]) -> str:
-    lines = "".join(f"<li>{text(words)}</li>" for words in sentences)
-    return f'<ul style="margin:0;padding-left:16px">{lines}</ul>'
+    more = folded("Notes", bullets(map(text, found.notes)))
+    return f"{mark}<div>{text(capital(found.sentence))}.</div>{error}{_bars(found)}{apart}{renewed}{more}"
 
 
 def _bars(found: Rezero) -> str:

@@ -1,7 +1,6 @@
 """Taking pictures: the newest one with what was found in it, how sharp it is, and how many are kept."""
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import viser
@@ -14,9 +13,9 @@ from workbench.session.commands.messages import Tell
 from workbench.session.commands.pictures import BeginShooting, DropShot, EndShooting, UseShots
 from workbench.session.shooting import SHARP, Shooting, Shot
 from workbench.session.state import Session
-from workbench.views.page.html import BAD, CAREFUL, GOOD, MUTED, badge, block, text
+from workbench.views.page.html import BAD, CAREFUL, GOOD, badge, block, note, text
 from workbench.views.page.panels.cameras import covered, picture_of
-from workbench.views.page.panels.panel import AbstractPanel, on_press
+from workbench.views.page.panels.panel import AbstractPanel
 
 HOW = (
     "Every picture that appears in the folder (or every still one of the device) is looked at. The folder "
@@ -27,8 +26,9 @@ HOW = (
 class ShootingPanel(AbstractPanel):
     """A closed folder: what is watched, the newest picture, and what to do with those that are kept."""
 
-    def build(self, server: viser.ViserServer) -> None:
-        gui = server.gui
+    depends = ("shooting", "is_idle")
+
+    def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Take pictures", expand_by_default=False):
             self._folder = gui.add_text(
                 "Folder", "", hint="On this machine, with camera.toml and target.toml."
@@ -36,10 +36,14 @@ class ShootingPanel(AbstractPanel):
             self._device = gui.add_text(
                 "Device", "", hint="Number of a camera, such as 0; empty: the folder is watched."
             )
-            self._begin = gui.add_button(
-                "Watch", icon=viser.Icon.CAMERA, hint="Look at every new picture, and keep it if it is good."
+            self._begin = self.button(
+                gui,
+                "Watch",
+                self._watch,
+                viser.Icon.CAMERA,
+                "Look at every new picture, and keep it if it is good.",
+                main=True,
             )
-            on_press(self._begin, self._watch)
             self._seen = gui.add_html("")
             self._again = self.button(
                 gui,
@@ -60,18 +64,15 @@ class ShootingPanel(AbstractPanel):
                 gui, "Stop taking pictures", EndShooting, viser.Icon.X, "End here and drop the pictures."
             )
 
-    def parts(self, session: Session) -> tuple[Any, ...]:
-        return session.shooting, session.job is None
-
     def show(self, session: Session) -> None:
         shooting = session.shooting
         self._begin.visible = shooting is None
         for button in (self._again, self._use, self._stop):
             button.visible = shooting is not None
-        if shooting is None:
-            self._seen.content = block(text(HOW), testid="shooting", style=f"color:{MUTED};margin:4px 0")
-        else:
-            self._seen.content = block(_shown(shooting), testid="shooting", style="margin:4px 0 8px")
+        seen = (
+            "" if shooting is None else block(_shown(shooting), testid="shooting", style="margin:4px 0 8px")
+        )
+        self._seen.content = seen or note(HOW, "shooting")
 
     def _watch(self) -> None:
         folder, device = Path(str(self._folder.value).strip()).expanduser(), str(self._device.value).strip()
@@ -89,11 +90,11 @@ def _shown(shooting: Shooting) -> str:
     camera, shot = shooting.rig.cameras[0], shooting.last
     head = f'<div style="font-weight:600">{counted(len(shooting.kept), "picture")} kept</div>'
     if shot is None:
-        return f"{head}<div>Watching {text(shooting.source)}: no picture yet.</div>"
-    return (
-        f"{head}{_verdict(shot)}{picture_of(_view(shot, camera.size))}"
-        f"{covered(cells(shooting.points(camera.name), camera.size))}"
-    )
+        words = f"<div>Watching {text(shooting.source)}: no picture yet.</div>"
+    else:
+        words = f"{_verdict(shot)}{picture_of(_view(shot, camera.size))}"
+        words += covered(cells(shooting.points(camera.name), camera.size))
+    return block(head + words, testid="shooting", style="margin:4px 0 8px")
 
 
 def _verdict(shot: Shot) -> str:

@@ -1,7 +1,6 @@
 """The first card: what do you have? It goes once there is something to work on."""
 
 from collections.abc import Callable
-from typing import Any
 
 import viser
 
@@ -34,15 +33,17 @@ class StartCard(AbstractPanel):
         is_open: Whether it is there at first.
     """
 
+    depends = ("robot", "loaded", "is_idle")
+
     def __init__(self, worker: Worker, show_demo: Callable[[], None], *, is_open: bool = True):
         super().__init__(worker)
         self._show_demo, self._is_open_at_first = show_demo, is_open
         self._modal: viser.GuiModalHandle | None = None
         self._wants_data = False
 
-    def build(self, server: viser.ViserServer) -> None:
+    def build(self, gui: viser.GuiApi) -> None:
         if self._is_open_at_first:
-            self._open(server.gui)
+            self._open(gui)
 
     def build_way_back(self, gui: viser.GuiApi) -> None:
         """A button that opens the card again."""
@@ -98,9 +99,6 @@ class StartCard(AbstractPanel):
                 most=LARGEST_FILE,
                 main=True,
             )
-
-    def parts(self, session: Session) -> tuple[Any, ...]:
-        return session.robot, session.loaded, session.job is None
 
     def show(self, session: Session) -> None:
         if self._modal is None:

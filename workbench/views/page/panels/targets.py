@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import viser
 
+from workbench.base.wording import capital
 from workbench.plate.obstruction import clear_of
 from workbench.plate.plate import AUTO
 from workbench.session.commands.drag import MoveTarget, SelectTarget
@@ -28,8 +29,7 @@ class TargetsPanel(AbstractPanel):
         super().__init__(worker)
         self._names = {AUTO: LEFT_TO_PROGRAM}
 
-    def build(self, server: viser.ViserServer) -> None:
-        gui = server.gui
+    def build(self, gui: viser.GuiApi) -> None:
         self._choice = gui.add_dropdown(
             "Target",
             ["1"],
@@ -136,7 +136,7 @@ def blocked_branches(session: Session) -> tuple[str, ...]:
 
 
 def _state(state: TargetState) -> str:
-    if state.reached and state.clear:
+    if state.measurable:
         return badge("Reached", css(REACHED)) + f'<span style="color:{MUTED}"> · {text(state.branch)}</span>'
     if state.reached:
         words = "Choose another branch, or move the target."
@@ -157,6 +157,6 @@ def _state(state: TargetState) -> str:
     )
     return (
         badge("Out of reach", css(OUT_OF_REACH))
-        + f"<div>{text(state.reason[:1].upper() + state.reason[1:])}.</div>"
+        + f"<div>{text(capital(state.reason))}.</div>"
         + f'<div style="color:{MUTED}">{short}</div>'
     )

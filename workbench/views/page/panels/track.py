@@ -23,8 +23,8 @@ from workbench.session.track import CIRCLE, LINE, PLANES, erring_robot, usual_ci
 from workbench.session.trajectory import Track
 from workbench.session.worker import Worker
 from workbench.views.appearance.colours import SCALE, css
-from workbench.views.page.html import MUTED, block, number, pairs, text
-from workbench.views.page.panels.panel import AbstractPanel, on_change, on_press, set_value
+from workbench.views.page.html import MUTED, block, bullets, label, note, number, pairs, text
+from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value
 from workbench.views.page.style import OVER, OVER_HEIGHT
 
 KINDS = {"Circle": CIRCLE, "Straight line": LINE}
@@ -33,6 +33,7 @@ WIDTH, ROOM = 340, OVER_HEIGHT // 2
 LEAST_MOVED = 1.0
 """A joint that moves less is drawn as nearly at rest [° or mm]."""
 JOINT_INKS = ("#3b82f6", "#16a34a", "#c2700a", "#db2777", "#7c3aed", "#0891b2", "#737373")
+NOTHING = "Plan a path, then play it. After an identification both arms follow it and the error is shown."
 QUICKEST = 5.0
 LEAST_SHOWN = 1e-3
 """Errors below this are not told distance [mm]."""
@@ -46,8 +47,7 @@ class TrackPanel(AbstractPanel):
         self._usual_of: tuple[Robot, Region] | None = None
         self._drawn_track: Track | None = None
 
-    def build(self, server: viser.ViserServer) -> None:
-        gui = server.gui
+    def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Trajectory"):
             self._kind = gui.add_dropdown(
                 "Path", list(KINDS), hint="Path of the tool: a circle or a line in the region."
@@ -73,13 +73,13 @@ class TrackPanel(AbstractPanel):
                 hint="Correct the joint positions with the calibrated arm, so that its tool follows the "
                 "path.",
             )
-            self._plan = gui.add_button(
+            self._plan = self.button(
+                gui,
                 "Plan it",
-                icon=viser.Icon.ROUTE,
-                color="gray",
-                hint="Compute joint positions along the path as the nominal arm's controller does.",
+                self._ask,
+                viser.Icon.ROUTE,
+                "Compute joint positions along the path as the nominal arm's controller does.",
             )
-            on_press(self._plan, self._ask)
             self._pace = gui.add_slider(
                 "Speed ×", SLOWEST, QUICKEST, 0.1, 1.0, visible=False, hint="Playback speed."
             )
@@ -99,10 +99,8 @@ class TrackPanel(AbstractPanel):
             self._result = gui.add_html("")
 
     def _build_buttons(self, gui: viser.GuiApi) -> None:
-        def button(label, command, icon, hint, color=None):
-            made = gui.add_button(label, icon=icon, hint=hint, color=color, visible=False)
-            on_press(made, lambda: self._worker.submit(command()))
-            return made
+        def button(label, command, icon, hint, *, main=True):
+            return self.button(gui, label, command, icon, hint, main=main, visible=False)
 
         icon = viser.Icon
         self._play = button(
@@ -114,7 +112,7 @@ class TrackPanel(AbstractPanel):
             LeaveTrack,
             icon.PLAYER_STOP,
             "Stop, and return the arm to the selected target.",
-            "gray",
+            main=False,
         )
 
     def parts(self, session: Session) -> tuple[Any, ...]:
@@ -170,7 +168,7 @@ class TrackPanel(AbstractPanel):
         self._leave.visible = is_there and session.focus is Focus.TRACK
         set_value(self._pace, round(session.play.pace, 1))
         times = session.overlay.exaggeration
-        self._result.content = nothing() if track is None else result(track, times)
+        self._result.content = note(NOTHING, "track") if track is None else result(track, times)
 
     def _ask(self) -> None:
         duration = float(self._duration.value)
@@ -185,16 +183,9 @@ class TrackPanel(AbstractPanel):
             self._worker.submit(PlaceTrack(float(self._time.value) * track.duration, is_shown=True))
 
 
-def nothing() -> str:
-    """Before a plan."""
-    words = "Plan a path, then play it. After an identification both arms follow it and the error is shown."
-    return block(words, testid="track", style=f"color:{MUTED};margin:4px 0")
-
-
 def result(track: Track, times: float) -> str:
     """Errors along the path in numbers, their curve, and what the trail's colours mean."""
-    notes = "".join(f"<li>{text(note)}</li>" for note in track.notes)
-    tail = f'<ul style="margin:4px 0 0;padding-left:16px;color:{MUTED}">{notes}</ul>' if notes else ""
+    tail = bullets(map(text, track.notes), style=f"margin:4px 0 0;color:{MUTED}")
     if track.before is None:
         words = "Planned. Identify the arm, and plan again, to see its error along the path."
         return block(f"{legend(track)}<div>{words}</div>{tail}", testid="track", style="margin:4px 0")
@@ -226,9 +217,9 @@ def curves(track: Track) -> str:
     drawn = f'<svg viewBox="0 0 {WIDTH} {2 * ROOM}" preserveAspectRatio="none">{"".join(parts)}</svg>'
     top = f"error, up to {_millimetres(1e3 * float(track.errors.max()))}" if track.before is not None else ""
     words = (
-        _words("0", 10, top),
-        _words("0", ROOM + 10, "joints, each in its own range"),
-        _words("100%", ROOM - 2, f"{number(float(track.time[-1]))} s", anchor="end"),
+        label("0", 10, top, size=11),
+        label("0", ROOM + 10, "joints, each in its own range", size=11),
+        label("100%", ROOM - 2, f"{number(float(track.time[-1]))} s", anchor="end", size=11),
     )
     return (
         f'<div {OVER} data-testid="curves" style="padding:0 12px;color:var(--mantine-color-text)">'
@@ -258,13 +249,6 @@ def _polyline(time: np.ndarray, share: np.ndarray, top: float, ink: str) -> str:
     return (
         f'<polyline points="{line}" fill="none" stroke="{ink}" stroke-width="1.4" '
         'vector-effect="non-scaling-stroke"/>'
-    )
-
-
-def _words(x: str, y: float, words: str, *, anchor: str = "start") -> str:
-    return (
-        f'<text x="{x}" y="{y:.0f}" font-size="11" text-anchor="{anchor}" style="fill:{MUTED}">'
-        f"{text(words)}</text>"
     )
 
 

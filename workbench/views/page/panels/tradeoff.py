@@ -1,7 +1,7 @@
 """What a plate buys: error against price of plates that could be made; each opens with a press."""
 
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import viser
@@ -20,12 +20,12 @@ MOST = 24
 
 
 class TradeoffPanel(AbstractPanel):
-    """A button to weigh plates, a plot, and a row a plate that opens it; folded."""
+    """A button to weigh plates, a plot, and a row for each plate that opens it; folded."""
 
     pause = AFTERWARDS
+    depends = ("tradeoff", "is_idle")
 
-    def build(self, server: viser.ViserServer) -> None:
-        gui = server.gui
+    def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("What does it buy me", expand_by_default=False):
             self._weigh = self.button(
                 gui,
@@ -42,9 +42,6 @@ class TradeoffPanel(AbstractPanel):
             ]
         for i, row in enumerate(self._rows):
             on_press(row, partial(self._open, i))
-
-    def parts(self, session: Session) -> tuple[Any, ...]:
-        return session.tradeoff, session.job is None
 
     def show(self, session: Session) -> None:
         found = session.tradeoff
