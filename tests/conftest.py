@@ -17,6 +17,8 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
 
 
+SHARING = ("/test_browser", "studies/test_aria", "studies/test_")
+"""Beginnings of tests' names that share what one worker builds for all of them."""
 FIRST = ("browser", "data", "views", "session", "test_readme", "plate", "cli", "diagnosis")
 """Marks, folders and files that take long, longest first: one that comes late leaves a worker idle."""
 
@@ -37,15 +39,14 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> LoadFileScheduling | None:
-    """One worker has the browser: its tests mostly wait, and share a page."""
-    return OneBrowser(config, log) if config.getvalue("dist") == "loadfile" else None
+    return Together(config, log) if config.getvalue("dist") == "loadfile" else None
 
 
-class OneBrowser(LoadFileScheduling):
-    """A file goes to one worker, and all that drive the browser to the same one."""
+class Together(LoadFileScheduling):
+    """A file goes to one worker, and so do all that share something dear: the browser, a work done again."""
 
     def _split_scope(self, nodeid: str) -> str:
-        return "browser" if "/test_browser" in nodeid else super()._split_scope(nodeid)
+        return next((words for words in SHARING if words in nodeid), super()._split_scope(nodeid))
 
 
 @pytest.fixture(scope="session")

@@ -8,16 +8,17 @@ import pytest
 from studies import aria_printed as printed
 from studies.aria import reproduce_aria
 from studies.aria_arms import TITLES, Judges, compare_acquisitions
-from studies.aria_page import aria_json, write_aria
+from studies.aria_page import aria_json
+from studies.conftest import ARIA
 from studies.finding import GOOD, Verdict
 from workbench.base.errors import OptionError
 from workbench.data.simulation.instruments import INSTRUMENTS
 from workbench.report.json import json_text
 
 
-@pytest.fixture(scope="module")
-def found():
-    return reproduce_aria(arms=1)
+@pytest.fixture
+def found(reproduced_aria):
+    return reproduced_aria
 
 
 def finding(found, where, words):
@@ -77,8 +78,11 @@ def test_with_noise_the_ways_of_measuring_part_at_poses_that_were_not_measured(f
 
 
 @pytest.mark.slow
-def test_the_page_holds_every_picture_and_finding(found, tmp_path):
-    page = write_aria(found, tmp_path / "aria")
+def test_the_page_holds_every_picture_and_finding(found, reproduce, tmp_path):
+    """Of the command, with its table and its result."""
+    out = reproduce("aria", ARIA, found, "--out", "aria", "--json", "aria.json")
+    assert "Eq. (3)" in out
+    page = tmp_path / "aria" / "index.html"
     text = page.read_text(encoding="utf-8")
     pictures = sorted(p.name for p in page.parent.glob("*.png"))
     assert pictures == sorted(
@@ -98,6 +102,8 @@ def test_the_page_holds_every_picture_and_finding(found, tmp_path):
     assert content["schema"] == "workbench.reproduction/1"
     assert sum(content["verdicts"].values()) == len(content["findings"]) == len(found.findings)
     assert content["comparison"] == json.loads(json_text(aria_json(found)))["comparison"]
+    assert content == json.loads((tmp_path / "aria.json").read_text())
+    assert content["work"] == "aria"
 
 
 @pytest.mark.slow

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from studies import katana_printed as printed
+from studies.conftest import KATANA
 from studies.finding import GOOD, Verdict
 from studies.katana import reproduce_katana
-from studies.katana_page import katana_json, write_katana
+from studies.katana_page import katana_json
 from studies.katana_study import (
     BEFORE,
     CONVENTIONAL,
@@ -28,10 +29,9 @@ from workbench.base.errors import OptionError
 from workbench.report.json import json_text
 
 
-@pytest.fixture(scope="module")
-def found():
-    """Of eight arms: nine in ten of only three is an interval that any change of a pose moves by a tenth."""
-    return reproduce_katana(arms=8, weighed=2, diagnosed=1)
+@pytest.fixture
+def found(katana):
+    return katana
 
 
 def finding(found, where, words):
@@ -131,8 +131,11 @@ def test_an_arm_is_the_same_however_many_there_are(found):
 
 
 @pytest.mark.slow
-def test_the_page_holds_every_picture_and_finding(found, tmp_path):
-    page = write_katana(found, tmp_path / "katana")
+def test_the_page_holds_every_picture_and_finding(found, reproduce, tmp_path):
+    """Of the command, with its table and its result."""
+    out = reproduce("katana", KATANA, found, "--out", "katana", "--json", "katana.json")
+    assert "Table 4.6" in out
+    page = tmp_path / "katana" / "index.html"
     text = page.read_text(encoding="utf-8")
     pictures = sorted(p.name for p in page.parent.glob("*.png"))
     assert {"fig3-8.png", "fig4-8.png", "arms.png", "influence-arms.png"} <= set(pictures)
@@ -142,6 +145,8 @@ def test_the_page_holds_every_picture_and_finding(found, tmp_path):
     assert content["schema"] == "workbench.reproduction/1"
     assert sum(content["verdicts"].values()) == len(found.findings)
     assert content == json.loads(json_text(katana_json(found)))
+    assert content == json.loads((tmp_path / "katana.json").read_text())
+    assert content["work"] == "katana"
 
 
 def test_stiffness_is_converted_once():

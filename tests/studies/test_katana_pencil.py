@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 
 from studies.finding import Verdict
-from studies.katana_pencil import WAYS, pencil_check, pencil_finding, pencil_picture
-from studies.katana_tracking import drawing_katana, tracked_paths
+from studies.katana_pencil import WAYS, pencil_finding, pencil_picture
+
+pytestmark = pytest.mark.slow
 
 
-@pytest.fixture(scope="module")
-def found():
-    return pencil_check(tracked_paths(drawing_katana())[0], seed=1)
+@pytest.fixture
+def found(katana):
+    return katana.pencil
 
 
 def test_what_is_read_is_what_the_arm_did(found):

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from studies import katana_printed as printed
+from studies.conftest import KATANA
 from studies.finding import GOOD
+from studies.katana import FOLLOWING
 from studies.katana_generator import NOMINAL, ORDERS, VirtualKatana
 from studies.katana_study import EACH_WAY
 from studies.katana_tracking import (
@@ -19,14 +21,13 @@ from studies.katana_tracking import (
     TILTING,
     drawing_katana,
     missed,
-    tracking_study,
 )
 from studies.katana_tracking_claims import tracking_findings, tracking_pictures
 
 
-@pytest.fixture(scope="module")
-def study():
-    return tracking_study(arms=3, seed=2)
+@pytest.fixture
+def study(katana):
+    return katana.tracking
 
 
 @pytest.mark.slow
@@ -44,7 +45,7 @@ def test_the_paths_are_those_of_the_thesis(study):
 @pytest.mark.slow
 def test_tilting_first_reduces_more_than_the_thesis(study):
     mean = study.mean
-    assert mean.shape == (3, len(STEPS), len(PATHS))
+    assert mean.shape == (KATANA["arms"] // FOLLOWING, len(STEPS), len(PATHS))
     for path in (CIRCLE, LINE_NEAR):
         assert np.median(mean[:, BEFORE, path] / mean[:, TILTING, path]) > 0.653 / 0.132
     assert (mean[:, TILTING, CIRCLE] < mean[:, GEOMETRY, CIRCLE]).all()
