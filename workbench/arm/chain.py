@@ -107,7 +107,11 @@ class Chain:
     @cached_property
     def constants(self) -> Float[np.ndarray, "k 4 4"]:
         """Matrices of the constant elements; identities elsewhere."""
-        return frozen(np.stack([np.eye(4) if e.matrix is None else e.matrix for e in self.elements]))
+        matrices = np.tile(np.eye(4), (len(self.elements), 1, 1))
+        for matrix, element in zip(matrices, self.elements, strict=True):
+            if element.matrix is not None:
+                matrix[:] = element.matrix
+        return frozen(matrices)
 
     @cached_property
     def index(self) -> dict[str, int]:
