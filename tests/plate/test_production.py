@@ -226,8 +226,9 @@ def test_a_cluster_gives_the_same_numbers_and_bears_the_loss_of_a_worker(job, fo
         assert killed
 
 
-def test_nobody_at_the_address():
+def test_nobody_at_the_address(monkeypatch):
     pytest.importorskip("distributed")
+    monkeypatch.setattr("workbench.base.spread.CONNECTING", 0.3)
     with pytest.raises(OptionError, match="no Dask scheduler answers at tcp"):
         spread(len, [([],)], scheduler="tcp://127.0.0.1:9")
 
