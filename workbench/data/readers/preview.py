@@ -14,7 +14,7 @@ from workbench.data.readers.columns import Column, decisions, problems, understa
 from workbench.data.readers.columns_option import Naming
 from workbench.data.readers.fields import Fields, convert
 from workbench.data.readers.headings import quantities_of
-from workbench.data.readers.read import file_layout, folder_layout, naming_of, read_table, table_layout
+from workbench.data.readers.read import read_laid_out
 from workbench.data.readers.table import Table
 
 
@@ -78,20 +78,13 @@ def preview(
     """What `read_measurements` would make of a file; problems are listed, never raised."""
     path = Path(path)
     try:
-        whole = file_layout(path, layout=layout)
-        if whole is not None:
-            read = whole.read(path, naming_of(columns), cancel)
-            return _of_fields(path, read, (), joints, base, whole.name)
-        folder = folder_layout(path, columns=columns, layout=layout)
-        if folder is not None:
-            return _of_fields(path, folder.read(path), (), joints, base, folder.name)
-        table = read_table(path, columns=columns, sheet=sheet, cancel=cancel)
-        special = table_layout(table, columns=columns, layout=layout)
-        if special is not None:
-            return _of_fields(path, special.read(table), _left_out(table), joints, base, special.name)
+        fields, name, table = read_laid_out(path, columns=columns, layout=layout, sheet=sheet, cancel=cancel)
     except WorkbenchError as error:
         return Preview(path=str(path), problems=(str(error),))
-    return _of_table(path, table, joints, base)
+    if fields is None:
+        assert table is not None, "what has no layout of its own is a table"
+        return _of_table(path, table, joints, base)
+    return _of_fields(path, fields, () if table is None else _left_out(table), joints, base, name)
 
 
 def _of_table(path: Path, table: Table, joints: int | None, base: Matrix4 | None) -> Preview:

@@ -82,17 +82,31 @@ def read_fields(
     cancel: Cancel = never,
 ) -> Fields:
     """All columns of a file in SI, whatever they are; options and errors as `read_measurements`."""
+    found, _, table = read_laid_out(source, columns=columns, layout=layout, sheet=sheet, cancel=cancel)
+    if found is None:
+        assert table is not None, "what has no layout of its own is a table"
+        return fields_of(table)
+    return found
+
+
+def read_laid_out(
+    source: Any, *, columns: str | Naming | None, layout: str | None, sheet: str | None, cancel: Cancel
+) -> tuple[Fields | None, str, Table | None]:
+    """A source by its layout: the columns in SI, the layout's name, and the table if it is one.
+
+    A plain table is left as it is: no columns, and no name.
+    """
     if not isinstance(source, str | PathLike):
         table = _named(read_frame(source), naming_of(columns))
     else:
         path = Path(source)
         if (whole := file_layout(path, layout=layout)) is not None:
-            return whole.read(path, naming_of(columns), cancel)
+            return whole.read(path, naming_of(columns), cancel), whole.name, None
         if (folder := folder_layout(path, columns=columns, layout=layout)) is not None:
-            return folder.read(path)
+            return folder.read(path), folder.name, None
         table = read_table(path, columns=columns, sheet=sheet, cancel=cancel)
     special = table_layout(table, columns=columns, layout=layout)
-    return fields_of(table) if special is None else special.read(table)
+    return (None, "", table) if special is None else (special.read(table), special.name, table)
 
 
 def naming_of(columns: str | Naming | None) -> Naming | None:

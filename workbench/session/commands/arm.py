@@ -3,6 +3,7 @@
 import shutil
 import tempfile
 import weakref
+from collections.abc import Iterable
 from dataclasses import field, replace
 from pathlib import Path
 from typing import Any
@@ -24,9 +25,10 @@ from workbench.session.start import is_untouched, own_plate, start
 from workbench.session.state import Focus, Session, Severity, Step
 
 LOADED = ("loaded", "left_out", "fixed", "wanted", "captured", "source", "overlay")
-LOOKS = ("is_dark", "is_dark_chosen", "units")
 FOUND = ("identification", "fit", "diagnosis", "accepted", "rezero", "comparison", "row")
 """What a session knows of its arm, whichever plate it is on: as it came, and found from it."""
+PAGE = ("message_count", "revision", "job", "is_dark", "is_dark_chosen", "units")
+"""What it knows of the page, whichever arm is on it."""
 LARGEST_MODEL = 2 * 1024 * 1024
 """Robot and plate files beyond this size are refused [bytes]."""
 
@@ -196,18 +198,16 @@ def begin_with(robot: Robot, session: Session, *, cancel: Cancel) -> Session:
 
 def _with_measured(begun: Session, session: Session) -> Session:
     """On another plate all that was measured of the same arm, and what was found from it, stays."""
-    return replace(begun, **{name: getattr(session, name) for name in LOADED + FOUND})
+    return carried(begun, session, LOADED + FOUND)
+
+
+def carried(into: Session, session: Session, names: Iterable[str]) -> Session:
+    """A session with these parts of another one."""
+    return replace(into, **{name: getattr(session, name) for name in names})
 
 
 def _begun(session: Session, begun: Session) -> Session:
-    begun = replace(
-        begun,
-        message_count=session.message_count,
-        revision=session.revision,
-        job=session.job,
-        **{name: getattr(session, name) for name in LOOKS},
-        done=(Step(session.plate, session.states, session),),
-    )
+    begun = replace(carried(begun, session, PAGE), done=(Step(session.plate, session.states, session),))
     reached = f"{begun.score.measurable} of {len(begun.plate)} targets measurable"
     words = f"{begun.robot.name} on the plate '{begun.plate.name}': {reached}"
     checked = [note for note in begun.robot.notes if note.startswith(("it fits:", "change:"))]

@@ -224,11 +224,22 @@ def matched(robot: Robot, loaded: Loaded) -> Loaded:
     return replace(loaded, dataset=dataset, notes=dataset.notes, match=arm_match(robot, dataset))
 
 
+def measurements(session: Session) -> Loaded:
+    """The loaded measurements; refused where there are none."""
+    if session.loaded is None:
+        raise DataError("there are no measurements yet; load a file or measure a virtual arm first")
+    return session.loaded
+
+
+def check_unchanged(session: Session, loaded: Loaded, what: str) -> None:
+    """Refuse a result of measurements that are no longer there; `what`: to do instead."""
+    if session.loaded is not loaded:
+        raise DataError(f"the measurements have changed since; {what} again")
+
+
 def check_own(session: Session, *, anyway: bool) -> None:
     """Refuse rows of another arm, unless they are wanted all the same."""
-    loaded = session.loaded
-    if loaded is None:
-        raise DataError("there are no measurements yet; load a file or measure a virtual arm first")
+    loaded = measurements(session)
     if loaded.match is not None and loaded.is_foreign and not anyway:
         raise DataError(f"{loaded.match.words}; change the robot, or go on all the same")
 

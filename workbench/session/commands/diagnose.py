@@ -17,7 +17,7 @@ from workbench.plate.plate import Target
 from workbench.session.command import AbstractChange, AbstractTask, Progress
 from workbench.session.commands.arrange import place_targets
 from workbench.session.commands.compare import with_comparison
-from workbench.session.commands.data import check_own
+from workbench.session.commands.data import check_own, check_unchanged, measurements
 from workbench.session.commands.identify import Identify
 from workbench.session.state import Session, Severity
 from workbench.session.target_steps import check_free
@@ -48,10 +48,10 @@ class Diagnose(AbstractTask):
 
     def check(self, session: Session) -> None:
         check_own(session, anyway=self.anyway or session.identification is not None)
-        assert session.loaded is not None
-        if session.loaded.dataset.rig is not None:
+        dataset = measurements(session).dataset
+        if dataset.rig is not None:
             raise DataError("pictures are not diagnosed; Identify weighs what they may tell of the arm")
-        rows = len(session.loaded.dataset) - len(session.left_out)
+        rows = len(dataset) - len(session.left_out)
         if rows < LEAST_ROWS:
             raise DataError(
                 f"a diagnosis needs at least {LEAST_ROWS} rows, got {rows} "
@@ -61,8 +61,7 @@ class Diagnose(AbstractTask):
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
         from workbench.diagnosis.diagnose import diagnose
 
-        loaded = session.loaded
-        assert loaded is not None
+        loaded = measurements(session)
         found = diagnose(
             session.robot,
             loaded.dataset,
@@ -78,8 +77,7 @@ class Diagnose(AbstractTask):
 
     def finish(self, session: Session, result: Any) -> Session:
         loaded, found = result
-        if session.loaded is not loaded:
-            raise DataError("the measurements have changed since; diagnose again")
+        check_unchanged(session, loaded, "diagnose")
         session = with_comparison(replace(session, diagnosis=found))
         return session.tell(Severity.INFO, found.message)
 
@@ -170,14 +168,12 @@ class FindZeros(AbstractTask):
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
         from workbench.identification.rezero.find import rezero
 
-        loaded = session.loaded
-        assert loaded is not None
+        loaded = measurements(session)
         left_out = dict.fromkeys(sorted(session.left_out), "left out by hand")
         return loaded, rezero(session.robot, loaded.dataset, replaced=self.replaced, exclude=left_out)
 
     def finish(self, session: Session, result: Any) -> Session:
         loaded, found = result
-        if session.loaded is not loaded:
-            raise DataError("the measurements have changed since; find the zeros again")
+        check_unchanged(session, loaded, "find the zeros")
         severity = Severity.WARNING if found.doubts else Severity.INFO
         return replace(session, rezero=found).tell(severity, found.sentence)

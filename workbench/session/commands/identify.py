@@ -3,7 +3,7 @@
 from dataclasses import replace
 from typing import Any
 
-from workbench.base.errors import DataError, OptionError
+from workbench.base.errors import OptionError
 from workbench.base.progress import Cancel
 from workbench.data.accuracy_requirement import Wanted
 from workbench.identification.algorithms import ALGORITHMS, USUAL
@@ -11,7 +11,7 @@ from workbench.identification.identify import identify
 from workbench.identification.record import Identification
 from workbench.session.command import AbstractChange, AbstractTask, Progress, computed
 from workbench.session.commands.compare import with_fit
-from workbench.session.commands.data import check_own
+from workbench.session.commands.data import check_own, check_unchanged, measurements
 from workbench.session.comparison import exaggeration_for
 from workbench.session.state import Focus, Session, Severity
 
@@ -49,8 +49,7 @@ class Identify(AbstractTask):
             raise OptionError(f"the held-out share must be 0 to 99 %, got {self.held_out:.0%}")
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
-        loaded = session.loaded
-        assert loaded is not None
+        loaded = measurements(session)
         robot, added = session.robot, session.accepted
         found = identify(
             robot.with_effects(*robot.effects, *added) if added else robot,
@@ -69,8 +68,7 @@ class Identify(AbstractTask):
 
     def finish(self, session: Session, result: Any) -> Session:
         loaded, found = result
-        if session.loaded is not loaded:
-            raise DataError("the measurements have changed since; identify again")
+        check_unchanged(session, loaded, "identify")
         fit = next(name for name in (*PREFERRED, *found.runs) if name in found.runs)
         session = with_fit(replace(session, identification=found, row=0, focus=Focus.ROW), fit)
         assert session.comparison is not None
@@ -136,9 +134,7 @@ class LeaveRowsOut(AbstractChange):
     title = computed(lambda self: f"Exclude {len(self.rows)} rows")
 
     def check(self, session: Session) -> None:
-        if session.loaded is None:
-            raise DataError("there are no measurements yet; load a file or measure a virtual arm first")
-        known = set(session.loaded.dataset.row.tolist())
+        known = set(measurements(session).dataset.row.tolist())
         if unknown := sorted(set(self.rows) - known):
             raise OptionError(f"row numbers must be {min(known)} to {max(known)}, got {unknown[0]}")
         if not known - set(self.rows):

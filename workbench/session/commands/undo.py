@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from workbench.base.errors import OptionError
 from workbench.session.command import AbstractChange, computed
+from workbench.session.commands.arm import PAGE, carried
 from workbench.session.state import Session, Severity, Step
 from workbench.session.target_steps import begin_step, check_free, commit_step, first_difference, with_targets
 
@@ -99,19 +100,7 @@ class GoBackTo(AbstractChange):
 
 def _in_place_of(now: Session, whole: Session) -> Session:
     """Another robot with all that was measured and found, in the present page."""
-    session = replace(
-        whole,
-        messages=now.messages,
-        message_count=now.message_count,
-        revision=now.revision,
-        job=now.job,
-        chore=now.chore,
-        source=now.source,
-        opened=now.opened,
-        is_dark=now.is_dark,
-        is_dark_chosen=now.is_dark_chosen,
-        units=now.units,
-    )
+    session = carried(whole, now, (*PAGE, "messages", "chore", "source", "opened"))
     loaded = "" if whole.loaded is None else f", {whole.loaded.name} with what was found from it"
     return session.tell(Severity.INFO, f"back on {whole.robot.name}, plate '{whole.plate.name}'{loaded}")
 
