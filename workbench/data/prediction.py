@@ -58,11 +58,6 @@ class RowComponents:
         """Rows with a measured point."""
         return np.isfinite(self.position).all(-1)
 
-    @property
-    def has_rotation(self) -> Bool[np.ndarray, " rows"]:
-        """Rows with a measured orientation."""
-        return np.isfinite(self.rotation).all(-1)
-
 
 def row_components(robot: Robot, data: Dataset) -> RowComponents:
     """Errors Δp_e, Δφ_e of a model on measured poses or points, nothing fitted.

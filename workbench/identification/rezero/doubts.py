@@ -73,7 +73,7 @@ def doubts(
     if not sentences and measured and np.sqrt(zeros.mean_square) > FAR:
         sentences.append(
             f"the zeros leave {np.sqrt(zeros.mean_square):.1f} times the noise, and no single link, frame or "
-            "row explains it; calibrate anew with 'workbench identify'"
+            "row explains it; calibrate again with 'workbench identify'"
         )
     return tuple(sentences)
 
@@ -85,7 +85,7 @@ def _causes(knowledge: Knowledge, zeros: Fitted, places: Mapping[str, float]) ->
         if loose and not (joint < 0 and problem.frames.base):
             yield _Cause(
                 f"{f'link {joint + 1}' if joint >= 0 else 'the foot'} is not as calibrated",
-                "look whether it is bent, then calibrate anew with 'workbench identify'",
+                "look whether it is bent, then calibrate again with 'workbench identify'",
                 knowledge.problem(problem, zeros.x, places, (*offsets, *loose)),
                 len(loose),
                 tuple(loose),

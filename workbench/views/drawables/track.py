@@ -16,7 +16,7 @@ from workbench.views.drawables.measured import mark
 PIECES = 48
 """Parts in which the trail grows."""
 LEAST = 1e-6
-"""Errors below this are none [m]."""
+"""Errors below this are drawn as zero [m]."""
 
 
 def track(session: Session) -> Iterator[Item]:

@@ -70,7 +70,7 @@ class Header(AbstractPanel):
             "Back",
             lambda: SteerDemo(Steer.BACK),
             viser.Icon.PLAYER_SKIP_BACK,
-            "Tell the scene before once more.",
+            "Replay the previous scene.",
             visible=False,
         )
         self._pause = self.button(

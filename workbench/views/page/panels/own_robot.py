@@ -59,7 +59,7 @@ class OwnRobotPanel(AbstractPanel):
                 "Check against these poses",
                 self._check,
                 viser.Icon.CHECKS,
-                "Try every reading of the table and of the numbers; begin anew with the arm that fits.",
+                "Try every reading of the table and of the numbers; start over with the arm that fits.",
                 main=True,
             )
             self.download(

@@ -1,4 +1,4 @@
-"""The whole scene of one arm on one plate; made anew for another arm or plate."""
+"""The whole scene of one arm on one plate; rebuilt for another arm or plate."""
 
 import threading
 from collections.abc import Callable
