@@ -135,11 +135,7 @@ def _result(future: Any, scheduler: str) -> Any:
 
 
 def _check_workers(client: Any, scheduler: str) -> None:
-    """Refuse a cluster without workers, or with some whose results could be others than ours.
-
-    Raises:
-        OptionError: nobody works there, or with other versions.
-    """
+    """Refuse a cluster without workers, or with some whose results could be others than ours."""
     try:
         client.wait_for_workers(1, timeout=CONNECTING)
         theirs = client.run(versions)

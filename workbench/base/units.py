@@ -174,11 +174,7 @@ def _registry():
 
 
 def _parsed(unit: str):
-    """The registry's unit for a text.
-
-    Raises:
-        UnitError: The text is no unit.
-    """
+    """The registry's unit for a text."""
     text = ALIASES.get(unit.strip(), unit.strip())
     if match := _TORQUE.fullmatch(text):
         text = f"{match[1]}N*{match[2]}"
@@ -205,11 +201,7 @@ def _as_quantity(parsed, quantity: Quantity) -> Conversion | None:
 
 
 def _sane(found: Conversion, unit: str) -> Conversion:
-    """The conversion, unless a robot can't be measured in that unit ('Mm' for 'mm').
-
-    Raises:
-        UnitError: The unit is absurdly large.
-    """
+    """The conversion, unless a robot can't be measured in that unit ('Mm' for 'mm')."""
     if found.scale > _LARGEST.get(found.quantity, np.inf):
         raise UnitError(
             f"the unit '{unit}' is {found.scale:g} {found.quantity}, too large for a robot: "

@@ -111,12 +111,7 @@ class Dataset:
             object.__setattr__(self, f.name, frozen(array))
 
     def _array(self, name: str, value: Any) -> np.ndarray:
-        """A column as the array that it is meant to be.
-
-        Raises:
-            ShapeError: rows of another length than the quantity has.
-            DataError: something that is no number.
-        """
+        """A column as the array that it is meant to be."""
         if name == "row" and value is UNNUMBERED:
             return np.arange(len(self.q))
         if name in LABELS or name in ("row", "exclude"):

@@ -68,11 +68,7 @@ def repeated_rows(dataset: Dataset) -> list[tuple[int, int]]:
 
 
 def _refuse_joint_units(dataset: Dataset, limits: Float[np.ndarray, "n 2"]) -> None:
-    """Raise when joints go so far beyond their limits that the unit must be wrong.
-
-    Raises:
-        DataError: Names the joint, its value and its limit.
-    """
+    """Raise when joints go so far beyond their limits that the unit must be wrong."""
     largest = np.nanmax(np.abs(dataset.q[dataset.included]), axis=0)
     bound = np.where(np.isfinite(limits).all(1), np.abs(limits).max(1), np.inf)
     if np.isinf(bound).all():
@@ -95,11 +91,7 @@ def _refuse_joint_units(dataset: Dataset, limits: Float[np.ndarray, "n 2"]) -> N
 
 
 def _refuse_length_units(dataset: Dataset, reach: float) -> None:
-    """Raise when points lie farther apart than any arm of this size can reach.
-
-    Raises:
-        DataError: Names the row and the distance.
-    """
+    """Raise when points lie farther apart than any arm of this size can reach."""
     for points, rows in _clouds(dataset):
         away = np.linalg.norm(points - np.median(points, axis=0), axis=1)
         far = away > REACH_FACTOR * reach

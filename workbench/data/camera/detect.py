@@ -199,11 +199,7 @@ def find_corners(folder: Path | str, rig: Rig, *, progress: Report | None = None
 
 
 def _judged(folder: Path, finder: Finder, names: list[str], found: list[Found]) -> tuple[str, ...]:
-    """Notes on the pictures.
-
-    Raises:
-        DataError: none of them shows the target, or most show a larger board.
-    """
+    """Notes on the pictures."""
     without = [(name, f.reason) for name, f in zip(names, found, strict=True) if f.reason]
     board = finder.target.charuco
     larger = [f for f in found if len(f.strays) > 1]

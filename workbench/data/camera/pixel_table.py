@@ -148,11 +148,7 @@ def pixel_data(rows: PixelRows, rig: Rig, joints: Fields, *, dof: int | None = N
 
 
 def _names(rows: PixelRows, joints: Fields) -> tuple[list[str], list[str]]:
-    """Name of every row of joints' picture, and what was decided.
-
-    Raises:
-        DataError: pictures and joints don't belong together.
-    """
+    """Name of every row of joints' picture, and what was decided."""
     taken = list(dict.fromkeys(plain_names(rows.image)))
     if "image" not in joints.values:
         if len(taken) != joints.rows:
@@ -185,11 +181,7 @@ def plain_names(names: Iterable) -> list[str]:
 
 
 def _points(rows: PixelRows, rig: Rig) -> tuple[np.ndarray, np.ndarray, list[str]]:
-    """Number of every corner's point (-1 for none) and camera.
-
-    Raises:
-        DataError: an unknown camera, or too many unknown points.
-    """
+    """Number of every corner's point (-1 for none) and camera."""
     names = list(dict.fromkeys(rows.camera.tolist()))
     cameras = {name: rig.place(name) for name in names}
     if strange := [name for name in names if cameras[name] is None]:
@@ -226,11 +218,7 @@ def _whole(fields: Fields, key: str) -> Int[np.ndarray, " rows"]:
 
 
 def _one_a_picture(fields: Fields) -> Fields:
-    """The joints that stand in the rows of the pixels, one row a picture.
-
-    Raises:
-        FileError: rows of one picture have different joints, or there are none.
-    """
+    """The joints that stand in the rows of the pixels, one row a picture."""
     if not fields.numbers(r"q(\d+)") and "x" not in fields.values:
         raise FileError("has no joints: add q1[rad] …, or give --joints TABLE", path=fields.source)
     names = np.array(plain_names(fields.values["image"]))

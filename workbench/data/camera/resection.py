@@ -75,11 +75,7 @@ def with_sight(data: Dataset) -> Dataset:
 def _judged(
     off: Float[np.ndarray, "rows points"], data: Dataset, camera: Camera
 ) -> Bool[np.ndarray, "rows points"]:
-    """Corners to set apart, by their distances from where their pictures' poses put them.
-
-    Raises:
-        DataError: most pictures are useless.
-    """
+    """Corners to set apart, by their distances from where their pictures' poses put them."""
     of_picture = np.nanmedian(off, axis=1)
     useless = of_picture > USELESS
     if np.median(of_picture) > USELESS:

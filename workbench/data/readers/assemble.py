@@ -91,11 +91,7 @@ def assemble(
 
 
 def _measured(fields: Fields, position, rotation, base: Matrix4 | None):
-    """Position and rotation in the measuring frame, and what was said about it.
-
-    Raises:
-        FileError: The poses are in the robot's base, and where that stands is not known.
-    """
+    """Position and rotation in the measuring frame, and what was said about it."""
     if not in_base(fields):
         return position, rotation, ()
     if base is None:
@@ -138,11 +134,7 @@ def joint_columns(fields: Fields, joints: int | None) -> Float[np.ndarray, "rows
 
 
 def _observations(fields: Fields, position, rotation, markers, tilt, beside) -> dict[str, np.ndarray]:
-    """Observations by name, as `_gaps` takes them.
-
-    Raises:
-        DataError: The file has none at all.
-    """
+    """Observations by name, as `_gaps` takes them."""
     observed: dict[str, np.ndarray] = dict(beside)
     if position is not None:
         observed["position"] = position
@@ -230,11 +222,7 @@ def _plain(fields: Fields) -> dict[str, Any]:
 
 
 def _excluded_by_file(fields: Fields) -> Mask:
-    """Mask that the file itself keeps out.
-
-    Raises:
-        FileError: A cell is neither true nor false.
-    """
+    """Mask that the file itself keeps out."""
     if "exclude" not in fields.values:
         return np.zeros(fields.rows, bool)
     words = [str(word).strip().lower() for word in fields.values["exclude"]]
@@ -284,11 +272,7 @@ def _blank_cells(name: str, values: np.ndarray) -> str:
 
 
 def _need_whole_joints(fields: Fields, q: np.ndarray, excluded: Mask) -> None:
-    """Raise when a row that is not kept out lacks a joint position.
-
-    Raises:
-        FileError: Names line and column.
-    """
+    """Raise when a row that is not kept out lacks a joint position."""
     rows, joints = np.nonzero(np.isnan(q) & ~excluded[:, None])
     if len(rows):
         raise fields.error(

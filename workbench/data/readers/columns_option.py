@@ -108,11 +108,7 @@ def _parts(text: str) -> list[str]:
 
 
 def _item(text: str, whole: str) -> Item:
-    """A name with its brackets: [unit], [row] or [unit|column].
-
-    Raises:
-        OptionError: Brackets that do not close, or two units.
-    """
+    """A name with its brackets: [unit], [row] or [unit|column]."""
     match = _ITEM.fullmatch(text.strip())
     if match is None or not match["name"].strip():
         raise OptionError(f"columns='{whole}': '{text}' is not of the form name[unit] or name[unit|column]")
@@ -129,11 +125,7 @@ def _item(text: str, whole: str) -> Item:
 
 
 def _counted_on(items: tuple[Item, ...], whole: str) -> tuple[Item, ...]:
-    """Items with 'q1, …, q6' written out.
-
-    Raises:
-        OptionError: Dots without a number before and after them.
-    """
+    """Items with 'q1, …, q6' written out."""
     result: list[Item] = []
     for i, item in enumerate(items):
         if item.name not in _DOTS:

@@ -138,11 +138,7 @@ def _values(table: Table, column: Column, decimal: Decimal) -> np.ndarray:
 
 
 def _seconds(table: Table, column: Column) -> np.ndarray:
-    """Dates as seconds from the first row.
-
-    Raises:
-        FileError: A cell is no date.
-    """
+    """Dates as seconds from the first row."""
     dates = []
     for row, cell in enumerate(table.columns[column.index]):
         try:

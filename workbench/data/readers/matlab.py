@@ -55,11 +55,7 @@ def _contents(variables: dict[str, np.ndarray]) -> str:
 def _file_side(
     pair: Pair, variables: dict[str, np.ndarray], path: Path
 ) -> tuple[str, Item, tuple[Item, ...]]:
-    """The name in the file, the item that carries it, and what it means.
-
-    Raises:
-        OptionError: Neither side is in the file.
-    """
+    """The name in the file, the item that carries it, and what it means."""
     if len(pair.right) == 1 and pair.right[0].name in variables:
         side, item = pair.right[0], pair.left
         return side.name, side, (replace(item, unit=side.unit) if item.unit is None else item,)
@@ -75,11 +71,7 @@ def _file_side(
 def _one_row_each(
     array: np.ndarray, name: str, side: Item, wanted: tuple[Item, ...], path: Path
 ) -> tuple[np.ndarray, str]:
-    """The matrix with one measurement a row, and how it stood in the file.
-
-    Raises:
-        OptionError: The matrix could be read both ways.
-    """
+    """The matrix with one measurement a row, and how it stood in the file."""
     if array.ndim == 3 and array.shape[:2] in ((3, 3), (4, 4)):
         return _from_stack(array), "page"
     if array.ndim != 2 or array.dtype.kind not in "fiub" + "".join(_LABELS):
@@ -122,11 +114,7 @@ def _count(wanted: tuple[Item, ...]) -> int | None:
 
 
 def _headings(wanted: tuple[Item, ...], width: int, name: str, path: Path) -> list[str]:
-    """Headings of the matrix's columns, with the unit of the item.
-
-    Raises:
-        OptionError: The matrix has another number of columns than are named, or a name is unknown.
-    """
+    """Headings of the matrix's columns, with the unit of the item."""
     headings: list[str] = []
     for item in wanted:
         many = item.name.lower() in ("q", "torque", "direction")

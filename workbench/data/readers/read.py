@@ -208,11 +208,7 @@ def _named(grid: Grid, naming: Naming | None) -> Table:
 
 
 def _refuse_transform(grid: Grid) -> None:
-    """Raise for a lone 4 x 4 transform, which is easily taken for data.
-
-    Raises:
-        FileError: It is one.
-    """
+    """Raise for a lone 4 x 4 transform, which is easily taken for data."""
     if len(grid.rows) == 4 and all(len(row) == 4 for row in grid.rows):
         last = [cell.rstrip("0").rstrip(".,") or "0" for cell in grid.rows[3]]
         if last in (["0", "0", "0", "1"], ["-0", "0", "0", "1"]):

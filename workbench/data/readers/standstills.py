@@ -130,11 +130,7 @@ def join_by_time(measured: Fields, joints: Fields, *, one_clock: bool = False) -
 
 
 def _dated(measured: Fields, joints: Fields) -> Fields:
-    """Measurements whose time counts from the first date of the joints, where both have dates.
-
-    Raises:
-        DataError: only one of them has, or only one knows its time zone, and nothing shows their offset.
-    """
+    """Measurements whose time counts from the first date of the joints, where both have dates."""
     first, second = measured.began, joints.began
     if first is None and second is None:
         return measured
@@ -264,11 +260,7 @@ def _by_point(measured: Fields, rows: Int[np.ndarray, " n"]) -> list[np.ndarray]
 
 
 def _averaged(measured: Fields, parts: Sequence[np.ndarray], what: str) -> Fields:
-    """One row a standstill; labels are those of its first row.
-
-    Raises:
-        DataError: the tool moved while the arm stood.
-    """
+    """One row a standstill; labels are those of its first row."""
     measured = _turned(measured)
     values = {
         key: np.array([_middle(column[rows]) for rows in parts]) for key, column in measured.values.items()

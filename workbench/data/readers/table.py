@@ -161,11 +161,7 @@ def _table(
     heading_line: int | None,
     notes: tuple[str, ...],
 ) -> Table:
-    """Rows from `start` on as columns.
-
-    Raises:
-        FileError: A row of another length.
-    """
+    """Rows from `start` on as columns."""
     width, rows = len(headings), grid.rows[start:]
     _refuse_torn_numbers(grid, start, width)
     even = [row if len(row) == width else _fitted(grid, i, width) for i, row in enumerate(rows, start)]
@@ -183,11 +179,7 @@ def _table(
 
 
 def _fitted(grid: Grid, index: int, width: int) -> list[str]:
-    """A row cut or filled to the width where only empty cells are at stake.
-
-    Raises:
-        FileError: It really has another length.
-    """
+    """A row cut or filled to the width where only empty cells are at stake."""
     row = grid.rows[index]
     if len(row) < width and grid.separator is None:
         return _padded(row, width)  # spreadsheets leave trailing cells out
@@ -200,11 +192,7 @@ def _fitted(grid: Grid, index: int, width: int) -> list[str]:
 
 
 def _refuse_torn_numbers(grid: Grid, start: int, width: int) -> None:
-    """Raise when commas seem to part fields and to mark decimals in the same file.
-
-    Raises:
-        FileError: Ambiguous commas.
-    """
+    """Raise when commas seem to part fields and to mark decimals in the same file."""
     rows = grid.rows[start:]
     if grid.separator is not Separator.COMMA or not rows:
         return

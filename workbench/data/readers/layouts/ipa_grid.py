@@ -81,11 +81,7 @@ def _intrinsic_xyz(angles: list[np.ndarray]) -> np.ndarray:
 
 
 def _seconds(table: Table, stamps: tuple[str, ...]) -> np.ndarray:
-    """Seconds from the first row of `YYYYMMDDhhmmss` stamps.
-
-    Raises:
-        FileError: A stamp is none.
-    """
+    """Seconds from the first row of `YYYYMMDDhhmmss` stamps."""
     times = []
     for row, stamp in enumerate(stamps):
         try:
