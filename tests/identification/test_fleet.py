@@ -146,6 +146,14 @@ def test_the_page_shows_worn_arms(fleet, tmp_path):
         fleet.plot("x")
 
 
+def test_the_picture_has_room_for_every_dot_and_name(fleet):
+    """The arm that moved most stands below the upper end, on paper as small as the page's."""
+    axes = fleet.plot().axes[0]
+    highest = max(np.max(line.get_ydata()) for line in axes.lines)
+    assert highest < axes.get_ylim()[1] / 1.2
+    assert {text.get_text() for text in axes.texts} == set(WORN)
+
+
 # -- folders --------------------------------------------------------------------------------------
 
 

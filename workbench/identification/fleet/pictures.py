@@ -32,27 +32,19 @@ def fleet_chart(fleet: Fleet) -> Figure:
     with look():
         figure = new_figure(9.6, 3.4)
         axes = figure.subplots()
-        for arm in fleet.arms:
-            sigmas = _sigmas(arm, joints, fleet.factor)
-            places = np.arange(1, joints + 1) + rng.uniform(-0.27, 0.27)
-            beyond = {m.joint for m in arm.moved}
-            for joint, (x, y) in enumerate(zip(places, sigmas, strict=True), 1):
-                moved = joint in beyond
-                axes.plot(
-                    x,
-                    max(y, 0.05),
-                    "o",
-                    ms=5 if moved else 2.2,
-                    mew=0,
-                    color=COLOURS[1] if moved else COLOURS[0],
-                    alpha=0.95 if moved else 0.35,
-                )
-                if moved and arm.history.arm in named:
-                    at = (x, float(y))
-                    axes.annotate(arm.history.arm, at, (5, 3), textcoords="offset points", fontsize=7)
+        places = np.arange(1, joints + 1) + rng.uniform(-0.27, 0.27, (len(fleet.arms), 1))
+        sigmas = np.array([_sigmas(arm, joints, fleet.factor) for arm in fleet.arms]).reshape(places.shape)
+        moved = np.array([[j in {m.joint for m in arm.moved} for j in range(1, joints + 1)] for arm in fleet.arms])
+        for those, colour, size, alpha in ((~moved, COLOURS[0], 2.2, 0.35), (moved, COLOURS[1], 5.0, 0.95)):
+            at = (places[those], np.maximum(sigmas[those], 0.05))
+            axes.plot(*at, "o", ms=size, mew=0, color=colour, alpha=alpha, clip_on=False)
+        for row, joint in np.argwhere(moved):
+            if (name := fleet.arms[row].history.arm) in named:
+                at = (places[row, joint], sigmas[row, joint])
+                axes.annotate(name, at, (5, 3), textcoords="offset points", fontsize=7)
         axes.axhline(fleet.least, color=INK, lw=0.9, ls=(0, (3, 2)))
         axes.set_yscale("symlog", linthresh=1.0)
-        axes.set_ylim(0.0, None)
+        axes.set_ylim(0.0, 1.4 * max(fleet.least, sigmas.max(initial=1.0)))
         axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
         axes.set_xticks(np.arange(1, joints + 1))
         axes.set_xlim(0.5, joints + 0.5)
