@@ -247,3 +247,16 @@ def test_command_poses_know_the_sessions(arm):
     plain, both = wb.verify(calibrated, fresh), wb.verify(robot, data)
     np.testing.assert_allclose(both.evaluation.rows.position, plain.evaluation.rows.position, atol=1e-12)
     assert both.plot().axes
+
+
+def test_the_terminals_table_of_repeats_fits_eighty_columns(arm):
+    calibrated, _, fresh = arm
+    thrice = [
+        replace(rows, position=rows.position + 1e-7 * k)
+        for k, rows in enumerate([fresh.take(np.arange(3))] * 3)
+    ]
+    table = str(wb.verify(calibrated, thrice[0].joined(thrice[1]).joined(thrice[2]))).partition("ISO 9283")[2]
+    lines = table.partition("bound:")[0].splitlines()[:8]
+    assert [line.split()[:3] for line in lines if "…" in line][0][1:] == ["…", "3"]
+    assert sum("…" in line for line in lines) == 3
+    assert max(map(len, lines)) <= 80

@@ -66,9 +66,9 @@ def worst_first(result: Verification) -> list[RepeatedPose]:
 
 def repeat_cells(pose: RepeatedPose) -> tuple[str, ...]:
     """Cells of a repeated pose, as `REPEATS` names them."""
-    named = f"{pose.rows[0]}{',' if pose.visits == 2 else ' …'} {pose.rows[-1]}"
+    named = f"{pose.rows[0]}, {pose.rows[1]}" if pose.visits == 2 else f"{pose.rows[0]} …"
     angles = [
-        "  ".join(signed(v, 3) for v in (DEG * values).tolist())
+        " ".join(signed(v, 3) for v in (DEG * values).tolist())
         for values in (pose.angle_accuracy, pose.angle_repeatability)
     ]
     if not np.isfinite(pose.angle_accuracy).all():
