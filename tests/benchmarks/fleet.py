@@ -63,7 +63,9 @@ def main() -> None:
     def timed(name: str, **where) -> None:
         began, processor = time.perf_counter(), time.process_time()
         found = wb.compare_fleet(folder, robot=nominal, **where)
-        seconds = f"{time.perf_counter() - began:7.1f} s, {time.process_time() - processor:6.1f} s of this process"
+        seconds = (
+            f"{time.perf_counter() - began:7.1f} s, {time.process_time() - processor:6.1f} s of this process"
+        )
         fingerprint = hashlib.sha256(json.dumps(fleet_json(found)).encode()).hexdigest()[:12]
         print(f"{name:18s} {seconds}   numbers {fingerprint}   {found.verdict}", flush=True)
         answers.add(fingerprint)

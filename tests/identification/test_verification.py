@@ -257,6 +257,6 @@ def test_the_terminals_table_of_repeats_fits_eighty_columns(arm):
     ]
     table = str(wb.verify(calibrated, thrice[0].joined(thrice[1]).joined(thrice[2]))).partition("ISO 9283")[2]
     lines = table.partition("bound:")[0].splitlines()[:8]
-    assert [line.split()[:3] for line in lines if "…" in line][0][1:] == ["…", "3"]
+    assert next(line.split()[:3] for line in lines if "…" in line)[1:] == ["…", "3"]
     assert sum("…" in line for line in lines) == 3
     assert max(map(len, lines)) <= 80

@@ -34,7 +34,9 @@ def fleet_chart(fleet: Fleet) -> Figure:
         axes = figure.subplots()
         places = np.arange(1, joints + 1) + rng.uniform(-0.27, 0.27, (len(fleet.arms), 1))
         sigmas = np.array([_sigmas(arm, joints, fleet.factor) for arm in fleet.arms]).reshape(places.shape)
-        moved = np.array([[j in {m.joint for m in arm.moved} for j in range(1, joints + 1)] for arm in fleet.arms])
+        moved = np.array(
+            [[j in {m.joint for m in arm.moved} for j in range(1, joints + 1)] for arm in fleet.arms]
+        )
         for those, colour, size, alpha in ((~moved, COLOURS[0], 2.2, 0.35), (moved, COLOURS[1], 5.0, 0.95)):
             at = (places[those], np.maximum(sigmas[those], 0.05))
             axes.plot(*at, "o", ms=size, mew=0, color=colour, alpha=alpha, clip_on=False)
