@@ -147,7 +147,8 @@ def _of_fields(
 def _shown(column: Column, table: Table) -> PreviewColumn:
     si = str(column.conversion.quantity) if column.conversion is not None and column.unit else None
     cells = table.columns[column.index]
-    return PreviewColumn(column.heading, column.key, column.unit, si, str(cells[0]) if len(cells) else "")
+    heading = table.own[column.index] if table.own else column.heading
+    return PreviewColumn(heading, column.key, column.unit, si, str(cells[0]) if len(cells) else "")
 
 
 def _by_layout(fields: Fields) -> tuple[PreviewColumn, ...]:

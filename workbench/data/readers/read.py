@@ -1,5 +1,6 @@
 """From a file to a `Dataset`: kind, grid, table or layout, fields, dataset; each step has its own file."""
 
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -204,7 +205,10 @@ def _named(grid: Grid, naming: Naming | None) -> Table:
         return with_headings(grid)
     if naming.items:
         return with_names(grid, headings_in_order(naming, len(grid.rows[-1])))
-    return with_headings(with_pairs(grid, naming))
+    table = with_headings(with_pairs(grid, naming))
+    if table.heading_line not in grid.lines:
+        return table
+    return replace(table, own=tuple(grid.rows[grid.lines.index(table.heading_line)]))
 
 
 def _refuse_transform(grid: Grid) -> None:

@@ -65,6 +65,7 @@ class Table:
         lines: Line of each data row.
         separator: As in `Grid`.
         notes: Decisions taken so far.
+        own: The file's text over each column, where the caller says what they are; empty where headings do.
     """
 
     source: str
@@ -75,6 +76,7 @@ class Table:
     lines: tuple[int, ...]
     separator: Separator | None = None
     notes: tuple[str, ...] = field(default=())
+    own: tuple[str, ...] = ()
 
     @property
     def rows(self) -> int:

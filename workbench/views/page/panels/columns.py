@@ -21,10 +21,10 @@ LARGEST = 2**16
 
 
 class ColumnsPanel(AbstractPanel):
-    """A folder that is there with a file; it opens by itself where the file can't be read."""
+    """A folder that is there, and open, with a file."""
 
     def build(self, gui: viser.GuiApi) -> None:
-        self._folder = gui.add_folder("Columns of the file", expand_by_default=False, visible=False)
+        self._folder = gui.add_folder("Columns of the file", visible=False)
         with self._folder:
             self._column = gui.add_dropdown("Column", ("-",), hint="The file's heading.")
             self._is = gui.add_dropdown(

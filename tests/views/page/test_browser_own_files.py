@@ -1,0 +1,84 @@
+"""A user's own robot and a file with headings of its own, put right on the page, in a real browser."""
+
+import numpy as np
+import pytest
+
+from workbench.arm.built_in_arms import load_robot
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
+from workbench.arm.robot_toml import read_toml, robot_to_table
+from workbench.base import se3
+from workbench.data.readers.mapping import read_mapping
+from workbench.data.readers.preview import preview
+
+pytestmark = pytest.mark.browser
+
+
+def pendant(arm) -> tuple[str, str, np.ndarray]:
+    """A table in mm and degrees, and three poses: joint 2 counts the other way, joint 4 from −90°."""
+    rows = robot_to_table(arm)["joint"]
+    cells = [[np.rad2deg(r["theta"]), 1e3 * r["d"], 1e3 * r["a"], np.rad2deg(r["alpha"])] for r in rows]
+    table = "theta,d,a,alpha\n" + "\n".join(",".join(f"{v:.4f}" for v in row) for row in cells)
+    shown = np.random.default_rng(3).uniform(-2.0, 2.0, (3, 6))
+    poses = tool_poses(arm, Motion(shown * [1, -1, 1, 1, 1, 1] + np.deg2rad([0, 0, 0, 90, 0, 0])))
+    angles = np.rad2deg(se3.matrix_to_rpy(poses[:, :3, :3]))
+    lines = [
+        " = ".join(", ".join(f"{v:.3f}" for v in part) for part in (np.rad2deg(q), [*(1e3 * p[:3, 3]), *a]))
+        for q, p, a in zip(shown, poses, angles, strict=True)
+    ]
+    return table, "\n".join(lines), shown
+
+
+def give(screen, button: str, path) -> None:
+    with screen.page.expect_file_chooser() as chooser:
+        screen.press(button)
+    chooser.value.set_files(path)
+
+
+def saved(screen, button: str, path):
+    with screen.page.expect_download(timeout=60_000) as download:
+        screen.press(button)
+    download.value.save_as(path)
+    return path
+
+
+def test_a_robot_from_its_table_and_a_file_without_units(app, look, tmp_path):
+    arm = load_robot("ur10e")
+    table, lines, shown = pendant(arm)
+    (tmp_path / "mine.csv").write_text(table)
+    screen = look()
+    screen.tab("More")
+    screen.page.get_by_text("Your own robot", exact=True).click()
+    give(screen, "DH table, URDF, xacro", tmp_path / "mine.csv")
+    screen.page.get_by_role("button", name="mine.csv", exact=True).wait_for()
+    screen.page.locator("textarea:visible").fill(lines)
+    screen.shoot("own-robot-typed")
+    screen.press("Check against these poses")
+    screen.until(lambda session: session.robot.name != "ARIA", timeout=120.0)
+    screen.page.get_by_text("joint 2 counts the other way").first.wait_for()
+    screen.shoot("own-robot-checked")
+    found = tool_poses(read_toml(saved(screen, "This robot (TOML)", tmp_path / "mine.toml")), Motion(shown))
+    wanted = tool_poses(arm, Motion(shown * [1, -1, 1, 1, 1, 1] + np.deg2rad([0, 0, 0, 90, 0, 0])))
+    assert np.abs(found - wanted)[:, :3, 3].max() < 1e-4
+
+    q = np.random.default_rng(4).uniform(-2.0, 2.0, (30, 6))
+    place = 1e3 * tool_poses(app.worker.session.robot, Motion(q))[:, :3, 3]
+    rows = ["A1,A2,A3,A4,A5,A6,X,Y,Z,hall"]
+    rows += [",".join(f"{v:.5f}" for v in (*np.rad2deg(a), *p, 0.3)) for a, p in zip(q, place, strict=True)]
+    (tmp_path / "log.csv").write_text("\n".join(rows))
+    screen.tab("Measure")
+    give(screen, "Load measurements", tmp_path / "log.csv")
+    screen.until(lambda session: session.unread is not None)
+    screen.page.locator('[data-testid="columns"]', has_text="hall").wait_for()
+    screen.shoot("columns-doubtful")
+    for column, meaning in (("A1", "q1[deg]"), ("X", "x[mm]")):
+        screen.choose("Column", column)
+        screen.choose("is", meaning)
+        screen.page.locator('[data-testid="columns"]', has_text=meaning).wait_for()
+    session = screen.until(lambda session: session.loaded is not None)
+    np.testing.assert_allclose(session.loaded.dataset.q, q, atol=1e-6)
+    np.testing.assert_allclose(session.loaded.dataset.position, 1e-3 * place, atol=1e-7)
+    screen.shoot("columns-mended")
+    choice = read_mapping(saved(screen, "Save this choice (TOML)", tmp_path / "choice.toml"))
+    again = preview(tmp_path / "log.csv", columns=choice.columns)
+    assert np.array_equal(again.dataset.q, session.loaded.dataset.q)
