@@ -104,7 +104,7 @@ NO_WORSE = 1.03
 """Times the error of geometry, where nothing can be gained: one fold of a hundred rows."""
 
 
-@pytest.mark.parametrize("name", sets(DIAGNOSED, ("panda_1", "panda_3")))
+@pytest.mark.parametrize("name", sets(DIAGNOSED, ("wam", "panda_1", "panda_3")))
 def test_diagnosis_lowers_held_out_errors(name, shared_data, capsys):
     """The first fold; all of them, and the sets that take minutes: `tests/benchmarks/real_diagnosis.py`."""
     bound = DIAGNOSED[name]

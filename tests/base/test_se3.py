@@ -145,6 +145,8 @@ def test_logarithm_is_at_most_a_half_turn(rpy):
 @settings(deadline=None, max_examples=60)
 def test_skew_is_the_cross_product(u, v):
     np.testing.assert_allclose(se3.skew(u) @ v, np.cross(u, v), atol=1e-12)
+    many = np.stack([[u, v], [v, u]])
+    np.testing.assert_array_equal(se3.cross(many, many[::-1]), np.cross(many, many[::-1]))
 
 
 @given(sixes, sixes, sixes)

@@ -30,6 +30,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from workbench.arm.inverse.reduced_arm import Arm
+from workbench.base import se3
 from workbench.base.types import frozen
 
 STRUCTURE = 0.35
@@ -187,9 +188,9 @@ def _quantities(arm: Arm, x: Float[np.ndarray, "rows n"]) -> tuple[Float[np.ndar
     shoulder = foot(points[:, 0], z1, points[:, 1], z2)
     wrist = foot(points[:, 4], z5, points[:, 3], z4)
     hand = foot(points[:, 4], z5, points[:, 5], z6)
-    side = np.einsum("ri,ri->r", np.cross(z1, z2), hand - shoulder)
-    bend = np.einsum("ri,ri->r", z2, np.cross(points[:, 2] - points[:, 1], wrist - points[:, 2]))
-    flip = np.einsum("ri,ri->r", z5, np.cross(z4, z6))
+    side = np.einsum("ri,ri->r", se3.cross(z1, z2), hand - shoulder)
+    bend = np.einsum("ri,ri->r", z2, se3.cross(points[:, 2] - points[:, 1], wrist - points[:, 2]))
+    flip = np.einsum("ri,ri->r", z5, se3.cross(z4, z6))
     return side, bend * np.where(side >= 0, -1.0, 1.0), flip, np.linalg.det(jacobian)
 
 

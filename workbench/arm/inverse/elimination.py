@@ -113,7 +113,7 @@ def _fourteen(frame: Float[np.ndarray, "*lead 4 4"]) -> Float[np.ndarray, "*lead
     """p, l, p·p, p·l, p × l, (p·p) l − 2 (p·l) p of the frame's origin p and z axis l."""
     p, axis = frame[..., :3, 3], frame[..., :3, 2]
     pp, pl = (p * p).sum(-1, keepdims=True), (p * axis).sum(-1, keepdims=True)
-    return np.concatenate([p, axis, pp, pl, np.cross(p, axis), pp * axis - 2.0 * pl * p], -1)
+    return np.concatenate([p, axis, pp, pl, se3.cross(p, axis), pp * axis - 2.0 * pl * p], -1)
 
 
 def _left(links: Float[np.ndarray, "rows 5 4 4"]) -> Float[np.ndarray, "rows 14 3 3 3"]:

@@ -71,7 +71,7 @@ class Arm:
     def jacobian(self, x: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows 6 n"]:
         """Twist of the tool per joint, linear part in units of `length`, so that it is dimensionless."""
         tool, axes, points = self.geometry(x)
-        lever = np.cross(axes, tool[:, None, :, 3] - points)
+        lever = se3.cross(axes, tool[:, None, :, 3] - points)
         slides = self.slides[None, :, None]
         linear = np.where(slides, axes, lever) / self.length
         return np.swapaxes(np.concatenate([linear, np.where(slides, 0.0, axes)], -1), 1, 2)
