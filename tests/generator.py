@@ -137,6 +137,18 @@ class VirtualArm:
             t = t @ before @ bent @ driven @ after
         return t @ self.tool
 
+    def touching(self, place, q):
+        """Joint positions (1, joints) near the given ones at which the tool's point is at a place, if any."""
+        for _ in range(80):
+            points = self.pose(q + np.concatenate([np.zeros((1, self.dof)), 1e-6 * np.eye(self.dof)]))[
+                :, :3, 3
+            ]
+            if np.linalg.norm(points[0] - place) < 1e-13:
+                break
+            slope = (points[1:] - points[0]).T / 1e-6
+            q = q + np.linalg.lstsq(slope, place - points[0], rcond=1e-3)[0]
+        return q
+
     def moments(self, q, payload=0.0):
         """Moments (rows, joints, 3) that hold the arm at rest, in the axes right before each joint [N m].
 

@@ -169,7 +169,7 @@ def test_points_recover_what_points_can_show(tmp_path):
         assert held_out_error(result.calibrated, hidden, rng) < 1e-9
 
 
-@pytest.mark.parametrize("observed", ["distance", pytest.param("contact", marks=pytest.mark.slow), "markers"])
+@pytest.mark.parametrize("observed", ["distance", "contact", "markers"])
 def test_cheap_instruments_improve_the_arm(observed):
     """Distances, contacts and loose markers: the arm's own geometry gets several times better."""
     rng = np.random.default_rng(21)
@@ -208,10 +208,7 @@ def _touching(arm, rng):
     rows, names = [], []
     while len(rows) < 90:
         q, place = arm.random(rng, 1), places[len(rows) % 3]
-        for _ in range(80):
-            here = arm.pose(q)[0, :3, 3]
-            steps = np.stack([(arm.pose(q + 1e-6 * e)[0, :3, 3] - here) / 1e-6 for e in np.eye(6)], axis=1)
-            q = q + np.linalg.lstsq(steps, place - here, rcond=1e-3)[0]
+        q = arm.touching(place, q)
         if np.linalg.norm(arm.pose(q)[0, :3, 3] - place) < 1e-12:
             rows.append(q[0])
             names.append("abc"[len(rows) % 3 - 1])
