@@ -12,8 +12,15 @@ from workbench.arm.motion import Motion
 from workbench.session.comparison import STAGES, Comparison, Overlay, Stage, exaggeration_for
 from workbench.session.joint_errors import along_joints
 from workbench.session.state import Focus
-from workbench.views.appearance.colours import FITTED, GHOST, HELD_OUT, LEFT_OUT, NO_VALUE, scale_colours
-from workbench.views.appearance.error_scale import ErrorScale
+from workbench.views.appearance.colours import (
+    FITTED,
+    GHOST,
+    HELD_OUT,
+    LEFT_OUT,
+    NO_VALUE,
+    ErrorScale,
+    scale_colours,
+)
 from workbench.views.drawables.measured import error_scale, looked_at, measured
 from workbench.views.page.camera import FAR, view_of_rows
 from workbench.views.page.panels.residuals import arrow_factors, colour_bar, row_errors, stage_means

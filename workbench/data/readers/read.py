@@ -23,11 +23,10 @@ from workbench.data.readers.layouts.layout import (
     AbstractFolderLayout,
     AbstractTableLayout,
 )
-from workbench.data.readers.matlab import read_matlab
 from workbench.data.readers.standstills import join
 from workbench.data.readers.table import Grid, Table, with_headings, with_names, with_pairs
 from workbench.data.readers.text import read_text
-from workbench.data.readers.workbooks import read_excel, read_frame, read_parquet
+from workbench.data.readers.workbooks import read_excel, read_frame, read_matlab, read_parquet
 
 
 def read_measurements(

@@ -8,8 +8,7 @@ import numpy as np
 from workbench.base import se3
 from workbench.session.comparison import STAGES, Comparison, Stage
 from workbench.session.state import Focus, Session
-from workbench.views.appearance.colours import ARROW_AFTER, ARROW_BEFORE, FITTED, LEFT_OUT, MARK
-from workbench.views.appearance.error_scale import ErrorScale
+from workbench.views.appearance.colours import ARROW_AFTER, ARROW_BEFORE, FITTED, LEFT_OUT, MARK, ErrorScale
 from workbench.views.appearance.shapes import Solid, ball
 from workbench.views.drawables.drawable import Arrows, Axes, Colour, Mesh, Points
 from workbench.views.drawables.item import Item

@@ -10,8 +10,7 @@ from workbench.arm.robot import JointKind, Robot
 from workbench.session.commands.compare import SetOverlay
 from workbench.session.comparison import STAGES, Comparison, Overlay, Stage
 from workbench.session.state import Focus, Session
-from workbench.views.appearance.colours import ARROW_AFTER, ARROW_BEFORE, LEFT_OUT, css
-from workbench.views.appearance.error_scale import ErrorScale, gradient
+from workbench.views.appearance.colours import ARROW_AFTER, ARROW_BEFORE, LEFT_OUT, ErrorScale, css, gradient
 from workbench.views.drawables.measured import error_scale
 from workbench.views.page.html import MUTED, badge, block, number, text
 from workbench.views.page.panels.panel import AbstractPanel
