@@ -1,5 +1,6 @@
 """The guide, over all states of a session: its sentence, its tone, and where its buttons lead."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -17,8 +18,14 @@ from workbench.session.commands.measure import BeginMeasuring
 from workbench.session.commands.messages import OpenTab, Tell
 from workbench.session.commands.track import PlanTrack
 from workbench.session.guide import Action, Tone, guide, share_of_noise, stages
+from workbench.session.comparison import Stage as ComparedStage
 from workbench.session.state import Drag, Focus, Job, Session, Source, Tab
 from workbench.views.drawables import on_page
+from workbench.views.page.panels.figure import error_figure
+from workbench.views.page.panels.residuals import stage_means
+from workbench.views.page.panels.result_card import numbers, result_card
+from workbench.views.page.render import LEAST_WIDTH
+from workbench.views.page.style import WIDEST
 
 
 @pytest.fixture(scope="module")
@@ -73,7 +80,7 @@ STATES = [
     (
         "first",
         lambda s: replace(s, done=(s.best,), wanted=None),
-        "Good enough? Then measure",
+        "Good enough? Say below what error you want (Wanted [mm])",
         Tone.PLAIN,
         "Measure",
         Tab.MEASURE,
@@ -237,6 +244,47 @@ def test_errors_fall_stage_by_stage_on_the_same_rows(walked):
     assert errors[0] > errors[1] > errors[2]
     assert guide(walked["added"]).sentence.startswith(" → ".join(f"{e:.3g}" for e in errors))
     assert stages(walked["loaded"]) == ()
+
+
+def words_of(html: str) -> str:
+    return re.sub("<[^>]*>", "", html)
+
+
+def test_a_stage_has_one_figure_whenever_and_wherever_it_is_said(walked):
+    """In the strip, on the card, beside the scene; the nominal arm's is that of the beginning."""
+    identified, diagnosed, added = (walked[name] for name in ("identified", "diagnosed", "added"))
+    nominal, geometry, causes = (stage.error for stage in stages(added))
+    assert stages(identified)[0].error == pytest.approx(nominal, rel=1e-9)
+    assert stages(identified)[1].error == pytest.approx(
+        geometry, rel=0.03
+    )  # the diagnosis fits it for itself
+    assert f"{geometry:.3g} → " in guide(diagnosed).sentence
+    figures = [f"{error:.3g}" for error in (nominal, geometry, causes)]
+    assert re.findall(r"[\d.]+", words_of(numbers(stages(added)))) == figures
+    for session in (diagnosed, added):
+        assert guide(replace(session, caption="told")).figure == f"{' → '.join(figures)} mm"
+        means = words_of(stage_means(session.comparison, ComparedStage.CAUSES))
+        assert means.startswith(" → ".join(figures)), means
+    fitted = identified.identification.frames
+    said = words_of(result_card(identified))
+    assert ("base" in said) is bool(fitted.base)
+    assert ("tool" in said) is bool(fitted.tool)
+
+
+def test_a_bent_arm_says_how_much_its_bending_is_exaggerated(walked):
+    drawn = {item.path: item for item in on_page(walked["added"])}
+    assert drawn["arm/bent"].shown
+    assert drawn["arm/bent_words"].shown
+    label = drawn["arm/bent_words"].make(*drawn["arm/bent_words"].inputs)
+    assert re.fullmatch(r"bent × [\d.]+", label.text)
+
+
+@pytest.mark.parametrize(("fits", "across"), [(("opt2",), LEAST_WIDTH - 24), ((), WIDEST)])
+def test_words_of_the_error_plots_can_be_read(walked, fits, across):
+    """In the narrowest panel the shown fit alone; all fits in the wide sheet, which scrolls."""
+    drawing = error_figure(walked["identified"].identification, fits=fits)
+    width, size = (float(re.search(p, drawing)[1]) for p in (r'viewBox="0 0 (\d+)', r"font-size:(\d+)px"))
+    assert size * across / width >= 8.5
 
 
 def test_the_instrument_is_known_where_rows_state_it(first):

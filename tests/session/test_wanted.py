@@ -28,6 +28,7 @@ from workbench.session.commands.edit import LockTarget
 from workbench.session.commands.identify import SetWanted
 from workbench.session.commands.plate import TryPlate
 from workbench.session.commands.undo import Undo
+from workbench.session.export import fixture_zip
 from workbench.session.guide import Tone, guide
 from workbench.session.journal.folder import begin
 from workbench.session.journal.reader import read_recording
@@ -106,6 +107,7 @@ def test_the_plate_is_judged_by_what_is_wanted(first, monkeypatch):
     tried = done(moved, TryPlate(20))
     assert f"97.0 % of 200 virtual arms meet {first.wanted.words}" in tried.messages[-1].text
     assert guide(tried).tone is Tone.GOOD
+    assert guide(tried).next.save is fixture_zip  # in view, without scrolling
     assert replace(tried, wanted=None).tried is None
 
 

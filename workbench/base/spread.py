@@ -6,6 +6,7 @@ worker is lost is done again by another. Results come back in the order of the p
 
 import logging
 import sys
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from importlib.metadata import version
@@ -18,13 +19,14 @@ from joblib import Parallel, cpu_count, delayed, parallel_config
 from workbench.base.distribution import package_version
 from workbench.base.errors import MissingExtraError, OptionError
 from workbench.base.progress import Cancel, Progress
+from workbench.base.threads import one_thread
 
 CONNECTING = 5.0
 """Seconds to wait for a scheduler."""
 RETRIES = 3
 """How often a piece that failed on a worker is tried again."""
-FEW = 2
-"""So many pieces are not worth other processes."""
+WORTH, WORTH_AT_FIRST = 8.0, 40.0
+"""Work that is worth other processes, which need seconds to begin; the first piece may be slow itself [s]."""
 
 Piece = tuple[Any, ...]
 
@@ -72,10 +74,23 @@ def spread(
 
 
 def _here(work: Callable[..., Any], pieces: Sequence[Piece], stop: Event, workers: int) -> Iterator[Any]:
-    cores = 1 if len(pieces) <= FEW else min(workers, len(pieces))
-    tasks = (delayed(work)(*piece) for piece in takewhile(lambda _: not stop.is_set(), pieces))
-    with parallel_config(backend="loky", inner_max_num_threads=1):
-        yield from Parallel(n_jobs=cores, return_as="generator")(tasks)
+    """In this process, until what is left is worth others."""
+    done = 0
+    for done, piece in enumerate(pieces, 1):
+        begun = time.monotonic()
+        with one_thread():
+            result = work(*piece)
+        left = (len(pieces) - done) * (time.monotonic() - begun)
+        yield result
+        if stop.is_set():
+            return
+        if workers > 1 and left > (WORTH if done > 1 else WORTH_AT_FIRST):
+            break
+    rest = pieces[done:]
+    tasks = (delayed(work)(*piece) for piece in takewhile(lambda _: not stop.is_set(), rest))
+    if rest:
+        with parallel_config(backend="loky", inner_max_num_threads=1):
+            yield from Parallel(n_jobs=min(workers, len(rest)), return_as="generator")(tasks)
 
 
 def _on_cluster(

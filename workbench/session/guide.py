@@ -3,6 +3,7 @@
 Drag → measure → identify → diagnose → add → compare → take away; the second button of a step leads back.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -21,6 +22,7 @@ from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.measure import UseRows
 from workbench.session.commands.plate import ImprovePlate, TryPlate
+from workbench.session.export import File, fixture_zip
 from workbench.session.state import Focus, Session, Tab, TargetState
 
 NORM_OF_NOISE = float(np.sqrt(8.0 / np.pi))
@@ -47,12 +49,14 @@ class Action:
     Args:
         label: On the button.
         tab: Where its outcome is seen.
-        command: What is carried out; None: the tab is opened, no more.
+        command: What is carried out, if anything.
+        save: What is handed out as a file, if anything.
     """
 
     label: str
     tab: Tab
     command: AbstractCommand | None = None
+    save: Callable[[Session], File] | None = None
 
 
 @dataclass(frozen=True)
@@ -82,6 +86,7 @@ ADD = Action("Add what was found", Tab.IDENTIFY, AddEffects())
 TRY = Action("Try it on virtual arms", Tab.PLATE, TryPlate())
 COMPARE = Action("Compare", Tab.COMPARE)
 TAKE = Action("Take the arm away", Tab.IDENTIFY)
+MAKE = Action("Plate to make (ZIP)", Tab.PLATE, save=fixture_zip)
 POSES = Action("Make the next poses targets", Tab.PLATE, TakeNextPoses())
 
 
@@ -184,6 +189,12 @@ def _kind(diagnosis: Diagnosis | None) -> str:
 
 def _figure(session: Session) -> str:
     """Errors stage by stage, or what is predicted before there are any [mm]."""
+    found = session.diagnosis
+    if session.identification is not None and found is not None and found.effects and not session.accepted:
+        errors = (
+            judged(e).position_mm.mean for e in (session.identification.nominal, found.before, found.after)
+        )
+        return f"{' → '.join(f'{error:.3g}' for error in errors)} mm"
     if session.identification is not None:
         return f"{stages_in_words(session)} mm"
     predicted = 1e3 * session.score.position
@@ -206,7 +217,8 @@ def _design(session: Session) -> Step:
         return Step(f"{words}. Or let the program place all targets.", next=improve, other=LOAD)
     words = capital(_predicted(session))
     if session.wanted is None or np.isnan(session.score.position):
-        return Step(f"{words}. Good enough? Then measure.", next=LOAD, other=improve)
+        words = f"{words}. Good enough? Say below what error you want (Wanted [mm]), or measure."
+        return Step(words, next=LOAD, other=improve)
     wanted = session.wanted.words
     if not session.score.position <= session.wanted.position:
         return Step(f"{words}: beyond the wanted {wanted}. Improve it.", Tone.CAREFUL, improve, LOAD)
@@ -216,7 +228,7 @@ def _design(session: Session) -> Step:
     kept = f"{100 * session.tried.share:.3g} % of {session.tried.arms} virtual arms keep {wanted} everywhere"
     if session.tried.share < ENOUGH:
         return Step(f"{kept}.", Tone.CAREFUL, improve, LOAD)
-    return Step(f"{kept}. Make the plate (below), then measure.", Tone.GOOD, LOAD, improve)
+    return Step(f"{kept}. Make the plate, then measure.", Tone.GOOD, MAKE, LOAD)
 
 
 def _why(state: TargetState) -> str:

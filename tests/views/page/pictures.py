@@ -4,8 +4,8 @@ Run it with a folder:
 
     python tests/views/page/pictures.py /tmp/pictures
 
-Each step of the story in windows of 390, 900, 1500 and 2560 px, light and dark. README's own pictures are
-made by `assets/docs/pictures.py`.
+The start card and each step of the story in windows of 390, 900, 1500 and 2560 px, light and dark. README's
+own pictures are made by `assets/docs/pictures.py`.
 """
 
 import shutil
@@ -75,25 +75,30 @@ def opened(browser: Browser, app: App, size: tuple[int, int]) -> Page:
     return page
 
 
+def shoot(browser: Browser, app: App, states: dict[str, Session], folder: Path) -> None:
+    """Pictures of these states of an app."""
+    for size in SIZES:
+        page = opened(browser, app, size)
+        for name, state in states.items():
+            for shade, is_dark in (("", False), ("-dark", True)):
+                app.worker.submit(Show(replace(state, is_dark=is_dark, is_dark_chosen=True)))
+                page.wait_for_timeout(SETTLED)
+                page.screenshot(path=folder / f"{name}-{size[0]}{shade}.png")
+        page.close()
+
+
 def main(folder: Path) -> None:
     """Make them all."""
     folder.mkdir(parents=True, exist_ok=True)
-    app = App(load_robot("aria"), load_plate("table2"))
-    try:
-        states = walked(app)
-        with sync_playwright() as playwright:
-            browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=FLAGS)
-            for size in SIZES:
-                page = opened(browser, app, size)
-                for name, state in states.items():
-                    for shade, is_dark in (("", False), ("-dark", True)):
-                        app.worker.submit(Show(replace(state, is_dark=is_dark)))
-                        page.wait_for_timeout(SETTLED)
-                        page.screenshot(path=folder / f"{name}-{size[0]}{shade}.png")
-                page.close()
-            browser.close()
-    finally:
-        app.close()
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=FLAGS)
+        for asks in (True, False):
+            app = App(load_robot("aria"), load_plate("table2"), asks=asks)
+            try:
+                shoot(browser, app, {"start": app.worker.session} if asks else walked(app), folder)
+            finally:
+                app.close()
+        browser.close()
 
 
 if __name__ == "__main__":

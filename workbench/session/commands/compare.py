@@ -44,7 +44,10 @@ def _models(session: Session, shown: Robot | None) -> dict[Stage, Robot]:
             models[Stage.CAUSES] = diagnosis.after_fit.calibrated
     if session.identification is not None and shown is not None:
         models[Stage.NOMINAL] = session.identification.aligned
-        models[Stage.CAUSES if session.accepted else Stage.GEOMETRY] = shown
+        if session.accepted:
+            models[Stage.CAUSES] = shown
+        else:  # one number for one stage: the diagnosis has fitted the geometry for itself
+            models.setdefault(Stage.GEOMETRY, shown)
     return models
 
 

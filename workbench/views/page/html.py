@@ -12,6 +12,11 @@ GOOD, BAD, CAREFUL = "#16a34a", "#dc2626", "#c2700a"
 """Colours of words that read on light and on dark pages."""
 
 
+def on_any_page(colour: str) -> str:
+    """A colour nearer to that of the words around, so that it reads on light and on dark pages."""
+    return f"color-mix(in srgb, {colour} 60%, currentColor)"
+
+
 def text(value: object) -> str:
     """Any value, harmless in HTML."""
     return escape(str(value), quote=True)

@@ -85,6 +85,7 @@ def local_server(
     key = "" if _is_loopback(host) else secrets.token_urlsafe(16)
     telling = f"/told/{secrets.token_urlsafe(8)}/"
 
+    # a page may come before the constructor has ended, but none that knows how to tell something
     def serve(handler, address, port_tried, *, process_request, **options):
         def guard(connection, request):
             if not _is_ours(request, host, connection.local_address[1]):
@@ -94,9 +95,7 @@ def local_server(
             wanted, here = _session_of(request.path), shown()
             if wanted and here and wanted != here:
                 return connection.respond(404, _elsewhere(wanted, here))
-            if request.path.startswith(
-                telling
-            ):  # a page comes before the constructor has ended; this does not
+            if request.path.startswith(telling):
                 server.heard(request.path.removeprefix(telling))
                 response = connection.respond(204, "")
                 response.headers["Cache-Control"] = "no-store"

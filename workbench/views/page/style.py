@@ -21,7 +21,8 @@ SHEET = (
 NARROW = 1000
 """Windows up to this width have a narrower panel [px]."""
 WIDE = 'data-wide="1"'
-"""Marks what makes its modal as wide as the window."""
+WIDEST = 620
+"""Marks what makes its modal as wide as the window; a narrower one scrolls [px]."""
 MORE = 'data-more="1"'
 """Marks what gives way where the window is narrow."""
 OVER = 'data-over="1"'
@@ -33,7 +34,8 @@ RULES = f"""
 canvas[data-engine] {{ background: {css(SKY)} }}
 [data-mantine-color-scheme="dark"] canvas[data-engine] {{ background: {css(SKY_DARK)} }}
 .mantine-Modal-content:has([{WIDE}]) {{ flex-basis: 94vw; max-width: 1800px }}
-[{WIDE}] svg {{ max-height: 76vh }}
+[{WIDE}] {{ overflow-x: auto }}
+[{WIDE}] svg {{ max-height: 76vh; min-width: {WIDEST}px }}
 div[style*="grid-template-rows"] > div[style*="overflow: hidden"] {{ overflow: clip !important }}
 {STRIP} {{ position: sticky; top: 0; z-index: 20; margin: 0 0 .6em; border-width: 0 0 1px;
   border-radius: 0; background: var(--mantine-color-body); box-shadow: 0 4px 8px -6px rgba(0,0,0,.3) }}
@@ -53,7 +55,7 @@ div:has(> [{OVER}]) + div .mantine-Slider-trackContainer::before {{
 div:has(> [{OVER}]) + div .mantine-Slider-track::before {{ display: none }}
 div:has(> [{OVER}]) + div .mantine-Slider-thumb {{
   width: 2px !important; height: {OVER_HEIGHT}px !important; border: 0; border-radius: 0 }}
-.mantine-Modal-body:has([{DROP}]) div {{ position: relative }}
+.mantine-Modal-body:has([{DROP}]) div:has(> [accept]) {{ position: relative }}
 .mantine-Modal-body:has([{DROP}]) input[type="file"] {{ display: block !important; position: absolute;
   inset: 0; width: 100%; opacity: 0; z-index: 1; cursor: pointer }}
 div[style*="pointer-events: none"][style*="opacity: 0.5"] .gone {{ display: block }}

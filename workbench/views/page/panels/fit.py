@@ -137,7 +137,9 @@ class FitPanel(AbstractPanel):
             self._requirement.content = _requirement(found, session)
             self._draw_figure()
             self._parameters.content = _parameters(found, session.fit)
-            self._warnings.content = block(_list("Warnings", found.warnings, CAREFUL), testid="warnings")
+            self._warnings.content = block(
+                _list("Warnings", found.warnings, CAREFUL), testid="warnings", style="margin-bottom:8px"
+            )
             self._remarks.content = block(_remarks(found), testid="remarks", style="margin-bottom:10px")
 
     def _identify(self) -> None:

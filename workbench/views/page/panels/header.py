@@ -50,14 +50,17 @@ class Verdict(AbstractPanel):
     def _button(self, gui: viser.GuiApi, which: str, hint: str, color: Any) -> viser.GuiButtonHandle:
         """A button that does what it says when it is pressed."""
         made = gui.add_button("Next", hint=hint, color=color, visible=False)
-        on_press(made, lambda: self._do(getattr(self._step, which)))
+        made.on_click(lambda event: self._do(event, getattr(self._step, which)))
         return made
 
-    def _do(self, action: Action | None) -> None:
-        if action is not None:
-            self._worker.submit(OpenTab(action.tab))
-            if action.command is not None:
-                self._worker.submit(action.command)
+    def _do(self, event: viser.GuiEvent, action: Action | None) -> None:
+        if action is None:
+            return
+        self._worker.submit(OpenTab(action.tab))
+        if action.command is not None:
+            self._worker.submit(action.command)
+        if action.save is not None:
+            self.save(event, action.save)
 
 
 class Header(AbstractPanel):

@@ -8,6 +8,7 @@ import viser
 from workbench.data.accuracy_requirement import Wanted
 from workbench.plate.indices import INDICES
 from workbench.session.commands.identify import SetWanted
+from workbench.session.guide import NORM_OF_NOISE
 from workbench.session.state import Score, Session
 from workbench.views.appearance.colours import OUT_OF_REACH, css
 from workbench.views.drawables.plate import target_colour
@@ -19,8 +20,6 @@ WIDTH, HEIGHT, HEAD = 340, 46, 13
 INK = "var(--mantine-color-text)"
 FULL = 0.3
 """Rise of the error, as a share, of a bar of full height, at least."""
-NORM_OF_NOISE = float(np.sqrt(8.0 / np.pi))
-"""Mean length of an error whose coordinates have a standard deviation of 1."""
 
 
 class IndexPanel(AbstractPanel):

@@ -6,7 +6,7 @@ from jaxtyping import Float
 from workbench.session.guide import Stage, noise_length, stages
 from workbench.session.state import Session
 from workbench.views.appearance.colours import AFTER, ARROW_BEFORE, BEFORE, css
-from workbench.views.page.html import MUTED, block, number, text
+from workbench.views.page.html import MUTED, block, number, on_any_page, text
 
 COLOURS = (css(ARROW_BEFORE), css(BEFORE), css(AFTER))
 """Of the first stage, of one between, and of the last."""
@@ -41,7 +41,7 @@ def numbers(done: tuple[Stage, ...]) -> str:
     parts = [
         f'<div style="text-align:center"><div style="font-size:24px;font-weight:650;line-height:1.2">'
         f"{number(stage.error)}</div>"
-        f'<div style="color:{colour};font-weight:600">{text(stage.title)}</div></div>'
+        f'<div style="color:{on_any_page(colour)};font-weight:600">{text(stage.title)}</div></div>'
         for stage, colour in zip(done, _colours(done), strict=True)
     ]
     arrow = f'<div style="font-size:20px;color:{MUTED}">→</div>'

@@ -146,7 +146,9 @@ class StartCard(AbstractPanel):
         for button in self._entries:
             button.visible = False
         self._asked.visible, self._data.visible = True, wants_data
-        self._done.label = "Look around" if wants_data else "Design a plate for it"
+        if not wants_data:
+            self._done.label, self._done.color = "Design a plate for it", None
+            self._done.icon = viser.Icon.SPARKLES
         self.show(self._worker.session)
 
     def _demo(self) -> None:
