@@ -17,8 +17,8 @@ from workbench.session.commands.identify import Identify
 from workbench.session.commands.measure import BeginMeasuring
 from workbench.session.commands.messages import OpenTab, Tell
 from workbench.session.commands.track import PlanTrack
-from workbench.session.guide import Action, Tone, guide, share_of_noise, stages
 from workbench.session.comparison import Stage as ComparedStage
+from workbench.session.guide import Action, Tone, guide, share_of_noise, stages
 from workbench.session.state import Drag, Focus, Job, Session, Source, Tab
 from workbench.views.drawables import on_page
 from workbench.views.page.panels.figure import error_figure

@@ -18,10 +18,6 @@ from pathlib import Path
 
 from playwright.sync_api import Page, sync_playwright
 
-ROOT = Path(__file__).resolve().parents[3]
-for _place in (ROOT, ROOT / "tests"):
-    sys.path.insert(0, str(_place))
-
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.urdf import write_urdf
 from workbench.plate.plate_toml import load_plate
@@ -67,8 +63,8 @@ class Visit:
         """A button that has to be in view without scrolling."""
         button = self.page.get_by_role("button", name=label, exact=True).first
         button.wait_for(timeout=LONG)
-        box, height = button.bounding_box(), self.page.viewport_size["height"]
-        assert box is not None and 0 <= box["y"] <= height - box["height"], f"'{label}' is out of view"
+        top = button.bounding_box()["y"]
+        assert 0 <= top < self.page.viewport_size["height"] - 10, f"'{label}' is out of view"
         self.click(button)
 
     def click(self, what) -> None:
@@ -179,6 +175,7 @@ def film(visit: Visit) -> None:
 
 def tell(story: str, folder: Path) -> None:
     """One story in a browser of its own, its pictures in the folder."""
+    sys.path.append(str(Path(__file__).resolve().parents[2]))
     from driven_effects import driven_file
 
     folder.mkdir(parents=True, exist_ok=True)

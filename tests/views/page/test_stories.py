@@ -1,4 +1,4 @@
-"""A story of `stories.py` with its clicks counted; the one with files of one's own is in `test_browser_start.py`."""
+"""A plate that may be built, by counted clicks; the story with own files is in `test_browser_start.py`."""
 
 import zipfile
 
