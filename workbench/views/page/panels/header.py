@@ -9,7 +9,7 @@ from workbench.session.guide import Action, Step, Tone, guide
 from workbench.session.state import Message, Session, Severity
 from workbench.session.worker import Worker
 from workbench.views.page.html import BAD, CAREFUL, GOOD, LINE, MUTED, block, text
-from workbench.views.page.panels.panel import AbstractPanel, on_press, set_value
+from workbench.views.page.panels.panel import AbstractPanel, set_value
 from workbench.views.page.style import KEPT
 
 TINTS = {
