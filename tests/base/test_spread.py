@@ -31,6 +31,11 @@ class Cluster:
         return {f"tcp://w{k}": spread.versions() | found for k, found in enumerate(self._found)}
 
 
+def test_little_work_starts_no_other_process():
+    """Their start takes seconds, in which a plate is tried on a thousand arms."""
+    assert spread.spread(os.getpid, [()] * 8, workers=2) == [os.getpid()] * 8
+
+
 def test_workers_with_our_versions_are_taken():
     spread._check_workers(Cluster({}, {}), ADDRESS)
 
