@@ -10,8 +10,8 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.conventions import CONSTANTS
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
+from workbench.arm.own_robot.check import read_joint_table
 from workbench.arm.own_robot.find_convention import Found, find_convention
-from workbench.arm.own_robot.joint_table import read_joint_table
 from workbench.arm.own_robot.readings import Reading, Typed, table_readings, typed_readings
 from workbench.arm.own_robot.recounted import recounted
 from workbench.arm.robot import Frame, Robot

@@ -220,7 +220,7 @@ def robot() -> tuple[bytes, Parse]:
 
 
 def joint_table() -> tuple[bytes, Parse]:
-    from workbench.arm.own_robot.joint_table import read_joint_table
+    from workbench.arm.own_robot.check import read_joint_table
 
     return JOINT_TABLE.encode(), in_file("arm.csv", read_joint_table)
 
@@ -258,7 +258,7 @@ def take(name: str, text: str) -> tuple[bytes, Parse]:
 
 
 def older_result() -> tuple[bytes, Parse]:
-    from workbench.identification.report.prior import read_prior
+    from workbench.identification.prior import read_prior
 
     prior = {"names": ["joint1.a", "joint2.d"], "values": [0.1, 0.2], "information": [[1.0, 0.0], [0.0, 2.0]]}
     return json.dumps({"schema": "workbench.identification/1", "prior": prior}).encode(), in_file(

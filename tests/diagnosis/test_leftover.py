@@ -10,7 +10,7 @@ from judge import error_of
 from problems import fitted
 
 from workbench.diagnosis.diagnose import diagnose
-from workbench.diagnosis.leftover import structured
+from workbench.diagnosis.final_fit import structured
 from workbench.diagnosis.record import Verdict
 from workbench.diagnosis.report.results_json import diagnosis_json
 from workbench.identification.joint_readings import readings

@@ -13,7 +13,7 @@ from workbench.arm.effects.local_joint_error import LocalJointError
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml
 from workbench.diagnosis.diagnose import diagnose
-from workbench.diagnosis.leftover import neighbours
+from workbench.diagnosis.final_fit import neighbours
 from workbench.diagnosis.record import Verdict
 from workbench.identification.problem import Noise
 from workbench.plate.virtual_measuring import measure_poses

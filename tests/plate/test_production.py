@@ -29,8 +29,7 @@ from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.yield_trial.arms import try_arms
 from workbench.plate.yield_trial.job import Errors, Job, constrained_by
 from workbench.plate.yield_trial.reach_targets import branches_by_distance, reach_targets
-from workbench.plate.yield_trial.result import gather
-from workbench.plate.yield_trial.trial import try_production
+from workbench.plate.yield_trial.trial import gather, try_production
 
 NONE = np.zeros(10)
 QUIET = Errors(seat_position=0.0, seat_rotation=0.0, joint=0.0, target_position=NONE, target_rotation=NONE)

@@ -15,7 +15,7 @@ from studies.page import Picture, drawn
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.identification.report.influence import influence_figure
+from workbench.identification.report.constants import influence_figure
 from workbench.report.figures import COLOURS, INK, NOMINAL, grid, look, new_figure
 
 PRINTED = (

@@ -1,11 +1,16 @@
-"""The arms that come with the package, and one door for a file or a built-in name."""
+"""The arms that come with the package, and one door for a built-in name or a file: TOML, URDF, or xacro,
+which is expanded with arguments as `xacro FILE name:=value` does.
+"""
 
+import atexit
+import shutil
+import tempfile
 from functools import cache
 from pathlib import Path
 
 from workbench.arm.robot import Robot
 from workbench.arm.robot_toml import read_toml, write_toml
-from workbench.base.errors import FileError, OptionError
+from workbench.base.errors import FileError, MissingExtraError, OptionError
 
 PACKAGE = Path(__file__).resolve().parent.parent
 
@@ -35,7 +40,7 @@ def load_robot(source: Path | str, *, tip: str | None = None) -> Robot:
         return _built_in(built_in[str(source).lower()])
     words = str(source).split()
     if words and words[0].lower().endswith(".xacro"):
-        from workbench.arm.xacro import expand_xacro
+        from workbench.arm.built_in_arms import expand_xacro
 
         path = expand_xacro(words[0], dict(pair.split(":=", 1) for pair in words[1:] if ":=" in pair))
     else:
@@ -81,3 +86,31 @@ def check_robot_file(path: Path | str, *, effects: bool = False) -> Path:
     if effects and ending == ".urdf":
         raise OptionError(f"{path}: a URDF has no place for effects; save the arm as .toml")
     return path
+
+
+def expand_xacro(path: Path | str, arguments: dict[str, str]) -> Path:
+    """The URDF of a xacro, in a folder that is gone when the program ends.
+
+    Packages are looked for beside the file, in the folders above it, and where ROS has them.
+
+    Raises:
+        FileError: it can't be expanded; says why.
+    """
+    try:
+        from xacrodoc import XacroDoc
+    except ImportError:
+        raise MissingExtraError("reading xacro", extra="xacro") from None
+    if not Path(path).is_file():
+        raise FileError("there is no such file; give a .xacro", path=str(path))
+    folder = Path(tempfile.mkdtemp(prefix="workbench-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    urdf = folder / Path(path).name.removesuffix(".xacro").removesuffix(".urdf")
+    urdf = urdf.with_suffix(".urdf")
+    try:
+        XacroDoc.from_file(str(path), subargs=arguments).to_urdf_file(str(urdf))
+    except Exception as error:  # xacro raises many kinds for a malformed file or a missing package
+        why = f"{type(error).__name__}: {error}"
+        raise FileError(
+            f"can't be expanded ({why}); arguments are given as name:=value", path=str(path)
+        ) from None
+    return urdf

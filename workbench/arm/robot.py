@@ -19,7 +19,7 @@ from jaxtyping import Float
 from workbench.arm.calibration import Calibration
 from workbench.arm.chain import Axis, Chain, Element
 from workbench.arm.effects import AbstractEffect, beyond_learned
-from workbench.arm.effects.inserted_elements import drifting, with_insertions
+from workbench.arm.effects.law import drifting, with_insertions
 from workbench.base import se3
 from workbench.base.errors import RobotError, ShapeError
 from workbench.base.types import Freedom, Matrix3, Matrix4, Vector3, frozen

@@ -47,6 +47,7 @@ def identify(
     from workbench.data.accuracy_requirement import usual_wanted
     from workbench.identification.algorithms import ALGORITHMS
     from workbench.identification.judged import judge
+    from workbench.identification.prior import read_prior
     from workbench.identification.report import results_json as reports
     from workbench.identification.report import table
     from workbench.identification.report.prior import read_prior

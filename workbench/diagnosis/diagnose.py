@@ -15,14 +15,12 @@ from workbench.base.progress import Cancel, Report
 from workbench.base.threads import one_thread
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_directions
-from workbench.diagnosis.causes import Cause, ResidualMap, find_causes
+from workbench.diagnosis.causes import Cause, ResidualMap, find_causes, ranked, rivals_of
 from workbench.diagnosis.evidence import Model, Offer
-from workbench.diagnosis.final_fit import fitted_on_all, suspect_words, suspects
-from workbench.diagnosis.leftover import structured
+from workbench.diagnosis.final_fit import fitted_on_all, structured, suspect_words, suspects
 from workbench.diagnosis.next_poses import Measurable, next_poses
 from workbench.diagnosis.record import Accepted, Diagnosis, Ranked, Verdict, judged
 from workbench.diagnosis.refit import robot_with
-from workbench.diagnosis.rivals import ranked, rivals_of
 from workbench.diagnosis.rounds import Searched, Stage, geometry_first, rounds
 from workbench.diagnosis.undetectable import describe, hidden_variance, undetectable
 from workbench.diagnosis.verdict import conclude, coverage, explains_little, too_few_rows, weights_that_differ

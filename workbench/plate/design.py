@@ -33,8 +33,7 @@ from workbench.plate.readings import SIGMA_POSITION, SIGMA_ROTATION, Reading, re
 from workbench.plate.region import Region
 from workbench.plate.region_poses import PLATE_CONE, PLATE_POSES, plate_region_poses, region_poses
 from workbench.plate.yield_trial.job import Errors, Job, constrained_by
-from workbench.plate.yield_trial.result import Yield
-from workbench.plate.yield_trial.trial import ARMS, check_number, try_production
+from workbench.plate.yield_trial.trial import ARMS, Yield, check_number, try_production
 
 ERROR = "I"
 """Name of the index that is the predicted error over the region."""

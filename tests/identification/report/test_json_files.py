@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 
 from workbench.base.errors import FileError, OptionError
-from workbench.identification.prior import Prior
-from workbench.identification.report.prior import read_prior
+from workbench.identification.prior import Prior, read_prior
 from workbench.identification.report.results_json import evaluation_json, identification_json
 from workbench.report.json import json_text, plain, write_json
 

@@ -112,7 +112,7 @@ class Fleet(AbstractShown):
 
     def plot(self, arm: str | None = None) -> "Figure":
         """How far each joint moved in each arm; of one arm by name, its joints over time."""
-        from workbench.identification.fleet.pictures import drift_chart, fleet_chart
+        from workbench.identification.fleet.report import drift_chart, fleet_chart
         from workbench.report.figures import on_white
 
         if arm is None:

@@ -1,14 +1,19 @@
 """A fleet as tables, as plain data (`workbench.fleet/1`), and as a page with its pictures."""
 
+from datetime import date
 from pathlib import Path
 
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.dates import AutoDateLocator, ConciseDateFormatter, date2num
+from matplotlib.figure import Figure
 from rich.console import Group, RenderableType
 from rich.text import Text
 
+from workbench.arm.robot import JointKind
 from workbench.identification.fleet.fleet import ArmReport, Fleet
 from workbench.identification.fleet.movement import Law, Movement
-from workbench.identification.fleet.pictures import DRIFT, FLEET, drift_chart, fleet_chart
-from workbench.report.figures import Drawing, svg
+from workbench.report.figures import COLOURS, INK, NOMINAL, Drawing, grid, look, new_figure, svg
 from workbench.report.html import write_page
 from workbench.report.json import Json, plain
 from workbench.report.tables import line, new_table
@@ -132,3 +137,115 @@ def write_fleet(fleet: Fleet, folder: Path | str) -> Path:
         unread=[f"{arm.arm}: {arm.why}" for arm in fleet.unread],
         notes=notes_of(fleet),
     )
+
+
+FLEET = (
+    "Every dot is a joint of an arm: by how many σ its constants differ between the first and the last "
+    "calibration, the largest of them. Beyond the dashed line something moved; these arms are named."
+)
+DRIFT = (
+    "Change of one constant of each joint since the first calibration with ±2 σ: the one that moved most, "
+    "else the joint's offset. Coloured lines: the law of what moved."
+)
+NAMED = 12
+"""Arms that the picture names, the worst."""
+
+
+def fleet_chart(fleet: Fleet) -> Figure:
+    """By how many σ each joint of each arm moved."""
+    joints = max((arm.history.robot.dof for arm in fleet.arms), default=1)
+    named = {arm.history.arm for arm in fleet.worn[:NAMED]}
+    rng = np.random.default_rng(0)
+    with look():
+        figure = new_figure(9.6, 3.4)
+        axes = figure.subplots()
+        places = np.arange(1, joints + 1) + rng.uniform(-0.27, 0.27, (len(fleet.arms), 1))
+        sigmas = np.array([_sigmas(arm, joints, fleet.factor) for arm in fleet.arms]).reshape(places.shape)
+        moved = np.array(
+            [[j in {m.joint for m in arm.moved} for j in range(1, joints + 1)] for arm in fleet.arms]
+        )
+        for those, colour, size, alpha in ((~moved, COLOURS[0], 2.2, 0.35), (moved, COLOURS[1], 5.0, 0.95)):
+            at = (places[those], np.maximum(sigmas[those], 0.05))
+            axes.plot(*at, "o", ms=size, mew=0, color=colour, alpha=alpha, clip_on=False)
+        for row, joint in np.argwhere(moved):
+            if (name := fleet.arms[row].history.arm) in named:
+                at = (places[row, joint], sigmas[row, joint])
+                axes.annotate(name, at, (5, 3), textcoords="offset points", fontsize=7)
+        axes.axhline(fleet.least, color=INK, lw=0.9, ls=(0, (3, 2)))
+        axes.set_yscale("symlog", linthresh=1.0)
+        axes.set_ylim(0.0, 1.4 * max(fleet.least, sigmas.max(initial=1.0)))
+        axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+        axes.set_xticks(np.arange(1, joints + 1))
+        axes.set_xlim(0.5, joints + 0.5)
+        axes.set_xlabel("joint")
+        axes.set_ylabel("moved by [σ]")
+        grid(axes)
+    return figure
+
+
+def _sigmas(arm: ArmReport, joints: int, factor: float) -> np.ndarray:
+    """Largest difference between first and last calibration among the constants of each joint [σ]."""
+    history, found = arm.history, np.zeros(joints)
+    spread = factor * np.hypot(history.std[0], history.std[-1])
+    apart = np.abs(history.values[-1] - history.values[0]) / spread
+    for name, sigmas in zip(history.names, apart, strict=True):
+        head = name.partition(".")[0].removeprefix("joint")
+        if head.isdigit():
+            found[int(head) - 1] = max(found[int(head) - 1], sigmas)
+    return found
+
+
+def drift_chart(arm: ArmReport, *, factor: float) -> Figure:
+    """The joints of one arm over time.
+
+    Args:
+        factor: By which standard errors are widened.
+    """
+    joints = arm.history.robot.dof
+    columns = min(joints, 4)
+    with look():
+        figure = new_figure(9.6, 2.0 * -(-joints // columns))
+        panels = figure.subplots(
+            -(-joints // columns), columns, sharex=True, sharey=True, squeeze=False
+        ).ravel()
+        for joint, axes in enumerate(panels, 1):
+            if joint > joints:
+                axes.set_visible(False)
+            else:
+                _joint(axes, arm, joint, factor)
+    return figure
+
+
+def _joint(axes: Axes, arm: ArmReport, joint: int, factor: float) -> None:
+    history = arm.history
+    moved = next((m for m in arm.moved if m.joint == joint), None)
+    offset = "d" if history.robot.moving[joint - 1].kind is JointKind.PRISMATIC else "theta"
+    name = f"joint{joint}.{offset}" if moved is None else moved.name
+    axes.set_title(f"joint {joint}", fontsize=8)
+    grid(axes)
+    axes.axhline(0.0, color=NOMINAL, lw=0.7)
+    if name not in history.names:
+        axes.text(0.5, 0.5, "offset not identified", transform=axes.transAxes, ha="center", fontsize=7)
+        return
+    k = history.names.index(name)
+    x, y = _numbers(history.dates), 1e3 * (history.values[:, k] - history.values[0, k])
+    colour = COLOURS[0] if moved is None else COLOURS[1]
+    axes.errorbar(x, y, 2e3 * factor * history.std[:, k], fmt="o", ms=3.5, lw=0.9, capsize=2, color=colour)
+    if moved is not None:
+        shape = np.array([day >= moved.since for day in history.dates], float)
+        if moved.law is Law.DRIFT:
+            shape = history.days / history.days[-1]
+        law = 1e3 * moved.shift * shape
+        law += np.average(y - law, weights=history.std[:, k] ** -2)
+        axes.plot(
+            x, law, color=colour, lw=1.2, drawstyle="steps-post" if moved.law is Law.STEP else "default"
+        )
+    unit = "mrad" if name.endswith(("theta", "alpha", "beta")) else "10⁻³ SI"
+    axes.set_ylabel(f"{name.partition('.')[2]} [{'mm' if name.endswith(('.a', '.d')) else unit}]")
+    locator = AutoDateLocator(maxticks=4)
+    axes.xaxis.set_major_locator(locator)
+    axes.xaxis.set_major_formatter(ConciseDateFormatter(locator))
+
+
+def _numbers(dates: tuple[date, ...]) -> np.ndarray:
+    return np.asarray(date2num(list(dates)))

@@ -6,6 +6,7 @@ runs downhill and v across, from the point above B.
 
 import numpy as np
 
+from workbench.plate.making import GENERAL, Tolerances
 from workbench.plate.parts.drawing import PAPERS, TEXT, Angle, Item, Layer, Page, View, Words, paper_for
 from workbench.plate.parts.page_parts import (
     BORDER,
@@ -19,7 +20,6 @@ from workbench.plate.parts.page_parts import (
     title,
 )
 from workbench.plate.parts.parts import Block, BlockShape, Fixture, Purpose
-from workbench.plate.parts.tolerances import GENERAL, Tolerances
 from workbench.plate.plate import Kind
 
 

@@ -1,15 +1,258 @@
 """The drawing set: a page each for the plate, every shape of block, the probe, and what ties the plate down.
 
 Each page says everything that a machinist needs: views, dimensions from datums, a table of holes, position
-and angle tolerances from the plate's own budget, surfaces and material. The lists hold the same numbers.
+and angle tolerances from the plate's own budget, surfaces and material. The lists hold the same numbers. A
+plate is seen from above, its datums are its top (A) and its lower and left edges (B, C); a turned part from
+the side and its end.
 """
 
+import numpy as np
+
+from workbench.plate.making import GENERAL
 from workbench.plate.parts.block_page import block_page
-from workbench.plate.parts.drawing import Page
-from workbench.plate.parts.page_parts import sheet
-from workbench.plate.parts.parts import Fixture, Slab
-from workbench.plate.parts.slab_page import slab_page
-from workbench.plate.parts.turned_page import turned_page
+from workbench.plate.parts.drawing import (
+    PAPERS,
+    TEXT,
+    Circle,
+    Item,
+    Layer,
+    Line,
+    Page,
+    View,
+    Words,
+    paper_for,
+)
+from workbench.plate.parts.page_parts import (
+    BORDER,
+    BOTTOM,
+    LINE,
+    MM,
+    SHORT,
+    STEEL,
+    TITLE,
+    lines,
+    millimetres,
+    position_words,
+    sheet,
+    spread,
+    table,
+    title,
+)
+from workbench.plate.parts.parts import Bore, Fixture, Purpose, Slab, Turned
+
+
+def slab_page(fixture: Fixture, slab: Slab) -> Page:
+    """Seen from above, origin at the lower left corner."""
+    length, width, thickness = (MM * slab.size).tolist()
+    own = slab is fixture.slab
+    paper, scale = paper_for(length, width, (175.0, 80.0))
+    _, top = PAPERS[paper]
+    view = View(np.array([BORDER + 50.0, top - BORDER - 40.0 - width / scale]), scale)
+    items: list[Item] = [view.line([(0, 0), (length, 0), (length, width), (0, width)])]
+    places = [MM * (bore.mouth[:2] + 0.5 * slab.size[:2]) for bore in slab.bores]
+    for place, bore in zip(places, slab.bores, strict=True):
+        items += view.hole(place, MM * bore.diameter)
+        if not bore.label.isdecimal():
+            items.append(view.label(place, MM * bore.diameter, bore.label))
+    if own:
+        items += _feet(fixture, view)
+    across = view.across((0, 0), (length, 0), (0.0, -10.0), 0.0)
+    up = view.across((length, 0), (length, width), (length / scale + 16.0, 0.0), 90.0)
+    items += [across, up, *_ordinates(np.array(_named(fixture, slab, places)), view, width)]
+    left = view.origin[0] + length / scale + 34.0
+    rows = [("hole", "x", "y", "size", "for")] + [
+        (bore.label, f"{x:z.3f}", f"{y:z.3f}", bore.size, SHORT[bore.purpose])
+        for (x, y), bore in zip(places, slab.bores, strict=True)
+    ]
+    room = int((top - BORDER - TITLE[1] - 50.0) / LINE)
+    if len(rows) > room:
+        rows = [*rows[: room - 1], ("…", "", "", "", f"{len(rows) - room} more in holes.csv")]
+    items += table(rows, np.array([left, top - BORDER - 4.0]), (14, 24, 24, 26, 36))
+    name = "plate" if own else "bottom plate"
+    notes = (
+        _plate_notes(fixture)
+        if own
+        else [
+            "Robot's foot: centre of the circle R, x as the plate's drawing.",
+            "All holes: position Ø0.2 to the lower and the left edge.",
+        ]
+    )
+    items += lines(notes, np.array([left, top - BORDER - 10.0 - LINE * len(rows)]))
+    items += title(
+        paper,
+        (
+            f"{fixture.name}: {name}",
+            f"{length:.1f} × {width:.1f} × {thickness:.1f}, quantity {slab.quantity}; all holes through",
+            f"{fixture.stock.sheet if own else BOTTOM}; scale 1:{scale:g}, mm; seen from above",
+            f"general tolerances {GENERAL}; surfaces Ra 3.2, top Ra 1.6; edges broken 0.3",
+            f"file {slab.name}.step / .stl / .dxf",
+        ),
+    )
+    return Page(name=slab.name, paper=paper, scale=scale, items=tuple(items))
+
+
+def _named(fixture: Fixture, slab: Slab, places: list[np.ndarray]) -> list[np.ndarray]:
+    """Points with ordinates: the blocks' feet, or every hole."""
+    if slab is not fixture.slab:
+        return places
+    return [np.array(fixture.from_corner(block.pose[:3, 3])) for block in fixture.blocks]
+
+
+def _feet(fixture: Fixture, view: View) -> list[Item]:
+    """Outlines of the blocks with number and shape, a tick where faces slope down, and the robot's base."""
+    items: list[Item] = []
+    for block in fixture.blocks:
+        foot = MM * (block.footprint + 0.5 * fixture.slab.size[:2])
+        items.append(view.line(foot, Layer.BLOCKS))
+        edge, middle = foot[1:3].mean(axis=0), foot.mean(axis=0)
+        out = (edge - middle) / np.linalg.norm(edge - middle)
+        items.append(Line(np.array([view.at(edge), view.at(edge) + 4.0 * out]), Layer.OUTLINE))
+        label = f"{block.number}{fixture.letter(block.number)}"
+        items.append(
+            Words(label, view.at(foot[np.argmax(foot.sum(axis=1))]) + np.array([1.0, 0.0]), 1.2 * TEXT)
+        )
+    pose = np.linalg.inv(fixture.pose)
+    centre = view.at(fixture.from_corner(pose[:3, 3]))
+    if (centre > BORDER).all():
+        items.append(Circle(centre, 1.2, Layer.CENTRES))
+        for axis, name in ((0, "X robot"), (1, "Y robot")):
+            tip = centre + 10.0 * pose[:2, axis]
+            align = "left" if axis == 0 else "right"
+            items += [Line(np.array([centre, tip]), Layer.CENTRES), Words(name, tip + 0.8, TEXT, align)]
+    return items
+
+
+def _ordinates(places: np.ndarray, view: View, width: float) -> list[Item]:
+    """Places along x above the plate, along y left of it, spread where they would touch."""
+    items: list[Item] = []
+    for x, label in spread(places[:, 0] / view.scale, 4.2):
+        start, foot = (
+            view.origin + np.array([x, width / view.scale]),
+            view.origin + np.array([label, width / view.scale + 10.0]),
+        )
+        items.append(Line(np.array([start + np.array([0, 1]), foot - [0, 3], foot]), Layer.DIMENSIONS))
+        items.append(Words(f"{x * view.scale:z.3f}", foot + np.array([1.2, 1.0]), TEXT, "left", 90.0))
+    for y, label in spread(places[:, 1] / view.scale, 4.2):
+        start, foot = view.origin + np.array([0.0, y]), view.origin + np.array([-10.0, label])
+        items.append(Line(np.array([start - [1, 0], foot + np.array([3, 0]), foot]), Layer.DIMENSIONS))
+        items.append(Words(f"{y * view.scale:z.3f}", foot + np.array([-1.0, -1.2]), TEXT, "right"))
+    return items
+
+
+def _position_notes(fixture: Fixture) -> list[str]:
+    across = f"position Ø{2 * MM * fixture.tolerances.place:.3f} to A B C"
+    if not fixture.stock.doweled:
+        return [f"Screw holes: {across}; mounting holes Ø0.2."]
+    return [
+        f"Dowel holes: {across}; screw and mounting holes Ø0.2;",
+        f"the two dowel holes of a block Ø{MM * fixture.tolerances.pair:.3f} to each other.",
+    ]
+
+
+def _plate_notes(fixture: Fixture) -> list[str]:
+    tolerances, pose = fixture.tolerances, np.linalg.inv(fixture.pose)
+    x, y = fixture.from_corner(pose[:3, 3])
+    return [
+        "Datums: A top face, B lower edge, C left edge. Ordinates: the blocks' screw holes.",
+        *_position_notes(fixture),
+        "Ticks: low side of each block. Numbers: target and shape of its block.",
+        f"Budget: {tolerances.note}.",
+        f"Robot base at x {x:.2f}, y {y:.2f}, {MM * pose[2, 3]:+.2f} from A.",
+    ]
+
+
+def turned_page(fixture: Fixture, part: Turned) -> Page:
+    """Side view and end view."""
+    widest = MM * max(diameter for diameter, _ in part.steps)
+    paper, scale = paper_for(2.0 * widest, MM * part.length, (230.0, 70.0))
+    _, top = PAPERS[paper]
+    side = View(
+        np.array([BORDER + 40.0 + 0.5 * widest / scale, top - BORDER - 30.0 - MM * part.length / scale]),
+        scale,
+    )
+    end = View(side.origin + np.array([widest / scale + 40.0, 0.5 * MM * part.length / scale]), scale)
+    items: list[Item] = []
+    z = 0.0
+    for i, (diameter, length) in enumerate(part.steps):
+        radius, high = 0.5 * MM * diameter, MM * length
+        items.append(side.line([(-radius, z), (radius, z), (radius, z + high), (-radius, z + high)]))
+        items.append(Circle(end.origin, radius / scale, Layer.OUTLINE))
+        items.append(side.across((-radius, z), (radius, z), (0.0, -10.0 - 8.0 * i), 0.0, "Ø<>"))
+        if len(part.steps) > 1:
+            items.append(
+                side.across((radius, z), (radius, z + high), (0.5 * widest / scale + 8.0, 0.0), 90.0)
+            )
+        z += high
+    items.append(side.across((0.0, 0.0), (0.0, z), (-0.5 * widest / scale - 10.0, 0.0), 90.0))
+    items.append(side.line([(0.0, -4.0), (0.0, z + 4.0)], Layer.CENTRES, closed=False))
+    there: dict[tuple[float, float], list[Bore]] = {}
+    rows = [("hole", "for", "x", "y", "size", "depth", "position")]
+    for bore in part.bores:
+        x, y = MM * bore.mouth[:2]
+        across = 0.5 * MM * bore.diameter
+        ends = MM * np.array([bore.mouth[2], bore.bottom[2]])
+        items.append(
+            side.line(
+                [(x - across, ends[0]), (x + across, ends[0]), (x + across, ends[1]), (x - across, ends[1])],
+                Layer.HIDDEN,
+            )
+        )
+        items += end.hole((x, y), 2.0 * across)
+        there.setdefault((round(x, 6), round(y, 6)), []).append(bore)
+        depth = "through" if bore.through else millimetres(bore.depth)
+        rows.append(
+            (
+                bore.label,
+                SHORT[bore.purpose],
+                f"{x:z.3f}",
+                f"{y:z.3f}",
+                bore.size,
+                depth,
+                position_words(bore, fixture.tolerances),
+            )
+        )
+    for place, bores in there.items():
+        words, widest_bore = ", ".join(b.label for b in bores), max(b.diameter for b in bores)
+        if bores[0].purpose is Purpose.FLANGE:  # beside it, between the neck and the rim
+            items.append(Words(words, end.at((0.7 * place[0], place[1])) - [0.0, 0.5 * TEXT], TEXT, "center"))
+        else:
+            items.append(end.label(place, MM * widest_bore, words, under=place[1] < 0.0))
+    left = end.origin[0] + 0.5 * widest / scale + 22.0
+    items += table(rows, np.array([left, top - BORDER - 6.0]), (12, 26, 18, 18, 34, 20, 32))
+    items += [
+        Words(
+            "END (from z = top), x right, y up",
+            end.origin + np.array([0.0, 0.5 * widest / scale + 6.0]),
+            TEXT,
+            "center",
+        )
+    ]
+    notes = ["All stand-offs of one length within 0.02."]
+    if part.name == "probe":
+        pinned = any(bore.purpose is Purpose.PIN for bore in part.bores)
+        notes = [*(PIN_NOTES if pinned else BALL_NOTES), FLANGE_NOTE]
+    items += lines(notes, np.array([left, top - BORDER - 14.0 - LINE * len(rows)]))
+    items += title(
+        paper,
+        (
+            f"{fixture.name}: {part.name}",
+            f"quantity {part.quantity}; {STEEL}; scale 1:{scale:g}, mm",
+            f"general tolerances {GENERAL}; ends Ra 1.6, parallel 0.02",
+            f"file {part.name}.step / .stl / .dxf",
+        ),
+    )
+    return Page(name=part.name, paper=paper, scale=scale, items=tuple(items))
+
+
+PIN_NOTES = [
+    "P1: pin Ø6 g6 pressed in, 7 mm proud, 1 mm × 15° lead. P2: pin Ø3 g6, 5 mm proud, lead.",
+    "P2 lies on the tool's x axis. Distance P1–P2 ±0.005. The face between the pins rests on the block.",
+]
+BALL_NOTES = [
+    "P1: 90° cone for the ball, its axis within 0.02 of the flange's. P2: pocket for a magnet Ø5 × 4.",
+    "The ball's centre, the tool's origin, lies a quarter of its diameter above the face.",
+]
+FLANGE_NOTE = "F1–F4: flange ISO 9409-1-50-4-M6, x axis between F1 and F4."
 
 
 def pages_of(fixture: Fixture) -> tuple[Page, ...]:

@@ -15,8 +15,8 @@ from enum import StrEnum
 import numpy as np
 
 from workbench.base.types import Matrix4, Vector3
+from workbench.plate.making import Tolerances
 from workbench.plate.parts.stock import Stock
-from workbench.plate.parts.tolerances import Tolerances
 from workbench.plate.plate import SQUARE, Kind
 
 

@@ -1,20 +1,169 @@
-"""The trial: virtual arms in chunks with seeds of their own, and a few for each source of error alone.
+"""The trial: how many arms of a production meet the requirement, where they are how good, and what to blame.
 
-The chunks are spread over the cores of this machine, or a Dask cluster; their seeds are among their
-arguments, so that the numbers are the same wherever they run.
+Virtual arms come in chunks with seeds of their own, and a few for each source of error alone. The chunks are
+spread over the cores of this machine, or a Dask cluster; their seeds are among their arguments, so that the
+numbers are the same wherever they run.
 """
 
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
 
 import numpy as np
+from jaxtyping import Bool, Float, Int
+from scipy import special
 
 from workbench.base.errors import OptionError
 from workbench.base.progress import Cancel, Progress
 from workbench.base.spread import spread
-from workbench.base.types import Outcome
+from workbench.base.types import Outcome, frozen
+from workbench.data.accuracy_requirement import Requirement, Wanted
 from workbench.plate.yield_trial.arms import CHUNK, Chunk, try_arms
 from workbench.plate.yield_trial.job import Job, check_job
-from workbench.plate.yield_trial.result import Yield, gather, rms_of
+
+CONFIDENCE = 0.95
+"""Of the interval of the share of arms."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Yield:
+    """What a trial of many virtual arms says of a plate; arms in the order of their seeds.
+
+    Args:
+        requirement: What was asked of every arm.
+        reached: Arms that met all targets within their joint limits; the others fail.
+        planned: Arms that did so in the planned branches.
+        position: Root mean square position error of each arm in the region [m].
+        rotation: And rotation error [rad].
+        worst: Greatest error of each arm along any axis: position [m], rotation [rad].
+        within: Share of each arm's judged poses that meet the requirement.
+        cells: Cubes of the region that were judged.
+        predicted: Predicted root mean square errors in each of these cubes [m], [rad].
+        observed: Those of the arms in the planned branches.
+        samples: How many errors stand behind each cube.
+        sources: Root mean square position [m] and rotation error [rad] with each source of error alone.
+        outcome: Whether all arms were tried.
+        notes: What limits the trial, one sentence each.
+    """
+
+    requirement: Requirement | Wanted
+    reached: Bool[np.ndarray, " arms"]
+    planned: Bool[np.ndarray, " arms"]
+    position: Float[np.ndarray, " arms"]
+    rotation: Float[np.ndarray, " arms"]
+    worst: Float[np.ndarray, "arms 2"]
+    within: Float[np.ndarray, " arms"]
+    cells: Int[np.ndarray, " cubes"]
+    predicted: Float[np.ndarray, "cubes 2"]
+    observed: Float[np.ndarray, "cubes 2"]
+    samples: Int[np.ndarray, " cubes"]
+    sources: Mapping[str, tuple[float, float]]
+    outcome: Outcome = Outcome.CONVERGED
+    notes: tuple[str, ...] = ()
+
+    @property
+    def arms(self) -> int:
+        """How many arms were tried."""
+        return len(self.reached)
+
+    @cached_property
+    def passed(self) -> Bool[np.ndarray, " arms"]:
+        """Arms that meet the requirement at every pose at which they were judged."""
+        return frozen(self.reached & (self.within >= 1.0))
+
+    @property
+    def share(self) -> float:
+        """Share of the arms that pass."""
+        return float(self.passed.mean())
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Its 95 % confidence interval (Clopper and Pearson)."""
+        good, bad, tail = int(self.passed.sum()), int((~self.passed).sum()), 0.5 * (1.0 - CONFIDENCE)
+        low = special.betaincinv(good, bad + 1, tail) if good else 0.0
+        high = special.betaincinv(good + 1, bad, 1.0 - tail) if bad else 1.0
+        return float(low), float(high)
+
+    @property
+    def position_rms(self) -> float:
+        """Root mean square position error over all arms that reached the targets [m]."""
+        return float(np.sqrt(np.mean(self.position[self.reached] ** 2)))
+
+    @property
+    def rotation_rms(self) -> float:
+        """And rotation error [rad]."""
+        return float(np.sqrt(np.mean(self.rotation[self.reached] ** 2)))
+
+    @property
+    def agreement(self) -> Float[np.ndarray, "cubes 2"]:
+        """Observed by predicted error of each cube, position and rotation."""
+        return self.observed / self.predicted
+
+    @property
+    def blame(self) -> str | None:
+        """The source of error that matters most for the position; None if nothing goes wrong."""
+        return max(self.sources, key=lambda name: self.sources[name][0], default=None)
+
+    @property
+    def shares(self) -> dict[str, float]:
+        """Each source's share of the mean square position error, as if they were independent."""
+        total = sum(position**2 for position, _ in self.sources.values())
+        return {name: position**2 / total for name, (position, _) in self.sources.items() if total > 0.0}
+
+
+def gather(
+    job: Job,
+    chunks: Sequence[Chunk],
+    sources: Mapping[str, tuple[float, float]],
+    *,
+    outcome: Outcome = Outcome.CONVERGED,
+) -> Yield:
+    """The yield of all chunks, in their order.
+
+    Args:
+        chunks: Of the arms.
+        sources: Errors with each source alone [m], [rad].
+        outcome: Whether all arms were tried.
+    """
+    counts = np.sum([chunk.counts for chunk in chunks], axis=0)
+    squares = np.sum([chunk.squares for chunk in chunks], axis=0)
+    expected = job.predicted() * counts[:, None]
+    cells, cube = np.unique(job.cells, return_inverse=True)
+    samples = np.bincount(cube, counts)
+    seen = samples > 0
+
+    def per_cube(sums: np.ndarray) -> np.ndarray:
+        both = [np.bincount(cube, part)[seen] / samples[seen] for part in sums.T]
+        return frozen(np.sqrt(np.stack(both, -1)))
+
+    def joined(name: str) -> Any:
+        return frozen(np.concatenate([getattr(chunk, name) for chunk in chunks]))
+
+    return Yield(
+        requirement=job.requirement,
+        reached=joined("reached"),
+        planned=joined("planned"),
+        position=joined("position"),
+        rotation=joined("rotation"),
+        worst=joined("worst"),
+        within=joined("within"),
+        cells=frozen(cells[seen]),
+        predicted=per_cube(expected),
+        observed=per_cube(squares),
+        samples=frozen(samples[seen].astype(np.int64)),
+        sources=sources,
+        outcome=outcome,
+    )
+
+
+def rms_of(chunks: Sequence[Chunk]) -> tuple[float, float]:
+    """Root mean square position [m] and rotation error [rad] of the arms that reached all targets."""
+    reached = np.concatenate([chunk.reached for chunk in chunks])
+    position = np.concatenate([chunk.position for chunk in chunks])[reached]
+    rotation = np.concatenate([chunk.rotation for chunk in chunks])[reached]
+    return float(np.sqrt(np.mean(position**2))), float(np.sqrt(np.mean(rotation**2)))
+
 
 ARMS = 10_000
 """Arms of a trial unless said otherwise."""
