@@ -1,4 +1,4 @@
-"""Inverse kinematics: every way to reach a pose, the honest reason where there is none, and quick following.
+"""Inverse kinematics: every branch that reaches a pose, the reason where there is none, and quick following.
 
 `solve` finds all solution branches where there are finitely many, for any geometry (`solutions`), names them
 (`branches`) and explains failure (`unreachable`). `follow` is one warm-started damped Newton run within the
