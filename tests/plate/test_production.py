@@ -72,7 +72,7 @@ def equal(one, other):
     for f in fields(one):
         a, b = getattr(one, f.name), getattr(other, f.name)
         same = np.array_equal(a, b) if isinstance(a, np.ndarray) else a == b
-        if f.name != "requirement":
+        if f.name != "wanted":
             assert same, f.name
 
 
@@ -150,13 +150,13 @@ def test_all_arms_pass_eq_3_with_mixed_branches_and_fewer_with_more_noise(job, f
     assert (
         worse.passed.sum()
         == (
-            worse.reached & (worse.worst[:, 0] <= 1e-3) & (worse.worst[:, 1] <= worse.requirement.angle)
+            worse.reached & (worse.worst[:, 0] <= 1e-3) & (worse.worst[:, 1] <= worse.wanted.rotation)
         ).sum()
     )
-    easy = replace(loud, requirement=Requirement(radius=0.05, per_axis=0.02))
+    easy = replace(loud, wanted=Requirement(radius=0.05, per_axis=0.02).wanted)
     lax = gather(easy, [try_arms(easy, SEED, 100)], {})
     assert lax.share == 1.0
-    assert lax.requirement.angle == pytest.approx(
+    assert lax.wanted.rotation == pytest.approx(
         2 * np.arcsin((0.05 - 0.02 * np.sqrt(3)) / (2 * np.sqrt(2) * 0.2))
     )
 

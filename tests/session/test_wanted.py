@@ -103,7 +103,7 @@ def test_the_plate_is_judged_by_what_is_wanted(first, monkeypatch):
     assert "Good enough?" in guide(replace(moved, wanted=None)).sentence
     with pytest.raises(OptionError, match="Wanted"):
         TryPlate(20).check(replace(moved, wanted=None))
-    monkeypatch.setattr(design, "try_plate", lambda *given, requirement, **options: yield_of(requirement))
+    monkeypatch.setattr(design, "try_plate", lambda *given, wanted, **options: yield_of(wanted))
     tried = done(moved, TryPlate(20))
     assert f"97.0 % of 200 virtual arms meet {first.wanted.words}" in tried.messages[-1].text
     assert guide(tried).tone is Tone.GOOD
@@ -111,9 +111,9 @@ def test_the_plate_is_judged_by_what_is_wanted(first, monkeypatch):
     assert replace(tried, wanted=None).tried is None
 
 
-def yield_of(requirement):
+def yield_of(wanted):
     """A yield of 97 %."""
-    return SimpleNamespace(requirement=requirement, share=0.97, arms=200, interval=(0.94, 0.99), blame=None)
+    return SimpleNamespace(wanted=wanted, share=0.97, arms=200, interval=(0.94, 0.99), blame=None)
 
 
 def test_room_for_a_target_is_where_its_block_and_the_arm_keep_clear(first):

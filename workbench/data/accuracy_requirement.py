@@ -81,11 +81,6 @@ class Wanted:
             worst=np.array([_greatest(column[np.isfinite(column)]) for column in sizes.T]),
         )
 
-    @property
-    def wanted(self) -> "Wanted":
-        """These limits, as a requirement names them."""
-        return self
-
     def within(self, errors: RowComponents) -> Bool[np.ndarray, " rows"]:
         """Rows that keep it, as far as they were measured."""
         return self.kept_by(errors.position, errors.rotation)

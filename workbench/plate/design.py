@@ -162,7 +162,7 @@ def try_plate(
     undeclared: tuple[AbstractEffect, ...] = (),
     length: float = LENGTH_ERROR,
     angle: float = ANGLE_ERROR,
-    requirement: Requirement | Wanted | None = None,
+    wanted: Wanted | None = None,
     towards: Plate | None = None,
     poses: int = JUDGED_POSES,
     scheduler: str | None = None,
@@ -183,7 +183,7 @@ def try_plate(
         undeclared: Effects that every actual arm has and the calibration does not know.
         length: Greatest manufacturing error of a length [m].
         angle: Greatest manufacturing error of an angle [rad].
-        requirement: What is asked; ARIA eq. (3) if None.
+        wanted: What every pose has to keep; ARIA eq. (3) if None.
         towards: Plate about whose targets' orientations the poses of the region are turned by up to 60°, so
             that plates compare; this one if None.
         poses: Poses of the tool in the region, in all their branches, at which arms are judged.
@@ -220,7 +220,7 @@ def try_plate(
         angle=angle,
         bank=bank,
         cells=plate.region.cells(in_base(robot, tool_poses(robot, Motion(bank)))[:, :3, 3]),
-        requirement=requirement or Requirement(),
+        wanted=wanted or Requirement().wanted,
     )
     return try_production(job, arms=arms, seed=seed, scheduler=scheduler, progress=progress, cancel=cancel)
 

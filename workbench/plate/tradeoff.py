@@ -16,7 +16,7 @@ from rich.console import RenderableType
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.base.progress import Cancel, Progress
-from workbench.data.accuracy_requirement import Requirement
+from workbench.data.accuracy_requirement import Wanted
 from workbench.plate.design import optimise_plate, try_plate
 from workbench.plate.optimiser.makings import MANNERS, Manner
 from workbench.plate.optimiser.optimise import Wish
@@ -119,7 +119,7 @@ def weigh_choices(
     manners: Sequence[str] = tuple(MANNERS),
     places: int = 500,
     arms: int = 0,
-    requirement: Requirement | None = None,
+    wanted: Wanted | None = None,
     seed: int = 0,
     progress: Progress | None = None,
     cancel: Cancel | None = None,
@@ -133,7 +133,7 @@ def weigh_choices(
         manners: Ways to make them, by name.
         places: Random blocks from which each search begins.
         arms: Virtual arms on which each plate is tried; 0 for none.
-        requirement: What is asked of them; ARIA eq. (3) if None.
+        wanted: What every pose of them has to keep; ARIA eq. (3) if None.
         seed: Of everything random.
         progress: Called with the share of the work done.
         cancel: Asked before each plate whether to stop with those so far.
@@ -144,25 +144,25 @@ def weigh_choices(
     """
     if unknown := [name for name in manners if name not in MANNERS]:
         raise OptionError(f"there is no way to make a plate '{unknown[0]}'; known are {', '.join(MANNERS)}")
-    wanted = [
+    tried = [
         (name, number, shapes)
         for name in manners
         for number in numbers
         for shapes in ((None, FEW) if MANNERS[name].reading == "seat" else (None,))
     ]
     choices: list[Choice] = []
-    for done, (name, number, shapes) in enumerate(wanted):
+    for done, (name, number, shapes) in enumerate(tried):
         if choices and cancel is not None and cancel():
             break
         choice = _choice(robot, plate, name, Wish(number=number, shapes=shapes, places=places), seed)
         if arms:
             found = try_plate(
-                robot, choice.design.plate, arms=arms, requirement=requirement, towards=plate, seed=seed
+                robot, choice.design.plate, arms=arms, wanted=wanted, towards=plate, seed=seed
             )
             choice = replace(choice, share=found.share)
         choices.append(choice)
         if progress is not None:
-            progress((done + 1) / len(wanted))
+            progress((done + 1) / len(tried))
     return Tradeoff(choices=tuple(sorted(choices, key=lambda c: c.price)))
 
 

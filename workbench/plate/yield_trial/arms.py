@@ -157,7 +157,7 @@ def _judged(job: Job, reached: Reached, tests: np.ndarray, errors: np.ndarray) -
         position=position,
         rotation=rotation,
         worst=np.stack([axes[..., :3].max((1, 2)), axes[..., 3:].max((1, 2))], -1),
-        within=job.requirement.wanted.kept_by(errors[..., :3], errors[..., 3:]).mean(1),
+        within=job.wanted.kept_by(errors[..., :3], errors[..., 3:]).mean(1),
         squares=np.stack(sums, -1),
         counts=np.bincount(judged, minlength=rows),
     )

@@ -117,7 +117,7 @@ class Job:
         bank: Joint positions of the poses that matter [rad or m].
         cells: Cube of the region that each of them lies in.
         tests: At how many of them each arm is judged.
-        requirement: What is asked of an arm.
+        wanted: What every pose of an arm has to keep.
     """
 
     robot: Robot
@@ -132,7 +132,7 @@ class Job:
     bank: Float[np.ndarray, "rows n"]
     cells: Int[np.ndarray, " rows"]
     tests: int = TESTS
-    requirement: Requirement | Wanted = field(default_factory=Requirement)
+    wanted: Wanted = field(default_factory=lambda: Requirement().wanted)
 
     @cached_property
     def branches(self) -> Float[np.ndarray, "targets branches n"]:

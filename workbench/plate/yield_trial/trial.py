@@ -18,7 +18,7 @@ from workbench.base.errors import OptionError
 from workbench.base.progress import Cancel, Progress
 from workbench.base.spread import spread
 from workbench.base.types import Outcome, frozen
-from workbench.data.accuracy_requirement import Requirement, Wanted
+from workbench.data.accuracy_requirement import Wanted
 from workbench.plate.yield_trial.arms import CHUNK, Chunk, try_arms
 from workbench.plate.yield_trial.job import Job, check_job
 
@@ -31,7 +31,7 @@ class Yield:
     """What a trial of many virtual arms says of a plate; arms in the order of their seeds.
 
     Args:
-        requirement: What was asked of every arm.
+        wanted: What every pose of an arm had to keep.
         reached: Arms that met all targets within their joint limits; the others fail.
         planned: Arms that did so in the planned branches.
         position: Root mean square position error of each arm in the region [m].
@@ -47,7 +47,7 @@ class Yield:
         notes: What limits the trial, one sentence each.
     """
 
-    requirement: Requirement | Wanted
+    wanted: Wanted
     reached: Bool[np.ndarray, " arms"]
     planned: Bool[np.ndarray, " arms"]
     position: Float[np.ndarray, " arms"]
@@ -141,7 +141,7 @@ def gather(
         return frozen(np.concatenate([getattr(chunk, name) for chunk in chunks]))
 
     return Yield(
-        requirement=job.requirement,
+        wanted=job.wanted,
         reached=joined("reached"),
         planned=joined("planned"),
         position=joined("position"),

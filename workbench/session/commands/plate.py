@@ -133,7 +133,7 @@ class TryPlate(AbstractTask):
             plate.with_joints(q, tuple(state.branch or AUTO for state in session.states)),
             arms=self.arms,
             sigma=(noise.position, noise.rotation),
-            requirement=session.wanted,
+            wanted=session.wanted,
             seed=self.seed,
             progress=lambda share: progress(share, "building, calibrating and checking arms"),
             cancel=cancel,
