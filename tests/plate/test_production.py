@@ -149,9 +149,7 @@ def test_all_arms_pass_eq_3_with_mixed_branches_and_fewer_with_more_noise(job, f
     assert worse.share < 0.5
     assert (
         worse.passed.sum()
-        == (
-            worse.reached & (worse.worst[:, 0] <= 1e-3) & (worse.worst[:, 1] <= worse.wanted.rotation)
-        ).sum()
+        == (worse.reached & (worse.worst[:, 0] <= 1e-3) & (worse.worst[:, 1] <= worse.wanted.rotation)).sum()
     )
     easy = replace(loud, wanted=Requirement(radius=0.05, per_axis=0.02).wanted)
     lax = gather(easy, [try_arms(easy, SEED, 100)], {})

@@ -156,9 +156,7 @@ def weigh_choices(
             break
         choice = _choice(robot, plate, name, Wish(number=number, shapes=shapes, places=places), seed)
         if arms:
-            found = try_plate(
-                robot, choice.design.plate, arms=arms, wanted=wanted, towards=plate, seed=seed
-            )
+            found = try_plate(robot, choice.design.plate, arms=arms, wanted=wanted, towards=plate, seed=seed)
             choice = replace(choice, share=found.share)
         choices.append(choice)
         if progress is not None:

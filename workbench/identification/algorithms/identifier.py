@@ -1,7 +1,7 @@
 """The contract of an identification algorithm, and what it hands back.
 
 An algorithm takes a `Problem` and searches from its start. What is computed at the answer (covariance,
-rank, row residuals) is the same for all and stands in `result.py`.
+rank, row residuals) is the same for all and stands in `identification/fit.py`.
 """
 
 from abc import ABC, abstractmethod
@@ -13,8 +13,8 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.base.types import Outcome
-from workbench.identification.factorisation import Factor
-from workbench.identification.problem import Problem
+from workbench.identification.factorisation import Factor, factorise
+from workbench.identification.problem import Evaluation, Problem
 
 OnStep = Callable[[int, float], bool]
 """Called with the iteration and the present cost; returning True cancels the search."""
@@ -62,6 +62,43 @@ class AbstractIdentifier(ABC):
     @abstractmethod
     def search(self, problem: Problem, *, on_step: OnStep | None = None) -> Search:
         """Minimise the problem's cost from its start."""
+
+
+Step = Callable[
+    [np.ndarray, Evaluation, Factor, float], tuple[np.ndarray, float, Evaluation] | Outcome | None
+]
+"""From unknowns, residual and Jacobian, their factorisation and the cost: unknowns, cost and residual downhill;
+None if there is no such step; or the outcome with which the search ends."""
+
+
+def descend(
+    problem: Problem,
+    step: Step,
+    *,
+    limit: int,
+    on_step: OnStep | None = None,
+    begin: Float[np.ndarray, " p"] | None = None,
+) -> Search:
+    """Search by at most so many steps, from the problem's start or another beginning."""
+    x = (problem.start if begin is None else begin).copy()
+    at = problem.evaluate(x)
+    history = [0.5 * float(at.residual @ at.residual)]
+    for iteration in range(limit):
+        if not np.isfinite(history[-1]):
+            return Search(x, Outcome.DIVERGED, tuple(history))
+        if on_step and on_step(iteration, history[-1]):
+            return Search(x, Outcome.CANCELLED, tuple(history))
+        factor = factorise(at.jacobian, at.residual, problem.units)
+        if settled(factor, factor.predicted_decrease(), problem.count):
+            return Search(x, Outcome.CONVERGED, tuple(history))
+        found = step(x, at, factor, history[-1])
+        if found is None:
+            found = ended(factor.predicted_decrease(), history, problem.count)
+        if isinstance(found, Outcome):
+            return Search(x, found, tuple(history))
+        x, cost, at = found
+        history.append(cost)
+    return Search(x, Outcome.ITERATION_LIMIT, tuple(history))
 
 
 def settled(factor: Factor, decrease: float, size: int) -> bool:

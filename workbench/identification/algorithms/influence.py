@@ -31,8 +31,7 @@ from jaxtyping import Float, Int
 
 from workbench.arm.kinematics.influence import ANGLE, LENGTH
 from workbench.base.types import Outcome
-from workbench.identification.algorithms.identifier import AbstractIdentifier, OnStep, Search, settled
-from workbench.identification.factorisation import factorise
+from workbench.identification.algorithms.identifier import AbstractIdentifier, OnStep, Search, descend
 from workbench.identification.problem import Evaluation, Problem
 
 DEGREE, MILLIMETRE = float(np.deg2rad(1.0)), 1e-3
@@ -61,26 +60,17 @@ class InfluenceBased(AbstractIdentifier):
     summary = "Mean of each pose's own correction, weighted by how far a parameter moves the tool there."
 
     def search(self, problem: Problem, *, on_step: OnStep | None = None) -> Search:
-        x = problem.start.copy()
         stacks = _stacks(problem.component_rows)
         units = np.array([DEGREE if p.unit == "rad" else MILLIMETRE for p in problem.parameters])
-        at = problem.evaluate(x)
-        history = [0.5 * float(at.residual @ at.residual)]
-        for iteration in range(self.limit):
-            if not np.isfinite(history[-1]):
-                return Search(x, Outcome.DIVERGED, tuple(history))
-            if on_step and on_step(iteration, history[-1]):
-                return Search(x, Outcome.CANCELLED, tuple(history))
-            factor = factorise(at.jacobian, at.residual, problem.units)
-            if settled(factor, factor.predicted_decrease(), problem.count):
-                return Search(x, Outcome.CONVERGED, tuple(history))
+
+        def averaged(x, at, factor, cost):
             step, decrease = self._round(at, stacks, units)
-            if decrease < 2.0 * self.gain * history[-1]:
-                return Search(x, Outcome.CONVERGED, tuple(history))
-            x = x + step
-            at = problem.evaluate(x)
-            history.append(0.5 * float(at.residual @ at.residual))
-        return Search(x, Outcome.ITERATION_LIMIT, tuple(history))
+            if decrease < 2.0 * self.gain * cost:
+                return Outcome.CONVERGED
+            at = problem.evaluate(x + step)
+            return x + step, 0.5 * float(at.residual @ at.residual), at
+
+        return descend(problem, averaged, limit=self.limit, on_step=on_step)
 
     def _round(
         self, at: Evaluation, stacks: list[np.ndarray], units: Float[np.ndarray, " p"]

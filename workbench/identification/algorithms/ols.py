@@ -8,18 +8,13 @@ paper's version does not need near nominal and which costs nothing there.
 from dataclasses import dataclass
 from typing import final
 
-import numpy as np
-
-from workbench.base.types import Outcome
 from workbench.identification.algorithms.identifier import (
     AbstractIdentifier,
     OnStep,
     Search,
-    ended,
+    descend,
     gauge_step,
-    settled,
 )
-from workbench.identification.factorisation import factorise
 from workbench.identification.problem import Problem
 
 
@@ -40,26 +35,13 @@ class Ols(AbstractIdentifier):
     summary = "Gauss–Newton steps of least length (ordinary least squares): fast, exact near the nominal arm."
 
     def search(self, problem: Problem, *, on_step: OnStep | None = None) -> Search:
-        x = problem.start.copy()
-        at = problem.evaluate(x)
-        history = [0.5 * float(at.residual @ at.residual)]
-        for iteration in range(self.limit):
-            if not np.isfinite(history[-1]):
-                return Search(x, Outcome.DIVERGED, tuple(history))
-            if on_step and on_step(iteration, history[-1]):
-                return Search(x, Outcome.CANCELLED, tuple(history))
-            factor = factorise(at.jacobian, at.residual, problem.units)
-            if settled(factor, factor.predicted_decrease(), problem.count):
-                return Search(x, Outcome.CONVERGED, tuple(history))
+        def halved(x, at, factor, cost):
             step = gauge_step(factor, factor.step(), x - problem.start)
             for _ in range(self.halvings):
                 trial = problem.evaluate(x + step)
-                cost = 0.5 * float(trial.residual @ trial.residual)
-                if cost < history[-1]:
-                    break
+                if (less := 0.5 * float(trial.residual @ trial.residual)) < cost:
+                    return x + step, less, trial
                 step = step / 2
-            else:
-                return Search(x, ended(factor.predicted_decrease(), history, problem.count), tuple(history))
-            x, at = x + step, trial
-            history.append(cost)
-        return Search(x, Outcome.ITERATION_LIMIT, tuple(history))
+            return None
+
+        return descend(problem, halved, limit=self.limit, on_step=on_step)

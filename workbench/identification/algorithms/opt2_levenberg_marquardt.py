@@ -12,16 +12,13 @@ from typing import final
 import numpy as np
 from jaxtyping import Float
 
-from workbench.base.types import Outcome
 from workbench.identification.algorithms.identifier import (
     AbstractIdentifier,
     OnStep,
     Search,
-    ended,
+    descend,
     gauge_step,
-    settled,
 )
-from workbench.identification.factorisation import factorise
 from workbench.identification.problem import Problem
 
 
@@ -46,33 +43,21 @@ class Opt2(AbstractIdentifier):
     def search(
         self, problem: Problem, *, on_step: OnStep | None = None, begin: Float[np.ndarray, " p"] | None = None
     ) -> Search:
-        x = problem.start.copy() if begin is None else begin.copy()
-        at = problem.evaluate(x)
-        history = [0.5 * float(at.residual @ at.residual)]
-        damping = None
-        for iteration in range(self.limit):
-            if not np.isfinite(history[-1]):
-                return Search(x, Outcome.DIVERGED, tuple(history))
-            if on_step and on_step(iteration, history[-1]):
-                return Search(x, Outcome.CANCELLED, tuple(history))
-            factor = factorise(at.jacobian, at.residual, problem.units)
-            if settled(factor, factor.predicted_decrease(), problem.count):
-                return Search(x, Outcome.CONVERGED, tuple(history))
-            damping = self.damping * factor.s[0] ** 2 if damping is None else damping
-            growth = 2.0
+        damping: float | None = None
+
+        def damped(x, at, factor, cost):
+            nonlocal damping
+            damping, growth = self.damping * factor.s[0] ** 2 if damping is None else damping, 2.0
             for _ in range(self.rejections):
                 step = gauge_step(factor, factor.step(damping), x - problem.start)
                 promised = factor.predicted_decrease(damping)
                 trial = problem.residual(x + step)
-                cost = 0.5 * float(trial @ trial)
-                gain = 2.0 * (history[-1] - cost) / promised if promised > 0 else -1.0
-                if np.isfinite(cost) and gain > 0:
-                    break
+                less = 0.5 * float(trial @ trial)
+                gain = 2.0 * (cost - less) / promised if promised > 0 else -1.0
+                if np.isfinite(less) and gain > 0:
+                    damping *= max(1.0 / 3.0, 1.0 - (2.0 * gain - 1.0) ** 3) if gain < 0.9 else 0.1
+                    return x + step, less, problem.evaluate(x + step)
                 damping, growth = damping * growth, growth * 2.0
-            else:
-                return Search(x, ended(factor.predicted_decrease(), history, problem.count), tuple(history))
-            damping *= max(1.0 / 3.0, 1.0 - (2.0 * gain - 1.0) ** 3) if gain < 0.9 else 0.1
-            x = x + step
-            at = problem.evaluate(x)
-            history.append(cost)
-        return Search(x, Outcome.ITERATION_LIMIT, tuple(history))
+            return None
+
+        return descend(problem, damped, limit=self.limit, on_step=on_step, begin=begin)
