@@ -18,7 +18,7 @@ from workbench.plate.parts.drawing_set import pages_of
 from workbench.plate.parts.fixture import fixture_of
 from workbench.plate.parts.lists import blocks_csv, bores_csv, inspection_csv, parts_csv
 from workbench.plate.parts.page_parts import spread
-from workbench.plate.parts.solids import block_mesh, stl
+from workbench.plate.parts.solids import mesh_of, stl
 
 SLANTED = ((-0.08, 0.05, 0.07, 0.4371, 0.7, 0.83), (0.05, -0.03, 0.09, 0.61, -2.0, -2.2))
 
@@ -140,7 +140,7 @@ def test_a_block_rebuilt_from_drawing_and_lists_is_the_solid(slanted):
     for shape in slanted.shapes:
         drawing = pages[f"block-{shape.letter}"]
         solid, axes, normal = rebuilt(shape.letter, blocks, bores, drawing)
-        file = trimesh.load(io.BytesIO(stl(block_mesh(shape.block))), file_type="stl")
+        file = trimesh.load(io.BytesIO(stl(mesh_of(shape.block))), file_type="stl")
         low, high = np.array(solid.bounding_box()[:3]), np.array(solid.bounding_box()[3:])
         assert np.allclose([low, high], file.bounds, atol=0.01)
         raw = solid.to_mesh()

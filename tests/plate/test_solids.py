@@ -10,16 +10,7 @@ import trimesh
 from workbench.base import se3
 from workbench.plate.parts.fixture import fixture_of
 from workbench.plate.parts.parts import Block, Purpose
-from workbench.plate.parts.solids import (
-    block_mesh,
-    block_step,
-    slab_mesh,
-    slab_step,
-    stl,
-    three_mf,
-    turned_mesh,
-    turned_step,
-)
+from workbench.plate.parts.solids import mesh_of, step_of, stl, three_mf
 
 
 def by_hand(part) -> float:
@@ -30,12 +21,12 @@ def by_hand(part) -> float:
 
 
 def parts(fixture):
-    return [(fixture.slab, slab_mesh, slab_step), *((b, block_mesh, block_step) for b in fixture.blocks[:3])]
+    return [fixture.slab, *fixture.blocks[:3]]
 
 
 def test_stl_is_watertight_and_to_size(fixture):
-    for part, mesh, _ in parts(fixture):
-        back = trimesh.load(io.BytesIO(stl(mesh(part))), file_type="stl")
+    for part in parts(fixture):
+        back = trimesh.load(io.BytesIO(stl(mesh_of(part))), file_type="stl")
         assert back.is_watertight
         assert back.is_winding_consistent
         assert np.isclose(back.volume / 1e9, by_hand(part), rtol=1e-7)
@@ -53,8 +44,8 @@ def test_stl_is_watertight_and_to_size(fixture):
 
 def test_holes_are_where_the_bores_are(fixture):
     """A point in the middle of each bore is outside the material, one beside its wall is inside."""
-    for part, mesh, _ in parts(fixture)[1:]:
-        solid = mesh(part)
+    for part in parts(fixture)[1:]:
+        solid = mesh_of(part)
         for bore in part.bores:
             inner = 1e3 * (bore.mouth + 0.3 * bore.depth * bore.direction)
             side = np.cross(bore.direction, [0.0, 1.0, 0.0])
@@ -130,10 +121,10 @@ def step_volume(content, folder):
 
 def test_step_comes_back_with_its_sizes_bores_and_normals(fixture, tmp_path):
     """Box, axis and radius of every bore, and every plane's outward normal, as in the part."""
-    for part, mesh, step in parts(fixture):
-        found = read_step(step(part, "part"), tmp_path)
+    for part in parts(fixture):
+        found = read_step(step_of(part, "part"), tmp_path)
         assert np.isclose(found.volume, by_hand(part), rtol=1e-9)
-        assert np.allclose(found.box, mesh(part).bounds, atol=1e-4)
+        assert np.allclose(found.box, mesh_of(part).bounds, atol=1e-4)
         for bore in part.bores:
             if not bore.conical:
                 axes = [(at, along) for at, along, r in found.cylinders if np.isclose(r, 500 * bore.diameter)]
@@ -151,11 +142,11 @@ def test_probe_bottom_plate_and_stand_offs_are_solids_too(plate, tmp_path):
     fixture = fixture_of(plate)
     probe, bottom, post = fixture.others
     for part in (probe, post):
-        mesh = trimesh.load(io.BytesIO(stl(turned_mesh(part))), file_type="stl")
+        mesh = trimesh.load(io.BytesIO(stl(mesh_of(part))), file_type="stl")
         assert mesh.is_watertight
         assert np.isclose(mesh.volume / 1e9, part.volume, rtol=1e-6)
-        assert np.isclose(step_volume(turned_step(part, "part"), tmp_path), part.volume, rtol=1e-9)
-    assert np.isclose(step_volume(slab_step(bottom, "part"), tmp_path), bottom.volume, rtol=1e-9)
+        assert np.isclose(step_volume(step_of(part, "part"), tmp_path), part.volume, rtol=1e-9)
+    assert np.isclose(step_volume(step_of(bottom, "part"), tmp_path), bottom.volume, rtol=1e-9)
     pins = [b.mouth[:2] for b in probe.bores if b.purpose is Purpose.PIN]
     seat, index = (b for b in fixture.blocks[0].bores if b.direction[2] < 0.0)
     assert np.isclose(np.linalg.norm(pins[1] - pins[0]), np.linalg.norm(index.mouth - seat.mouth))
@@ -182,8 +173,8 @@ def test_a_missing_library_names_its_extra(library, mixed, monkeypatch):
     monkeypatch.setitem(sys.modules, library, None)
     fixture = fixture_of(mixed)
     work = {
-        "manifold3d": lambda: slab_mesh(fixture.slab),
-        "OCP.STEPControl": lambda: slab_step(fixture.slab, "plate"),
+        "manifold3d": lambda: mesh_of(fixture.slab),
+        "OCP.STEPControl": lambda: step_of(fixture.slab, "plate"),
         "ezdxf": lambda: dxf_of(Page(name="empty")),
     }[library]
     with pytest.raises(MissingExtraError) as error:

@@ -19,7 +19,7 @@ from workbench.plate.parts.drawing_set import pages_of
 from workbench.plate.parts.fixture import fixture_of
 from workbench.plate.parts.lists import distances_csv, parts_csv
 from workbench.plate.parts.parts import Purpose
-from workbench.plate.parts.solids import block_mesh
+from workbench.plate.parts.solids import mesh_of
 from workbench.plate.parts.stock import Stock
 from workbench.plate.plate import Kind
 from workbench.plate.plate_toml import read_plate, write_plate
@@ -51,7 +51,7 @@ def test_a_printed_cone_holds_ball_and_magnet(plate_of):
     assert (cone.purpose, pocket.purpose) == (Purpose.SOCKET, Purpose.MAGNET)
     lowest_of_ball = 0.006 - 0.25 * 0.012  # below the face: the radius less the centre's height over it
     assert pocket.depth - 0.004 > lowest_of_ball  # a magnet 4 mm thick at the bottom stays clear of the ball
-    assert block_mesh(block).is_watertight
+    assert mesh_of(block).is_watertight
 
 
 def test_sockets_stand_over_their_screws_without_dowels(plate_of):
@@ -83,7 +83,7 @@ def test_a_ball_bar_plate_is_three_sockets_and_the_lengths_of_its_bar(aria, plat
         (cone, *_) = block.bores
         held = block.pose @ [*(cone.bottom - np.sqrt(2.0) * 0.006 * cone.direction), 1.0]
         assert np.allclose(held[:3], place, atol=1e-12)
-    assert all(block_mesh(block).is_watertight for block in made.blocks)
+    assert all(mesh_of(block).is_watertight for block in made.blocks)
     first = next(csv.DictReader(io.StringIO(distances_csv(bar))))
     apart = np.linalg.norm(bar.poses[0, :3, 3] - bar.pose[:3, 3] - anchors[0])
     assert float(first["distance[mm]"]) == pytest.approx(1e3 * apart, abs=1e-3)

@@ -67,7 +67,7 @@ class AbstractIdentifier(ABC):
 Step = Callable[
     [np.ndarray, Evaluation, Factor, float], tuple[np.ndarray, float, Evaluation] | Outcome | None
 ]
-"""From unknowns, residual and Jacobian, their factorisation and the cost: unknowns, cost and residual downhill;
+"""From unknowns, residuals, their factorisation and the cost: unknowns, cost and residuals downhill;
 None if there is no such step; or the outcome with which the search ends."""
 
 

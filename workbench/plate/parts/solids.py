@@ -7,14 +7,16 @@ is large and optional.
 
 import tempfile
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import trimesh
 
 from workbench.base.errors import FileError, MissingExtraError
 from workbench.base.types import Matrix4, Vector3
 from workbench.plate.parts.parts import Block, Bore, Fixture, Slab, Turned
+
+if TYPE_CHECKING:
+    from trimesh import Trimesh
 
 Part = Slab | Block | Turned
 AROUND = 96
@@ -24,73 +26,81 @@ OVERSHOOT = 1.0
 MM = 1e3
 
 
-def mesh_of(part: Part) -> trimesh.Trimesh:
+def mesh_of(part: Part) -> "Trimesh":
     """A part as a mesh [mm] in its own frame."""
-    match part:
-        case Slab():
-            return slab_mesh(part)
-        case Block():
-            return block_mesh(part)
-    return turned_mesh(part)
+    manifold = _manifold()
+    if isinstance(part, Turned):
+        widen = 0.5 * _equal_area()
+        pieces = [
+            manifold.cylinder(length, widen * diameter, widen * diameter, AROUND).translate((0.0, 0.0, z))
+            for z, diameter, length in _cylinders(part)
+        ]
+        return _drilled(manifold.batch_boolean(pieces, _add()), part.bores)
+    outline, width = _prism(part)
+    corners = [(x, y, z) for x, z in outline for y in (-0.5 * width, 0.5 * width)]
+    return _drilled(manifold.hull_points(np.array(corners)), part.bores)
 
 
 def step_of(part: Part, name: str) -> bytes:
     """A part as a STEP file [mm] in its own frame."""
-    match part:
-        case Slab():
-            return slab_step(part, name)
-        case Block():
-            return block_step(part, name)
-    return turned_step(part, name)
+    _require_step()
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut, BRepAlgoAPI_Fuse
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakePolygon
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder, BRepPrimAPI_MakePrism
+    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt, gp_Vec
+
+    solid: Any = None
+    if isinstance(part, Turned):
+        for z, diameter, length in _cylinders(part):
+            axis = gp_Ax2(gp_Pnt(0.0, 0.0, z), gp_Dir(0.0, 0.0, 1.0))
+            step = BRepPrimAPI_MakeCylinder(axis, 0.5 * diameter, length).Shape()
+            solid = step if solid is None else BRepAlgoAPI_Fuse(solid, step).Shape()
+    else:
+        outline, width = _prism(part)
+        polygon = BRepBuilderAPI_MakePolygon()
+        for x, z in outline:
+            polygon.Add(gp_Pnt(float(x), -0.5 * width, float(z)))
+        polygon.Close()
+        face = BRepBuilderAPI_MakeFace(polygon.Wire()).Face()
+        solid = BRepPrimAPI_MakePrism(face, gp_Vec(0.0, width, 0.0)).Shape()
+    for bore in part.bores:
+        solid = BRepAlgoAPI_Cut(solid, _step_cutter(bore)).Shape()
+    return _step_file(solid, name)
 
 
-def slab_mesh(slab: Slab) -> trimesh.Trimesh:
-    """The plate as a mesh [mm], its top at z = 0."""
-    manifold = _manifold()
-    body = manifold.cube((MM * slab.size).tolist(), True).translate((0.0, 0.0, -0.5 * MM * slab.size[2]))
-    return _drilled(body, slab.bores)
+def _prism(part: Slab | Block) -> tuple[list[tuple[float, float]], float]:
+    """Outline in (x, z), and width along y [mm]: a slab's top is at z = 0, a block's foot."""
+    if isinstance(part, Slab):
+        length, width, thickness = (MM * part.size).tolist()
+        return [(-length / 2, -thickness), (length / 2, -thickness), (length / 2, 0), (-length / 2, 0)], width
+    half, (low, high) = 0.5 * MM * part.side, (MM * h for h in part.heights)
+    return [(-half, 0.0), (half, 0.0), (half, low), (-half, high)], 2.0 * half
 
 
-def block_mesh(block: Block) -> trimesh.Trimesh:
-    """A block as a mesh [mm] in its own frame."""
-    side, height, rise = MM * block.side, MM * block.height, float(np.tan(block.tilt))
-    bar = _manifold().cube((side, side, height + side * rise), True)
-    bar = bar.translate((0.0, 0.0, 0.5 * (height + side * rise)))
-    below = np.array([-np.sin(block.tilt), 0.0, -np.cos(block.tilt)])
-    return _drilled(bar.trim_by_plane(below.tolist(), -height * float(np.cos(block.tilt))), block.bores)
+def _cylinders(part: Turned) -> list[tuple[float, float, float]]:
+    """Where each step begins, its diameter and its length, from z = 0 upwards [mm]."""
+    starts = np.cumsum([0.0, *(length for _, length in part.steps)])
+    return [(MM * float(z), MM * d, MM * length) for z, (d, length) in zip(starts, part.steps, strict=False)]
 
 
-def turned_mesh(part: Turned) -> trimesh.Trimesh:
-    """A turned part as a mesh [mm], from z = 0 upwards."""
-    manifold, z, pieces = _manifold(), 0.0, []
-    for diameter, length in part.steps:
-        radius = 0.5 * MM * diameter * _equal_area()
-        pieces.append(manifold.cylinder(MM * length, radius, radius, AROUND).translate((0.0, 0.0, z)))
-        z += MM * length
-    return _drilled(manifold.batch_boolean(pieces, _add()), part.bores)
-
-
-def stl(mesh: trimesh.Trimesh) -> bytes:
+def stl(mesh: "Trimesh") -> bytes:
     """A binary STL file."""
-    return _bytes(mesh.export(file_type="stl"))
+    return bytes(mesh.export(file_type="stl"))  # type: ignore[arg-type]
 
 
 def three_mf(fixture: Fixture) -> bytes:
     """A 3MF file of the whole fixture: the plate and every block in its place, each an object by name."""
-    scene = trimesh.Scene()
+    from trimesh import Scene
+
+    scene = Scene()
     scene.units = "millimeter"
-    scene.add_geometry(slab_mesh(fixture.slab), node_name="plate", geom_name="plate")
+    scene.add_geometry(mesh_of(fixture.slab), node_name="plate", geom_name="plate")
     for block in fixture.blocks:
         name = f"block {block.number}"
-        placed = block_mesh(block)
+        placed = mesh_of(block)
         placed.apply_transform(_millimetres(block.pose))
         scene.add_geometry(placed, node_name=name, geom_name=name)
-    return _bytes(scene.export(file_type="3mf"))
-
-
-def _bytes(content: Any) -> bytes:
-    """What the library writes for binary formats."""
-    return bytes(content)
+    return bytes(scene.export(file_type="3mf"))  # type: ignore[arg-type]
 
 
 def _millimetres(pose: Matrix4) -> np.ndarray:
@@ -99,12 +109,14 @@ def _millimetres(pose: Matrix4) -> np.ndarray:
     return scaled
 
 
-def _drilled(body: Any, bores: tuple[Bore, ...]) -> trimesh.Trimesh:
+def _drilled(body: Any, bores: tuple[Bore, ...]) -> "Trimesh":
     """The body without its bores."""
+    from trimesh import Trimesh
+
     manifold = _manifold()
     result = body - manifold.batch_boolean([_cutter(bore) for bore in bores], _add())
     mesh = result.to_mesh64()
-    return trimesh.Trimesh(np.array(mesh.vert_properties)[:, :3], np.array(mesh.tri_verts), process=False)
+    return Trimesh(np.array(mesh.vert_properties)[:, :3], np.array(mesh.tri_verts), process=False)
 
 
 def _cutter(bore: Bore) -> Any:
@@ -153,60 +165,6 @@ def _add() -> Any:
     from manifold3d import OpType
 
     return OpType.Add
-
-
-def slab_step(slab: Slab, name: str) -> bytes:
-    """The plate as a STEP file [mm], its top at z = 0."""
-    length, width, thickness = (MM * slab.size).tolist()
-    outline = [(-length / 2, -thickness), (length / 2, -thickness), (length / 2, 0.0), (-length / 2, 0.0)]
-    return _step_file(_solid(outline, width, slab.bores), name)
-
-
-def block_step(block: Block, name: str) -> bytes:
-    """A block as a STEP file [mm] in its own frame."""
-    half, (low, high) = 0.5 * MM * block.side, (MM * h for h in block.heights)
-    outline = [(-half, 0.0), (half, 0.0), (half, low), (-half, high)]
-    return _step_file(_solid(outline, 2.0 * half, block.bores), name)
-
-
-def turned_step(part: Turned, name: str) -> bytes:
-    """A turned part as a STEP file [mm], from z = 0 upwards."""
-    _require_step()
-    from OCP.BRepAlgoAPI import BRepAlgoAPI_Fuse
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder
-    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
-
-    z, solid = 0.0, None
-    for diameter, length in part.steps:
-        axis = gp_Ax2(gp_Pnt(0.0, 0.0, z), gp_Dir(0.0, 0.0, 1.0))
-        step = BRepPrimAPI_MakeCylinder(axis, 0.5 * MM * diameter, MM * length).Shape()
-        solid = step if solid is None else BRepAlgoAPI_Fuse(solid, step).Shape()
-        z += MM * length
-    return _step_file(_less(solid, part.bores), name)
-
-
-def _solid(outline: list[tuple[float, float]], width: float, bores: tuple[Bore, ...]) -> Any:
-    """A prism along y over an outline in (x, z), less its bores [mm]."""
-    _require_step()
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakePolygon
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
-    from OCP.gp import gp_Pnt, gp_Vec
-
-    polygon = BRepBuilderAPI_MakePolygon()
-    for x, z in outline:
-        polygon.Add(gp_Pnt(float(x), -0.5 * width, float(z)))
-    polygon.Close()
-    face = BRepBuilderAPI_MakeFace(polygon.Wire()).Face()
-    return _less(BRepPrimAPI_MakePrism(face, gp_Vec(0.0, width, 0.0)).Shape(), bores)
-
-
-def _less(solid: Any, bores: tuple[Bore, ...]) -> Any:
-    """A solid without its bores."""
-    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
-
-    for bore in bores:
-        solid = BRepAlgoAPI_Cut(solid, _step_cutter(bore)).Shape()
-    return solid
 
 
 def _step_cutter(bore: Bore) -> Any:
