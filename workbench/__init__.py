@@ -31,7 +31,7 @@ _HOMES = {
     "workbench.plate.region": ("Region",),
     "workbench.plate.parts.as_measured": ("load_plate",),
     "workbench.plate.plate_toml": ("write_plate",),
-    "workbench.plate.poses.choose_and_write": ("choose_poses",),
+    "workbench.plate.poses.choose_poses": ("choose_poses",),
     "workbench.plate.virtual_measuring": ("measure_plate", "measure_poses"),
     "workbench.plate.score": ("score_plate as score", "PlateScore"),
     "workbench.plate.design": ("optimise_plate", "try_plate"),

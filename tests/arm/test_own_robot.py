@@ -13,7 +13,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.own_robot.check import read_joint_table
 from workbench.arm.own_robot.find_convention import Found, find_convention
 from workbench.arm.own_robot.readings import Reading, Typed, table_readings, typed_readings
-from workbench.arm.own_robot.recounted import recounted
+from workbench.arm.own_robot.signs_and_offsets import recounted
 from workbench.arm.robot import Frame, Robot
 from workbench.arm.robot_toml import robot_to_table
 from workbench.arm.statics.moments import joint_moments

@@ -18,7 +18,7 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects import JointHarmonic
 from workbench.arm.robot import Robot
 from workbench.plate.design import optimise_plate, try_plate
-from workbench.plate.optimiser.makings import MANNERS
+from workbench.plate.optimiser.manufacturing import MANNERS
 from workbench.plate.optimiser.optimise import Wish
 from workbench.plate.optimiser.target_blocks import Blocks
 from workbench.plate.parts.stock import Stock

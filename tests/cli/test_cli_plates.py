@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import pytest
 
-from workbench.plate.making import Making
 from workbench.plate.plate_toml import load_plate, write_plate
 from workbench.plate.score import score_plate
+from workbench.plate.tolerances import Making
 
 
 def test_score_of_table_2(run, tmp_path):

@@ -25,8 +25,8 @@ from workbench.identification.load_test.experiment import (
     sizes_shown,
     tilting_of,
 )
-from workbench.identification.load_test.joints import fit_tilting, tilting_effects, unknown_sizes
 from workbench.identification.load_test.postures import plan_load_test
+from workbench.identification.load_test.tilting import fit_tilting, tilting_effects, unknown_sizes
 from workbench.identification.problem import Noise
 from workbench.identification.row_errors import row_errors
 from workbench.plate.poses.iso_cube import iso_cube_poses, largest_cube

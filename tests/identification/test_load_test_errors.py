@@ -13,7 +13,7 @@ import pytest
 from workbench.arm.built_in_arms import load_robot
 from workbench.data.simulation.instruments import INSTRUMENTS
 from workbench.identification.load_test import experiment
-from workbench.identification.load_test.joints import KINDS
+from workbench.identification.load_test.tilting import KINDS
 from workbench.identification.problem import Problem
 
 DRAWS = 60

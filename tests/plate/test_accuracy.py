@@ -7,10 +7,10 @@ from workbench.arm.kinematics.forward import sensitivity
 from workbench.arm.linearisation import linearise
 from workbench.arm.motion import Motion
 from workbench.base.types import frozen
-from workbench.plate import accuracy
-from workbench.plate.accuracy import position_weight, predicted_error
+from workbench.plate import predicted_error as accuracy
 from workbench.plate.criterion import criterion_of
 from workbench.plate.indices import INDICES, I
+from workbench.plate.predicted_error import position_weight, predicted_error
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,6 @@ import pytest
 
 from workbench.base import se3
 from workbench.base.errors import WorkbenchError
-from workbench.plate.making import Making
 from workbench.plate.parts.as_measured import (
     UNCERTAINTY,
     PlateFrame,
@@ -20,6 +19,7 @@ from workbench.plate.parts.as_measured import (
 from workbench.plate.parts.lists import blocks_csv, holes_csv, targets_csv
 from workbench.plate.plate import Kind
 from workbench.plate.plate_toml import load_plate as load_toml
+from workbench.plate.tolerances import Making
 
 
 def write(tmp_path, text, name="cmm.csv"):

@@ -12,13 +12,13 @@ import pytest
 import trimesh
 from manifold3d import Manifold
 
-from workbench.plate.making import USUAL, Making
 from workbench.plate.parts.drawing import dxf_of, pdf_of
 from workbench.plate.parts.drawing_set import pages_of
 from workbench.plate.parts.fixture import fixture_of
 from workbench.plate.parts.lists import blocks_csv, bores_csv, inspection_csv, parts_csv
 from workbench.plate.parts.page_parts import spread
 from workbench.plate.parts.solids import mesh_of, stl
+from workbench.plate.tolerances import USUAL, Making
 
 SLANTED = ((-0.08, 0.05, 0.07, 0.4371, 0.7, 0.83), (0.05, -0.03, 0.09, 0.61, -2.0, -2.2))
 

@@ -13,7 +13,7 @@ from workbench.arm.kinematics.skeleton import body_frames, link_paths
 from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.errors import OptionError
-from workbench.plate.making import Making, greatest_clearance, pin_play
+from workbench.plate.tolerances import Making, greatest_clearance, pin_play
 from workbench.plate.optimiser.capsules import capsule_arm, capsule_to_hull
 from workbench.plate.optimiser.search import gains
 from workbench.plate.optimiser.segments import segment_distances
@@ -29,6 +29,7 @@ from workbench.plate.optimiser.target_blocks import (
 from workbench.plate.parts.fixture import fixture_of
 from workbench.plate.plate import Target
 from workbench.plate.plate_toml import load_plate
+from workbench.plate.tolerances import Making, greatest_clearance, pin_play
 
 HALF = np.array([0.25, 0.2])
 

@@ -13,7 +13,6 @@ from workbench.base.errors import DataError, OptionError
 from workbench.base.types import Outcome
 from workbench.plate.branches import choose_branches
 from workbench.plate.design import optimise_plate as plate_design
-from workbench.plate.making import Making
 from workbench.plate.optimiser.constraints import Constraints
 from workbench.plate.optimiser.optimise import Postures, Wish, optimise_plate
 from workbench.plate.optimiser.target_blocks import (
@@ -28,6 +27,7 @@ from workbench.plate.parts.fixture import fixture_of
 from workbench.plate.plate import Kind
 from workbench.plate.readings import Look, Reading
 from workbench.plate.region_poses import plate_region_poses
+from workbench.plate.tolerances import Making
 
 
 def rng(seed=0):

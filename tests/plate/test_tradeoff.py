@@ -12,7 +12,7 @@ from workbench.arm.kinematics.forward import sensitivity
 from workbench.arm.motion import Motion
 from workbench.base.errors import OptionError
 from workbench.plate.branches import choose_branches, plate_solutions
-from workbench.plate.optimiser.makings import MANNERS
+from workbench.plate.optimiser.manufacturing import MANNERS
 from workbench.plate.optimiser.target_blocks import Blocks, places_of
 from workbench.plate.parts.drawing import Words
 from workbench.plate.parts.drawing_set import pages_of

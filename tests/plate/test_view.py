@@ -15,7 +15,7 @@ from workbench.data.camera.rig import Rig
 from workbench.data.camera.target import Charuco, charuco_target, write_target
 from workbench.plate.free_constants import identified_names
 from workbench.plate.indices import index_named
-from workbench.plate.poses.choose import informative_poses
+from workbench.plate.poses.informative_poses import informative_poses
 from workbench.plate.poses.limits import PoseLimits
 from workbench.plate.poses.view import View
 

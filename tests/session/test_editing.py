@@ -6,8 +6,8 @@ import pytest
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
-from workbench.plate.accuracy import predicted_error
 from workbench.plate.plate_toml import read_plate, write_plate
+from workbench.plate.predicted_error import predicted_error
 from workbench.session import replay
 from workbench.session.commands.arrange import ApplyPattern, PlaceTargets, SnapTarget
 from workbench.session.commands.drag import GrabTarget, MoveTarget, SelectTarget

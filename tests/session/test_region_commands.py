@@ -10,8 +10,8 @@ from workbench.arm.inverse import solve as inverse
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
-from workbench.plate.accuracy import predicted_error
 from workbench.plate.cubes import map_cubes
+from workbench.plate.predicted_error import predicted_error
 from workbench.plate.region import Region
 from workbench.session import Worker
 from workbench.session.command import AbstractChore

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from workbench.base.errors import OptionError
-from workbench.plate.making import Making
 from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.plate import Kind
+from workbench.plate.tolerances import Making
 from workbench.plate.tradeoff import Choice, Tradeoff
 from workbench.session.commands.plate import OpenChoice
 from workbench.session.commands.undo import Undo

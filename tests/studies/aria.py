@@ -27,7 +27,7 @@ from workbench.plate.clustering import Clustering
 from workbench.plate.design import cluster_region
 from workbench.plate.plate import Plate
 from workbench.plate.plate_toml import load_plate
-from workbench.plate.poses.choose_and_write import choose_poses
+from workbench.plate.poses.choose_poses import choose_poses
 from workbench.plate.poses.sampling import random_poses
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.score import score_plate

@@ -202,7 +202,7 @@ def tradeoff(
 
 def _manner(name: str):
     """A way to make a plate, by name."""
-    from workbench.plate.optimiser.makings import MANNERS
+    from workbench.plate.optimiser.manufacturing import MANNERS
 
     return MANNERS[manner_name(name)]
 

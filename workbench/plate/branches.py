@@ -20,7 +20,6 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import DataError
 from workbench.base.progress import Cancel, Progress
 from workbench.base.types import Outcome, frozen
-from workbench.plate.accuracy import predicted_error
 from workbench.plate.criterion import criterion_of, goal_index
 from workbench.plate.free_constants import visible, visible_basis
 from workbench.plate.indices import index_named
@@ -28,6 +27,7 @@ from workbench.plate.obstruction import clear_of, hits
 from workbench.plate.plate import AUTO, Kind, Plate, Target
 from workbench.plate.poses.exchange import exchange
 from workbench.plate.poses.sampling import in_base
+from workbench.plate.predicted_error import predicted_error
 from workbench.plate.readings import SIGMA_POSITION, SIGMA_ROTATION, linearise_targets
 
 THERE = 1e-6

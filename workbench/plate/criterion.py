@@ -16,9 +16,9 @@ from jaxtyping import Float
 from workbench.arm.linearisation import Linearisation
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
-from workbench.plate.accuracy import position_weight
 from workbench.plate.free_constants import visible_weight
 from workbench.plate.indices import AbstractIndex, AbstractSetIndex, I, index_named
+from workbench.plate.predicted_error import position_weight
 
 Grams = Float[np.ndarray, "sets p p"]
 
@@ -84,7 +84,7 @@ def goal_index(
         goal: Joint positions of poses that matter [rad or m], or the name of an index.
         robot: Geometry at which those poses are linearised.
         linearisation: Of any measurements; says what is identified, and how it is scaled.
-        basis: Combinations of scaled parameters that the index is of, see `plate.freedom`.
+        basis: Combinations of scaled parameters that the index is of, see `plate.free_constants`.
     """
     if isinstance(goal, str):
         return index_named(goal)

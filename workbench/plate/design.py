@@ -21,7 +21,6 @@ from workbench.plate.branches import choose_branches, measurable
 from workbench.plate.clustering import Clustering
 from workbench.plate.criterion import goal_index
 from workbench.plate.free_constants import identified_names
-from workbench.plate.making import Making
 from workbench.plate.optimiser import optimise
 from workbench.plate.optimiser.constraints import Constraints
 from workbench.plate.optimiser.optimise import Wish
@@ -32,6 +31,7 @@ from workbench.plate.poses.sampling import in_base
 from workbench.plate.readings import SIGMA_POSITION, SIGMA_ROTATION, Reading, reading_named
 from workbench.plate.region import Region
 from workbench.plate.region_poses import PLATE_CONE, PLATE_POSES, plate_region_poses, region_poses
+from workbench.plate.tolerances import Making
 from workbench.plate.yield_trial.job import Errors, Job, constrained_by
 from workbench.plate.yield_trial.trial import ARMS, Yield, check_number, try_production
 

@@ -311,7 +311,7 @@ class I(AbstractIndex):  # noqa: E742 - the literature's name
     source = "Atkinson, Donev & Tobias, Optimum Experimental Designs (2007), §10.6"
 
     def __init__(self, weight: Float[np.ndarray, "p p"]):
-        """The index for a W of the scaled parameters [m² per m²], see `accuracy.position_weight`."""
+        """The index for a W of the scaled parameters [m² per m²], see `predicted_error.position_weight`."""
         self.weight = frozen(weight)
 
     def value(self, linearisation: Linearisation) -> float:

@@ -13,8 +13,8 @@ from jaxtyping import Float
 
 from workbench.base import se3
 from workbench.base.types import Matrix4, Vector3, frozen
-from workbench.plate.making import EXACT, Making
 from workbench.plate.region import Region
+from workbench.plate.tolerances import EXACT, Making
 
 AUTO = "auto"
 """Branch of a target whose inverse-kinematics solution is left to the program."""

@@ -11,9 +11,9 @@ from workbench.arm.built_in_arms import assets
 from workbench.base.errors import FileError, OptionError
 from workbench.base.files import write_text
 from workbench.base.toml import AbstractTableReader
-from workbench.plate.making import EXACT, Making
 from workbench.plate.plate import AUTO, Kind, Plate, Target
 from workbench.plate.region import Region
+from workbench.plate.tolerances import EXACT, Making
 
 PLATE_KEYS = {"name", "size", "xyz", "rpy", "region", "making", "anchors", "target"}
 MAKING_KEYS = {"tolerance", "play"}

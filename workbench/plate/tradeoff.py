@@ -1,8 +1,8 @@
 """What does it buy me: predicted error against price, by numbers of targets, shapes and ways to make them.
 
 Every choice is a plate of its own, searched for and kept, so that whoever picks one has it. A choice is on
-the front if no other is both cheaper and better. Prices are orders of magnitude (`optimiser.makings`); of
-machined blocks half the price is for setting up a shape.
+the front if no other is both cheaper and better. Prices are orders of magnitude (`optimiser.manufacturing`);
+of machined blocks half the price is for setting up a shape.
 """
 
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ from workbench.base.errors import OptionError
 from workbench.base.progress import Cancel, Progress
 from workbench.data.accuracy_requirement import Wanted
 from workbench.plate.design import optimise_plate, try_plate
-from workbench.plate.optimiser.makings import MANNERS, Manner
+from workbench.plate.optimiser.manufacturing import MANNERS, Manner
 from workbench.plate.optimiser.optimise import Wish
 from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.optimiser.target_blocks import Blocks

@@ -29,8 +29,8 @@ from workbench.data.simulation.simulate import (
 from workbench.plate.branches import choose_branches, measurable, plate_solutions
 from workbench.plate.obstruction import hits
 from workbench.plate.plate import Plate
-from workbench.plate.poses.choose import informative_poses
 from workbench.plate.poses.circle_points import circle_poses
+from workbench.plate.poses.informative_poses import informative_poses
 from workbench.plate.poses.iso_cube import iso_cube_poses
 from workbench.plate.poses.sampling import random_poses
 from workbench.plate.region_poses import plate_region_poses

@@ -11,11 +11,11 @@ from workbench.arm.linearisation import Linearisation
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError
 from workbench.base.types import frozen
-from workbench.plate.accuracy import position_weight, predicted_error, rise_without_each
 from workbench.plate.free_constants import identified_names
 from workbench.plate.indices import INDICES, O, evaluate
 from workbench.plate.plate import Plate
 from workbench.plate.poses.sampling import random_poses
+from workbench.plate.predicted_error import position_weight, predicted_error, rise_without_each
 from workbench.plate.readings import linearise_targets
 from workbench.plate.region import Region
 from workbench.plate.region_poses import region_poses

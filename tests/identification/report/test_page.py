@@ -9,7 +9,7 @@ from workbench.base import files
 from workbench.base.errors import FileError
 from workbench.base.files import write_folder
 from workbench.data.accuracy_requirement import Requirement, Wanted, usual_wanted
-from workbench.identification.judged import judge
+from workbench.identification.pass_or_fail import judge
 from workbench.identification.report.figures import NAMES
 from workbench.identification.report.html_report import write_report
 

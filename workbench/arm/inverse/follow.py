@@ -1,4 +1,4 @@
-"""Following a target: one warm-started damped Newton run within the limits, for drags (`newton`).
+"""Following a target: one warm-started damped Newton run within the limits, for drags (`damped_newton`).
 
 An arm that bends is then settled (`settle`).
 """

@@ -1,7 +1,7 @@
 """All joint coordinates that reach a target, limits left aside: completeness is decided here.
 
 Six revolute joints and a pose, and five of them and a position with an axis (whose free turn about the tool's
-z axis is a sixth), have at most sixteen solutions, and all of them follow from `closure`. The closed loop
+z axis is a sixth), have at most sixteen solutions, and all of them follow from `elimination`. The closed loop
 is entered at several joints, because a target that is special for one entry is not for another. Other arms
 with as many joints as conditions are searched from random starts until two rounds bring nothing new.
 Either way the neighbours of nearly singular solutions are searched too, along the direction that hardly
@@ -56,7 +56,7 @@ class Solutions:
 
 
 def is_algebraic(arm: Arm, task: Task) -> bool:
-    """Whether `closure` finds the solutions."""
+    """Whether `elimination` finds the solutions."""
     return not arm.slides.any() and (arm.dof, task) in ((6, Task.POSE), (5, Task.POSITION_AXIS))
 
 

@@ -2,7 +2,8 @@
 
 `solve` finds all solution branches where there are finitely many, for any geometry (`solutions`), names them
 (`branches`) and explains failure (`unreachable`). `follow` is one warm-started damped Newton run within the
-limits, for drags (`newton`). Nothing here assumes a nominal structure, so a calibrated arm is solved exactly.
+limits, for drags (`damped_newton`). Nothing here assumes a nominal structure, so a calibrated arm is solved
+exactly.
 
 An arm that bends (`Robot.effects`) has the branches of its geometry, each moved to where the bent arm reaches
 the target (`settle`); reasons, and the nearest configuration to what is out of reach, are the geometry's. A

@@ -1,7 +1,7 @@
 """Why a target can't be reached, in one sentence, and the nearest that can.
 
-The nearest configuration minimises |p* − p|² + w² |ρ|² within the limits from many starts (`newton`). The
-reason is sought in this order: limits alone; the position (too far, or too near); the orientation there.
+The nearest configuration minimises |p* − p|² + w² |ρ|² within the limits from many starts (`damped_newton`).
+The reason is sought in this order: limits alone; the position (too far, or too near); the orientation there.
 """
 
 import numpy as np

@@ -19,7 +19,7 @@ from jaxtyping import Float
 
 from workbench.arm.inverse.reduced_arm import Arm, compile_arm
 from workbench.arm.own_robot.readings import Reading, Typed
-from workbench.arm.own_robot.recounted import recounted
+from workbench.arm.own_robot.signs_and_offsets import recounted
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import DataError, ShapeError

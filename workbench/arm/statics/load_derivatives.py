@@ -6,13 +6,13 @@ the unit vector u, which stands on the link before the joint, is
 
     u·τ_j = u·(g × L_j),      L_j = C_j − S_j p_j,            u·f_j = −S_j u·g
 
-p_j and the axes u are those of the joint's mount (see `statics`). Elements behind it change L_j; those before
+p_j and the axes u are those of the joint's mount (see `wrenches`). Elements behind it change L_j; those before
 it turn joint and masses alike, which is a turn of gravity by −a.
 
     k behind j:   Δ(u·τ_j) = (u × g)·ΔC,             Δ(u·f_j) = 0
     k before j:   Δ(u·τ_j) = ((L_j × u) × g)·a,      Δ(u·f_j) = −S_j (u × g)·a      (0 if k slides)
 
-Elements of the base change nothing, as gravity is given after them (see `statics`). A wrench [F; M] that
+Elements of the base change nothing, as gravity is given after them (see `wrenches`). A wrench [F; M] that
 pulls at the tool's origin p_e is one more weight, S = 1, C = p_e, in a gravity of F; its moment M only turns,
 (M × u)·a for k before j.
 
@@ -45,7 +45,7 @@ def wrench_derivative(
     shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
     weights: Masses | None = None,
 ) -> Float[np.ndarray, "rows m p"]:
-    """Derivative of some components of `statics.joint_wrenches` in the values of some elements.
+    """Derivative of some components of `joint_wrenches` in the values of some elements.
 
     Args:
         robot: Geometry with masses; n joints.

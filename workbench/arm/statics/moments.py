@@ -2,7 +2,7 @@
 
     η_i = (moment about the axis, moments about the two axes across it)
 
-of the wrenches through the bent arm's joints (`statics`, recursive Newton–Euler), in the axes of the frame
+of the wrenches through the bent arm's joints (`wrenches`, recursive Newton–Euler), in the axes of the frame
 right before each drive, which stand on the earlier link. They are what holds the later link: minus the loads
 of Katana eqs. (4.21) and (5.14). Links are point masses, so that N_i of (5.14) is nil.
 """

@@ -19,13 +19,6 @@ from workbench.base.threads import one_thread
 from workbench.data.dataset import Dataset
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument
 from workbench.data.simulation.simulate import simulate, virtual_arm
-from workbench.identification.load_test.joints import (
-    JointTilting,
-    Tilting,
-    fit_tilting,
-    tilting_effects,
-    unknown_sizes,
-)
 from workbench.identification.load_test.postures import (
     LoadTestPlan,
     Purpose,
@@ -33,6 +26,13 @@ from workbench.identification.load_test.postures import (
     plan_load_test,
     pullable,
     side_loads,
+)
+from workbench.identification.load_test.tilting import (
+    JointTilting,
+    Tilting,
+    fit_tilting,
+    tilting_effects,
+    unknown_sizes,
 )
 from workbench.identification.problem import Noise
 

@@ -10,8 +10,8 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from workbench.identification.load_test.experiment import LoadTest
-from workbench.identification.load_test.joints import JointTilting
 from workbench.identification.load_test.postures import LoadTestPlan, PosturePair, Purpose
+from workbench.identification.load_test.tilting import JointTilting
 from workbench.identification.report.table import line, new_table
 from workbench.report.figures import COLOURS, INK, grid, look, new_figure
 from workbench.report.json import Json, plain

@@ -12,7 +12,7 @@ import numpy as np
 from workbench.base.files import check_folder
 from workbench.base.progress import Report
 from workbench.data.accuracy_requirement import Wanted, WantedCheck
-from workbench.identification.judged import Judged, judge
+from workbench.identification.pass_or_fail import Judged, judge
 from workbench.identification.record import Identification, Run, Validation
 from workbench.identification.report.figures import NAMES, all_figures
 from workbench.identification.report.how_to_apply import Use, controller_use

@@ -110,7 +110,7 @@ def use_tables(
     frames: list[tuple[str, list[str]]],
     numbers: ControllerNumbers,
 ) -> RenderableType:
-    """What to enter into a controller, and what that leaves; the arguments are those of `use.Use`."""
+    """What to enter into a controller, and what that leaves; the arguments are parts of `Use`."""
     left = new_table("What remains, against the whole calibrated model")
     left.add_column("entered", overflow="fold")
     for name in ("mean\n[mm]", "max\n[mm]", "mean\n[°]", "max\n[°]"):

@@ -21,13 +21,13 @@ from workbench.arm.kinematics.forward import sensitivity
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.progress import Cancel, Cancelled, Progress
-from workbench.plate.making import Making
 from workbench.plate.optimiser.clearance import Surroundings
 from workbench.plate.optimiser.constraints import Constraints
 from workbench.plate.optimiser.shapes import FAR, AbstractArmShape, Hull, Placements, block_hulls, plate_hull
 from workbench.plate.optimiser.target_blocks import SIDE, Blocks, Places, places_of, tool_poses_at
 from workbench.plate.plate import Kind, Plate
 from workbench.plate.readings import Reading
+from workbench.plate.tolerances import Making
 
 RETREATS = np.array([0.5, 1.0])
 """Where the retreat of the probe is checked, as shares of it."""

@@ -19,9 +19,7 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import Cancel, Cancelled, Progress
 from workbench.base.types import Outcome
-from workbench.plate.accuracy import position_weight
 from workbench.plate.criterion import RegionCriterion
-from workbench.plate.making import Making
 from workbench.plate.optimiser.candidates import (
     Candidates,
     Neighbours,
@@ -38,7 +36,9 @@ from workbench.plate.optimiser.shapes import plate_hull
 from workbench.plate.optimiser.target_blocks import Blocks
 from workbench.plate.plate import Plate
 from workbench.plate.poses.exchange import exchange
+from workbench.plate.predicted_error import position_weight
 from workbench.plate.readings import Reading
+from workbench.plate.tolerances import Making
 
 VAGUE = 3.0
 """Standard deviation of a constant before anything is measured, as the tool feels it [m]: next to nothing is

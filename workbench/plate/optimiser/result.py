@@ -11,10 +11,10 @@ from workbench.arm.inverse import solve as inverse
 from workbench.arm.inverse.branch import margins
 from workbench.base import se3
 from workbench.base.types import Outcome, frozen
-from workbench.plate.accuracy import PredictedError, predicted_error
 from workbench.plate.optimiser.candidates import Candidates, Neighbours, Setting
 from workbench.plate.optimiser.target_blocks import Places, places_of, shapes_of
 from workbench.plate.plate import Plate, Target
+from workbench.plate.predicted_error import PredictedError, predicted_error
 from workbench.plate.readings import linearise_reading
 from workbench.report.result_display import AbstractShown
 

@@ -6,7 +6,6 @@ runs downhill and v across, from the point above B.
 
 import numpy as np
 
-from workbench.plate.making import GENERAL, Tolerances
 from workbench.plate.parts.drawing import PAPERS, TEXT, Angle, Item, Layer, Page, View, Words, paper_for
 from workbench.plate.parts.page_parts import (
     BORDER,
@@ -21,6 +20,7 @@ from workbench.plate.parts.page_parts import (
 )
 from workbench.plate.parts.parts import Block, BlockShape, Fixture, Purpose
 from workbench.plate.plate import Kind
+from workbench.plate.tolerances import GENERAL, Tolerances
 
 
 def block_page(fixture: Fixture, shape: BlockShape) -> Page:

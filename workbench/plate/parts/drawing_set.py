@@ -8,7 +8,6 @@ the side and its end.
 
 import numpy as np
 
-from workbench.plate.making import GENERAL
 from workbench.plate.parts.block_page import block_page
 from workbench.plate.parts.drawing import (
     PAPERS,
@@ -39,6 +38,7 @@ from workbench.plate.parts.page_parts import (
     title,
 )
 from workbench.plate.parts.parts import Bore, Fixture, Purpose, Slab, Turned
+from workbench.plate.tolerances import GENERAL
 
 
 def slab_page(fixture: Fixture, slab: Slab) -> Page:

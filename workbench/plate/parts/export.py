@@ -13,7 +13,6 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import MissingExtraError, OptionError
 from workbench.base.files import check_folder, write_folder
 from workbench.base.progress import Report
-from workbench.plate.making import Making
 from workbench.plate.parts.drawing import dxf_of, pdf_of
 from workbench.plate.parts.drawing_set import pages_of
 from workbench.plate.parts.fixture import fixture_of
@@ -33,6 +32,7 @@ from workbench.plate.parts.stock import Stock
 from workbench.plate.plate import Kind, Plate
 from workbench.plate.readings import SIGMA_POSITION, SIGMA_ROTATION
 from workbench.plate.score import score_plate
+from workbench.plate.tolerances import Making
 
 
 class Format(StrEnum):

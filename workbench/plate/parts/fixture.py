@@ -18,11 +18,11 @@ import numpy as np
 from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.base.types import Matrix4, Vector3, frozen
-from workbench.plate.making import tolerances_of
 from workbench.plate.optimiser.target_blocks import STEEPEST
 from workbench.plate.parts.parts import Block, Bore, Fixture, Purpose, Slab, Turned
 from workbench.plate.parts.stock import DOWN, UP, Stock
 from workbench.plate.plate import SQUARE, Kind, Plate, Target
+from workbench.plate.tolerances import tolerances_of
 
 WALL = 0.002
 """Least material between bores that face each other, and between a bore and an edge [m]."""

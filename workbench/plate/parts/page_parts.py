@@ -5,9 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.optimize import isotonic_regression
 
-from workbench.plate.making import Tolerances
 from workbench.plate.parts.drawing import PAPERS, TEXT, Item, Layer, Line, Page, Words
 from workbench.plate.parts.parts import Bore, Purpose
+from workbench.plate.tolerances import Tolerances
 
 MM = 1e3
 BORDER = 10.0

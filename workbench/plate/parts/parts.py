@@ -15,9 +15,9 @@ from enum import StrEnum
 import numpy as np
 
 from workbench.base.types import Matrix4, Vector3
-from workbench.plate.making import Tolerances
 from workbench.plate.parts.stock import Stock
 from workbench.plate.plate import SQUARE, Kind
+from workbench.plate.tolerances import Tolerances
 
 
 class Purpose(StrEnum):

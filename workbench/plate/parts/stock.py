@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.base.types import frozen
-from workbench.plate.making import pin_play
 from workbench.plate.plate import Kind
+from workbench.plate.tolerances import pin_play
 
 UP = frozen(np.array([0.0, 0.0, 1.0]))
 OVER_SCREW = "the ball's centre lies over the block's screw: turning the block moves nothing, so no dowels"
@@ -127,7 +127,7 @@ class Stock:
 
     @classmethod
     def named(cls, made: str) -> "Stock":
-        """The stock of a way to make plates (`optimiser.makings`)."""
+        """The stock of a way to make plates (`optimiser.manufacturing`)."""
         makers = {"printed": cls.printed, "breadboard": cls.breadboard, "ball-bar": cls.ball_bar}
         return makers.get(made, cls)()
 

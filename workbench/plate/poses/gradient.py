@@ -40,7 +40,7 @@ class PoseClimb:
     Args:
         index: What is to become large.
         options: Of `linearise`: names, standard deviations.
-        basis: Combinations of constants that the index is of, see `plate.freedom`.
+        basis: Combinations of constants that the index is of, see `plate.free_constants`.
         view: Cameras that measure; an instrument that sees full poses or points if None.
     """
 

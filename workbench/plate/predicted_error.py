@@ -135,7 +135,7 @@ def rise_without_each(
 
     Args:
         linearisation: All measurements; below full rank nothing can be said.
-        weight: W with trace(W C) = mean square error, such as `accuracy.position_weight`.
+        weight: W with trace(W C) = mean square error, such as `position_weight`.
 
     Returns:
         0.1 for 10 % more; infinite where parameters could no longer be told apart; NaN below full rank.

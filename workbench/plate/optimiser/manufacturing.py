@@ -19,8 +19,8 @@ from types import MappingProxyType
 
 import numpy as np
 
-from workbench.plate.making import EXACT, Making
 from workbench.plate.optimiser.target_blocks import Blocks
+from workbench.plate.tolerances import EXACT, Making
 
 IN_THE_AIR = (0.05, 0.35)
 """Heights above the plate of targets that need no block [m]."""
