@@ -1,8 +1,8 @@
 """Effects: a law, and everything else that the package knows of it.
 
 An effect's file holds its law (`law.py`), what a diagnosis should try (`offers`), a sentence for people, its
-pictures as numbers (`pictures.py`), an example to hide in a virtual arm, and flags. Whoever works with effects
-asks them; nobody else tells one from another.
+pictures as numbers (`pictures.py`), an example to hide in a virtual arm, and flags. Whoever works with
+effects asks them; nobody else tells one from another.
 """
 
 from abc import abstractmethod

@@ -6,8 +6,8 @@ the unit vector u, which stands on the link before the joint, is
 
     u·τ_j = u·(g × L_j),      L_j = C_j − S_j p_j,            u·f_j = −S_j u·g
 
-p_j and the axes u are those of the joint's mount (see `wrenches`). Elements behind it change L_j; those before
-it turn joint and masses alike, which is a turn of gravity by −a.
+p_j and the axes u are those of the joint's mount (see `wrenches`). Elements behind it change L_j; those
+before it turn joint and masses alike, which is a turn of gravity by −a.
 
     k behind j:   Δ(u·τ_j) = (u × g)·ΔC,             Δ(u·f_j) = 0
     k before j:   Δ(u·τ_j) = ((L_j × u) × g)·a,      Δ(u·f_j) = −S_j (u × g)·a      (0 if k slides)
