@@ -13,7 +13,6 @@ from workbench.arm.kinematics.skeleton import body_frames, link_paths
 from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.errors import OptionError
-from workbench.plate.tolerances import Making, greatest_clearance, pin_play
 from workbench.plate.optimiser.capsules import capsule_arm, capsule_to_hull
 from workbench.plate.optimiser.search import gains
 from workbench.plate.optimiser.segments import segment_distances

@@ -5,14 +5,9 @@ import numpy as np
 import pytest
 
 from workbench.data.prediction import RowComponents
+from workbench.identification.record import Column, columns_of, order_of_measuring
 from workbench.identification.report.constants import corrections
-from workbench.identification.report.error_grid import (
-    STEMS,
-    Column,
-    columns_of,
-    error_grid,
-    order_of_measuring,
-)
+from workbench.identification.report.error_grid import STEMS, error_grid
 from workbench.identification.report.error_plots import before_after, error_where, residual_histogram
 from workbench.identification.report.figures import NAMES, all_figures
 from workbench.report.figures import INK, svg

@@ -9,9 +9,9 @@ from functools import cache, partial
 import numpy as np
 
 from workbench.data.accuracy_requirement import Wanted
-from workbench.identification.record import Identification
+from workbench.identification.record import Identification, columns_of, order_of_measuring
 from workbench.identification.report.constants import corrections, influence_of_fit
-from workbench.identification.report.error_grid import STEMS, columns_of, error_grid, order_of_measuring
+from workbench.identification.report.error_grid import STEMS, error_grid
 from workbench.identification.report.error_plots import POINTS, before_after, error_where, residual_histogram
 from workbench.report.figures import Drawing, Picture, svg
 

@@ -6,8 +6,7 @@ rows are pink. The nominal column has a scale of its own where its errors are mu
 
 import numpy as np
 
-from workbench.identification.record import Identification
-from workbench.identification.report.error_grid import Column, columns_of, order_of_measuring
+from workbench.identification.record import Column, Identification, columns_of, order_of_measuring
 from workbench.views.appearance.colours import FITTED, HELD_OUT, css
 from workbench.views.page.html import MUTED, label, text
 

@@ -4,8 +4,7 @@ import numpy as np
 import viser
 
 from workbench.identification.algorithms import ALGORITHMS, USUAL
-from workbench.identification.record import Identification
-from workbench.identification.report.error_grid import columns_of
+from workbench.identification.record import Identification, columns_of
 from workbench.session.commands.compare import ShowFit
 from workbench.session.commands.identify import Identify
 from workbench.session.export import calibrated_toml, calibrated_urdf, report_zip
