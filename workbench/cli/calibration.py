@@ -46,11 +46,10 @@ def identify(
     from workbench.cli.verification import wanted_of
     from workbench.data.accuracy_requirement import usual_wanted
     from workbench.identification.algorithms import ALGORITHMS
-    from workbench.identification.judged import judge
+    from workbench.identification.pass_or_fail import judge
     from workbench.identification.prior import read_prior
     from workbench.identification.report import results_json as reports
     from workbench.identification.report import table
-    from workbench.identification.report.prior import read_prior
 
     if level == 1 and fit.free is not None:
         raise OptionError("--level 1 frees the joint offsets alone; leave out --level or --free")

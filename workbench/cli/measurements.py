@@ -160,7 +160,7 @@ def poses(
     """Informative poses for a calibration: those with the largest observability index, in a short order."""
 
     from workbench.cli.camera import view_of
-    from workbench.plate.poses.choose_and_write import poses_json, poses_table, write_poses
+    from workbench.plate.poses.choose_poses import poses_json, poses_table, write_poses
     from workbench.plate.poses.limits import PoseLimits
 
     arm = wb.load_robot(robot)

@@ -209,7 +209,7 @@ def _manner(name: str):
 
 def _wish(targets, branches, reading, blocks, heights, angles, tilt, turn, making, places):
     """What is asked of the fixture, from people's words."""
-    from workbench.plate.optimiser.makings import IN_THE_AIR
+    from workbench.plate.optimiser.manufacturing import IN_THE_AIR
     from workbench.plate.optimiser.optimise import Postures, Wish
     from workbench.plate.optimiser.target_blocks import Blocks, BlockStyle
 

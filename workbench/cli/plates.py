@@ -49,7 +49,7 @@ def making_of(plate, tolerance: str | None, play: str | None):
 
 def manner_name(made: str) -> str:
     """A known way to make plates."""
-    from workbench.plate.optimiser.makings import MANNERS
+    from workbench.plate.optimiser.manufacturing import MANNERS
 
     if made not in MANNERS:
         raise OptionError(f"--made must be one of {', '.join(MANNERS)}, got '{made}'")

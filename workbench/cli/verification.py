@@ -140,7 +140,7 @@ def rezero(
 ) -> None:
     """After a knock or a new motor: which joint's zero moved since the calibration, by how much."""
 
-    from workbench.identification.report.prior import read_prior
+    from workbench.identification.prior import read_prior
     from workbench.identification.rezero.record import Verdict
 
     arm = wb.load_robot(robot)

@@ -23,7 +23,7 @@ from workbench.identification.rezero.record import Rezero
 from workbench.plate.cubes import CubeMap
 from workbench.plate.plate import Plate, Target
 from workbench.plate.region import Region
-from workbench.plate.yield_trial.result import Yield
+from workbench.plate.yield_trial.trial import Yield
 from workbench.session.comparison import Comparison, Overlay
 from workbench.session.loaded import Loaded, MeasurementFile, Measuring
 from workbench.session.shooting import Shooting
