@@ -1,11 +1,14 @@
 """From a folder of pictures to a calibrated arm, and every way in which a folder can be wrong."""
 
 import json
+import re
 import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
 from pictured_arms import photograph
+from shown import run_lines
 
 import workbench as wb
 from workbench.base import se3
@@ -40,6 +43,24 @@ def test_pictures_to_a_calibrated_urdf(run, here, aria):
     q = np.random.default_rng(0).uniform(-1.5, 1.5, (20, 6))
     before, after = (np.linalg.norm(_turn(real, arm, q), axis=1) for arm in (aria, found))
     assert np.median(after) < 0.1 * np.median(before)
+
+
+@pytest.mark.slow
+def test_the_commands_of_the_page_on_cameras(run, here):
+    """As they are shown, on this folder; its table of corners is not here."""
+    text = (Path(__file__).parents[2] / "assets/docs/camera.md").read_text(encoding="utf-8")
+    shown = re.findall(r"^workbench (?:.*\\\n)*.*", text, re.MULTILINE)
+    lines = [
+        line.replace("\\\n", " ").replace("PICTURES", ".").replace("--robot R ", "--robot aria ")
+        for line in shown
+    ]
+    assert len(lines) == 5
+    photographed = (here / "target.toml").read_bytes()
+    run_lines(run, (line for line in lines if "board" in line or " poses " in line))
+    (here / "target.toml").write_bytes(photographed)  # `board` wrote that of the print
+    run_lines(run, (line for line in lines if "--joints" in line))
+    assert (here / "board.pdf").is_file()
+    assert (here / "arm.toml").is_file()
 
 
 def _turn(real, arm, q):
