@@ -50,6 +50,22 @@ def test_slots_with_their_own_options_reach_the_exhaustive_optimum(name):
     assert found.outcome is Outcome.CONVERGED
 
 
+def test_it_ends_once_every_slot_in_a_row_has_its_best_option():
+    """Only the first of three changes: it is asked again after the other two, and these are not."""
+    options = np.array([1.0, 3.0, 3.0, 3.0])[:, None, None]
+    allowed = np.array([[True, True, False, False], [False, False, True, False], [False, False, False, True]])
+    asked = []
+
+    def criterion(grams):
+        asked.append(len(grams))
+        return 1.0 / grams[:, 0, 0]
+
+    found = exchange(options, allowed, criterion, starts=np.array([[0, 2, 3]]))
+    assert found.choice.tolist() == [1, 2, 3]
+    assert found.outcome is Outcome.CONVERGED
+    assert asked == [1, 2, 1, 1, 2]
+
+
 def test_distinct_locked_and_cancelled():
     options = grams(blocks())
     allowed = np.ones((3, 8), bool)

@@ -100,16 +100,19 @@ class _Search:
         cost = float(self.criterion(self.options[choice].sum(0)[None])[0])
         history = [cost]
         outcome = Outcome.ITERATION_LIMIT
+        free = [slot for slot in range(len(choice)) if locked is None or not locked[slot]]
+        kept = 0  # slots in a row, over the rounds too, that have their best option already
         for _ in range(ROUNDS):
             if cancel is not None and cancel():
                 outcome = Outcome.CANCELLED
                 break
-            before = cost
-            for slot in range(len(choice)):
-                if locked is None or not locked[slot]:
-                    cost = self.improve(choice, slot, cost)
+            for slot in free:
+                before, cost = cost, self.improve(choice, slot, cost)
+                kept = kept + 1 if cost == before else 0
+                if kept == len(free):
+                    break
             history.append(cost)
-            if cost == before:
+            if kept == len(free):
                 outcome = Outcome.CONVERGED
                 break
         return Exchanged(choice, cost, tuple(history), outcome), outcome
