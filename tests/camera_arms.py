@@ -138,9 +138,9 @@ class Arm:
                 out[:, k] -= (torque * base[:, :3, 2]).sum(1)
         return out
 
-    def toml(self, name):
+    def toml(self, name, more=""):
         joints = "".join(
-            f"[[joint]]\ntheta = {t!r}\nd = {d!r}\na = {a!r}\nalpha = {al!r}\nlimits = [-{LIMIT}, {LIMIT}]\n"
+            f"[[joint]]\ntheta = {t!r}\nd = {d!r}\na = {a!r}\nalpha = {al!r}\nlimits = [-{LIMIT}, {LIMIT}]\n{more}"
             for t, d, a, al in np.asarray(self.dh, float).tolist()
         )
         return f'name = "{name}"\nconvention = "dh"\n{joints}'

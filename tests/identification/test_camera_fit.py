@@ -286,3 +286,30 @@ def test_the_likelihood_has_its_gradient(width):
     moved = [[picture_noise._cost(pictures, known, at + s * step)[0] for s in (1, -1)] for step in steps]
     assert gradient == pytest.approx((np.array(moved) @ [1, -1]) / 2e-5, rel=1e-5, abs=1e-5)
     assert np.isfinite(cost)
+
+
+@pytest.mark.parametrize(("count", "name"), [(40, "geometry and effects"), (12, "camera and target alone")])
+def test_an_effect_is_the_last_step(tmp_path, count, name):
+    """Compliance of two joints, undeclared: named from 40 pictures; from 12 what to measure next is said."""
+    rng = np.random.default_rng(0)
+    softness = np.array([0.0, 3e-5, 3e-5, 0.0, 0.0, 0.0])
+    arm = virtual.made(rng, "ur5", angle=1.2e-4, length=0.8e-4, zeros=1.5e-4, compliance=softness)
+    written(tmp_path, "ur5", virtual.scene(rng, arm, count))
+    weighed = virtual.Arm(np.array(virtual.ARMS["ur5"], float)).toml("ur5", "mass = 3.0\ncom = [0, 0, 0]\n")
+    (tmp_path / "robot.toml").write_text(weighed)
+    robot = wb.load_robot(str(tmp_path / "robot.toml"))
+    run = wb.identify(robot, read(tmp_path), algorithms=("opt2",))
+    assert run.gate.step.name == name
+    found = {f"{e.name} {j + 1}": c for e in run.robot.effects for j, c in zip(e.joints, e.coefficients)}
+    if run.gate.taken:
+        assert found == pytest.approx({"joint-compliance 2": 3e-5, "joint-compliance 3": 3e-5}, rel=0.1)
+        before, after = true_errors(arm, (robot, run.robot))
+        assert after < 0.2 * before
+        run.robot.save(tmp_path / "saved.toml")
+        again = wb.load_robot(str(tmp_path / "saved.toml"))
+        assert true_errors(arm, (again,))[0] == pytest.approx(after, rel=1e-6)
+    else:
+        assert not found
+        assert "measure about" in run.gate.advice
+
+

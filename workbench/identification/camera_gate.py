@@ -1,15 +1,16 @@
 """The gate of what pictures may identify: freedom grows only as far as it carries.
 
-First camera and target alone, then the joints' zeros, then the arm's geometry. Each step is weighed in mm at
-the tool, frames aside: with Σ the covariance of the arm's constants and J̃ their effect on the tool's
-positions at the measured poses, less what a base and a tool frame could do as well,
+First camera and target alone, then the joints' zeros, then the arm's geometry, then effects beside it, where
+geometry leaves more than chance. Each step is weighed in mm at the tool, frames aside: with Σ the covariance of
+the arm's constants and J̃ their effect on the tool's positions at the measured poses, less what a base and a tool
+frame could do as well,
 
     uncertainty² = mean tr(J̃ Σ J̃ᵀ),    moved² = mean |J̃ d|²,    d = change of the constants
 
 A step is taken if it moves the tool by clearly more than it is uncertain, if pictures of whole blocks of
-joint space are predicted better without having been fitted, and, for the geometry, if little is left that no
-geometry explains: a camera, a target or a clock that is wrong bends the geometry to fit the pictures, and the
-arm ends worse than it began. The uncertainty is the larger of that from the likelihood (`picture_noise`) and
+joint space are predicted better without having been fitted, and, from the geometry on, if little is left
+unexplained: a camera, a target or a clock that is wrong bends the geometry to fit the pictures, and the arm ends
+worse than it began. The uncertainty is the larger of that from the likelihood (`picture_noise`) and
 of what the blocks, each left out once, show; the geometry's prior is as wide as the pictures say.
 """
 
@@ -20,6 +21,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from workbench.arm.effects import AbstractEffect
 from workbench.arm.kinematics.forward import sensitivity
 from workbench.arm.motion import Motion
 from workbench.arm.robot import FRAME_PARTS, Robot
@@ -34,13 +36,16 @@ from workbench.identification.picture_noise import (
     Knowledge,
     Pictures,
     Variances,
+    mean_width,
     most_likely,
 )
 from workbench.identification.problem import Noise, Problem
 
-ZEROS, GEOMETRY = "joint zeros", "geometry"
+ZEROS, GEOMETRY, EFFECTS = "joint zeros", "geometry", "geometry and effects"
 ROUNDS, SETTLED = 4, 0.03
 """Fits between which the variances are estimated anew, and their relative change that is none."""
+SEARCHES = 3
+"""Most searches for effects, each at the fit with those of the last one."""
 FIRST_WIDTH = 3e-4
 """Width of the geometry's prior [m] from which its own is sought."""
 BLOCKS = 10
@@ -57,6 +62,10 @@ CONFOUNDED = 1e-5
 """A constant whose column is this small beside what camera and target do alone can't be told from them."""
 OUT_OF_LINE, FAR_OFF = 6.0, 2e-3
 """Pictures this many times the median off, and so many m, don't suit their joints."""
+
+
+Seek = Callable[[Robot, Problem, np.ndarray], tuple[AbstractEffect, ...]]
+"""Finds the effects of an arm that a problem's answer leaves unexplained."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,7 +159,7 @@ class Fitted(NamedTuple):
     free: tuple[str, ...]
     noise: Noise
     is_lack_shown: bool
-    deviations: np.ndarray = np.zeros(0)
+    shares: np.ndarray = np.zeros(0)
 
 
 def pass_gate(
@@ -159,12 +168,14 @@ def pass_gate(
     *,
     free: Sequence[str] | None = None,
     build: Callable[..., Problem] = Problem.build,
+    seek: Seek | None = None,
 ) -> tuple[Problem, Gate]:
     """The problem of the last step that carries, weighed, and why.
 
     Args:
         free: Constants of the arm that may be freed at all; the robot's default ones if None.
         build: Makes the problem from robot, data and `free`.
+        seek: Finds effects beside the geometry; None ends with the geometry.
     """
     chosen = list(robot.default_free if free is None else free)
     zeros = [n for n in robot.joint_offsets if n in chosen]
@@ -188,6 +199,13 @@ def pass_gate(
         steps.append(step)
         if not step.refused:
             taken = at
+    if seek is not None and steps[-1].name == GEOMETRY and at.is_lack_shown:
+        bent = _with_effects(robot, data, last, at, zeros, build, seek)
+        step = _step(EFFECTS, bent or at, taken)
+        nothing = f"no effect of the arm stands out in the {_mm(step.lack)} that geometry leaves unexplained"
+        steps.append(_judged(step, steps) if bent else replace(step, refused=nothing))
+        if bent and not steps[-1].refused:
+            at = taken = bent
     number = max(k for k, step in enumerate(steps) if not step.refused)
 
     moved = [name for name in taken.free if name in zeros]
@@ -199,9 +217,11 @@ def pass_gate(
     doubted, advice = tuple(doubts(*fitted(data), fitted)), _advice(steps, number, data)
     considered = None
     if at.free and not taken.free:
-        at = _fitted(last, at.free)
+        at = _fitted(last, tuple(p.name for p in last.parameters if p.is_geometry))
     if len(at.free) > len(taken.free):
-        considered = Considered(at.problem.with_noise(taken.problem.noise), at.deviations)
+        known = Knowledge.of(last, at.x, at.shares)
+        width = mean_width(Pictures.at(last, at.x), known, Variances(at.noise))
+        considered = Considered(at.problem.with_noise(taken.problem.noise), width * at.shares)
     actual = None if taken.free else at.noise
     return taken.problem, Gate(tuple(steps), number, advice, taken.noise, doubted, actual, considered)
 
@@ -236,8 +256,35 @@ def _fitted(problem: Problem, shrunk: tuple[str, ...]) -> Fitted:
             now.noise.pixel, old.pixel, rtol=SETTLED
         ):
             break
-    free = tuple(p.name for p in problem.parameters if p.is_geometry)
-    return Fitted(now, x, free, now.noise, found.is_shown, found.width * shares)
+    free = tuple(p.name for p in problem.parameters if p.is_geometry or p.is_coefficient)
+    return Fitted(now, x, free, now.noise, found.is_shown, shares)
+
+
+def _with_effects(
+    robot: Robot,
+    data: Dataset,
+    problem: Problem,
+    at: Fitted,
+    zeros: Sequence[str],
+    build: Callable[..., Problem],
+    seek: Seek,
+) -> Fitted | None:
+    """A fit of geometry and of the effects that it leaves unexplained; None where none stands out."""
+    names = tuple(p.name for p in problem.parameters if p.is_geometry)
+    shrunk = tuple(n for n in names if n not in zeros)
+    before, now = (), at
+    own = tuple(p.name for p in problem.parameters if p.is_coefficient)
+    for _ in range(SEARCHES):
+        effects = seek(robot, now.problem, now.x)
+        found = tuple(n for e in effects for n in e.names)
+        if not found:
+            return None
+        if set(found) == set(before):
+            break
+        arm = robot.with_effects(*robot.effects, *effects)
+        bent = build(arm, data, free=names, noise=now.noise, effects=(*own, *found))
+        before, now = found, _fitted(bent, shrunk)
+    return now
 
 
 def _confounded(problem: Problem) -> set[str]:
@@ -284,8 +331,7 @@ def _step(name: str, at: Fitted, before: Fitted) -> Step:
     effect = Effect.of(problem.robot_at(x), problem.data, at.free)
     covariance, left_out, pixel = _left_out(problem, x)
     earlier = dict(zip(before.problem.names, before.x, strict=True))
-    nominal = zip(at.free, problem.robot.values(at.free), strict=True)
-    change = x[arm] - np.array([earlier.get(n, v) for n, v in nominal], float)
+    change = x[arm] - np.array([earlier.get(problem.names[k], problem.start[k]) for k in arm], float)
     if before is at:
         change = 0.0 * change
     wide = [np.sum(m * c[np.ix_(arm, arm)]) for m in effect for c in (covariance, left_out)]
@@ -316,7 +362,7 @@ def _judged(step: Step, steps: Sequence[Step]) -> Step:
             f"pictures left out are not predicted better: {step.pixel:.2f} px, {before.pixel:.2f} px before"
         )
     elif (
-        step.name == GEOMETRY
+        step.name in (GEOMETRY, EFFECTS)
         and step.is_lack_shown
         and step.lack > max(UNEXPLAINED * before.lack, MEANINGLESS)
     ):
@@ -332,6 +378,11 @@ def _judged(step: Step, steps: Sequence[Step]) -> Step:
 def _advice(steps: Sequence[Step], taken: int, data: Dataset) -> str:
     """What to measure so that the next step could be taken."""
     step = next((s for s in steps[taken + 1 :] if s.moved**2 <= CLEARLY * s.uncertainty**2), None)
+    if step is None and (last := steps[-1]).name == EFFECTS and last.refused:
+        return (
+            f"to tell which effect it is, measure about {max(len(data), 30)} more pictures, with the arm folded "
+            "and stretched out and every joint turned over its whole range"
+        )
     if step is None or (taken and step.moved < HINTED * step.uncertainty):
         return ""
     more = len(data) * (CLEARLY * step.uncertainty**2 / max(step.moved, 1e-9) ** 2 - 1.0)

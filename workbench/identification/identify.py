@@ -15,6 +15,7 @@ from workbench.base.types import Outcome
 from workbench.data.dataset import Dataset
 from workbench.identification.algorithms import ALGORITHMS, USUAL, AbstractIdentifier
 from workbench.identification.algorithms.robust import Loss, row_weights
+from workbench.identification.camera_gate import Seek
 from workbench.identification.fit import Fit
 from workbench.identification.fit_choices import FitChoices, option, with_choices
 from workbench.identification.preparation import on_step, prepare
@@ -38,6 +39,7 @@ def identify(
     loss: Loss | str = Loss.SQUARES,
     prior: Prior | None = None,
     effects: Sequence[str] = (),
+    seek: Seek | None = None,
     progress: Report | None = None,
     cancel: Cancel | None = None,
 ) -> Identification:
@@ -52,6 +54,7 @@ def identify(
         loss: Squares, or a robust loss by rows.
         prior: What an older calibration knows of the arm's constants.
         effects: Coefficients of the robot's effects to identify with the rest; the others stay as they are.
+        seek: Finds effects that pictures may show beside the geometry; None ends with the geometry.
         progress: Called with the part done and what is being done.
         cancel: Asked often; True ends the run with what it has.
 
@@ -71,6 +74,7 @@ def identify(
         bounds=bounds,
         prior=prior,
         effects=effects,
+        seek=seek,
         progress=lambda part, text: report(0.4 * part, text),
         cancel=cancel,
     )

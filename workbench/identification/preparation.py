@@ -15,7 +15,7 @@ from workbench.data.misread import checked
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import align
-from workbench.identification.camera_gate import Gate, pass_gate, unsuited
+from workbench.identification.camera_gate import Gate, Seek, pass_gate, unsuited
 from workbench.identification.fit_choices import FitChoices
 from workbench.identification.frames import FrameChoice, Sessions, choose_frames, visible_parts
 from workbench.identification.held_out_rows import (
@@ -118,6 +118,7 @@ def prepare(
     bounds: Mapping[str, tuple[float, float]] | None = None,
     prior: Prior | None = None,
     effects: Sequence[str] = (),
+    seek: Seek | None = None,
     progress: Report | None = None,
     cancel: Cancel | None = None,
 ) -> Prepared:
@@ -168,7 +169,7 @@ def prepare(
         problem = build(choice.robot, fitted, free=names, noise=noise)
     else:
         report(0.5, "weighing what pictures may identify")
-        problem, gate = pass_gate(choice.robot, fitted, free=choices.free, build=build)
+        problem, gate = pass_gate(choice.robot, fitted, free=choices.free, build=build, seek=seek)
     if not problem.names:
         raise OptionError("nothing is left to identify; free a constant of the arm, its base or its tool")
     if prior is not None:

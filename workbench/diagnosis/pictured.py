@@ -1,0 +1,34 @@
+"""Identification from pictures, with effects of the arm as the last step of what they may identify."""
+
+from functools import partial, update_wrapper
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.effects import AbstractEffect
+from workbench.arm.motion import Motion
+from workbench.arm.robot import Robot
+from workbench.diagnosis.catalogue import catalogue
+from workbench.diagnosis.inner_products import compress
+from workbench.diagnosis.rounds import folds_of
+from workbench.diagnosis.stepwise_search import search
+from workbench.identification import identify as identification
+from workbench.identification.problem import Problem
+
+
+def seek(robot: Robot, problem: Problem, x: Float[np.ndarray, " p"]) -> tuple[AbstractEffect, ...]:
+    """Effects that a problem's answer leaves unexplained, maps over many joints aside.
+
+    Args:
+        robot: The arm without them.
+        problem: Geometry, and effects that were found before.
+        x: Its answer.
+    """
+    data = problem.data
+    offered = catalogue(robot, Motion.of(data)).candidates
+    free = [c for c in offered if not c.shrunk]
+    grams = compress(problem, x, [c.effect for c in free], folds_of(data, np.random.default_rng(0)))
+    return tuple(t.candidate.effect for t in search(grams, free).model)
+
+
+identify = update_wrapper(partial(identification.identify, seek=seek), identification.identify)
