@@ -140,7 +140,8 @@ class Arm:
 
     def toml(self, name, more=""):
         joints = "".join(
-            f"[[joint]]\ntheta = {t!r}\nd = {d!r}\na = {a!r}\nalpha = {al!r}\nlimits = [-{LIMIT}, {LIMIT}]\n{more}"
+            f"[[joint]]\ntheta = {t!r}\nd = {d!r}\na = {a!r}\nalpha = {al!r}\n"
+            f"limits = [-{LIMIT}, {LIMIT}]\n{more}"
             for t, d, a, al in np.asarray(self.dh, float).tolist()
         )
         return f'name = "{name}"\nconvention = "dh"\n{joints}'

@@ -1,17 +1,17 @@
 """The gate of what pictures may identify: freedom grows only as far as it carries.
 
 First camera and target alone, then the joints' zeros, then the arm's geometry, then effects beside it, where
-geometry leaves more than chance. Each step is weighed in mm at the tool, frames aside: with Σ the covariance of
-the arm's constants and J̃ their effect on the tool's positions at the measured poses, less what a base and a tool
-frame could do as well,
+geometry leaves more than chance. Each step is weighed in mm at the tool, frames aside: with Σ the covariance
+of the arm's constants and J̃ their effect on the tool's positions at the measured poses, less what a base and
+a tool frame could do as well,
 
     uncertainty² = mean tr(J̃ Σ J̃ᵀ),    moved² = mean |J̃ d|²,    d = change of the constants
 
 A step is taken if it moves the tool by clearly more than it is uncertain, if pictures of whole blocks of
 joint space are predicted better without having been fitted, and, from the geometry on, if little is left
-unexplained: a camera, a target or a clock that is wrong bends the geometry to fit the pictures, and the arm ends
-worse than it began. The uncertainty is the larger of that from the likelihood (`picture_noise`) and
-of what the blocks, each left out once, show; the geometry's prior is as wide as the pictures say.
+unexplained: a camera, a target or a clock that is wrong bends the geometry to fit the pictures, and the arm
+ends worse than it began. The uncertainty is the larger of that from the likelihood (`picture_noise`) and of
+what the blocks, each left out once, show; the geometry's prior is as wide as the pictures say.
 """
 
 from collections.abc import Callable, Sequence
@@ -380,8 +380,8 @@ def _advice(steps: Sequence[Step], taken: int, data: Dataset) -> str:
     step = next((s for s in steps[taken + 1 :] if s.moved**2 <= CLEARLY * s.uncertainty**2), None)
     if step is None and (last := steps[-1]).name == EFFECTS and last.refused:
         return (
-            f"to tell which effect it is, measure about {max(len(data), 30)} more pictures, with the arm folded "
-            "and stretched out and every joint turned over its whole range"
+            f"to tell which effect it is, measure about {max(len(data), 30)} more pictures, with the arm "
+            "folded and stretched out and every joint turned over its whole range"
         )
     if step is None or (taken and step.moved < HINTED * step.uncertainty):
         return ""

@@ -188,7 +188,8 @@ def mean_width(pictures: Pictures, knowledge: Knowledge, begin: Variances) -> fl
 
     Few pictures leave τ open by a factor of two or three: the likeliest one alone would promise too much.
 
-    Source: Gelman, Prior distributions for variance parameters in hierarchical models, Bayesian Analysis 1, 2006.
+    Source: Gelman, Prior distributions for variance parameters in hierarchical models, Bayesian Analysis 1,
+    2006.
     """
     logs = np.log(
         np.clip([begin.noise.pixel, begin.noise.position, begin.noise.rotation], LEAST[:3], MOST[:3])
