@@ -319,7 +319,7 @@ def test_an_effect_is_the_last_step(tmp_path, count, name):
 
 
 def test_camera_and_target_are_as_uncertain_as_an_arm_of_which_nothing_is_taken(tmp_path):
-    """A geometry off by 0.2 mm: taken for scatter of the pictures alone it left them four standard errors off."""
+    """A geometry off by 0.2 mm: as scatter of the pictures alone it left them four standard errors off."""
     rng = np.random.default_rng(8)
     arm = virtual.made(rng, "industrial", angle=1.2e-4, length=0.8e-4, zeros=1.5e-4)
     arm.zeros[[0, -1]] = 0.0
