@@ -380,8 +380,9 @@ def _advice(steps: Sequence[Step], taken: int, data: Dataset) -> str:
     step = next((s for s in steps[taken + 1 :] if s.moved**2 <= CLEARLY * s.uncertainty**2), None)
     if step is None and (last := steps[-1]).name == EFFECTS and last.refused:
         return (
-            f"to see whether an effect of the arm is to blame, measure about {max(len(data), 30)} more pictures, "
-            "with the arm folded and stretched out and every joint turned over its whole range"
+            "to see whether an effect of the arm is to blame, measure about "
+            f"{max(len(data), 30)} more pictures, with the arm folded and stretched out and every joint "
+            "turned over its whole range"
         )
     if step is None or (taken and step.moved < HINTED * step.uncertainty):
         return ""
