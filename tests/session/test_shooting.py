@@ -1,6 +1,8 @@
 """Pictures that appear in a watched folder: kept, refused with the reason, taken again, used."""
 
+import shutil
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,6 +11,7 @@ from workbench.session import Worker
 from workbench.session.commands.pictures import BeginShooting, DropShot, EndShooting, TakeShot, UseShots
 from workbench.session.journal.codec import decode, encode
 from workbench.session.shooting import Shot
+from workbench.session.state import Source
 from workbench.session.watching import PictureWatcher
 from workbench.views.page.panels.shooting import _shown
 
@@ -74,3 +77,23 @@ def test_shots_are_written_down_taken_again_and_refused(do, shots):
     assert "take at least 4" in do(UseShots()).messages[-1].text
     assert not do(DropShot()).shooting.kept
     assert "has 2 joints" in do(TakeShot(Shot("b.png", "cell", b"", q=(0.0, 0.0)))).messages[-1].text
+
+
+def test_a_device(first, shots, tmp_path):
+    """A sequence of pictures that OpenCV opens as it does a camera: each pose is kept once, when it is still."""
+    for frame, k in enumerate((0, 0, 0, 1, 1, 2, 2, 3, 3)):
+        shutil.copy(shots / f"{k}.png", tmp_path / f"{frame}.png")
+    live = replace(first, source=Source("arm"), jogged=np.full(6, 0.1))
+    worker = Worker(live)
+    worker.add_view(PictureWatcher(worker, pause=0.005))
+    try:
+        files = (shots / "camera.toml").read_bytes(), (shots / "target.toml").read_bytes()
+        worker.submit(BeginShooting(f"device:{tmp_path / '%d.png'}", *files))
+        session = until(worker, lambda s: any("gives no pictures any more" in m.text for m in s.messages))
+        assert [shot.name for shot in session.shooting.kept] == ["2.png", "5.png", "7.png", "9.png"]
+        assert session.shooting.kept[0].q == (0.1,) * 6
+        worker.submit(EndShooting())
+        worker.submit(BeginShooting(f"device:{tmp_path / 'none.avi'}", *files))
+        until(worker, lambda s: "can't be opened" in s.messages[-1].text)
+    finally:
+        worker.close()

@@ -30,6 +30,8 @@ PAUSE = 0.2
 """Time between two looks at a folder or device [s]."""
 STILL = 0.5
 """Corners of two pictures in turn that differ by less stand still [px]."""
+SILENT = 25
+"""Looks at a device in turn without a picture, from which on it is gone."""
 MOVED = 20.0
 """Corners must have moved so far since the last picture that was kept [px]."""
 
@@ -161,10 +163,12 @@ def _device(source: str, stop: threading.Event) -> Iterator[tuple[str, Any]]:
     if not camera.isOpened():
         raise WorkbenchError(f"camera {number} can't be opened; give another number, or a folder to watch")
     try:
-        count = 0
+        count = silent = 0
         while not stop.is_set():
             is_read, frame = camera.read()
-            count += 1
+            count, silent = count + 1, 0 if is_read else silent + 1
+            if silent == SILENT:
+                raise WorkbenchError(f"camera {number} gives no pictures any more; plug it in and begin anew")
             yield f"{count}.png", cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY) if is_read else None
     finally:
         camera.release()
