@@ -165,8 +165,9 @@ def test_wrong_intrinsics_and_a_wrong_size_are_doubted(tmp_path):
     arm = virtual.made(rng, "ur5")
     shots = virtual.scene(rng, arm, 25, distortion=(-0.15, 0.05, 0, 0, 0), scale=1.01)
     robot, data = written(tmp_path, "ur5", shots)
-    doubts = wb.identify(robot, data, algorithms=("opt2",)).gate.doubts
-    assert "intrinsics do not suit the pictures" in doubts[0]
+    gate = wb.identify(robot, data, algorithms=("opt2",)).gate
+    assert "intrinsics do not suit the pictures" in gate.doubts[0]
+    assert gate.refused in ("", gate.doubts[0])
     (tmp_path / "camera.toml").write_text(virtual.camera_toml(distortion=(-0.15, 0.05, 0, 0, 0)))
     doubts = wb.identify(robot, read(tmp_path), algorithms=("opt2",)).gate.doubts
     assert "larger than its file says" in doubts[0]

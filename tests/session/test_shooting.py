@@ -80,7 +80,7 @@ def test_shots_are_written_down_taken_again_and_refused(do, shots):
 
 
 def test_a_device(first, shots, tmp_path):
-    """A sequence of pictures that OpenCV opens as it does a camera: each pose is kept once, when it is still."""
+    """A sequence of pictures that OpenCV opens like a camera: each pose is kept once, when it is still."""
     for frame, k in enumerate((0, 0, 0, 1, 1, 2, 2, 3, 3)):
         shutil.copy(shots / f"{k}.png", tmp_path / f"{frame}.png")
     live = replace(first, source=Source("arm"), jogged=np.full(6, 0.1))

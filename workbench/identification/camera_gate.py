@@ -134,6 +134,8 @@ class Gate:
         """Why the arm stays as it was; "" where something of it was identified."""
         if self.taken:
             return ""
+        if self.doubts:
+            return self.doubts[0]
         reasons = [f"{step.name}: {step.refused}" for step in self.steps[1:]]
         if not reasons:
             return "it has no constant that these pictures could show"
