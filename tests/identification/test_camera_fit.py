@@ -332,4 +332,4 @@ def test_camera_and_target_are_as_uncertain_as_an_arm_of_which_nothing_is_taken(
     for owner, pose in (("camera[c0]", shots.camera[0]), ("target", shots.target)):
         at = [fit.problem.names.index(f"{owner}.{part}") for part in ("x", "y", "z", "rx", "ry", "rz")]
         off = np.concatenate([pose[:3, 3], se3.matrix_to_rotvec(pose[:3, :3])]) - fit.x[at]
-        assert (np.abs(off) < 2.5 * fit.std[at]).all()
+        assert (np.abs(off) < 3.0 * fit.std[at]).all()

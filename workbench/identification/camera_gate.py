@@ -54,6 +54,8 @@ CLEARLY = 2.0
 """A step must move the tool by so many times what it is uncertain, in squares."""
 UNEXPLAINED = 0.4
 """Part of the tool's error before, that may be left unexplained where the geometry is taken."""
+WORTHWHILE = 0.9
+"""Part of the tool's expected error that a step may leave: what else bends zeros lowers it a little too."""
 HINTED = 0.5
 """More pictures are advised for a step that moves the tool by this part of what it is uncertain."""
 MEANINGLESS = 1e-5
@@ -274,7 +276,8 @@ def _with_effects(
     """A fit of geometry and of the effects that it leaves unexplained; None where none stands out."""
     names = tuple(p.name for p in problem.parameters if p.is_geometry)
     shrunk = tuple(n for n in names if n not in zeros)
-    before, now = (), at
+    before: tuple[str, ...] = ()
+    now = at
     own = tuple(p.name for p in problem.parameters if p.is_coefficient)
     for _ in range(SEARCHES):
         effects = seek(robot, now.problem, now.x)
@@ -372,8 +375,8 @@ def _judged(step: Step, steps: Sequence[Step]) -> Step:
             f"it leaves {_mm(step.lack)} of {_mm(before.lack)} unexplained, so that camera, target, clock or "
             "an effect of the arm may be to blame, and the geometry would bend to fit them"
         )
-    elif step.expected >= before.expected:
-        reason = f"the expected error of the tool stays {_mm(step.expected)}"
+    elif step.expected >= WORTHWHILE * before.expected:
+        reason = f"the expected error of the tool stays {_mm(step.expected)}, {_mm(before.expected)} before"
     return replace(step, refused=reason)
 
 

@@ -184,7 +184,7 @@ def most_likely(pictures: Pictures, knowledge: Knowledge, begin: Variances) -> V
 
 
 def mean_width(pictures: Pictures, knowledge: Knowledge, begin: Variances) -> float:
-    """Root mean square of τ [m] over its likelihood, all widths alike likely beforehand.
+    """Root mean square of τ [m] over its likelihood, every size alike likely beforehand.
 
     Few pictures leave τ open by a factor of two or three: the likeliest one alone would promise too much.
 
@@ -206,7 +206,7 @@ def mean_width(pictures: Pictures, knowledge: Knowledge, begin: Variances) -> fl
         )
         logs = found.x
         costs.append(found.fun)
-    likely = np.exp(-0.5 * (np.array(costs) - min(costs))) * WIDTHS
+    likely = np.exp(-0.5 * (np.array(costs) - min(costs)))
     return float(np.sqrt(likely @ WIDTHS**2 / likely.sum()))
 
 
