@@ -224,3 +224,12 @@ def test_the_command_writes_robot_and_result(run, tmp_path, aria):
     assert "link 2" in out
     assert err.count("\n") == 1
     assert not (tmp_path / "no.toml").exists()
+
+
+def test_a_joint_that_suits_best_but_is_not_told_is_not_written(aria):
+    """Rows tens of mm off whatever the zeros are: it was said to have moved, by nothing."""
+    arm = framed(aria)
+    found = wb.rezero(arm, measured(arm, [0.0, 0.0, 0.0, 0.0, -0.15, 0.0], seed=2, known=0.04))
+    assert found.verdict is Verdict.REFUSED
+    assert "joint 5 suits the rows best" in found.sentence
+    assert found.robot is arm

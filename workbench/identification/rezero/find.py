@@ -102,6 +102,12 @@ def rezero(
     kept = {n: knowledge.value(n) for n in knowledge.names}
     found = _aligned(ready, best, best.problem.robot_at(best.x).with_values(kept | written))
     reasons = doubts(knowledge, everything, places, measured=measured)
+    if not reasons and (lost := [s for s in shifts if s.moved and not s.determined]):
+        left = 1e3 * float(np.sqrt(best.mean_square)) * best.problem.noise.position
+        reasons = (
+            f"joint {lost[0].joint + 1} suits the rows best, but they are {left:.2g} mm off even so and don't "
+            "tell its zero; check that they are of this arm, or calibrate it anew",
+        )
     return Rezero(
         calibrated=robot,
         robot=robot if reasons else found,
