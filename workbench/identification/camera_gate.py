@@ -55,7 +55,7 @@ CLEARLY = 2.0
 UNEXPLAINED = 0.4
 """Part of the tool's error before, that may be left unexplained where the geometry is taken."""
 WORTHWHILE = 0.9
-"""Part of the tool's expected error that a step may leave: what else bends zeros lowers it a little too."""
+"""Part of the expected error that a step may leave: what else bends zeros lowers it a little too."""
 HINTED = 0.5
 """More pictures are advised for a step that moves the tool by this part of what it is uncertain."""
 MEANINGLESS = 1e-5
