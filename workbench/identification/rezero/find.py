@@ -105,8 +105,8 @@ def rezero(
     if not reasons and (lost := [s for s in shifts if s.moved and not s.determined]):
         left = 1e3 * float(np.sqrt(best.mean_square)) * best.problem.noise.position
         reasons = (
-            f"joint {lost[0].joint + 1} suits the rows best, but they are {left:.2g} mm off even so and don't "
-            "tell its zero; check that they are of this arm, or calibrate it anew",
+            f"joint {lost[0].joint + 1} suits the rows best, but they are {left:.2g} mm off even so and "
+            "don't tell its zero; check that they are of this arm, or calibrate it anew",
         )
     return Rezero(
         calibrated=robot,
