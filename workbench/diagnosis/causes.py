@@ -29,7 +29,6 @@ from workbench.diagnosis.evidence import (
     Model,
     Offer,
     Term,
-    behind,
     drop,
     left_by,
     offers,
@@ -75,7 +74,7 @@ def place_of(searched: Searched, group: Model) -> Place:
         for c in searched.offered.candidates
         if not _same_claim(c, group) and not any(c.excludes(t.candidate) for t in rest)
     ]
-    found = offers(left, others, behind=behind(searched.grams, group))
+    found = offers(left, others, group=group)
     return Place(left, worth(searched.grams, rest, group), sorted(found, key=lambda o: -o.gain))
 
 

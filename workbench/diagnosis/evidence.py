@@ -112,34 +112,44 @@ def offer(left: Left, candidate: Candidate) -> Offer | None:
     return next(iter(offers(left, [candidate])), None)
 
 
-def offers(left: Left, candidates: Sequence[Candidate], *, behind: Sequence[str] = ()) -> list[Offer]:
+def offers(left: Left, candidates: Sequence[Candidate], *, group: Model = ()) -> list[Offer]:
     """What candidates would bring to a model, each alone; those that the rows don't show are left out.
 
     Args:
         left: What the model leaves.
         candidates: Which.
-        behind: Columns of the masses and centres that act through what the candidates would replace. They act
-            alike through whatever follows its load in its place, so both are asked with them.
+        group: Terms whose place they would take. Masses and centres that act through these act alike through
+            what takes their place, so both are asked with them.
     """
-    inertia = left.grams.inertia
-    found = [o for c in candidates if c.names in inertia for o in _weighed(left, [c], inertia[c.names])]
-    others = [c for c in candidates if c.names not in inertia]
-    loaded = [c for c in others if behind and follows_load(c)]
-    if loaded:
-        found += _weighed(left, loaded, behind)
-    return found + _offers(left, [c for c in others if not (behind and follows_load(c))])
+    alike: dict[tuple[str, ...], list[Candidate]] = {}
+    for c in candidates:
+        alike.setdefault(_inertia(left.grams, c, group), []).append(c)
+    return [
+        o
+        for names, ones in alike.items()
+        for o in (_weighed(left, ones, names) if names else _offers(left, ones))
+    ]
 
 
-def follows_load(candidate: Candidate) -> bool:
-    """Whether a candidate follows its load; play depends on the load's sign alone."""
-    return bool(candidate.effect.loads and not candidate.effect.has_play)
+def _inertia(grams: Grams, candidate: Candidate, group: Model) -> tuple[str, ...]:
+    """Columns of the masses and centres that a candidate is asked with in the place of some terms.
 
-
-def behind(grams: Grams, model: Model) -> tuple[str, ...]:
-    """Columns of the masses and centres that act through a model's terms that follow their load."""
+    They act through whatever follows its load, and through other joints of the same kind of effect; else
+    play depends on the load's sign alone.
+    """
+    if candidate.names in grams.inertia:
+        return grams.inertia[candidate.names]
     return tuple(
-        n for t in model if follows_load(t.candidate) for n in grams.inertia.get(t.candidate.names, ())
+        n
+        for t in group
+        if (_follows_load(candidate) and _follows_load(t.candidate))
+        or candidate.effect.name == t.candidate.effect.name
+        for n in grams.inertia.get(t.candidate.names, ())
     )
+
+
+def _follows_load(candidate: Candidate) -> bool:
+    return bool(candidate.effect.loads and not candidate.effect.has_play)
 
 
 def _offers(left: Left, candidates: Sequence[Candidate]) -> list[Offer]:

@@ -17,7 +17,6 @@ from workbench.diagnosis.evidence import (
     Model,
     Offer,
     Term,
-    behind,
     drop,
     left_by,
     offer,
@@ -156,7 +155,7 @@ def _add(grams: Grams, candidates: Sequence[Candidate], model: Model) -> tuple[M
 def _offers(left: Left, candidates: Sequence[Candidate], group: Model = ()) -> list[Offer]:
     """What all candidates that may stand beside a model would bring, in the place of some terms."""
     beside = [c for c in candidates if not any(c.excludes(t.candidate) for t in left.model)]
-    return offers(left, beside, behind=behind(left.grams, group))
+    return offers(left, beside, group=group)
 
 
 def _own_offer(grams: Grams, model: Model, k: int) -> Offer:
