@@ -27,6 +27,9 @@ SHORTER = (1.0, 0.3, 0.1)
 """Parts of a step that are tried."""
 CHORDS = 6
 """Most steps with one and the same curvature."""
+LIKELY = 0.05
+"""How far [rad, m] a constant of the arm may be expected from nominal: two that hardly differ, such as the turns of
+neighbouring parallel axes, would otherwise go anywhere together, and effects take the place of what they lose."""
 PROMISE = 1e-3
 """They end when a step promises less than this many standard errors."""
 
@@ -84,6 +87,9 @@ def refit(
     built = Problem.build(robot, rows, **told, inertia=needs_inertia(robot))
     if large(built):
         built = Problem.build(robot, rows, **told)
+    constants = [p for p in built.parameters if p.is_geometry]
+    values = np.array([p.nominal for p in constants])
+    built = built.with_prior([p.name for p in constants], values, np.eye(len(constants)) / LIKELY)
     if grams is not None and any(t.candidate.shrunk for t in model):
         built = _shrinking(built, grams, model)
     here = np.array([(begin or {}).get(p.name, p.nominal) for p in built.parameters])
