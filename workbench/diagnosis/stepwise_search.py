@@ -40,6 +40,8 @@ WORTH = 0.005
 """Part of a fold's square that an effect must explain when the fold took no part in its fit."""
 NEEDED = 2.0
 """Log evidence that each joint of an effect of many must bring."""
+LAWS = 3
+"""Most laws of a joint's position that may together take the place of its map."""
 BETTER = 0.5
 """Log evidence by which an exchange must be better, so that equals stay."""
 
@@ -188,6 +190,25 @@ def _one_exchange(grams: Grams, candidates: Sequence[Candidate], model: Model) -
             return trimmed(grams, (*rest, best.term))
         if same and best is not None and not np.isclose(best.term.precision, group[0].precision, rtol=0.7):
             return (*rest, best.term)
+    maps = (t for t in model if t.candidate.shrunk and t.candidate.effect.maps_joint)
+    return next((named for t in maps if (named := _named_laws(grams, candidates, model, t))), None)
+
+
+def _named_laws(grams: Grams, candidates: Sequence[Candidate], model: Model, term: Term) -> Model | None:
+    """The model with a few laws in the place of a joint's map, where the rows like them better together.
+
+    The map enters first where one law alone explains little: no exchange of one for one brings two in its place.
+    """
+    joints, named = term.candidate.effect.joints, drop(model, [term])
+    gain = -worth(grams, named, (term,)) - BETTER
+    laws = [c for c in candidates if c.effect.maps_joint and not c.shrunk and c.effect.joints == joints]
+    for _ in range(LAWS):
+        best = max(_offers(left_by(grams, named), laws), key=lambda o: o.gain, default=None)
+        if best is None or best.gain <= 0.0:
+            return None
+        named, gain = (*named, best.term), gain + best.gain
+        if gain > 0.0:
+            return named
     return None
 
 
