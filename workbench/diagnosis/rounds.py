@@ -1,7 +1,7 @@
 """The rounds of a diagnosis: fit, set outliers apart, weigh anew, search for effects, fit again.
 
-A stage is everything that holds after a fit. Rounds end when a search finds what an earlier one has found
-already.
+A stage is everything that holds after a fit. Rounds end when a search finds what was fitted, or what an earlier
+one has found already: then the fit that says most with least is kept.
 """
 
 from collections.abc import Callable, Mapping
@@ -122,10 +122,11 @@ def rounds(
         key = frozenset(_key(t.candidate) for t in last.found.model)
         cancelled = on_step is not None and on_step(number, 0.0)
         over = cancelled or number == (FEW_ROUNDS if large(stage.fitted.problem) else ROUNDS) - 1
-        settled = key in seen or _same(last.found.model, stage.fitted.model) or not _better(last)
+        again = key in seen and not _same(last.found.model, stage.fitted.model)
+        settled = again or _same(last.found.model, stage.fitted.model) or not _better(last)
         seen.add(key)
         if over or settled:
-            done[-1] = _as_fitted(last)
+            done[-1] = _as_fitted(min(done, key=_description_length) if again else last)
             shorter = None if over else _without_superfluous(done[-1], known, on_step)
             if shorter is None:
                 break
@@ -178,6 +179,14 @@ def _better(searched: Searched) -> bool:
     fitted = _among(searched.stage.fitted.model, searched.offered.candidates)
     before, after = (validated(searched.grams, m).sum() for m in (fitted, searched.found.model))
     return bool(abs(before - after) > WORTH * before)
+
+
+def _description_length(searched: Searched) -> float:
+    """Of the rows by a stage's fit: the noise that it leaves, and half a logarithm of their number a coefficient."""
+    problem = searched.stage.geometric
+    noise = problem.sigma[problem.inverse_sigma > 0.0]
+    charge = 0.5 * _coefficients(searched.stage.fitted.model) * np.log(problem.count)
+    return problem.count * float(np.log(noise).mean()) + charge
 
 
 def _coefficients(model: Model) -> int:

@@ -40,8 +40,10 @@ WORTH = 0.005
 """Part of a fold's square that an effect must explain when the fold took no part in its fit."""
 NEEDED = 2.0
 """Log evidence that each joint of an effect of many must bring."""
-LAWS = 3
-"""Most laws of a joint's position that may together take the place of its map."""
+LAWS = 2
+"""Most laws of a joint's position that may together take the place of its map …"""
+PLAINER = 20.0
+"""… and the log evidence by which they must be better: an error without a name can look like two of them."""
 BETTER = 0.5
 """Log evidence by which an exchange must be better, so that equals stay."""
 
@@ -197,19 +199,20 @@ def _one_exchange(grams: Grams, candidates: Sequence[Candidate], model: Model) -
 def _named_laws(grams: Grams, candidates: Sequence[Candidate], model: Model, term: Term) -> Model | None:
     """The model with a few laws in the place of a joint's map, where the rows like them better together.
 
-    The map enters first where one law alone explains little: no exchange of one for one brings two in its place.
+    The map enters first where one law alone explains little, and no exchange of one for one brings two in its place.
+    Laws that leave the map something to explain are parts of an error without a name.
     """
-    joints, named = term.candidate.effect.joints, drop(model, [term])
-    gain = -worth(grams, named, (term,)) - BETTER
+    named = drop(model, [term])
+    present = worth(grams, named, (term,))
+    joints = term.candidate.effect.joints
     laws = [c for c in candidates if c.effect.maps_joint and not c.shrunk and c.effect.joints == joints]
     for _ in range(LAWS):
         best = max(_offers(left_by(grams, named), laws), key=lambda o: o.gain, default=None)
         if best is None or best.gain <= 0.0:
             return None
-        named, gain = (*named, best.term), gain + best.gain
-        if gain > 0.0:
-            return named
-    return None
+        named, present = (*named, best.term), present - best.gain
+    rest = offer(left_by(grams, named, term.candidate.names), term.candidate)
+    return named if present < -PLAINER and (rest is None or rest.gain <= 0.0) else None
 
 
 def _groups(model: Model) -> list[Model]:
