@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from arms import make
+from claims import claims
 
 from workbench.arm.effects.bearing_compliance import BearingCompliance
 from workbench.arm.effects.joint_compliance import JointCompliance
@@ -76,3 +77,18 @@ def test_effects_of_one_kind_are_one_of_all_their_joints():
     np.testing.assert_allclose(whole.coefficients, (1e-4, 2e-4, 4e-4))
     alone = BearingCompliance((2,), (1e-4,))
     assert together([alone]) is alone
+
+
+@pytest.mark.parametrize(
+    "kind, seed, arm",
+    [
+        ("clearance", 3001, "gantry"),  # joints together were weighed without the masses that one alone had
+        ("clearance", 3013, "gantry"),  # parallel axes turned against each other, a coupling took what they lost
+        ("bearing", 3004, "scara"),  # likewise, and nothing was found
+        ("two", 5110, "katana"),  # two orders of one joint: its map entered first and stayed
+    ],
+)
+def test_nothing_but_the_truth_is_named(kind, seed, arm):
+    case = make(kind, seed, arm)
+    found = claims(diagnose(case.robot, case.data))
+    assert {name for claim in found if claim.decided for name in claim.names} == set(case.truth)

@@ -77,7 +77,7 @@ def test_shrunk_coefficients_are_held_by_their_variance():
     expected = model[1].precision * np.eye(len(names))
     assert held[np.ix_(columns, columns)] == pytest.approx(expected, rel=1e-6, abs=1e-6 * model[1].precision)
     others = np.setdiff1d(np.arange(len(problem.names)), columns)
-    assert not held[others].any()
+    assert not held[np.ix_(others, columns)].any()
 
 
 @pytest.mark.parametrize("arm", ARMS)
