@@ -80,10 +80,10 @@ def test_effects_of_one_kind_are_one_of_all_their_joints():
 
 
 @pytest.mark.parametrize(
-    "kind, seed, arm",
+    ("kind", "seed", "arm"),
     [
         ("clearance", 3001, "gantry"),  # joints together were weighed without the masses that one alone had
-        ("clearance", 3013, "gantry"),  # parallel axes turned against each other, a coupling took what they lost
+        ("clearance", 3013, "gantry"),  # parallel axes turned, a coupling took what they lost
         ("bearing", 3004, "scara"),  # likewise, and nothing was found
         ("two", 5110, "katana"),  # two orders of one joint: its map entered first and stayed
     ],

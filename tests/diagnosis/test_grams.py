@@ -65,7 +65,9 @@ def test_inner_products_are_those_of_explicit_columns(arm):
     problem, x = stage.problem, stage.fit.x
     grams = compress(problem, x, EFFECTS, FOLD)
     at = dict(zip(problem.names, x.tolist(), strict=True))
-    table = table_of(grams, problem.jacobian(x)[: problem.size], slopes(problem, EFFECTS, at), problem.residual(x)[: problem.size])
+    rows = slice(problem.size)
+    columns = slopes(problem, EFFECTS, at)
+    table = table_of(grams, problem.jacobian(x)[rows], columns, problem.residual(x)[rows])
     assert set(grams.names) == set(NAMES)
     labels = FOLD[problem.component_rows]
     for f in range(4):

@@ -28,8 +28,8 @@ SHORTER = (1.0, 0.3, 0.1)
 CHORDS = 6
 """Most steps with one and the same curvature."""
 LIKELY = 0.05
-"""How far [rad, m] a constant of the arm may be expected from nominal: two that hardly differ, such as the turns of
-neighbouring parallel axes, would otherwise go anywhere together, and effects take the place of what they lose."""
+"""How far [rad, m] a constant of the arm may be expected from nominal: two that hardly differ, such as the
+turns of neighbouring parallel axes, would otherwise go anywhere together, and effects take over what they lose."""
 PROMISE = 1e-3
 """They end when a step promises less than this many standard errors."""
 

@@ -1,7 +1,7 @@
 """The rounds of a diagnosis: fit, set outliers apart, weigh anew, search for effects, fit again.
 
-A stage is everything that holds after a fit. Rounds end when a search finds what was fitted, or what an earlier
-one has found already: then the fit that says most with least is kept.
+A stage is everything that holds after a fit. Rounds end when a search finds what was fitted, or what an
+earlier one has found already: then the fit that says most with least is kept.
 """
 
 from collections.abc import Callable, Mapping
@@ -182,7 +182,7 @@ def _better(searched: Searched) -> bool:
 
 
 def _description_length(searched: Searched) -> float:
-    """Of the rows by a stage's fit: the noise that it leaves, and half a logarithm of their number a coefficient."""
+    """Of the rows by a stage's fit: the noise that is left, and ½ log N for each coefficient."""
     problem = searched.stage.geometric
     noise = problem.sigma[problem.inverse_sigma > 0.0]
     charge = 0.5 * _coefficients(searched.stage.fitted.model) * np.log(problem.count)

@@ -199,8 +199,8 @@ def _one_exchange(grams: Grams, candidates: Sequence[Candidate], model: Model) -
 def _named_laws(grams: Grams, candidates: Sequence[Candidate], model: Model, term: Term) -> Model | None:
     """The model with a few laws in the place of a joint's map, where the rows like them better together.
 
-    The map enters first where one law alone explains little, and no exchange of one for one brings two in its place.
-    Laws that leave the map something to explain are parts of an error without a name.
+    The map enters first where one law alone explains little, and no exchange of one for one brings two in
+    its place. Laws that leave the map something to explain are parts of an error without a name.
     """
     named = drop(model, [term])
     present = worth(grams, named, (term,))
