@@ -29,7 +29,7 @@ CHORDS = 6
 """Most steps with one and the same curvature."""
 LIKELY = 0.05
 """How far [rad, m] a constant of the arm may be expected from nominal: two that hardly differ, such as the
-turns of neighbouring parallel axes, would otherwise go anywhere together, and effects take over what they lose."""
+turns of neighbouring parallel axes, would go anywhere together, and effects take over what they lose."""
 PROMISE = 1e-3
 """They end when a step promises less than this many standard errors."""
 
