@@ -12,12 +12,13 @@ import pytest
 import trimesh
 from manifold3d import Manifold
 
-from workbench.plate.parts.drawing import dxf_of, pdf_of
-from workbench.plate.parts.drawing_set import pages_of
+from workbench.plate.parts.drawing import Circle, Words, dxf_of, pdf_of
+from workbench.plate.parts.drawing_set import AXIAL, pages_of
 from workbench.plate.parts.fixture import fixture_of
 from workbench.plate.parts.lists import blocks_csv, bores_csv, inspection_csv, parts_csv
 from workbench.plate.parts.page_parts import spread
 from workbench.plate.parts.solids import mesh_of, stl
+from workbench.plate.parts.stock import Stock
 from workbench.plate.tolerances import USUAL, Making
 
 SLANTED = ((-0.08, 0.05, 0.07, 0.4371, 0.7, 0.83), (0.05, -0.03, 0.09, 0.61, -2.0, -2.2))
@@ -96,7 +97,7 @@ def test_tolerances_are_the_plate_s_own_budget(plate_of):
     assert "±0.02°" in text
     assert "±0.01°" in text  # half for the index hole, half for the dowels in the plate
     assert "Ø0.020 to A B C" in text
-    assert "as the plate's file states" in text
+    assert "as stated for this plate" in text
     usual = fixture_of(plate_of(*SLANTED)).tolerances
     assert usual.making == USUAL
     assert usual.assumed
@@ -175,3 +176,32 @@ def test_labels_of_near_blocks_do_not_touch():
     assert (np.diff(labels) >= 8.0 - 1e-9).all()
     assert np.isclose(labels[:3].mean(), 11.0)
     assert labels[3] == 50.0
+
+
+def words_of(fixture):
+    return {page.name: [i.text for i in page.items if isinstance(i, Words)] for page in pages_of(fixture)}
+
+
+def test_words_of_a_ball_s_drawings(plate_of):
+    """A probe has no datums of a block; a bought board's holes are its own; anchors are not targets."""
+    plate = plate_of((-0.08, 0.0, 0.09, 0.0, 0.0, 0.0), (0.05, 0.0, 0.09, 0.0, 0.0, 0.0), kinds=("socket",))
+    board = fixture_of(plate, stock=Stock.breadboard())
+    pages = words_of(board)
+    assert AXIAL in pages["probe"]
+    assert not any("A B C" in words for words in pages["probe"])
+    assert "Screw holes: the board's own. Drill the mounting holes, Ø0.2." in pages["plate"]
+    assert any("for targets 1, 2; stamp letter and target on the +x side" in w for w in pages["block-A"])
+    anchored = words_of(replace(board, anchored=True, blocks=board.blocks[:1]))
+    assert any("for anchor 1; stamp" in w for w in anchored["block-A"])
+    assert "magnet" not in inspection_csv(plate, board)
+
+
+def test_labels_of_holes_stand_clear_of_other_holes(plate):
+    page = next(page for page in pages_of(fixture_of(plate)) if page.name == "bottom")
+    words = [i for i in page.items if isinstance(i, Words) and i.align == "center"]
+    names = [i for i in words if re.fullmatch(r"[RS]\d", i.text)]
+    holes = np.array([i.centre for i in page.items if isinstance(i, Circle)])
+    assert len(names) == 8
+    for label in names:
+        apart = np.abs(holes - label.at - [0.0, 0.5 * label.height])
+        assert not (apart < [label.height, 0.8 * label.height]).all(axis=1).any(), label.text

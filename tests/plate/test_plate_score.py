@@ -7,8 +7,12 @@ import pytest
 
 from workbench.arm.linearisation import linearise
 from workbench.base.errors import DataError
+from workbench.plate.design import planned_joints, try_plate
 from workbench.plate.free_constants import identified_names, visible, visible_basis
 from workbench.plate.plate import Kind, Target
+from workbench.plate.predicted_error import predicted_error
+from workbench.plate.readings import SIGMAS, linearise_reading, linearise_targets, reading_named, usual_sigma
+from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.score import score_plate
 
 # theta, d, a, alpha, beta of ARIA Table 1; beta of joint 2 is free instead of d, as axes 2 and 3 are parallel
@@ -155,3 +159,40 @@ def test_plates_that_nothing_can_be_measured_on(aria, plate):
     away = (*plate.targets, Target(np.array([2.0, 0.0, 0.0])))
     with pytest.raises(DataError, match=r"target 11 .* not reachable"):
         score_plate(aria, replace(plate, targets=away))
+
+
+CORNERS = np.array([[-0.24, -0.24, 0.05], [0.24, -0.24, 0.05], [0.0, 0.24, 0.05]])
+
+
+def in_the_air(plate, above):
+    places = tuple(
+        replace(t, kind=Kind.POINT, xyz=t.xyz + np.array([0.0, 0.0, above])) for t in plate.targets
+    )
+    return replace(plate, targets=places, anchors=CORNERS)
+
+
+def test_a_score_solves_for_a_ball_bar_s_anchors_as_the_search_does(aria, plate, solutions):
+    air, names = in_the_air(plate, 0.0), aria.default_free
+    q = np.stack([found[0].q for found in solutions])
+    sigma = usual_sigma(air)
+    assert sigma[0] == SIGMAS["ball-bar"][0]
+    assert usual_sigma(plate) == SIGMAS["seat"]
+    seen = linearise_targets(aria, air, q, names=names, sigma_position=sigma[0])
+    reading, exact = reading_named("ball-bar", aria, air), np.zeros((len(q), 2))
+    searched = linearise_reading(aria, q, reading, target_sigma=exact, names=names)
+    information = searched.scaled.T @ searched.scaled
+    assert np.allclose(seen.scaled.T @ seen.scaled, information, rtol=1e-6, atol=1e-9 * information.max())
+
+
+@pytest.mark.slow
+def test_virtual_arms_on_a_ball_bar_are_as_good_as_the_search_predicts(aria, plate):
+    air = in_the_air(plate, 0.12)
+    sigma = usual_sigma(air)
+    found = try_plate(aria, air, arms=32, sigma=sigma)
+    q, reading = planned_joints(aria, air, sigma), reading_named("ball-bar", aria, air)
+    exact = np.zeros((len(q), 2))
+    searched = linearise_reading(aria, q, reading, target_sigma=exact, names=aria.default_free)
+    error = predicted_error(searched, aria, plate_region_poses(aria, air)).position_rms
+    tried = np.sqrt((found.predicted[:, 0] ** 2 * found.samples).sum() / found.samples.sum())
+    assert np.isclose(tried, error, rtol=0.25)
+    assert np.isclose(found.position_rms, error, rtol=0.4)

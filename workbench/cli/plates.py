@@ -18,7 +18,10 @@ plates = typer.Typer(
 )
 
 PlateArgument = Annotated[str, typer.Argument(help="Plate: a .toml file, or the built-in table2.")]
-NoiseOption = Annotated[str, typer.Option(help='Standard deviations of the instrument: "0.1mm,0.02deg".')]
+NoiseOption = Annotated[
+    str | None,
+    typer.Option(help='Standard deviations of the instrument: "0.1mm,0.02deg"; usual ones if not given.'),
+]
 ToleranceOption = Annotated[
     str | None,
     typer.Option(help='Made within ±: holes and blocks, "0.05mm,0.05deg"; as the plate says if not given.'),
@@ -29,6 +32,15 @@ PlayOption = Annotated[
         help='Play of the probe in a seat, ±: "0.012mm,0.08deg"; pins: that of the drawn g6 pins; none.'
     ),
 ]
+
+
+USUAL = "0.1mm,0.02deg"
+"""The instrument with which plates are compared."""
+
+
+def sigma_of(noise: str | None) -> tuple[float, float] | None:
+    """Standard deviations as given [m], [rad]; None for usual ones."""
+    return None if noise is None else tuple(opt.noise_of(noise))
 
 
 def making_of(plate, tolerance: str | None, play: str | None):
@@ -60,7 +72,7 @@ def manner_name(made: str) -> str:
 def score(
     plate: PlateArgument,
     robot: opt.RobotOption,
-    noise: NoiseOption = "0.1mm,0.02deg",
+    noise: NoiseOption = None,
     tolerance: ToleranceOption = None,
     play: PlayOption = None,
     unknown: opt.UnknownOption = None,
@@ -80,7 +92,7 @@ def score(
         found = wb.score(
             wb.load_robot(robot),
             fixture,
-            sigma=tuple(opt.noise_of(noise)),
+            sigma=sigma_of(noise),
             seed=seed,
             progress=lambda part: progress(part, "choosing branches"),
             base=base,
@@ -94,7 +106,7 @@ def score(
 def compare(
     plate: Annotated[list[str], typer.Argument(help="Two or more plates: .toml files, or built-in ones.")],
     robot: opt.RobotOption,
-    noise: NoiseOption = "0.1mm,0.02deg",
+    noise: NoiseOption = None,
     tolerance: ToleranceOption = None,
     play: PlayOption = None,
     unknown: opt.UnknownOption = None,
@@ -117,13 +129,13 @@ def compare(
             score_plates(
                 arm,
                 plates,
-                sigma=tuple(opt.noise_of(noise)),
+                sigma=sigma,
                 seed=seed,
                 progress=lambda part: progress(part, "choosing branches"),
                 base=base_tool[0],
                 tool=base_tool[1],
             )
-            for plates in (alike(own, given), own)
+            for plates, sigma in ((alike(own, given), sigma_of(noise or USUAL)), (own, sigma_of(noise)))
         )
     opt.show(comparison_table(found, stated))
     opt.write_result(json, comparison_json(found, stated))
@@ -192,7 +204,7 @@ def export(
     robot: Annotated[
         str | None, typer.Option(help="Arm for which the sheet says what accuracy to expect.")
     ] = None,
-    noise: NoiseOption = "0.1mm,0.02deg",
+    noise: NoiseOption = None,
     tolerance: ToleranceOption = None,
     made: Annotated[
         str, typer.Option(help="From what: machined, printed, breadboard or ball-bar.")
@@ -207,7 +219,6 @@ def export(
 
     wanted = plate_making.LEAN if formats is None else plate_making.formats_named(formats)
     opt.check_writable(folder=out)
-    sigma = opt.noise_of(noise)
     given = wb.load_plate(plate)
     with opt.progress_bar("plate") as progress:
         fixture, files, missing = plate_making.export_plate(
@@ -215,7 +226,7 @@ def export(
             out,
             formats=wanted,
             robot=None if robot is None else wb.load_robot(robot),
-            sigma=(sigma.position, sigma.rotation),
+            sigma=sigma_of(noise),
             stock=Stock.named("printed" if printed else manner_name(made)),
             progress=progress,
         )

@@ -191,6 +191,7 @@ def choose_branches(
         names=names,
         sigma_position=sigma_position,
         sigma_rotation=sigma_rotation,
+        additive=True,
     )
     basis = visible_basis(robot, names)
     options = _information(visible(linearisation, basis))

@@ -304,6 +304,13 @@ def _rows(poses: np.ndarray, **columns: Any) -> Dataset:
     return Dataset(q=np.zeros((len(poses), 1)), row=np.arange(len(poses)), **columns)
 
 
+def usual_sigma(plate: Plate) -> tuple[float, float]:
+    """Usual standard deviations of what is read at the targets [m], [rad]; a seat's where they differ."""
+    kinds = {target.kind for target in plate.targets}
+    name = "ball-bar" if plate.anchors is not None else next(iter(kinds)) if len(kinds) == 1 else "seat"
+    return SIGMAS[name][0], float(SIGMAS["seat"][1] or 0.0)
+
+
 SIGMA_POSITION = 1e-4
 """Standard deviation of a target's position where nothing else is said [m]."""
 SIGMA_ROTATION = float(np.deg2rad(0.02))
@@ -319,6 +326,7 @@ def linearise_targets(
     names: tuple[str, ...] | None = None,
     sigma_position: float = SIGMA_POSITION,
     sigma_rotation: float = SIGMA_ROTATION,
+    additive: bool = False,
 ) -> Linearisation:
     """Linearisation of measurements at a plate's targets.
 
@@ -328,30 +336,42 @@ def linearise_targets(
         names: Constants to identify; the robot's default free ones if None.
         sigma_position: Standard deviation of the instrument's positions [m].
         sigma_rotation: And of its rotations [rad].
+        additive: Whether each measurement must stand for itself, so that sets add up: a ball-bar's anchors
+            then count as if drawn anew for every target.
     """
     whole = linearise(robot, q, names=names, sigma_position=sigma_position, sigma_rotation=sigma_rotation)
     slots = np.arange(len(plate)) if slots is None else slots
     return (
         rows_of_targets(whole, plate, slots)
         if plate.anchors is None
-        else _distances(robot, whole, plate, slots)
+        else _distances(robot, whole, plate, slots, additive)
     )
 
 
 def _distances(
-    robot: Robot, whole: Linearisation, plate: Plate, slots: Int[np.ndarray, " rows"]
+    robot: Robot, whole: Linearisation, plate: Plate, slots: Int[np.ndarray, " rows"], additive: bool
 ) -> Linearisation:
     """Of full poses, six rows each, the distances from a ball-bar's anchors; each is off by its anchor too.
 
-    The anchors' errors count as if drawn anew for every target; `linearise_reading` solves for them.
+    The anchors are off alike for all targets: rows are whitened by the symmetric root of their covariance
+    σ² I + U Uᵀ, the same as solving for the anchors with what is known of them (`linearise_reading`).
     """
     away = plate.from_anchors[slots] @ robot.base.pose[:3, :3].T
     count = away.shape[1]
     moves = whole.unwhitened.reshape(len(slots), 6, -1)[:, :3]
-    sigma = np.repeat(np.hypot(whole.sigma.reshape(-1, 6)[:, 0], ANCHOR_SIGMA), count)
+    bar = np.repeat(whole.sigma.reshape(-1, 6)[:, 0], count)
+    sigma = np.hypot(bar, ANCHOR_SIGMA)
+    rows = (away @ moves).reshape(len(sigma), -1)
+    if additive:
+        rows = rows / sigma[:, None]
+    else:
+        own = np.eye(count)[None, :, :, None] * away[:, :, None, :] * ANCHOR_SIGMA
+        shared = own.reshape(len(sigma), -1)
+        values, vectors = np.linalg.eigh(np.diag(bar**2) + shared @ shared.T)
+        rows = (vectors / np.sqrt(values)) @ (vectors.T @ rows)
     return replace(
         whole,
-        jacobian=frozen((away @ moves).reshape(len(sigma), -1) / sigma[:, None]),
+        jacobian=frozen(rows),
         sigma=frozen(sigma),
         measurement=frozen(np.repeat(np.arange(len(slots)), count)),
     )

@@ -28,7 +28,7 @@ from workbench.plate.free_constants import identified_names, visible, visible_ba
 from workbench.plate.indices import I, O, evaluate
 from workbench.plate.plate import Plate
 from workbench.plate.predicted_error import PredictedError, position_weight, predicted_error
-from workbench.plate.readings import SIGMA_POSITION, SIGMA_ROTATION, linearise_targets
+from workbench.plate.readings import SIGMA_POSITION, SIGMA_ROTATION, linearise_targets, usual_sigma
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.tolerances import EXACT, Making
 from workbench.report.result_display import AbstractShown
@@ -149,7 +149,9 @@ class TargetScorer:
             sigma_rotation=self.sigma[1],
         )
         seen = visible(whole, self.basis)
-        arm = linearise_targets(self.robot, self.plate, q, slots=targets)  # O is of the arm's own constants
+        arm = linearise_targets(
+            self.robot, self.plate, q, slots=targets, additive=True
+        )  # O is of the arm's own constants
         index = self._index(whole)
         value = index.value(seen)
         lost = index.contributions(seen)
@@ -193,7 +195,7 @@ def score_plate(
     robot: Robot,
     plate: Plate,
     *,
-    sigma: tuple[float, float] = (SIGMA_POSITION, SIGMA_ROTATION),
+    sigma: tuple[float, float] | None = None,
     base: bool | None = None,
     tool: bool | None = None,
     matter: Float[np.ndarray, "rows n"] | None = None,
@@ -206,7 +208,8 @@ def score_plate(
     Args:
         robot: Nominal arm.
         plate: Its targets and region.
-        sigma: Standard deviations of the instrument, position [m] and rotation [rad].
+        sigma: Standard deviations of the instrument, position [m] and rotation [rad]; usual ones of what is
+            read at the targets if None.
         base: Whether the base is unknown and identified too; as the robot says if None.
         tool: Whether the tool is.
         matter: Poses for which the error is predicted [rad or m]; those of the plate's own region if None.
@@ -219,6 +222,7 @@ def score_plate(
             target at which the arm keeps clear.
     """
     check_place(robot, plate)
+    sigma = sigma or usual_sigma(plate)
     names = identified_names(robot, base=base, tool=tool)
     can = measurable(robot, plate)
     q_region = plate_region_poses(robot, plate) if matter is None else matter
@@ -257,7 +261,7 @@ def score_plates(
     robot: Robot,
     plates: Sequence[Plate],
     *,
-    sigma: tuple[float, float] = (SIGMA_POSITION, SIGMA_ROTATION),
+    sigma: tuple[float, float] | None = None,
     base: bool | None = None,
     tool: bool | None = None,
     seed: int = 0,
@@ -269,7 +273,8 @@ def score_plates(
     Args:
         robot: Nominal arm.
         plates: At least one; those left when cancelled are not scored.
-        sigma: Standard deviations of the instrument, position [m] and rotation [rad].
+        sigma: Standard deviations of the instrument, position [m] and rotation [rad]; usual ones of what is
+            read at each plate's targets if None.
         base: Whether the base is identified too; as the robot says if None.
         tool: Whether the tool is.
         seed: Of the mixes of branches that are tried.

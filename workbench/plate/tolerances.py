@@ -165,7 +165,7 @@ class Tolerances:
         """What they come from, for people."""
         bounds = f"±{1e3 * self.making.position:.3g} mm, ±{np.rad2deg(self.making.angle):.3g}°"
         source = (
-            "usual ones, as the plate's file states none" if self.assumed else "as the plate's file states"
+            "usual ones, as none are stated for this plate" if self.assumed else "as stated for this plate"
         )
         return f"each seat within {bounds} ({source})"
 

@@ -22,6 +22,9 @@ from workbench.plate.parts.parts import Block, BlockShape, Fixture, Purpose
 from workbench.plate.plate import Kind
 from workbench.plate.tolerances import GENERAL, Tolerances
 
+FLAT = 1e-6
+"""A face that slopes less has no low side [rad]."""
+
 
 def block_page(fixture: Fixture, shape: BlockShape) -> Page:
     """The page of one shape of block."""
@@ -41,22 +44,29 @@ def block_page(fixture: Fixture, shape: BlockShape) -> Page:
         *_face(block, face, tolerances),
     ]
     items += table(
-        _bore_rows(block, tolerances), np.array([left, top - BORDER - 6.0]), (15, 30, 15, 15, 30, 15, 32)
+        _bore_rows(block, tolerances), np.array([left, top - BORDER - 6.0]), (15, 30, 15, 15, 36, 15, 32)
     )
     notes_at = np.array([left, top - BORDER - 14.0 - LINE * (len(block.bores) + 1)])
     items += lines(_block_notes(fixture, shape), notes_at)
-    targets = ", ".join(map(str, shape.numbers))
+    held = "anchor" if fixture.anchored else "target"
+    numbers = f"{held}{'s' * (len(shape.numbers) > 1)} {', '.join(map(str, shape.numbers))}"
+    low = "+x" if block.tilt <= FLAT else "low"
     items += title(
         paper,
         (
             f"{fixture.name}: block {shape.letter}",
-            f"quantity {len(shape.numbers)}, for targets {targets}; stamp letter and target on the low side",
+            f"quantity {len(shape.numbers)}, for {numbers}; stamp letter and {held} on the {low} side",
             f"{fixture.stock.bar.format(side=side)}; scale 1:{scale:g}, mm",
             f"general tolerances {GENERAL}; {fixture.stock.surfaces}",
             f"file block-{shape.letter}.step / .stl / .dxf",
         ),
     )
     return Page(name=f"block-{shape.letter}", paper=paper, scale=scale, items=tuple(items))
+
+
+def _right(block: Block) -> str:
+    """What lies to the right in every view."""
+    return "+x right" if block.tilt <= FLAT else "low side right"
 
 
 def _front(block: Block, view: View, tolerances: Tolerances) -> list[Item]:
@@ -75,7 +85,7 @@ def _front(block: Block, view: View, tolerances: Tolerances) -> list[Item]:
     middle = f"<> ±{MM * tolerances.height:.3g}"
     items.append(view.across((0.0, 0.0), (0.0, MM * block.height), (-reach - 22.0, 0.0), 90.0, middle))
     items.append(view.across((-half, 0.0), (half, 0.0), (0.0, -10.0), 0.0))
-    if block.tilt > 1e-6:
+    if block.tilt > FLAT:
         tilt = np.rad2deg(block.tilt)
         items.append(view.line([(half, low), (-half, low)], Layer.CENTRES, closed=False))
         words = f"{tilt:.4f}° ±{np.rad2deg(tolerances.mitre):.3g}°"
@@ -84,7 +94,7 @@ def _front(block: Block, view: View, tolerances: Tolerances) -> list[Item]:
     items.append(Words("A", view.at((0.7 * half, 0.0)) - [0.0, 4.0], 1.2 * TEXT, "center"))
     items.append(
         Words(
-            "FRONT (along +y), low side right", view.at((0.0, high)) + np.array([0.0, 12.0]), TEXT, "center"
+            f"FRONT (along +y), {_right(block)}", view.at((0.0, high)) + np.array([0.0, 12.0]), TEXT, "center"
         )
     )
     return items
@@ -111,7 +121,7 @@ def _foot(block: Block, view: View, tolerances: Tolerances) -> list[Item]:
     items.append(Words("B", view.at((0.0, 0.0)) + np.array([4.0, 3.0]), 1.2 * TEXT))
     items.append(
         Words(
-            "FOOT (from below), low side right", view.at((0.0, half)) + np.array([0.0, 4.0]), TEXT, "center"
+            f"FOOT (from below), {_right(block)}", view.at((0.0, half)) + np.array([0.0, 4.0]), TEXT, "center"
         )
     )
     return items
@@ -137,7 +147,7 @@ def _face(block: Block, view: View, tolerances: Tolerances) -> list[Item]:
     items.append(Words("u", view.at((slope + 9.0, -1.0)), 1.2 * TEXT))
     items.append(
         Words(
-            "FACE (square on), low side right", view.at((0.0, half)) + np.array([0.0, 16.0]), TEXT, "center"
+            f"FACE (square on), {_right(block)}", view.at((0.0, half)) + np.array([0.0, 16.0]), TEXT, "center"
         )
     )
     return items
@@ -183,7 +193,7 @@ def _bore_rows(block: Block, tolerances: Tolerances) -> list[tuple[str, ...]]:
 
 def _block_notes(fixture: Fixture, shape: BlockShape) -> list[str]:
     block, tolerances, stock = shape.block, fixture.tolerances, fixture.stock
-    flat = block.tilt <= 1e-6
+    flat = block.tilt <= FLAT
     seat = block.kind is Kind.SEAT
     turned = "C line of the dowel holes (square to u)" if stock.doweled else "C the low edge (square to u)"
     pins = ["Dowel holes fit pins Ø4 m6 × 20."] if stock.doweled else []

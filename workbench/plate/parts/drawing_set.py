@@ -53,15 +53,19 @@ def slab_page(fixture: Fixture, slab: Slab) -> Page:
     for place, bore in zip(places, slab.bores, strict=True):
         items += view.hole(place, MM * bore.diameter)
         if not bore.label.isdecimal():
-            items.append(view.label(place, MM * bore.diameter, bore.label))
+            above = [other for other in places if 0.0 < other[1] - place[1] < 4.0 * TEXT * scale]
+            under = any(abs(other[0] - place[0]) < 4.0 * TEXT * scale for other in above)
+            items.append(view.label(place, MM * bore.diameter, bore.label, under=under))
     if own:
         items += _feet(fixture, view)
+        items.append(Words("B", view.at((length, 0.0)) - np.array([8.0, 4.5]), 1.2 * TEXT))
+        items.append(Words("C", view.at((0.0, 0.0)) - np.array([5.0, -3.0]), 1.2 * TEXT))
     across = view.across((0, 0), (length, 0), (0.0, -10.0), 0.0)
     up = view.across((length, 0), (length, width), (length / scale + 16.0, 0.0), 90.0)
     items += [across, up, *_ordinates(np.array(_named(fixture, slab, places)), view, width)]
     left = view.origin[0] + length / scale + 34.0
     rows = [("hole", "x", "y", "size", "for")] + [
-        (bore.label, f"{x:z.3f}", f"{y:z.3f}", bore.size, SHORT[bore.purpose])
+        (bore.label, f"{x:z.3f}", f"{y:z.3f}", bore.size.split(" (core")[0], SHORT[bore.purpose])
         for (x, y), bore in zip(places, slab.bores, strict=True)
     ]
     room = int((top - BORDER - TITLE[1] - 50.0) / LINE)
@@ -73,7 +77,7 @@ def slab_page(fixture: Fixture, slab: Slab) -> Page:
         _plate_notes(fixture)
         if own
         else [
-            "Robot's foot: centre of the circle R, x as the plate's drawing.",
+            "Robot's base frame: origin at the centre of R1–R4, x to the right, y up.",
             "All holes: position Ø0.2 to the lower and the left edge.",
         ]
     )
@@ -108,9 +112,11 @@ def _feet(fixture: Fixture, view: View) -> list[Item]:
         out = (edge - middle) / np.linalg.norm(edge - middle)
         items.append(Line(np.array([view.at(edge), view.at(edge) + 4.0 * out]), Layer.OUTLINE))
         label = f"{block.number}{fixture.letter(block.number)}"
-        items.append(
-            Words(label, view.at(foot[np.argmax(foot.sum(axis=1))]) + np.array([1.0, 0.0]), 1.2 * TEXT)
-        )
+        corner = view.at(foot[np.argmax(foot.sum(axis=1))]) + np.array([1.0, 0.0])
+        edge = view.at(MM * fixture.slab.size[:2]) - [1.2 * TEXT * len(label), 2.0 * TEXT]
+        inside = bool((corner < edge).all())  # else at the opposite corner
+        away = view.at(foot[np.argmin(foot.sum(axis=1))]) - [1.0, 1.4 * TEXT]
+        items.append(Words(label, corner if inside else away, 1.2 * TEXT, "left" if inside else "right"))
     pose = np.linalg.inv(fixture.pose)
     centre = view.at(fixture.from_corner(pose[:3, 3]))
     if (centre > BORDER).all():
@@ -141,6 +147,8 @@ def _ordinates(places: np.ndarray, view: View, width: float) -> list[Item]:
 
 def _position_notes(fixture: Fixture) -> list[str]:
     across = f"position Ø{2 * MM * fixture.tolerances.place:.3f} to A B C"
+    if fixture.stock.tapped:
+        return ["Screw holes: the board's own. Drill the mounting holes, Ø0.2."]
     if not fixture.stock.doweled:
         return [f"Screw holes: {across}; mounting holes Ø0.2."]
     return [
@@ -152,10 +160,11 @@ def _position_notes(fixture: Fixture) -> list[str]:
 def _plate_notes(fixture: Fixture) -> list[str]:
     tolerances, pose = fixture.tolerances, np.linalg.inv(fixture.pose)
     x, y = fixture.from_corner(pose[:3, 3])
+    low, held = ("+x", "anchor") if fixture.anchored else ("low", "target")
     return [
         "Datums: A top face, B lower edge, C left edge. Ordinates: the blocks' screw holes.",
         *_position_notes(fixture),
-        "Ticks: low side of each block. Numbers: target and shape of its block.",
+        f"Ticks: {low} side of each block. Numbers: {held} and shape of its block.",
         f"Budget: {tolerances.note}.",
         f"Robot base at x {x:.2f}, y {y:.2f}, {MM * pose[2, 3]:+.2f} from A.",
     ]
@@ -190,13 +199,10 @@ def turned_page(fixture: Fixture, part: Turned) -> Page:
     for bore in part.bores:
         x, y = MM * bore.mouth[:2]
         across = 0.5 * MM * bore.diameter
-        ends = MM * np.array([bore.mouth[2], bore.bottom[2]])
-        items.append(
-            side.line(
-                [(x - across, ends[0]), (x + across, ends[0]), (x + across, ends[1]), (x - across, ends[1])],
-                Layer.HIDDEN,
-            )
-        )
+        start, bottom = MM * bore.mouth[2], MM * bore.bottom[2]
+        foot = 0.0 if bore.conical else across
+        corners = [(x - across, start), (x + across, start), (x + foot, bottom), (x - foot, bottom)]
+        items.append(side.line(corners, Layer.HIDDEN))
         items += end.hole((x, y), 2.0 * across)
         there.setdefault((round(x, 6), round(y, 6)), []).append(bore)
         depth = "through" if bore.through else millimetres(bore.depth)
@@ -208,15 +214,18 @@ def turned_page(fixture: Fixture, part: Turned) -> Page:
                 f"{y:z.3f}",
                 bore.size,
                 depth,
-                position_words(bore, fixture.tolerances),
+                AXIAL if bore.conical else position_words(bore, fixture.tolerances),
             )
         )
     for place, bores in there.items():
         words, widest_bore = ", ".join(b.label for b in bores), max(b.diameter for b in bores)
-        if bores[0].purpose is Purpose.FLANGE:  # beside it, between the neck and the rim
-            items.append(Words(words, end.at((0.7 * place[0], place[1])) - [0.0, 0.5 * TEXT], TEXT, "center"))
-        else:
-            items.append(end.label(place, MM * widest_bore, words, under=place[1] < 0.0))
+        if bores[0].purpose is Purpose.FLANGE:  # outside the rim
+            at = end.at(RIM * np.array(place)) - [0.0, 0.5 * TEXT]
+            items.append(Words(words, at, TEXT, "center"))
+            continue
+        neck = 0.5 * MM * part.steps[-1][0]
+        beyond = 0.8 * MM * widest_bore + 1.4 * TEXT * scale > neck  # no room within the neck: over it
+        items.append(end.label(place, neck / 0.8 if beyond else MM * widest_bore, words))
     left = end.origin[0] + 0.5 * widest / scale + 22.0
     items += table(rows, np.array([left, top - BORDER - 6.0]), (12, 26, 18, 18, 34, 20, 32))
     items += [
@@ -244,12 +253,16 @@ def turned_page(fixture: Fixture, part: Turned) -> Page:
     return Page(name=part.name, paper=paper, scale=scale, items=tuple(items))
 
 
+AXIAL = "Ø0.02 to the axis"
+"""Position of the cone for the probe's ball."""
+RIM = 1.42
+"""Where the labels of the flange's holes stand, in distances of the holes from the axis."""
 PIN_NOTES = [
     "P1: pin Ø6 g6 pressed in, 7 mm proud, 1 mm × 15° lead. P2: pin Ø3 g6, 5 mm proud, lead.",
     "P2 lies on the tool's x axis. Distance P1–P2 ±0.005. The face between the pins rests on the block.",
 ]
 BALL_NOTES = [
-    "P1: 90° cone for the ball, its axis within 0.02 of the flange's. P2: pocket for a magnet Ø5 × 4.",
+    "P1: 90° cone for the ball. P2: pocket for a magnet Ø5 × 4.",
     "The ball's centre, the tool's origin, lies a quarter of its diameter above the face.",
 ]
 FLANGE_NOTE = "F1–F4: flange ISO 9409-1-50-4-M6, x axis between F1 and F4."

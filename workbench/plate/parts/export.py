@@ -30,7 +30,6 @@ from workbench.plate.parts.sheet import PlateSheet
 from workbench.plate.parts.solids import mesh_of, step_of, stl, three_mf
 from workbench.plate.parts.stock import Stock
 from workbench.plate.plate import Kind, Plate
-from workbench.plate.readings import SIGMA_POSITION, SIGMA_ROTATION
 from workbench.plate.score import score_plate
 from workbench.plate.tolerances import Making
 
@@ -81,7 +80,7 @@ def export_plate(
     *,
     formats: Sequence[Format] = LEAN,
     robot: Robot | None = None,
-    sigma: tuple[float, float] = (SIGMA_POSITION, SIGMA_ROTATION),
+    sigma: tuple[float, float] | None = None,
     stock: Stock | None = None,
     progress: Report | None = None,
 ) -> Exported:
@@ -92,7 +91,7 @@ def export_plate(
         folder: Made if it is not there.
         formats: What to write.
         robot: The arm that it is for: the sheet then says what accuracy to expect.
-        sigma: Standard deviations of a measurement on the plate [m], [rad], for that.
+        sigma: Standard deviations of a measurement on the plate [m], [rad], for that; usual ones if None.
 
     Raises:
         OptionError: the plate can't be made; says why.

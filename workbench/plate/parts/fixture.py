@@ -194,7 +194,9 @@ def _under(block: Block, thickness: float, stock: Stock) -> list[Bore]:
     return [
         Bore(
             label=bore.label,
-            purpose=Purpose.SCREW if bore.purpose is Purpose.THREAD else Purpose.DOWEL,
+            purpose=(bore.purpose if stock.tapped else Purpose.SCREW)
+            if bore.purpose is Purpose.THREAD
+            else Purpose.DOWEL,
             mouth=se3.apply(block.pose, bore.mouth),
             direction=DOWN,
             diameter=stock.clearance if bore.purpose is Purpose.THREAD else stock.dowel,
@@ -341,7 +343,7 @@ def base_parts(pose: Matrix4, slab: Slab, stock: Stock) -> tuple[Slab | None, Tu
     )
     post = Turned(name="stand-off", steps=((diameter, height),), bores=threads, quantity=len(mounts))
     note = (
-        f"the bottom plate's holes R1–R4 are for a robot's foot with screws on a circle of "
+        f"The bottom plate's holes R1–R4 are for a robot's foot with screws on a circle of "
         f"{1e3 * stock.foot[0]:.0f} mm; check them against the arm"
     )
     nearest = float(np.hypot(*places[:, :2].T).min())

@@ -194,6 +194,8 @@ def _checks_of_face(name: str, place: tuple[float, float], bore: Bore, fixture: 
         angle = float(np.rad2deg(np.arctan2(place[1], place[0])))
         yield name, "index hole from downhill", "deg", angle, np.rad2deg(tolerances.turn)
         return
+    if bore.purpose is Purpose.MAGNET:  # holds the ball, does not place it
+        return
     for axis, value in zip("uv", place, strict=True):
         yield name, f"{bore.purpose.split(',')[0]} {axis}", "mm", value, MM * tolerances.place
 

@@ -32,13 +32,13 @@ class Purpose(StrEnum):
     SOCKET = "90° cone for the ball"
     TIP = "90° centre for the pointed probe"
     MAGNET = "pocket for the magnet under the ball"
-    PIN = "press fit for a dowel pin, N7"
+    PIN = "press fit for a g6 pin, S7"
     FLANGE = "screw hole of the flange, ISO 9409-1"
     STANDOFF = "screw hole for a stand-off"
     ROBOT = "screw hole for the robot's foot"
 
 
-FITS = {Purpose.DOWEL: "H7", Purpose.SEAT: "H7", Purpose.INDEX: "H7", Purpose.PIN: "N7"}
+FITS = {Purpose.DOWEL: "H7", Purpose.SEAT: "H7", Purpose.INDEX: "H7", Purpose.PIN: "S7"}
 """Fits of bores; the others are as drilled."""
 THREADS = {0.0042: "M5", 0.005: "M6", 0.0068: "M8"}
 """Threads by the diameter of their core holes [m]."""

@@ -70,9 +70,9 @@ def draw_shape(axes: Axes, shape: BlockShape) -> None:
     for x, height, align in ((-half, high, "right"), (half, low, "left")):
         shift = -2.0 if align == "right" else 2.0
         axes.text(x + shift, 0.5 * height, f"{height:.2f}", ha=align, va="center", rotation=90)
-    axes.text(0.0, -2.5, f"{2 * half:.0f} sq., {MM * block.height:.2f} at centre", ha="center", va="top")
+    axes.text(0.0, -2.5, f"{2 * half:.0f} sq.\n{MM * block.height:.2f} mid", ha="center", va="top")
     axes.set_xlim(-half - 14.0, half + 14.0)
-    axes.set_ylim(-10.0, high + 3.0)
+    axes.set_ylim(-22.0, high + 3.0)
 
 
 _FACES = ([4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7])
@@ -149,7 +149,7 @@ def _side_view(axes: Axes, bore: Bore) -> None:
     )
 
 
-HEADINGS = ("target", "block", "x", "y", "height", "tilt", "turn", "branch")
+HEADINGS = ("block", "x", "y", "height", "tilt", "turn", "branch")
 UNITS = ("", "", "mm", "mm", "mm", "°", "°", "")
 LISTED = 40
 """Greatest number of blocks in the table; the rest is in the list of blocks."""
@@ -194,7 +194,7 @@ class PlateSheet:
         """What the shapes of the blocks mean for their price, in words."""
         shapes, blocks = len(self.fixture.shapes), len(self.fixture.blocks)
         if shapes <= max(3, blocks // 3):
-            return f"{shapes} shapes for {blocks} blocks."
+            return f"{shapes} shape{'s' * (shapes > 1)} for {blocks} blocks."
         return (
             f"{shapes} different shapes for {blocks} blocks: plate optimise --shapes 3 finds a plate that is "
             "cheaper to make and says what that costs in accuracy."
@@ -207,10 +207,15 @@ class PlateSheet:
             return ()
         measured = self.score.measured
         error = measured.error
+        turns = (
+            f" and {short(np.rad2deg(error.rotation_mean))}°"
+            if np.isfinite(error.rotation_mean)
+            else " (its orientation stays open)"
+        )
         first = (
             f"{self.score.robot.name}, each target measured once: in the region, in any branch, with "
             "orientations within 60° of the targets', the calibrated arm is expected to miss by "
-            f"{short(MM * error.position_mean)} mm and {short(np.rad2deg(error.rotation_mean))}° on average. "
+            f"{short(MM * error.position_mean)} mm{turns} on average. "
             f"This holds: {held_words(self.score.plate, self.score.sigma)}; effects that the model lacks "
             "come on top."
         )
@@ -231,9 +236,20 @@ class PlateSheet:
                 f"{MM * block.height:.3f}",
                 *(f"{a:z.3f}" for a in angles),
             )
-            branch = "" if self.score is None else self.score.measured.branches[i]
+            branch = self.score.measured.branches[i] if self.score and self.branched else ""
             lines.append((f"{block.number}", self.fixture.letter(block.number), *numbers, branch))
         return lines
+
+    @property
+    def branched(self) -> bool:
+        """Whether the table says in which branch each block is met; the anchors of a ball-bar are not."""
+        return self.score is not None and not self.fixture.anchored
+
+    @property
+    def headings(self) -> tuple[str, ...]:
+        """Of the table's columns."""
+        first = "anchor" if self.fixture.anchored else "target"
+        return (first, *HEADINGS[: 7 if self.branched else 6])
 
     @property
     def unlisted(self) -> int:
@@ -242,10 +258,12 @@ class PlateSheet:
 
     def html(self) -> str:
         """The page as HTML that needs nothing else."""
-        heads = [f"{name} [{unit}]" if unit else name for name, unit in zip(HEADINGS, UNITS, strict=True)]
+        heads = [
+            f"{name} [{unit}]" if unit else name for name, unit in zip(self.headings, UNITS, strict=False)
+        ]
         return page_template("plate_sheet.html").render(
             sheet=self,
-            headings=heads[: 7 + (self.score is not None)],
+            headings=heads,
             picture=Markup(svg(self._picture(), "plate")),
             shapes=Markup(svg(self._shapes(), "shapes")),
         )
@@ -254,7 +272,7 @@ class PlateSheet:
         """The page as PDF, A4."""
         with look():
             page = Figure(figsize=A4, layout=ConstrainedLayoutEngine(rect=(0.07, 0.05, 0.86, 0.90)))
-            parts = np.asarray(page.subfigures(4, 1, height_ratios=[1.9, 4.6, 1.9, 3.4]))
+            parts = np.asarray(page.subfigures(4, 1, height_ratios=[2.2, 4.4, 1.9, 3.3]))
             self._words(parts[0])
             draw_fixture(parts[1].subplots(), self.fixture)
             self._draw_shapes(parts[2], self.fixture.shapes[:MOST_SHAPES])
@@ -289,15 +307,14 @@ class PlateSheet:
         axes.axis("off")
         axes.text(0.0, 1.0, self.fixture.name, fontsize=16, fontweight="bold", va="top")
         sentences = [*self.facts, *self.expected, *self.notes]
-        words = "\n".join(_wrapped(sentences, 140))
-        axes.text(0.0, 0.82, words, fontsize=7.0, va="top", linespacing=1.35, in_layout=False)
+        words = "\n".join(_wrapped(sentences, 130))
+        axes.text(0.0, 0.85, words, fontsize=7.0, va="top", linespacing=1.35, in_layout=False)
 
     def _table(self, figure) -> None:
         axes = figure.subplots()
         axes.axis("off")
-        columns = 7 + (self.score is not None)
-        heads = [f"{n}\n[{u}]" if u else n for n, u in zip(HEADINGS, UNITS, strict=True)][:columns]
-        lines = [row[:columns] for row in self.rows()]
+        heads = [f"{n}\n[{u}]" if u else n for n, u in zip(self.headings, UNITS, strict=False)]
+        lines = [row[: len(heads)] for row in self.rows()]
         step, widths = (
             1.0 / (max(len(lines), 8) + 2.2),
             np.array([0, 0.07, 0.14, 0.24, 0.34, 0.44, 0.54, 0.64]),

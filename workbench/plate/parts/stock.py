@@ -90,6 +90,11 @@ class Stock:
         """Greatest shift [m] and turn [rad] of a probe on g6 pins in a seat."""
         return pin_play(self.seat, self.index, self.index_offset)
 
+    @property
+    def tapped(self) -> bool:
+        """Whether the plate's holes for the blocks are tapped, as a breadboard's are."""
+        return self.clearance == self.core
+
     @classmethod
     def printed(cls) -> "Stock":
         """For a printer: cones for balls of 12 mm over magnets Ø5 × 4, threads as inserts, thicker plate."""

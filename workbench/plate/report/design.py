@@ -33,8 +33,8 @@ def design_tables(design: PlateDesign) -> RenderableType:
         known = len(design.clearance) > i
         table.add_row(
             f"{i + 1}: {escape(target.branch)}",
-            ", ".join(f"{1e3 * value:.0f}" for value in place[:3]),
-            ", ".join(f"{np.rad2deg(value):.0f}" for value in place[3:]),
+            ", ".join(f"{1e3 * value:z.0f}" for value in place[:3]),
+            ", ".join(f"{np.rad2deg(value):z.0f}" for value in place[3:]),
             f"{1e3 * design.clearance[i]:.1f}" if known else "–",
             f"{np.rad2deg(design.limit_margin[i]):.0f}" if known else "–",
         )

@@ -14,7 +14,7 @@ from workbench.arm.robot import JointKind, Robot
 from workbench.arm.unidentifiable import combinations
 from workbench.plate.clustering import Cluster, Clustering
 from workbench.plate.indices import INDICES, I
-from workbench.plate.plate import Plate
+from workbench.plate.plate import Kind, Plate
 from workbench.plate.region_poses import PLATE_CONE
 from workbench.plate.score import PlateScore, SetScore
 from workbench.report.tables import new_table
@@ -62,7 +62,8 @@ def score_tables(score: PlateScore) -> RenderableType:
 
 def held_words(plate: Plate, sigma: tuple[float, float]) -> str:
     """What a predicted error holds: instrument, making, and play in the seats."""
-    return f"instrument {1e3 * sigma[0]:.3g} mm, {np.rad2deg(sigma[1]):.2g}°; {plate.held}"
+    turns = f", {np.rad2deg(sigma[1]):.2g}°" if any(t.kind is Kind.SEAT for t in plate.targets) else ""
+    return f"instrument {1e3 * sigma[0]:.3g} mm{turns}; {plate.held}"
 
 
 def comparison_table(scores: Sequence[PlateScore], stated: Sequence[PlateScore]) -> RenderableType:

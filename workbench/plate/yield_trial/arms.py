@@ -102,7 +102,7 @@ def _actual_targets(job: Job, arms: int, rng: np.random.Generator) -> Float[np.n
 
 
 def _calibrate(job: Job, readings: Float[np.ndarray, "arms targets n"]) -> Float[np.ndarray, "arms p"]:
-    """Identified errors of the constants, the plate taken as true.
+    """Identified errors of the constants, the plate taken as true, a ball-bar's anchors solved for.
 
     Steps are damped by what is known beforehand (`Job.prior`), so that what the targets leave open stays near
     nominal. It is no fixed set of directions: a socket on the last axis shows nothing of that joint's angle
@@ -112,18 +112,24 @@ def _calibrate(job: Job, readings: Float[np.ndarray, "arms targets n"]) -> Float
     chain, columns = job.robot.chain, job.robot.chain.indices(job.names)
     q, nominal = readings.reshape(arms * count, -1), np.tile(job.poses, (arms, 1, 1))
     weights = np.where(job.constrained, 1.0 / job.sigma, 0.0)
-    found = np.zeros((arms, len(columns)))
+    beside, p = np.broadcast_to(-job.anchored, (arms, *job.anchored.shape)), len(columns)
+    known = np.full(beside.shape[-1], 1.0 / (job.errors.anchor or 1.0) ** 2)
+    pull = np.append(np.zeros(p), known)
+    found = np.zeros((arms, p + len(known)))
     for _ in range(CALIBRATING):
-        at, twists = chains.twists(chain, q, columns, shift=_spread(chain, columns, found, count))
-        residual = (se3.pose_error(nominal, at).reshape(arms, count, 6) * weights).reshape(arms, -1)
-        rows = twists.reshape(arms, count, 6, -1) * weights[None, :, :, None]
+        at, twists = chains.twists(chain, q, columns, shift=_spread(chain, columns, found[:, :p], count))
+        residual = se3.pose_error(nominal, at).reshape(arms, -1) - (
+            beside.reshape(arms, count * 6, -1) @ found[:, p:, None]
+        ).reshape(arms, -1)
+        rows = np.concatenate([twists.reshape(arms, count, 6, -1), beside], axis=3) * weights[..., None]
         rows = rows.reshape(arms, count * 6, -1)
         across = np.swapaxes(rows, 1, 2)
-        step = np.linalg.solve(across @ rows + np.diag(job.prior), across @ residual[..., None])[..., 0]
+        right = across @ (residual * weights.ravel())[..., None] - (pull * found)[..., None]
+        step = np.linalg.solve(across @ rows + np.diag(np.append(job.prior, known)), right)[..., 0]
         found = found + step
         if np.abs(step).max() < SETTLED:
             break
-    return found
+    return found[:, :p]
 
 
 def _spread(chain: Chain, columns: np.ndarray, found: np.ndarray, count: int) -> np.ndarray:

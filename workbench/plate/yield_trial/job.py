@@ -95,7 +95,7 @@ class Errors:
         position = np.hypot(np.hypot(self.seat_position, self.target_position), self.played[:, 0])
         if self.away is not None:
             spread = np.linalg.inv(np.swapaxes(self.away, 1, 2) @ self.away)
-            along = np.sqrt(np.diagonal(spread, axis1=1, axis2=2)) * np.hypot(self.seat_position, self.anchor)
+            along = np.sqrt(np.diagonal(spread, axis1=1, axis2=2)) * self.seat_position
             return np.maximum(np.column_stack([along, np.ones_like(along)]), LEAST)
         rotation = np.hypot(np.hypot(self.seat_rotation, self.target_rotation), self.played[:, 1])
         return np.maximum(np.repeat(np.column_stack([position, rotation]), 3, axis=1), LEAST)
@@ -141,18 +141,33 @@ class Job:
 
     @cached_property
     def linearisation(self) -> Linearisation:
-        """Of the targets at the nominal arm, as the identification sees them."""
+        """Of the targets at the nominal arm, as identified; a ball-bar's anchors are solved for."""
         _, twists = sensitivity(self.robot, Motion(self.q), self.names)
         like = linearise(self.robot, self.q[:1], names=self.names)
         rows = (twists / self.sigma[:, :, None])[self.constrained]
+        anchors = (self.anchored / self.sigma[:, :, None])[self.constrained]
+        known = anchors.shape[1]  # a row for what is known of each coordinate of an anchor
+        beside = np.linalg.qr(np.concatenate([anchors, np.eye(known) / (self.errors.anchor or 1.0)]))[0]
+        rows = np.concatenate([rows, np.zeros((known, rows.shape[1]))])
         return Linearisation(
-            jacobian=frozen(rows),
+            jacobian=frozen(rows - beside @ (beside.T @ rows)),
             names=self.names,
             units=like.units,
-            sigma=frozen(self.sigma[self.constrained]),
-            measurement=frozen(np.nonzero(self.constrained)[0]),
+            sigma=frozen(np.append(self.sigma[self.constrained], np.full(known, self.errors.anchor))),
+            measurement=frozen(np.append(np.nonzero(self.constrained)[0], np.full(known, len(self.q)))),
             length=like.length,
         )
+
+    @cached_property
+    def anchored(self) -> Float[np.ndarray, "targets 6 u"]:
+        """How targets move with the coordinates of a ball-bar's anchors; no columns where they are exact."""
+        away = self.errors.away
+        if away is None or not self.errors.anchor:
+            return np.zeros((len(self.q), 6, 0))
+        count = away.shape[1]
+        lengths = np.eye(count)[None, :, :, None] * away[:, :, None, :]
+        moved = np.linalg.pinv(away) @ lengths.reshape(len(away), count, 3 * count)
+        return frozen(np.concatenate([moved, np.zeros_like(moved)], axis=1))
 
     @cached_property
     def prior(self) -> Float[np.ndarray, " p"]:
@@ -184,7 +199,8 @@ class Job:
             spread = np.zeros((*self.constrained.shape, *self.constrained.shape))
             own = np.arange(len(self.q))
             spread[own, :, own] = steps @ np.swapaxes(steps, 1, 2)
-            noise = noise + spread[self.constrained][:, self.constrained]
+            rows = self.constrained.sum()
+            noise[:rows, :rows] += spread[self.constrained][:, self.constrained]
         _, twists = sensitivity(self.robot, Motion(self.bank), self.names)
         off = twists @ (pull @ np.linalg.cholesky(noise))
         return np.stack([(off[:, :3] ** 2).sum((1, 2)), (off[:, 3:] ** 2).sum((1, 2))], -1)
