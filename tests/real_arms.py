@@ -4,6 +4,7 @@ robot, data = load(folder, "panda_3")       # directions of motion derived on th
 for train, held in splits(data, count=5):   # whole groups, where the data have them
 """
 
+from argparse import ArgumentTypeError
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -24,6 +25,14 @@ SETS = {
     "iiwa14": ("mukca/kuka_14", "iiwa14"),
 }
 """Folder and built-in arm of every set."""
+
+
+def set_names(text: str) -> list[str]:
+    """Names of sets from an option, commas between."""
+    names = text.split(",")
+    if unknown := [n for n in names if n not in SETS]:
+        raise ArgumentTypeError(f"no set '{unknown[0]}'; choose from {', '.join(SETS)}")
+    return names
 
 
 def load(folder: Path, name: str) -> tuple[Robot, Dataset]:

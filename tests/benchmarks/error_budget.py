@@ -19,7 +19,7 @@ sys.path[:0] = [str(TESTS.parent), str(TESTS), str(TESTS / "diagnosis")]
 
 from ledger import Ledger
 from matplotlib.figure import Figure
-from real_arms import SETS, load, splits
+from real_arms import SETS, load, set_names, splits
 from rich.console import Console
 
 from workbench.diagnosis.diagnose import diagnose
@@ -75,13 +75,13 @@ def bars(found: dict[str, dict[str, float]]) -> Figure:
 
 def main(arguments=None) -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--sets", default=",".join(SETS), help="sets, commas between")
+    parser.add_argument("--sets", type=set_names, default=list(SETS), help="sets, commas between")
     parser.add_argument("--data", type=Path, default=DATA, help="folder of the measurements")
     parser.add_argument("--json", type=Path, help="keep every figure in this file, and go on from it")
     parser.add_argument("--picture", type=Path, help="draw the bars here (.png)")
     given = parser.parse_args(arguments)
     ledger = Ledger(given.json)
-    for name in given.sets.split(","):
+    for name in given.sets:
         if name not in ledger:
             robot, data = load(given.data, name)
             train, held = next(iter(splits(data, 0, 5)))

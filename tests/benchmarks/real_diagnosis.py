@@ -27,7 +27,7 @@ sys.path[:0] = [str(TESTS.parent), str(TESTS), str(TESTS / "diagnosis")]
 import numpy as np
 from claims import claims, map_gain
 from ledger import Ledger
-from real_arms import SETS, load, plane, splits
+from real_arms import SETS, load, plane, set_names, splits
 from rich.console import Console
 from rich.table import Table
 
@@ -79,7 +79,7 @@ class Part:
 
 def options(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--sets", default=",".join(SETS), help="sets, commas between")
+    parser.add_argument("--sets", type=set_names, default=list(SETS), help="sets, commas between")
     parser.add_argument("--seeds", default="0:1", help="first and end of the seeds that draw folds")
     parser.add_argument("--folds", type=int, default=5)
     parser.add_argument("--first", type=int, help="only so many of the folds")
@@ -132,7 +132,7 @@ def tasks(given) -> Iterator[tuple[str, str, object, object, object]]:
             yield ("ur10 without a plane", f"x {x}", robot, *plane(data, given.data, x))
         return
     first, end = map(int, given.seeds.split(":"))
-    for name in given.sets.split(","):
+    for name in given.sets:
         robot, data = load(given.data, name)
         for seed in range(first, end):
             for k, rows in enumerate(list(splits(data, seed, given.folds))[: given.first]):

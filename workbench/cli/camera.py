@@ -26,7 +26,7 @@ def board(
     from workbench.data.camera.camera import Mount
     from workbench.data.camera.polyhedron import Shape, tag_solid
     from workbench.data.camera.printed import board_sheet
-    from workbench.data.camera.target import Charuco, charuco_target, write_target
+    from workbench.data.camera.target import Charuco, charuco_target, target_toml, write_target
 
     if out.suffix.lower() not in (".pdf", ".png"):
         raise OptionError(f"--out must end in .pdf or .png, got '{out}'")
@@ -46,6 +46,8 @@ def board(
         target, sheet = charuco_target(made, mounted), board_sheet(made)
     else:
         target, sheet = tag_solid(shape, side, tag=tag, dictionary=dictionary, mounted=mounted)
+    if beside.exists() and beside.read_text(encoding="utf-8") != target_toml(target):
+        raise OptionError(f"{beside} describes another target; write --out into another folder, or move it")
     content = sheet.pdf() if out.suffix.lower() == ".pdf" else sheet.png(dpi)
     opt.say(f"{sheet.title} on {sheet.paper[0]}: {write_bytes(out, content)}")
     opt.say(f"target: {write_target(target, beside)}")

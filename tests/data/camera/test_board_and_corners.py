@@ -174,6 +174,11 @@ def test_the_command_writes_board_and_target(run, tmp_path):
     target = read_target(tmp_path / "target.toml")
     assert target.charuco == Charuco((6, 4), 0.025, 0.0188, "DICT_6X6_250")
     assert (tmp_path / "b.pdf").stat().st_size > 2000
+    assert run("board", "--out", "b.png", *words)[0] == 0
+    status, _, said = run("board", "--out", "c.pdf", "--squares", "5x7")
+    assert status != 0
+    assert "describes another target" in said
+    assert read_target(tmp_path / "target.toml").charuco == target.charuco
 
 
 @pytest.mark.parametrize(

@@ -208,8 +208,8 @@ def read_target(path: Path | str) -> Target:
         raise reader.fail(str(error)) from None
 
 
-def write_target(target: Target, path: Path | str) -> Path:
-    """Write a target as `read_target` reads it."""
+def target_toml(target: Target) -> str:
+    """A target as `read_target` reads it."""
     table: dict[str, Any] = {
         "mounted": str(target.mounted),
         "scale_sigma": target.scale_sigma,
@@ -226,4 +226,9 @@ def write_target(target: Target, path: Path | str) -> Path:
         table |= {"dictionary": target.dictionary} if target.dictionary else {}
         rows = zip(target.ids.tolist(), target.corners.tolist(), target.points.tolist(), strict=True)
         table["point"] = [{"id": i, "corner": c, "xyz": xyz} for i, c, xyz in rows]
-    return write_text(path, tomli_w.dumps(table))
+    return tomli_w.dumps(table)
+
+
+def write_target(target: Target, path: Path | str) -> Path:
+    """Write a target as `read_target` reads it."""
+    return write_text(path, target_toml(target))
