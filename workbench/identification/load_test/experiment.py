@@ -7,18 +7,20 @@ instead, and the tool's pose is measured; the other joints are then known from t
 Source: Katana figs. 4.6, 4.9, 5.4; §4.4.1 for joint 1.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from jaxtyping import Bool, Int
 
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.base.errors import OptionError
+from workbench.base.errors import DataError, OptionError
 from workbench.base.threads import one_thread
 from workbench.data.dataset import Dataset
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument
 from workbench.data.simulation.simulate import simulate, virtual_arm
+from workbench.identification.fit import Fit
 from workbench.identification.load_test.postures import (
     LoadTestPlan,
     Purpose,
@@ -28,12 +30,14 @@ from workbench.identification.load_test.postures import (
     side_loads,
 )
 from workbench.identification.load_test.tilting import (
+    KINDS,
     JointTilting,
     Tilting,
     fit_tilting,
     tilting_effects,
     unknown_sizes,
 )
+from workbench.identification.load_test.tolerance import ANGLE, LENGTH, clear_of_reversals, constants_known
 from workbench.identification.problem import Noise
 
 REPEATS = 10
@@ -46,10 +50,8 @@ BACKLASH = (0.045, 0.065)
 """Range of its backlashes [°] (ibid.)."""
 STIFFNESS = (70.0, 125.0)
 """Range of its stiffnesses [kg m/°] (ibid.)."""
-LENGTH = 5e-5
-"""Greatest error of its lengths [m]."""
-ANGLE = float(np.deg2rad(0.1))
-"""Greatest error of its angles [rad]."""
+SPARE = 4.0
+"""Variance of the residual, in that of the stated noise, above which a fit is refused."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -123,6 +125,9 @@ def run_load_test(
     pulled = tuple(
         pulled_joint(robot, tilting, loads, _pulled(actual, loads, tracker, rng)) for loads in side
     )
+    if pulled:
+        turning = [e for found in pulled for e in found.effects]
+        tilting = tilting_of(robot.with_effects(*turning), plan, data, instrument=meter)
     return LoadTest(
         robot=robot, plan=plan, data=data, tilting=tilting, side=side, side_tilting=pulled, hidden=hidden
     )
@@ -138,12 +143,58 @@ def read_plan(
 def tilting_of(robot: Robot, plan: LoadTestPlan, data: Dataset, *, instrument: Instrument) -> Tilting:
     """What readings of a plan show of its joints, the directions of all axes fitted beside.
 
-    Of joints that gravity does not turn, but tips, they show the clearance.
+    Of joints that gravity does not turn, but tips, they show the clearance. No axis stands quite upright, so
+    that its play lets the arm turn downhill, the way that its clearance tips it: 0.05° about an axis that is
+    0.1° off tips by 0.0001°. A `robot` with the play that pulls showed leaves it out of the clearance.
+    Lengths stay nominal; errors up to `LENGTH` enter the standard errors. Masses are taken as they are given.
+    Postures in which the side of a moment is in doubt are left out.
+
+    Raises:
+        DataError: the fit leaves far more than the instrument's noise; says where most.
     """
     _, turn = instrument.deviations
     angles = [n for n in robot.default_free if robot.chain.elements[robot.chain.index[n]].axis.turns]
-    noise = Noise(rotation=turn or Noise().rotation)
-    return fit_tilting(robot, data, asked=sizes_shown(plan), noise=noise, free=angles)
+    noise, known = Noise(rotation=turn or Noise().rotation), constants_known(robot)
+    asked = sizes_shown(plan)
+    rows = np.flatnonzero(_certain(robot, data, asked, known))
+    tilting = fit_tilting(robot, data.take(rows), asked=asked, noise=noise, free=angles, known=known)
+    _check(tilting.fit, rows)
+    return tilting
+
+
+def _certain(
+    robot: Robot, data: Dataset, asked: Sequence[JointTilting], known: Mapping[str, float]
+) -> Bool[np.ndarray, " rows"]:
+    """Postures in which no joint whose play is asked for may lie on another side than the model says."""
+    about, across = clear_of_reversals(robot, Motion.of(data), known)
+    turns, tips = (
+        [j.joint for j in asked if np.isfinite(getattr(j, word))] for word in ("backlash", "clearance")
+    )
+    certain = about[:, turns].all(axis=1) & across[:, tips].all(axis=1)
+    if not certain.any():
+        raise DataError(
+            "in every posture the load of some joint is too near a change of sides to tell which side of its "
+            "play it lies on; plan postures that load the joints more, or add mass at the tool"
+        )
+    return certain
+
+
+def _check(fit: Fit, rows: Int[np.ndarray, " rows"]) -> None:
+    """Refuse a fit that does not see all that is asked, or that leaves far more than noise."""
+    hidden = (*fit.unidentifiable, *fit.hardly_seen)
+    if unseen := {n for found in hidden for n in found.names if n.split(".")[-1] in KINDS}:
+        raise DataError(
+            f"the {len(rows)} postures whose loads are clear of a change of sides do not show "
+            f"{', '.join(sorted(unseen))}; plan more pairs, or add mass at the tool"
+        )
+    if fit.variance_factor > SPARE:
+        worst = int(np.argmax(fit.row_residuals))
+        raise DataError(
+            f"the fit leaves {np.sqrt(fit.variance_factor):.3g} times the inclinometers' noise "
+            f"({np.sqrt(SPARE):g} times is allowed), most in row {rows[worst] + 1} "
+            f"({fit.row_residuals[worst]:.3g} times); check its readings and the mass at the tool, "
+            "or leave it out"
+        )
 
 
 def sizes_shown(plan: LoadTestPlan, pulled: Sequence[int] = ()) -> tuple[JointTilting, ...]:

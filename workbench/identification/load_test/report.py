@@ -12,6 +12,7 @@ from rich.text import Text
 from workbench.identification.load_test.experiment import LoadTest
 from workbench.identification.load_test.postures import LoadTestPlan, PosturePair, Purpose
 from workbench.identification.load_test.tilting import JointTilting
+from workbench.identification.load_test.tolerance import LENGTH
 from workbench.identification.report.table import line, new_table
 from workbench.report.figures import COLOURS, INK, grid, look, new_figure
 from workbench.report.json import Json, plain
@@ -61,6 +62,10 @@ def notes(found: LoadTest) -> list[str]:
         out.append(words + (", poses under sideways pulls how it turns" if pulled else " and nothing else"))
     for joint, purpose in found.plan.missing:
         out.append(f"no posture loads joint {joint + 1} so that it {LACKING[purpose]}")
+    left_out = len(found.plan.q) - len(found.tilting.fit.problem.data)
+    if left_out:
+        out.append(f"{left_out} postures are left out, in which small errors of the arm decide a load's side")
+    out.append(f"standard errors hold errors of lengths up to {1e3 * LENGTH:g} mm; masses are taken as given")
     return out
 
 

@@ -22,6 +22,7 @@ from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.fit import Fit
+from workbench.identification.picture_noise import Considered
 from workbench.identification.problem import FrameFreedom, Noise, Problem
 
 KINDS = {str(kind.coefficient): kind for kind in (ClearanceTilt, Backlash, JointCompliance)}
@@ -131,6 +132,7 @@ def fit_tilting(
     noise: Noise,
     free: Sequence[str] | None = None,
     frames: FrameFreedom | None = None,
+    known: Mapping[str, float] | None = None,
 ) -> Tilting:
     """Fit how some joints yield to their loads, together with constants of the geometry.
 
@@ -141,11 +143,17 @@ def fit_tilting(
         noise: Standard deviations where rows bring none.
         free: Constants to fit too; the robot's default ones if None; none if empty (given geometry).
         frames: What of base and tool is unknown; nothing if None.
+        known: Standard deviation of constants [m], [rad]; of those that are not fitted it enters the errors.
     """
     effects = tilting_effects(asked)
     names = [name for effect in effects for name in effect.names]
     bent = robot.with_effects(*robot.effects, *effects)
     problem = Problem.build(bent, data, noise=noise, free=free, frames=frames, effects=names)
+    considered = None
+    if known:
+        wide = Problem.build(bent, data, noise=noise, free=tuple(known), frames=frames, effects=names)
+        left = [0.0 if n in problem.names else known[n] for n in wide.names]
+        considered = Considered(wide, np.array(left))
     search = Opt2(limit=STEPS).search(problem)
     fit = Fit(
         algorithm="opt2",
@@ -155,6 +163,7 @@ def fit_tilting(
         outcome=search.outcome,
         history=search.history,
         seconds=0.0,
+        considered=considered,
     )
     found = dict(zip(problem.names, zip(fit.x.tolist(), fit.std.tolist(), strict=True), strict=True))
     return Tilting(fit, tuple(_found(j.joint, found) for j in sorted(asked, key=lambda j: j.joint)))

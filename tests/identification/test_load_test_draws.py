@@ -1,0 +1,91 @@
+"""A load test's standard errors against what virtual arms hide: whole draws of arm, postures and readings."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from workbench.arm.built_in_arms import load_robot
+from workbench.arm.motion import Motion
+from workbench.arm.statics.moments import joint_moments
+from workbench.base.errors import DataError
+from workbench.data.simulation.instruments import INSTRUMENTS
+from workbench.data.simulation.simulate import virtual_arm
+from workbench.identification.load_test import experiment
+from workbench.identification.load_test.postures import plan_load_test
+from workbench.identification.load_test.tilting import KINDS
+from workbench.identification.load_test.tolerance import (
+    ANGLE,
+    LENGTH,
+    clear_of_reversals,
+    constants_known,
+    moment_errors,
+)
+
+METER = replace(INSTRUMENTS["inclinometer"], samples=experiment.REPEATS)
+
+
+def squares(seed, *parts):
+    """Squared errors of some kinds of sizes, weighted with their covariance, and how many; for each part."""
+    test = experiment.run_load_test(load_robot("katana450"), added_mass=3.0, seed=seed)
+    fit, out = test.tilting.fit, []
+    for kinds in parts:
+        hidden = {f"joint{j.joint + 1}.{word}": getattr(j, word) for j in test.hidden for word in kinds}
+        at = [i for i, n in enumerate(fit.problem.names) if n in hidden]
+        errors = np.array([fit.x[i] - hidden[fit.problem.names[i]] for i in at])
+        out.append((float(errors @ np.linalg.solve(fit.covariance[np.ix_(at, at)], errors)), len(at)))
+    return out
+
+
+def band(found, share):
+    """Where the mean of these squares must lie with a probability, and the mean."""
+    degrees = sum(n for _, n in found)
+    low, high = (float(v) / len(found) for v in chi2.interval(share, degrees))
+    return low, float(np.mean([square for square, _ in found])), high
+
+
+def test_arms_whose_joints_lay_on_another_side_than_the_fit_thought():
+    """With loads of 0.0001 to 0.005 N m, which small errors of the arm turn to the other side."""
+    low, mean, high = band([squares(seed, tuple(KINDS))[0] for seed in (10, 11, 21)], 0.999)
+    assert low < mean < high
+
+
+@pytest.mark.slow
+def test_errors_over_24_arms_are_as_large_as_stated():
+    found = [squares(seed, ("clearance",), tuple(KINDS)) for seed in range(24)]
+    for kind in zip(*found, strict=True):
+        low, mean, high = band(kind, 0.95)
+        assert low < mean < high
+
+
+@pytest.fixture(scope="module")
+def planned():
+    robot = load_robot("katana450").with_effects()
+    return robot, plan_load_test(robot, added_mass=3.0, rng=np.random.default_rng(11))
+
+
+def test_planned_loads_come_from_a_side_beyond_doubt(planned):
+    robot, plan = planned
+    about, across = clear_of_reversals(robot, Motion(plan.q, payload=plan.added), constants_known(robot))
+    assert about[:, 1:].all()
+    assert across.all()
+
+
+def test_moments_err_as_those_of_many_arms(planned):
+    """Against arms drawn with the whole errors."""
+    robot, plan = planned
+    motion, rng = Motion(plan.q, payload=plan.added).take(slice(0, 8)), np.random.default_rng(0)
+    arms = [virtual_arm(robot, rng=rng, length=LENGTH, angle=ANGLE) for _ in range(150)]
+    seen = np.std([joint_moments(arm, motion).about for arm in arms], axis=0)
+    stated, _ = moment_errors(robot, motion, constants_known(robot))
+    np.testing.assert_allclose(stated[:, 1:], seen[:, 1:], rtol=0.25)
+
+
+def test_a_fit_far_above_the_noise_is_refused_with_its_row(planned):
+    robot, plan = planned
+    data = experiment.read_plan(robot, plan, instrument=METER, rng=np.random.default_rng(1))
+    tilt = {link: readings.copy() for link, readings in data.tilt.items()}
+    tilt[4][7] += np.deg2rad(0.2)
+    with pytest.raises(DataError, match=r"times the inclinometers' noise .* most in row 8 \(.*leave it out"):
+        experiment.tilting_of(robot, plan, replace(data, tilt=tilt), instrument=METER)

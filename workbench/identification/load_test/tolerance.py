@@ -1,0 +1,54 @@
+"""How well the constants of an arm under a load test are known, and postures in which that decides too much.
+
+Backlash lies on the side that the sign of a moment tells, clearance tips the way a moment across the axis
+points. Where such a moment is no larger than what the constants' errors make of it, the model may take the
+other side than the arm does, and errs by the whole play. No standard error tells of that.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+from jaxtyping import Bool
+
+from workbench.arm.motion import Motion
+from workbench.arm.robot import Robot
+from workbench.arm.statics.moments import joint_moments
+from workbench.base.types import JointRows
+
+LENGTH = 5e-5
+"""Greatest error of a length [m]."""
+ANGLE = float(np.deg2rad(0.1))
+"""Greatest error of an angle [rad]."""
+CLEAR = 4.0
+"""Standard deviations of a moment that leave no doubt about its side."""
+
+
+def constants_known(robot: Robot, *, length: float = LENGTH, angle: float = ANGLE) -> dict[str, float]:
+    """Standard deviation of every constant whose error is even, up to a greatest one [m], [rad]."""
+    elements, index = robot.chain.elements, robot.chain.index
+    greatest = {n: angle if elements[index[n]].axis.turns else length for n in robot.default_free}
+    return {n: size / np.sqrt(3.0) for n, size in greatest.items()}
+
+
+def clear_of_reversals(
+    robot: Robot, motion: Motion, known: Mapping[str, float]
+) -> tuple[Bool[np.ndarray, "rows n"], Bool[np.ndarray, "rows n"]]:
+    """Whether the moments about every axis, and those across it, surely point where the model has them.
+
+    Args:
+        known: Standard deviation of each of the arm's constants.
+    """
+    moments, (about, across) = joint_moments(robot, motion), moment_errors(robot, motion, known)
+    return np.abs(moments.about) >= CLEAR * about, moments.tipping >= CLEAR * across
+
+
+def moment_errors(robot: Robot, motion: Motion, known: Mapping[str, float]) -> tuple[JointRows, JointRows]:
+    """Standard deviations of the moments about every axis and across it, to first order [N m]."""
+    at = joint_moments(robot, motion)
+    about, across = (np.zeros(at.about.shape, float) for _ in range(2))
+    for name, std in known.items():
+        value = float(robot.values((name,))[0])
+        moved = joint_moments(robot.with_values({name: value + std}), motion)
+        about += (moved.about - at.about) ** 2
+        across += ((moved.across - at.across) ** 2).sum(axis=-1)
+    return np.sqrt(about), np.sqrt(across)
