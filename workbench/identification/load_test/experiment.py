@@ -170,7 +170,7 @@ def _certain(
     turns, tips = (
         [j.joint for j in asked if np.isfinite(getattr(j, word))] for word in ("backlash", "clearance")
     )
-    certain = about[:, turns].all(axis=1) & across[:, tips].all(axis=1)
+    certain = np.all(np.hstack([about[:, turns], across[:, tips]]), axis=1)
     if not certain.any():
         raise DataError(
             "in every posture the load of some joint is too near a change of sides to tell which side of its "
