@@ -14,6 +14,7 @@ from workbench.data.simulation.instruments import INSTRUMENTS
 from workbench.data.simulation.simulate import virtual_arm
 from workbench.identification.load_test import experiment
 from workbench.identification.load_test.postures import plan_load_test
+from workbench.identification.load_test.report import notes
 from workbench.identification.load_test.tilting import KINDS
 from workbench.identification.load_test.tolerance import (
     ANGLE,
@@ -89,3 +90,18 @@ def test_a_fit_far_above_the_noise_is_refused_with_its_row(planned):
     tilt[4][7] += np.deg2rad(0.2)
     with pytest.raises(DataError, match=r"times the inclinometers' noise .* most in row 8 \(.*leave it out"):
         experiment.tilting_of(robot, plan, replace(data, tilt=tilt), instrument=METER)
+
+
+def test_postures_with_a_load_from_either_side_are_left_out_and_told(planned):
+    robot, plan = planned
+    rng, known = np.random.default_rng(2), constants_known(robot)
+    q = rng.uniform(*robot.search_limits.T, (200, robot.dof))
+    doubtful = q[~clear_of_reversals(robot, Motion(q), known)[1].all(axis=1)][:2]
+    more = replace(plan, pairs=(*plan.pairs, replace(plan.pairs[0], q=doubtful, added=np.zeros(2))))
+    data = experiment.read_plan(robot, more, instrument=METER, rng=rng)
+    tilting = experiment.tilting_of(robot, more, data, instrument=METER)
+    assert len(tilting.fit.problem.data) == len(plan.q)
+    test = experiment.LoadTest(
+        robot=robot, plan=more, data=data, tilting=tilting, side=(), side_tilting=(), hidden=()
+    )
+    assert any(note.startswith("2 postures are left out") for note in notes(test))
