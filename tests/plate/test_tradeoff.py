@@ -89,7 +89,7 @@ def test_a_ball_bar_plate_is_three_sockets_and_the_lengths_of_its_bar(aria, plat
     assert float(first["distance[mm]"]) == pytest.approx(1e3 * apart, abs=1e-3)
     assert "ball-bar, telescoping" in parts_csv(made)
     q = choose_branches(aria, plate, plate_solutions(aria, plate), goal="O1", rng=np.random.default_rng(0)).q
-    rows = linearise_targets(aria, bar, q, sigma_position=5e-6)
+    rows = linearise_targets(aria, bar, q, sigma_position=5e-6, additive=True)
     _, twists = sensitivity(aria, Motion(q), rows.names)
     assert rows.jacobian.shape == (30, len(rows.names))
     assert np.allclose(rows.jacobian[1] * rows.sigma[1], bar.from_anchors[0, 1] @ twists[0, :3])

@@ -13,7 +13,7 @@ import shutil
 import sys
 import tempfile
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from playwright.sync_api import Page, sync_playwright
@@ -186,7 +186,7 @@ def tell(story: str, folder: Path) -> None:
             page = browser.new_page(viewport={"width": 1280, "height": 800}, accept_downloads=True)
             visit = Visit.open(page, app, folder)
             if story == "own_robot":
-                robot = write_urdf(load_robot("aria"), Path(made) / "own.urdf")
+                robot = write_urdf(replace(load_robot("aria"), name="own"), Path(made) / "own.urdf")
                 rows, cause = driven_file("payload", Path(made))
                 own_robot(visit, robot, rows, cause, folder)
             elif story == "plate":

@@ -1,5 +1,7 @@
 """A new user's way on the page, with files of their own: the card, the strip's buttons, a calibrated URDF."""
 
+from dataclasses import replace
+
 import pytest
 from driven_effects import driven_file
 
@@ -20,7 +22,7 @@ def app():
 
 
 def test_from_own_files_to_a_cause_and_a_calibrated_urdf_in_seven_clicks(app, chromium, tmp_path):
-    robot = write_urdf(load_robot("aria"), tmp_path / "own.urdf")
+    robot = write_urdf(replace(load_robot("aria"), name="own"), tmp_path / "own.urdf")
     rows, name = driven_file("payload", tmp_path)
     with chromium.new_context(viewport={"width": 390, "height": 844}, accept_downloads=True) as context:
         page = context.new_page()
@@ -42,7 +44,7 @@ def test_from_own_files_to_a_cause_and_a_calibrated_urdf_in_seven_clicks(app, ch
         press("A robot and measurements")
         files = page.locator(".mantine-Modal-body input[type=file]")
         files.nth(0).set_input_files(robot)
-        page.locator('[data-testid="start"]', has_text="Robot: ARIA").wait_for(timeout=60_000)
+        page.locator('[data-testid="start"]', has_text="Robot: own").wait_for(timeout=60_000)
         app.worker.wait()
         files.nth(1).set_input_files(rows)
         says("90 rows")

@@ -83,7 +83,7 @@ class AbstractObservation(ABC):
         values = [getattr(data, name) for name in cls.columns]
         if any(v is None for v in values):
             return np.zeros(len(data), bool)
-        return np.all([np.isfinite(v).reshape(len(data), -1).all(1) for v in values], axis=0)
+        return np.all([np.isfinite(v).all(axis=tuple(range(1, v.ndim))) for v in values], axis=0)
 
     @classmethod
     @abstractmethod
