@@ -1,6 +1,7 @@
 """Cameras as the instrument: what they find, what they refuse, against virtual arms of another code."""
 
 import json
+import re
 
 import camera_arms as virtual
 import numpy as np
@@ -174,6 +175,26 @@ def test_wrong_intrinsics_and_a_wrong_size_are_doubted(tmp_path):
     (tmp_path / "camera.toml").write_text(virtual.camera_toml(k=virtual.K * [0.5, 1.6, 1.0, 1.0]))
     with pytest.raises(DataError, match="fx and fy"):
         read(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("count", "free", "scale", "focal", "said"),
+    [
+        (25, '"auto"', 0.75, 1.0, r"^the target is 25\.0\d % smaller than its file says"),
+        (25, "false", 1.0, 1.07, r"^the given intrinsics do not suit the pictures.* \(camera c0: fx 135\d"),
+        (8, "false", 1.005, 1.0, "^the target's size or the focal length is not .* can't tell which"),
+    ],
+)
+def test_what_was_given_wrong_is_blamed_alone(tmp_path, count, free, scale, focal, said):
+    """A square of 30 mm given as 40 mm, a focal length 7 % too long, and too few pictures."""
+    rng = np.random.default_rng(0)
+    arm = virtual.made(rng, "ur5", zeros=np.deg2rad(0.3))
+    shots = virtual.scene(rng, arm, count, scale=scale)
+    wrong = virtual.K * [focal, focal, 1.0, 1.0]
+    robot, data = written(tmp_path, "ur5", shots, free=free, k=wrong)
+    gate = wb.identify(robot, data, algorithms=("opt2",)).gate
+    assert re.search(said, *gate.doubts)
+    assert gate.refused in ("", *gate.doubts)
 
 
 def test_two_cameras_at_once(tmp_path):

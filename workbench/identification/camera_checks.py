@@ -1,69 +1,141 @@
 """What camera, target and pictures contradict: intrinsics, or a print's size, that are not what was given."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float
 
 from workbench.base.types import Freedom
 from workbench.data.camera.camera import INTRINSICS
+from workbench.data.camera.rig import Rig
 from workbench.data.dataset import Dataset
 from workbench.identification.problem import Noise, Problem
 
 BETTER, LEAST_PIXEL = 0.75, 0.05
-"""Intrinsics are doubted where free ones leave this part of the corners' error, and so many px less."""
+"""What was given is doubted where other values leave this part of the corners' error, and so many px less."""
 OUTSIDE = 3.0
 """Standard deviations of prior knowledge beyond which it is doubted."""
+ANY_SIZE = 1.0
+"""Standard deviation of a target's relative size where nothing is known of it."""
 
 
-def doubts(
-    problem: Problem, x: Float[np.ndarray, " p"], fitted: Callable[[Dataset], tuple[Problem, np.ndarray]]
-) -> Iterator[str]:
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Pictures with some of what was given let go, all corners weighed alike; `x` is the answer."""
+
+    problem: Problem
+    x: Float[np.ndarray, " p"]
+
+    @cached_property
+    def values(self) -> dict[str, float]:
+        """Answer by name."""
+        return dict(zip(self.problem.names, self.x.tolist(), strict=True))
+
+    @cached_property
+    def pixel(self) -> float:
+        """Error of corners [px, root mean square of a coordinate]."""
+        problem = self.problem.with_noise(Noise(0.0, 0.0, (), self.problem.noise.pixel))
+        off = problem.physical(problem.residual(self.x)[: problem.size])
+        return float(np.sqrt((off**2).sum() / problem.count))
+
+    @property
+    def scale(self) -> float:
+        """The target's size less the stated one, relative to it."""
+        return self.values.get("target.scale", 0.0)
+
+    def is_strange_size(self, rig: Rig) -> bool:
+        """Whether the size is farther from the stated one than the rig's knowledge of it."""
+        return 0.0 < OUTSIDE * rig.target.scale_sigma < abs(self.scale)
+
+    def strange_intrinsics(self, rig: Rig) -> list[str]:
+        """What of each camera is farther from the given intrinsics than their `sigma` allows, in words."""
+        found = []
+        for camera in rig.cameras:
+            off = {
+                part: self.values[f"camera[{camera.name}].{part}"] - float(camera.intrinsics[k])
+                for k, part in enumerate(INTRINSICS if camera.free is Freedom.AUTO else ())
+            }
+            far = [
+                f"{part} {off[part]:+.4g} (sigma {sigma:.3g})"
+                for part, sigma in zip(off, camera.sigma.tolist(), strict=False)
+                if abs(off[part]) > OUTSIDE * sigma
+            ]
+            found += [f"camera {camera.name}: {', '.join(far)}"] if far else []
+        return found
+
+
+def doubts(fitted: Callable[[Dataset], Fit], data: Dataset) -> Iterator[str]:
     """Sentences on what the pictures contradict, with what to do.
 
+    The pictures are fitted as given, with free intrinsics in place of fixed ones, and with a target of any
+    size: what then suits them, and as given does not, is to blame; both, where the pictures can't tell.
+
     Args:
-        problem: Of what the pictures may identify, joints' zeros at most, all corners weighed alike.
-        x: Its answer.
-        fitted: Such a problem of other data, and its answer.
+        fitted: Fit of what the pictures may identify of the arm, joints' zeros at most.
+        data: The pictures.
     """
-    data = problem.data
     rig = data.rig
     assert rig is not None, "pictures were fitted"
-    values = dict(zip(problem.names, x.tolist(), strict=True))
-    fixed = [camera for camera in rig.cameras if camera.free is Freedom.FIXED]
-    if fixed:
-        freed, other = fitted(replace(data, rig=rig.with_intrinsics(Freedom.AUTO)))
-        was, now = pixel_error(problem, x), pixel_error(freed, other)
-        if now < BETTER * was and was - now > LEAST_PIXEL:
-            found = dict(zip(freed.names, other.tolist(), strict=True))
-            name = fixed[0].name
-            said = ", ".join(
-                f"{k} {found[f'camera[{name}].{k}']:.4g}" for k in ("fx", "fy", "cx", "cy", "k1")
-            )
-            yield (
-                f"the given intrinsics do not suit the pictures: corners {was:.2f} px off with them, "
-                f'{now:.2f} px with free ones (camera {name}: {said}); set free = "auto" or calibrate it'
-            )
-    for camera in rig.cameras:
-        for k, part in enumerate(INTRINSICS if camera.free is Freedom.AUTO else ()):
-            off = values[f"camera[{camera.name}].{part}"] - float(camera.intrinsics[k])
-            if abs(off) > OUTSIDE * camera.sigma[k]:
-                yield (
-                    f"camera {camera.name}: {part} is {off:+.4g} from the given one, more than {OUTSIDE:g} "
-                    f"times its sigma {camera.sigma[k]:.3g}; check that they are of this camera and lens"
-                )
-    scale, known = values.get("target.scale", 0.0), rig.target.scale_sigma
-    word = "larger" if scale > 0.0 else "smaller"
-    if known and abs(scale) > OUTSIDE * known:
+    is_fixed = any(camera.free is Freedom.FIXED for camera in rig.cameras)
+    any_size = replace(rig, target=replace(rig.target, scale_sigma=ANY_SIZE))
+    given, size = (fitted(replace(data, rig=each)) for each in (rig, any_size))
+    lens = fitted(replace(data, rig=rig.with_intrinsics(Freedom.AUTO))) if is_fixed else given
+    least = min(given.pixel, lens.pixel, size.pixel)
+
+    def suits(fit: Fit) -> bool:
+        return BETTER * fit.pixel <= least or fit.pixel - least <= LEAST_PIXEL
+
+    is_suited, is_size = suits(given), given.is_strange_size(rig)
+    is_lens = bool(given.strange_intrinsics(rig))
+    if not is_suited:
+        is_lens, is_size = suits(lens), suits(size)
+        is_either = is_lens and is_size
+    elif is_lens:
+        is_either = not is_size and suits(size) and not size.strange_intrinsics(rig)
+    else:
+        is_either = is_size and is_fixed and suits(lens) and not lens.is_strange_size(rig)
+    by_lens = f"{lens.pixel:.2f} px with free intrinsics ({_intrinsics(lens, rig)})"
+    by_size = f"{size.pixel:.2f} px with a target {_larger(size, rig)}"
+    if is_either:
         yield (
-            f"the target is {100 * abs(scale):.2f} % {word} than its file says, where {100 * known:.2g} % is "
-            "expected; measure it and correct its sizes"
+            "the target's size or the focal length is not what was given, and the pictures can't tell which: "
+            f"corners {given.pixel:.2f} px off as given, {by_size}, {by_lens}; check the printed square's "
+            'side, or leave the intrinsics to be refined with free = "auto"'
+        )
+        return
+    if is_lens and not is_suited:
+        yield (
+            f"the given intrinsics do not suit the pictures: corners {given.pixel:.2f} px off with them, "
+            f'{by_lens}; set free = "auto" or calibrate the camera'
+        )
+        is_size = lens.is_strange_size(rig)
+    else:
+        yield from (
+            f"{words}, more than {OUTSIDE:g} times sigma from the given intrinsics; check that they are of "
+            "this camera and lens"
+            for words in (given if is_suited else size).strange_intrinsics(rig)
+        )
+    if is_size:
+        yield (
+            f"the target is {_larger(size, rig)}: corners {given.pixel:.2f} px off with "
+            f"the size given, {size.pixel:.2f} px with that one; measure it and correct its sizes"
         )
 
 
-def pixel_error(problem: Problem, x: Float[np.ndarray, " p"]) -> float:
-    """Error of corners [px, root mean square of a coordinate]."""
-    problem = problem.with_noise(Noise(0.0, 0.0, (), problem.noise.pixel))
-    off = problem.physical(problem.residual(x)[: problem.size])
-    return float(np.sqrt((off**2).sum() / problem.count))
+def _intrinsics(fit: Fit, rig: Rig) -> str:
+    """A fixed camera's intrinsics as fitted."""
+    name = next((c.name for c in rig.cameras if c.free is Freedom.FIXED), rig.cameras[0].name)
+    found = {k: fit.values.get(f"camera[{name}].{k}") for k in ("fx", "fy", "cx", "cy", "k1")}
+    return f"camera {name}: " + ", ".join(f"{k} {v:.4g}" for k, v in found.items() if v is not None)
+
+
+def _larger(fit: Fit, rig: Rig) -> str:
+    """How much larger or smaller the target is than stated, and its squares."""
+    words = f"{100 * abs(fit.scale):.2f} % {'larger' if fit.scale > 0.0 else 'smaller'} than its file says"
+    board = rig.target.charuco
+    if board is None:
+        return words
+    side = 1e3 * board.square
+    return f"{words} (squares of {side * (1.0 + fit.scale):.4g} mm, not {side:.4g} mm)"

@@ -27,7 +27,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import FRAME_PARTS, Robot
 from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
-from workbench.identification.camera_checks import doubts
+from workbench.identification.camera_checks import Fit, doubts
 from workbench.identification.held_out_rows import cells
 from workbench.identification.picture_noise import (
     FAR,
@@ -212,13 +212,13 @@ def pass_gate(
             at = taken = bent
     number = max(k for k, step in enumerate(steps) if not step.refused)
 
-    moved = [name for name in taken.free if name in zeros]
+    shown = [p.name for p in last.parameters if p.name in zeros]
 
-    def fitted(other: Dataset) -> tuple[Problem, np.ndarray]:
-        again = _alike(build(robot, other, free=moved))
-        return again.problem, again.x
+    def fitted(other: Dataset) -> Fit:
+        again = _alike(build(robot, other, free=shown))
+        return Fit(again.problem, again.x)
 
-    doubted, advice = tuple(doubts(*fitted(data), fitted)), _advice(steps, number, data)
+    doubted, advice = tuple(doubts(fitted, data)), _advice(steps, number, data)
     considered = None
     if at.free and not taken.free:
         at = _fitted(last, tuple(p.name for p in last.parameters if p.is_geometry))

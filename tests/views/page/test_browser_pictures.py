@@ -1,5 +1,7 @@
 """A folder of what a camera saw, chosen on the page, to a calibrated URDF."""
 
+import shutil
+
 import numpy as np
 import pytest
 
@@ -39,3 +41,28 @@ def test_a_folder_is_chosen_identified_and_saved(app, look, aria, tmp_path):
     turns = [arm.predict(q)[:, :3, :3] for arm in (read_urdf(tmp_path / "arm.urdf"), aria)]
     off = np.swapaxes(turns[0], 1, 2) @ turns[1]
     assert 0.3 < np.rad2deg(np.arccos((np.trace(off, axis1=1, axis2=2).mean() - 1.0) / 2.0)) < 1.0
+
+
+def test_an_archive_of_the_folder_is_chosen_with_the_button(app, look, aria, tmp_path):
+    """A folder in a ZIP, as a file manager packs it; a broken one is said, and what was there stays."""
+    from pictured_arms import tabulate
+
+    folder = tmp_path / "knocked"
+    folder.mkdir()
+    tabulate(aria, SHIFTS, folder, count=6)
+    packed = shutil.make_archive(str(tmp_path / "shots"), "zip", tmp_path, "knocked")
+    broken = tmp_path / "broken.zip"
+    broken.write_bytes(b"no archive")
+    screen = look()
+    screen.tab("Measure")
+    for path, said in ((packed, "6 pictures read from shots"), (broken, "is no ZIP or tar archive")):
+        with screen.page.expect_file_chooser() as chooser:
+            screen.press("… or an archive of it (ZIP)")
+        chooser.value.set_files(path)
+        screen.page.get_by_text(said).first.wait_for()
+    session = screen.until(lambda s: s.job is None)
+    assert session.loaded.name == "shots"
+    assert len(session.loaded.dataset) == 6
+    screen.wait_text("camera_0", "image 0")
+    assert screen.page.locator('[data-testid="picture"] image').count() == 1
+    screen.shoot("pictures-archive")
