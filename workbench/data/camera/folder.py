@@ -161,8 +161,8 @@ def _members(name: str, content: bytes) -> Iterator[tuple[str, bytes]]:
             for member in archive:
                 if member.isfile() and (file := archive.extractfile(member)) is not None:
                     yield member.name, file.read()
-    except (tarfile.TarError, zipfile.BadZipFile, EOFError, OSError) as error:
-        raise FileError(f"is no ZIP or tar archive of a folder ({error})", path=name) from None
+    except (tarfile.TarError, zipfile.BadZipFile, EOFError, OSError):
+        raise FileError("is no ZIP or tar archive; pack the folder again", path=name) from None
 
 
 def _only(place: Path, found: list[Path], name: str = "", holds: str = "") -> Any:
