@@ -93,20 +93,12 @@ def refit(
     if grams is not None and any(t.candidate.shrunk for t in model):
         built = _shrinking(built, grams, model)
     here = np.array([(begin or {}).get(p.name, p.nominal) for p in built.parameters])
+    algorithm = Opt2(limit=STEPS)
     if grams is not None and large(built):
         search = _chord(built, here, grams, model, on_step)
     else:
-        search = Opt2(limit=STEPS).search(built, on_step=on_step, begin=here)
-    fit = Fit(
-        algorithm="opt2",
-        title="OPT2",
-        problem=built,
-        x=search.x,
-        outcome=search.outcome,
-        history=search.history,
-        seconds=0.0,
-    )
-    return Fitted(model, fit)
+        search = algorithm.search(built, on_step=on_step, begin=here)
+    return Fitted(model, Fit.of(algorithm, built, search))
 
 
 def needs_inertia(robot: Robot) -> bool:

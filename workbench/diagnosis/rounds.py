@@ -122,8 +122,9 @@ def rounds(
         key = frozenset(_key(t.candidate) for t in last.found.model)
         cancelled = on_step is not None and on_step(number, 0.0)
         over = cancelled or number == (FEW_ROUNDS if large(stage.fitted.problem) else ROUNDS) - 1
-        again = key in seen and not _same(last.found.model, stage.fitted.model)
-        settled = again or _same(last.found.model, stage.fitted.model) or not _better(last)
+        same = _same(last.found.model, stage.fitted.model)
+        again = key in seen and not same
+        settled = same or again or not _better(last)
         seen.add(key)
         if over or settled:
             done[-1] = _as_fitted(min(done, key=_description_length) if again else last)

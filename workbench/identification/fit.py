@@ -15,6 +15,7 @@ from workbench.arm.parameters import Parameter
 from workbench.arm.robot import Robot
 from workbench.arm.unidentifiable import Combination, combinations
 from workbench.base.types import Outcome
+from workbench.identification.algorithms.identifier import AbstractIdentifier, Search
 from workbench.identification.factorisation import Factor
 from workbench.identification.noise import effective_parameters, factor_at
 from workbench.identification.picture_noise import Considered, covariance
@@ -52,6 +53,28 @@ class Fit:
     warnings: tuple[str, ...] = ()
     actual: Noise | None = None
     considered: Considered | None = None
+
+    @classmethod
+    def of(
+        cls,
+        algorithm: AbstractIdentifier,
+        problem: Problem,
+        search: Search,
+        *,
+        seconds: float = 0.0,
+        considered: Considered | None = None,
+    ) -> "Fit":
+        """What an algorithm's search found."""
+        return cls(
+            algorithm=algorithm.name,
+            title=algorithm.title,
+            problem=problem,
+            x=search.x,
+            outcome=search.outcome,
+            history=search.history,
+            seconds=seconds,
+            considered=considered,
+        )
 
     @property
     def iterations(self) -> int:

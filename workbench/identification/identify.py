@@ -126,30 +126,14 @@ def _fit(problem, algorithm, loss, cancel) -> Fit:
     search = algorithm.search(problem, on_step=on_step(cancel))
     weights = np.ones(len(problem.data))
     for _ in range(REWEIGHTINGS if loss is not Loss.SQUARES else 0):
-        fit = Fit(
-            algorithm=algorithm.name,
-            title=algorithm.title,
-            problem=problem.with_row_weights(None),
-            x=search.x,
-            outcome=search.outcome,
-            history=search.history,
-            seconds=0.0,
-        )
+        fit = Fit.of(algorithm, problem.with_row_weights(None), search)
         new = row_weights(fit.row_residuals, loss)
         if np.abs(new - weights).max() < 1e-3 or search.outcome is Outcome.CANCELLED:
             break
         weights = new
         problem = problem.with_row_weights(weights)
         search = algorithm.search(problem, on_step=on_step(cancel))
-    fit = Fit(
-        algorithm=algorithm.name,
-        title=algorithm.title,
-        problem=problem,
-        x=search.x,
-        outcome=search.outcome,
-        history=search.history,
-        seconds=perf_counter() - began,
-    )
+    fit = Fit.of(algorithm, problem, search, seconds=perf_counter() - began)
     return replace(fit, warnings=_warnings(fit))
 
 

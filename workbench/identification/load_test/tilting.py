@@ -154,17 +154,8 @@ def fit_tilting(
         wide = Problem.build(bent, data, noise=noise, free=tuple(known), frames=frames, effects=names)
         left = [0.0 if n in problem.names else known[n] for n in wide.names]
         considered = Considered(wide, np.array(left))
-    search = Opt2(limit=STEPS).search(problem)
-    fit = Fit(
-        algorithm="opt2",
-        title="OPT2",
-        problem=problem,
-        x=search.x,
-        outcome=search.outcome,
-        history=search.history,
-        seconds=0.0,
-        considered=considered,
-    )
+    algorithm = Opt2(limit=STEPS)
+    fit = Fit.of(algorithm, problem, algorithm.search(problem), considered=considered)
     found = dict(zip(problem.names, zip(fit.x.tolist(), fit.std.tolist(), strict=True), strict=True))
     return Tilting(fit, tuple(_found(j.joint, found) for j in sorted(asked, key=lambda j: j.joint)))
 
