@@ -38,7 +38,7 @@ _HOMES = {
     "workbench.plate.optimiser.result": ("PlateDesign",),
     "workbench.identification.record": ("Identification", "Evaluation"),
     "workbench.identification.evaluate": ("evaluate",),
-    "workbench.diagnosis.pictured": ("identify",),
+    "workbench.diagnosis.identify": ("identify",),
     "workbench.identification.verification.verify": ("verify", "Verification"),
     "workbench.identification.fleet.fleet": ("compare_fleet", "Fleet"),
     "workbench.identification.problem": ("Noise",),

@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects import EFFECTS
+from workbench.arm.effects.base_drift import BaseDrift
 from workbench.arm.statics.deflection import shift_of
 from workbench.base.errors import OptionError
-from workbench.data.simulation.hidden_effects import BEND, hidden_effects, varied_state
+from workbench.data.simulation.hidden_effects import BEND, hidden_effects, surprise, varied_state
 from workbench.identification.evaluate import evaluate
 from workbench.plate.virtual_measuring import measure_poses
 
@@ -27,6 +29,31 @@ def test_every_effect_can_be_hidden(aria, name):
         assert 1e-5 < largest < 1e-3
     else:
         assert 0.5 * BEND < largest < 1.5 * BEND
+
+
+def test_journals_rely_on_the_effect_of_a_surprise(aria):
+    """The same generator hides the same effect; an arm without masses gets none of load."""
+    drawn = [surprise(aria, rng=np.random.default_rng(seed)) for seed in range(3)]
+    assert [effect.label for effect in drawn] == [
+        "joint-harmonic, joint 6, order 2",
+        "joint-compliance, joint 2",
+        "backlash, joint 2",
+    ]
+    assert [effect.coefficients for effect in drawn] == [
+        (0.002656941500557246, 0.0006995375571588913),
+        (0.0007301854785303741,),
+        (0.0014081893720969479,),
+    ]
+    light = surprise(load_robot("so101"), rng=np.random.default_rng(4))
+    assert (light.joints, light.order) == ((3,), 3)
+    assert light.coefficients == (0.003290189874035463, -0.0004947909809827785)
+
+
+def test_an_effect_from_elsewhere_may_be_the_surprise(aria, monkeypatch):
+    """Its own file says so; nothing else names it."""
+    monkeypatch.setattr(BaseDrift, "surprise_size", 1e-7)
+    drawn = {surprise(aria, rng=np.random.default_rng(seed)).name for seed in range(20)}
+    assert drawn == {"joint-harmonic", "joint-compliance", "backlash", "base-drift"}
 
 
 def test_joint_and_size_are_as_said(aria):

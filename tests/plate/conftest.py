@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from workbench.base import se3
-from workbench.plate.branches import plate_solutions
 from workbench.plate.parts.fixture import fixture_of
 from workbench.plate.plate import Kind, Plate, Target
 from workbench.plate.plate_toml import load_plate
 from workbench.plate.region import Region
+from workbench.plate.target_branches import plate_solutions
 
 
 def plate_of(*places, kinds=("seat",), size=(0.3, 0.2, 0.015), lean=(0.1, -0.05, 0.4)):

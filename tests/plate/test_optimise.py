@@ -11,7 +11,6 @@ from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import Outcome
-from workbench.plate.branches import choose_branches
 from workbench.plate.design import optimise_plate as plate_design
 from workbench.plate.optimiser.constraints import Constraints
 from workbench.plate.optimiser.optimise import Postures, Wish, optimise_plate
@@ -27,6 +26,7 @@ from workbench.plate.parts.fixture import fixture_of
 from workbench.plate.plate import Kind
 from workbench.plate.readings import Look, Reading
 from workbench.plate.region_poses import plate_region_poses
+from workbench.plate.target_branches import choose_branches
 from workbench.plate.tolerances import Making
 
 

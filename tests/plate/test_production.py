@@ -23,9 +23,9 @@ from workbench.data.simulation.simulate import virtual_arm
 from workbench.identification.algorithms.ols import Ols
 from workbench.identification.problem import Problem
 from workbench.identification.problem_blocks import Noise
-from workbench.plate.branches import choose_branches
 from workbench.plate.plate import Kind
 from workbench.plate.region_poses import plate_region_poses
+from workbench.plate.target_branches import choose_branches
 from workbench.plate.yield_trial.arms import try_arms
 from workbench.plate.yield_trial.job import Errors, Job, constrained_by
 from workbench.plate.yield_trial.reach_targets import branches_by_distance, reach_targets

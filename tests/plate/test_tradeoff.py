@@ -11,7 +11,6 @@ import pytest
 from workbench.arm.kinematics.forward import sensitivity
 from workbench.arm.motion import Motion
 from workbench.base.errors import OptionError
-from workbench.plate.branches import choose_branches, plate_solutions
 from workbench.plate.optimiser.manufacturing import MANNERS
 from workbench.plate.optimiser.target_blocks import Blocks, places_of
 from workbench.plate.parts.drawing import Words
@@ -24,6 +23,7 @@ from workbench.plate.parts.stock import Stock
 from workbench.plate.plate import Kind
 from workbench.plate.plate_toml import read_plate, write_plate
 from workbench.plate.readings import linearise_targets, reading_named
+from workbench.plate.target_branches import choose_branches, plate_solutions
 from workbench.plate.tradeoff import weigh_choices
 
 

@@ -7,9 +7,9 @@ from studies.aria_arms import Comparison
 from studies.finding import Finding, judged, without
 from workbench.arm.linearisation import linearise
 from workbench.arm.robot import Robot
-from workbench.plate.branches import plate_solutions, single_branches
 from workbench.plate.clustering import Clustering
 from workbench.plate.plate import Plate
+from workbench.plate.target_branches import plate_solutions, single_branches
 
 ALIKE = float(np.sqrt(10.0))
 """Errors within this factor are of the same order of magnitude: half of one up or down."""

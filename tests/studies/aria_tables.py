@@ -15,9 +15,9 @@ from workbench.arm.robot import Robot
 from workbench.data.accuracy_requirement import Requirement
 from workbench.data.prediction import RowComponents, row_components
 from workbench.data.simulation.instruments import INSTRUMENTS
-from workbench.plate.branches import plate_solutions
 from workbench.plate.indices import O
 from workbench.plate.plate import Plate
+from workbench.plate.target_branches import plate_solutions
 
 EVEN = 1e-3
 """Distance of a target of Table 2 from its even place on the circle that rounding to mm explains [m]."""

@@ -44,7 +44,7 @@ LISTED = 3
 """Rivals that are listed for an effect."""
 MENTIONED = 0.5
 """Part of an effect's evidence that a rival must have to be mentioned …"""
-FAR = 100.0
+MUCH_WORSE = 100.0
 """… and how far below the effect's it may lie at most."""
 RANKED = 40
 """Candidates in the ranking."""
@@ -97,7 +97,7 @@ def distinct(found: Sequence[Offer]) -> list[Offer]:
 def rivals_of(searched: Searched, term: Term) -> list[tuple[Model, Offer]]:
     """The best candidates for the place of an accepted term, each with the model that they would join."""
     place = place_of(searched, (term,))
-    least = max(MENTIONED * place.own, place.own - FAR)
+    least = max(MENTIONED * place.own, place.own - MUCH_WORSE)
     near = distinct([o for o in place.offers if o.gain > least])
     return [(place.left.model, found) for found in near[:LISTED]]
 

@@ -32,7 +32,7 @@ SETTLINGS = 3
 FOLDS = 5
 """Parts into which the rows are divided for cross-validation."""
 
-FAR = 0.02
+NONLINEAR = 0.02
 """Geometry that moves farther than this [rad, m] without an effect is no longer linear in it."""
 
 Tell = Callable[[str], None]
@@ -156,7 +156,7 @@ def _without_superfluous(searched: Searched, known, on_step) -> Stage | None:
     for term in (model[k] for k in np.argsort(own) if not model[k].candidate.shrunk):
         rest = drop(model, [term])
         there = grams.basis @ solve(grams, rest, grams.total)[: grams.geometry]
-        if np.abs(there - here).max(initial=0.0) < FAR:
+        if np.abs(there - here).max(initial=0.0) < NONLINEAR:
             continue
         rows = stage.rows.take(stage.keep)
         without = refit(stage.geometric, grams, rest, data=rows, known=known, begin=begin, on_step=on_step)

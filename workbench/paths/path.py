@@ -12,8 +12,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.inverse import solve as inverse
-from workbench.arm.inverse.branch import LIMIT_SLACK, margins
-from workbench.arm.inverse.branches import quality
+from workbench.arm.inverse.branch import LIMIT_SLACK, margins, quality
 from workbench.arm.inverse.damped_newton import Task, refine
 from workbench.arm.inverse.reduced_arm import compile_arm
 from workbench.arm.inverse.solutions import task_jacobian

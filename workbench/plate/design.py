@@ -17,7 +17,6 @@ from workbench.base.threads import one_thread
 from workbench.data.accuracy_requirement import Requirement, Wanted
 from workbench.data.simulation.simulate import ANGLE_ERROR, LENGTH_ERROR
 from workbench.plate import clustering
-from workbench.plate.branches import choose_branches, measurable
 from workbench.plate.clustering import Clustering
 from workbench.plate.criterion import goal_index
 from workbench.plate.free_constants import identified_names
@@ -31,6 +30,7 @@ from workbench.plate.poses.sampling import in_base
 from workbench.plate.readings import SIGMA_POSITION, SIGMA_ROTATION, Reading, reading_named
 from workbench.plate.region import Region
 from workbench.plate.region_poses import PLATE_CONE, PLATE_POSES, plate_region_poses, region_poses
+from workbench.plate.target_branches import choose_branches, measurable
 from workbench.plate.tolerances import Making
 from workbench.plate.yield_trial.job import Errors, Job, constrained_by
 from workbench.plate.yield_trial.trial import ARMS, Yield, check_number, try_production

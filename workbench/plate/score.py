@@ -23,13 +23,13 @@ from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import Cancel, Progress
 from workbench.base.threads import one_thread
 from workbench.base.types import Outcome, frozen
-from workbench.plate.branches import choose_branches, measurable, single_branches
 from workbench.plate.free_constants import identified_names, visible, visible_basis, visible_weight
 from workbench.plate.indices import I, O, evaluate
 from workbench.plate.plate import Plate
 from workbench.plate.predicted_error import PredictedError, position_weight, predicted_error
 from workbench.plate.readings import SIGMA_POSITION, SIGMA_ROTATION, linearise_targets, usual_sigma
 from workbench.plate.region_poses import plate_region_poses
+from workbench.plate.target_branches import choose_branches, measurable, single_branches
 from workbench.plate.tolerances import EXACT, Making
 from workbench.report.result_display import AbstractShown
 

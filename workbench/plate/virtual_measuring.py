@@ -26,7 +26,6 @@ from workbench.data.simulation.simulate import (
     virtual_arm,
     without,
 )
-from workbench.plate.branches import choose_branches, measurable, plate_solutions
 from workbench.plate.obstruction import hits
 from workbench.plate.plate import Plate
 from workbench.plate.poses.circle_points import circle_poses
@@ -34,6 +33,7 @@ from workbench.plate.poses.informative_poses import informative_poses
 from workbench.plate.poses.iso_cube import iso_cube_poses
 from workbench.plate.poses.sampling import random_poses
 from workbench.plate.region_poses import plate_region_poses
+from workbench.plate.target_branches import choose_branches, measurable, plate_solutions
 
 RANDOM = "random"
 """Name of the choice of poses that chooses nothing."""

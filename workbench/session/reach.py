@@ -14,17 +14,16 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.inverse.branch import Branch
-from workbench.arm.inverse.branches import InverseResult, choose, nearest_of
+from workbench.arm.inverse.branch import Branch, InverseResult, choose, nearest_of
 from workbench.arm.inverse.damped_newton import Task
 from workbench.arm.inverse.solve import follow, solve
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.base.progress import Cancel, Cancelled, never
 from workbench.base.types import Matrix4, frozen
-from workbench.plate.branches import choose_branches
 from workbench.plate.obstruction import clear_of, hits
 from workbench.plate.plate import AUTO, Kind, Plate, Target
+from workbench.plate.target_branches import choose_branches
 from workbench.session.state import TargetState
 
 STARTS = 8

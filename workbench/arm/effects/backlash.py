@@ -38,6 +38,7 @@ class Backlash(AbstractEffect):
     name = "backlash"
     coefficient = "backlash"
     has_play = True
+    surprise_size = 1.5e-3
 
     @property
     def loads(self):

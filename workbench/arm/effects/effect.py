@@ -63,6 +63,8 @@ class AbstractEffect(AbstractLaw):
     """Whether joints have it together as a rule, so that a diagnosis tries it on all of them at once."""
     typical_size: ClassVar[float | None] = None
     """Usual greatest coefficient [SI]; None if a virtual arm should choose one that shows well."""
+    surprise_size: ClassVar[float | None] = None
+    """Usual greatest coefficient [SI] where it may be the surprise of a virtual arm; None if it never is."""
 
     @abstractmethod
     def sentence(self, chain: Chain, motion: Motion) -> str:
@@ -100,6 +102,11 @@ class AbstractEffect(AbstractLaw):
         """
         one = cls(() if cls.whole_arm else (joint,))
         return replace(one, coefficients=(1.0,) * len(one.names))
+
+    @classmethod
+    def surprise(cls, arm: Arm, joint: int, rng: np.random.Generator) -> "AbstractEffect":
+        """The example that "Surprise me" hides, if there is a `surprise_size`; the usual one by default."""
+        return cls.example(arm, joint, rng)
 
     def views(self, state: State) -> tuple[View, ...]:
         """Every increment over what drives it; by default over what `loads`, `needs` or its joints name."""

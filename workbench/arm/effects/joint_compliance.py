@@ -22,6 +22,7 @@ class JointCompliance(AbstractEffect):
     of_many_joints = True
     coefficient = "compliance"
     loads = Loads.OWN
+    surprise_size = 5e-4
 
     def units(self, chain):
         return tuple("rad/(N*m)" if turns(chain, j) else "m/N" for j in self.joints)

@@ -6,7 +6,7 @@ over one order k, or over a band of orders: the teeth of a gear show with their 
 learned on part of a turn fades out beyond its `range`: many orders predict nothing where no row was.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import final
 
@@ -49,6 +49,7 @@ class JointHarmonic(AbstractEffect):
     range: tuple[float, ...] = ()
     name = "joint-harmonic"
     maps_joint = True
+    surprise_size = 3e-3
 
     @property
     def orders(self) -> tuple[int, ...]:
@@ -139,6 +140,10 @@ class JointHarmonic(AbstractEffect):
     def example(cls, arm, joint, rng):
         phase = rng.uniform(0.0, 2.0 * np.pi)
         return cls((joint,), (np.cos(phase), np.sin(phase)), order=2)
+
+    @classmethod
+    def surprise(cls, arm, joint, rng):
+        return replace(cls.example(arm, joint, rng), order=int(rng.integers(1, 4)))
 
 
 def highest_order(q: np.ndarray) -> int:

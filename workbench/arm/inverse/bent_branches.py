@@ -8,8 +8,7 @@ from jaxtyping import Float
 
 from workbench.arm.inverse import unreachable
 from workbench.arm.inverse.bent_arm import settle
-from workbench.arm.inverse.branch import LIMIT_SLACK, Branch, margins
-from workbench.arm.inverse.branches import InverseResult, Nearest, quality
+from workbench.arm.inverse.branch import LIMIT_SLACK, Branch, InverseResult, Nearest, margins, quality
 from workbench.arm.inverse.damped_newton import Refined, unlimited
 from workbench.arm.inverse.reduced_arm import compile_arm
 from workbench.arm.motion import Motion

@@ -1,40 +1,17 @@
-"""One solution of the inverse kinematics: its name, its place within the limits, its other turns.
+"""The solutions of the inverse kinematics at one target, and the choice of one of them."""
 
-A branch is named after the signs of three geometric quantities (Lee and Ziegler, IEEE Trans. Aerospace and
-Electronic Systems 20(6), 1984), with z_i the direction of joint axis i and o_1 the point of axis 1 that is
-nearest to axis 2 (the shoulder):
-
-    shoulder  right if (z_1 × z_2)·(h − o_1) ≥ 0, else left: on which side of axis 1 the hand lies, seen
-              from the upper arm; h is the point of axis 5 nearest to axis 6
-    elbow     up if the elbow (axis 3) lies above the line from shoulder to wrist for a right shoulder,
-              below it for a left one, where above is the side of positive z_1, and the wrist is the point
-              of axis 5 nearest to axis 4
-    wrist     no flip if z_5·(z_4 × z_6) ≥ 0, else flip, as far as wrist and arm are decoupled. In general
-              the sign is that of det J times the other two, times a constant of the arm that makes the
-              two definitions agree in most configurations: det J changes its sign only at singularities,
-              so that names part branches better (ARIA's wrist is offset by 49 mm).
-
-They are taken from the actual axes, so a calibrated arm and its nominal one give the same names, and so do
-neighbouring poses as long as no sign changes, which is at a singularity for the usual arms. They need axes 2
-and 3 nearly parallel and axes 1 and 2, 4 and 5, 5 and 6 nearly perpendicular (an arm of five joints takes
-its tool's z axis for the sixth). Other arms are named after the signs of their angles, as `+-++-+`.
-Solutions of one target that share a name are numbered by increasing angle of joint 1, then 2 ….
-"""
-
-from collections import Counter
-from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import product
 
 import numpy as np
 from jaxtyping import Bool, Float
 
-from workbench.arm.inverse.reduced_arm import Arm
-from workbench.base import se3
+from workbench.arm.inverse.damped_newton import Task
+from workbench.base.errors import OptionError
 from workbench.base.types import frozen
 
-STRUCTURE = 0.35
-"""Sine or cosine up to which two axes count as nearly parallel or perpendicular (20°)."""
 MOST_TURNS = 4096
 """Alternatives that `Branch.turns` lists at most."""
 TURN = 2.0 * np.pi
@@ -44,7 +21,7 @@ LIMIT_SLACK = 1e-9
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Branch:
-    """One way to reach the target.
+    """One solution.
 
     Args:
         q: Joint coordinates; the turn within the limits nearest to their middle [rad or m].
@@ -115,93 +92,129 @@ def margins(q: Float[np.ndarray, "rows n"], limits: Float[np.ndarray, "n 2"]) ->
     return np.minimum(q - limits[:, 0], limits[:, 1] - q)
 
 
-def branch_names(arm: Arm, x: Float[np.ndarray, "rows n"]) -> list[str]:
-    """A name for every solution of one target, unique among them.
+@dataclass(frozen=True, eq=False)
+class Nearest:
+    """The closest that the arm comes to a target within its limits.
 
     Args:
-        x: Solutions in the chain's order [rad or m].
+        q: Joint coordinates [rad or m].
+        position_error: Distance of the tool from the target [m].
+        rotation_error: Angle between the two, as far as the task asks [rad].
     """
-    if len(x) == 0:
-        return []
-    plain = plain_names(arm, x)
-    count: Counter[str] = Counter()
-    names = list(plain)
-    for i in np.lexsort(np.angle(np.exp(1j * x)).round(6).T[::-1]):
-        count[plain[i]] += 1
-        if count[plain[i]] > 1:
-            names[i] = f"{plain[i]} ({count[plain[i]]})"
-    return names
+
+    q: Float[np.ndarray, " n"]
+    position_error: float
+    rotation_error: float
 
 
-def plain_names(arm: Arm, x: Float[np.ndarray, "rows n"]) -> list[str]:
-    """A name for every configuration by its signs alone, whatever the others are called.
+@dataclass(frozen=True, eq=False)
+class InverseResult:
+    """All solutions at one target.
 
     Args:
-        x: Configurations in the chain's order [rad or m].
+        branches: Those within the limits first, best manipulability first among them.
+        finite: False where the solutions are endlessly many (a redundant arm or task, a singular pose) and
+            `branches` are representatives.
+        note: What else the user should know, such as that the arm is redundant.
+        task: What of the pose was asked for.
+        explain: Finds `reason` and `nearest` when one of them is first asked for: where nothing is within the
+            limits, that takes longer than the branches.
     """
-    signs = _signs(arm, x)
-    if signs is None:
-        wrapped = np.where(arm.slides, x, np.angle(np.exp(1j * x)))[:, arm.places]
-        return ["".join("+" if v >= 0 else "-" for v in row) for row in wrapped]
-    return [
-        f"shoulder {'right' if s >= 0 else 'left'}, elbow {'up' if e >= 0 else 'down'}, "
-        f"wrist {'no flip' if f >= 0 else 'flip'}"
-        for s, e, f in signs
-    ]
+
+    branches: tuple[Branch, ...]
+    finite: bool
+    note: str | None
+    task: Task
+    explain: Callable[[], tuple[str | None, Nearest]]
+
+    @cached_property
+    def _explained(self) -> tuple[str | None, Nearest]:
+        return self.explain()
+
+    @property
+    def reason(self) -> str | None:
+        """Why no branch is within the limits; None if one is."""
+        return None if self.reachable else self._explained[0]
+
+    @property
+    def nearest(self) -> Nearest:
+        """The best branch within the limits, or the nearest configuration within them."""
+        return self._explained[1]
+
+    @property
+    def reachable(self) -> bool:
+        """Whether a branch is within the limits."""
+        return any(b.within_limits for b in self.branches)
+
+    @property
+    def within_limits(self) -> tuple[Branch, ...]:
+        """The branches that are within the limits."""
+        return tuple(b for b in self.branches if b.within_limits)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of all branches."""
+        return tuple(b.name for b in self.branches)
 
 
-def _signs(arm: Arm, x: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows 3"] | None:
-    """Shoulder, elbow and wrist quantities, or None for an arm without that structure."""
-    constant = _agreement(arm)
-    if constant == 0.0:
-        return None
-    side, bend, _, determinant = _quantities(arm, x)
-    return np.stack([side, bend, constant * determinant * np.where(bend >= 0, 1.0, -1.0)], -1)
+def nearest_branch(result: InverseResult, q: Float[np.ndarray, " n"]) -> Branch | None:
+    """The branch nearest to q up to full turns, within the limits if any is; None without branches."""
+    return nearest_of(result.within_limits or result.branches, q)
 
 
-@lru_cache(maxsize=256)
-def _agreement(arm: Arm) -> float:
-    """The sign that makes both definitions of the wrist agree in most configurations; 0 without structure."""
-    if arm.dof not in (5, 6) or arm.slides.any():
-        return 0.0
-    x = np.random.default_rng(0).uniform(-np.pi, np.pi, (512, arm.dof))
-    tool, axes, _ = arm.geometry(x[:1])
-    z = [*axes[0], *([tool[0, :, 2]] if arm.dof == 5 else [])]
-    if max(abs(z[i] @ z[i + 1]) for i in (0, 3, 4)) > STRUCTURE:
-        return 0.0
-    if np.linalg.norm(np.cross(z[1], z[2])) > STRUCTURE:
-        return 0.0
-    _, bend, flip, determinant = _quantities(arm, x)
-    return 1.0 if np.sign(bend * flip * determinant).sum() >= 0 else -1.0
+def nearest_of(branches: tuple[Branch, ...], q: Float[np.ndarray, " n"]) -> Branch | None:
+    """The one nearest to q up to full turns; None without branches."""
+    return min(branches, key=lambda b: float(np.linalg.norm(_gap(b, q))), default=None)
 
 
-def _quantities(arm: Arm, x: Float[np.ndarray, "rows n"]) -> tuple[Float[np.ndarray, " rows"], ...]:
-    """Shoulder, elbow, simple wrist quantity and det J of every configuration."""
-    tool, axes, points = arm.geometry(x)
-    jacobian = arm.jacobian(x)
-    if arm.dof == 5:  # the free turn about the tool's z axis is the sixth joint
-        axes = np.concatenate([axes, tool[:, None, :, 2]], 1)
-        points = np.concatenate([points, tool[:, None, :, 3]], 1)
-        spin = np.concatenate([np.zeros((len(x), 3)), tool[:, :, 2]], 1)
-        jacobian = np.concatenate([jacobian, spin[:, :, None]], 2)
-    z1, z2, _, z4, z5, z6 = axes.transpose(1, 0, 2)
-    shoulder = foot(points[:, 0], z1, points[:, 1], z2)
-    wrist = foot(points[:, 4], z5, points[:, 3], z4)
-    hand = foot(points[:, 4], z5, points[:, 5], z6)
-    side = np.einsum("ri,ri->r", se3.cross(z1, z2), hand - shoulder)
-    bend = np.einsum("ri,ri->r", z2, se3.cross(points[:, 2] - points[:, 1], wrist - points[:, 2]))
-    flip = np.einsum("ri,ri->r", z5, se3.cross(z4, z6))
-    return side, bend * np.where(side >= 0, -1.0, 1.0), flip, np.linalg.det(jacobian)
+def choose(
+    result: InverseResult,
+    *,
+    near: Float[np.ndarray, " n"] | None = None,
+    branch: str | Float[np.ndarray, " n"] = "auto",
+) -> Branch | None:
+    """One branch by name, by joint coordinates, or the best.
+
+    Args:
+        result: Of `solve`.
+        near: Joint coordinates to stay near to; the turn of the choice is then the nearest to them.
+        branch: A name; joint coordinates (the nearest branch is meant); or `auto`: the nearest to `near`, or
+            without it the one farthest from singularity and limits.
+
+    Returns:
+        The branch, its q at the right turn; None where `auto` or coordinates find none within the limits. A
+        named branch is returned even if it lies outside the limits: see its `within_limits`.
+
+    Raises:
+        OptionError: the result has no branch of that name.
+    """
+    if isinstance(branch, np.ndarray):
+        chosen = nearest_branch(result, branch) if result.reachable else None
+        near = branch if near is None else near
+    elif branch != "auto":
+        chosen = next((b for b in result.branches if b.name == branch), None)
+        if chosen is None:
+            known = ", ".join(f"'{n}'" for n in result.names) or "none at all"
+            raise OptionError(f"this target has no branch '{branch}'; it has {known}")
+    elif not result.reachable:
+        chosen = None
+    elif near is not None:
+        chosen = nearest_branch(result, near)
+    else:
+        chosen = max(result.within_limits, key=quality)
+    return chosen if chosen is None or near is None else _at_turn(chosen, near)
 
 
-def foot(
-    p: Float[np.ndarray, "rows 3"],
-    u: Float[np.ndarray, "rows 3"],
-    r: Float[np.ndarray, "rows 3"],
-    v: Float[np.ndarray, "rows 3"],
-) -> Float[np.ndarray, "rows 3"]:
-    """The point of the line p + s u that is nearest to the line r + t v (not parallel)."""
-    cosine = np.einsum("ri,ri->r", u, v)
-    between = r - p
-    s = np.einsum("ri,ri->r", between, u - cosine[:, None] * v) / np.maximum(1.0 - cosine**2, 1e-12)
-    return p + s[:, None] * u
+def _gap(branch: Branch, q: np.ndarray) -> np.ndarray:
+    gap = branch.q - q
+    return np.where(branch.slides, gap, gap - TURN * np.round(gap / TURN))
+
+
+def quality(branch: Branch) -> float:
+    """Grows with the distance from limits, up to half a radian, and from singularities."""
+    return min(max(branch.margin, 0.0), 0.5) * branch.manipulability
+
+
+def _at_turn(branch: Branch, q: np.ndarray) -> Branch:
+    turned = branch.nearest_turn(q)
+    return replace(branch, q=turned, margin=float(margins(turned[None], branch.limits).min()))

@@ -19,8 +19,18 @@ from numpy.typing import ArrayLike
 
 from workbench.arm.inverse import unreachable
 from workbench.arm.inverse.bent_branches import bent_result
-from workbench.arm.inverse.branch import LIMIT_SLACK, Branch, branch_names, margins, representative
-from workbench.arm.inverse.branches import InverseResult, Nearest, choose, nearest_branch, quality
+from workbench.arm.inverse.branch import (
+    LIMIT_SLACK,
+    Branch,
+    InverseResult,
+    Nearest,
+    choose,
+    margins,
+    nearest_branch,
+    quality,
+    representative,
+)
+from workbench.arm.inverse.branch_names import branch_names
 from workbench.arm.inverse.damped_newton import Task, refine
 from workbench.arm.inverse.follow import Followed, FollowedMany, as_pose, follow, follow_many
 from workbench.arm.inverse.reduced_arm import Arm, compile_arm

@@ -7,7 +7,8 @@ The reason is sought in this order: limits alone; the position (too far, or too 
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.inverse.branch import STRUCTURE, foot, margins
+from workbench.arm.inverse.branch import margins
+from workbench.arm.inverse.branch_names import STRUCTURE, foot
 from workbench.arm.inverse.damped_newton import POSITION_TOLERANCE, WEIGHT, Refined, Task, refine, unlimited
 from workbench.arm.inverse.reduced_arm import Arm
 from workbench.arm.inverse.solutions import random_starts

@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.effects import EFFECTS, AbstractEffect
+from workbench.arm.effects.axes import turns
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import shift_of
@@ -57,6 +58,34 @@ def hidden_effects(
     return effects, tuple(_sentence(robot, effect) for effect in effects)
 
 
+def surprise(robot: Robot, *, rng: np.random.Generator) -> AbstractEffect:
+    """One effect that geometry can't explain, of those whose own files give a `surprise_size`.
+
+    At a joint that turns, if there is one: any, or the second for an effect of load, which the first may
+    not feel. The same generator gives the same effect; journals rely on it.
+
+    Raises:
+        OptionError: this arm can carry none of them.
+    """
+    turning = [j for j in range(robot.dof) if turns(robot.chain, j)]
+    joint = int(rng.choice(turning or range(robot.dof)))
+    loaded = turning[1] if len(turning) > 1 else joint
+    factor = rng.uniform(0.7, 1.5)
+    kinds = [kind for kind in EFFECTS.values() if kind.surprise_size is not None]
+    choices: list[AbstractEffect] = []
+    for kind in sorted(kinds, key=lambda kind: (bool(kind((joint,)).loads), kind.name)):
+        plain = kind((joint,))
+        if plain.mistake(robot.chain) is None and (robot.has_masses or not plain.loads):
+            effect = kind.surprise(robot, loaded if plain.loads else joint, rng)
+            choices.append(_scaled(effect, factor * (kind.surprise_size or 0.0)))
+    if not choices:
+        raise OptionError(
+            f"{robot.name} can carry no hidden effect, as it has no masses and no joint that turns; "
+            "add masses to its joints, or hide none"
+        )
+    return choices[int(rng.integers(len(choices)))]
+
+
 def varied_state(robot: Robot, q: Float[np.ndarray, "rows n"], *, rng: np.random.Generator) -> Motion:
     """Joint positions with whatever drives the robot's effects; nothing else."""
     drivers: dict[str, np.ndarray] = {}
@@ -83,6 +112,10 @@ def _from_words(robot: Robot, words: str, rng: np.random.Generator) -> AbstractE
     effect = EFFECTS[name].example(robot, _joint(robot, name, joint, words), rng)
     robot.with_effects(effect)
     factor = _size(robot, effect, size, words, rng)
+    return _scaled(effect, factor)
+
+
+def _scaled(effect: AbstractEffect, factor: float) -> AbstractEffect:
     return replace(effect, coefficients=tuple(factor * c for c in effect.coefficients))
 
 
@@ -99,8 +132,7 @@ def _joint(robot: Robot, name: str, text: str, words: str) -> int:
 
 def _size(robot: Robot, effect: AbstractEffect, text: str, words: str, rng: np.random.Generator) -> float:
     """Factor of the coefficients."""
-    small = replace(effect, coefficients=tuple(1e-6 * c for c in effect.coefficients))
-    bend = 1e6 * _bend(robot, small, rng)
+    bend = 1e6 * _bend(robot, _scaled(effect, 1e-6), rng)
     if bend < LEAST:
         raise OptionError(f"effect '{words}': nothing drives it at that joint, so it would not show")
     if not text:

@@ -24,7 +24,7 @@ import numpy as np
 from jaxtyping import Float
 from numba import njit
 
-from workbench.arm.inverse.branch import plain_names
+from workbench.arm.inverse.branch_names import plain_names
 from workbench.arm.inverse.follow import follow_many
 from workbench.arm.inverse.reduced_arm import compile_arm
 from workbench.base.progress import Cancel, Cancelled

@@ -264,6 +264,7 @@ class PlateSheet:
         return page_template("plate_sheet.html").render(
             sheet=self,
             headings=heads,
+            rows=[row[: len(heads)] for row in self.rows()],
             picture=Markup(svg(self._picture(), "plate")),
             shapes=Markup(svg(self._shapes(), "shapes")),
         )

@@ -8,18 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from workbench.arm.effects import AbstractEffect
-from workbench.arm.effects.backlash import Backlash
-from workbench.arm.effects.joint_compliance import JointCompliance
-from workbench.arm.effects.joint_harmonic import JointHarmonic
 from workbench.arm.motion import Motion
-from workbench.arm.robot import JointKind, Robot
+from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError, WorkbenchError
 from workbench.base.progress import Cancel
 from workbench.data.dataset import Dataset
 from workbench.data.misread import checked
 from workbench.data.readers.preview import Preview
+from workbench.data.simulation.hidden_effects import surprise
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument, Observes
 from workbench.data.simulation.simulate import simulate, virtual_arm
 from workbench.identification.arm_match import arm_match
@@ -164,7 +161,7 @@ class MeasureVirtualArm(AbstractTask):
         progress(0.1, "building the arm")
         actual = virtual_arm(robot, rng=rng)
         if self.surprise:
-            actual = actual.with_effects(*robot.effects, hidden_effect(robot, rng))
+            actual = actual.with_effects(*robot.effects, surprise(robot, rng=rng))
         instrument = self.instrument_in(session)
         progress(0.3, "measuring at the targets")
         used, near = postures(actual, session)
@@ -328,26 +325,6 @@ def _virtual_facts(targets: int, session: Session, command: MeasureVirtualArm) -
 def safe_name(name: str) -> str:
     """The last part of a file name, of harmless characters only; its ending is kept."""
     return re.sub(r"[^\w.+ ()-]", "_", re.split(r"[/\\]", name)[-1])[-80:].lstrip(".") or "file"
-
-
-HARMONIC, BACKLASH, COMPLIANCE = 3e-3, 1.5e-3, 5e-4
-"""Typical sizes [rad], [rad], [rad/(N m)]."""
-
-
-def hidden_effect(robot: Robot, rng: np.random.Generator) -> AbstractEffect:
-    """One effect at one joint; those that need loads only where the robot has masses."""
-    turning = [i for i, j in enumerate(robot.moving) if j.kind is JointKind.REVOLUTE]
-    joint = int(rng.choice(turning or range(robot.dof)))
-    size = rng.uniform(0.7, 1.5)
-    choices: list[AbstractEffect] = []
-    if turning:
-        phase = rng.uniform(0.0, 2.0 * np.pi)
-        pair = (HARMONIC * size * np.cos(phase), HARMONIC * size * np.sin(phase))
-        choices.append(JointHarmonic((joint,), pair, order=int(rng.integers(1, 4))))
-    if robot.has_masses or not choices:
-        loaded = turning[1] if len(turning) > 1 else joint
-        choices += [Backlash((loaded,), (BACKLASH * size,)), JointCompliance((loaded,), (COMPLIANCE * size,))]
-    return choices[int(rng.integers(len(choices)))]
 
 
 OBSERVATIONS = (

@@ -6,7 +6,7 @@ from typing import Any
 from workbench.base.errors import OptionError
 from workbench.base.progress import Cancel
 from workbench.data.accuracy_requirement import Wanted
-from workbench.diagnosis.pictured import identify
+from workbench.diagnosis.identify import identify
 from workbench.identification.algorithms import ALGORITHMS, USUAL
 from workbench.identification.record import Identification
 from workbench.session.command import AbstractChange, AbstractTask, Progress, computed

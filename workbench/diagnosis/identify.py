@@ -1,6 +1,6 @@
 """Identification from pictures, with effects of the arm as the last step of what they may identify."""
 
-from functools import partial, update_wrapper
+from functools import wraps
 
 import numpy as np
 from jaxtyping import Float
@@ -14,6 +14,7 @@ from workbench.diagnosis.rounds import folds_of
 from workbench.diagnosis.stepwise_search import search
 from workbench.identification import identify as identification
 from workbench.identification.problem import Problem
+from workbench.identification.record import Identification
 
 
 def seek(robot: Robot, problem: Problem, x: Float[np.ndarray, " p"]) -> tuple[AbstractEffect, ...]:
@@ -31,4 +32,7 @@ def seek(robot: Robot, problem: Problem, x: Float[np.ndarray, " p"]) -> tuple[Ab
     return tuple(t.candidate.effect for t in search(grams, free).model)
 
 
-identify = update_wrapper(partial(identification.identify, seek=seek), identification.identify)
+@wraps(identification.identify)
+def identify(*args, **options) -> Identification:
+    """Identification's own, with the effects of the arm that pictures may show."""
+    return identification.identify(*args, seek=seek, **options)

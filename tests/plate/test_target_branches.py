@@ -11,13 +11,13 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
-from workbench.plate.branches import choose_branches, plate_solutions, single_branches
 from workbench.plate.indices import INDICES
 from workbench.plate.plate import Kind, Target
 from workbench.plate.poses.sampling import in_base
 from workbench.plate.predicted_error import predicted_error
 from workbench.plate.region import Region
 from workbench.plate.region_poses import _turns, nearby_poses, region_poses
+from workbench.plate.target_branches import choose_branches, plate_solutions, single_branches
 
 
 def rng(seed=0):
