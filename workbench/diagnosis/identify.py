@@ -13,6 +13,7 @@ from workbench.diagnosis.inner_products import compress
 from workbench.diagnosis.rounds import folds_of
 from workbench.diagnosis.stepwise_search import search
 from workbench.identification import identify as identification
+from workbench.identification.camera_gate import Seek
 from workbench.identification.problem import Problem
 from workbench.identification.record import Identification
 
@@ -33,6 +34,6 @@ def seek(robot: Robot, problem: Problem, x: Float[np.ndarray, " p"]) -> tuple[Ab
 
 
 @wraps(identification.identify)
-def identify(*args, **options) -> Identification:
+def identify(*args, seek: Seek | None = seek, **options) -> Identification:
     """Identification's own, with the effects of the arm that pictures may show."""
     return identification.identify(*args, seek=seek, **options)
