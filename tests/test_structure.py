@@ -58,6 +58,7 @@ HOOKS = {
     "AbstractEffect.offers",
     "AbstractEffect.usual_joint",
     "AbstractEffect.example",
+    "AbstractEffect.surprise",
     "AbstractEffect.views",
     "AbstractEffect.caveat",
     "AbstractCommand.key",
