@@ -15,8 +15,9 @@ from manifold3d import Manifold
 from workbench.plate.parts.drawing import Circle, Words, dxf_of, pdf_of
 from workbench.plate.parts.drawing_set import AXIAL, pages_of
 from workbench.plate.parts.fixture import fixture_of
-from workbench.plate.parts.lists import blocks_csv, bores_csv, inspection_csv, parts_csv
+from workbench.plate.parts.lists import blocks_csv, bores_csv, holes_csv, inspection_csv, parts_csv
 from workbench.plate.parts.page_parts import spread
+from workbench.plate.parts.parts import Turned
 from workbench.plate.parts.solids import mesh_of, stl
 from workbench.plate.parts.stock import Stock
 from workbench.plate.tolerances import USUAL, Making
@@ -103,58 +104,151 @@ def test_tolerances_are_the_plate_s_own_budget(plate_of):
     assert usual.assumed
 
 
-def bore_of(row, tilt, height):
-    """A bore's mouth and direction in the block, from its line in the list [mm]."""
-    u, v = float(row["u[mm]"]), float(row["v[mm]"])
-    if row["on"] == "foot":
-        return np.array([u, v, 0.0]), np.array([0.0, 0.0, 1.0])
-    down = np.array([np.cos(tilt), 0.0, -np.sin(tilt)])
-    mouth = np.array([0.0, 0.0, height]) + u * down + np.array([0.0, v, 0.0])
-    return mouth, -np.array([np.sin(tilt), 0.0, np.cos(tilt)])
+def numbers(words):
+    return [float(n) for n in re.findall(r"\d+(?:\.\d+)?", words)]
 
 
-def rebuilt(shape, blocks, bores, drawing):
-    """A block from its lines in the lists, its side from the drawing's title."""
+def table_of(drawing):
+    """The rows of a drawing's table of holes as words by the words of its head."""
+    words = [(t.dxf.insert.x, t.dxf.insert.y, t.dxf.text) for t in drawing.modelspace().query("TEXT")]
+    left, top = next((x, y) for x, y, word in words if word == "hole")
+    head = {round(x, 3): word for x, y, word in words if abs(y - top) < 0.1 and x >= left}
+    rows = {}
+    for x, y, word in words:
+        if y < top - 0.1 and round(x, 3) in head:
+            rows.setdefault(round(y, 3), {})[head[round(x, 3)]] = word
+    return [row for _, row in sorted(rows.items(), reverse=True) if len(row) > 3]
+
+
+def told_block(drawing, shape, blocks, bores):
+    """A block's solid and bores from its lines in the lists, its side from the drawing's title."""
     row = next(r for r in blocks if r["shape"] == shape)
     tilt, height = np.deg2rad(float(row["tilt[deg]"])), float(row["height[mm]"])
-    side = next(float(m.group(1)) for w in said(drawing) if (m := re.match(r"square bar ([\d.]+) mm", w)))
+    title = r"(?:square bar|printed block) ([\d.]+) mm"
+    side = next(float(m.group(1)) for w in said(drawing) if (m := re.match(title, w)))
+    normal, down = np.array([np.sin(tilt), 0.0, np.cos(tilt)]), np.array([np.cos(tilt), 0.0, -np.sin(tilt)])
     bar = Manifold.cube((side, side, 400.0), True).translate((0.0, 0.0, 200.0))
-    normal = np.array([np.sin(tilt), 0.0, np.cos(tilt)])
-    solid = bar.trim_by_plane((-normal).tolist(), float(-height * np.cos(tilt)))
-    axes = []
+    told = []
     for line in (b for b in bores if b["shape"] == shape):
-        mouth, direction = bore_of(line, tilt, height)
-        radius, depth = 0.5 * float(line["diameter[mm]"]), float(line["depth[mm]"])
+        u, v = float(line["u[mm]"]), float(line["v[mm]"])
+        foot = line["on"] == "foot"
+        mouth = np.array([u, v, 0.0]) if foot else np.array([0.0, v, height]) + u * down
+        size = float(line["diameter[mm]"]), float(line["depth[mm]"]), "cone" in line["size"]
+        told.append((mouth, np.array([0.0, 0.0, 1.0]) if foot else -normal, *size))
+    return bar.trim_by_plane((-normal).tolist(), float(-height * np.cos(tilt))), told
+
+
+def told_slab(drawing, rows):
+    """A plate with holes through it: size from the title, (x, y, diameter) from rows."""
+    length, width, thick = next(numbers(w)[:3] for w in said(drawing) if w.endswith("all holes through"))
+    down = np.array([0.0, 0.0, -1.0])
+    told = [(np.array([x - length / 2, y - width / 2, 0.0]), down, d, thick, False) for x, y, d in rows]
+    return Manifold.cube((length, width, thick), True).translate((0.0, 0.0, -thick / 2)), told
+
+
+def told_turned(drawing):
+    """A turned part: diameters and lengths from its dimensions, bores from table and dashed outlines."""
+    dimensions = [
+        t.plain_text()
+        for d in drawing.modelspace().query("DIMENSION")
+        for t in drawing.blocks[d.dxf.geometry].query("MTEXT")
+    ]
+    diameters = [float(w[1:]) for w in dimensions if w.startswith("Ø")]
+    lengths = [numbers(w)[0] for w in dimensions if not w.startswith("Ø")]
+    solid, z = Manifold(), 0.0
+    for diameter, length in zip(diameters, lengths, strict=False):  # the last length is the whole
+        solid += Manifold.cylinder(length, diameter / 2, diameter / 2, 256).translate((0.0, 0.0, z))
+        z += length
+    assert np.isclose(z, lengths[-1])
+    scale = next(numbers(w)[-1] for w in said(drawing) if "scale 1:" in w)
+    dashed = [
+        np.array(p.get_points())[:, 1] for p in drawing.modelspace().query("LWPOLYLINE[layer=='HIDDEN']")
+    ]
+    foot = min(
+        np.array(p.get_points())[:, 1].min()
+        for p in drawing.modelspace().query("LWPOLYLINE[layer=='OUTLINE']")
+    )
+    told = []
+    for row, outline in zip(table_of(drawing), dashed, strict=True):
+        start, end = (outline[[0, 2]] - foot) * scale
+        size = row["size"].split("core")[-1]
+        mouth = np.array([float(row["x"]), float(row["y"]), start])
+        depth = abs(end - start) if row["depth"] == "through" else float(row["depth"])
+        diameter = numbers(size.split("cone")[-1])[0]
+        told.append(
+            (mouth, np.array([0.0, 0.0, np.sign(end - start)]), diameter, depth, "cone" in row["size"])
+        )
+    return solid, told
+
+
+def bored(solid, told):
+    """What drills and countersinks leave of a solid."""
+    for mouth, direction, diameter, depth, cone in told:
         across = np.cross(direction, [0.0, 1.0, 0.0])
         frame = np.column_stack([across, np.cross(direction, across), direction, mouth])
-        solid -= (
-            Manifold.cylinder(depth + 1.0, radius, radius, 256).translate((0.0, 0.0, -1.0)).transform(frame)
-        )
-        axes.append((mouth, direction))
-    return solid, axes, normal
+        low, high = diameter / 2 + cone, 0.0 if cone else diameter / 2
+        solid -= Manifold.cylinder(depth + 1.0, low, high, 256).translate((0.0, 0.0, -1.0)).transform(frame)
+    return solid
 
 
-def test_a_block_rebuilt_from_drawing_and_lists_is_the_solid(slanted):
+MADE = {
+    "machined seats": ("seat", Stock()),
+    "points": ("point", Stock()),
+    "printed": ("socket", Stock.printed()),
+    "breadboard": ("socket", Stock.breadboard()),
+    "ball-bar": ("socket", Stock.ball_bar()),
+}
+
+
+@pytest.mark.parametrize("made", MADE)
+def test_every_part_rebuilt_from_drawing_and_lists_is_the_solid(plate_of, made):
+    """Plate, blocks, probe, bottom plate, stand-offs: to 0.01 mm and 0.01°, from DXF and CSV alone."""
+    kind, stock = MADE[made]
+    fixture = fixture_of(plate_of(*SLANTED, kinds=(kind,), lean=(0.0, 0.0, 0.0)), stock=stock)
+    blocks, bores, holes = (
+        list(csv.DictReader(io.StringIO(write(fixture)))) for write in (blocks_csv, bores_csv, holes_csv)
+    )
+    drawn = {p.name: ezdxf.read(io.StringIO(dxf_of(p))) for p in pages_of(fixture)}
+    others = {"bottom", "stand-off", *({"probe"} if kind != "point" else ())}  # a pointed probe is bought
+    assert {part.name for part in fixture.others} == others
+    for name, part in fixture.made:
+        page = drawn[name]
+        if name == "plate":
+            columns = ("x[mm]", "y[mm]", "diameter[mm]")
+            solid, told = told_slab(page, [[float(hole[c]) for c in columns] for hole in holes])
+        elif name == "bottom":
+            rows = [(float(r["x"]), float(r["y"]), numbers(r["size"])[0]) for r in table_of(page)]
+            solid, told = told_slab(page, rows)
+        elif name.startswith("block"):
+            solid, told = told_block(page, name.removeprefix("block-"), blocks, bores)
+        else:
+            solid, told = told_turned(page)
+        for bore, (mouth, direction, diameter, depth, cone) in zip(part.bores, told, strict=True):
+            assert np.allclose(1e3 * bore.mouth, mouth, atol=0.01), (name, bore.label)
+            assert np.degrees(np.arccos(np.clip(bore.direction @ direction, -1.0, 1.0))) < 0.01
+            assert np.allclose([1e3 * bore.diameter, 1e3 * bore.depth], [diameter, depth], atol=0.01)
+            assert bore.conical == cone
+        file = trimesh.load(io.BytesIO(stl(mesh_of(part))), file_type="stl")
+        mine = bored(solid, told)
+        round_off = 0.02 if isinstance(part, Turned) else 0.01  # its mesh is a polygon of the circle's area
+        assert np.allclose(np.reshape(mine.bounding_box(), (2, 3)), file.bounds, atol=round_off), name
+        assert np.isclose(mine.volume(), file.volume, rtol=2e-4), name
+
+
+def test_a_block_s_face_and_index_hole_lie_as_drawn(slanted):
+    """To 0.01°: the face of the solid, the angle of the index hole that stands on the page."""
     blocks = list(csv.DictReader(io.StringIO(blocks_csv(slanted))))
     bores = list(csv.DictReader(io.StringIO(bores_csv(slanted))))
     pages = {p.name: ezdxf.read(io.StringIO(dxf_of(p))) for p in pages_of(slanted)}
     for shape in slanted.shapes:
-        drawing = pages[f"block-{shape.letter}"]
-        solid, axes, normal = rebuilt(shape.letter, blocks, bores, drawing)
+        tilt = np.deg2rad(float(next(r for r in blocks if r["shape"] == shape.letter)["tilt[deg]"]))
         file = trimesh.load(io.BytesIO(stl(mesh_of(shape.block))), file_type="stl")
-        low, high = np.array(solid.bounding_box()[:3]), np.array(solid.bounding_box()[3:])
-        assert np.allclose([low, high], file.bounds, atol=0.01)
-        raw = solid.to_mesh()
-        mine = trimesh.Trimesh(np.array(raw.vert_properties)[:, :3], np.array(raw.tri_verts))
-        assert np.isclose(mine.volume, file.volume, rtol=2e-4)
+        normal = np.array([np.sin(tilt), 0.0, np.cos(tilt)])
         turned = np.degrees(np.arccos(np.clip(file.face_normals @ normal, -1.0, 1.0)))
         assert turned.min() < 0.01
-        for bore, (mouth, direction) in zip(shape.block.bores, axes, strict=True):
-            assert np.allclose(1e3 * bore.mouth, mouth, atol=0.01)
-            assert np.degrees(np.arccos(np.clip(bore.direction @ direction, -1.0, 1.0))) < 0.01
         index = next(b for b in bores if b["shape"] == shape.letter and "index" in b["purpose"])
         angle = float(index["from_downhill[deg]"])
-        assert any(w.startswith(f"{angle:.4f}° ±") for w in said(drawing))
+        assert any(w.startswith(f"{angle:.4f}° ±") for w in said(pages[f"block-{shape.letter}"]))
 
 
 def test_what_is_checked_and_what_is_bought(slanted, plate_of):

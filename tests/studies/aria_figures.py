@@ -52,10 +52,11 @@ def all_pictures(
         )  # fmt: skip
     for letter, rotation in (("a", False), ("b", True)):
         wanted.append(
-            (f"fig11{letter}", f"Fig. 11{letter}: {'orientation' if rotation else 'position'}, a virtual arm",
-             "The paper shows its real arm, whose rows it does not print. Here a virtual arm has the "
-             "constants of Table 4 and nothing else, measured on Table 2 with a plate's noise: what stays is "
-             "noise, where the real arm kept 0.5 mm and 0.43° that no constant holds. Dotted: the limit.",
+            (f"fig11{letter}", f"Fig. 11{letter}: {'orientation' if rotation else 'position'}, virtual",
+             "The paper shows its real arm, whose rows it does not print. Here a virtual arm "
+             "(aria-table4) has the constants of Table 4 and nothing else, measured on Table 2 with a "
+             "plate's noise: what stays is noise, where the real arm kept 0.5 mm and 0.43° that no "
+             "constant holds. Dotted: the limit.",
              partial(_grid, found.on_table_4, rotation=rotation))
         )  # fmt: skip
     return drawn(wanted, progress)

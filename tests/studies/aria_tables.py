@@ -29,8 +29,9 @@ def nominal(robot: Robot) -> tuple[Finding, ...]:
     apart = np.abs(robot.values(tuple(names)) - printed.TABLE_1.ravel()).max()
     limits, (low, high) = printed.LIMITS_3, np.rad2deg(robot.limits[2])
     return (
-        judged("Table 1", "24 nominal constants", "6 × (θ, d, a, α)", f"apart by {apart:.1g}", apart < 1e-12),
-        judged(
+        checked("Table 1", "24 nominal constants", "6 × (θ, d, a, α)", f"apart by {apart:.1g}", apart < 1e-12,
+                "copied into the built-in arm"),
+        checked(
             "Eq. (2)", "limits of joint 3", limits["text"], f"{low:.0f}° … {high:.1f}°",
             limits["low"] < limits["high"],
             "as printed no angle is allowed; the lower limit lacks its minus sign",
@@ -42,10 +43,10 @@ def requirement() -> tuple[Finding, ...]:
     """Eq. (3)."""
     angle = np.rad2deg(Requirement().angle)
     return (
-        judged(
+        checked(
             "Eq. (3)", "greatest orientation error [°]", "0.66", f"{angle:.3f}",
             abs(angle - printed.REQUIRED_ANGLE) < 0.005,
-            "with d the norm of 1 mm along each axis",
+            "arithmetic: d is the norm of 1 mm along each axis",
         ),
     )  # fmt: skip
 
@@ -92,16 +93,17 @@ def tool(robot: Robot, plate: Plate, q: Float[np.ndarray, "targets n"]) -> tuple
     o = O().per_pose(linearise(robot, q))
     reached = np.abs(tool_poses(robot, Motion(q)) - robot.base.pose @ plate.poses).max()
     findings = (
-        judged("Table 2", "ten poses", "10 × (X Y Z, X Y Z)", f"apart by {apart:.1g}", apart < 1e-9),
-        judged(
+        checked("Table 2", "ten poses", "10 × (X Y Z, X Y Z)", f"apart by {apart:.1g}", apart < 1e-9,
+                "copied into the built-in plate"),
+        checked(
             "§4.3", "radius of the circle [m]", "0.25", f"{radius.mean():.4f}",
-            abs(radius.mean() - printed.RADIUS) < EVEN,
+            abs(radius.mean() - printed.RADIUS) < EVEN, "of Table 2",
         ),
-        judged(
+        checked(
             "§4.3", "evenly distributed", "36° apart", f"{1e3 * off:.2f} mm from even", off < EVEN,
-            "printed to the millimetre",
+            "of Table 2, printed to the millimetre",
         ),
-        judged(
+        checked(
             "§4.3", "orientations", "“are the same”", "−150° and −160° about x in turn",
             not np.ptp(printed.TABLE_2[:, 3:], axis=0).any(),
             "the text and Table 2 contradict each other; the table is taken",
@@ -191,10 +193,11 @@ def real_example(
     findings = (
         without("Table 4", "24 constants of the real arm", "see the table", alone),
         judged("§2.4", "greatest displacement of an axis [mm]", "up to 5", f"{far:.1f} ({farthest})",
-               far <= 5.0, "the probe of §5.1 may count with the last link"),
-        judged("§2.4", "greatest twist of an axis [°]", "up to 5", f"{bent:.1f}", bent <= 5.0),
+               far <= 5.0, "of Table 4; the probe of §5.1 may count with the last link"),
+        judged("§2.4", "greatest twist of an axis [°]", "up to 5", f"{bent:.1f}", bent <= 5.0, "of Table 4"),
         judged("§5.3", "errors of the nominal arm there [mm], [°]", "about 2.5 and 2.2 (5 × Fig. 11)",
-               f"{1e3 * position:.1f} and {np.rad2deg(angle):.1f}", position < 5e-3, rounding),
+               f"{1e3 * position:.1f} and {np.rad2deg(angle):.1f}",
+               round(1e3 * position, 1) == 2.5 and round(np.rad2deg(angle), 1) == 2.2, rounding),
         without("Fig. 11", "position error after calibration [mm]", "≈ 0.5",
                 f"{virtual} ends at {1e3 * left:.2f} mm"),
         without("Fig. 11", "orientation error after calibration [°]", "≈ 0.43",

@@ -23,6 +23,8 @@ class Verdict(StrEnum):
 
 GOOD = (Verdict.AGREES, Verdict.HOLDS)
 """Verdicts that need no reason."""
+NOTHING_TO_MEET = ("–", "(", "≤", "≥", "<", ">", "up to", "at least", "at most")
+"""How a printed cell begins where it is empty, implied or a bound, which many numbers keep."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,13 +51,12 @@ class Finding:
 def judged(
     where: str, what: str, printed: str, here: str, agrees: bool | np.bool_, reason: str = ""
 ) -> Finding:
-    """A printed result that agrees or not.
+    """A printed result that agrees or not, by the rule that `studies.page.counted` puts on each page.
 
-    One rule for numbers over several arms: they agree if the interval of nine arms in ten encloses what is
-    printed.
-    Where nothing is printed (a dash, or words in brackets) there is nothing to agree with: see `checked`.
+    Where nothing is printed (a dash, or words in brackets) or a bound is, there is nothing to agree with: see
+    `checked`.
     """
-    if printed.startswith(("–", "(")):
+    if printed.startswith(NOTHING_TO_MEET):
         return checked(where, what, printed, here, agrees, reason)
     verdict = Verdict.AGREES if agrees else Verdict.DIFFERS
     return Finding(where=where, what=what, printed=printed, here=here, verdict=verdict, reason=reason)
@@ -64,7 +65,7 @@ def judged(
 def checked(
     where: str, what: str, printed: str, here: str, holds: bool | np.bool_, reason: str = ""
 ) -> Finding:
-    """A check of ours: a value that was hidden here, arithmetic on the work's own numbers, a bound."""
+    """A check: a value that was hidden or copied here, arithmetic on the work's own numbers, a bound."""
     verdict = Verdict.HOLDS if holds else Verdict.FAILS
     return Finding(where=where, what=what, printed=printed, here=here, verdict=verdict, reason=reason)
 

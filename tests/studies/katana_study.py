@@ -15,6 +15,7 @@ Joint 1 turns about the vertical: gravity shows neither its backlash nor its sti
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -30,6 +31,7 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
+from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
 from workbench.data.simulation.instruments import INSTRUMENTS
 from workbench.identification.algorithms.identifier import AbstractIdentifier
@@ -199,10 +201,11 @@ class MeasuredArm(NamedTuple):
     seen: Float[np.ndarray, "poses 4 4"]
 
 
+@cache
 def study_poses(seed: int) -> Float[np.ndarray, "rows 5"]:
-    """Poses of the ISO cube that are measured or judge [rad]."""
+    """Poses of the ISO cube that are measured or judge [rad]; searched once for all studies."""
     robot = load_robot("katana450")
-    return iso_cube_poses(robot, 2 * POSES + TEN, rng=np.random.default_rng(seed)).q
+    return frozen(iso_cube_poses(robot, 2 * POSES + TEN, rng=np.random.default_rng(seed)).q)
 
 
 def measure_arm(

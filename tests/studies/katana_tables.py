@@ -140,7 +140,7 @@ def tables_3_2_3_3(study: KatanaStudy) -> Sheet:
     hidden = study.errors[example]
     shown = np.vstack([printed.TABLE_3_2, printed.TABLE_3_3, hidden, hidden + study.constants[example]])
     missed = np.median(np.abs(study.constants), axis=0)
-    ways = TITLES[SIMULTANEOUS : SQUARES + 1]
+    ways = tuple(title.partition(" (")[0] for title in TITLES[SIMULTANEOUS : SQUARES + 1])
     rows = tuple(
         (
             name,

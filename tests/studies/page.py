@@ -125,9 +125,10 @@ def counted(findings: tuple[Finding, ...]) -> str:
     return (
         f"{len(findings) - ours} printed numbers and statements: {counts['agrees']} agree, "
         f"{counts['differs']} differ, for {counts['none can be given']} none can be given. Numbers over "
-        "several arms agree if the interval of nine arms in ten encloses the printed one. Another "
-        f"{ours} checks have nothing printed to agree with (values that were hidden here, arithmetic on the "
-        "work's own numbers, bounds) and are not counted."
+        "several arms agree if the interval of nine arms in ten encloses the printed one, single numbers if "
+        "they round to it, statements if the numbers beside them bear them out. Another "
+        f"{ours} checks are not counted, as nothing independent stands on both sides: values that were "
+        "hidden or copied here, arithmetic on the work's own numbers, bounds."
     )
 
 

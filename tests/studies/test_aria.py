@@ -51,7 +51,7 @@ def test_what_must_agree_agrees(found):
 def test_what_differs_or_can_not_be_given_has_a_reason(found):
     others = [f for f in found.findings if f.verdict not in GOOD]
     assert all(f.reason for f in others)
-    assert finding(found, "Eq. (2)", "joint 3").verdict is Verdict.DIFFERS
+    assert finding(found, "Eq. (2)", "joint 3").verdict is Verdict.FAILS
     assert finding(found, "Eq. (13d)", "alpha").verdict is Verdict.DIFFERS
     assert finding(found, "Fig. 11", "position").verdict is Verdict.NONE
 

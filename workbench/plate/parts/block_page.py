@@ -24,6 +24,8 @@ from workbench.plate.tolerances import GENERAL, Tolerances
 
 FLAT = 1e-6
 """A face that slopes less has no low side [rad]."""
+ROOM = 20.0
+"""On paper a dimension for reference that is shorter has no room for its words; the notes say it [mm]."""
 
 
 def block_page(fixture: Fixture, shape: BlockShape) -> Page:
@@ -80,10 +82,11 @@ def _front(block: Block, view: View, tolerances: Tolerances) -> list[Item]:
         items.append(view.line(outline[:, [0, 2]], Layer.HIDDEN))
     items.append(view.line([(0.0, -4.0), (0.0, MM * block.height + 6.0)], Layer.CENTRES, closed=False))
     reach = half / view.scale
-    items.append(view.across((half, 0.0), (half, low), (reach + 10.0, 0.0), 90.0, "(<>)"))
-    items.append(view.across((-half, 0.0), (-half, high), (-reach - 10.0, 0.0), 90.0, "(<>)"))
+    if block.tilt > FLAT and low > ROOM * view.scale:
+        items.append(view.across((half, 0.0), (half, low), (reach + 10.0, 0.0), 90.0, "(<>)"))
+    items.append(view.across((-half, 0.0), (-half, high), (-reach - 22.0, 0.0), 90.0, "(<>)"))
     middle = f"<> ±{MM * tolerances.height:.3g}"
-    items.append(view.across((0.0, 0.0), (0.0, MM * block.height), (-reach - 22.0, 0.0), 90.0, middle))
+    items.append(view.across((0.0, 0.0), (0.0, MM * block.height), (-reach - 10.0, 0.0), 90.0, middle))
     items.append(view.across((-half, 0.0), (half, 0.0), (0.0, -10.0), 0.0))
     if block.tilt > FLAT:
         tilt = np.rad2deg(block.tilt)

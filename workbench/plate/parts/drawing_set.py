@@ -24,6 +24,7 @@ from workbench.plate.parts.drawing import (
 from workbench.plate.parts.page_parts import (
     BORDER,
     BOTTOM,
+    LENGTH,
     LINE,
     MM,
     SHORT,
@@ -192,7 +193,9 @@ def turned_page(fixture: Fixture, part: Turned) -> Page:
                 side.across((radius, z), (radius, z + high), (0.5 * widest / scale + 8.0, 0.0), 90.0)
             )
         z += high
-    items.append(side.across((0.0, 0.0), (0.0, z), (-0.5 * widest / scale - 10.0, 0.0), 90.0))
+    probe = part.name == "probe"
+    whole = f"<> ±{LENGTH:g}" if probe else "<>"
+    items.append(side.across((0.0, 0.0), (0.0, z), (-0.5 * widest / scale - 10.0, 0.0), 90.0, whole))
     items.append(side.line([(0.0, -4.0), (0.0, z + 4.0)], Layer.CENTRES, closed=False))
     there: dict[tuple[float, float], list[Bore]] = {}
     rows = [("hole", "for", "x", "y", "size", "depth", "position")]
@@ -237,9 +240,9 @@ def turned_page(fixture: Fixture, part: Turned) -> Page:
         )
     ]
     notes = ["All stand-offs of one length within 0.02."]
-    if part.name == "probe":
+    if probe:
         pinned = any(bore.purpose is Purpose.PIN for bore in part.bores)
-        notes = [*(PIN_NOTES if pinned else BALL_NOTES), FLANGE_NOTE]
+        notes = [*(PIN_NOTES if pinned else BALL_NOTES), *FLANGE_NOTES]
     items += lines(notes, np.array([left, top - BORDER - 14.0 - LINE * len(rows)]))
     items += title(
         paper,
@@ -265,7 +268,10 @@ BALL_NOTES = [
     "P1: 90° cone for the ball. P2: pocket for a magnet Ø5 × 4.",
     "The ball's centre, the tool's origin, lies a quarter of its diameter above the face.",
 ]
-FLANGE_NOTE = "F1–F4: flange ISO 9409-1-50-4-M6, x axis between F1 and F4."
+FLANGE_NOTES = [
+    "F1–F4: flange ISO 9409-1-50-4-M6, x axis between F1 and F4.",
+    "There is no register: clock P1 true to the flange's axis when mounting.",
+]
 
 
 def pages_of(fixture: Fixture) -> tuple[Page, ...]:

@@ -13,12 +13,14 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from workbench.base import se3
-from workbench.plate.parts.page_parts import BOTTOM, STEEL, position_words
+from workbench.plate.parts.page_parts import BOTTOM, LENGTH, PIN_PLACE, STEEL, position_words
 from workbench.plate.parts.parts import Block, Bore, Fixture, Purpose, Slab
 from workbench.plate.plate import Kind, Plate
 
 TARGET_COLUMNS = ("target", "x[mm]", "y[mm]", "z[mm]", "roll[deg]", "pitch[deg]", "yaw[deg]")
 MM = 1e3
+SCREWS = (12.0, 16.0, 20.0, 25.0, 30.0, 35.0, 40.0, 45.0, 50.0)
+"""Lengths in which ISO 4762 and ISO 4026 sell M6 [mm]."""
 
 
 def holes_csv(fixture: Fixture) -> str:
@@ -128,7 +130,7 @@ def parts_csv(fixture: Fixture) -> str:
         made.append((part.name, part.quantity, BOTTOM if isinstance(part, Slab) else STEEL, size, part.name))
     count = len(fixture.blocks)
     stock, kinds = fixture.stock, {block.kind for block in fixture.blocks}
-    bought = [(stock.fastener, count, "8.8", f"{MM * fixture.slab.size[2] + 10.0:.0f} long", "")]
+    bought = [(stock.fastener, count, "8.8", f"{_screw(fixture):g} long", "")]
     if stock.doweled:
         bought.append(("dowel pin ISO 8734 Ø4 m6", 2 * count, "hardened", "20 long", ""))
     if Kind.SEAT in kinds:
@@ -146,6 +148,12 @@ def parts_csv(fixture: Fixture) -> str:
     return _table(head, ((str(i), *map(str, row)) for i, row in enumerate([*made, *bought], start=1)))
 
 
+def _screw(fixture: Fixture) -> float:
+    """Length of a block's screw: the longest one sold that ends 2 mm above the bottom of its hole [mm]."""
+    room = MM * (fixture.slab.size[2] + fixture.stock.thread) - 2.0
+    return max((length for length in SCREWS if length <= room), default=SCREWS[0])
+
+
 def _bar(block: Block) -> str:
     side = f"{MM * block.side:.0f}"
     return f"bar {side} × {side} × {MM * block.heights[1]:.1f}"
@@ -158,7 +166,12 @@ def _edges(slab: Slab) -> str:
 def inspection_csv(plate: Plate, fixture: Fixture) -> str:
     """What a measuring machine checks: nominal, least and greatest, and a column for what it finds."""
     head = ("item", "part", "feature", "unit", "nominal", "least", "greatest", "measured")
-    checks = [*_checks_of_holes(fixture), *_checks_of_blocks(fixture), *_checks_of_targets(plate, fixture)]
+    checks = [
+        *_checks_of_holes(fixture),
+        *_checks_of_blocks(fixture),
+        *_checks_of_probe(fixture),
+        *_checks_of_targets(plate, fixture),
+    ]
     rows = (
         (str(i), part, feature, unit, *(f"{v:z.4f}" for v in (nominal, nominal - bound, nominal + bound)), "")
         for i, (part, feature, unit, nominal, bound) in enumerate(checks, start=1)
@@ -186,6 +199,17 @@ def _checks_of_blocks(fixture: Fixture) -> Iterator[Check]:
         for bore in block.bores:
             if bore.direction[2] < 0.0:
                 yield from _checks_of_face(name, block.on_face(bore), bore, fixture)
+
+
+def _checks_of_probe(fixture: Fixture) -> Iterator[Check]:
+    """What the arm's tool is known from."""
+    if fixture.probe is None:
+        return
+    yield "probe", "length from flange to face", "mm", MM * fixture.probe.length, LENGTH
+    for bore in fixture.probe.bores:
+        if bore.purpose is Purpose.PIN:
+            for axis, value in zip("xy", MM * bore.mouth[:2], strict=True):
+                yield "probe", f"pin {bore.label} {axis} from the axis", "mm", float(value), 0.5 * PIN_PLACE
 
 
 def _checks_of_face(name: str, place: tuple[float, float], bore: Bore, fixture: Fixture) -> Iterator[Check]:

@@ -18,6 +18,10 @@ BOTTOM = "EN AW-5083"
 STEEL = "C45"
 RADIAL = 0.01
 """± of an index hole's distance from the seat [mm]."""
+LENGTH = 0.02
+"""± of the probe's length, which is the tool's [mm]."""
+PIN_PLACE = 0.01
+"""Diameter in which the probe's pins lie [mm]."""
 Rows = Sequence[Sequence[str]]
 
 
@@ -51,7 +55,7 @@ def table(rows: Rows, at: np.ndarray, widths: Sequence[float]) -> list[Item]:
         for cell, width in zip(row, widths, strict=True):
             items.append(Words(cell, np.array([left, at[1] - LINE * (i + 1)])))
             left += width
-    under = at[1] - LINE - 1.2
+    under = at[1] - LINE - 0.8
     items.append(Line(np.array([[at[0], under], [at[0] + sum(widths), under]]), Layer.FRAME))
     return items
 
@@ -94,7 +98,7 @@ def position_words(bore: Bore, tolerances: Tolerances) -> str:
         case Purpose.DOWEL:
             return f"Ø{MM * tolerances.pair:.3f} pair; Ø{across:.3f}"
         case Purpose.PIN:
-            return "Ø0.01 to the axis"
+            return f"Ø{PIN_PLACE:g} to the axis"
     return f"Ø{max(across, 0.2):.3g}"
 
 
