@@ -11,7 +11,7 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.errors import DataError, FileError, OptionError, ShapeError
-from workbench.data.live.acquisition import PoseSource, Standing, StandstillDetector
+from workbench.data.live.acquisition import ArmState, PoseSource, StandstillDetector
 from workbench.data.live.connection import connect, first_listener, send_samples
 from workbench.data.live.sample import Sample, format_sample, parse_sample
 from workbench.data.readers import read_measurements
@@ -51,7 +51,7 @@ def stored(acquisition):
 def test_a_measured_pose_is_stored_with_its_joints():
     acquisition = plate_acquisition(ARM, PLATE, session="front")
     fed(acquisition, still(1, start=0.0))
-    assert acquisition.standing is Standing.STILL
+    assert acquisition.arm_state is ArmState.STILL
     assert acquisition.store().changed
     data = acquisition.dataset(source="here")
     assert data.session.tolist() == ["front"]
@@ -87,7 +87,7 @@ def test_nothing_is_stored_while_the_arm_moves_unless_forced():
     ]
     (refused,) = fed(acquisition, moving)
     assert not refused.changed
-    assert acquisition.standing is Standing.MOVING
+    assert acquisition.arm_state is ArmState.MOVING
     assert not acquisition.store().changed
     assert acquisition.store(force=True).changed
     assert plate_acquisition(ARM, PLATE, forced=True).update(moving[-1]).changed
@@ -106,7 +106,7 @@ def test_samples_that_come_seldom_are_stored_when_asked():
     acquisition = plate_acquisition(ARM, PLATE)
     sparse = [next(still(k, start=float(k), flag=True, count=1)) for k in range(3)]
     assert [event.changed for event in fed(acquisition, sparse)] == [True] * 3
-    assert acquisition.standing is Standing.UNKNOWN
+    assert acquisition.arm_state is ArmState.UNKNOWN
 
 
 def test_rows_are_taken_again_and_targets_passed_over():
@@ -157,7 +157,7 @@ def test_a_fast_stream_is_thinned_for_the_judgement_only():
     for i in range(1000):
         acquisition.update(replace(sample, time=i / 1000.0))
     assert len(acquisition._detector._seen) < 50
-    assert acquisition.standing is Standing.STILL
+    assert acquisition.arm_state is ArmState.STILL
 
 
 def lines(samples):

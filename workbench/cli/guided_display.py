@@ -17,7 +17,7 @@ from rich.text import Text
 
 from workbench.base import se3
 from workbench.base.types import Matrix4, Vector3
-from workbench.data.live.acquisition import Standing, Status
+from workbench.data.live.acquisition import ArmState, Status
 
 KEYS = "Enter stores · f forces · r row again · n/p next/previous · q ends"
 NEAR = 1e-3, float(np.deg2rad(0.5))
@@ -36,7 +36,7 @@ def live_view(console: Console) -> Iterator[Callable[[Status], None]]:
 
 def render(status: Status) -> RenderableType:
     """The whole view of one status."""
-    lines: list[RenderableType] = [_heading(status), _table(status), _standing(status), _marks(status)]
+    lines: list[RenderableType] = [_heading(status), _table(status), _state(status), _marks(status)]
     if status.message:
         lines.append(Text(status.message, style="yellow" if "not stored" in status.message else "green"))
     lines.append(Text(KEYS, style="dim"))
@@ -83,14 +83,14 @@ def _size(values: Vector3, scale: float, near: float) -> Text:
     return Text(f"{scale * size:.2f}", style="bold green" if size < near else "bold")
 
 
-def _standing(status: Status) -> Text:
+def _state(status: Status) -> Text:
     """Whether the arm stands still, and the angle that is left."""
     if status.silence > 0.0:
         return Text(f"the source has been silent for {status.silence:.0f} s", style="bold red")
-    if status.standing is None:
+    if status.arm_state is None:
         return Text("waiting for the first sample", style="yellow")
     text = Text(
-        f"the arm {status.standing}", style="green" if status.standing is Standing.STILL else "yellow"
+        f"the arm {status.arm_state}", style="green" if status.arm_state is ArmState.STILL else "yellow"
     )
     if status.rotation is not None:
         text.append("   angle off ", style="").append(_size(status.rotation, DEGREES, NEAR[1])).append("°")

@@ -34,7 +34,7 @@ def open_session(
         raise OptionError("--step needs --session DIR, the recording to branch off from")
     if live is not None:
         _check_viewer(live)
-    if session is not None and (step is not None or _holds_one(session)):
+    if session is not None and (step is not None or _is_session(session)):
         return _again(session, step, record, live)
 
     is_given = plate is not None
@@ -55,7 +55,7 @@ def open_session(
     return Opening(arm, suited_plate(arm), begin)
 
 
-def _holds_one(folder: Path) -> bool:
+def _is_session(folder: Path) -> bool:
     from workbench.session.journal.reader import JOURNAL
 
     return (folder / JOURNAL).exists()

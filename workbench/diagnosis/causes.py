@@ -5,7 +5,7 @@ Effects of one kind that joints have together are one cause. An accepted effect 
 - it is physically possible: over the rows it moves no element by more than `POSSIBLE`;
 - it stands out: where one joint scatters and the others don't, something in that joint is not modelled, of
   which an effect of the joint's own position or motion may be a part;
-- what it brings to rows that took no part in its fit, fold by fold, exceeds one standard error;
+- what it explains on rows that took no part in its fit, fold by fold, exceeds one standard error;
 - that is at least a tenth of what is left, and a third of the noise.
 
 All others, and smooth errors of a joint that have no physical name, are the *residual map*. The odds are
@@ -57,7 +57,7 @@ class Place:
     Args:
         left: What the rest of the model leaves.
         own: Log evidence of the terms in it.
-        offers: What other claims would bring there, the best first.
+        offers: What other claims would add there, the best first.
     """
 
     left: Left
@@ -103,7 +103,7 @@ def rivals_of(searched: Searched, term: Term) -> list[tuple[Model, Offer]]:
 
 
 def ranked(searched: Searched) -> list[Offer]:
-    """What the candidates would bring to the geometry alone, the best first; one for each label."""
+    """What the candidates would add to the geometry alone, the best first; one for each label."""
     found = offers(left_by(searched.grams, ()), searched.offered.candidates)
     return distinct(sorted(found, key=lambda o: -o.gain))[:RANKED]
 
@@ -115,12 +115,12 @@ POSSIBLE = 0.1
 STANDS_OUT = 10.0
 """Times the scatter of its joint, where that joint scatters alone, that the most a cause moves it must be."""
 PART_OF_REST, PART_OF_NOISE = 0.1, 1.0 / 3.0
-"""Parts of what is left, and of the noise, that a cause must bring at least."""
+"""Parts of what is left, and of the noise, that a cause must explain at least."""
 CERTAIN, PROBABLE = 1000.0, 20.0
 """Odds from which on a cause is called so; below, it can't be told from its rival."""
 MOST_ODDS = 1e12
 """Odds beyond this say nothing more."""
-HELD = 0.01
+INCLUDED = 0.01
 """Share of a column's square that a rival leaves, below which it holds the claim as a special case."""
 LOOK_ALIKES = 3
 """Look-alikes that are listed."""
@@ -146,7 +146,7 @@ class Cause:
     Args:
         effects: What of the saved model it is.
         odds: Against the best other claim.
-        contribution_mm: Root mean square of what it brings at the tool, on folds that took no part in its fit
+        contribution_mm: Root mean square of what it explains at the tool, on folds that took no part in its fit
             [mm]; NaN where no positions were measured.
         sentence: What it does, in plain English.
         look_alikes: Other claims that the rows can't tell from it, the best first.
@@ -205,7 +205,7 @@ class ResidualMap:
 
     @property
     def sentence(self) -> str:
-        """What it brings."""
+        """What it explains."""
         names = ", ".join(str(j + 1) for j in self.joints)
         where = f" of joint{'s' if len(self.joints) > 1 else ''} {names}" if names else ""
         return (
@@ -307,15 +307,15 @@ def _against_rivals(searched: Searched, group: Model) -> tuple[float, tuple[Abst
     """Odds of some terms against the best other claim, and the claims that can't be told from them."""
     place = place_of(searched, group)
     near = [o for o in place.offers if place.own - o.gain < np.log(CERTAIN)]
-    holding = {id(o) for o in near if _holds(place.left, o, group)}
-    ordered = [o for o in place.offers if id(o) not in holding]
+    including = {id(o) for o in near if _includes(place.left, o, group)}
+    ordered = [o for o in place.offers if id(o) not in including]
     best = max(ordered[0].gain if ordered else 0.0, 0.0)
     odds = float(np.exp(np.clip(place.own - best, 0.0, np.log(MOST_ODDS))))
     close = distinct([o for o in ordered if place.own - o.gain < np.log(PROBABLE)])
     return odds, tuple(o.term.candidate.effect for o in close[:LOOK_ALIKES])
 
 
-def _holds(left: Left, rival: Offer, group: Model) -> bool:
+def _includes(left: Left, rival: Offer, group: Model) -> bool:
     """Whether a rival of more coefficients can do all that some terms do: the simpler claim is preferred."""
     names = [n for t in group for n in t.candidate.names]
     if len(rival.term.candidate.names) <= len(names):
@@ -323,7 +323,7 @@ def _holds(left: Left, rival: Offer, group: Model) -> bool:
     columns = left.grams.columns(names)
     beside = left_by(left.grams, (*left.model, rival.term))
     before, after = (np.diagonal(side.inner)[columns] for side in (left, beside))
-    return bool((after < HELD * before).all())
+    return bool((after < INCLUDED * before).all())
 
 
 def _listed(effects: Sequence[AbstractEffect]) -> str:

@@ -156,7 +156,7 @@ def _concluded(
     began: float,
     measurable: Measurable | None,
 ) -> Diagnosis:
-    """The effects with what they bring, the verdict, and what to measure next."""
+    """The effects with what they add, the verdict, and what to measure next."""
     last = search.rounds[-1]
     fit = last.stage.fitted.fit
     apart = suspects(ready, search.first, last.stage)
@@ -251,7 +251,7 @@ def _concluded(
 def _residual_map(
     model: Model, accepted: Sequence[Accepted], causes: Sequence[Cause], judge: "Trial", search: _Search
 ) -> ResidualMap | None:
-    """The accepted effects that are no causes, with what they bring to those that are."""
+    """The accepted effects that are no causes, with what they add to those that are."""
     claimed = {e.names for c in causes for e in c.effects}
     others = tuple(a.effect for a in accepted if a.effect.names not in claimed)
     if not others:
@@ -331,7 +331,7 @@ def _ranked(offer: Offer, mean_mm: float | None) -> Ranked:
 
 
 def _ranking(first: Searched, judge: Trial) -> tuple[Ranked, ...]:
-    """The candidates by what they would bring to the geometry alone; the first few tried out."""
+    """The candidates by what they would add to the geometry alone; the first few tried out."""
     best = enumerate(ranked(first))
     return tuple(_ranked(o, judge.mean_mm((o.term,)) if place < TRIED else None) for place, o in best)
 

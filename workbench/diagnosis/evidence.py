@@ -75,12 +75,12 @@ class Left:
 
 @dataclass(frozen=True, eq=False)
 class Offer:
-    """What a candidate would bring.
+    """What a candidate would add.
 
     Args:
         term: The candidate with the precision that suits it best.
-        gain: Log evidence that it brings, its handicap taken off.
-        log_p: Logarithm of the probability that chance would bring as much.
+        gain: Log evidence that it adds, its handicap taken off.
+        log_p: Logarithm of the probability that chance would add as much.
     """
 
     term: Term
@@ -108,12 +108,12 @@ def left_by(grams: Grams, model: Model, only: Sequence[str] | None = None) -> Le
 
 
 def offer(left: Left, candidate: Candidate) -> Offer | None:
-    """What a candidate would bring to a model; None where the rows don't show it."""
+    """What a candidate would add to a model; None where the rows don't show it."""
     return next(iter(offers(left, [candidate])), None)
 
 
 def offers(left: Left, candidates: Sequence[Candidate], *, group: Model = ()) -> list[Offer]:
-    """What candidates would bring to a model, each alone; those that the rows don't show are left out.
+    """What candidates would add to a model, each alone; those that the rows don't show are left out.
 
     Args:
         left: What the model leaves.
@@ -167,7 +167,7 @@ def _offers(left: Left, candidates: Sequence[Candidate]) -> list[Offer]:
 def _weighed(left: Left, candidates: Sequence[Candidate], inertia: Sequence[str]) -> list[Offer]:
     """Effects of load, each together with the masses and centres that act through it.
 
-    Without the effect they would not act, so chance is asked for all that both bring: evidence of e^g comes
+    Without the effect they would not act, so chance is asked for all that both add: evidence of e^g comes
     by chance in at most e^-g of all arms (Markov's inequality).
     """
     columns = left.grams.columns(inertia)

@@ -4,7 +4,7 @@ Every figure of held-out rows is from before: they are fitted only once everythi
 
 Whether what is left is noise, its structure tells: residuals of neighbouring poses agree where the model
 lacks something. The statistic is the mean product of every row's residual with its nearest neighbour's in
-joint space; permuted rows show what chance brings.
+joint space; permuted rows show what chance adds.
 """
 
 from collections.abc import Sequence

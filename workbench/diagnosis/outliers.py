@@ -20,7 +20,7 @@ LEAST = 4.0
 """… and it must be off by this many times the typical row, at least,"""
 BEYOND = 3.0
 """… and by this many times what nine rows in ten keep: real errors have longer tails than normal ones."""
-SETTLED = 0.05
+TOLERANCE = 0.05
 """Change of the weights that ends a robust fit."""
 ROUNDS = 8
 """Rounds of the robust fit with which the search for outliers begins."""
@@ -38,7 +38,7 @@ def robust_fit(problem: Problem, x: Float[np.ndarray, " p"]) -> Float[np.ndarray
         residual = problem.residual(x)[: problem.size]
         sizes = _sizes(problem, residual, np.ones(problem.size))
         weights = row_weights((sizes / _typical(sizes)).max(1), Loss.TUKEY)
-        if np.abs(weights - old).max() < SETTLED:
+        if np.abs(weights - old).max() < TOLERANCE:
             break
         old = weights
         weighted = problem.with_row_weights(weights)

@@ -37,12 +37,12 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class Ranked:
-    """A candidate with what it would bring.
+    """A candidate with what it would add.
 
     Args:
         effect: With zero coefficients.
-        gain: Log evidence that it brings [nat].
-        p_value: Probability that chance would bring as much, for one try.
+        gain: Log evidence that it adds [nat].
+        p_value: Probability that chance would add as much, for one try.
         held_out_mm: Mean held-out error of the arm with it [mm]; on the fitted rows where none was held out;
             None where it was not tried out.
         shrunk: Whether its coefficients share a variance that the data decided.
@@ -62,8 +62,8 @@ class Accepted:
     Args:
         effect: With the coefficients that were found.
         std: Their standard errors, SI, with what effects that are lost in the noise may hide in them.
-        gain: Log evidence that it brings to the others [nat].
-        p_value: Probability that chance would bring as much, for one try; 0 below the smallest float.
+        gain: Log evidence that it adds to the others [nat].
+        p_value: Probability that chance would add as much, for one try; 0 below the smallest float.
         before_mm: Mean held-out error of the geometry with the effects before it [mm]; of the fitted rows
             where none was held out. Of the first it is that of the geometry alone …
         after_mm: The same with it too; of the last it is that of the whole model.

@@ -27,7 +27,7 @@ ROUNDS = 5
 """Most searches for effects …"""
 FEW_ROUNDS = 2
 """… and of large problems."""
-SETTLINGS = 3
+OUTLIER_ROUNDS = 3
 """Most rounds of outliers after one fit."""
 FOLDS = 5
 """Parts into which the rows are divided for cross-validation."""
@@ -87,7 +87,7 @@ def geometry_first(
     everything = np.ones(len(rows), bool)
     out = find_outliers(fitted.problem, robust_fit(fitted.problem, fitted.fit.x), everything)
     stage = Stage(rows, ~out, problem, fitted)
-    return _settle(_fit(stage, None, (), known, on_step), None, known, on_step)
+    return _without_outliers(_fit(stage, None, (), known, on_step), None, known, on_step)
 
 
 def rounds(
@@ -124,9 +124,9 @@ def rounds(
         over = cancelled or number == (FEW_ROUNDS if large(stage.fitted.problem) else ROUNDS) - 1
         same = _same(last.found.model, stage.fitted.model)
         again = key in seen and not same
-        settled = same or again or not _better(last)
+        is_last = same or again or not _better(last)
         seen.add(key)
-        if over or settled:
+        if over or is_last:
             done[-1] = _as_fitted(min(done, key=_description_length) if again else last)
             shorter = None if over else _without_superfluous(done[-1], known, on_step)
             if shorter is None:
@@ -136,7 +136,7 @@ def rounds(
         if tell is not None:
             tell(f"round {number + 1}: fitting geometry and {len(last.found.model)} effects")
         stage = _fit(stage, last.grams, last.found.model, known, on_step)
-        stage = _settle(stage, last.grams, known, on_step)
+        stage = _without_outliers(stage, last.grams, known, on_step)
     return tuple(done)
 
 
@@ -230,9 +230,9 @@ def _fit(stage: Stage, grams: Grams | None, model: Model, known, on_step) -> Sta
     return replace(stage, fitted=fitted)
 
 
-def _settle(stage: Stage, grams: Grams | None, known, on_step) -> Stage:
+def _without_outliers(stage: Stage, grams: Grams | None, known, on_step) -> Stage:
     """Set outliers apart until the rows stand still, then weigh by what the fit leaves."""
-    for _ in range(1 if large(stage.fitted.problem) else SETTLINGS):
+    for _ in range(1 if large(stage.fitted.problem) else OUTLIER_ROUNDS):
         whole = _on_all_rows(stage, known)
         keep = ~find_outliers(whole, stage.fitted.fit.x, stage.keep, stage.fitted.fit.factor)
         if (keep == stage.keep).all():

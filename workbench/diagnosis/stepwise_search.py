@@ -1,6 +1,6 @@
 """The search for effects: add the best, exchange, prune, until chance explains the rest.
 
-A candidate enters when three judges agree: the evidence prefers it to every other, chance would bring as much
+A candidate enters when three judges agree: the evidence prefers it to every other, chance would add as much
 in less than `ALPHA` of all arms (corrected for the number of candidates that were tried), and the error on
 folds that took no part in the fit falls. After each entry every effect is tried against all others in its
 place, and joints with several maps of their own against one smooth map.
@@ -39,7 +39,7 @@ MANY = 8
 WORTH = 0.005
 """Part of a fold's square that an effect must explain when the fold took no part in its fit."""
 NEEDED = 2.0
-"""Log evidence that each joint of an effect of many must bring."""
+"""Log evidence that each joint of an effect of many must add."""
 LAWS = 2
 """Most laws of a joint's position that may together take the place of its map …"""
 PLAINER = 20.0
@@ -54,7 +54,7 @@ class Found:
 
     Args:
         model: Accepted effects.
-        offers: What each of them brings to the others, in the model's order.
+        offers: What each of them adds to the others, in the model's order.
         distrusted: Candidates that chance can't explain, but that folds did not confirm.
     """
 
@@ -80,22 +80,22 @@ def search(
     """
     model = exchange(grams, candidates, prune(grams, candidates, start))
     distrusted: list[Offer] = []
-    settled, seen = True, {_names(model)}
+    exchanged, seen = True, {_names(model)}
     for _ in range(ROUNDS):
         if on_step is not None and on_step(model):
             break
         added, refused = _add(grams, candidates, model)
         if added is not None:
-            settled = len(added) <= FEW
-            model = _improved(grams, candidates, added) if settled else prune(grams, candidates, added)
+            exchanged = len(added) <= FEW
+            model = _improved(grams, candidates, added) if exchanged else prune(grams, candidates, added)
             if _names(model) in seen:
                 break
             seen.add(_names(model))
-        elif settled:
+        elif exchanged:
             distrusted = refused
             break
         else:
-            settled, model = True, _improved(grams, candidates, model)
+            exchanged, model = True, _improved(grams, candidates, model)
     return as_found(grams, model, distrusted)
 
 
@@ -109,7 +109,7 @@ def as_found(grams: Grams, model: Model, distrusted: Sequence[Offer] = ()) -> Fo
 
 
 def significant(found: Offer, tries: int) -> bool:
-    """Whether chance would hardly bring as much, for so many candidates."""
+    """Whether chance would hardly add as much, for so many candidates."""
     return bool(found.gain > 0.0 and found.log_p + np.log(max(tries, 1)) < np.log(ALPHA))
 
 
@@ -157,13 +157,13 @@ def _add(grams: Grams, candidates: Sequence[Candidate], model: Model) -> tuple[M
 
 
 def _offers(left: Left, candidates: Sequence[Candidate], group: Model = ()) -> list[Offer]:
-    """What all candidates that may stand beside a model would bring, in the place of some terms."""
+    """What all candidates that may stand beside a model would add, in the place of some terms."""
     beside = [c for c in candidates if not any(c.excludes(t.candidate) for t in left.model)]
     return offers(left, beside, group=group)
 
 
 def _own_offer(grams: Grams, model: Model, k: int) -> Offer:
-    """What a model's term brings to the others."""
+    """What a model's term adds to the others."""
     found = offer(left_by(grams, drop(model, [model[k]]), model[k].candidate.names), model[k].candidate)
     return Offer(model[k], -np.inf, 0.0) if found is None else found
 
@@ -244,7 +244,7 @@ def _takes_place(term: Term, group: Model) -> bool:
 
 
 def worth(grams: Grams, rest: Model, group: Model) -> float:
-    """Evidence that a group of terms brings to the rest, one after the other."""
+    """Evidence that a group of terms adds to the rest, one after the other."""
     total, model = 0.0, rest
     for term in group:
         found = offer(left_by(grams, model, term.candidate.names), term.candidate)

@@ -42,7 +42,7 @@ from workbench.identification.picture_noise import (
 from workbench.identification.problem import Noise, Problem
 
 ZEROS, GEOMETRY, EFFECTS = "joint zeros", "geometry", "geometry and effects"
-ROUNDS, SETTLED = 4, 0.03
+ROUNDS, TOLERANCE = 4, 0.03
 """Fits between which the variances are estimated anew, and their relative change that is none."""
 SEARCHES = 3
 """Most searches for effects, each at the fit with those of the last one."""
@@ -256,8 +256,8 @@ def _fitted(problem: Problem, shrunk: tuple[str, ...]) -> Fitted:
         x = Opt2(limit=60).search(now, begin=x).x
         found = most_likely(Pictures.at(problem, x), Knowledge.of(problem, x, shares), found)
         old, now = now.noise, now.with_noise(found.noise)
-        if np.allclose(now.noise[:2], old[:2], rtol=SETTLED, atol=1e-6) and np.isclose(
-            now.noise.pixel, old.pixel, rtol=SETTLED
+        if np.allclose(now.noise[:2], old[:2], rtol=TOLERANCE, atol=1e-6) and np.isclose(
+            now.noise.pixel, old.pixel, rtol=TOLERANCE
         ):
             break
     free = tuple(p.name for p in problem.parameters if p.is_geometry or p.is_coefficient)

@@ -46,7 +46,7 @@ LARGEST = 0.01
 """Joints that would have to be read as badly as this [rad or m] to make what is left count as exact."""
 SMOOTH = 3.0
 """Standard deviations by which errors at neighbouring angles of a joint must agree to be no noise."""
-STEPS, HALVINGS, SETTLED = 30, 6, 3e-3
+STEPS, HALVINGS, TOLERANCE = 30, 6, 3e-3
 """Most steps of scoring, halvings of each, and the gain of log likelihood that ends them."""
 
 
@@ -244,7 +244,7 @@ def _fit(tables: Sequence[_Table], members: np.ndarray, size: np.ndarray, stated
         else:
             break
         size, (cost, slope, information) = size + step, new
-        if promised < SETTLED:
+        if promised < TOLERANCE:
             break
     return _Answer(size, members @ size, cost)
 

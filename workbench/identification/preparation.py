@@ -50,7 +50,7 @@ class Prepared:
         aligned: The nominal arm with the best base and tool wherever those are free.
         problem: Of the rows to fit, whitened.
         places: Known places of anchors or contacts [m].
-        strangers: Held-out sessions that no fitted row has; their base is found from their own rows.
+        new_sessions: Held-out sessions that no fitted row has; their base is found from their own rows.
         gate: What of the arm pictures may identify; None for other instruments.
     """
 
@@ -62,7 +62,7 @@ class Prepared:
     aligned: Robot
     problem: Problem
     places: Mapping[str, float]
-    strangers: tuple[str, ...]
+    new_sessions: tuple[str, ...]
     notes: tuple[str, ...]
     gate: Gate | None = None
 
@@ -101,7 +101,7 @@ class Prepared:
 
     def at_home(self, robot: Robot, rows: Dataset) -> Robot:
         """The robot with bases for sessions that took no part in the fit, from those of the rows."""
-        new = [name for name in rows.sessions if name in self.strangers]
+        new = [name for name in rows.sessions if name in self.new_sessions]
         if not new:
             return robot
         rows = rows.take(np.isin(np.asarray(rows.session), new))
@@ -183,10 +183,10 @@ def prepare(
         notes += [*gate.notes, f"noise from the pictures: {_picture_words(gate.noise)}"]
     held_data, placing = _placeable(held_data, {**places, **dict.fromkeys(problem.names, 0.0)})
     notes += placing
-    strangers = _strangers(held_data, fitted, choice, sessions)
-    if strangers:
+    new_sessions = _new_sessions(held_data, fitted, choice, sessions)
+    if new_sessions:
         notes.append(
-            f"held-out session {', '.join(strangers)}: where base stands was found from its own rows, "
+            f"held-out session {', '.join(new_sessions)}: where base stands was found from its own rows, "
             "the arm from the others"
         )
     return Prepared(
@@ -198,7 +198,7 @@ def prepare(
         aligned=choice.robot,
         problem=problem,
         places=places,
-        strangers=strangers,
+        new_sessions=new_sessions,
         notes=tuple(notes),
         gate=gate,
     )
@@ -247,7 +247,7 @@ def _placeable(held: Dataset, known: Mapping[str, float]) -> tuple[Dataset, list
     return held.take(keep), notes
 
 
-def _strangers(held: Dataset, fitted: Dataset, choice: FrameChoice, sessions: Sessions) -> tuple[str, ...]:
+def _new_sessions(held: Dataset, fitted: Dataset, choice: FrameChoice, sessions: Sessions) -> tuple[str, ...]:
     """Held-out sessions that no fitted row has, where each may have its own base."""
     if not len(held) or not choice.freedom.base or sessions is Sessions.SHARED:
         return ()
@@ -270,9 +270,9 @@ def _with_noise(problem: Problem, noise: Noise | None, cancel: Cancel | None) ->
         if left is None:
             words = _noise_words(problem.noise, turned)
             return problem, f"the fit leaves no residual to estimate the noise from; assuming {words}{on_top}"
-        settled = np.allclose(left[:2], problem.noise[:2], rtol=0.2, atol=0.0)
+        converged = np.allclose(left[:2], problem.noise[:2], rtol=0.2, atol=0.0)
         problem = problem.with_noise(left)
-        if settled:
+        if converged:
             break
     if own is noises.Given.ALL and problem.noise == Noise(0.0, 0.0 if turned else problem.noise.rotation):
         return problem, "noise as the file states it row by row"

@@ -14,7 +14,7 @@ from enum import StrEnum
 import numpy as np
 from jaxtyping import Bool, Float
 
-from workbench.arm.inverse.bent_arm import rigid_targets, settle
+from workbench.arm.inverse.bent_arm import refine_bent, rigid_targets
 from workbench.arm.inverse.branch import margins
 from workbench.arm.inverse.damped_newton import WEIGHT, Refined, refine
 from workbench.arm.inverse.reduced_arm import compile_arm
@@ -150,7 +150,7 @@ def _corrected(commanded: Commanded, state: Motion, method: Method) -> Refined:
     robot, task = commanded.calibrated, commanded.task
     limits = robot.limits
     if method is Method.ITERATED:
-        return settle(robot, commanded.poses, state.q, task=task, limits=limits, motion=state)
+        return refine_bent(robot, commanded.poses, state.q, task=task, limits=limits, motion=state)
     arm = compile_arm(robot)
     wanted = rigid_targets(robot, commanded.poses, state)
     step = refine(arm, wanted, state.q[:, arm.columns], task=task, limits=limits[arm.columns], iterations=1)

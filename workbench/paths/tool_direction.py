@@ -44,7 +44,7 @@ RIDGE = 1e-6
 """Added to the curvature, which leaves some directions in posture space open."""
 STARTS = 4
 """Postures at the first point from which the search begins."""
-SETTLED = 1e-6
+TOLERANCE = 1e-6
 """Relative fall of the sum below which it is settled."""
 ALLOWED = 1e-6
 """Distance from its point that counts as met [m]."""
@@ -120,7 +120,7 @@ def _relaxed(
         else:
             return x, cost
         fell, cost, x, (residual, jacobian) = cost - lower, lower, tried, terms
-        if fell < SETTLED * cost:
+        if fell < TOLERANCE * cost:
             break
     return x, cost
 

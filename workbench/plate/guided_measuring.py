@@ -186,7 +186,7 @@ class _Run:
                 raise
             self._say(str(error))
             return
-        before = self.acquisition.standing
+        before = self.acquisition.arm_state
         event = self.acquisition.update(sample)
         if before is None:
             self._say(f"stored with the joints: {self.acquisition.source}")

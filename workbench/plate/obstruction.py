@@ -45,7 +45,7 @@ def hits(
     own = "target" if plate.anchors is None else "anchor"
     if plate.anchors is None:
         met[np.arange(len(q)), 1 + np.asarray(visited)] = False
-    names = ("the plate", *(f"the block of {own} {i + 1}" for i in range(len(plate.standing))))
+    names = ("the plate", *(f"the block of {own} {i + 1}" for i in range(len(plate.mounted))))
     found = [""] * len(q)
     for row in np.flatnonzero(met.any(1)):
         first = int(met[row].argmax())
@@ -73,7 +73,7 @@ def clear_of(robot: Robot, plate: Plate, target: int, branches: Sequence[Branch]
 
 
 def has_room(
-    robot: Robot, plate: Plate, standing: Float[np.ndarray, "targets n"], q: Float[np.ndarray, "rows n"]
+    robot: Robot, plate: Plate, postures: Float[np.ndarray, "targets n"], q: Float[np.ndarray, "rows n"]
 ) -> Bool[np.ndarray, " rows"]:
     """At which postures a further target of the plate could be measured.
 
@@ -82,7 +82,7 @@ def has_room(
 
     Args:
         plate: Its solid and the blocks of its targets.
-        standing: How the arm stands at those targets [rad or m].
+        postures: How the arm stands at those targets [rad or m].
         q: Postures [rad or m].
     """
     if plate.size is None or not len(q):
@@ -95,9 +95,9 @@ def has_room(
     if len(rows):
         fine[rows] = ~touches(shape, shape.placements(q[rows]), bodies_of(plate)).any(1)
     rows = np.flatnonzero(fine)
-    if len(rows) and len(standing):
+    if len(rows) and len(postures):
         blocks = block_hulls(_bare(plate.xyz.tobytes(), plate.rpy.tobytes()), poses[rows])
-        fine[rows] = ~touches(shape, shape.placements(standing), blocks).any(0)
+        fine[rows] = ~touches(shape, shape.placements(postures), blocks).any(0)
     return fine
 
 
@@ -118,7 +118,7 @@ def bodies_of(plate: Plate) -> list[Hull]:
     """The plate's solid, then the blocks of its targets, robot's base."""
     assert plate.size is not None
     place = plate.size.tobytes(), plate.xyz.tobytes(), plate.rpy.tobytes()
-    return [_solid(*place), *(_block(target, *place[1:]) for target in plate.standing)]
+    return [_solid(*place), *(_block(target, *place[1:]) for target in plate.mounted)]
 
 
 @lru_cache(maxsize=16)

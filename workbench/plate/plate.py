@@ -100,7 +100,7 @@ class Plate:
         return frozen(np.stack([t.pose for t in self.targets])) if self.targets else np.zeros((0, 4, 4))
 
     @cached_property
-    def standing(self) -> tuple[Target, ...]:
+    def mounted(self) -> tuple[Target, ...]:
         """What stands on the plate: the targets, or sockets for the balls that a ball-bar turns about."""
         if self.anchors is None:
             return self.targets
@@ -150,7 +150,7 @@ class Plate:
         return np.hypot(self.known, self.play)
 
     @property
-    def held(self) -> str:
+    def assumptions(self) -> str:
         """For people: what is assumed of the targets."""
         if self.anchors is not None:
             return f"{len(self.anchors)} anchors known to {1e3 * ANCHOR_SIGMA:.2g} mm (one σ)"

@@ -3,7 +3,7 @@ Find what the model lacks
 =========================
 
 A joint that yields to its load is hidden in a virtual arm. Its geometry alone can't explain the rows; the
-diagnosis names the joint, adds the effect, and says what that brings on rows that took no part.
+diagnosis names the joint, adds the effect, and says what that explains on rows that took no part.
 """
 
 import workbench as wb

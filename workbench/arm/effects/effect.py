@@ -58,7 +58,7 @@ class AbstractEffect(AbstractLaw):
     has_play: ClassVar[bool] = False
     """Whether it leaps by its coefficients [rad or m] where its cause changes sign."""
     handicap: ClassVar[float] = 0.0
-    """Log evidence that it must bring in a diagnosis beyond any other effect [nat]."""
+    """Log evidence that it must add in a diagnosis beyond any other effect [nat]."""
     of_many_joints: ClassVar[bool] = False
     """Whether joints have it together as a rule, so that a diagnosis tries it on all of them at once."""
     typical_size: ClassVar[float | None] = None

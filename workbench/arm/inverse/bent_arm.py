@@ -31,7 +31,7 @@ EXACT = 1e-12
 """Error [m] that counts as none."""
 
 
-def settle(
+def refine_bent(
     robot: Robot,
     poses: Float[np.ndarray, "rows 4 4"],
     q: Float[np.ndarray, "rows n"],
@@ -56,8 +56,8 @@ def settle(
         DataError: an effect misses what drives it.
     """
     arm = compile_arm(robot)
-    held = limits[arm.columns]
-    x = np.clip(q[:, arm.columns], held[:, 0], held[:, 1])
+    bounds = limits[arm.columns]
+    x = np.clip(q[:, arm.columns], bounds[:, 0], bounds[:, 1])
     weight = WEIGHT * arm.length
     best, step = x.copy(), np.zeros_like(x)
     errors, cost = np.full((len(x), 2), np.inf), np.full(len(x), np.inf)
@@ -68,12 +68,12 @@ def settle(
         now = x[going][:, arm.places]
         state = Motion(now) if motion is None else motion.take(going).at(now)
         wanted = rigid_targets(robot, poses[going], state)
-        here = refine(arm, wanted, x[going], task=task, limits=held, iterations=0)
+        here = refine(arm, wanted, x[going], task=task, limits=bounds, iterations=0)
         fell = here.cost(weight) < cost[going]
         lower = going[fell]
         best[lower], cost[lower] = x[lower], here.cost(weight)[fell]
         errors[lower] = np.stack([here.position_error, here.rotation_error], 1)[fell]
-        there = refine(arm, wanted[fell], x[lower], task=task, limits=held)
+        there = refine(arm, wanted[fell], x[lower], task=task, limits=bounds)
         step[lower], steps[lower] = there.x - x[lower], steps[lower] + there.steps
         share[going] = np.where(fell, 1.0, 0.5 * share[going])
         x[going] = best[going] + share[going][:, None] * step[going]

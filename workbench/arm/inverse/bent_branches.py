@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.inverse import unreachable
-from workbench.arm.inverse.bent_arm import settle
+from workbench.arm.inverse.bent_arm import refine_bent
 from workbench.arm.inverse.branch import LIMIT_SLACK, Branch, InverseResult, Nearest, margins, quality
 from workbench.arm.inverse.damped_newton import Refined, unlimited
 from workbench.arm.inverse.reduced_arm import compile_arm
@@ -27,7 +27,7 @@ def bent_result(
     limits: Float[np.ndarray, "n 2"],
     motion: Motion | None,
 ) -> InverseResult:
-    """Every way in which a bent arm reaches a pose, from the ways of the rigid one.
+    """Every solution of a bent arm at a pose, from those of the rigid one.
 
     Args:
         target: Tool pose in the measuring frame [m].
@@ -40,7 +40,9 @@ def bent_result(
     q = np.stack([b.q for b in rigid.branches])
     rows = np.zeros(len(rigid.branches), np.int64)
     state = None if motion is None else motion.take(rows)
-    found = settle(robot, target[None][rows], q, task=rigid.task, limits=unlimited(robot.dof), motion=state)
+    found = refine_bent(
+        robot, target[None][rows], q, task=rigid.task, limits=unlimited(robot.dof), motion=state
+    )
     moved = found.x[:, compile_arm(robot).places]
     branches = sorted(
         (_at(b, row, limits) for b, row in zip(rigid.branches, moved, strict=True)),

@@ -1,6 +1,6 @@
 """Following a target: one warm-started damped Newton run within the limits, for drags (`damped_newton`).
 
-An arm that bends is then settled (`settle`).
+An arm that bends is then refined (`refine_bent`).
 """
 
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy.typing import ArrayLike
 
-from workbench.arm.inverse.bent_arm import settle
+from workbench.arm.inverse.bent_arm import refine_bent
 from workbench.arm.inverse.damped_newton import Task, refine
 from workbench.arm.inverse.reduced_arm import compile_arm
 from workbench.arm.motion import Motion
@@ -109,8 +109,8 @@ def follow_many(
     robot.check_joints(q_starts)
     arm, task = compile_arm(robot), task or Task.default(robot.dof)
     limits = robot.limits
-    held = limits[arm.columns]
-    r = refine(arm, poses, q_starts[:, arm.columns], task=task, limits=held, iterations=FOLLOW_STEPS)
+    bounds = limits[arm.columns]
+    r = refine(arm, poses, q_starts[:, arm.columns], task=task, limits=bounds, iterations=FOLLOW_STEPS)
     if robot.effects:
-        r = settle(robot, poses, r.x[:, arm.places], task=task, limits=limits, motion=motion)
+        r = refine_bent(robot, poses, r.x[:, arm.places], task=task, limits=limits, motion=motion)
     return FollowedMany(frozen(r.x[:, arm.places]), r.converged, r.position_error, r.rotation_error)

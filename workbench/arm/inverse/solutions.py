@@ -74,7 +74,7 @@ def all_solutions(
     else:
         for i in range(rows):
             found[i] = _searched(arm, targets[i : i + 1], task, rng)
-    return [_settled(arm, targets[i : i + 1], found[i], task) for i in range(rows)]
+    return [_with_continua(arm, targets[i : i + 1], found[i], task) for i in range(rows)]
 
 
 def algebraic_starts(
@@ -157,7 +157,7 @@ def _searched(arm: Arm, target: np.ndarray, task: Task, rng: np.random.Generator
     return x
 
 
-def _settled(arm: Arm, target: np.ndarray, x: np.ndarray, task: Task) -> Solutions:
+def _with_continua(arm: Arm, target: np.ndarray, x: np.ndarray, task: Task) -> Solutions:
     """Solutions with one representative for each continuum of them."""
     if len(x) == 0:
         return Solutions(x, np.empty(0), np.empty(0, bool))

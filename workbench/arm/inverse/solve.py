@@ -6,8 +6,8 @@ limits, for drags (`damped_newton`). Nothing here assumes a nominal structure, s
 exactly.
 
 An arm that bends (`Robot.effects`) has the branches of its geometry, each moved to where the bent arm reaches
-the target (`settle`); reasons, and the nearest configuration to what is out of reach, are the geometry's. A
-branch keeps its turn: with an effect that does not repeat every turn, `follow` from another one.
+the target (`refine_bent`); reasons, and the nearest configuration to what is out of reach, are the
+geometry's. A branch keeps its turn: with an effect that does not repeat every turn, `follow` from another one.
 """
 
 from copy import deepcopy
@@ -149,10 +149,10 @@ def _spread(
 ) -> Solutions:
     """Representatives of endlessly many solutions within the limits, far apart from each other."""
     x = np.empty((0, arm.dof))
-    for held in (limits, limits, limits, None):
+    for bounds in (limits, limits, limits, None):
         starts = random_starts(arm, (SPREAD_STARTS,), rng, limits=limits)
         one = np.zeros(len(starts), np.int64)
-        r = refine(arm, target, starts, task=task, target_of=one, limits=held)
+        r = refine(arm, target, starts, task=task, target_of=one, limits=bounds)
         x = distinct(arm, r.x[r.converged])
         if len(x):
             break

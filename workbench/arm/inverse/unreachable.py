@@ -100,7 +100,7 @@ def limits_reason(arm: Arm, x: Float[np.ndarray, "rows n"], limits: Float[np.nda
                 f"joint {column + 1} (needs {value:.{digits}f} {unit}, limit {limit:.{digits}f} {unit})"
             )
     sentence = f"reachable only outside the limits of {' and '.join(parts)}"
-    return sentence if len(x) == 1 else f"{sentence}, the least of {len(x)} ways"
+    return sentence if len(x) == 1 else f"{sentence}, the closest of {len(x)} solutions"
 
 
 def geometry_reason(

@@ -51,7 +51,7 @@ def reachable(
     for first, last in WAVES[: 2 if exact else 3]:
         _try(arm, targets, x, table[near[:, first:last]], task)
     if exact:
-        _settle(arm, targets, x, task)
+        _solve_rest(arm, targets, x, task)
     mask = ~np.isnan(x[:, 0]) if arm.dof else np.zeros(len(x), bool)
     return mask, x[:, arm.places]
 
@@ -93,7 +93,7 @@ def _try(arm: Arm, targets: np.ndarray, x: np.ndarray, starts: np.ndarray, task:
     x[rows[hit]] = r.x.reshape(-1, k, arm.dof)[hit, good[hit].argmax(1)]
 
 
-def _settle(arm: Arm, targets: np.ndarray, x: np.ndarray, task: Task) -> None:
+def _solve_rest(arm: Arm, targets: np.ndarray, x: np.ndarray, task: Task) -> None:
     """All solutions of the open targets; the one deepest within the limits is kept."""
     rows = np.flatnonzero(np.isnan(x[:, 0]))
     for part in np.array_split(rows, max(1, len(rows) // 256)):

@@ -40,12 +40,12 @@ def link_paths(robot: Robot) -> tuple[Float[np.ndarray, "points 3"], ...]:
     """
     drivers = joint_elements(robot)
     order = np.argsort(drivers)
-    ways: list[np.ndarray] = [np.zeros((1, 3))] * (robot.dof + 1)
-    ways[0] = _way(robot, robot.base_size - 1, int(drivers[order[0]]) - 1)
+    lines: list[np.ndarray] = [np.zeros((1, 3))] * (robot.dof + 1)
+    lines[0] = _line(robot, robot.base_size - 1, int(drivers[order[0]]) - 1)
     for i, joint in enumerate(order):
         end = int(drivers[order[i + 1]]) - 1 if i + 1 < len(order) else len(robot.chain.elements) - 1
-        ways[joint + 1] = _way(robot, int(drivers[joint]), end)
-    return tuple(ways)
+        lines[joint + 1] = _line(robot, int(drivers[joint]), end)
+    return tuple(lines)
 
 
 def height_above_floor(robot: Robot) -> float:
@@ -59,7 +59,7 @@ def height_above_floor(robot: Robot) -> float:
     return height if is_stand else 0.0
 
 
-def _way(robot: Robot, first: int, last: int) -> Float[np.ndarray, "points 3"]:
+def _line(robot: Robot, first: int, last: int) -> Float[np.ndarray, "points 3"]:
     """Origins of the frames after the elements first … last, seen from the first."""
     after = np.arange(first, max(last, first) + 1)
     frames = chains.frames(robot.chain, np.zeros((1, robot.dof)), after)[0]

@@ -35,7 +35,7 @@ from workbench.base.errors import DataError
 
 ROUNDS = 20
 """Most rounds of the fixed point; a usual arm needs five."""
-SETTLED = 1e-13
+TOLERANCE = 1e-13
 """Change of a value [rad or m] below which the fixed point is reached."""
 
 
@@ -187,7 +187,7 @@ def _fixed_point(
         return Deflection(fixed, NO_WRENCHES)
     _check_loads(robot, motion, bent)
     if robot.has_masses:
-        return _settled(robot, chain, motion, bent, fixed, weights)
+        return _deflected(robot, chain, motion, bent, fixed, weights)
     measured = np.full((*motion.q.shape, 6), np.nan)
     measured[:, np.arange(robot.dof), own_axis(robot)] = motion.torque
     for effect in bent:
@@ -196,7 +196,7 @@ def _fixed_point(
     return Deflection(fixed, measured)
 
 
-def _settled(
+def _deflected(
     robot: Robot,
     chain: Chain,
     motion: Motion,
@@ -214,16 +214,16 @@ def _settled(
         for effect in bent:
             places = np.searchsorted(moved, chain.indices(effect.elements(chain)))
             _add(new, places, effect, effect.law(chain, motion, loads))
-        unsettled = np.abs(new - now[:, moved]).max(1) >= SETTLED
+        open_rows = np.abs(new - now[:, moved]).max(1) >= TOLERANCE
         now[:, moved] = new
         if now is not shift:
             shift[rows] = now
         wrenches[rows] = loads
-        if not unsettled.any():
+        if not open_rows.any():
             break
-        if not unsettled.all():
-            rows, motion = rows[unsettled], motion.take(unsettled)
-            now, start = now[unsettled], start[unsettled]
+        if not open_rows.all():
+            rows, motion = rows[open_rows], motion.take(open_rows)
+            now, start = now[open_rows], start[open_rows]
     return Deflection(shift, wrenches)
 
 

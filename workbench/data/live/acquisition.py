@@ -105,7 +105,7 @@ def _continues(last: Sample, sample: Sample) -> bool:
     )
 
 
-class Standing(StrEnum):
+class ArmState(StrEnum):
     """Whether the arm stands still."""
 
     STILL = "stands still"
@@ -141,7 +141,7 @@ class Status:
         position: Pose minus target, axes of the measuring frame [m]; None where one is missing.
         rotation: Rotation vector from target to pose, same axes [rad]; None where one is missing.
         measured: Whether the pose is measured; else it comes from the nominal model.
-        standing: Whether the arm stands still; None before the first sample.
+        arm_state: Whether the arm stands still; None before the first sample.
         source: Where the stored poses come from.
         silence: Time since the last sample came [s].
         message: Outcome of the last request.
@@ -155,7 +155,7 @@ class Status:
     position: Vector3 | None
     rotation: Vector3 | None
     measured: bool
-    standing: Standing | None
+    arm_state: ArmState | None
     source: PoseSource
     silence: float
     message: str
@@ -184,7 +184,7 @@ class Acquisition:
     ):
         self.capture = capture
         self.latest: Sample | None = None
-        self.standing: Standing | None = None
+        self.arm_state: ArmState | None = None
         self.silence = 0.0
         self.message = ""
         self._robot = robot
@@ -221,18 +221,18 @@ class Acquisition:
         self.latest, self.silence = sample, 0.0
         self._seen = self._seen or sample.position is not None
         if self._judged is None or sample.capture or not 0.0 <= sample.time - self._judged.time < THINNED:
-            self.standing = self._judge(sample)
+            self.arm_state = self._judge(sample)
             self._judged = sample
         if not sample.capture or self.capture.done:
             return None
         return self.store(force=self._forced)
 
-    def _judge(self, sample: Sample) -> Standing:
+    def _judge(self, sample: Sample) -> ArmState:
         if self._detector.update(sample):
-            return Standing.STILL
+            return ArmState.STILL
         last = -np.inf if self._judged is None else self._judged.time
         seldom = sample.time - last > max(self._detector.window / 2.0, 3.0 * THINNED)
-        return Standing.UNKNOWN if seldom else Standing.MOVING
+        return ArmState.UNKNOWN if seldom else ArmState.MOVING
 
     def store(self, *, force: bool = False) -> Event:
         """Store the latest sample for the current target, or say why not.
@@ -247,7 +247,7 @@ class Acquisition:
         self._source = self.source
         self.capture = self.capture.store(self._completed(sample))
         self._order = [*(i for i in self._order if i != index), index]
-        doubt = "" if self.standing is Standing.STILL else f" (the arm {self.standing})"
+        doubt = "" if self.arm_state is ArmState.STILL else f" (the arm {self.arm_state})"
         end = "; that was the last one" if self.capture.done else ""
         return self._say(f"{self.capture.targets[index].name} stored{doubt}{end}", changed=True)
 
@@ -264,8 +264,8 @@ class Acquisition:
             return "neither the source nor the target says where the tool is"
         if force:
             return None
-        if self.standing is Standing.MOVING:
-            return f"the arm {self.standing}; wait, or force it"
+        if self.arm_state is ArmState.MOVING:
+            return f"the arm {self.arm_state}; wait, or force it"
         if self._order and not self._has_moved(sample):
             return "the arm has not moved since the last row; steer it on, or force it"
         return None
@@ -321,7 +321,7 @@ class Acquisition:
             position=off[:3] if off is not None and position else None,
             rotation=off[3:] if off is not None and rotation else None,
             measured=measured,
-            standing=self.standing,
+            arm_state=self.arm_state,
             source=self.source,
             silence=self.silence,
             message=self.message,

@@ -102,7 +102,7 @@ def drive(
 def _samples(actual, targets, rng, instrument, pace, here, clock) -> Iterator[Sample]:
     count = 0
     for target in targets:
-        path = np.concatenate([_approach(actual, here, target, pace), _stand(target, pace)])
+        path = np.concatenate([_approach(actual, here, target, pace), _dwell(target, pace)])
         poses = None if instrument is None else tool_poses(actual, Motion(path))
         for k, q in enumerate(path):
             position, rotation = _seen(None if poses is None else poses[k], instrument, rng)
@@ -131,7 +131,7 @@ def _approach(actual: Robot, start: np.ndarray, end: np.ndarray, pace: Pace) -> 
     return start + (end - start) * (s**3 * (10.0 - 15.0 * s + 6.0 * s**2))[:, None]
 
 
-def _stand(target: np.ndarray, pace: Pace) -> np.ndarray:
+def _dwell(target: np.ndarray, pace: Pace) -> np.ndarray:
     return np.tile(target, (max(int(np.ceil(pace.dwell * pace.rate)), 1), 1))
 
 

@@ -96,7 +96,7 @@ def _cause(cause: Cause) -> dict[str, object]:
         "words": cause.sentence,
         "confidence": str(cause.confidence),
         "odds": odds_words(cause.odds),
-        "brings": short(cause.contribution_mm) if np.isfinite(cause.contribution_mm) else "–",
+        "explained": short(cause.contribution_mm) if np.isfinite(cause.contribution_mm) else "–",
     }
 
 

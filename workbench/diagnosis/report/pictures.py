@@ -10,7 +10,7 @@ from workbench.diagnosis.report.ranking import ranking
 from workbench.report.figures import Picture
 
 DRAWN = 12
-"""Most effects that are drawn over their drivers, those first that bring most."""
+"""Most effects that are drawn over their drivers, those first that add most."""
 OF_AN_EFFECT = (
     "Every measured row as the error that it shows, all other parts of the model taken off (partial "
     "residuals). Left: with this effect left out; the line is the law that was found. Right: what remains "
@@ -30,9 +30,9 @@ def pictures(result: Diagnosis) -> tuple[Picture, ...]:
         ),
         Picture(
             "ranking",
-            "What each candidate would bring",
+            "What each candidate would add",
             "Log evidence of each effect when it is added to the geometry alone, and the probability p that "
-            "chance brings as much. Similar effects rank high together; only those that the rows ask for "
+            "chance alone adds as much. Similar effects rank high together; only those that the rows ask for "
             "beside the others were added.",
             partial(ranking, result),
         ),

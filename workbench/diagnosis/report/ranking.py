@@ -48,7 +48,7 @@ def _gains(axes: Axes, best, place, mine) -> None:
         axes.annotate(words, (max(candidate.gain, 0.0), y), va="center", fontsize=7)
     axes.set_yticks(place, [r.effect.label for r in best])
     axes.set_xlim(min(0.0, 1.1 * gains.min()), 1.3 * max(gains.max(), 1.0))
-    axes.set_xlabel("log evidence that it brings to the geometry alone [nat]")
+    axes.set_xlabel("log evidence that it adds to the geometry alone [nat]")
     grid(axes, "x")
 
 

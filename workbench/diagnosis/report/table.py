@@ -74,10 +74,10 @@ def _alternatives(result: Diagnosis) -> list[Text]:
 
 
 def ranking_table(result: Diagnosis) -> Table:
-    """The candidates that would have brought most to the geometry alone."""
+    """The candidates that would have added most to the geometry alone."""
     added = {(found.effect.name, found.effect.names) for found in result.effects}
     headings = ("gain\n[nat]", "mean\n[mm]", "chance", "")
-    table = new_table("What each candidate would bring to the geometry alone", "effect", *headings)
+    table = new_table("What each candidate would add to the geometry alone", "effect", *headings)
     for candidate in result.ranking[:RANKED]:
         mean = "–" if candidate.held_out_mm is None else short(candidate.held_out_mm)
         is_added = (candidate.effect.name, candidate.effect.names) in added
@@ -118,15 +118,15 @@ def errors_table(result: Diagnosis) -> Table:
 
 
 def causes_table(result: Diagnosis) -> Table:
-    """What is claimed, how surely, and what it brings."""
-    table = new_table("Causes, and what each brings to rows that took no part in its fit")
+    """What is claimed, how surely, and what it explains."""
+    table = new_table("Causes, and what each explains on rows that took no part in its fit")
     table.add_column("cause", overflow="fold")
     table.add_column("is", no_wrap=True)
     table.add_column("odds", justify="right", no_wrap=True)
-    table.add_column("brings\n\\[mm]", justify="right", no_wrap=True)
+    table.add_column("explains\n\\[mm]", justify="right", no_wrap=True)
     for cause in result.causes:
-        brings = short(cause.contribution_mm) if np.isfinite(cause.contribution_mm) else "–"
-        table.add_row(cause.label, str(cause.confidence), odds_words(cause.odds), brings)
+        explained = short(cause.contribution_mm) if np.isfinite(cause.contribution_mm) else "–"
+        table.add_row(cause.label, str(cause.confidence), odds_words(cause.odds), explained)
     return table
 
 

@@ -47,7 +47,7 @@ def correct_poses(poses, near, *, payload=0.0, temperature=None, direction=None)
     poses = np.reshape(np.asarray(poses, float), (-1, 4, 4))
     state = State(len(q), payload, temperature, direction)
     before, first = _missed(poses, q, state)
-    x, cost, left = _settle(poses, q, state)
+    x, cost, left = _iterate(poses, q, state)
     worse = (cost > first) | (left[:, 0] > np.maximum(before[:, 0], 1e-9))
     return np.where(worse[:, None], q, x), np.where(worse[:, None], before, left)
 
@@ -65,7 +65,7 @@ def _missed(poses, q, state):
     return left, left[:, 0] ** 2 + (ARM["weight"] * left[:, 1]) ** 2
 
 
-def _settle(poses, q, state):
+def _iterate(poses, q, state):
     """The rigid arm sent to where the bent one must not, until the bent one is where it must."""
     limits = np.array(ARM["limits"]).T
     x = np.clip(q, *limits)

@@ -89,7 +89,7 @@ def descend(
         if on_step and on_step(iteration, history[-1]):
             return Search(x, Outcome.CANCELLED, tuple(history))
         factor = factorise(at.jacobian, at.residual, problem.units)
-        if settled(factor, factor.predicted_decrease(), problem.count):
+        if has_converged(factor, factor.predicted_decrease(), problem.count):
             return Search(x, Outcome.CONVERGED, tuple(history))
         found = step(x, at, factor, history[-1])
         if found is None:
@@ -101,7 +101,7 @@ def descend(
     return Search(x, Outcome.ITERATION_LIMIT, tuple(history))
 
 
-def settled(factor: Factor, decrease: float, size: int) -> bool:
+def has_converged(factor: Factor, decrease: float, size: int) -> bool:
     """Whether the promised decrease of |r|² is far below what noise can carry.
 
     A step of s standard errors promises a decrease of s² times the residual variance.

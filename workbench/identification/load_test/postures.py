@@ -188,9 +188,9 @@ def possible(robot: Robot, q: Float[np.ndarray, "rows n"]) -> Bool[np.ndarray, "
     The table lies at the height of the measuring frame's origin if the arm's base stands higher, else at that
     of the base.
     """
-    frames, ways = body_frames(robot, q), link_paths(robot)
-    long = [i for i, way in enumerate(ways) if len(way) > 1]
-    points = [se3.apply(frames[:, i, None], _along(ways[i])[None]) for i in long]
+    frames, lines = body_frames(robot, q), link_paths(robot)
+    long = [i for i, line in enumerate(lines) if len(line) > 1]
+    points = [se3.apply(frames[:, i, None], _along(lines[i])[None]) for i in long]
     table = min(0.0, -float(robot.base.xyz[2]))
     keep = np.ones(len(q), bool)
     for i, mine in enumerate(points):
@@ -202,11 +202,11 @@ def possible(robot: Robot, q: Float[np.ndarray, "rows n"]) -> Bool[np.ndarray, "
     return keep
 
 
-def _along(way: Float[np.ndarray, "corners 3"]) -> Float[np.ndarray, "points 3"]:
-    """Evenly spread points of a way, its beginning left out, where its neighbour ends."""
-    length = np.concatenate([[0.0], np.linalg.norm(np.diff(way, axis=0), axis=1).cumsum()])
+def _along(line: Float[np.ndarray, "corners 3"]) -> Float[np.ndarray, "points 3"]:
+    """Evenly spread points of a line, its beginning left out, where its neighbour ends."""
+    length = np.concatenate([[0.0], np.linalg.norm(np.diff(line, axis=0), axis=1).cumsum()])
     shares = np.linspace(0.0, length[-1], POINTS + 1)[1:]
-    return np.stack([np.interp(shares, length, way[:, i]) for i in range(3)], axis=1)
+    return np.stack([np.interp(shares, length, line[:, i]) for i in range(3)], axis=1)
 
 
 def _moves(

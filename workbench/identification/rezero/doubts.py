@@ -93,8 +93,8 @@ def _causes(knowledge: Knowledge, zeros: Fitted, places: Mapping[str, float]) ->
     base, tool = visible_parts(problem.data, places)
     for frame, parts in (("base", base), ("tool", tool)):
         if parts and not getattr(problem.frames, frame):
-            let_go: dict[str, Any] = {frame: parts}
-            freer = replace(problem.frames, **let_go)
+            freed: dict[str, Any] = {frame: parts}
+            freer = replace(problem.frames, **freed)
             yield _Cause(
                 f"the {frame} is not where the file has it",
                 f"set [{frame}] free = true in the robot's file",

@@ -138,7 +138,7 @@ class MeshArm(AbstractArmShape):
         one, other = self.pairs.T
         bounds = segment_distances(lines[:, one], lines[:, other]) - self.radii[self.pairs].sum(1)
         for row, pair in zip(*np.nonzero(bounds < far), strict=True):
-            if bounds[row, pair] < result[row] and not _settled(result[row], least):
+            if bounds[row, pair] < result[row] and not _is_close(result[row], least):
                 i, j = self.pairs[pair]
                 first, second = self.pieces[i], self.pieces[j]
                 places = _transform(placements[row, i]), _transform(placements[row, j])
@@ -151,7 +151,7 @@ class MeshArm(AbstractArmShape):
         result = np.full(len(placements), far)
         bounds = line_distances(self._lines(placements), hulls, far + self.radii) - self.radii
         for row, i in zip(*np.nonzero((bounds < far) & checked), strict=True):
-            if bounds[row, i] < result[row] and not _settled(result[row], least):
+            if bounds[row, i] < result[row] and not _is_close(result[row], least):
                 hull, place = hulls[row if len(hulls) > 1 else 0], _transform(placements[row, i])
                 result[row] = _distance(self.pieces[i], place, hull, _STILL, float(result[row]), least)
         return result
@@ -161,7 +161,7 @@ class MeshArm(AbstractArmShape):
         return se3.apply(placements[:, :, None], np.array([piece.capsule[0] for piece in self.pieces]))
 
 
-def _settled(distance: float, least: float | None) -> bool:
+def _is_close(distance: float, least: float | None) -> bool:
     """Whether no more need be known of a row: it is known to have less than the least."""
     return least is not None and distance < least
 

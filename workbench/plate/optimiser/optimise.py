@@ -137,8 +137,8 @@ class _Run:
         self.best_cost = np.inf
         self.start_cost, self.start_kept = np.inf, False
         self.pool: Pool | None = None
-        self.held: Candidates | None = None
-        self.held_slots = [i for i, target in enumerate(plate.targets) if target.locked]
+        self.locked: Candidates | None = None
+        self.locked_slots = [i for i, target in enumerate(plate.targets) if target.locked]
 
     def result(self) -> PlateDesign:
         outcome = Outcome.CONVERGED
@@ -166,8 +166,8 @@ class _Run:
 
     def _in_order(self) -> np.ndarray:
         """Locked targets, which come first in the search, at their old numbers, the others in between."""
-        order = list(range(len(self.held_slots), self.number))
-        for row, slot in enumerate(self.held_slots):
+        order = list(range(len(self.locked_slots), self.number))
+        for row, slot in enumerate(self.locked_slots):
             order.insert(min(slot, len(order)), row)
         return np.array(order)
 
@@ -199,7 +199,7 @@ class _Run:
         fine = np.flatnonzero(fits)[np.logical_and.reduce(list(kept.values()))]
         is_whole = len(np.unique(solutions.slots)) == len(self.given) == self.number
         choice = self._choose(solutions) if is_whole else np.zeros(0, int)
-        free = self._hold(good, solutions.slots[fine], np.isin(fine, choice))
+        free = self._lock(good, solutions.slots[fine], np.isin(fine, choice))
         if not is_whole:
             return good.take(free), None
         self.start_cost = self._error(solutions.q[choice], solutions.places[choice])
@@ -211,24 +211,24 @@ class _Run:
         together = all(near.clear(int(r), rows[:i].tolist()) for i, r in enumerate(rows))
         spaced = all(near.spaced(rows[:i].tolist())[r] for i, r in enumerate(rows))
         self.start_kept = together and spaced
-        rows = np.delete(rows, self.held_slots)
+        rows = np.delete(rows, self.locked_slots)
         return good.take(free), np.searchsorted(free, rows) if self.start_kept else None
 
-    def _hold(self, good: Candidates, slots: np.ndarray, is_chosen: np.ndarray) -> np.ndarray:
+    def _lock(self, good: Candidates, slots: np.ndarray, is_chosen: np.ndarray) -> np.ndarray:
         """Hold a posture of every locked target, the chosen one if possible; returns the other rows."""
         rows = []
-        for slot in self.held_slots:
+        for slot in self.locked_slots:
             mine = np.flatnonzero(slots == slot)
             if not len(mine):
                 raise DataError(
                     f"target {slot + 1} is locked where the arm does not keep the margins; unlock or move it"
                 )
             rows.append(int(mine[np.argmax(is_chosen[mine])]))
-        self.held = good.take(np.array(rows)) if rows else None
-        return np.flatnonzero(~np.isin(slots, self.held_slots))
+        self.locked = good.take(np.array(rows)) if rows else None
+        return np.flatnonzero(~np.isin(slots, self.locked_slots))
 
-    def _with_held(self, candidates: Candidates) -> Candidates:
-        return candidates if self.held is None else self.held.join(candidates)
+    def _with_locked(self, candidates: Candidates) -> Candidates:
+        return candidates if self.locked is None else self.locked.join(candidates)
 
     def _choose(self, solutions) -> np.ndarray:
         """The best branches for the given plate, collisions or not."""
@@ -254,7 +254,7 @@ class _Run:
 
     def _search(self, start: Candidates | None, exact: np.ndarray | None) -> None:
         if start is not None and exact is not None:
-            self._keep(self._with_held(start.take(exact)))
+            self._keep(self._with_locked(start.take(exact)))
         self.pool = draw_pool(
             self.setting,
             self.wish.blocks,
@@ -271,7 +271,7 @@ class _Run:
             self._exchange(candidates.take(rows), [int(np.searchsorted(rows, c)) for c in first if c in rows])
             self.progress(POOL_SHARE + (EXCHANGE_SHARE - POOL_SHARE) * (i + 1) / len(groups))
         if self.best is not None:
-            self._keep(self.search.polish(self.wish.blocks, self.half, self.best, len(self.held_slots)))
+            self._keep(self.search.polish(self.wish.blocks, self.half, self.best, len(self.locked_slots)))
 
     def _groups(self, candidates: Candidates) -> list[np.ndarray]:
         """All candidates, or those of each branch."""
@@ -280,13 +280,13 @@ class _Run:
         return [np.flatnonzero(candidates.branches == name) for name in np.unique(candidates.branches)]
 
     def _exchange(self, candidates: Candidates, first: list[int]) -> None:
-        candidates, held = self._with_held(candidates), len(self.held_slots)
+        candidates, locked = self._with_locked(candidates), len(self.locked_slots)
         near = Neighbours(self.setting, candidates)
         for number in range(self.wish.starts):
-            begun = [*range(held), *([c + held for c in first] if number == 0 else [])]
+            begun = [*range(locked), *([c + locked for c in first] if number == 0 else [])]
             chosen = self.search.fill(near, begun, self.number, greedy=number < 2)
             if chosen is not None:
-                self._keep(candidates.take(np.array(self.search.exchange(near, chosen, held))))
+                self._keep(candidates.take(np.array(self.search.exchange(near, chosen, locked))))
 
     def _keep(self, targets: Candidates) -> None:
         """Remember the targets if they are the best so far."""

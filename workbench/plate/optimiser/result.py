@@ -40,7 +40,7 @@ class PlateDesign(AbstractShown):
             the retreat from it [m]; the probe against its own block does not count.
         limit_margin: Least distance of a joint from its limits at each target [rad or m].
         spacing: Least distance of two targets on the plate [m].
-        holds: What these errors hold: instrument, making, and play in the seats.
+        assumptions: What these errors include: instrument, making, and play in the seats.
         history: Criterion after every round of the search [m].
         notes: What else is worth knowing, one sentence each.
     """
@@ -53,7 +53,7 @@ class PlateDesign(AbstractShown):
     clearance: Float[np.ndarray, " targets"] = field(default_factory=lambda: NOTHING)
     limit_margin: Float[np.ndarray, " targets"] = field(default_factory=lambda: NOTHING)
     spacing: float = np.inf
-    holds: str = ""
+    assumptions: str = ""
     history: tuple[float, ...] = ()
     outcome: Outcome = Outcome.CONVERGED
     notes: tuple[str, ...] = ()
@@ -66,7 +66,7 @@ class PlateDesign(AbstractShown):
     @property
     def plate_shapes(self) -> int:
         """Different blocks that stand on the plate."""
-        poses = np.stack([target.pose for target in self.plate.standing])
+        poses = np.stack([target.pose for target in self.plate.mounted])
         return len(shapes_of(places_of(self.plate, poses)))
 
     def summary(self) -> RenderableType:
@@ -112,7 +112,7 @@ def describe(
     error, plate = set_error(setting, targets.q, targets.places, goal), _plate(setting, targets)
     return PlateDesign(
         plate=plate,
-        holds=f"{setting.reading.words}; {plate.held}",
+        assumptions=f"{setting.reading.words}; {plate.assumptions}",
         cost=error.position_rms,
         rotation=error.rotation_rms,
         clearance=frozen(_clearance(setting, targets)),

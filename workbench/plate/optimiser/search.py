@@ -80,13 +80,13 @@ class Search:
             chosen.append(found)
         return chosen
 
-    def exchange(self, near: Neighbours, chosen: list[int], held: int = 0) -> list[int]:
-        """Exchange targets until none can be changed for the better; the first so many are held."""
+    def exchange(self, near: Neighbours, chosen: list[int], locked: int = 0) -> list[int]:
+        """Exchange targets until none can be changed for the better; the first so many are locked."""
         chosen = list(chosen)
         cost = self.cost(near.pool.rows[chosen])
         for _ in range(ROUNDS):
             before = cost
-            for slot in range(held, len(chosen)):
+            for slot in range(locked, len(chosen)):
                 cost = self._improve(near, chosen, slot, cost, 0)
             self.history.append(cost)
             if cost >= before * (1.0 - BETTER):
@@ -94,11 +94,11 @@ class Search:
         return chosen
 
     def polish(
-        self, blocks: Blocks, half: Float[np.ndarray, "2"], targets: Candidates, held: int = 0
+        self, blocks: Blocks, half: Float[np.ndarray, "2"], targets: Candidates, locked: int = 0
     ) -> Candidates:
-        """Move every target a little where that lowers the criterion; the first so many are held."""
+        """Move every target a little where that lowers the criterion; the first so many are locked."""
         for step in STEPS:
-            for slot in range(held, len(targets)):
+            for slot in range(locked, len(targets)):
                 near = Neighbours(
                     self.setting, targets.join(self._variants(blocks, half, targets, slot, step))
                 )

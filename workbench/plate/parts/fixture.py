@@ -42,7 +42,7 @@ def fixture_of(plate: Plate, *, stock: Stock | None = None) -> Fixture:
     stock = stock or Stock()
     if not len(plate):
         raise OptionError(f"plate '{plate.name}' has no targets, so there is nothing to make")
-    blocks = tuple(_block(plate, i, target, stock) for i, target in enumerate(plate.standing, start=1))
+    blocks = tuple(_block(plate, i, target, stock) for i, target in enumerate(plate.mounted, start=1))
     for one, two in combinations(blocks, 2):
         if _overlap(one.footprint, two.footprint):
             raise OptionError(
@@ -75,7 +75,7 @@ def fixture_of(plate: Plate, *, stock: Stock | None = None) -> Fixture:
 
 def _probe_for(plate: Plate, stock: Stock) -> Turned | None:
     """What the arm carries into the targets; a pointed probe is bought."""
-    kinds = {target.kind for target in plate.standing}
+    kinds = {target.kind for target in plate.mounted}
     return probe_of(stock) if Kind.SEAT in kinds else ball_probe_of(stock) if Kind.SOCKET in kinds else None
 
 

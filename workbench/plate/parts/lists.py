@@ -226,12 +226,12 @@ def _checks_of_face(name: str, place: tuple[float, float], bore: Bore, fixture: 
 
 def _checks_of_targets(plate: Plate, fixture: Fixture) -> Iterator[Check]:
     making = fixture.tolerances.making
-    poses = np.stack([target.pose for target in plate.standing])
+    poses = np.stack([target.pose for target in plate.mounted])
     heights = (se3.inverse(plate.pose) @ poses)[:, 2, 3]
     bounds = making.position + making.angle * heights  # a block that leans takes its face along
     angles = np.rad2deg(se3.matrix_to_rpy(poses[:, :3, :3]))
     held = "anchor" if fixture.anchored else "target"
-    for number, (target, turned) in enumerate(zip(plate.standing, angles, strict=True), start=1):
+    for number, (target, turned) in enumerate(zip(plate.mounted, angles, strict=True), start=1):
         for axis, value in zip("xyz", MM * target.xyz, strict=True):
             yield (
                 f"{held} {number}",

@@ -18,7 +18,7 @@ from matplotlib.patches import Polygon
 from workbench.base import se3
 from workbench.plate.parts.parts import Block, BlockShape, Bore, Fixture
 from workbench.plate.plate import SQUARE
-from workbench.plate.report.plates import held_words
+from workbench.plate.report.plates import assumptions
 from workbench.plate.score import PlateScore
 from workbench.report.figures import COLOURS, INK, look, new_figure, svg
 from workbench.report.html import page_template
@@ -216,7 +216,7 @@ class PlateSheet:
             f"{self.score.robot.name}, each target measured once: in the region, in any branch, with "
             "orientations within 60° of the targets', the calibrated arm is expected to miss by "
             f"{short(MM * error.position_mean)} mm{turns} on average. "
-            f"This holds: {held_words(self.score.plate, self.score.sigma)}; effects that the model lacks "
+            f"This includes: {assumptions(self.score.plate, self.score.sigma)}; effects that the model lacks "
             "come on top."
         )
         second = (

@@ -47,7 +47,7 @@ def _design_words(design: PlateDesign) -> list[str]:
     words = [
         "place: x, y on the plate, height; angles: tilt, azimuth, spin; clear of anything; joints to limits",
         f"predicted error in the region, root mean square: {error}",
-        f"it holds: {design.holds}",
+        f"it includes: {design.assumptions}",
     ]
     shapes, blocks = design.plate_shapes, len(design.plate)
     if any(target.kind is not Kind.POINT for target in design.plate.targets):
@@ -68,7 +68,7 @@ def design_json(design: PlateDesign) -> Json:
         "schema": DESIGN,
         "plate": design.plate.name,
         "outcome": str(design.outcome),
-        "holds": design.holds,
+        "holds": design.assumptions,
         "predicted": {
             "position_rms_mm": 1e3 * design.cost,
             "orientation_rms_deg": float(np.rad2deg(design.rotation))
@@ -109,7 +109,7 @@ def tradeoff_json(found: "Tradeoff") -> Json:
                 "shapes": choice.shapes,
                 "price_eur": choice.price,
                 "position_rms_mm": 1e3 * choice.design.cost,
-                "holds": choice.design.holds,
+                "holds": choice.design.assumptions,
                 "share": choice.share,
                 "front": choice in found.front,
             }

@@ -47,7 +47,7 @@ def score_tables(score: PlateScore) -> RenderableType:
     words = [
         f"predicted errors: {score.region_rows} joint positions in the region, any branch, turned from a "
         f"target by up to {np.rad2deg(PLATE_CONE):.0f}°",
-        f"they hold: {held_words(score.plate, score.sigma)}",
+        f"they include: {assumptions(score.plate, score.sigma)}",
         f"scaling: rows by these deviations, angles as arcs at {score.length:.3f} m (the arm's reach); O and "
         "σmin/σmax unscaled, as in the paper",
         "one branch: " + (escape(score.single_branch) if score.single else "none reaches all targets"),
@@ -60,10 +60,10 @@ def score_tables(score: PlateScore) -> RenderableType:
     return Group(targets, sets, Text("\n".join(words)))
 
 
-def held_words(plate: Plate, sigma: tuple[float, float]) -> str:
+def assumptions(plate: Plate, sigma: tuple[float, float]) -> str:
     """What a predicted error holds: instrument, making, and play in the seats."""
     turns = f", {np.rad2deg(sigma[1]):.2g}°" if any(t.kind is Kind.SEAT for t in plate.targets) else ""
-    return f"instrument {1e3 * sigma[0]:.3g} mm{turns}; {plate.held}"
+    return f"instrument {1e3 * sigma[0]:.3g} mm{turns}; {plate.assumptions}"
 
 
 def comparison_table(scores: Sequence[PlateScore], stated: Sequence[PlateScore]) -> RenderableType:
@@ -80,17 +80,17 @@ def comparison_table(scores: Sequence[PlateScore], stated: Sequence[PlateScore])
     single = [_cell(s.single, lambda one: 1e3 * one.error.position_rms) for s in scores]
     table.add_row(escape("position error with one branch, rms [mm]"), *single)
     words = [
-        f"all hold: {held_words(scores[0].plate, scores[0].sigma)}",
+        f"all include: {assumptions(scores[0].plate, scores[0].sigma)}",
         f"errors are predicted in the region of {scores[0].plate.name}, about its orientations",
         f"smallest predicted position error: {_best(scores)}",
     ]
     tables: list[RenderableType] = [table]
-    if any(s.plate.held != c.plate.held for s, c in zip(stated, scores, strict=True)):
+    if any(s.plate.assumptions != c.plate.assumptions for s, c in zip(stated, scores, strict=True)):
         own = new_table("As each plate's file says (not comparable)", "", *(s.plate.name for s in stated))
         for what, cells in _set_rows([s.measured for s in stated])[:3]:
             own.add_row(escape(what), *cells)
         tables.append(own)
-        words += [f"{s.plate.name} holds: {held_words(s.plate, s.sigma)}" for s in stated]
+        words += [f"{s.plate.name} includes: {assumptions(s.plate, s.sigma)}" for s in stated]
     return Group(*tables, Text("\n".join(words)))
 
 
@@ -144,7 +144,7 @@ def comparison_json(scores: Sequence[PlateScore], stated: Sequence[PlateScore]) 
             {
                 **_plate_json(score),
                 "as_stated": {
-                    "holds": held_words(own.plate, own.sigma),
+                    "holds": assumptions(own.plate, own.sigma),
                     "predicted": set_json(own.measured)["predicted"],
                 },
             }
@@ -158,7 +158,7 @@ def _plate_json(score: PlateScore) -> Json:
         "robot": score.robot.name,
         "plate": score.plate.name,
         "noise": {"position_mm": 1e3 * score.sigma[0], "orientation_deg": np.rad2deg(score.sigma[1])},
-        "holds": held_words(score.plate, score.sigma),
+        "holds": assumptions(score.plate, score.sigma),
         "scaling_length_m": score.length,
         "targets": [
             {"target": k + 1, "branch": branch, "q": score.measured.q[k], "O": o, "share": share}

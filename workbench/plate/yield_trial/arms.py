@@ -27,7 +27,7 @@ CHUNK = 250
 """Arms that are computed as one stack, with one seed."""
 CALIBRATING = 16
 """Greatest number of Gauss–Newton steps."""
-SETTLED = 1e-9
+TOLERANCE = 1e-9
 """A calibration has settled when no constant moves by more than this [m, rad]."""
 
 
@@ -127,7 +127,7 @@ def _calibrate(job: Job, readings: Float[np.ndarray, "arms targets n"]) -> Float
         right = across @ (residual * weights.ravel())[..., None] - (pull * found)[..., None]
         step = np.linalg.solve(across @ rows + np.diag(np.append(job.prior, known)), right)[..., 0]
         found = found + step
-        if np.abs(step).max() < SETTLED:
+        if np.abs(step).max() < TOLERANCE:
             break
     return found[:, :p]
 

@@ -70,7 +70,7 @@ def serve(
     try:
         waiting = server.gui.add_html(block("Working out how the arm reaches the targets …"))
         _announce(server, on_ready, open_browser)
-        with _nothing_let_go():
+        with _without_collection():
             from workbench.session.journal.folder import unrecorded
             from workbench.views.page.app import App
 
@@ -102,7 +102,7 @@ def _content(data: Path) -> tuple[str, bytes]:
 
 
 @contextlib.contextmanager
-def _nothing_let_go() -> Iterator[None]:
+def _without_collection() -> Iterator[None]:
     """What a start makes stays for good: to look through it for garbage takes a quarter of the time.
 
     Later collections leave it out too, so that no drag waits for one.

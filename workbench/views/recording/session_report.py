@@ -107,7 +107,7 @@ def _drawings(session: Session) -> Iterator[Drawing]:
             yield Drawing("corrections", "Corrections of the arm", "", svg(figure, "corrections"))
     figure = None if session.diagnosis is None else ranking(session.diagnosis)
     if figure is not None:
-        yield Drawing("ranking", "What each effect would bring", "", svg(figure, "ranking"))
+        yield Drawing("ranking", "What each effect would add", "", svg(figure, "ranking"))
 
 
 def _decisions(recording: Recording) -> Iterator[tuple[int, str, str]]:

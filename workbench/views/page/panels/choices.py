@@ -60,9 +60,9 @@ class ChoicesPanel(AbstractPanel):
                 for name in robot.default_free
             }
         for name, box in self._boxes.items():
-            on_change(box, partial(self._hold, name))
+            on_change(box, partial(self._fix, name))
 
-    def _hold(self, name: str) -> None:
+    def _fix(self, name: str) -> None:
         self._worker.submit(HoldParameter(name, not self._boxes[name].value))
 
     def _free_all(self) -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import viser
 
 from workbench.base.wording import capital
-from workbench.data.live.acquisition import Standing, Status
+from workbench.data.live.acquisition import ArmState, Status
 from workbench.session.commands.measure import (
     BeginMeasuring,
     DriveArm,
@@ -21,7 +21,7 @@ from workbench.session.state import Session, Source
 from workbench.views.page.html import BAD, CAREFUL, GOOD, LINE, MUTED, badge, block, note, number, text
 from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value
 
-LIGHTS = {Standing.STILL: GOOD, Standing.MOVING: CAREFUL, Standing.UNKNOWN: BAD}
+LIGHTS = {ArmState.STILL: GOOD, ArmState.MOVING: CAREFUL, ArmState.UNKNOWN: BAD}
 STILL_MOVES = "moves"
 
 
@@ -152,7 +152,7 @@ def _status(status: Status, measuring: Measuring) -> str:
         f'<div style="font-weight:600">Current: target {measuring.target + 1}</div>'
         + _place(status)
         + _deviation(status)
-        + _light(status.standing)
+        + _light(status.arm_state)
         + (words if status.message else ""),
         testid="measuring",
         style="margin:6px 0",
@@ -181,8 +181,8 @@ def _deviation(status: Status) -> str:
     )
 
 
-def _light(standing: Standing | None) -> str:
-    if standing is None:
+def _light(arm_state: ArmState | None) -> str:
+    if arm_state is None:
         return badge("No sample yet: move the arm", MUTED)
-    words = STILL_MOVES if standing is Standing.MOVING else str(standing)
-    return f'<span data-testid="standing">{badge(capital(words), LIGHTS[standing])}</span>'
+    words = STILL_MOVES if arm_state is ArmState.MOVING else str(arm_state)
+    return f'<span data-testid="standing">{badge(capital(words), LIGHTS[arm_state])}</span>'

@@ -77,7 +77,7 @@ class Gizmo:
             if self._dragged != (kind, client):
                 self._put_back(kind, nudge=event.phase == "end")
             elif event.phase == "end":
-                self._let_go(client)
+                self._release(client)
             elif event.phase == "update":
                 if kind == RINGS:
                     self._turned = b""
@@ -94,7 +94,7 @@ class Gizmo:
         (x, y, z), (roll, pitch, yaw) = xyz.tolist(), rpy.tolist()
         self._worker.submit(MoveTarget(session.selected, (x, y, z), (roll, pitch, yaw), client + 1))
 
-    def _let_go(self, client: int) -> None:
+    def _release(self, client: int) -> None:
         self._dragged = None
         self._worker.submit(DropTarget(client + 1))
 
@@ -107,7 +107,7 @@ class Gizmo:
     def left(self, client: viser.ClientHandle) -> None:
         """A page has gone: whatever it held is let go."""
         if self._dragged is not None and self._dragged[1] == client.client_id:
-            self._let_go(client.client_id)
+            self._release(client.client_id)
 
 
 def _locked(session: Session) -> bool:
