@@ -146,8 +146,8 @@ class Cause:
     Args:
         effects: What of the saved model it is.
         odds: Against the best other claim.
-        contribution_mm: Root mean square of what it explains at the tool, on folds that took no part in its fit
-            [mm]; NaN where no positions were measured.
+        contribution_mm: Root mean square of what it explains at the tool, on folds that took no part in its
+            fit [mm]; NaN where no positions were measured.
         sentence: What it does, in plain English.
         look_alikes: Other claims that the rows can't tell from it, the best first.
     """

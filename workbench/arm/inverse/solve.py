@@ -7,7 +7,8 @@ exactly.
 
 An arm that bends (`Robot.effects`) has the branches of its geometry, each moved to where the bent arm reaches
 the target (`refine_bent`); reasons, and the nearest configuration to what is out of reach, are the
-geometry's. A branch keeps its turn: with an effect that does not repeat every turn, `follow` from another one.
+geometry's. A branch keeps its turn: with an effect that does not repeat every turn, `follow` from
+another one.
 """
 
 from copy import deepcopy
