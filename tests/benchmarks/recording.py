@@ -40,10 +40,10 @@ from workbench.session.view import AbstractKeeper
 from workbench.views.recording.blueprint import blueprint
 from workbench.views.recording.canvas import Canvas
 from workbench.views.recording.draw_steps import Drawing, thinned
+from workbench.views.recording.moment import Moment
 from workbench.views.recording.recorder import recorder
 from workbench.views.recording.rerun_output import FILE_TICK, FileOutlet
 from workbench.views.recording.review import pictures_of
-from workbench.views.recording.timelines import Moment
 
 LONG, PER_DRAG, PLACES = 10_000, 100, 20
 STEPS, TURNS, GAP, PAUSE = 100, 6, 0.015, 1.0

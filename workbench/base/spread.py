@@ -14,8 +14,6 @@ from itertools import takewhile
 from threading import Event
 from typing import Any
 
-from joblib import Parallel, cpu_count, delayed, parallel_config
-
 from workbench.base.distribution import package_version
 from workbench.base.errors import MissingExtraError, OptionError
 from workbench.base.progress import Cancel, Progress
@@ -59,7 +57,7 @@ def spread(
         raise OptionError(f"--workers must be at least 1, got {workers}")
     stop = Event()
     stream = (
-        _here(work, pieces, stop, workers or cpu_count())
+        _here(work, pieces, stop, workers)
         if scheduler is None
         else _on_cluster(work, pieces, stop, scheduler)
     )
@@ -73,8 +71,13 @@ def spread(
     return results
 
 
-def _here(work: Callable[..., Any], pieces: Sequence[Piece], stop: Event, workers: int) -> Iterator[Any]:
+def _here(
+    work: Callable[..., Any], pieces: Sequence[Piece], stop: Event, workers: int | None
+) -> Iterator[Any]:
     """In this process, until what is left is worth others."""
+    from joblib import Parallel, cpu_count, delayed, parallel_config  # no page needs it to begin with
+
+    workers = workers or cpu_count()
     done = 0
     for done, piece in enumerate(pieces, 1):
         begun = time.monotonic()

@@ -10,6 +10,9 @@ import workbench as wb
 from workbench.base.errors import OptionError
 from workbench.cli import options as opt
 
+HEAD_START = 3.0
+"""How long a recording leaves the processor to the page's first picture [s]; nothing is lost meanwhile."""
+
 
 @dataclass(frozen=True, eq=False)
 class Opening:
@@ -96,7 +99,7 @@ def _followed(begun, live: str | None):
         return begun
     from workbench.views.recording.recorder import recorder
 
-    return replace(begun, keepers=(*begun.keepers, recorder(begun.folder, live=live)))
+    return replace(begun, keepers=(*begun.keepers, recorder(begun.folder, live=live, after=HEAD_START)))
 
 
 def _check_viewer(address: str) -> None:

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
-from scipy.interpolate import make_interp_spline
 
 from workbench.arm.inverse.branch import margins
 from workbench.arm.inverse.damped_newton import Task
@@ -126,6 +125,8 @@ def derivatives(
         q: Joint positions [rad or m].
         at_rest: Whether it begins and ends at rest.
     """
+    from scipy.interpolate import make_interp_spline  # no page needs it to begin with
+
     still = [(1, np.zeros(q.shape[1])), (2, np.zeros(q.shape[1]))]
     spline = make_interp_spline(time, q, k=5, bc_type=(still, still) if at_rest else None)
     return frozen(spline(time, 1)), frozen(spline(time, 2))

@@ -13,7 +13,6 @@ in the sum with a large weight and are met exactly afterwards.
 import numpy as np
 from jaxtyping import Float
 from scipy import linalg
-from scipy.interpolate import make_interp_spline
 
 from workbench.arm.inverse import solve as inverse
 from workbench.arm.inverse.branch import margins
@@ -59,6 +58,8 @@ def follow_near_direction(robot: Robot, curve: Curve, shares: Shares, wanted: Ve
         shares: Share of its length at every row.
         wanted: Unit vector along which the tool's z axis is wanted.
     """
+    from scipy.interpolate import make_interp_spline  # no page needs it to begin with
+
     arm = compile_arm(robot)
     limits = robot.limits[arm.columns]
     few = np.linspace(0.0, 1.0, KNOTS)

@@ -23,9 +23,9 @@ from workbench.session.journal.reader import JOURNAL, read_recording
 from workbench.session.journal.replay import restore
 from workbench.views.recording.compare_sessions import compare_sessions
 from workbench.views.recording.draw_steps import INTERVAL, thinned
+from workbench.views.recording.moment import Moment
 from workbench.views.recording.recorder import parts, recorder
 from workbench.views.recording.review import pictures_of
-from workbench.views.recording.timelines import Moment
 
 
 @pytest.fixture

@@ -24,6 +24,7 @@ import websockets.asyncio.server as websockets
 from viser import _messages
 
 from workbench.base.errors import OptionError
+from workbench.views.page.style import furnish
 
 LOOPBACK = ("127.0.0.1", "localhost")
 LABEL = "Workbench"
@@ -114,6 +115,7 @@ def local_server(
     # what it prints there names no page that one should open
     with mock.patch.object(websockets, "serve", serve), mock.patch("rich.print"):
         server = LocalServer(host=host, port=port, label=label, verbose=False)
+    furnish(server)
     server.key, server.telling = key, telling
     if port and server.get_port() != port:
         server.stop()

@@ -46,11 +46,11 @@ from workbench.views.page.panels.track import TrackPanel
 from workbench.views.page.panels.tradeoff import TradeoffPanel
 from workbench.views.page.scene.gizmo import Gizmo
 from workbench.views.page.scene.scene import Scene
-from workbench.views.page.style import NARROW, style_sheet
+from workbench.views.page.style import NARROW
 from workbench.views.page.tabs import Tabs, Told
 
-PANEL_WIDTH, LEAST_WIDTH, SHARE = 470, 340, 0.42
-"""Width of the panel [px]; where the window is narrow its least one, and its share of the window."""
+LEAST_WIDTH, SHARE = 340, 0.42
+"""Where the window is narrow: least width of the panel [px], and its share of the window."""
 STRIP: tuple[type[AbstractPanel], ...] = (Verdict, Header)
 """The panels above the tabs, in a folder that the style sheet keeps in view (`style.py`)."""
 TABS: dict[Tab, tuple[type[AbstractPanel], ...]] = {
@@ -103,8 +103,10 @@ class BrowserView(AbstractView):
     ):
         self._server, self._worker = server, worker
         session = worker.session
-        with server.atomic(), icons_at_once():
+        with server.atomic():
             self._scene = Scene(server, worker, session)
+        server.flush()  # a page draws the arm while the panels are made
+        with server.atomic(), icons_at_once():
             self._opened = session.opened
             self._card = StartCard(worker, show_demo, is_open=asks)
             told = Told(server)
@@ -147,15 +149,12 @@ def _build_panels(
     server: viser.ViserServer, worker: Worker, link: str, card: StartCard, told: Told
 ) -> tuple[list[AbstractPanel], Tabs]:
     gui = server.gui
-    gui.main_panel.dock_right()
-    gui.main_panel.set_width(PANEL_WIDTH)
     server.on_client_connect(_fit_panel)
     panels: list[AbstractPanel] = []
     with gui.add_folder("Next"):
         for kind in STRIP:
             panels.append(kind(worker))
             panels[-1].build(gui)
-    gui.add_html(style_sheet())
     opened = worker.session.opened
     tabs = Tabs(server, told, first=None if opened is None else opened.tab)
     for tab, kinds in TABS.items():

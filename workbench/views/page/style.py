@@ -6,8 +6,12 @@ it. So it names one attribute or class that hardly anything has: with tags, or n
 number that changes would cost a look at the whole page (10 ms).
 """
 
+import viser
+
 from workbench.views.appearance.colours import SKY, SKY_DARK, css
 
+PANEL_WIDTH = 470
+"""Width of the panel [px]."""
 KEPT = 'data-kept="1"'
 """Marks what makes its folder the strip that is kept in view."""
 STRIP = f".mantine-Paper-root[data-with-border]:has([{KEPT}])"
@@ -76,6 +80,14 @@ ENDED = (
 """Shown while the page has no connection."""
 
 
-def style_sheet() -> str:
-    """The sheet as an element of the page."""
-    return f"<style>{RULES}</style>{ENDED}"
+def furnish(server: viser.ViserServer) -> None:
+    """Give a server's pages their style, their panel and no light, before the first of them comes.
+
+    Another light means that a page compiles every shader again, and another width of the panel that it draws
+    the scene anew. An environment map would take half of a computer's time that draws by itself.
+    """
+    server.scene.configure_environment_map(None)
+    server.scene.configure_default_lights(False)
+    server.gui.main_panel.dock_right()
+    server.gui.main_panel.set_width(PANEL_WIDTH)
+    server.gui.add_html(f"<style>{RULES}</style>{ENDED}")

@@ -1,7 +1,6 @@
 """Drawing moments one after the other: the scene, and words, tables and pictures beside it."""
 
 import logging
-import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from typing import Any
@@ -25,33 +24,14 @@ from workbench.views.drawables.measured import measured
 from workbench.views.drawables.plate import plate
 from workbench.views.drawables.region import region
 from workbench.views.recording.canvas import Canvas
+from workbench.views.recording.moment import Moment, Pace
 from workbench.views.recording.rerun_sink import Bars, Document, Picture, RecordingSink, quaternion
 from workbench.views.recording.sentences import about, diagnosis_markdown, parameters_markdown
-from workbench.views.recording.timelines import TIMELINES, Moment
+from workbench.views.recording.timelines import TIMELINES
 
-INTERVAL = 0.1
-"""Least time between two pictures in the middle of a drag, in the beginning [s]."""
-OFTEN = 1000
-"""Pictures of drags after which the time between them doubles."""
 MOST_ROWS = 2000
 """Rows for which the arms are drawn at most."""
 log = logging.getLogger(__name__)
-
-
-class Pace:
-    """How often what is passing is drawn: less often the longer a session becomes, so that it stays small."""
-
-    def __init__(self) -> None:
-        self._passing, self._last = 0, -math.inf
-
-    def note(self, moment: Moment, now: float) -> None:
-        """A moment was drawn at this time [s]."""
-        self._passing += moment.is_passing
-        self._last = now
-
-    def wait(self, now: float) -> float:
-        """How long the next picture of what is passing has to wait [s]; not positive if it need not."""
-        return self._last + INTERVAL * 2.0 ** (self._passing // OFTEN) - now
 
 
 class Drawing:

@@ -14,8 +14,8 @@ from workbench.views.recording.blueprint import blueprint, side_by_side
 from workbench.views.recording.canvas import Canvas
 from workbench.views.recording.compare_sessions import compare
 from workbench.views.recording.draw_steps import Drawing, thinned
+from workbench.views.recording.moment import Moment
 from workbench.views.recording.rerun_output import FileOutlet
-from workbench.views.recording.timelines import Moment
 
 Progress = Callable[[float, str], None]
 

@@ -10,16 +10,16 @@ import time
 from collections import deque
 from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from workbench.session.journal.entry import Entry
 from workbench.session.state import Session, Severity
 from workbench.session.view import AbstractKeeper, Tell
-from workbench.views.recording.blueprint import blueprint
-from workbench.views.recording.canvas import Canvas
-from workbench.views.recording.draw_steps import Drawing, Pace
-from workbench.views.recording.rerun_output import AbstractOutlet, FileOutlet, ViewerOutlet
-from workbench.views.recording.rerun_output import Tell as TellText
-from workbench.views.recording.timelines import Moment
+from workbench.views.recording.moment import Moment, Pace
+
+if TYPE_CHECKING:  # rerun is read by the recorder's thread
+    from workbench.views.recording.canvas import Canvas
+    from workbench.views.recording.draw_steps import Drawing
 
 STEM = "session"
 MOST_WAITING = 5000
@@ -34,10 +34,13 @@ class Recorder(AbstractKeeper):
 
     Args:
         open_canvas: Makes the canvas for the session as it stands; called in the recorder's own thread.
+        after: How long the thread waits at first [s].
     """
 
-    def __init__(self, open_canvas: Callable[[Session, TellText], Canvas]):
-        self._open = open_canvas
+    def __init__(
+        self, open_canvas: Callable[[Session, Callable[[str], None]], "Canvas"], *, after: float = 0.0
+    ):
+        self._open, self._after = open_canvas, after
         self._queue: deque[Moment] = deque()
         self._changed = threading.Condition()
         self._pace = Pace()
@@ -70,7 +73,11 @@ class Recorder(AbstractKeeper):
             self._changed.notify_all()
 
     def _run(self) -> None:
+        with self._changed:
+            self._changed.wait_for(lambda: self._closing, self._after)
         try:
+            from workbench.views.recording.draw_steps import Drawing
+
             first = self._next()
             assert first is not None
             canvas = self._open(first.session, lambda text: self._tell(Severity.WARNING, text))
@@ -87,7 +94,7 @@ class Recorder(AbstractKeeper):
         finally:
             canvas.close()
 
-    def _draw_all(self, drawing: Drawing) -> None:
+    def _draw_all(self, drawing: "Drawing") -> None:
         while (moment := self._next()) is not None:
             drawing.draw(moment)
             self._pace.note(moment, time.monotonic())
@@ -102,15 +109,20 @@ class Recorder(AbstractKeeper):
             return self._queue.popleft() if self._queue else None
 
 
-def recorder(folder: Path | None, *, live: str | None = None) -> Recorder:
+def recorder(folder: Path | None, *, live: str | None = None, after: float = 0.0) -> Recorder:
     """Draws a session into its folder, and into an open viewer.
 
     Args:
         folder: The session's recording; None if there is none.
         live: Address of a viewer; None if there is none.
+        after: How long it waits before it draws anything [s]: to read rerun takes a second of a processor.
     """
 
-    def open_canvas(session: Session, tell: TellText) -> Canvas:
+    def open_canvas(session: Session, tell: Callable[[str], None]) -> "Canvas":
+        from workbench.views.recording.blueprint import blueprint
+        from workbench.views.recording.canvas import Canvas
+        from workbench.views.recording.rerun_output import AbstractOutlet, FileOutlet, ViewerOutlet
+
         layout = blueprint(session)
         name = "session" if folder is None else folder.name
         outlets: list[AbstractOutlet] = []

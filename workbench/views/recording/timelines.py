@@ -6,7 +6,6 @@ Each keeps what it needs of earlier steps; all else is drawn from the session as
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 import rerun as rr
@@ -17,41 +16,13 @@ from workbench.plate.plate import Plate
 from workbench.report.numbers import short
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget
 from workbench.session.commands.plate import ClusterTargets, ImprovePlate
-from workbench.session.journal.entry import Ending, Entry
+from workbench.session.journal.entry import Ending
 from workbench.session.state import Score, Session
 from workbench.views.appearance.colours import ARROW_AFTER, ARROW_BEFORE, REACHED, SELECTED
 from workbench.views.recording.canvas import Canvas
+from workbench.views.recording.moment import Moment
 from workbench.views.recording.rerun_sink import THIN
 from workbench.views.recording.sentences import sentence
-
-
-@dataclass(frozen=True, eq=False)
-class Moment:
-    """A step of the session.
-
-    Args:
-        step: Number of its command; 0 is the beginning.
-        at: Time of the session [s].
-        session: Snapshot after the command.
-        entry: The command; None in the beginning.
-    """
-
-    step: int
-    at: float
-    session: Session
-    entry: Entry | None = None
-
-    @property
-    def is_passing(self) -> bool:
-        """Whether a newer command of the same kind makes it unimportant, as in the middle of a drag."""
-        return self.entry is not None and self.entry.command.key is not None
-
-    def replaces(self, other: "Moment") -> bool:
-        """Whether it makes the other one unimportant: both pass, and are the same command to the queue."""
-        if self.entry is None or other.entry is None or not self.is_passing:
-            return False
-        return self.entry.command.key == other.entry.command.key
-
 
 LEVELS = {Ending.DONE: "INFO", Ending.CANCELLED: "INFO", Ending.REFUSED: "WARN", Ending.FAILED: "ERROR"}
 LONGEST = 64

@@ -47,10 +47,8 @@ class Ground:
 
 
 def _light(server: viser.ViserServer) -> None:
-    """Three plain lights: an environment map would take half of a computer's time that draws by itself."""
+    """Three plain lights."""
     scene = server.scene
-    scene.configure_environment_map(None)
-    scene.configure_default_lights(False)
     scene.add_light_hemisphere(
         "/light/sky", sky_color=(255, 255, 255), ground_color=(95, 105, 140), intensity=2.1
     )
