@@ -2,6 +2,8 @@
 
 import io
 import re
+import subprocess
+import sys
 import zipfile
 from time import monotonic, sleep
 from types import SimpleNamespace
@@ -36,9 +38,11 @@ from workbench.session.export import (
 )
 from workbench.session.guide import guide
 from workbench.session.state import Focus, Severity, Units
+from workbench.session.worker import Worker
 from workbench.views.appearance.bodies import body_frames
 from workbench.views.appearance.colours import SKY
 from workbench.views.page import html
+from workbench.views.page.local_server import local_server
 from workbench.views.page.panels import fit
 from workbench.views.page.panels.arrange import rows_of, table_of
 from workbench.views.page.panels.choices import read_rows
@@ -46,6 +50,7 @@ from workbench.views.page.panels.compare import ComparePanel
 from workbench.views.page.panels.files import FilesPanel
 from workbench.views.page.panels.header import Header
 from workbench.views.page.panels.targets import TargetsPanel
+from workbench.views.page.render import BrowserView
 from workbench.views.page.style import RULES
 
 
@@ -71,6 +76,29 @@ def test_no_file_is_offered_that_would_need_words_of_the_command_line(app):
     hints = [str(getattr(h, "hint", "")) for h in app.server.gui._gui_input_handle_from_uuid.values()]
     assert len(hints) > 20
     assert not any("MATLAB" in hint for hint in hints)
+
+
+def test_a_page_is_lit_before_it_has_anything_and_gets_the_arm_before_the_panels(untouched):
+    server = local_server()
+    try:
+        server._websock_server.queue_message, sent = (messages := []).append, []
+        server.flush = lambda: sent.append(len(messages))
+        worker = Worker(untouched)
+        BrowserView(server, worker)
+        worker.close()
+    finally:
+        server.stop()
+    kinds = [type(message).__name__ for message in messages]
+    assert {"MeshMessage", "GuiButtonMessage"} & {*kinds[: sent[0]]} == {"MeshMessage"}
+    assert {"EnvironmentMapMessage", "EnableLightsMessage"} & {*kinds} == set()
+
+
+def test_nothing_that_a_page_does_not_need_is_read_at_its_start():
+    program = (
+        "import sys, workbench.views.page.app, workbench.views.recording.recorder\n"
+        "print(*{'rerun', 'joblib', 'matplotlib', 'scipy.interpolate'} & {*sys.modules})"
+    )
+    assert subprocess.run([sys.executable, "-c", program], capture_output=True, text=True).stdout == "\n"
 
 
 def test_in_a_drag_the_numbers_that_count_go_ahead_of_the_scene(app, monkeypatch):
