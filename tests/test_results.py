@@ -10,6 +10,7 @@ import pytest
 import workbench as wb
 from workbench.base import threads
 from workbench.base.errors import DataError, FileError, OptionError, RobotError, ShapeError
+from workbench.data.readers.trajectory import Trajectory
 
 TABLE = [
     [0.0, 0.1, 0.0, np.pi / 2],
@@ -59,6 +60,26 @@ def test_an_identification_prints_as_a_small_table(fit):
     assert "nominal" in text
     assert "OPT2" in text
     assert fit._repr_html_().count("<tr>") == 1 + 2 * 4
+
+
+def test_one_algorithm_prints_as_its_parameters(fit):
+    """A run printed 33 000 characters, its fit about as many."""
+    text = str(fit.runs["ols"])
+    assert text == str(fit.runs["ols"].fit)
+    assert "OLS: arm" in text
+    assert len(text) < 5000
+    assert max(map(len, text.splitlines())) <= 100
+    assert "<table>" in fit.runs["ols"]._repr_html_()
+
+
+def test_a_plate_and_a_corrected_path_print_in_a_few_lines(fit):
+    words = "targets made exactly, no play in the seats"
+    assert repr(wb.load_plate("table2")) == f"<Plate Table 2: 10 targets; {words}>"
+    q = np.linspace(np.full(6, 0.2), np.full(6, 0.3), 20)
+    path = Trajectory(time=None, q=q, position=None, rotation=None, source="table", notes=())
+    found = str(wb.compensate(fit.robot, path, nominal=fit.nominal_robot))
+    assert "as commanded" in found
+    assert len(found) < 2000
 
 
 def test_short_paths_lead_to_the_arm_and_its_errors(fit):

@@ -6,9 +6,11 @@ Everything here is computed at the answer from one factorisation, whichever algo
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from typing import final
 
 import numpy as np
 from jaxtyping import Float
+from rich.console import RenderableType
 
 from workbench.arm.calibration import Calibration, pose_keys
 from workbench.arm.parameters import Parameter
@@ -20,6 +22,7 @@ from workbench.identification.factorisation import Factor
 from workbench.identification.noise import effective_parameters, factor_at
 from workbench.identification.picture_noise import Considered, covariance
 from workbench.identification.problem import Noise, Problem
+from workbench.report.result_display import AbstractShown
 
 SUSPICIOUS = 5.0
 """Rows whose residual is this many times what the others lead one to expect are listed."""
@@ -27,8 +30,9 @@ POOR_ANGLE, POOR_LENGTH = np.deg2rad(1.0), 5e-3
 """Standard errors above which a seen parameter is called poorly determined [rad], [m]."""
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Fit:
+@final
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class Fit(AbstractShown):
     """One algorithm's answer to a problem.
 
     Args:
@@ -75,6 +79,11 @@ class Fit:
             seconds=seconds,
             considered=considered,
         )
+
+    def summary(self) -> RenderableType:
+        from workbench.identification.report.table import parameters_tables
+
+        return parameters_tables(self)
 
     @property
     def iterations(self) -> int:

@@ -53,8 +53,9 @@ class BeforeAfter(NamedTuple):
         return f"mean error: {words}"
 
 
-@dataclass(frozen=True, eq=False)
-class Run:
+@final
+@dataclass(frozen=True, eq=False, repr=False)
+class Run(AbstractShown):
     """One algorithm's fit and its errors.
 
     Args:
@@ -72,6 +73,9 @@ class Run:
     train_rows: RowErrors
     held_out_rows: RowErrors
     judged: Robot | None = None
+
+    def summary(self) -> RenderableType:
+        return self.fit.summary()
 
     @property
     def calibrated(self) -> Robot:

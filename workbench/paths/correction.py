@@ -10,9 +10,11 @@ joints, and is named. Loads are those of the arm at rest, unless the motion has 
 from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import final
 
 import numpy as np
 from jaxtyping import Bool, Float
+from rich.console import RenderableType
 
 from workbench.arm.inverse.bent_arm import refine_bent, rigid_targets
 from workbench.arm.inverse.branch import margins
@@ -24,6 +26,7 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import frozen
 from workbench.paths.path import Commanded, Times, named, refuse_beyond, refuse_fast, refuse_singular
+from workbench.report.result_display import AbstractShown
 
 GREATEST = 0.35
 """Correction of a joint beyond which no calibration is at work but a singularity [rad or m]."""
@@ -57,8 +60,9 @@ class PathErrors:
     rotation: Float[np.ndarray, " rows"]
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Compensation:
+@final
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class Compensation(AbstractShown):
     """A corrected trajectory.
 
     Args:
@@ -78,6 +82,11 @@ class Compensation:
     kept: Bool[np.ndarray, " rows"]
     speed: Float[np.ndarray, " n"] | None
     notes: tuple[str, ...]
+
+    def summary(self) -> RenderableType:
+        from workbench.paths.report import compensation_table
+
+        return compensation_table(self)
 
     @property
     def q(self) -> Float[np.ndarray, "rows n"]:

@@ -61,7 +61,7 @@ class Target:
         return frozen(se3.pose(se3.rpy_to_matrix(self.rpy), self.xyz))
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class Plate:
     """A fixture.
 
@@ -85,6 +85,9 @@ class Plate:
     making: Making = EXACT
     anchors: Float[np.ndarray, "anchors 3"] | None = None
     notes: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        return f"<Plate {self.name}: {len(self)} targets; {self.assumptions}>"
 
     def __len__(self) -> int:
         return len(self.targets)
