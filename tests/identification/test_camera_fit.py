@@ -197,6 +197,29 @@ def test_what_was_given_wrong_is_blamed_alone(tmp_path, count, free, scale, foca
     assert gate.refused in ("", *gate.doubts)
 
 
+def test_no_geometry_is_taken_with_intrinsics_that_the_pictures_contradict(tmp_path):
+    """A focal length 0.5 % too long, behind errors of the geometry that zeros can't make up for."""
+    rng = np.random.default_rng(1)
+    arm = virtual.made(rng, "ur5", angle=1.5e-3, length=1.5e-3, zeros=1.5e-3)
+    shots = virtual.scene(rng, arm, 60)
+    wrong = virtual.K * [1.005, 1.005, 1.0, 1.0]
+    robot, data = written(tmp_path, "ur5", shots, k=wrong)
+    run = wb.identify(robot, data, algorithms=("opt2",))
+    refused = {step.name: step.refused for step in run.gate.steps}
+    assert "geometry would bend" in refused["geometry"]
+    assert re.search(
+        "the given intrinsics do not suit the pictures.*fx 13(49|50|51).*calibrate", *run.gate.doubts
+    )
+    assert true_errors(arm, (run.robot,))[0] <= true_errors(arm, (robot,))[0]
+    off = run.best.fit
+    at = [off.problem.names.index(f"camera[c0].{axis}") for axis in "xyz"]
+    assert (np.abs(off.x[at] - shots.camera[0][:3, 3]) < 3.0 * off.std[at]).all()
+    (tmp_path / "camera.toml").write_text(virtual.camera_toml(free='"auto"', k=wrong))
+    again = wb.identify(robot, read(tmp_path), algorithms=("opt2",))
+    assert again.gate.step.name == "geometry"
+    assert true_errors(arm, (again.robot,))[0] < 0.2 * true_errors(arm, (robot,))[0]
+
+
 def test_two_cameras_at_once(tmp_path):
     rng = np.random.default_rng(9)
     arm = virtual.made(rng, "7R", zeros=np.deg2rad(0.3))

@@ -1,16 +1,19 @@
 """What camera, target and pictures contradict: intrinsics, or a print's size, that are not what was given."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from jaxtyping import Float
 
+from workbench.arm.robot import Robot
 from workbench.base.types import Freedom
 from workbench.data.camera.camera import INTRINSICS
 from workbench.data.camera.rig import Rig
 from workbench.data.dataset import Dataset
+from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
+from workbench.identification.picture_noise import Considered, Pictures
 from workbench.identification.problem import Noise, Problem
 
 BETTER, LEAST_PIXEL = 0.75, 0.05
@@ -19,6 +22,8 @@ OUTSIDE = 3.0
 """Standard deviations of prior knowledge beyond which it is doubted."""
 ANY_SIZE = 1.0
 """Standard deviation of a target's relative size where nothing is known of it."""
+OUT_OF_LINE, FAR_OFF = 6.0, 2e-3
+"""Pictures this many times the median off, and so many m, don't suit their joints."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,8 +71,47 @@ class Fit:
         return found
 
 
-def doubts(fitted: Callable[[Dataset], Fit], data: Dataset) -> Iterator[str]:
-    """Sentences on what the pictures contradict, with what to do.
+@dataclass(frozen=True, eq=False)
+class Doubts:
+    """What the pictures contradict.
+
+    Args:
+        words: Sentences with what to do.
+        data: The pictures, with what is contradicted let go.
+        off: How far from what was given it seems to be, by name; none where nothing fixed is contradicted.
+    """
+
+    words: tuple[str, ...]
+    data: Dataset
+    off: Mapping[str, float]
+
+    def considered(self, problem: Problem, deviations: Float[np.ndarray, " p"] | float = 0.0) -> Considered:
+        """What it bends, beside constants that are uncertain.
+
+        Args:
+            problem: Of `data`.
+            deviations: Of each of its unknowns that is uncertain as well; 0 of the others.
+        """
+        off = np.array([abs(self.off.get(name, 0.0)) for name in problem.names])
+        return Considered(problem, off + deviations)
+
+    @classmethod
+    def of(cls, words: Iterable[str], given: Fit, better: Fit, *more: str) -> "Doubts":
+        """From the fit as given and the one that suits; `more` are doubted though both have them."""
+        off = dict(zip(better.problem.names, better.x - better.problem.start, strict=True))
+        fixed = set(off) - set(given.problem.names) | set(more)
+        return cls(tuple(words), better.problem.data, {name: off[name] for name in fixed})
+
+    @classmethod
+    def of_lens(cls, given: Fit, lens: Fit) -> "Doubts":
+        """Against fixed intrinsics, from fits with them and with free ones."""
+        rig = given.problem.data.rig
+        assert rig is not None, "pictures were fitted"
+        return cls.of([_against_lens(given, lens, rig)], given, lens)
+
+
+def find_doubts(fitted: Callable[[Dataset], Fit], data: Dataset) -> Doubts:
+    """What the pictures contradict of camera and target.
 
     The pictures are fitted as given, with free intrinsics in place of fixed ones, and with a target of any
     size: what then suits them, and as given does not, is to blame; both, where the pictures can't tell.
@@ -78,15 +122,25 @@ def doubts(fitted: Callable[[Dataset], Fit], data: Dataset) -> Iterator[str]:
     """
     rig = data.rig
     assert rig is not None, "pictures were fitted"
-    is_fixed = any(camera.free is Freedom.FIXED for camera in rig.cameras)
     any_size = replace(rig, target=replace(rig.target, scale_sigma=ANY_SIZE))
     given, size = (fitted(replace(data, rig=each)) for each in (rig, any_size))
-    lens = fitted(replace(data, rig=rig.with_intrinsics(Freedom.AUTO))) if is_fixed else given
+    lens = fitted(replace(data, rig=rig.with_intrinsics(Freedom.AUTO))) if rig.is_lens_fixed else given
+    words = tuple(_sentences(rig, given, lens, size))
     least = min(given.pixel, lens.pixel, size.pixel)
+    if _suits(given, least):
+        return Doubts(words, data, {})
+    if _suits(lens, least):
+        return Doubts.of(words, given, lens)
+    return Doubts.of(words, given, size, "target.scale")
 
-    def suits(fit: Fit) -> bool:
-        return BETTER * fit.pixel <= least or fit.pixel - least <= LEAST_PIXEL
 
+def _suits(fit: Fit, least: float) -> bool:
+    return BETTER * fit.pixel <= least or fit.pixel - least <= LEAST_PIXEL
+
+
+def _sentences(rig: Rig, given: Fit, lens: Fit, size: Fit) -> Iterator[str]:
+    """The doubts in words, from the fits as given, with free intrinsics and with a target of any size."""
+    suits = partial(_suits, least=min(given.pixel, lens.pixel, size.pixel))
     is_suited, is_size = suits(given), given.is_strange_size(rig)
     is_lens = bool(given.strange_intrinsics(rig))
     if not is_suited:
@@ -95,21 +149,17 @@ def doubts(fitted: Callable[[Dataset], Fit], data: Dataset) -> Iterator[str]:
     elif is_lens:
         is_either = not is_size and suits(size) and not size.strange_intrinsics(rig)
     else:
-        is_either = is_size and is_fixed and suits(lens) and not lens.is_strange_size(rig)
-    by_lens = f"{lens.pixel:.2f} px with free intrinsics ({_intrinsics(lens, rig)})"
+        is_either = is_size and rig.is_lens_fixed and suits(lens) and not lens.is_strange_size(rig)
     by_size = f"{size.pixel:.2f} px with a target {_larger(size, rig)}"
     if is_either:
         yield (
             "the target's size or the focal length is not what was given, and the pictures can't tell which: "
-            f"corners {given.pixel:.2f} px off as given, {by_size}, {by_lens}; check the printed square's "
-            'side, or leave the intrinsics to be refined with free = "auto"'
+            f"corners {given.pixel:.2f} px off as given, {by_size}, {_by_lens(lens, rig)}; check the printed "
+            'square\'s side, or leave the intrinsics to be refined with free = "auto"'
         )
         return
     if is_lens and not is_suited:
-        yield (
-            f"the given intrinsics do not suit the pictures: corners {given.pixel:.2f} px off with them, "
-            f'{by_lens}; set free = "auto" or calibrate the camera'
-        )
+        yield _against_lens(given, lens, rig)
         is_size = lens.is_strange_size(rig)
     else:
         yield from (
@@ -124,11 +174,19 @@ def doubts(fitted: Callable[[Dataset], Fit], data: Dataset) -> Iterator[str]:
         )
 
 
-def _intrinsics(fit: Fit, rig: Rig) -> str:
-    """A fixed camera's intrinsics as fitted."""
+def _against_lens(given: Fit, lens: Fit, rig: Rig) -> str:
+    return (
+        f"the given intrinsics do not suit the pictures: corners {given.pixel:.2f} px off with them, "
+        f'{_by_lens(lens, rig)}; set free = "auto" or calibrate the camera'
+    )
+
+
+def _by_lens(lens: Fit, rig: Rig) -> str:
+    """What free intrinsics leave, and what they are of a fixed camera."""
     name = next((c.name for c in rig.cameras if c.free is Freedom.FIXED), rig.cameras[0].name)
-    found = {k: fit.values.get(f"camera[{name}].{k}") for k in ("fx", "fy", "cx", "cy", "k1")}
-    return f"camera {name}: " + ", ".join(f"{k} {v:.4g}" for k, v in found.items() if v is not None)
+    found = {k: lens.values.get(f"camera[{name}].{k}") for k in ("fx", "fy", "cx", "cy", "k1")}
+    intrinsics = ", ".join(f"{k} {v:.4g}" for k, v in found.items() if v is not None)
+    return f"{lens.pixel:.2f} px with free intrinsics (camera {name}: {intrinsics})"
 
 
 def _larger(fit: Fit, rig: Rig) -> str:
@@ -139,3 +197,13 @@ def _larger(fit: Fit, rig: Rig) -> str:
         return words
     side = 1e3 * board.square
     return f"{words} (squares of {side * (1.0 + fit.scale):.4g} mm, not {side:.4g} mm)"
+
+
+def unsuited(robot: Robot, data: Dataset, build: Callable[..., Problem] = Problem.build) -> dict[int, float]:
+    """Rows whose picture does not suit their joints, and how far the tool seems to be off [m]."""
+    problem = build(robot, data, free=tuple(n for n in robot.joint_offsets if n in robot.default_free))
+    problem = problem.with_noise(Noise(1e-3, 2e-3, (), problem.noise.pixel))
+    x = Opt2(limit=40).search(problem).x
+    off, _ = Pictures.at(problem, x).errors(Noise(1.0, 1.0, (), 0.5))
+    lost = off > max(OUT_OF_LINE * float(np.median(off)), FAR_OFF)
+    return {int(i): float(off[i]) for i in np.flatnonzero(lost)} if lost.mean() < 0.2 else {}

@@ -10,12 +10,14 @@ a tool frame could do as well,
 A step is taken if it moves the tool by clearly more than it is uncertain, if pictures of whole blocks of
 joint space are predicted better without having been fitted, and, from the geometry on, if little is left
 unexplained: a camera, a target or a clock that is wrong bends the geometry to fit the pictures, and the arm
-ends worse than it began. The uncertainty is the larger of that from the likelihood (`picture_noise`) and of
-what the blocks, each left out once, show; the geometry's prior is as wide as the pictures say.
+ends worse than it began. Where the pictures contradict what was given of camera or target, no geometry is
+taken, and zeros count as uncertain by what that bends them. The uncertainty is the larger of that from the
+likelihood (`picture_noise`) and of what the blocks, each left out once, show; the geometry's prior is as wide
+as the pictures say.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -25,10 +27,25 @@ from workbench.arm.effects import AbstractEffect
 from workbench.arm.kinematics.forward import sensitivity
 from workbench.arm.motion import Motion
 from workbench.arm.robot import FRAME_PARTS, Robot
+from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
-from workbench.identification.camera_checks import Fit, doubts
+from workbench.identification.camera_checks import Doubts, Fit, find_doubts
+from workbench.identification.camera_steps import (
+    BENT,
+    EFFECTS,
+    GEOMETRY,
+    UNEXPLAINED,
+    WORTHWHILE,
+    ZEROS,
+    Gate,
+    Step,
+    advised,
+    judged,
+    mm,
+)
 from workbench.identification.held_out_rows import cells
+from workbench.identification.noise import factor_at
 from workbench.identification.picture_noise import (
     FAR,
     LEAST,
@@ -41,7 +58,6 @@ from workbench.identification.picture_noise import (
 )
 from workbench.identification.problem import Noise, Problem
 
-ZEROS, GEOMETRY, EFFECTS = "joint zeros", "geometry", "geometry and effects"
 ROUNDS, TOLERANCE = 4, 0.03
 """Fits between which the variances are estimated anew, and their relative change that is none."""
 SEARCHES = 3
@@ -50,109 +66,10 @@ FIRST_WIDTH = 3e-4
 """Width of the geometry's prior [m] from which its own is sought."""
 BLOCKS = 10
 """Blocks of joint space that are left out in turns."""
-CLEARLY = 2.0
-"""A step must move the tool by so many times what it is uncertain, in squares."""
-UNEXPLAINED = 0.4
-"""Part of the tool's error before, that may be left unexplained where the geometry is taken."""
-WORTHWHILE = 0.9
-"""Part of the expected error that a step may leave: what else bends zeros lowers it a little too."""
-HINTED = 0.5
-"""More pictures are advised for a step that moves the tool by this part of what it is uncertain."""
-MEANINGLESS = 1e-5
-"""Errors of the tool below this [m] are none."""
 CONFOUNDED = 1e-5
 """A constant whose column is this small beside what camera and target do alone can't be told from them."""
-OUT_OF_LINE, FAR_OFF = 6.0, 2e-3
-"""Pictures this many times the median off, and so many m, don't suit their joints."""
-
-
 Seek = Callable[[Robot, Problem, np.ndarray], tuple[AbstractEffect, ...]]
 """Finds the effects of an arm that a problem's answer leaves unexplained."""
-
-
-@dataclass(frozen=True, eq=False)
-class Step:
-    """One step of the gate.
-
-    Args:
-        name: What it frees beside camera and target.
-        free: Constants of the arm that it frees.
-        pixel: Error of corners in blocks that were not fitted [px, root mean square of a coordinate].
-        moved: Distance that it moves the tool [m], from the step before that was taken.
-        uncertainty: Of the tool's position from the uncertainty of its constants [m].
-        turned: Of the tool's orientation [rad].
-        lack: Distance of the tool [m] that the model leaves unexplained in a picture.
-        is_lack_shown: Whether it is more than chance.
-        weakest: The constant whose uncertainty moves the tool most.
-        refused: Why it was not taken; "" where it was.
-    """
-
-    name: str
-    free: tuple[str, ...]
-    pixel: float
-    moved: float
-    uncertainty: float
-    turned: float
-    lack: float
-    is_lack_shown: bool = True
-    weakest: str = ""
-    refused: str = ""
-
-    @property
-    def expected(self) -> float:
-        """Expected error of the tool's position [m]."""
-        return float(np.hypot(self.uncertainty, self.lack))
-
-
-@dataclass(frozen=True, eq=False)
-class Gate:
-    """What the gate decided.
-
-    Args:
-        steps: Every step that was tried.
-        taken: Number of the one that holds.
-        advice: What to measure next; "" where nothing has to be.
-        noise: How corners scatter, and how far the tool is off in every picture.
-        doubts: What of camera and target the pictures contradict.
-        actual: How corners scatter, where all were weighed alike.
-        considered: The arm's constants that stay nominal though they are uncertain.
-    """
-
-    steps: tuple[Step, ...]
-    taken: int
-    advice: str
-    noise: Noise
-    doubts: tuple[str, ...] = ()
-    actual: Noise | None = None
-    considered: Considered | None = None
-
-    @property
-    def step(self) -> Step:
-        """The step that holds."""
-        return self.steps[self.taken]
-
-    @property
-    def refused(self) -> str:
-        """Why the arm stays as it was; "" where something of it was identified."""
-        if self.taken:
-            return ""
-        if self.doubts:
-            return self.doubts[0]
-        reasons = [f"{step.name}: {step.refused}" for step in self.steps[1:]]
-        if not reasons:
-            return "it has no constant that these pictures could show"
-        return "; ".join([*reasons, self.advice] if self.advice else reasons)
-
-    @property
-    def notes(self) -> list[str]:
-        """The decision, one sentence each."""
-        step = self.step
-        words = [
-            f"{step.name}: expected error of the tool {_mm(step.expected)}, {_mm(step.uncertainty)} by the "
-            f"constants' uncertainty; corners of pictures left out {step.pixel:.2f} px"
-        ]
-        words += [f"{step.name} not taken: {step.refused}" for step in self.steps if step.refused]
-        return [*words, self.advice] if self.advice else words
 
 
 class Fitted(NamedTuple):
@@ -181,53 +98,89 @@ def pass_gate(
         build: Makes the problem from robot, data and `free`.
         seek: Finds effects beside the geometry; None ends with the geometry.
     """
+    assert data.rig is not None, "pictures are fitted"
     chosen = list(robot.default_free if free is None else free)
     zeros = [n for n in robot.joint_offsets if n in chosen]
-    wanted = [(ZEROS, zeros)] + ([(GEOMETRY, chosen)] if set(chosen) - set(zeros) else [])
     at = _alike(build(robot, data, free=()))
-    noise = at.noise
+    noise, last = at.noise, at.problem
     taken, steps = at, [_step("camera and target alone", at, at)]
-    last, hidden = at.problem, set[str]()
-    for name, names in wanted:
-        if not names:
-            continue
-        problem = build(robot, data, free=tuple(n for n in names if n not in hidden), noise=noise)
-        if name == ZEROS and (found := _confounded(problem)):
-            hidden |= found
-            problem = build(robot, data, free=tuple(n for n in names if n not in hidden), noise=noise)
-        mine = tuple(p.name for p in problem.parameters if p.is_geometry)
+    hidden = _confounded(build(robot, data, free=tuple(zeros), noise=noise)) if zeros else set()
+    seen = tuple(n for n in zeros if n not in hidden)
+
+    def fitted(other: Dataset) -> Fit:
+        again = _alike(build(robot, other, free=seen))
+        return Fit(again.problem, again.x)
+
+    doubted = find_doubts(fitted, data)
+    rest = chosen if set(chosen) - set(zeros) else []
+    fits: dict[str, Fitted] = {}
+    for name, names in ((ZEROS, zeros), (GEOMETRY, rest)):
+        mine = tuple(n for n in names if n not in hidden)
         if not mine or len(data) * 4 < len(mine):
             continue
-        last, at = problem, _fitted(problem, tuple(n for n in mine if n not in zeros))
-        step = _judged(_step(name, at, taken), steps)
-        steps.append(step)
-        if not step.refused:
+        rows = data if name == ZEROS else doubted.data
+        last, fits[name] = _free(build, robot, rows, mine, zeros, noise)
+    if GEOMETRY in fits and not doubted.off and fits[GEOMETRY].is_lack_shown and data.rig.is_lens_fixed:
+        let_go = replace(data, rig=data.rig.with_intrinsics(Freedom.AUTO))
+        problem, other = _free(build, robot, let_go, mine, zeros, noise)
+        if _is_clearly_better(other, fits[GEOMETRY]):
+            doubted = Doubts.of_lens(*(Fit(each.problem, each.x) for each in (fits[GEOMETRY], other)))
+            last, fits[GEOMETRY] = problem, other
+    for name, at in fits.items():
+        bends = None
+        if doubted.off and name == ZEROS:
+            bends = doubted.considered(build(robot, doubted.data, free=at.free, noise=at.noise))
+        step = judged(_step(name, at, taken, bends), steps)
+        steps.append(replace(step, refused=BENT) if doubted.off and name == GEOMETRY else step)
+        if not steps[-1].refused:
             taken = at
-    if seek is not None and steps[-1].name == GEOMETRY and at.is_lack_shown:
+    if seek is not None and steps[-1].name == GEOMETRY and at.is_lack_shown and not doubted.off:
         bent = _with_effects(robot, data, last, at, zeros, build, seek)
         step = _step(EFFECTS, bent or at, taken)
-        nothing = f"no effect of the arm stands out in the {_mm(step.lack)} that geometry leaves unexplained"
-        steps.append(_judged(step, steps) if bent else replace(step, refused=nothing))
+        nothing = f"no effect of the arm stands out in the {mm(step.lack)} that geometry leaves unexplained"
+        steps.append(judged(step, steps) if bent else replace(step, refused=nothing))
         if bent and not steps[-1].refused:
             at = taken = bent
     number = max(k for k, step in enumerate(steps) if not step.refused)
-
-    shown = [p.name for p in last.parameters if p.name in zeros]
-
-    def fitted(other: Dataset) -> Fit:
-        again = _alike(build(robot, other, free=shown))
-        return Fit(again.problem, again.x)
-
-    doubted, advice = tuple(doubts(fitted, data)), _advice(steps, number, data)
-    considered = None
+    advice = "" if doubted.off else advised(steps, number, data)
+    if doubted.off and steps[-1].name != GEOMETRY:
+        last = build(robot, doubted.data, free=seen, noise=noise)
+        at = _fitted(last, ())
     if at.free and not taken.free:
         at = _fitted(last, tuple(p.name for p in last.parameters if p.is_geometry))
+    considered = _considered(doubted, last, at, taken)
+    actual = None if taken.free else at.noise
+    return taken.problem, Gate(tuple(steps), number, advice, taken.noise, doubted.words, actual, considered)
+
+
+def _free(
+    build: Callable[..., Problem],
+    robot: Robot,
+    data: Dataset,
+    free: tuple[str, ...],
+    zeros: Sequence[str],
+    noise: Noise,
+) -> tuple[Problem, Fitted]:
+    """The problem of some constants, and its fit with all but zeros held near nominal."""
+    problem = build(robot, data, free=free, noise=noise)
+    return problem, _fitted(problem, tuple(n for n in free if n not in zeros))
+
+
+def _is_clearly_better(freer: Fitted, given: Fitted) -> bool:
+    """Whether a fit predicts blocks left out better, and leaves far less of the tool's error unexplained."""
+    one, other = (_step("", at, at) for at in (freer, given))
+    return one.pixel < WORTHWHILE * other.pixel and one.lack < UNEXPLAINED * other.lack
+
+
+def _considered(doubted: Doubts, last: Problem, at: Fitted, taken: Fitted) -> Considered | None:
+    """What stays as given though it is uncertain: geometry that is not taken, and what is contradicted."""
+    deviations = np.zeros(len(at.x))
     if len(at.free) > len(taken.free):
         known = Knowledge.of(last, at.x, at.shares)
-        width = mean_width(Pictures.at(last, at.x), known, Variances(at.noise))
-        considered = Considered(at.problem.with_noise(taken.problem.noise), width * at.shares)
-    actual = None if taken.free else at.noise
-    return taken.problem, Gate(tuple(steps), number, advice, taken.noise, doubted, actual, considered)
+        deviations = mean_width(Pictures.at(last, at.x), known, Variances(at.noise)) * at.shares
+    elif not doubted.off:
+        return None
+    return doubted.considered(at.problem.with_noise(taken.problem.noise), deviations)
 
 
 def _alike(problem: Problem) -> Fitted:
@@ -329,12 +282,14 @@ class Effect(NamedTuple):
         return cls(*found)
 
 
-def _step(name: str, at: Fitted, before: Fitted) -> Step:
-    """A step's numbers, against the one that was taken before."""
+def _step(name: str, at: Fitted, before: Fitted, bends: Considered | None = None) -> Step:
+    """A step's numbers, against the one that was taken before; `bends` adds to its uncertainty."""
     problem, x = at.problem, at.x
     arm = [problem.names.index(n) for n in at.free]
     effect = Effect.of(problem.robot_at(x), problem.data, at.free)
     covariance, left_out, pixel = _left_out(problem, x)
+    if bends is not None:
+        covariance += bends.covariance(problem.names, x, factor_at(problem, x).root)
     earlier = dict(zip(before.problem.names, before.x, strict=True))
     change = x[arm] - np.array([earlier.get(problem.names[k], problem.start[k]) for k in arm], float)
     if before is at:
@@ -352,70 +307,6 @@ def _step(name: str, at: Fitted, before: Fitted) -> Step:
         is_lack_shown=at.is_lack_shown,
         weakest=at.free[int(np.argmax(each))] if at.free else "",
     )
-
-
-def _judged(step: Step, steps: Sequence[Step]) -> Step:
-    """The step, with the reason where it is not taken."""
-    before = [s for s in steps if not s.refused][-1]
-    reason = ""
-    if step.moved**2 <= CLEARLY * step.uncertainty**2:
-        reason = (
-            f"it would move the tool by {_mm(step.moved)}, which is known to ±{_mm(step.uncertainty)} only"
-        )
-    elif step.pixel >= before.pixel:
-        reason = (
-            f"pictures left out are not predicted better: {step.pixel:.2f} px, {before.pixel:.2f} px before"
-        )
-    elif (
-        step.name in (GEOMETRY, EFFECTS)
-        and step.is_lack_shown
-        and step.lack > max(UNEXPLAINED * before.lack, MEANINGLESS)
-    ):
-        reason = (
-            f"it leaves {_mm(step.lack)} of {_mm(before.lack)} unexplained, so that camera, target, clock or "
-            "an effect of the arm may be to blame, and the geometry would bend to fit them"
-        )
-    elif step.expected >= WORTHWHILE * before.expected:
-        reason = f"the expected error of the tool stays {_mm(step.expected)}, {_mm(before.expected)} before"
-    return replace(step, refused=reason)
-
-
-def _advice(steps: Sequence[Step], taken: int, data: Dataset) -> str:
-    """What to measure so that the next step could be taken."""
-    step = next((s for s in steps[taken + 1 :] if s.moved**2 <= CLEARLY * s.uncertainty**2), None)
-    if step is None and (last := steps[-1]).name == EFFECTS and last.refused:
-        return (
-            "to see whether an effect of the arm is to blame, measure about "
-            f"{max(len(data), 30)} more pictures, with the arm folded and stretched out and every joint "
-            "turned over its whole range"
-        )
-    if step is None or (taken and step.moved < HINTED * step.uncertainty):
-        return ""
-    more = len(data) * (CLEARLY * step.uncertainty**2 / max(step.moved, 1e-9) ** 2 - 1.0)
-    count = int(np.clip(np.ceil(more), 5, 300))
-    digits = "".join(c for c in step.weakest.split(".")[0] if c.isdigit())
-    joint = min(int(digits or 1), data.joints) - 1
-    turned = np.rad2deg(np.ptp(data.q[:, joint]))
-    return (
-        f"to tell more, measure about {count} more pictures, with joint {joint + 1} turned beyond the "
-        f"{turned:.0f}° so far and the target near the camera, tilted and in all parts of the picture"
-    )
-
-
-def unsuited(robot: Robot, data: Dataset, build: Callable[..., Problem] = Problem.build) -> dict[int, float]:
-    """Rows whose picture does not suit their joints, and how far the tool seems to be off [m]."""
-    problem = build(robot, data, free=tuple(n for n in robot.joint_offsets if n in robot.default_free))
-    problem = problem.with_noise(Noise(1e-3, 2e-3, (), problem.noise.pixel))
-    x = Opt2(limit=40).search(problem).x
-    off, _ = Pictures.at(problem, x).errors(Noise(1.0, 1.0, (), 0.5))
-    lost = off > max(OUT_OF_LINE * float(np.median(off)), FAR_OFF)
-    return {int(i): float(off[i]) for i in np.flatnonzero(lost)} if lost.mean() < 0.2 else {}
-
-
-def _mm(length: float) -> str:
-    if length < 1e-6:
-        return "less than 0.001 mm"
-    return f"{1e3 * length:.2g} mm" if length < 0.1 else f"{1e3 * length:.0f} mm"
 
 
 def _left_out(problem: Problem, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:

@@ -15,7 +15,9 @@ from workbench.data.misread import checked
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import align
-from workbench.identification.camera_gate import Gate, Seek, pass_gate, unsuited
+from workbench.identification.camera_checks import unsuited
+from workbench.identification.camera_gate import Seek, pass_gate
+from workbench.identification.camera_steps import Gate
 from workbench.identification.fit_choices import FitChoices
 from workbench.identification.frames import FrameChoice, Sessions, choose_frames, visible_parts
 from workbench.identification.held_out_rows import (

@@ -64,6 +64,11 @@ class Rig:
             return 0
         return names.index(name) if name in names else None
 
+    @property
+    def is_lens_fixed(self) -> bool:
+        """Whether some camera's intrinsics count as known."""
+        return any(camera.free is Freedom.FIXED for camera in self.cameras)
+
     def with_intrinsics(self, free: Freedom) -> "Rig":
         """The same with the intrinsics of every camera fixed, free or with a prior."""
         return replace(self, cameras=tuple(replace(camera, free=free) for camera in self.cameras))

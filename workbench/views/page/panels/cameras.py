@@ -5,7 +5,7 @@ import base64
 import numpy as np
 import viser
 
-from workbench.identification.camera_gate import Gate
+from workbench.identification.camera_steps import Gate
 from workbench.identification.report.cameras import camera_words
 from workbench.session.camera_view import CameraView, camera_views, coverage
 from workbench.session.commands.compare import ShowRow
