@@ -1,12 +1,13 @@
 """The result card: errors stage by stage, a histogram of the rows, the instrument where it is known."""
 
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from workbench.session.guide import Stage
-from workbench.views.page.panels.result_card import HEIGHT, WIDTH, histogram, numbers
+from workbench.views.page.panels.result_card import HEIGHT, WIDTH, histogram, numbers, weighed
 
 
 def stage(title: str, mean: float, seed: int = 0) -> Stage:
@@ -43,3 +44,8 @@ def test_without_noise_there_is_no_line_and_without_rows_no_drawing():
     assert histogram((Stage("nominal", float("nan"), np.full(3, np.nan)),), 0.1) == ""
     exact = histogram((STAGES[0], Stage("geometry", 0.0, np.zeros(40))), 0.1)
     assert "nan" not in exact
+
+
+def test_geometry_of_a_diagnosis_that_weighs_joint_noise_says_so():
+    assert "joints' noise" in weighed(SimpleNamespace(joint_noise=object()))
+    assert weighed(SimpleNamespace(joint_noise=None)) == ""

@@ -3,6 +3,7 @@
 import contextlib
 import zipfile
 from collections.abc import Callable, Iterator
+from functools import partial
 from types import SimpleNamespace
 from unittest import mock
 
@@ -43,7 +44,7 @@ from workbench.views.page.panels.shooting import ShootingPanel
 from workbench.views.page.panels.start_card import StartCard
 from workbench.views.page.panels.targets import TargetsPanel
 from workbench.views.page.panels.track import TrackPanel
-from workbench.views.page.panels.tradeoff import TradeoffPanel
+from workbench.views.page.panels.tradeoff import MOST, TradeoffPanel
 from workbench.views.page.scene.gizmo import Gizmo
 from workbench.views.page.scene.scene import Scene
 from workbench.views.page.style import NARROW
@@ -112,6 +113,8 @@ class BrowserView(AbstractView):
             told = Told(server)
             self._panels, self._tabs = _build_panels(server, worker, link, self._card, told)
             server.gui.add_html(told.dark(self._follow))
+            tradeoff = next(p for p in self._panels if isinstance(p, TradeoffPanel))
+            tradeoff.links = tuple(told.pressed(f"plate-{i}", partial(tradeoff.open, i)) for i in range(MOST))
             self._scene.moved = next(p for p in self._panels if isinstance(p, TrackPanel)).place
             for panel in self._panels:
                 panel.update(session)

@@ -7,6 +7,7 @@ number that changes would cost a look at the whole page (10 ms).
 """
 
 import viser
+from viser import _messages
 
 from workbench.views.appearance.colours import SKY, SKY_DARK, css
 
@@ -80,6 +81,34 @@ ENDED = (
 """Shown while the page has no connection."""
 
 
+COARSE = 0.5
+"""Pixels that are drawn for one of the page's while a hand moves something and the processor draws."""
+SLOW = "llvmpipe|swiftshader|softpipe|software"
+"""In the names of renderers without a graphics card."""
+SCRIPT = f"""
+const settings = () => window.__viserTestpoints?.devSettings;
+const slow = canvas => {{
+  const gl = canvas.getContext("webgl2"), info = gl?.getExtension("WEBGL_debug_renderer_info");
+  return info ? /{SLOW}/i.test(gl.getParameter(info.UNMASKED_RENDERER_WEBGL)) : false;
+}};
+let at = null, before;
+addEventListener("pointerdown", e => {{ if (e.target.matches("canvas[data-engine]")) at = e; }}, true);
+addEventListener("pointermove", e => {{
+  if (!at || before !== undefined || Math.hypot(e.x - at.x, e.y - at.y) < 4 || !settings()) return;
+  if (!slow(at.target)) return void (at = null);
+  before = settings().get().fixedDpr;
+  settings().set({{fixedDpr: {COARSE} * (before ?? devicePixelRatio)}});
+}}, true);
+const end = () => {{
+  at = null;
+  if (before !== undefined) settings()?.set({{fixedDpr: before}});
+  before = undefined;
+}};
+for (const name of ["pointerup", "pointercancel", "blur"]) addEventListener(name, end, true);
+"""
+"""While a hand moves the scene or a handle, a page without a graphics card draws a quarter of its pixels."""
+
+
 def furnish(server: viser.ViserServer) -> None:
     """Give a server's pages their style, their panel and no light, before the first of them comes.
 
@@ -91,3 +120,4 @@ def furnish(server: viser.ViserServer) -> None:
     server.gui.main_panel.dock_right()
     server.gui.main_panel.set_width(PANEL_WIDTH)
     server.gui.add_html(f"<style>{RULES}</style>{ENDED}")
+    server._websock_server.queue_message(_messages.RunJavascriptMessage(SCRIPT))

@@ -38,6 +38,11 @@ class Told:
         dark = f'<source media="(prefers-color-scheme: dark)" srcset="{self._address("dark")}">'
         return f'<picture>{dark}<img src="{self._address("light")}" alt="" {STYLE}></picture>'
 
+    def pressed(self, words: str, do: Callable[[], None]) -> str:
+        """Where a link leads that does something: a page gets no answer there, and stays as it is."""
+        self._answers[words] = do
+        return self._address(words)
+
     def drawn(self, words: str) -> tuple[str, threading.Event]:
         """HTML that tells once it is on the page, and what is set then."""
         event = self._waiting[words] = threading.Event()

@@ -14,6 +14,7 @@ from workbench.session.state import Session
 from workbench.views.appearance.colours import AFTER, BEFORE, OUT_OF_REACH, css
 from workbench.views.page.html import GOOD, MUTED, badge, block, bullets, folded, heading, number, table, text
 from workbench.views.page.panels.panel import AbstractPanel, waiting
+from workbench.views.page.panels.result_card import weighed
 
 CANDIDATES, LARGE = 6, 300.0
 """Lines of the ranking; difference of evidence that is large enough [nat]."""
@@ -108,10 +109,11 @@ def _bars(found: Diagnosis) -> str:
             f"{number(value)} mm</text>"
         )
     kind = "held-out" if found.before.held_out else "fitted"
+    why = weighed(found)
     head = heading(f"Mean error on {kind} rows, before and after")
     return (
         head + f'<svg viewBox="0 0 {WIDTH} {2 * (BAR + 6)}" width="100%" data-testid="before-after">'
-        f"{''.join(parts)}</svg>"
+        f"{''.join(parts)}</svg>" + (f'<div style="color:{MUTED}">{text(why)}</div>' if why else "")
     )
 
 

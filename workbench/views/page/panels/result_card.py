@@ -3,6 +3,7 @@
 import numpy as np
 from jaxtyping import Float
 
+from workbench.diagnosis.record import Diagnosis
 from workbench.session.guide import Stage, noise_length, stages
 from workbench.session.state import Session
 from workbench.views.appearance.colours import AFTER, ARROW_BEFORE, BEFORE, css
@@ -27,6 +28,8 @@ def result_card(session: Session) -> str:
     fitted = [words for words, parts in (("base", found.frames.base), ("tool", found.frames.tool)) if parts]
     where = f"; {' and '.join(fitted)} fitted in all of them" if fitted else ""
     below = f"Mean position error on {len(done[0].rows)} {kind} poses{where}."
+    if session.accepted and session.diagnosis is not None:
+        below += weighed(session.diagnosis)
     return block(
         numbers(done)
         + histogram(done, noise_length(found))
@@ -34,6 +37,12 @@ def result_card(session: Session) -> str:
         testid="result",
         style="margin:8px 0",
     )
+
+
+def weighed(diagnosis: Diagnosis) -> str:
+    """Why its geometry is not quite that of Identify; nothing where it is."""
+    words = " Geometry as the diagnosis fits it, which weighs poses by the joints' noise too."
+    return "" if diagnosis.joint_noise is None else words
 
 
 def numbers(done: tuple[Stage, ...]) -> str:

@@ -20,10 +20,15 @@ MOST = 24
 
 
 class TradeoffPanel(AbstractPanel):
-    """A button to weigh plates, a plot, and a row for each plate that opens it; folded."""
+    """A button to weigh plates, a plot, and a row for each plate that opens it; folded.
+
+    Attributes:
+        links: What opens a plate from its dot; none where pages can't tell.
+    """
 
     pause = AFTERWARDS
     depends = ("tradeoff", "is_idle")
+    links: tuple[str, ...] = ()
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("What does it buy me", expand_by_default=False):
@@ -41,12 +46,16 @@ class TradeoffPanel(AbstractPanel):
                 for _ in range(MOST)
             ]
         for i, row in enumerate(self._rows):
-            on_press(row, partial(self._open, i))
+            on_press(row, partial(self.open, i))
 
     def show(self, session: Session) -> None:
         found = session.tradeoff
         self._weigh.disabled = session.job is not None
-        self._html.content = "" if found is None else block(plot(found), testid="tradeoff")
+        self._html.content = (
+            ""
+            if found is None
+            else block(plot(found, self.links if session.job is None else ()), testid="tradeoff")
+        )
         choices = () if found is None else found.choices
         for i, row in enumerate(self._rows):
             row.visible = i < len(choices)
@@ -54,7 +63,8 @@ class TradeoffPanel(AbstractPanel):
             if i < len(choices):
                 row.label = row_words(i, choices[i])
 
-    def _open(self, i: int) -> None:
+    def open(self, i: int) -> None:
+        """Open a plate."""
         self._worker.submit(OpenChoice(i))
 
 
@@ -64,8 +74,13 @@ def row_words(i: int, choice: "Choice") -> str:
     return f"{i + 1}: {choice.manner}, {len(choice.design.plate)} targets, {choice.shapes} shapes: {error}"
 
 
-def plot(found: "Tradeoff") -> str:
-    """Error against price, numbered like the rows; the line joins the plates that nothing beats."""
+def plot(found: "Tradeoff", links: tuple[str, ...] = ()) -> str:
+    """Error against price, numbered like the rows; the line joins the plates that nothing beats.
+
+    Args:
+        found: The plates.
+        links: Where a click on each of the first dots leads.
+    """
     from workbench.report.figures import COLOURS  # with matplotlib, which no page needs to begin with
 
     price = np.log([choice.price for choice in found.choices])
@@ -77,8 +92,9 @@ def plot(found: "Tradeoff") -> str:
     front = [found.choices.index(choice) for choice in found.front]
     line = " ".join(f"{x[i]:.1f},{y[i]:.1f}" for i in front)
     dots = "".join(
-        f'<circle cx="{x[i]:.1f}" cy="{y[i]:.1f}" r="4" fill="{colours[choice.manner]}">'
-        f"<title>{text(row_words(i, choice))}</title></circle>"
+        (f'<a href="{text(links[i])}">' if any(links[i : i + 1]) else "<a>")
+        + f'<circle cx="{x[i]:.1f}" cy="{y[i]:.1f}" r="4" fill="{colours[choice.manner]}">'
+        f"<title>{text(row_words(i, choice))}</title></circle></a>"
         f'<text x="{x[i] + 6:.1f}" y="{y[i] - 4:.1f}" font-size="9" style="fill:{MUTED}">{i + 1}</text>'
         for i, choice in enumerate(found.choices)
     )

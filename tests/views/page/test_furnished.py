@@ -1,0 +1,51 @@
+"""What every page has before anything is on it: words for the server's end, and a way to draw less."""
+
+import threading
+
+import pytest
+
+from workbench.views.page.local_server import local_server, page_address
+from workbench.views.page.tabs import Told
+
+pytestmark = pytest.mark.browser
+
+
+def test_a_hand_at_work_costs_a_page_without_a_graphics_card_fewer_pixels_and_its_end_is_said(chromium):
+    server = local_server()
+    page = chromium.new_page(viewport={"width": 900, "height": 400})
+    width = "() => document.querySelector('canvas[data-engine]').width"
+    try:
+        page.goto(f"{page_address(server)}/?fixedDpr=1")
+        page.wait_for_function("() => window.__viserTestpoints && document.querySelector('.gone')")
+        assert page.locator(".gone").is_hidden()
+        page.wait_for_function(f"() => ({width})() > 300")
+        usual = page.evaluate(width)
+        page.mouse.move(100, 200)
+        page.mouse.down()
+        page.mouse.move(101, 200)
+        assert page.evaluate(width) == usual  # a click is no drag
+        page.mouse.move(140, 200)
+        page.wait_for_function(f"usual => ({width})() < 0.6 * usual", arg=usual)
+        page.mouse.up()
+        page.wait_for_function(f"usual => ({width})() === usual", arg=usual)
+        server.stop()
+        page.locator(".gone", has_text="The workbench has ended").wait_for()
+    finally:
+        server.stop()
+        page.close()
+
+
+def test_a_link_in_a_drawing_does_something_and_the_page_stays(chromium):
+    server, opened = local_server(), threading.Event()
+    page = chromium.new_page()
+    try:
+        server.gui.add_html(f'<a id="dot" href="{Told(server).pressed("plate-3", opened.set)}">3</a>')
+        page.goto(page_address(server))
+        page.locator("#dot").click()
+        assert opened.wait(10.0)
+        page.wait_for_timeout(300)
+        assert page.locator("#dot").is_visible()
+        assert page.locator(".gone").is_hidden()
+    finally:
+        server.stop()
+        page.close()
