@@ -63,5 +63,6 @@ def test_dots_are_numbered_like_the_rows(weighed):
     found = weighed.tradeoff
     words = plot(found)
     assert words.count("<circle") == 2
+    assert plot(found, ("/first", "/second")).count('<a href="/second"><circle') == 1
     assert all(row_words(i, choice) in words for i, choice in enumerate(found.choices))
     assert row_words(1, found.choices[1]) == "2: printed, 8 targets, 2 shapes: 0.100 mm, 1500 €"

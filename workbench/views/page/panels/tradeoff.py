@@ -1,4 +1,4 @@
-"""What a plate buys: error against price of plates that could be made; each opens with a press."""
+"""What a plate buys: error against price of plates that could be made; each opens by its dot or its row."""
 
 from functools import partial
 from typing import TYPE_CHECKING
