@@ -16,7 +16,8 @@ ROOT = Path(__file__).resolve().parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 KINDS = (".py", ".md", ".toml", ".html", ".ipynb", ".yml", ".yaml", ".rst", ".txt", ".cff", ".cfg")
 INSTALL = re.compile(
-    r"\b(?:pip3?|pipx|uv tool|uv pip|uv|uvx)(?: run)? (?:install|add|--from) (?P<words>[^\n`|]*)"
+    r"\b(?:(?:pip3?|pipx|uv tool|uv pip|uv|conda|mamba|poetry|pdm)\s+(?:install|add)|"
+    r"(?:uvx|pipx run|uv tool run)(?:\s+--from)?)\s(?P<words>[^\n`|]*)"
 )
 
 
@@ -46,6 +47,8 @@ def strangers(text: str) -> list[str]:
                 break
             if checkout is None or set(extras) - set(PROJECT["optional-dependencies"]):
                 wrong.append(found[0])
+            elif "--from" not in found[0] and re.search(r"\s'?workbench\b", words):  # beside it
+                wrong.append(found[0])
             break
     return wrong
 
@@ -66,6 +69,13 @@ def test_texts_tell_to_install_this_checkout():
         ("needs workbench[rerun]", False),
         ("pip install -e '.[no-such-extra]'", False),
         ("uvx --from workbench workbench", False),
+        ("uvx --from . workbench", True),
+        ("uvx workbench", False),
+        ("pipx run workbench serve", False),
+        ("python -m pip install --upgrade workbench", False),
+        ("pip install -e . workbench", False),
+        ("pip\ninstall workbench", False),
+        ("conda install -c conda-forge workbench", False),
     ],
 )
 def test_a_stranger_is_seen(text, right):

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
+from workbench.base.files import write_text
 from workbench.base.wording import counted
 from workbench.data.camera.camera import write_cameras
 from workbench.data.camera.rig import Rig
@@ -94,7 +95,7 @@ class Shooting:
             rows = zip(shot.ids, shot.corners, shot.uv, strict=True)
             corners += [f"{shot.name},{shot.camera},{i},{c},{u!r},{v!r}" for i, c, (u, v) in rows]
         head = ",".join(["image", *(f"q{k + 1}[rad]" for k in range(len(self.kept[0].q or ())))])
-        (folder / "corners.csv").write_text("\n".join(corners) + "\n")
-        (folder / "joints.csv").write_text("\n".join([head, *joints.values()]) + "\n")
+        write_text(folder / "corners.csv", "\n".join(corners) + "\n")
+        write_text(folder / "joints.csv", "\n".join([head, *joints.values()]) + "\n")
         write_cameras(self.rig.cameras, folder / "camera.toml")
         write_target(self.rig.target, folder / "target.toml")
