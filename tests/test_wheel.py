@@ -2,6 +2,7 @@
 
 import json
 import os
+import socket
 import subprocess
 import sys
 import urllib.request
@@ -108,15 +109,27 @@ def test_studies_are_said_to_be_in_the_checkout(elsewhere):
 
 
 def test_the_page(elsewhere):
+    """A demo on a live source first, then its recording once more, then a branch of it."""
     work, start = elsewhere
-    with start("serve", "--no-open", "--port", "0") as program:
+    with socket.create_server(("127.0.0.1", 0)) as source:
+        live = f"127.0.0.1:{source.getsockname()[1]}"
+        served(start, "serve", "--demo", "--source", live)
+    (recording,) = (work / "recordings").iterdir()
+    assert (recording / "journal.jsonl").is_file()
+    served(start, "serve", "--session", str(recording))
+    served(start, "serve", "--session", str(recording), "--step", "0", "--no-record")
+    assert [*(work / "recordings").iterdir()] == [recording]
+
+
+def served(start, *words: str) -> None:
+    """The page is served, and its command ends when it is told to."""
+    with start(*words, "--no-open", "--port", "0") as program:
         try:
-            said = [program.stdout.readline() for _ in range(3)]
-            assert [line.split(":")[0] for line in said] == ["page", "session", "to stop"]
-            with urllib.request.urlopen(said[0].split()[1]) as page:
+            said = dict(program.stdout.readline().split(None, 1) for _ in range(3))
+            assert {"page:", "session:"} < set(said), said
+            with urllib.request.urlopen(said["page:"].strip()) as page:
                 assert b"<html" in page.read()
         finally:
             program.terminate()
         _, err = program.communicate(timeout=60)
     assert program.returncode == 0, err
-    assert next((work / "recordings").iterdir()).joinpath("journal.jsonl").is_file()

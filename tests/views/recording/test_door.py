@@ -2,11 +2,14 @@
 
 import urllib.error
 import urllib.request
+from pathlib import Path
 
 import pytest
 
 from workbench.views.recording import review
 from workbench.views.recording.review import opened
+
+SAMPLE = Path(__file__).resolve().parents[3] / "recordings" / "sample"
 
 
 @pytest.fixture
@@ -39,16 +42,15 @@ def test_a_guessed_path_is_refused(link):
         assert get("/".join([*start[:3], path])) == 403
 
 
-def test_the_viewer_in_the_browser_is_given_addresses_and_serves_no_data(tmp_path, monkeypatch):
+def test_the_viewer_in_the_browser_is_given_addresses_and_serves_no_data(run, tmp_path, monkeypatch):
     """With addresses alone rerun opens no port of its own for data."""
-    (tmp_path / "session.rrd").write_bytes(b"RRF2")
     commands = []
 
     class Done:
         returncode = 0
 
     monkeypatch.setattr(review.subprocess, "run", lambda command, **_: commands.append(command) or Done())
-    review._open([tmp_path / "session.rrd"], web=True)
+    assert run("review", SAMPLE, "--web")[0] == 0
     assert "--web-viewer" in commands[0]
     assert commands[0][-1].startswith("http://127.0.0.1:")
     assert str(tmp_path) not in " ".join(commands[0])
