@@ -109,14 +109,13 @@ def test_studies_are_said_to_be_in_the_checkout(elsewhere):
 
 
 def test_the_page(elsewhere):
-    """A demo on a live source first, then its recording once more, then a branch of it."""
+    """A demo on a live source first, then a branch of its recording."""
     work, start = elsewhere
     with socket.create_server(("127.0.0.1", 0)) as source:
         live = f"127.0.0.1:{source.getsockname()[1]}"
         served(start, "serve", "--demo", "--source", live)
     (recording,) = (work / "recordings").iterdir()
     assert (recording / "journal.jsonl").is_file()
-    served(start, "serve", "--session", str(recording))
     served(start, "serve", "--session", str(recording), "--step", "0", "--no-record")
     assert [*(work / "recordings").iterdir()] == [recording]
 

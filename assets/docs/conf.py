@@ -52,7 +52,7 @@ sphinx_gallery_conf = {
 
 def results(block, block_vars, gallery_conf):
     """The figure that a block of a gallery's program ends with, as a notebook shows it."""
-    figure = block_vars["example_globals"].get("___")
+    figure = block_vars["example_globals"].pop("___", None)  # else a later block would show it again
     if block[0] != "code" or not hasattr(figure, "savefig"):
         return ""
     path = next(block_vars["image_path_iterator"])
@@ -98,8 +98,8 @@ class Commands(Directive):
         """A command's help; those of a group one below the other."""
         import typer
 
-        context = command.make_context(name, [], resilient_parsing=True, max_content_width=100)
-        context.terminal_width = 100
+        context = command.make_context(name, [], resilient_parsing=True, max_content_width=88)
+        context.terminal_width = 88
         section = nodes.section(ids=[nodes.make_id(name)])
         section += nodes.title(text=name)
         inner = getattr(command, "commands", {})
@@ -113,6 +113,7 @@ class Commands(Directive):
 
 
 def setup(app):
-    """Add the directive of commands and the writer of formulas."""
+    """Add the directive of commands, the writer of formulas, and what narrow screens need."""
+    app.add_css_file(None, body="td + td code, .indextable a { overflow-wrap: anywhere } .math { padding: 4px 0 }")
     app.add_directive("commands", Commands)
     app.add_html_math_renderer("mathml", _mathml(False), _mathml(True))

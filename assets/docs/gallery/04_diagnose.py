@@ -19,5 +19,5 @@ found.plot()
 
 # %%
 
-found
 assert "joint-compliance" in {effect.name for effect in found.robot.effects}
+found

@@ -26,4 +26,6 @@ for branch in branches:
 
 near = pose.copy()
 near[:3, 3] += [0.0, 0.0, 0.01]
-wb.follow(arm, near, branches[0].q)
+followed = wb.follow(arm, near, branches[0].q)
+print(np.rad2deg(followed.q).round(2))
+assert followed.converged
