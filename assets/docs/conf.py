@@ -28,6 +28,7 @@ myst_heading_anchors = 3
 exclude_patterns = ["gallery"]
 html_theme = "furo"
 html_title = "workbench"
+html_static_path = html_css_files = ["narrow.css"]
 html_math_renderer = "mathml"
 html_copy_source = False
 autodoc_typehints = "none"
@@ -113,7 +114,6 @@ class Commands(Directive):
 
 
 def setup(app):
-    """Add the directive of commands, the writer of formulas, and what narrow screens need."""
-    app.add_css_file(None, body="td + td code, .indextable a { overflow-wrap: anywhere } .math { padding: 4px 0 }")
+    """Add the directive of commands and the writer of formulas."""
     app.add_directive("commands", Commands)
     app.add_html_math_renderer("mathml", _mathml(False), _mathml(True))
