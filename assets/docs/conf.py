@@ -3,6 +3,7 @@
 The pages need no network to be read: formulas become MathML, and the theme brings its own files.
 """
 
+import ast
 import shutil
 import sys
 from pathlib import Path
@@ -53,8 +54,10 @@ sphinx_gallery_conf = {
 
 def results(block, block_vars, gallery_conf):
     """The figure that a block of a gallery's program ends with, as a notebook shows it."""
-    figure = block_vars["example_globals"].pop("___", None)  # else a later block would show it again
+    figure = block_vars["example_globals"].get("___")
     if block[0] != "code" or not hasattr(figure, "savefig"):
+        return ""
+    if not isinstance(ast.parse(block[1]).body[-1], ast.Expr):  # an earlier block's
         return ""
     path = next(block_vars["image_path_iterator"])
     figure.savefig(path, dpi=110)
