@@ -29,7 +29,8 @@ myst_heading_anchors = 3
 exclude_patterns = ["gallery"]
 html_theme = "furo"
 html_title = "workbench"
-html_static_path = html_css_files = ["narrow.css"]
+html_static_path = ["narrow.css"]
+html_css_files = ["narrow.css"]
 html_math_renderer = "mathml"
 html_copy_source = False
 autodoc_typehints = "none"
