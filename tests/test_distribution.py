@@ -45,9 +45,8 @@ def strangers(text: str) -> list[str]:
                 continue
             if word.startswith("{checkout"):  # as the helper writes it
                 break
-            if checkout is None or set(extras) - set(PROJECT["optional-dependencies"]):
-                wrong.append(found[0])
-            elif "--from" not in found[0] and re.search(r"\s'?workbench\b", words):  # beside it
+            beside = "--from" not in found[0] and re.search(r"\s'?workbench\b", words)
+            if checkout is None or beside or set(extras) - set(PROJECT["optional-dependencies"]):
                 wrong.append(found[0])
             break
     return wrong

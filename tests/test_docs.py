@@ -100,7 +100,7 @@ def test_every_command_that_a_text_names_exists_with_its_options():
 
 
 def executed() -> set[tuple[str, str]]:
-    """Commands ("plate score") with each option that stands in a test of the same file, or on the same page."""
+    """Commands ("plate score") with the options that stand in tests of the same file or on the same page."""
     found: set[tuple[str, str]] = set()
     shown = [[line.split()[1:] for line in lines] for lines in SHOWN.values()]
     for lists in (*map(list, map(listed, TESTS.rglob("*.py"))), *shown):
@@ -126,7 +126,9 @@ def test_every_command_and_option_that_a_text_names_is_run_by_a_test():
     texts = [*PAGES.values(), README.read_text(encoding="utf-8")]
     known = leaves(typer.main.get_command(app))
     named = {(command, "") for command in known}
-    for line in (line for text in texts for line in [*quoted(text), *re.findall(r"^ *workbench .*", text, re.M)]):
+    for line in (
+        line for text in texts for line in [*quoted(text), *re.findall(r"^ *workbench .*", text, re.M)]
+    ):
         words = line.partition("workbench ")[2].split()
         command = next((c for c in (" ".join(words[:2]), *words[:1]) if c in known), "serve")
         named |= {(command, option) for option in re.findall(r"(?<![\w-])--[a-z][\w-]*", line)}
