@@ -108,6 +108,12 @@ def test_citation_and_changelog_know_the_version():
     assert f"**{PROJECT['version']}**" in (ROOT / "workbench" / "README.md").read_text(encoding="utf-8")
 
 
+def test_the_workflow_says_that_it_has_no_measured_arms():
+    """Tests on them would fail there: `CI` is set, and nothing lies beside the checkout."""
+    named = [(ROOT / place).read_text() for place in (".github/workflows/ci.yml", "tests/conftest.py")]
+    assert all("WORKBENCH_WITHOUT_DATA" in text for text in named)
+
+
 IMPORTED_AS = {
     "coal": "pin",
     "pinocchio": "pin",
