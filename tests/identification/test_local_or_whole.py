@@ -9,6 +9,7 @@ few percent, and where the region's own rows are few they help.
 
 import generator
 import numpy as np
+import pytest
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
@@ -39,6 +40,7 @@ def error(arm, q, tried, rng, effect):
     return 1e3 * np.linalg.norm(tool_poses(found, Motion(tried))[:, :3, 3] - actual, axis=1).mean()
 
 
+@pytest.mark.slow
 def test_data_from_outside_the_region(capsys):
     plate = load_plate("table2")
     towards, cone = plate.poses[:, :3, :3], np.deg2rad(60.0)

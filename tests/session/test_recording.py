@@ -11,7 +11,7 @@ import signal
 import subprocess
 import sys
 import time
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import get_type_hints
 
@@ -437,7 +437,8 @@ def test_a_stranger_is_no_command():
 
 @pytest.mark.parametrize("name", built_in_robots())
 def test_a_recording_keeps_every_built_in_robot(record, first, name, tmp_path):
-    begun = begin(load_robot(name), first.plate, folder=tmp_path / "r")
+    plate = replace(first.plate, targets=first.plate.targets[:1])
+    begun = begin(load_robot(name), plate, folder=tmp_path / "r")
     recording = read_recording(tmp_path / "r")
     assert recording.robot.default_free == begun.session.robot.default_free
     assert not check(recording).differences

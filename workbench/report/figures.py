@@ -16,7 +16,9 @@ from typing import Any, Literal
 
 import matplotlib
 from matplotlib.axes import Axes
+from matplotlib.backend_bases import RendererBase
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from workbench.base.errors import OptionError
 
@@ -125,6 +127,14 @@ class _Drawing(Figure):
 
     def _repr_png_(self) -> bytes:
         return png(self)
+
+    def draw(self, renderer: RendererBase) -> None:
+        """Drawn once: before it saves a figure, matplotlib draws it for nothing but its layout."""
+        engine = self.get_layout_engine()
+        if isinstance(engine, ConstrainedLayoutEngine) and self.axes and self.canvas.is_saving():
+            engine.execute(self)
+        else:
+            super().draw(renderer)
 
 
 def new_figure(width: float, height: float) -> Figure:

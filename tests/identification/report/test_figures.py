@@ -3,7 +3,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 
+from workbench.data.accuracy_requirement import Requirement
 from workbench.data.prediction import RowComponents
 from workbench.identification.record import Column, columns_of, order_of_measuring
 from workbench.identification.report.constants import corrections
@@ -101,21 +105,37 @@ def test_the_other_figures(result, points):
 
 
 @pytest.mark.parametrize("name", ["result", "points"])
-def test_pictures_are_valid_and_always_the_same(name, request):
-    found = request.getfixturevalue(name)
-    first = all_figures(found)
-    if name == "points":
-        assert [d.svg for d in all_figures(found)] == [d.svg for d in first]
-    names = [d.name for d in first]
-    assert names == [n for n in NAMES if name == "result" or n != "errors-orientation"]
+def test_pictures_are_valid(name, report, replaced):
+    folder = {"result": report, "points": replaced.path}[name].parent
+    found = {path.stem: path.read_text(encoding="utf-8") for path in folder.glob("*.svg")}
+    assert set(found) == {n for n in NAMES if name == "result" or n != "errors-orientation"}
     identifiers = []
-    for drawing in first:
-        root = ET.fromstring(drawing.svg)
+    for text in found.values():
+        root = ET.fromstring(text)
         assert root.tag == "{http://www.w3.org/2000/svg}svg"
-        assert INK not in drawing.svg
-        assert "currentColor" in drawing.svg
+        assert INK not in text
+        assert "currentColor" in text
         identifiers += [e.get("id") for e in root.iter() if e.get("id")]
     assert len(identifiers) == len(set(identifiers))
+
+
+def test_pictures_are_always_the_same(points, replaced):
+    wanted = Requirement(per_axis=1e-7).wanted
+    for drawing in all_figures(points, wanted=wanted):
+        assert (replaced.path.parent / f"{drawing.name}.svg").read_text(encoding="utf-8") == drawing.svg
+
+
+def test_a_figure_is_laid_out_once_and_drawn_once_where_it_is_saved(result, monkeypatch):
+    """Matplotlib draws a figure with a layout once for nothing before it saves it."""
+    figure, drawn, laid = residual_histogram(result), [], []
+    draw, execute = type(figure.axes[0]).draw, ConstrainedLayoutEngine.execute
+    monkeypatch.setattr(Axes, "draw", lambda axes, renderer: (drawn.append(axes), draw(axes, renderer)))
+    monkeypatch.setattr(ConstrainedLayoutEngine, "execute", lambda *a: (laid.append(a), execute(*a)))
+    svg(figure, "name")
+    assert drawn == figure.axes
+    assert len(laid) == 1
+    FigureCanvasAgg(figure).draw()  # what is shown without being saved has both, too
+    assert drawn == 2 * figure.axes
 
 
 def test_references_stay_inside_the_picture(result):

@@ -10,16 +10,16 @@ from workbench.base.errors import FileError
 from workbench.base.files import write_folder
 from workbench.data.accuracy_requirement import Requirement, Wanted, usual_wanted
 from workbench.identification.pass_or_fail import judge
+from workbench.identification.report import html_report
 from workbench.identification.report.figures import NAMES
 from workbench.identification.report.html_report import write_report
 
 
 @pytest.fixture(scope="module")
-def page(result, tmp_path_factory):
-    path = write_report(result, tmp_path_factory.mktemp("report") / "new", wanted=Requirement().wanted)
+def page(report):
     parsed = Page()
-    parsed.feed(path.read_text(encoding="utf-8"))
-    return path, parsed
+    parsed.feed(report.read_text(encoding="utf-8"))
+    return report, parsed
 
 
 def test_the_folder_has_everything(page, result):
@@ -75,18 +75,17 @@ def test_it_says_what_matters(page, result):
     assert "joint offsets only" in words
 
 
-def test_points_without_held_out_rows(points, tmp_path):
-    path = write_report(points, tmp_path / "p", wanted=Requirement(per_axis=1e-7).wanted)
-    text = path.read_text()
+def test_points_without_held_out_rows(points, replaced):
+    text = replaced.path.read_text()
     assert "none were held out" in text
     assert "✗" in text
-    assert not (path.parent / "errors-orientation.svg").exists()
     for words in points.unidentifiable:
         assert words in text
 
 
-def test_an_arm_is_judged_by_what_its_user_wants_and_else_not_at_all(result, points, tmp_path):
+def test_an_arm_is_judged_by_what_its_user_wants_and_else_not_at_all(result, points, tmp_path, monkeypatch):
     """The report used eq. (3) of ARIA for every arm, whatever was wanted of it."""
+    monkeypatch.setattr(html_report, "all_figures", lambda *args, **options: ())
     assert "no wanted error was given" in write_report(points, tmp_path).read_text()
     norms = judge(result, Wanted(position=1e-2))
     assert norms.verdict == f"✓ Meets 10 mm on all {len(result.held_out_data)} held-out rows"
@@ -98,17 +97,13 @@ def test_an_arm_is_judged_by_what_its_user_wants_and_else_not_at_all(result, poi
     assert usual_wanted("UR5") is None
 
 
-def test_an_older_report_is_replaced_and_other_files_stay(points, tmp_path):
-    (tmp_path / "errors-orientation.svg").write_text("old")
-    (tmp_path / "report.html").write_text("old")
-    (tmp_path / "mine.txt").write_text("mine")
-    parts = []
-    write_report(points, tmp_path, progress=lambda part, words: parts.append(part))
-    assert not (tmp_path / "errors-orientation.svg").exists()
-    assert (tmp_path / "report.html").read_text() != "old"
-    assert (tmp_path / "mine.txt").read_text() == "mine"
-    assert parts == sorted(parts)
-    assert parts[-1] == 1.0
+def test_an_older_report_is_replaced_and_other_files_stay(replaced):
+    folder = replaced.path.parent
+    assert not (folder / "errors-orientation.svg").exists()
+    assert replaced.path.read_text() != "old"
+    assert (folder / "mine.txt").read_text() == "old"
+    assert replaced.parts == sorted(replaced.parts)
+    assert replaced.parts[-1] == 1.0
 
 
 def test_a_file_in_the_way(points, tmp_path):

@@ -29,7 +29,7 @@ FLAGS = [
 ]
 DRAWN = "() => (window.__viserTestpoints?.rendererInfo?.render?.triangles ?? 0) > 3000"
 SIZE = {"width": 1280, "height": 800}
-SHARPNESS = 1 if os.environ.get("WORKBENCH_PICTURES") else 0.4
+SHARPNESS = 1 if os.environ.get("WORKBENCH_PICTURES") else 0.2
 """Pixels that are drawn for one of the scene's; nobody looks at it where no pictures are kept."""
 UNCOVERED = """() => document.head.appendChild(document.createElement('style')).textContent =
   '.mantine-Notification-root { pointer-events: none; opacity: 0 }'"""
@@ -194,10 +194,22 @@ class Screen:
             self.page.screenshot(path=Path(folder) / f"{name}.png")
 
 
+KEPT = pytest.StashKey[list[Screen]]()
+
+
 @pytest.fixture(scope="session")
-def kept() -> list[Screen]:
+def kept(pytestconfig: pytest.Config) -> list[Screen]:
     """A page of the running app, for the next test."""
-    return []
+    return pytestconfig.stash.setdefault(KEPT, [])
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> None:
+    """Closes the kept page behind the last test in a browser: it would be drawn beside all that follow."""
+    if nextitem is not None and not ("browser" in nextitem.path.name or "look" in nextitem.fixturenames):
+        kept = item.config.stash.get(KEPT, [])
+        while kept:
+            kept.pop().close()
 
 
 @pytest.fixture

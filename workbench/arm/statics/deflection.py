@@ -205,15 +205,16 @@ def _deflected(
     weights: Masses | None,
 ) -> Deflection:
     """Rounds of the fixed point, each over the rows that the last one still moved."""
-    moved = np.unique(np.concatenate([chain.indices(e.elements(chain)) for e in bent]))
+    elements = [chain.indices(e.elements(chain)) for e in bent]
+    moved = np.unique(np.concatenate(elements))
+    places = [np.searchsorted(moved, mine) for mine in elements]
     shift, wrenches = fixed.copy(), np.empty((*motion.q.shape, 6))
     rows, now, start = np.arange(len(motion)), shift, fixed[:, moved]
     for _ in range(ROUNDS):
         loads = motion_wrenches(robot, motion, values=chain.values, shift=now, weights=weights)
         new = start.copy()
-        for effect in bent:
-            places = np.searchsorted(moved, chain.indices(effect.elements(chain)))
-            _add(new, places, effect, effect.law(chain, motion, loads))
+        for effect, mine in zip(bent, places, strict=True):
+            _add(new, mine, effect, effect.law(chain, motion, loads))
         open_rows = np.abs(new - now[:, moved]).max(1) >= TOLERANCE
         now[:, moved] = new
         if now is not shift:
