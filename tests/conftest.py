@@ -17,7 +17,7 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
 
 
-SHARING = ("/test_browser", "studies/test_aria", "studies/test_")
+SHARING = ("/test_browser", "studies/test_", "identification/report/")
 """Beginnings of tests' names that share what one worker builds for all of them."""
 FIRST = ("browser", "data", "views", "session", "test_readme", "plate", "cli", "diagnosis")
 """Marks, folders and files that take long, longest first: one that comes late leaves a worker idle."""
