@@ -2,9 +2,11 @@
 
 Small inputs have every change where it matters, and many of them a second. Names with a star are formats of
 foreign libraries, which the program reads in a child with bounds: here their readers run in the process that
-calls them.
+calls them, and the door by which a user's file comes, child and all, stands beside them.
 """
 
+import copy
+import functools
 import io
 import json
 import os
@@ -12,10 +14,13 @@ import tempfile
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 
 Parse = Callable[[bytes], object]
+Made = tuple[bytes, Parse] | tuple[bytes, Parse, Parse]
+"""A sound input, its parser, and the door of formats with a star."""
 made_rooms: list[Path] = []
 """Folders that were made, to be removed."""
 TABLE = "q1[deg],q2[deg],x[mm],y[mm],z[mm],qw,qx,qy,qz,session,exclude,time[s]\n" + "".join(
@@ -130,7 +135,14 @@ def in_file(name: str, read: Callable[[Path], object]) -> Parse:
     return parse
 
 
-def parsers() -> dict[str, Callable[[], tuple[bytes, Parse]]]:
+def door(name: str) -> Parse:
+    """What reads a user's file of this name."""
+    from workbench.data.readers import read_measurements
+
+    return in_file(name, read_measurements)
+
+
+def parsers() -> dict[str, Callable[[], Made]]:
     """What makes a sound input and its parser, by the format's name; the quickest come first."""
     return {
         "stream": stream,
@@ -298,7 +310,7 @@ def stream() -> tuple[bytes, Parse]:
     return line.encode(), lambda content: parse_sample(content.decode(errors="replace"), line=1)
 
 
-def workbook() -> tuple[bytes, Parse]:
+def workbook() -> Made:
     import openpyxl
 
     from workbench.data import native_formats
@@ -318,20 +330,25 @@ def workbook() -> tuple[bytes, Parse]:
                 archive.writestr(name, part)
         return made.getvalue()
 
-    return whole.read(place), lambda content: native_formats.workbook_cells(packed(content))
+    read = door("rows.xlsx")
+    return (
+        whole.read(place),
+        lambda content: native_formats.workbook_cells(packed(content)),
+        lambda content: read(packed(content)),
+    )
 
 
-def matlab() -> tuple[bytes, Parse]:
+def matlab() -> Made:
     from scipy.io import savemat
 
     from workbench.data import native_formats
 
     file = io.BytesIO()
     savemat(file, {"Q": np.ones((3, 2)), "s": {"a": np.eye(2), "n": "text"}})
-    return file.getvalue(), native_formats.matlab_arrays
+    return file.getvalue(), native_formats.matlab_arrays, door("rows.mat")
 
 
-def parquet() -> tuple[bytes, Parse]:
+def parquet() -> Made:
     import pyarrow as pa
     import pyarrow.parquet
 
@@ -340,10 +357,10 @@ def parquet() -> tuple[bytes, Parse]:
     file = io.BytesIO()
     table = pa.table({"q1[rad]": [0.1, 0.2], "x[m]": [1.0, 2.0], "session": ["a", "b"]})
     pyarrow.parquet.write_table(table, file)
-    return file.getvalue(), native_formats.parquet_columns
+    return file.getvalue(), native_formats.parquet_columns, door("rows.parquet")
 
 
-def c3d() -> tuple[bytes, Parse]:
+def c3d() -> Made:
     import ezc3d
 
     from workbench.data.foreign_streams import c3d_points
@@ -354,17 +371,19 @@ def c3d() -> tuple[bytes, Parse]:
     file["parameters"]["POINT"]["LABELS"]["value"] = ["A", "B"]
     file["data"]["points"] = np.ones((4, 2, 3))
     file.write(str(path))
-    return path.read_bytes(), in_file("take.c3d", lambda path: c3d_points(str(path)))
+    return path.read_bytes(), in_file("take.c3d", lambda path: c3d_points(str(path))), door("take.c3d")
 
 
-def bag(name: str) -> tuple[bytes, Parse]:
+def bag(name: str) -> Made:
     from rosbags.rosbag1 import Writer as Writer1
     from rosbags.rosbag2 import StoragePlugin
     from rosbags.rosbag2 import Writer as Writer2
     from rosbags.typesys import Stores, get_typestore
 
     from workbench.data.foreign_streams import JOINTS, bag_streams
+    from workbench.data.readers import read_measurements
 
+    _read_once()
     first = name.endswith(".bag")
     store = get_typestore(Stores.ROS1_NOETIC if first else Stores.ROS2_HUMBLE)
     more = {"seq": 0} if first else {}
@@ -385,8 +404,31 @@ def bag(name: str) -> tuple[bytes, Parse]:
             writer.write(connection, time, encode(state, JOINTS))
     where = path.parent if name.endswith("db3") else path
 
-    def parse(content: bytes) -> object:
-        path.write_bytes(content)
-        return bag_streams(str(where))
+    def whole(read: Callable[[str], object]) -> Parse:
+        """The bag with these bytes in its file, read."""
 
-    return path.read_bytes(), parse
+        def parse(content: bytes) -> object:
+            path.write_bytes(content)
+            return read(str(where))
+
+        return parse
+
+    return path.read_bytes(), whole(bag_streams), whole(read_measurements)
+
+
+def _read_once() -> None:
+    """What rosbags makes anew for every bag of what these bags share: types, code for them, metadata."""
+    import rosbags.rosbag2.reader as reader
+    import rosbags.serde.utils as utils
+    import rosbags.typesys as types
+    from ruamel.yaml import YAML
+
+    load = functools.cache(lambda text: YAML(typ="safe").load(text))
+    reader.YAML = lambda typ: SimpleNamespace(load=lambda text: copy.deepcopy(load(text)))
+    compiled = functools.cache(lambda text: compile(text, "types", "exec"))
+    utils.exec = lambda text, scope: exec(compiled(text), scope)
+    make, kept = types.get_typestore, functools.cache(types.get_typestore)
+    if not hasattr(make, "__wrapped__"):
+        types.get_typestore = functools.wraps(make)(
+            lambda name: make(name) if name is types.Stores.EMPTY else kept(name)  # a bag's own go into this
+        )

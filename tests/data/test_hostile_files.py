@@ -1,8 +1,11 @@
 """Small files that would crash the program or take all of its memory and time: one sentence each."""
 
 import io
+import os
 import re
 import struct
+import subprocess
+import sys
 import time
 import zipfile
 
@@ -64,6 +67,31 @@ def test_a_matlab_file_that_unpacks_to_all_memory(tmp_path, monkeypatch):
     assert len(file.getvalue()) < 200_000
     monkeypatch.setattr(native_formats, "BASE_MEMORY", 40 * 2**20)
     assert "MiB of memory" in refusal(tmp_path, "bomb.mat", file.getvalue())
+
+
+def test_a_c3d_file_whose_parameters_reach_beyond_its_end(tmp_path):
+    ezc3d = pytest.importorskip("ezc3d")
+    path, file = tmp_path / "take.c3d", ezc3d.c3d()
+    point = file["parameters"]["POINT"]
+    point["UNITS"]["value"], point["RATE"]["value"], point["LABELS"]["value"] = ["mm"], [50.0], ["A", "B"]
+    file["data"]["points"] = np.ones((4, 2, 3))
+    file.write(str(path))
+    content = path.read_bytes()
+    at = content.index(b"LABELS") + 10  # after its name, the step to the next and its type
+    broken = content[:at] + bytes([7]) + bytes([255]) * 7 + content[at + 8 :]  # 255 to the 7th letters
+    begin = os.times()
+    assert "its parameters are broken" in refusal(tmp_path, "broken.c3d", broken)
+    assert sum(os.times()[:4]) - sum(begin[:4]) < 4.0  # read twice
+
+
+def test_the_command_says_what_a_child_died_of(tmp_path):
+    (tmp_path / "crash.mat").write_bytes(CRASHING)
+    command = [sys.executable, "-m", "workbench", "identify", str(tmp_path / "crash.mat"), "--robot", "aria"]
+    ended = subprocess.run(command, capture_output=True, text=True)
+    assert ended.returncode == 1
+    assert "crashes the reader" in ended.stderr.replace("\n", " ")
+    assert len(ended.stderr.strip().splitlines()) == 1
+    assert len(ended.stderr.strip()) <= 300
 
 
 def test_a_row_of_a_number_that_no_sheet_has(tmp_path):

@@ -68,7 +68,8 @@ def fields_of(kind) -> dict[str, st.SearchStrategy]:
 OURS = sorted(
     (k for k in kinds().values() if k.__module__.startswith("workbench.")), key=lambda kind: kind.__name__
 )
-COMMANDS = st.sampled_from(OURS).flatmap(lambda kind: st.builds(kind, **fields_of(kind)))
+MADE = {kind: st.builds(kind, **fields_of(kind)) for kind in OURS}
+COMMANDS = st.sampled_from(OURS).flatmap(MADE.__getitem__)
 
 
 class Commands(RuleBasedStateMachine):

@@ -37,6 +37,7 @@ class ChildError(WorkbenchError):
 def in_child(
     function: Callable[..., Any],
     *arguments: Any,
+    needs: str = "",
     seconds: float = 10.0,
     memory: int = 500 * MEBIBYTE,
     cancel: Cancel = never,
@@ -46,15 +47,16 @@ def in_child(
     Args:
         function: Found by its module and name; its module should import little.
         arguments: What pickle can carry, like the result.
-        seconds: Time of the processor that it may take.
-        memory: Memory that it may take beyond what its imports need [bytes].
+        needs: A module that it imports, which no bound counts.
+        seconds: Time of the processor that it may take beyond its imports.
+        memory: Memory that it may take beyond its imports [bytes].
         cancel: Asked often; once it says so, the child ends.
 
     Raises:
         Cancelled: asked to stop.
         ChildError: it raised something, crashed, or asked for more time or memory.
     """
-    job = pickle.dumps((function.__module__, function.__name__, arguments, seconds, memory))
+    job = pickle.dumps((function.__module__, function.__name__, arguments, needs, seconds, memory))
     command = [sys.executable, "-c", _COMMAND.format(path=[p or os.getcwd() for p in sys.path])]
     environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
     with tempfile.TemporaryFile() as asked, tempfile.TemporaryFile() as answer:
@@ -73,8 +75,8 @@ def in_child(
             if kind == "result":
                 return value
             raise ChildError(value)
-    if -child.returncode in (signal.SIGXCPU, signal.SIGKILL):
-        raise ChildError(f"it takes more than {seconds:.0f} s")
+    if -child.returncode in (signal.SIGPROF, signal.SIGKILL):
+        raise ChildError(f"it takes more than {seconds:.3g} s")
     raise ChildError("its content crashes the reader")
 
 
@@ -90,10 +92,12 @@ def _wait(child: subprocess.Popen, longest: float, cancel: Cancel) -> None:
 
 def _serve() -> None:
     """The child's side: read the job, set the bounds, write the answer."""
-    module, name, arguments, seconds, memory = pickle.load(sys.stdin.buffer)
+    module, name, arguments, needs, seconds, memory = pickle.load(sys.stdin.buffer)
     function = getattr(import_module(module), name)
-    _bound(seconds, memory)
     try:
+        if needs:
+            import_module(needs)
+        _bound(seconds, memory)
         content = pickle.dumps(("result", function(*arguments)))
     except ChildError as error:
         content = pickle.dumps(("error", str(error)))
@@ -110,9 +114,7 @@ def _bound(seconds: float, memory: int) -> None:
     import resource
 
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    now = resource.getrusage(resource.RUSAGE_SELF)
-    spent = int(now.ru_utime + now.ru_stime) + 1
-    resource.setrlimit(resource.RLIMIT_CPU, (spent + max(1, round(seconds)), spent + round(seconds) + 5))
+    signal.setitimer(signal.ITIMER_PROF, seconds)
     try:
         pages = int(Path("/proc/self/statm").read_text().split()[0])
     except OSError:  # systems that don't tell, and don't keep the bound either

@@ -3,6 +3,8 @@
 `read_bag` and `read_c3d` are the only ways to the foreign readers.
 """
 
+import math
+import struct
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +14,7 @@ from workbench.base.child import MEBIBYTE, ChildError, in_child
 from workbench.base.errors import FileError, MissingExtraError
 from workbench.base.progress import Cancel
 
-MEMORY = 800 * MEBIBYTE
+MEMORY = 400 * MEBIBYTE
 """What a child may take beside a few times the file's size [bytes]."""
 MOST_MESSAGES = 5_000_000
 JOINTS = "sensor_msgs/msg/JointState"
@@ -32,7 +34,9 @@ def read_bag(path: Path, cancel: Cancel) -> Streams:
         FileError: the bag is broken, or too large.
         Cancelled: asked to stop.
     """
-    return _read(bag_streams, path, "rosbags", "ros", "this bag", "check it with 'ros2 bag info'", cancel)
+    return _read(
+        bag_streams, path, "rosbags.highlevel", "ros", "this bag", "check it with 'ros2 bag info'", cancel
+    )
 
 
 def read_c3d(path: Path, cancel: Cancel) -> tuple[np.ndarray, list[str], np.ndarray]:
@@ -49,13 +53,15 @@ def read_c3d(path: Path, cancel: Cancel) -> tuple[np.ndarray, list[str], np.ndar
 def _read(function, path: Path, library: str, extra: str, what: str, instead: str, cancel: Cancel) -> Any:
     from importlib.util import find_spec
 
-    if find_spec(library) is None:
+    if find_spec(library.partition(".")[0]) is None:
         raise MissingExtraError(f"reading {what.removeprefix('this ')}s", extra=extra)
     files = [path] if path.is_file() else [p for p in path.iterdir() if p.is_file()]
     size = sum(p.stat().st_size for p in files)
-    seconds, memory = 2.0 + 5.0 * size / MEBIBYTE, MEMORY + 4 * min(size, 1024 * MEBIBYTE)
+    seconds, memory = 1.0 + 5.0 * size / MEBIBYTE, MEMORY + 4 * min(size, 1024 * MEBIBYTE)
     try:
-        return in_child(function, str(path.absolute()), seconds=seconds, memory=memory, cancel=cancel)
+        return in_child(
+            function, str(path.absolute()), needs=library, seconds=seconds, memory=memory, cancel=cancel
+        )
     except ChildError as error:
         raise FileError(f"{what} can't be read ({error}): {instead}", path=str(path)) from None
 
@@ -110,10 +116,36 @@ def _positions(rows: list) -> dict[str, Any]:
     return {"names": names, "q": q}
 
 
+def _check_c3d(data: bytes) -> None:
+    """Refuse parameters that reach beyond the file, by which the reader crashes or never ends.
+
+    Source: The C3D File Format User Guide (Motion Lab Systems), chapter "The parameter section".
+    """
+    try:
+        at = 512 * (data[0] - 1) + 4
+        order = ">" if data[at - 1] == 86 else "<"  # SGI/MIPS; Intel and DEC
+        while letters := struct.unpack_from("b", data, at)[0]:
+            name_end = at + 2 + abs(letters)
+            step = struct.unpack_from(f"{order}h", data, name_end)[0]
+            end = name_end + 2
+            if struct.unpack_from("b", data, at + 1)[0] > 0:  # a parameter; groups have negative numbers
+                size, dimensions = data[end], data[end + 1]
+                shape = data[end + 2 : end + 2 + dimensions]
+                end += 2 + dimensions + {255: 1, 1: 1, 2: 2, 4: 4}[size] * math.prod(shape)
+            if step < 0 or end > (name_end + step if step else len(data)):
+                raise IndexError
+            if not step:
+                return
+            at = name_end + step
+    except (IndexError, KeyError, struct.error):
+        raise ChildError("its parameters are broken") from None
+
+
 def c3d_points(path: str) -> tuple[np.ndarray, list[str], np.ndarray]:
     """What `read_c3d` gives, in this process."""
     import ezc3d
 
+    _check_c3d(Path(path).read_bytes())
     file = ezc3d.c3d(path)
     parameters, points = file["parameters"]["POINT"], np.asarray(file["data"]["points"], float)
     scale = {"m": 1.0, "mm": 1e-3, "cm": 1e-2}.get(str(parameters["UNITS"]["value"][0]).strip().lower())

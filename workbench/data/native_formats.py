@@ -47,7 +47,7 @@ def read_workbook(data: bytes, path: Path, *, cancel: Cancel = never) -> dict[st
     if unpacked > most:
         why = f"it unpacks to {unpacked / MEBIBYTE:.0f} MiB, and at most {most / MEBIBYTE:.0f} are read"
         raise _refusal(what, why, "save the measurements alone, or as CSV", path)
-    return _read(workbook_cells, data, path, what=what, instead=instead, cancel=cancel)
+    return _read(workbook_cells, "openpyxl", data, path, what=what, instead=instead, cancel=cancel)
 
 
 def read_columns(data: bytes, path: Path, *, cancel: Cancel = never) -> tuple[list[str], list[list[str]]]:
@@ -65,7 +65,7 @@ def read_columns(data: bytes, path: Path, *, cancel: Cancel = never) -> tuple[li
         raise MissingExtraError("reading parquet files", extra="parquet") from None
     if len(data) < 12 or not data.endswith(b"PAR1"):
         raise _refusal(what, "its end is missing", instead, path)
-    return _read(parquet_columns, data, path, what=what, instead=instead, cancel=cancel)
+    return _read(parquet_columns, "pyarrow.parquet", data, path, what=what, instead=instead, cancel=cancel)
 
 
 def read_arrays(data: bytes, path: Path, *, cancel: Cancel = never) -> dict[str, np.ndarray]:
@@ -78,18 +78,23 @@ def read_arrays(data: bytes, path: Path, *, cancel: Cancel = never) -> dict[str,
     what, instead = "this MATLAB file", "save it with -v7, or as CSV"
     if len(data) < 136 or data[126:128] not in (b"IM", b"MI"):
         raise _refusal(what, "it has no header of version 5", instead, path)
-    return _read(matlab_arrays, data, path, what=what, instead=instead, cancel=cancel)
+    return _read(matlab_arrays, "scipy.io", data, path, what=what, instead=instead, cancel=cancel)
 
 
 def _read(
-    function: Callable[[bytes], Any], data: bytes, path: Path, *, what: str, instead: str, cancel: Cancel
+    function: Callable[[bytes], Any],
+    library: str,
+    data: bytes,
+    path: Path,
+    *,
+    what: str,
+    instead: str,
+    cancel: Cancel,
 ) -> Any:
     """The function's result for these bytes from a child whose bounds grow with the file."""
-    size = len(data) / MEBIBYTE
+    seconds, memory = 1.0 + 20.0 * len(data) / MEBIBYTE, BASE_MEMORY + 100 * len(data)
     try:
-        return in_child(
-            function, data, seconds=2.0 + 20.0 * size, memory=BASE_MEMORY + 100 * len(data), cancel=cancel
-        )
+        return in_child(function, data, needs=library, seconds=seconds, memory=memory, cancel=cancel)
     except ChildError as error:
         raise _refusal(what, str(error), instead, path) from None
 
