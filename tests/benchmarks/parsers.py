@@ -27,6 +27,10 @@ TABLE = "q1[deg],q2[deg],x[mm],y[mm],z[mm],qw,qx,qy,qz,session,exclude,time[s]\n
     f"{i}.5,2e1,3,4,-5.25,1,0,0,0,a,false,{i}\n" for i in range(4)
 )
 SHEET = "q1[deg],x[mm],session\n1.5,-5.25,a\n2e1,3,b\n"
+STYLES = """<styleSheet xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main">
+<fonts><font/></fonts><fills><fill><patternFill/></fill></fills><borders><border/></borders>
+<cellXfs><xf numFmtId="0"/><xf numFmtId="14"/></cellXfs></styleSheet>"""
+"""Numbers and dates, no more."""
 ROBOT = """name = "two"
 convention = "craig"
 base = { xyz = [0.0, 0.1, 0.2], rpy = [0.0, 0.0, 1.5] }
@@ -321,6 +325,7 @@ def workbook() -> Made:
     book.save(file)
     whole, place = zipfile.ZipFile(file), "xl/worksheets/sheet1.xml"
     rest = {name: whole.read(name) for name in whole.namelist() if name != place}
+    rest["xl/styles.xml"] = STYLES.encode()
 
     def packed(content: bytes) -> bytes:
         """A workbook with this sheet."""

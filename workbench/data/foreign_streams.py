@@ -132,11 +132,13 @@ def _check_c3d(data: bytes) -> None:
                 size, dimensions = data[end], data[end + 1]
                 shape = data[end + 2 : end + 2 + dimensions]
                 end += 2 + dimensions + {255: 1, 1: 1, 2: 2, 4: 4}[size] * math.prod(shape)
-            if step < 0 or end > (name_end + step if step else len(data)):
+            at = name_end + step if step else len(data)
+            if end < at:
+                end += 1 + data[end]  # its description
+            if end > at:
                 raise IndexError
             if not step:
                 return
-            at = name_end + step
     except (IndexError, KeyError, struct.error):
         raise ChildError("its parameters are broken") from None
 
