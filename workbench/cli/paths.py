@@ -1,5 +1,6 @@
 """The commands about trajectories: path circle and line, compensate; pencil sheet, draw and errors."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -17,25 +18,55 @@ paths = typer.Typer(
     cls=Commands,
 )
 
-OutOption = Annotated[Path, typer.Option(help="Write time, joints and poses here (.csv).")]
-DurationOption = Annotated[float, typer.Option(help="Time from beginning to end [s].")]
-RowsOption = Annotated[int, typer.Option(help="Number of samples.")]
-AxisOption = Annotated[
-    str | None,
-    typer.Option(help="Direction x,y,z of the tool's z axis; into the path's plane from above if not given."),
-]
 SpeedOption = Annotated[
     float | None, typer.Option(help="Greatest speed of any joint [rad/s or m/s]; else not checked.")
 ]
-PictureOption = Annotated[
-    Path | None, typer.Option(help="Draw joints, speeds, torques and moments across the axes here (.png).")
-]
+DurationOption = Annotated[float, typer.Option(help="Time from beginning to end [s].")]
+
+
+@dataclass(frozen=True)
+class PlanOptions:
+    """The arm that runs a path, how, and where the plan goes."""
+
+    robot: opt.RobotOption
+    out: Annotated[Path, typer.Option(help="Write time, joints and poses here (.csv).")]
+    rows: Annotated[int, typer.Option(help="Number of samples.")] = 200
+    axis: Annotated[
+        str | None,
+        typer.Option(
+            help="Direction x,y,z of the tool's z axis; into the path's plane from above if not given."
+        ),
+    ] = None
+    max_speed: SpeedOption = None
+    picture: Annotated[
+        Path | None,
+        typer.Option(help="Draw joints, speeds, torques and moments across the axes here (.png)."),
+    ] = None
+    json: opt.JsonOption = None
+
+    def make(self, arm, curve, duration: float) -> None:
+        """Plan, show and write."""
+        from workbench.base.files import write_bytes
+        from workbench.paths.planning import plan
+        from workbench.paths.report import path_json, path_picture, path_table
+        from workbench.paths.trajectories import planned_moments, write_plan
+
+        picture = None if self.picture is None else _png(self.picture)
+        opt.check_writable(self.out, picture, self.json)
+        pointing = None if self.axis is None else _point(self.axis, "--axis")
+        planned = plan(arm, curve, duration=duration, rows=self.rows, axis=pointing, max_speed=self.max_speed)
+        moments = planned_moments(planned)
+        opt.show(path_table(planned, moments))
+        opt.say(f"trajectory: {write_plan(planned, self.out)}")
+        if picture is not None:
+            opt.say(f"picture: {write_bytes(picture, path_picture(planned, moments))}")
+        opt.write_result(self.json, path_json(planned, moments))
 
 
 @paths.command()
+@opt.flattened
 def circle(
-    robot: opt.RobotOption,
-    out: OutOption,
+    options: PlanOptions,
     through: Annotated[
         list[str] | None,
         typer.Option(help="A point x,y,z [m] in the robot's base frame; three or more, in order."),
@@ -44,11 +75,6 @@ def circle(
         Path | None, typer.Option(help="Joints at three points or more, led there by hand, instead.")
     ] = None,
     duration: DurationOption = 20.0,
-    rows: RowsOption = 200,
-    axis: AxisOption = None,
-    max_speed: SpeedOption = None,
-    picture: PictureOption = None,
-    json: opt.JsonOption = None,
 ) -> None:
     """A circle through points, or through points that were taught."""
     import numpy as np
@@ -58,53 +84,28 @@ def circle(
 
     if (taught is None) == (not through):
         raise OptionError("a circle needs --through, three times or more, or --taught with a file of joints")
-    arm = wb.load_robot(robot)
+    arm = wb.load_robot(options.robot)
     if taught is not None:
         curve = taught_circle(arm, read_taught(taught, arm))
     else:
         curve = circle_through(np.array([_point(text, "--through") for text in through or ()]))
-    _make(arm, curve, out, duration, rows, axis, max_speed, picture, json)
+    options.make(arm, curve, duration)
 
 
 @paths.command()
+@opt.flattened
 def line(
-    robot: opt.RobotOption,
-    out: OutOption,
+    options: PlanOptions,
     start: Annotated[str, typer.Option("--from", help="Where it begins: x,y,z [m], robot's base frame.")],
     end: Annotated[str, typer.Option("--to", help="Where it ends: x,y,z [m].")],
     duration: DurationOption = 10.0,
-    rows: RowsOption = 200,
-    axis: AxisOption = None,
-    max_speed: SpeedOption = None,
-    picture: PictureOption = None,
-    json: opt.JsonOption = None,
 ) -> None:
     """A straight line between two points."""
 
     from workbench.paths.curves import line as straight
 
     curve = straight(_point(start, "--from"), _point(end, "--to"))
-    _make(wb.load_robot(robot), curve, out, duration, rows, axis, max_speed, picture, json)
-
-
-def _make(arm, curve, out, duration, rows, axis, max_speed, picture, json) -> None:
-    """Plan, show and write."""
-    from workbench.base.files import write_bytes
-    from workbench.paths.planning import plan
-    from workbench.paths.report import path_json, path_picture, path_table
-    from workbench.paths.trajectories import planned_moments, write_plan
-
-    if picture is not None and picture.suffix.lower() != ".png":
-        raise OptionError(f"{picture}: a picture is written as .png; choose this ending")
-    opt.check_writable(out, picture, json)
-    pointing = None if axis is None else _point(axis, "--axis")
-    planned = plan(arm, curve, duration=duration, rows=rows, axis=pointing, max_speed=max_speed)
-    moments = planned_moments(planned)
-    opt.show(path_table(planned, moments))
-    opt.say(f"trajectory: {write_plan(planned, out)}")
-    if picture is not None:
-        opt.say(f"picture: {write_bytes(picture, path_picture(planned, moments))}")
-    opt.write_result(json, path_json(planned, moments))
+    options.make(wb.load_robot(options.robot), curve, duration)
 
 
 def _point(text: str, option: str):
@@ -127,9 +128,7 @@ def compensate(
     method: Annotated[str, typer.Option(help="iterated, or one-step: Δq = −Jᵀ(JJᵀ + λ)⁻¹ Δx.")] = "iterated",
     payload: Annotated[float | None, typer.Option(help="Mass at the tool [kg].")] = None,
     temperature: Annotated[float | None, typer.Option(help="Temperature [degC].")] = None,
-    max_speed: Annotated[
-        float | None, typer.Option(help="Greatest speed of any joint [rad/s or m/s]; else not checked.")
-    ] = None,
+    max_speed: SpeedOption = None,
     positions_only: Annotated[
         bool, typer.Option("--positions-only", help="Orientations do not matter; Katana eq. (5.22).")
     ] = False,

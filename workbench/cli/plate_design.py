@@ -1,5 +1,6 @@
 """The commands that design a plate and try it out: plate optimise, plate yield."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -10,23 +11,73 @@ from workbench.cli import options as opt
 from workbench.cli.plates import PlateArgument, PlayOption, ToleranceOption, making_of, manner_name, plates
 
 
+@dataclass(frozen=True)
+class BlockOptions:
+    """What the blocks of a designed plate may be."""
+
+    blocks: Annotated[str, typer.Option(help="Blocks: flat, stepped or tilted.")] = "tilted"
+    heights: Annotated[str | None, typer.Option(help='Heights of blocks: "40mm,120mm".')] = None
+    angles: Annotated[
+        str | None,
+        typer.Option(help='The only tilts that may be made: "0deg,15deg,30deg"; any if not given.'),
+    ] = None
+    tilt: Annotated[str, typer.Option(help="Greatest tilt of a block.")] = "45deg"
+    turn: Annotated[str, typer.Option(help="Blocks are turned by multiples of this; 0deg: at will.")] = "0deg"
+
+    def of(self, reading: str):
+        """The same in SI, for targets that are read in this way."""
+        from workbench.plate.optimiser.manufacturing import IN_THE_AIR
+        from workbench.plate.optimiser.target_blocks import Blocks, BlockStyle
+
+        usual = IN_THE_AIR if reading == "ball-bar" else Blocks().heights
+        return Blocks(
+            style=opt.choice_of(BlockStyle, self.blocks, "--blocks"),
+            heights=usual if self.heights is None else opt.two_lengths(self.heights, "--heights"),
+            greatest_tilt=opt.angle(self.tilt),
+            tilts=() if self.angles is None else tuple(opt.angle(part) for part in self.angles.split(",")),
+            turn=opt.angle(self.turn),
+        )
+
+
+@dataclass(frozen=True)
+class MarginOptions:
+    """The distances that a designed plate keeps."""
+
+    clearance: Annotated[str, typer.Option(help="Least distance from plate, blocks, table, arm.")] = "10mm"
+    limit_margin: Annotated[str, typer.Option(help="Least distance of joints from their limits.")] = "10deg"
+    spacing: Annotated[str, typer.Option(help="Least distance of two targets on the plate.")] = "80mm"
+    retreat: Annotated[str, typer.Option(help="How far the probe must be able to go back.")] = "50mm"
+    floor: Annotated[
+        str, typer.Option(help="Height of the table in the robot's base; none: there is no table.")
+    ] = "0mm"
+
+    def constraints(self):
+        """The same in SI."""
+        from workbench.plate.optimiser.constraints import Constraints
+
+        return Constraints(
+            clearance=opt.length(self.clearance),
+            limit_margin=opt.angle(self.limit_margin),
+            spacing=opt.length(self.spacing),
+            retreat=opt.length(self.retreat),
+            floor=None if self.floor == "none" else opt.length(self.floor),
+        )
+
+
 @plates.command()
+@opt.flattened
 def optimise(
     plate: PlateArgument,
     robot: opt.RobotOption,
     out: Annotated[Path, typer.Option(help="Write the designed plate here (.toml).")],
+    block_options: BlockOptions,
+    margins: MarginOptions,
     targets: Annotated[
         int | None, typer.Option(help="How many; as many as the plate has if not given.")
     ] = None,
     branches: Annotated[str, typer.Option(help="mixed, or single: one branch for all targets.")] = "mixed",
     reading: Annotated[
         str | None, typer.Option(help="What is read: seat (if not given), socket, point, contacts, ball-bar.")
-    ] = None,
-    blocks: Annotated[str, typer.Option(help="Blocks: flat, stepped or tilted.")] = "tilted",
-    heights: Annotated[str | None, typer.Option(help='Heights of blocks: "40mm,120mm".')] = None,
-    angles: Annotated[
-        str | None,
-        typer.Option(help='The only tilts that may be made: "0deg,15deg,30deg"; any if not given.'),
     ] = None,
     shapes: Annotated[
         int | None,
@@ -40,10 +91,6 @@ def optimise(
             help="From what people own: machined, printed, breadboard or ball-bar; sets what fits it."
         ),
     ] = None,
-    tilt: Annotated[str, typer.Option(help="Greatest tilt of a block.")] = "45deg",
-    turn: Annotated[
-        str, typer.Option(help="Blocks are turned by multiples of this; 0deg: at will.")
-    ] = "0deg",
     noise: Annotated[
         str | None,
         typer.Option(help='Standard deviations of a visit: "0.1mm,0.02deg"; usual ones if not given.'),
@@ -51,13 +98,6 @@ def optimise(
     visits: Annotated[int, typer.Option(help="How often each target is visited.")] = 1,
     tolerance: ToleranceOption = None,
     play: PlayOption = None,
-    clearance: Annotated[str, typer.Option(help="Least distance from plate, blocks, table, arm.")] = "10mm",
-    limit_margin: Annotated[str, typer.Option(help="Least distance of joints from their limits.")] = "10deg",
-    spacing: Annotated[str, typer.Option(help="Least distance of two targets on the plate.")] = "80mm",
-    retreat: Annotated[str, typer.Option(help="How far the probe must be able to go back.")] = "50mm",
-    floor: Annotated[
-        str, typer.Option(help="Height of the table in the robot's base; none: there is no table.")
-    ] = "0mm",
     places: Annotated[int, typer.Option(help="Random blocks from which the search begins.")] = 2500,
     unknown: opt.UnknownOption = None,
     json: opt.JsonOption = None,
@@ -67,19 +107,28 @@ def optimise(
     from dataclasses import replace
 
     from workbench.plate import design as plate_design
+    from workbench.plate.optimiser.manufacturing import MANNERS
+    from workbench.plate.optimiser.optimise import Postures, Wish
     from workbench.plate.report.design import design_json, design_tables
 
     opt.check_writable(out, json)
     base, tool = opt.unknown_frames(unknown)
     arm, given = wb.load_robot(robot), wb.load_plate(plate)
-    manner = None if made is None else _manner(made)
+    manner = None if made is None else MANNERS[manner_name(made)]
     reading = reading or ("seat" if manner is None else manner.reading)
     if manner is not None and tolerance is None:
         given = replace(given, making=manner.making)
     making = making_of(given, tolerance, play or ("pins" if reading == "seat" else "none"))
-    wish = _wish(targets, branches, reading, blocks, heights, angles, tilt, turn, making, places)
-    wish = replace(wish, shapes=shapes, blocks=wish.blocks if manner is None else manner.blocks(wish.blocks))
-    wish = _within(wish, clearance, limit_margin, spacing, retreat, floor)
+    blocks = block_options.of(reading)
+    wish = Wish(
+        number=targets,
+        postures=opt.choice_of(Postures, branches, "--branches"),
+        blocks=blocks if manner is None else manner.blocks(blocks),
+        shapes=shapes,
+        constraints=margins.constraints(),
+        making=making,
+        places=places,
+    )
     with opt.progress_bar("optimise") as progress:
         found = plate_design.optimise_plate(
             arm,
@@ -198,48 +247,3 @@ def tradeoff(
         f"picture and {len(files)} plates: {write_folder(out, written | {'tradeoff.png': png(found.plot())})}"
     )
     opt.write_result(json, tradeoff_json(found))
-
-
-def _manner(name: str):
-    """A way to make a plate, by name."""
-    from workbench.plate.optimiser.manufacturing import MANNERS
-
-    return MANNERS[manner_name(name)]
-
-
-def _wish(targets, branches, reading, blocks, heights, angles, tilt, turn, making, places):
-    """What is asked of the fixture, from people's words."""
-    from workbench.plate.optimiser.manufacturing import IN_THE_AIR
-    from workbench.plate.optimiser.optimise import Postures, Wish
-    from workbench.plate.optimiser.target_blocks import Blocks, BlockStyle
-
-    usual = IN_THE_AIR if reading == "ball-bar" else Blocks().heights
-    return Wish(
-        number=targets,
-        postures=opt.choice_of(Postures, branches, "--branches"),
-        blocks=Blocks(
-            style=opt.choice_of(BlockStyle, blocks, "--blocks"),
-            heights=usual if heights is None else opt.two_lengths(heights, "--heights"),
-            greatest_tilt=opt.angle(tilt),
-            tilts=() if angles is None else tuple(opt.angle(part) for part in angles.split(",")),
-            turn=opt.angle(turn),
-        ),
-        making=making,
-        places=places,
-    )
-
-
-def _within(wish, clearance: str, limit_margin: str, spacing: str, retreat: str, floor: str):
-    """The same with its margins."""
-    from dataclasses import replace
-
-    from workbench.plate.optimiser.constraints import Constraints
-
-    constraints = Constraints(
-        clearance=opt.length(clearance),
-        limit_margin=opt.angle(limit_margin),
-        spacing=opt.length(spacing),
-        retreat=opt.length(retreat),
-        floor=None if floor == "none" else opt.length(floor),
-    )
-    return replace(wish, constraints=constraints)
