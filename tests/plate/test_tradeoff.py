@@ -113,7 +113,13 @@ def test_choices_and_their_front(aria, plate):
     costs = [c.design.cost for c in found.front]
     assert costs == sorted(costs, reverse=True)
     assert found.front[0] is found.choices[0]
-    assert len(found.plot().axes) == 1
+    (axes,) = found.plot().axes
+    assert [t.get_text() for t in axes.texts] == [str(i + 1) for i in range(len(found.choices))]
+    axes.figure.canvas.draw()
+    assert not any("$" in t.get_text() for t in axes.get_xticklabels())
+    out = " ".join(repr(found).split())
+    assert "printed: each socket read once" in out
+    assert "afterwards: every ball's centre" in out
     with pytest.raises(OptionError, match="no way to make a plate 'cast'"):
         weigh_choices(aria, plate, manners=("cast",))
 

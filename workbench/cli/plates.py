@@ -122,7 +122,7 @@ def compare(
         raise OptionError("plate compare needs at least two plates, got one")
     opt.check_writable(json)
     arm, base_tool = wb.load_robot(robot), opt.unknown_frames(unknown)
-    own = [wb.load_plate(one) for one in plate]
+    own = _told_apart([wb.load_plate(one) for one in plate], plate)
     given = None if tolerance is None and play is None else making_of(own[0], tolerance, play)
     with opt.progress_bar("compare") as progress:
         found, stated = (
@@ -139,6 +139,18 @@ def compare(
         )
     opt.show(comparison_table(found, stated))
     opt.write_result(json, comparison_json(found, stated))
+
+
+def _told_apart(plates, given: list[str]) -> list:
+    """Plates whose names repeat are called by name and file."""
+    from collections import Counter
+    from dataclasses import replace
+
+    counts = Counter(one.name for one in plates)
+    return [
+        replace(one, name=f"{one.name} ({file})") if counts[one.name] > 1 else one
+        for one, file in zip(plates, given, strict=True)
+    ]
 
 
 @plates.command()

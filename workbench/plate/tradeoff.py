@@ -11,7 +11,8 @@ from typing import final
 
 import numpy as np
 from matplotlib.figure import Figure
-from rich.console import RenderableType
+from rich.console import Group, RenderableType
+from rich.text import Text
 
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
@@ -30,6 +31,7 @@ from workbench.report.tables import new_table
 
 SETTING_UP = 0.5
 """Share of a machined block's price that a shape costs once."""
+FRONT_WORDS = "●: no plate is both cheaper and better; prices are orders of magnitude"
 FEW = 3
 """Shapes where few are wanted."""
 
@@ -56,6 +58,11 @@ class Choice:
         return self.design.plate_shapes
 
     @property
+    def held(self) -> str:
+        """What its error holds, and what to measure when it stands."""
+        return f"{self.design.holds}; afterwards: {MANNERS[self.manner].afterwards}"
+
+    @property
     def name(self) -> str:
         """For people and for its file."""
         return f"{self.manner}, {len(self.design.plate)} targets, {self.shapes} shapes"
@@ -79,30 +86,38 @@ class Tradeoff(AbstractShown):
 
     def summary(self) -> RenderableType:
         table = new_table(
-            "What does it buy me", "plate", "about [€]", "error, rms [mm]", "yield [%]", "front"
+            "What does it buy me", "no.", "plate", "about [€]", "rms [mm]", "rms [°]", "yield [%]", "front"
         )
-        for choice in self.choices:
+        for number, choice in enumerate(self.choices, start=1):
             share = "–" if choice.share is None else f"{100 * choice.share:.0f}"
-            cells = (f"{choice.price:.0f}", f"{1e3 * choice.design.cost:.3f}", share)
-            table.add_row(choice.name, *cells, "●" if choice in self.front else "")
-        return table
+            turned = np.rad2deg(choice.design.rotation)
+            errors = (f"{1e3 * choice.design.cost:.3f}", f"{turned:.3f}" if np.isfinite(turned) else "open")
+            cells = (f"{choice.price:.0f}", *errors, share)
+            table.add_row(str(number), choice.name, *cells, "●" if choice in self.front else "")
+        words = [f"{name}: {choice.held}" for name, choice in self.manners.items()]
+        return Group(table, Text("\n".join([*words, FRONT_WORDS])))
+
+    @property
+    def manners(self) -> dict[str, Choice]:
+        """One choice of each way to make plates, the way that begins cheapest first."""
+        return {choice.manner: choice for choice in reversed(self.choices)}
 
     def plot(self) -> Figure:
-        """Predicted error against price; the line joins the choices that nothing beats."""
+        """Predicted error against price, numbered like the table; the line joins what nothing beats."""
         with look():
             figure = new_figure(8.0, 4.4)
             axes = figure.subplots()
             for colour, manner in zip(COLOURS, dict.fromkeys(c.manner for c in self.choices), strict=False):
                 mine = [c for c in self.choices if c.manner == manner]
                 xy = np.array([(c.price, 1e3 * c.design.cost) for c in mine])
-                axes.plot(*xy.T, "o", color=colour, label=manner)
+                axes.plot(*xy.T, "o", ms=11.0, color=colour, label=manner, zorder=2)
             front = np.array([(c.price, 1e3 * c.design.cost) for c in self.front])
-            axes.step(*front.T, where="post", color=INK, lw=0.8)
-            for choice in self.choices:
-                words = f"{len(choice.design.plate)} targets, {choice.shapes} shapes"
+            axes.step(*front.T, where="post", color=INK, lw=0.8, zorder=1)
+            for number, choice in enumerate(self.choices, start=1):
                 at = (choice.price, 1e3 * choice.design.cost)
-                axes.annotate(words, at, xytext=(5, 3), textcoords="offset points", fontsize=7)
+                axes.text(*at, str(number), color="white", fontsize=7, ha="center", va="center", zorder=3)
             axes.set_xscale("log")
+            axes.xaxis.set_major_formatter("{x:g}")
             axes.set_ylim(0.0, None)
             axes.set_xlabel("price, order of magnitude [€]")
             axes.set_ylabel("predicted position error, rms [mm]")
