@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +11,8 @@ import pytest
 
 from workbench.arm.kinematics.forward import sensitivity
 from workbench.arm.motion import Motion
-from workbench.base.errors import OptionError
+from workbench.base.errors import DataError, OptionError
+from workbench.plate import tradeoff
 from workbench.plate.optimiser.manufacturing import MANNERS
 from workbench.plate.optimiser.target_blocks import Blocks, places_of
 from workbench.plate.parts.drawing import Words
@@ -118,10 +120,26 @@ def test_choices_and_their_front(aria, plate):
     axes.figure.canvas.draw()
     assert not any("$" in t.get_text() for t in axes.get_xticklabels())
     out = " ".join(repr(found).split())
-    assert "printed: each socket read once" in out
+    assert re.search(r"printed: .*? made within ±0\.25 mm, ±0\.3°", out)
     assert "afterwards: every ball's centre" in out
     with pytest.raises(OptionError, match="no way to make a plate 'cast'"):
         weigh_choices(aria, plate, manners=("cast",))
+
+
+def test_a_choice_that_can_not_be_had_leaves_the_others(aria, plate, monkeypatch):
+    found, search = [], tradeoff._choice
+
+    def one(robot, plate, name, wish, seed):
+        if wish.number == 90:
+            raise DataError("spacing and clearance conflict")
+        return found[0] if found else found.append(search(robot, plate, name, wish, seed)) or found[0]
+
+    monkeypatch.setattr(tradeoff, "_choice", one)
+    some = weigh_choices(aria, plate, numbers=(90, 8), manners=("printed",), places=40)
+    assert len(some.choices) == 1
+    assert "printed, 90 targets: not found; spacing and clearance conflict" in " ".join(repr(some).split())
+    with pytest.raises(DataError, match="90 targets: not found"):
+        weigh_choices(aria, plate, numbers=(90,), manners=("printed",))
 
 
 def test_a_plate_for_each_choice_is_written(run, tmp_path):

@@ -15,7 +15,7 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from workbench.arm.robot import Robot
-from workbench.base.errors import OptionError
+from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import Cancel, Progress
 from workbench.data.accuracy_requirement import Wanted
 from workbench.plate.design import optimise_plate, try_plate
@@ -31,7 +31,7 @@ from workbench.report.tables import new_table
 
 SETTING_UP = 0.5
 """Share of a machined block's price that a shape costs once."""
-FRONT_WORDS = "●: no plate is both cheaper and better; prices are orders of magnitude"
+FRONT_WORDS = "●: no plate is both cheaper and better; open: a ball shows no orientation; prices are orders of magnitude"
 FEW = 3
 """Shapes where few are wanted."""
 
@@ -71,9 +71,10 @@ class Choice:
 @final
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class Tradeoff(AbstractShown):
-    """All choices, the cheapest first."""
+    """All choices, the cheapest first, and why others that were asked for can't be had."""
 
     choices: tuple[Choice, ...]
+    missing: tuple[str, ...] = ()
 
     @property
     def front(self) -> tuple[Choice, ...]:
@@ -95,7 +96,7 @@ class Tradeoff(AbstractShown):
             cells = (f"{choice.price:.0f}", *errors, share)
             table.add_row(str(number), choice.name, *cells, "●" if choice in self.front else "")
         words = [f"{name}: {choice.held}" for name, choice in self.manners.items()]
-        return Group(table, Text("\n".join([*words, FRONT_WORDS])))
+        return Group(table, Text("\n".join([*words, FRONT_WORDS, *self.missing])))
 
     @property
     def manners(self) -> dict[str, Choice]:
@@ -155,7 +156,7 @@ def weigh_choices(
 
     Raises:
         OptionError: no such way.
-        DataError: a plate that can't be had.
+        DataError: none of the plates can be had.
     """
     if unknown := [name for name in manners if name not in MANNERS]:
         raise OptionError(f"there is no way to make a plate '{unknown[0]}'; known are {', '.join(MANNERS)}")
@@ -166,17 +167,25 @@ def weigh_choices(
         for shapes in ((None, FEW) if MANNERS[name].reading == "seat" else (None,))
     ]
     choices: list[Choice] = []
+    missing: list[str] = []
     for done, (name, number, shapes) in enumerate(tried):
         if choices and cancel is not None and cancel():
             break
-        choice = _choice(robot, plate, name, Wish(number=number, shapes=shapes, places=places), seed)
+        try:
+            choice = _choice(robot, plate, name, Wish(number=number, shapes=shapes, places=places), seed)
+        except DataError as error:  # the others are still worth having
+            few = "" if shapes is None else f", {shapes} shapes"
+            missing.append(f"{name}, {number} targets{few}: not found; {error}")
+            continue
         if arms:
             found = try_plate(robot, choice.design.plate, arms=arms, wanted=wanted, towards=plate, seed=seed)
             choice = replace(choice, share=found.share)
         choices.append(choice)
         if progress is not None:
             progress((done + 1) / len(tried))
-    return Tradeoff(choices=tuple(sorted(choices, key=lambda c: c.price)))
+    if missing and not choices:
+        raise DataError(missing[0])
+    return Tradeoff(choices=tuple(sorted(choices, key=lambda c: c.price)), missing=tuple(missing))
 
 
 def _choice(robot: Robot, plate: Plate, name: str, wish: Wish, seed: int) -> Choice:
