@@ -31,7 +31,7 @@ from workbench.report.tables import new_table
 
 SETTING_UP = 0.5
 """Share of a machined block's price that a shape costs once."""
-FRONT_WORDS = "●: no plate is both cheaper and better; open: a ball shows no orientation; prices are orders of magnitude"
+FRONT_WORDS = "●: none is both cheaper and better; open: a ball shows no orientation; prices are rough"
 FEW = 3
 """Shapes where few are wanted."""
 
