@@ -113,7 +113,7 @@ def test_heavier_links_change_stiffness_as_the_note_says(planned):
     hidden = experiment.draw_joints(experiment.sizes_shown(plan, ()), np.random.default_rng(4))
     found = []
     for share in (1.0, 1.1):
-        joints = tuple(replace(joint, mass=share * joint.mass) for joint in robot.joints)
+        joints = tuple(replace(j, mass=share * j.mass if j.mass else j.mass) for j in robot.joints)
         actual = replace(robot, joints=joints).with_effects(*experiment.tilting_effects(hidden))
         data = experiment.read_plan(actual, plan, instrument=METER, rng=np.random.default_rng(5))
         tilting = experiment.tilting_of(robot, plan, data, instrument=METER)
