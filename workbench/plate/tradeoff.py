@@ -60,7 +60,7 @@ class Choice:
     @property
     def held(self) -> str:
         """What its error holds, and what to measure when it stands."""
-        return f"{self.design.holds}; afterwards: {MANNERS[self.manner].afterwards}"
+        return f"{self.design.assumptions}; afterwards: {MANNERS[self.manner].afterwards}"
 
     @property
     def name(self) -> str:
