@@ -169,7 +169,7 @@ def _free(
 def _is_clearly_better(freer: Fitted, given: Fitted) -> bool:
     """Whether a fit predicts blocks left out better, and leaves far less of the tool's error unexplained."""
     one, other = (_step("", at, at) for at in (freer, given))
-    return one.pixel < WORTHWHILE * other.pixel and one.lack < UNEXPLAINED * other.lack
+    return one.pixel < WORTHWHILE * other.pixel and one.lack < UNEXPLAINED[GEOMETRY] * other.lack
 
 
 def _considered(doubted: Doubts, last: Problem, at: Fitted, taken: Fitted) -> Considered | None:

@@ -12,8 +12,8 @@ from workbench.identification.problem import Noise
 ZEROS, GEOMETRY, EFFECTS = "joint zeros", "geometry", "geometry and effects"
 CLEARLY = 2.0
 """A step must move the tool by so many times what it is uncertain, in squares."""
-UNEXPLAINED = 0.4
-"""Part of the tool's error before, that may be left unexplained where the geometry is taken."""
+UNEXPLAINED = {ZEROS: 0.5, GEOMETRY: 0.3, EFFECTS: 0.3}
+"""Part of the tool's error before, that each step may leave unexplained: what else bends it to fit."""
 WORTHWHILE = 0.9
 """Part of the expected error that a step may leave: what else bends zeros lowers it a little too."""
 HINTED = 0.5
@@ -111,21 +111,17 @@ class Gate:
 def judged(step: Step, steps: Sequence[Step]) -> Step:
     """The step, with the reason where it is not taken."""
     before = [s for s in steps if not s.refused][-1]
-    reason = ""
+    reason, bent = "", "zeros" if step.name == ZEROS else "geometry"
     if step.moved**2 <= CLEARLY * step.uncertainty**2:
         reason = f"it would move the tool by {mm(step.moved)}, which is known to ±{mm(step.uncertainty)} only"
     elif step.pixel >= before.pixel:
         reason = (
             f"pictures left out are not predicted better: {step.pixel:.2f} px, {before.pixel:.2f} px before"
         )
-    elif (
-        step.name in (GEOMETRY, EFFECTS)
-        and step.is_lack_shown
-        and step.lack > max(UNEXPLAINED * before.lack, MEANINGLESS)
-    ):
+    elif step.is_lack_shown and step.lack > max(UNEXPLAINED[step.name] * before.lack, MEANINGLESS):
         reason = (
             f"it leaves {mm(step.lack)} of {mm(before.lack)} unexplained, so that camera, target, clock or "
-            "an effect of the arm may be to blame, and the geometry would bend to fit them"
+            f"an effect of the arm may be to blame, and the {bent} would bend to fit them"
         )
     elif step.expected >= WORTHWHILE * before.expected:
         reason = f"the expected error of the tool stays {mm(step.expected)}, {mm(before.expected)} before"
